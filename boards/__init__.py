@@ -1,0 +1,1 @@
+"""What is to be cleaned: boards, their components and how they are read from CAD."""

@@ -1,0 +1,119 @@
+"""The board as the planner sees it."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from shapely import Polygon
+
+from geometry.arrays import Directions, Triangles
+from geometry.finding import Finding
+
+Role: TypeAlias = Literal["board", "component", "fixture"]
+Side: TypeAlias = Literal["top", "bottom"]
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """A named run of patches inside a body."""
+
+    name: str
+    patches: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """One object of the board file, exactly as it was read. Board frame, millimetres.
+
+    ``None`` means that the file does not state the attribute.
+    """
+
+    name: str
+    """Reference designator of a component; unique in the file."""
+    role: Role
+    patches: Triangles
+    """(n, 3, 3) triangular patches, surface after surface."""
+    normals: Directions
+    """(n, 3) outward unit normals as stated, or from the winding."""
+    surfaces: tuple[Surface, ...]
+    package: str | None = None
+    part: str | None = None
+    value: str | None = None
+    pins: int | None = None
+    side: Side | None = None
+    standoff_mm: float | None = None
+    extra: tuple[tuple[str, str], ...] = ()
+    """The ``x-…`` attributes, kept in order and not interpreted."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Component:
+    """What was understood of one component. Coordinates of both sides are as seen from the top."""
+
+    name: str
+    package: str
+    """Empty where no file says it."""
+    part: str
+    value: str
+    pins: int
+    pins_source: str
+    """``"stated"``, or how it was assumed (package name or family)."""
+    side: Side
+    footprint: Polygon
+    """True projection onto the board plane, simplified within 0.05 mm; a component in several pieces is joined."""
+    outline: Polygon
+    """The footprint with the gaps between pins closed and holes filled: what a path follows and a step counts."""
+    height_mm: float
+    """Highest point above the surface of the component's own side."""
+    area_mm2: float
+    """Plan area of the footprint."""
+    standoff_mm: float | None
+    """Gap between board and the underside of the body; ``None`` where neither file nor family knows it."""
+    standoff_source: str
+    """``"stated"``, ``"family SOIC (JEDEC MS-012)"``, or ``"unknown"``."""
+    neighbours: tuple[tuple[str, float], ...]
+    """The nearest components of the same side and their distance between outlines, nearest first (at most 6)."""
+
+    @property
+    def neighbour_mm(self) -> float:
+        """Distance to the nearest component of the same side; infinite when alone."""
+        return self.neighbours[0][1] if self.neighbours else float("inf")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Obstacle:
+    """A prism that holds everything of one body above one side's surface: what the nozzle must stay away from."""
+
+    name: str
+    outline: Polygon
+    """Projection of the whole body, mm, as seen from the top."""
+    height_mm: float
+    """Highest point above that side's surface."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Board:
+    """A board that has been read and understood. Board frame: x right, y back, z up out of the top; CAD origin kept."""
+
+    name: str
+    sha256: str
+    """Of the canonical ``.tri`` text, so that one board from two containers has one fingerprint."""
+    bodies: tuple[Body, ...]
+    outline: Polygon
+    """Edge of the board with its holes and slots, as seen from the top; rings begin at a vertex that moves with it."""
+    axis: tuple[float, float]
+    """Unit vector along the outline's longest edge: a direction that moves with the board."""
+    top_z_mm: float
+    bottom_z_mm: float
+    components: tuple[Component, ...]
+    """In file order."""
+    top_obstacles: tuple[Obstacle, ...]
+    bottom_obstacles: tuple[Obstacle, ...]
+    findings: tuple[Finding, ...]
+
+    def surface_z_mm(self, side: Side) -> float:
+        """Z of the bare surface of a side, mm."""
+        return self.top_z_mm if side == "top" else self.bottom_z_mm
+
+    def obstacles(self, side: Side) -> tuple[Obstacle, ...]:
+        """Return everything that stands above a side's surface, fixtures included."""
+        return self.top_obstacles if side == "top" else self.bottom_obstacles

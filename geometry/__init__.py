@@ -1,0 +1,1 @@
+"""Arrays, frames, polygons, meshes, coverage. Knows nothing about spraying."""

@@ -1,0 +1,1 @@
+"""How a region is covered: stripes across it, and the order in which strokes are done."""

@@ -1,0 +1,1 @@
+"""What the nozzle is told: plans, timed programs, their files."""

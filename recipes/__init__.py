@@ -1,0 +1,1 @@
+"""What a process engineer asks for: functions, nozzles, classes, masks, templates, sequence."""

@@ -1,0 +1,52 @@
+"""Component classes and masks."""
+
+from pydantic import Field, model_validator
+
+from recipes.spec import NonNegativeFloat, Spec
+
+
+class Range(Spec):
+    """A closed interval; a missing end is open."""
+
+    min: float | None = None
+    max: float | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> "Range":
+        if self.min is None and self.max is None:
+            raise ValueError("give min, max or both")
+        if self.min is not None and self.max is not None and self.min > self.max:
+            raise ValueError(f"min {self.min:g} is above max {self.max:g}")
+        return self
+
+    def holds(self, value: float) -> bool:
+        """Say whether the value lies in the interval, ends included."""
+        return (self.min is None or value >= self.min) and (self.max is None or value <= self.max)
+
+
+class ComponentClass(Spec):
+    """What a component must be to belong to a class: all that is stated must hold; nothing stated takes all."""
+
+    package: list[str] = Field(default=[], description="Shell patterns of the package name, any case; one must match.")
+    refdes: list[str] = Field(default=[], description="Shell patterns of the reference designator; one must match.")
+    pins: Range | None = Field(default=None, description="Number of pins.")
+    area_mm2: Range | None = Field(default=None, description="Plan area.")
+    height_mm: Range | None = Field(default=None, description="Height above the component's own side.")
+    standoff_mm: Range | None = Field(default=None, description="Gap under the body; an unknown gap never matches.")
+    neighbour_mm: Range | None = Field(default=None, description="Distance to the nearest component of the same side.")
+    side: str | None = Field(default=None, pattern="^(top|bottom)$", description="top or bottom.")
+
+
+class Mask(Spec):
+    """Components that are treated apart; exactly one of the three lists is given, as shell patterns of refdes."""
+
+    avoid: list[str] = Field(default=[], description="Must not be sprayed: the wave front keeps out, the jet closes.")
+    clean: list[str] = Field(default=[], description="Must be cleaned: a finding if no pass serves them.")
+    ignore: list[str] = Field(default=[], description="Do not care: no pass of their own, spray may touch them.")
+    margin_mm: NonNegativeFloat = Field(default=2.5, description="Distance kept from what is avoided.")
+
+    @model_validator(mode="after")
+    def _check(self) -> "Mask":
+        if sum(bool(names) for names in (self.avoid, self.clean, self.ignore)) != 1:
+            raise ValueError("give exactly one of avoid, clean, ignore")
+        return self

@@ -1,0 +1,77 @@
+"""Nozzles and the pattern each sprays."""
+
+from itertools import pairwise
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field, model_validator
+
+from recipes.spec import NonNegativeFloat, PositiveFloat, Spec
+
+HalfAngle: TypeAlias = Annotated[float, Field(gt=0, lt=85)]
+
+
+class Wavefront(Spec):
+    """The ring where the cone meets a flat plate, as measured with the nozzle at right angles to it."""
+
+    height_mm: PositiveFloat = Field(description="Orifice above the plate during the measurement.")
+    points: list[tuple[float, PositiveFloat, PositiveFloat]] = Field(
+        min_length=3,
+        description="[azimuth from the nozzle's reference (deg, ascending), inner radius (mm), outer radius (mm)].",
+    )
+
+    @model_validator(mode="after")
+    def _check_points(self) -> "Wavefront":
+        azimuths = [point[0] for point in self.points]
+        if any(b <= a for a, b in pairwise(azimuths)):
+            raise ValueError("azimuths must ascend; sort the points by their first number")
+        if azimuths[0] < 0 or azimuths[-1] >= 360:
+            raise ValueError("azimuths must lie in 0 <= azimuth < 360")
+        if any(inner >= outer for _, inner, outer in self.points):
+            raise ValueError("each inner radius must be smaller than its outer radius")
+        return self
+
+
+class _Nozzle(Spec):
+    flow_lpm: PositiveFloat = Field(description="Flow at the reference pressure, litres per minute.")
+    at_bar: PositiveFloat = Field(default=3.0, description="Reference pressure of flow_lpm.")
+    open_lag_s: NonNegativeFloat = Field(default=0.04, description="From the signal to the full jet.")
+    close_lag_s: NonNegativeFloat = Field(default=0.02, description="From the signal to no jet.")
+    tool: int = Field(default=1, ge=0, le=99, description="Number of the tool on the robot.")
+
+
+class HollowCone(_Nozzle):
+    """A hollow cone; its wave front does the work (Sandia 1993)."""
+
+    pattern: Literal["hollow_cone"] = "hollow_cone"
+    half_angle_deg: HalfAngle = Field(description="From the axis to the middle of the wave front.")
+    ring_sigma_deg: PositiveFloat = Field(default=3.0, description="Spread of the ring about its half angle.")
+    wavefront: Wavefront | None = Field(default=None, description="Measured ring; replaces the ideal circle.")
+
+
+class FullCone(_Nozzle):
+    """A cone that is wet all the way to its axis."""
+
+    pattern: Literal["full_cone"] = "full_cone"
+    half_angle_deg: HalfAngle = Field(description="From the axis to the edge of the cone.")
+
+
+class FlatFan(_Nozzle):
+    """A flat sheet; the wide side lies along the nozzle's reference azimuth."""
+
+    pattern: Literal["flat_fan"] = "flat_fan"
+    half_angle_deg: HalfAngle = Field(description="From the axis to the end of the wide side.")
+    thickness_half_angle_deg: HalfAngle = Field(default=3.0, description="From the axis to the edge of the thin side.")
+
+
+class AirKnife(_Nozzle):
+    """A slot that blows a curtain of gas; the slot lies along the nozzle's reference azimuth."""
+
+    pattern: Literal["air_knife"] = "air_knife"
+    width_mm: PositiveFloat = Field(description="Length of the slot.")
+    half_angle_deg: HalfAngle = Field(
+        default=5.0, description="Spread of the curtain on either side of the slot's ends."
+    )
+    thickness_half_angle_deg: HalfAngle = Field(default=5.0, description="Spread of the curtain across the slot.")
+
+
+Nozzle: TypeAlias = Annotated[HollowCone | FullCone | FlatFan | AirKnife, Field(discriminator="pattern")]

@@ -1,0 +1,169 @@
+"""The six path classes of Sandia 1993 as specs; their planners are ``rulesengine/paths/<same word>.py``."""
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field
+
+from recipes.spec import (
+    Count,
+    CountByClass,
+    HeightByClass,
+    LengthByClass,
+    NonNegativeFloat,
+    PositiveFloat,
+    SecondsByClass,
+    Spec,
+    SpeedByClass,
+    Tilt,
+    TiltByClass,
+)
+
+
+class _Path(Spec):
+    """What every template may say."""
+
+    lead_in_mm: NonNegativeFloat = Field(
+        default=0, description="Run-up before the path with the jet off, so that it opens at speed."
+    )
+    overshoot_mm: NonNegativeFloat = Field(
+        default=0, description="How far the jet runs on past both ends of an open path."
+    )
+
+
+class BoardPerimeter(_Path):
+    """Follows the edge of the board."""
+
+    path: Literal["board_perimeter"] = "board_perimeter"
+    height_mm: PositiveFloat = Field(description="Orifice above the board's surface.")
+    speed_mm_s: PositiveFloat = Field(description="Speed of the orifice.")
+    offset_mm: float = Field(default=0, description="Path outside the edge (+) or inside it (-).")
+    repeats: Count = Field(default=1, description="How often it goes around.")
+    tilt_deg: Tilt = Field(default=0, description="Jet from the board normal.")
+    toward: Literal["inside", "outside", "travel", "against_travel"] = Field(
+        default="inside", description="Which way the jet leans when tilted."
+    )
+    corner_delay_s: NonNegativeFloat = Field(default=0, description="Pause at each corner, jet on.")
+    corner_deg: Annotated[float, Field(gt=0, le=180)] = Field(
+        default=30, description="A bend of at least this much is a corner; smaller ones are followed without a pause."
+    )
+    direction: Literal["counterclockwise", "clockwise"] = Field(
+        default="counterclockwise", description="Sense of travel, as seen from the top."
+    )
+    start: Literal["auto", "front_left", "front_right", "back_left", "back_right"] = Field(
+        default="auto", description="Corner where it begins; auto takes the one that saves travel."
+    )
+    follow: Literal["outline", "outline_and_cutouts"] = Field(
+        default="outline", description="The outer edge alone, or holes and slots of the board too."
+    )
+
+
+class _Lines(_Path):
+    """What the paths made of parallel lines share."""
+
+    height_mm: PositiveFloat = Field(description="Orifice above the board's surface.")
+    speed_mm_s: PositiveFloat = Field(description="Speed of the orifice.")
+    direction_deg: float | Literal["longest_edge"] = Field(
+        default=0, description="Direction of travel from +X, counterclockwise as seen from the top."
+    )
+    overlap: Annotated[float, Field(ge=0, lt=1)] = Field(
+        default=0.3, description="Part of the footprint's effective width that neighbouring lines share."
+    )
+    pitch_mm: PositiveFloat | Literal["auto"] = Field(
+        default="auto", description="Distance of neighbouring lines; auto takes it from the footprint and overlap."
+    )
+    margin_mm: float = Field(
+        default=0, description="How far lines stay inside the board's edge (+) or run beyond it (-)."
+    )
+    tilt_deg: Tilt = Field(default=0, description="Jet from the board normal.")
+    toward: Literal["travel", "against_travel", "left", "right"] = Field(
+        default="travel", description="Which way the jet leans when tilted, seen in the direction of travel."
+    )
+    start: Literal["auto", "first", "last"] = Field(
+        default="auto", description="Line to begin with: first is the rightmost seen along direction_deg."
+    )
+    repeats: Count = Field(default=1, description="How often the whole path is done.")
+
+
+class Raster(_Lines):
+    """Moves back and forth across the board."""
+
+    path: Literal["raster"] = "raster"
+    edge_delay_s: NonNegativeFloat = Field(default=0, description="Pause at the end of each line, jet on.")
+
+
+class FinalFlush(_Lines):
+    """Traverses the board in one direction; returns with the jet off, above everything."""
+
+    path: Literal["final_flush"] = "final_flush"
+    edge_delay_s: NonNegativeFloat = Field(default=0, description="Pause at the end of each line, jet on.")
+
+
+class StepFunction(_Lines):
+    """Traverses the board in one direction and pauses at each component edge crossed."""
+
+    path: Literal["step_function"] = "step_function"
+    delay_s: SecondsByClass = Field(default=0.3, description="Pause at each edge of a component, jet on.")
+
+
+class Near(Spec):
+    """What changes for a component whose nearest neighbour is close."""
+
+    within_mm: PositiveFloat = Field(description="Distance to the neighbour from which the values below hold.")
+    speed_mm_s: PositiveFloat | None = None
+    tilt_deg: Tilt | None = None
+    edge_delay_s: NonNegativeFloat | None = None
+    distance_mm: float | None = None
+    passes: Count | None = None
+
+
+class ComponentPerimeter(_Path):
+    """Follows the edges of each component."""
+
+    path: Literal["component_perimeter"] = "component_perimeter"
+    height_mm: HeightByClass = Field(description="Orifice above the board's surface.")
+    speed_mm_s: SpeedByClass = Field(description="Speed of the orifice.")
+    align: Literal["wavefront", "axis"] = Field(
+        default="wavefront", description="What is put on the edge: the near wave front of the tilted cone, or its axis."
+    )
+    distance_mm: LengthByClass = Field(
+        default=0, description="That line outside the component's edge (+) or inside (-)."
+    )
+    tilt_deg: TiltByClass = Field(default=30, description="Jet from the board normal.")
+    toward: Literal["component", "away", "travel", "against_travel"] = Field(
+        default="component", description="Which way the jet leans when tilted."
+    )
+    passes: CountByClass = Field(default=2, description="How often it goes around.")
+    edge_delay_s: SecondsByClass = Field(default=0, description="Pause after each edge, jet on.")
+    corner_deg: Annotated[float, Field(gt=0, le=180)] = Field(
+        default=30, description="A bend of at least this much ends an edge."
+    )
+    merge_gap_mm: NonNegativeFloat = Field(
+        default=2, description="Components closer than this are followed as one outline."
+    )
+    direction: Literal["auto", "counterclockwise", "clockwise"] = Field(
+        default="auto", description="Sense of travel, as seen from the top."
+    )
+    near: Near | None = Field(default=None, description="Other values where neighbours are close.")
+    only: list[str] = Field(default=[], description="Classes to serve; empty serves all.")
+
+
+class StraightLine(_Path):
+    """One straight line between two points of the board."""
+
+    path: Literal["straight_line"] = "straight_line"
+    from_mm: tuple[float, float] = Field(alias="from", description="Where the line begins, board frame, mm.")
+    to_mm: tuple[float, float] = Field(alias="to", description="Where the line ends, board frame, mm.")
+    height_mm: PositiveFloat = Field(description="Orifice above the board's surface.")
+    speed_mm_s: PositiveFloat = Field(description="Speed of the orifice.")
+    tilt_deg: Tilt = Field(default=0, description="Jet from the board normal.")
+    toward: Literal["travel", "against_travel", "left", "right"] = Field(
+        default="travel", description="Which way the jet leans when tilted, seen in the direction of travel."
+    )
+    repeats: Count = Field(default=1, description="How often it is done; back and forth.")
+    edge_delay_s: NonNegativeFloat = Field(default=0, description="Pause at the end, jet on.")
+
+
+PathSpec: TypeAlias = Annotated[
+    BoardPerimeter | Raster | ComponentPerimeter | FinalFlush | StepFunction | StraightLine,
+    Field(discriminator="path"),
+]

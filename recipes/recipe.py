@@ -1,0 +1,88 @@
+"""The whole recipe: the six elements of Sandia 1993, typed."""
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field
+
+from recipes.classes import ComponentClass, Mask
+from recipes.nozzles import Nozzle
+from recipes.paths import PathSpec
+from recipes.spec import NonNegativeFloat, PositiveFloat, Spec
+
+Name: TypeAlias = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")]
+"""A word that can stand in a program file and in a robot's program."""
+
+
+class Function(Spec):
+    """A cleaning function: its solution and its maximum nozzle speed."""
+
+    solution: Name = Field(description="Name of the solution or gas.")
+    temperature_c: float | None = Field(default=None, gt=-50, lt=500, description="Of the solution.")
+    pressure_bar: PositiveFloat = Field(description="At the nozzle, above ambient.")
+    max_speed_mm_s: PositiveFloat = Field(description="No move of this function is faster.")
+    solution_kind: Literal["liquid", "gas"] | None = Field(
+        default=None,
+        description="Counted in litres if liquid; left out, an air knife sprays gas and all others liquid.",
+    )
+
+
+class Until(Spec):
+    """Repeat until a sensor says so."""
+
+    resistivity_mohm_cm: PositiveFloat | None = Field(default=None, description="Of the rinse water that runs off.")
+    temperature_c: float | None = Field(default=None, description="Of the board.")
+    max_repeats: Annotated[int, Field(ge=1, le=1000)] = Field(description="Never more often than this.")
+
+
+class Step(Spec):
+    """One step of the sequence: a function, with a nozzle, along templates."""
+
+    function: Name
+    nozzle: Name
+    paths: list[Name] = Field(min_length=1, description="Templates to follow, in this order.")
+    side: Literal["top", "bottom"] = Field(
+        default="top", description="Side that is sprayed; a change turns the board over."
+    )
+    repeat: Annotated[int, Field(ge=1, le=1000)] = Field(default=1, description="How often all its paths are done.")
+    until: Until | None = Field(default=None, description="Repeat until a sensor says so.")
+    enabled: bool = Field(default=True, description="False leaves the step out.")
+
+
+class Limits(Spec):
+    """What the motion must keep to."""
+
+    acceleration_mm_s2: PositiveFloat = Field(default=500, description="Of the orifice.")
+    rotation_deg_s: PositiveFloat = Field(default=180, description="Of the nozzle.")
+    rotation_acceleration_deg_s2: PositiveFloat = Field(default=720, description="Of the nozzle.")
+    transfer_speed_mm_s: PositiveFloat = Field(
+        default=250, description="Between passes; never above the function's maximum either."
+    )
+    blend_mm: NonNegativeFloat = Field(
+        default=0.5, description="How far a corner may be cut so that the nozzle need not stop."
+    )
+    clearance_mm: PositiveFloat = Field(default=5, description="Orifice to every body, always.")
+    park_height_mm: PositiveFloat = Field(
+        default=110, description="Orifice above the board at the beginning and the end."
+    )
+    park_mm: tuple[float, float] | None = Field(
+        default=None, description="Where it parks, board frame; left out, above the middle of the board."
+    )
+    tool_azimuth_deg: float | None = Field(
+        default=None,
+        description="Where the reference of a round nozzle points, from +X; left out, along the board's longest edge.",
+    )
+
+
+class Recipe(Spec):
+    """A recipe: one YAML file."""
+
+    recipe: Name = Field(description="Name of the recipe.")
+    description: str = Field(default="", description="What it is good for, for the engineer who chooses it.")
+    extends: str | None = Field(default=None, description="Recipe whose keys are inherited: a library name or a file.")
+    functions: dict[Name, Function]
+    nozzles: dict[Name, Nozzle]
+    classes: dict[Name, ComponentClass] = Field(description="Ordered: the first that matches takes the component.")
+    masks: list[Mask] = Field(default=[], description="Components that are treated apart.")
+    templates: dict[Name, PathSpec]
+    limits: Limits = Limits()
+    sequence: list[Step] = Field(min_length=1)

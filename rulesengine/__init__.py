@@ -1,0 +1,1 @@
+"""Recipe and board in, plan and timed program out."""

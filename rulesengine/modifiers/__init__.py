@@ -1,0 +1,1 @@
+"""One module for each change made to strokes after they are planned."""

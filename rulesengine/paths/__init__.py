@@ -1,0 +1,1 @@
+"""One module for each path class: its spec in, its strokes out."""
