@@ -8,8 +8,8 @@ from recipes.spec import NonNegativeFloat, Spec
 class Range(Spec):
     """A closed interval; a missing end is open."""
 
-    min: float | None = None
-    max: float | None = None
+    min: float | None = Field(default=None, description="Smallest value that belongs; left out, no lower end.")
+    max: float | None = Field(default=None, description="Largest value that belongs; left out, no upper end.")
 
     @model_validator(mode="after")
     def _check(self) -> "Range":

@@ -42,7 +42,9 @@ class _Nozzle(Spec):
 class HollowCone(_Nozzle):
     """A hollow cone; its wave front does the work (Sandia 1993)."""
 
-    pattern: Literal["hollow_cone"] = "hollow_cone"
+    pattern: Literal["hollow_cone"] = Field(
+        default="hollow_cone", description="A hollow cone; its wave front does the work."
+    )
     half_angle_deg: HalfAngle = Field(description="From the axis to the middle of the wave front.")
     ring_sigma_deg: PositiveFloat = Field(default=3.0, description="Spread of the ring about its half angle.")
     wavefront: Wavefront | None = Field(default=None, description="Measured ring; replaces the ideal circle.")
@@ -51,22 +53,28 @@ class HollowCone(_Nozzle):
 class FullCone(_Nozzle):
     """A cone that is wet all the way to its axis."""
 
-    pattern: Literal["full_cone"] = "full_cone"
+    pattern: Literal["full_cone"] = Field(default="full_cone", description="A cone that is wet to its axis.")
     half_angle_deg: HalfAngle = Field(description="From the axis to the edge of the cone.")
 
 
 class FlatFan(_Nozzle):
     """A flat sheet; the wide side lies along the nozzle's reference azimuth."""
 
-    pattern: Literal["flat_fan"] = "flat_fan"
+    pattern: Literal["flat_fan"] = Field(default="flat_fan", description="A flat sheet.")
     half_angle_deg: HalfAngle = Field(description="From the axis to the end of the wide side.")
     thickness_half_angle_deg: HalfAngle = Field(default=3.0, description="From the axis to the edge of the thin side.")
+
+    @model_validator(mode="after")
+    def _check_sides(self) -> "FlatFan":
+        if self.thickness_half_angle_deg >= self.half_angle_deg:
+            raise ValueError("thickness_half_angle_deg must be smaller than half_angle_deg, the wide side")
+        return self
 
 
 class AirKnife(_Nozzle):
     """A slot that blows a curtain of gas; the slot lies along the nozzle's reference azimuth."""
 
-    pattern: Literal["air_knife"] = "air_knife"
+    pattern: Literal["air_knife"] = Field(default="air_knife", description="A slot that blows a curtain of gas.")
     width_mm: PositiveFloat = Field(description="Length of the slot.")
     half_angle_deg: HalfAngle = Field(
         default=5.0, description="Spread of the curtain on either side of the slot's ends."

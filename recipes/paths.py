@@ -33,7 +33,9 @@ class _Path(Spec):
 class BoardPerimeter(_Path):
     """Follows the edge of the board."""
 
-    path: Literal["board_perimeter"] = "board_perimeter"
+    path: Literal["board_perimeter"] = Field(
+        default="board_perimeter", description="Path class: follows the edge of the board."
+    )
     height_mm: PositiveFloat = Field(description="Orifice above the board's surface.")
     speed_mm_s: PositiveFloat = Field(description="Speed of the orifice.")
     offset_mm: float = Field(default=0, description="Path outside the edge (+) or inside it (-).")
@@ -87,21 +89,25 @@ class _Lines(_Path):
 class Raster(_Lines):
     """Moves back and forth across the board."""
 
-    path: Literal["raster"] = "raster"
+    path: Literal["raster"] = Field(default="raster", description="Path class: back and forth across the board.")
     edge_delay_s: NonNegativeFloat = Field(default=0, description="Pause at the end of each line, jet on.")
 
 
 class FinalFlush(_Lines):
     """Traverses the board in one direction; returns with the jet off, above everything."""
 
-    path: Literal["final_flush"] = "final_flush"
+    path: Literal["final_flush"] = Field(
+        default="final_flush", description="Path class: across the board in one direction."
+    )
     edge_delay_s: NonNegativeFloat = Field(default=0, description="Pause at the end of each line, jet on.")
 
 
 class StepFunction(_Lines):
     """Traverses the board in one direction and pauses at each component edge crossed."""
 
-    path: Literal["step_function"] = "step_function"
+    path: Literal["step_function"] = Field(
+        default="step_function", description="Path class: one direction, with a pause at each component edge."
+    )
     delay_s: SecondsByClass = Field(default=0.3, description="Pause at each edge of a component, jet on.")
 
 
@@ -109,17 +115,19 @@ class Near(Spec):
     """What changes for a component whose nearest neighbour is close."""
 
     within_mm: PositiveFloat = Field(description="Distance to the neighbour from which the values below hold.")
-    speed_mm_s: PositiveFloat | None = None
-    tilt_deg: Tilt | None = None
-    edge_delay_s: NonNegativeFloat | None = None
-    distance_mm: float | None = None
-    passes: Count | None = None
+    speed_mm_s: PositiveFloat | None = Field(default=None, description="Replaces speed_mm_s of the template.")
+    tilt_deg: Tilt | None = Field(default=None, description="Replaces tilt_deg of the template.")
+    edge_delay_s: NonNegativeFloat | None = Field(default=None, description="Replaces edge_delay_s of the template.")
+    distance_mm: float | None = Field(default=None, description="Replaces distance_mm of the template.")
+    passes: Count | None = Field(default=None, description="Replaces passes of the template.")
 
 
 class ComponentPerimeter(_Path):
     """Follows the edges of each component."""
 
-    path: Literal["component_perimeter"] = "component_perimeter"
+    path: Literal["component_perimeter"] = Field(
+        default="component_perimeter", description="Path class: follows the edges of each component."
+    )
     height_mm: HeightByClass = Field(description="Orifice above the board's surface.")
     speed_mm_s: SpeedByClass = Field(description="Speed of the orifice.")
     align: Literal["wavefront", "axis"] = Field(
@@ -150,7 +158,9 @@ class ComponentPerimeter(_Path):
 class StraightLine(_Path):
     """One straight line between two points of the board."""
 
-    path: Literal["straight_line"] = "straight_line"
+    path: Literal["straight_line"] = Field(
+        default="straight_line", description="Path class: one line between two points."
+    )
     from_mm: tuple[float, float] = Field(alias="from", description="Where the line begins, board frame, mm.")
     to_mm: tuple[float, float] = Field(alias="to", description="Where the line ends, board frame, mm.")
     height_mm: PositiveFloat = Field(description="Orifice above the board's surface.")

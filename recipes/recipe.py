@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from recipes.classes import ComponentClass, Mask
 from recipes.nozzles import Nozzle
@@ -33,12 +33,18 @@ class Until(Spec):
     temperature_c: float | None = Field(default=None, description="Of the board.")
     max_repeats: Annotated[int, Field(ge=1, le=1000)] = Field(description="Never more often than this.")
 
+    @model_validator(mode="after")
+    def _check(self) -> "Until":
+        if (self.resistivity_mohm_cm is None) == (self.temperature_c is None):
+            raise ValueError("give exactly one of resistivity_mohm_cm, temperature_c")
+        return self
+
 
 class Step(Spec):
     """One step of the sequence: a function, with a nozzle, along templates."""
 
-    function: Name
-    nozzle: Name
+    function: Name = Field(description="Cleaning function, by its name under functions.")
+    nozzle: Name = Field(description="Nozzle, by its name under nozzles.")
     paths: list[Name] = Field(min_length=1, description="Templates to follow, in this order.")
     side: Literal["top", "bottom"] = Field(
         default="top", description="Side that is sprayed; a change turns the board over."
@@ -46,6 +52,12 @@ class Step(Spec):
     repeat: Annotated[int, Field(ge=1, le=1000)] = Field(default=1, description="How often all its paths are done.")
     until: Until | None = Field(default=None, description="Repeat until a sensor says so.")
     enabled: bool = Field(default=True, description="False leaves the step out.")
+
+    @model_validator(mode="after")
+    def _check(self) -> "Step":
+        if self.until is not None and self.repeat != 1:
+            raise ValueError("give repeat or until, not both; until has max_repeats")
+        return self
 
 
 class Limits(Spec):
@@ -79,10 +91,10 @@ class Recipe(Spec):
     recipe: Name = Field(description="Name of the recipe.")
     description: str = Field(default="", description="What it is good for, for the engineer who chooses it.")
     extends: str | None = Field(default=None, description="Recipe whose keys are inherited: a library name or a file.")
-    functions: dict[Name, Function]
-    nozzles: dict[Name, Nozzle]
+    functions: dict[Name, Function] = Field(description="Cleaning functions, by name.")
+    nozzles: dict[Name, Nozzle] = Field(description="Nozzles and what they spray, by name.")
     classes: dict[Name, ComponentClass] = Field(description="Ordered: the first that matches takes the component.")
     masks: list[Mask] = Field(default=[], description="Components that are treated apart.")
-    templates: dict[Name, PathSpec]
-    limits: Limits = Limits()
-    sequence: list[Step] = Field(min_length=1)
+    templates: dict[Name, PathSpec] = Field(description="Path templates, by name: a path class with its values.")
+    limits: Limits = Field(default=Limits(), description="What the motion must keep to.")
+    sequence: list[Step] = Field(min_length=1, description="Steps, in the order in which they are done.")
