@@ -1,0 +1,63 @@
+"""A timed program as arrays, for everything that is done to all of its instructions at once."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.arrays import Indices, Scalars
+from programs.program import MoveTo, SetNozzle, TimedProgram, Wait
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Columns:
+    """The numbers of n instructions, m of them moves, w waits, s nozzle switches. Board frame, mm, s."""
+
+    times: Scalars
+    """(n,) time of every instruction."""
+    move_at: Indices
+    """(m,) which instructions are moves."""
+    moves: NDArray[np.float64]
+    """(m, 8) x y z, w x y z of the quaternion, speed."""
+    wait_at: Indices
+    """(w,) which instructions are waits."""
+    waits: Scalars
+    """(w,) how long they hold."""
+    spray_at: Indices
+    """(s,) which instructions switch the nozzle."""
+    spray: NDArray[np.bool_]
+    """(s,) whether the jet is wanted from then on."""
+
+
+def columns_of(program: TimedProgram) -> Columns:
+    """Collect the numbers of a program into arrays."""
+    moves = [(at, item) for at, item in enumerate(program.instructions) if isinstance(item, MoveTo)]
+    waits = [(at, item) for at, item in enumerate(program.instructions) if isinstance(item, Wait)]
+    spray = [(at, item) for at, item in enumerate(program.instructions) if isinstance(item, SetNozzle)]
+    numbers = [(*move.position, *move.quaternion, move.speed_mm_s) for _, move in moves]
+    return Columns(
+        times=np.array([item.time_s for item in program.instructions], dtype=np.float64),
+        move_at=np.array([at for at, _ in moves], dtype=np.int64),
+        moves=np.array(numbers, dtype=np.float64).reshape(-1, 8),
+        wait_at=np.array([at for at, _ in waits], dtype=np.int64),
+        waits=np.array([wait.duration_s for _, wait in waits], dtype=np.float64),
+        spray_at=np.array([at for at, _ in spray], dtype=np.int64),
+        spray=np.array([switch.spraying for _, switch in spray], dtype=np.bool_),
+    )
+
+
+def rounded(columns: Columns) -> Columns:
+    """Round to the digits of the native file: 0.1 ms, 1 um, 1e-7 of a quaternion, 1 um/s; no negative zero."""
+    moves = columns.moves.copy()
+    moves[:, :3] = np.round(moves[:, :3], 3)
+    moves[:, 3:7] = np.round(moves[:, 3:7], 7)
+    moves[:, 7] = np.round(moves[:, 7], 3)
+    return Columns(
+        times=np.round(columns.times, 4) + 0.0,
+        move_at=columns.move_at,
+        moves=moves + 0.0,
+        wait_at=columns.wait_at,
+        waits=np.round(columns.waits, 4) + 0.0,
+        spray_at=columns.spray_at,
+        spray=columns.spray,
+    )
