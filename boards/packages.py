@@ -1,0 +1,180 @@
+"""What the name of a package says: how high it is, how far it stands off, how many pins it has.
+
+The table is ``packages.yaml``; names are those of KiCad, of IPC-7351 and the loose ones people type.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
+from importlib.resources import files
+from typing import Any, cast
+
+import yaml
+
+
+@dataclass(frozen=True, slots=True)
+class PackageFamily:
+    """Nominal sizes of a family of packages."""
+
+    name: str
+    height_mm: float
+    """Largest seated height above the board."""
+    standoff_mm: float | None
+    """Gap between the board and the underside of the body; ``None`` where no document fixes it."""
+    source: str
+    """The document the numbers are from."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """One line of the table, ready to be searched for."""
+
+    family: PackageFamily
+    match: re.Pattern[str]
+    also: re.Pattern[str]
+    pins: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    families: tuple[_Row, ...]
+    loose: tuple[_Row, ...]
+    imperial: dict[str, dict[str, Any]]
+    metric: dict[str, dict[str, Any]]
+
+
+_HEIGHTS_IN_NAMES = (
+    # IPC-7351: pitch P span X [span X] height in hundredths of a millimetre, then the pins.
+    (re.compile(r"^[a-z]{3,7}\d+p\d+x(?:\d+x)?(\d{2,4})(?:-\d+)?[abclmn]*$"), 0.01),
+    (re.compile(r"^[a-z]{3,7}\d+c\d+p\d+x\d+-\d+x\d+x(\d{2,4})[abclmn]*$"), 0.01),
+    (re.compile(r"^(?:cap|res|ind|led|dio|fus|bead|thrm|var)[a-z]*\d{3,4}x(\d{2,4})[abclmn]*$"), 0.01),
+    # KiCad: `CP_EIA-3216-18` in tenths, `CP_Elec_6.3x11` diameter by height, `L_12x12mm_H8mm`.
+    (re.compile(r"\beia-?\d{4}-(\d\d)\b"), 0.1),
+    (re.compile(r"\b(?:cp?-)elec-[\d.]+x(\d{1,2}(?:\.\d{1,2})?)(?!\d)"), 1.0),
+    (re.compile(r"-h(\d{1,2}(?:\.\d{1,2})?)mm"), 1.0),
+)
+_IPC_PINS = re.compile(r"^[a-z]{3,7}\d+p\d+x\d+(?:x\d+)?-(\d{1,4})[abclmn]*$")
+_STATED_PINS = re.compile(r"-(\d{1,4})-?p(?:ins?)?\b")
+_ROWS_AND_COLUMNS = re.compile(r"(?<![\d.])([1-9])x(\d{1,2})(?![\d.]|mm)")
+_IPC_CHIP = re.compile(r"^(?:cap|res|ind|led|dio|fus|bead|thrm|var)c(\d{4})x")
+_CODES = re.compile(r"(?<!\d)\d{4,5}(?!\d)")
+_RESISTOR = re.compile(r"(?:\b|-)(?:cr|r|res|resc|rc)(?![a-z])|resistor")
+_ARRAY = re.compile(r"\b(\d)x\d{4}\b")
+
+
+def package_family(package: str) -> PackageFamily | None:
+    """Find the family of a package by its name; ``None`` when no pattern fits.
+
+    A height that the name itself states (IPC-7351, ``CP_Elec_6.3x11``, ``…_H8mm``) replaces the family's.
+    """
+    found = _find(_normalise(package))
+    return None if found is None else found[0]
+
+
+def pins_of(package: str) -> int | None:
+    """Return the number of pins that the name states or the family always has; exposed pads are not counted."""
+    found = _find(_normalise(package))
+    return None if found is None else found[1]
+
+
+def package_families() -> tuple[PackageFamily, ...]:
+    """Return every family of the table, in the order in which they are tried."""
+    table = _table()
+    chips = [_chip_family(row, kind) for row in table.metric.values() for kind in ("resistor", "part")]
+    rows = (*(row.family for row in table.families), *chips, *(row.family for row in table.loose))
+    return tuple(dict.fromkeys(rows))
+
+
+def _normalise(package: str) -> str:
+    """Lower case, no library prefix, one hyphen for blanks and underscores."""
+    return re.sub(r"[\s_]+", "-", package.rsplit(":", 1)[-1].strip().lower())
+
+
+@lru_cache(maxsize=4096)
+def _find(name: str) -> tuple[PackageFamily, int | None] | None:
+    table = _table()
+    found = _first(table.families, name) or _find_chip(table, name) or _first(table.loose, name)
+    if found is None:
+        return None
+    family, pins = found
+    if height_mm := next(_stated_heights_mm(name), 0.0):
+        family = replace(family, height_mm=height_mm, source=f"{family.source}, height from the name")
+    return family, pins
+
+
+def _first(rows: tuple[_Row, ...], name: str) -> tuple[PackageFamily, int | None] | None:
+    for row in rows:
+        hit = row.match.search(name)
+        if hit and row.also.search(name):
+            return row.family, _count_pins(hit, name, row.pins)
+    return None
+
+
+def _count_pins(hit: re.Match[str], name: str, default: int | None) -> int | None:
+    if stated := _IPC_PINS.search(name) or _STATED_PINS.search(name):
+        return int(stated[1])
+    count = hit["after"] or hit["before"]
+    if count is not None and default != 2:
+        return int(count)
+    if default is None and (grid := _ROWS_AND_COLUMNS.search(name)):
+        return int(grid[1]) * int(grid[2])
+    return default
+
+
+def _find_chip(table: _Table, name: str) -> tuple[PackageFamily, int] | None:
+    ipc = _IPC_CHIP.search(name)
+    row = table.metric.get(ipc[1]) if ipc else next(_coded_rows(table, name), None)
+    if row is None:
+        return None
+    array = _ARRAY.search(name)
+    kind = "resistor" if _RESISTOR.search(name) else "part"
+    return _chip_family(row, kind), 2 * int(array[1]) if array else 2
+
+
+def _coded_rows(table: _Table, name: str) -> Iterator[dict[str, Any]]:
+    """A code means inches unless only the metric table has it, or the word `metric` follows."""
+    for code in _CODES.finditer(name):
+        says_metric = name.startswith("metric", code.end())
+        row = table.metric.get(code[0]) if says_metric else table.imperial.get(code[0], table.metric.get(code[0]))
+        if row is not None:
+            yield row
+
+
+def _chip_family(row: dict[str, Any], kind: str) -> PackageFamily:
+    height_mm = row["resistor_mm"] if kind == "resistor" else row["other_mm"]
+    return PackageFamily(f"chip {kind} {row['imperial']}", height_mm, row["standoff_mm"], "IPC-7351B nominal")
+
+
+def _stated_heights_mm(name: str) -> Iterator[float]:
+    for pattern, unit_mm in _HEIGHTS_IN_NAMES:
+        if hit := pattern.search(name):
+            yield round(float(hit[1]) * unit_mm, 3)
+
+
+@cache
+def _table() -> _Table:
+    text = files("boards").joinpath("packages.yaml").read_text(encoding="utf-8")
+    data = cast(dict[str, list[dict[str, Any]]], yaml.safe_load(text))
+    imperial: dict[str, dict[str, Any]] = {}
+    for chip in data["chips"]:
+        imperial.setdefault(chip["imperial"], chip)
+    return _Table(
+        families=tuple(_row(entry) for entry in data["families"]),
+        loose=tuple(_row(entry) for entry in data["loose"]),
+        imperial=imperial,
+        metric={chip["metric"]: chip for chip in data["chips"]},
+    )
+
+
+def _row(entry: dict[str, Any]) -> _Row:
+    """Wrap a pattern so that it begins at a word and sees the number before or after it.
+
+    A number that belongs to a size or a pitch (``7x7``, ``6.3``, IPC's ``50P``) is not a number of pins.
+    """
+    match = (
+        rf"(?<![a-z0-9])(?:(?P<before>\d{1, 4})-?)?(?:{entry['match']})(?![a-z])"
+        r"(?:-?(?P<after>\d{1,4})(?![\d.px]|mm))?"
+    )
+    family = PackageFamily(entry["name"], entry["height_mm"], entry.get("standoff_mm"), entry["source"])
+    return _Row(family, re.compile(match), re.compile(entry.get("also", "")), entry.get("pins"))
