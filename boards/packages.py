@@ -173,7 +173,7 @@ def _row(entry: dict[str, Any]) -> _Row:
     A number that belongs to a size or a pitch (``7x7``, ``6.3``, IPC's ``50P``) is not a number of pins.
     """
     match = (
-        rf"(?<![a-z0-9])(?:(?P<before>\d{1, 4})-?)?(?:{entry['match']})(?![a-z])"
+        rf"(?<![a-z0-9])(?:(?P<before>\d{{1,4}})-?)?(?:{entry['match']})(?![a-z])"
         r"(?:-?(?P<after>\d{1,4})(?![\d.px]|mm))?"
     )
     family = PackageFamily(entry["name"], entry["height_mm"], entry.get("standoff_mm"), entry["source"])
