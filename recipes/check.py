@@ -1,0 +1,70 @@
+"""What is allowed in a recipe but probably not meant."""
+
+import math
+from collections.abc import Iterator
+
+from geometry.finding import Finding
+from recipes.classes import ComponentClass
+from recipes.nozzles import HollowCone
+from recipes.paths import ComponentPerimeter
+from recipes.recipe import Recipe
+
+_RING_TOLERANCE_DEG = 8.0
+_TAKES_ALL = ComponentClass()
+
+
+def check_recipe(recipe: Recipe) -> tuple[Finding, ...]:
+    """Find what a recipe states in vain: parts without use, classes that cannot match, rings that contradict."""
+    return (*_find_unused(recipe), *_find_idle_classes(recipe), *_find_idle_near(recipe), *_find_odd_rings(recipe))
+
+
+def _find_unused(recipe: Recipe) -> Iterator[Finding]:
+    steps = recipe.sequence
+    used = {
+        "functions": {step.function for step in steps},
+        "nozzles": {step.nozzle for step in steps},
+        "templates": {name for step in steps for name in step.paths},
+    }
+    for kind, names in used.items():
+        for name in getattr(recipe, kind):
+            if name not in names:
+                message = f"no step uses {name}; add it to the sequence, or remove it"
+                yield Finding(f"unused-{kind.removesuffix('s')}", "warning", message, f"{kind}.{name}")
+
+
+def _find_idle_classes(recipe: Recipe) -> Iterator[Finding]:
+    """The first class that matches wins, so nothing reaches a class after one that takes all."""
+    taker = ""
+    for name, component_class in recipe.classes.items():
+        if taker:
+            message = f"never matches, because {taker} before it takes every component; put it before {taker}"
+            yield Finding("class-out-of-reach", "warning", message, f"classes.{name}")
+        elif component_class == _TAKES_ALL:
+            taker = name
+    if not taker:
+        message = "no class takes what the others leave; add a last one that states nothing, such as `other: {}`"
+        yield Finding("no-class-for-the-rest", "warning", message, "classes")
+
+
+def _find_idle_near(recipe: Recipe) -> Iterator[Finding]:
+    for name, spec in recipe.templates.items():
+        if isinstance(spec, ComponentPerimeter) and spec.near is not None and spec.near.within_mm <= spec.merge_gap_mm:
+            message = (
+                f"near.within_mm {spec.near.within_mm:g} is not above merge_gap_mm {spec.merge_gap_mm:g}: components "
+                "so close are followed as one outline, so near seldom holds; raise within_mm"
+            )
+            yield Finding("near-within-merge-gap", "warning", message, f"templates.{name}.near")
+
+
+def _find_odd_rings(recipe: Recipe) -> Iterator[Finding]:
+    for name, nozzle in recipe.nozzles.items():
+        if not isinstance(nozzle, HollowCone) or nozzle.wavefront is None:
+            continue
+        radii = [(inner + outer) / 2 for _, inner, outer in nozzle.wavefront.points]
+        measured = math.degrees(math.atan2(sum(radii) / len(radii), nozzle.wavefront.height_mm))
+        if abs(measured - nozzle.half_angle_deg) > _RING_TOLERANCE_DEG:
+            message = (
+                f"the measured ring has a half angle of {measured:.1f} degrees but half_angle_deg says "
+                f"{nozzle.half_angle_deg:g}; check height_mm and the radii, or correct half_angle_deg"
+            )
+            yield Finding("ring-contradicts-half-angle", "warning", message, f"nozzles.{name}.wavefront")

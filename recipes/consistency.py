@@ -1,0 +1,160 @@
+"""What must hold between the parts of a recipe; a recipe that breaks it is refused."""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import cast
+
+from recipes.keys import name_nearest
+from recipes.located import YamlPath
+from recipes.nozzles import HollowCone, Nozzle
+from recipes.paths import ComponentPerimeter, PathSpec, StraightLine
+from recipes.problems import Problem
+from recipes.recipe import Recipe
+
+_DEFAULT = "default"
+_FLATTEST_DEG = 85.0  # a ray of the spray flatter than this does not close on the board (cleaning model, section 1.1)
+
+
+def find_problems(recipe: Recipe) -> list[Problem]:
+    """Look for what makes a recipe useless although each part of it is well formed."""
+    checks: tuple[Callable[[Recipe], Iterator[Problem]], ...] = (
+        _check_references,
+        _check_by_class,
+        _check_heights,
+        _check_lines,
+        _check_masks,
+        _check_steps,
+    )
+    return [problem for check in checks for problem in check(recipe)]
+
+
+def values_of(spec: PathSpec, field: str) -> Iterator[tuple[YamlPath, float]]:
+    """Give every value a template may take for a field: the one, those by class, the one near neighbours."""
+    value = cast("float | dict[str, float] | None", getattr(spec, field, None))
+    if isinstance(value, dict):
+        yield from (((field, name), number) for name, number in value.items())
+    elif value is not None:
+        yield (field,), value
+    if isinstance(spec, ComponentPerimeter) and spec.near is not None:
+        near = cast("float | None", getattr(spec.near, field, None))
+        if near is not None:
+            yield ("near", field), near
+
+
+def _check_references(recipe: Recipe) -> Iterator[Problem]:
+    """Every step names what exists."""
+    for index, step in enumerate(recipe.sequence):
+        at: YamlPath = ("sequence", index)
+        if step.function not in recipe.functions:
+            yield _unknown((*at, "function"), "function", step.function, list(recipe.functions))
+        if step.nozzle not in recipe.nozzles:
+            yield _unknown((*at, "nozzle"), "nozzle", step.nozzle, list(recipe.nozzles))
+        for place, name in enumerate(step.paths):
+            if name not in recipe.templates:
+                yield _unknown((*at, "paths", place), "template", name, list(recipe.templates))
+    if not any(step.enabled for step in recipe.sequence):
+        yield Problem(("sequence",), "no step is enabled, so there is nothing to do; enable one")
+
+
+def _check_by_class(recipe: Recipe) -> Iterator[Problem]:
+    """Values by class name classes that exist, and leave none without a value."""
+    if not recipe.classes:
+        yield Problem(("classes",), "is empty; give at least one class, such as `all: {}`")
+    if _DEFAULT in recipe.classes:
+        yield Problem(("classes", _DEFAULT), "stands for all classes not listed; give the class another name")
+    for name, spec in recipe.templates.items():
+        at: YamlPath = ("templates", name)
+        served = list(recipe.classes)
+        if isinstance(spec, ComponentPerimeter):
+            for place, only in enumerate(spec.only):
+                if only not in recipe.classes:
+                    yield _unknown((*at, "only", place), "class", only, list(recipe.classes))
+            served = spec.only or served
+        for field in type(spec).model_fields:
+            value = getattr(spec, field)
+            if isinstance(value, dict):
+                yield from _check_classes((*at, field), cast("dict[str, float]", value), served, recipe)
+
+
+def _check_classes(at: YamlPath, value: dict[str, float], served: list[str], recipe: Recipe) -> Iterator[Problem]:
+    for name in value:
+        if name != _DEFAULT and name not in recipe.classes:
+            yield _unknown((*at, name), "class", name, [*recipe.classes, _DEFAULT])
+    missing = [name for name in served if name not in value]
+    if missing and _DEFAULT not in value:
+        yield Problem(at, f"has no value for {', '.join(missing)}; add it or `default:`")
+
+
+def _check_heights(recipe: Recipe) -> Iterator[Problem]:
+    """The orifice stays above the clearance over the bare board."""
+    clearance = recipe.limits.clearance_mm
+    for name, spec in recipe.templates.items():
+        for path, height in values_of(spec, "height_mm"):
+            if height <= clearance:
+                message = f"{height:g} mm is not above the clearance ({clearance:g} mm, limits.clearance_mm); raise it"
+                yield Problem(("templates", name, *path), message)
+    if recipe.limits.park_height_mm <= clearance:
+        message = f"{recipe.limits.park_height_mm:g} mm is not above the clearance ({clearance:g} mm); raise it"
+        yield Problem(("limits", "park_height_mm"), message)
+
+
+def _check_lines(recipe: Recipe) -> Iterator[Problem]:
+    for name, spec in recipe.templates.items():
+        if isinstance(spec, StraightLine) and math.dist(spec.from_mm, spec.to_mm) < 1e-3:
+            yield Problem(("templates", name, "to"), "is where the line begins; a line needs two points")
+
+
+def _check_masks(recipe: Recipe) -> Iterator[Problem]:
+    for index, mask in enumerate(recipe.masks):
+        for kind in ("avoid", "clean", "ignore"):
+            for place, pattern in enumerate(cast("list[str]", getattr(mask, kind))):
+                if not pattern.strip():
+                    yield Problem(("masks", index, kind, place), "is blank and matches nothing; write a refdes or J*")
+
+
+def _check_steps(recipe: Recipe) -> Iterator[Problem]:
+    """What a template asks for must suit the function and the nozzle of each step that uses it."""
+    seen: set[tuple[YamlPath, str]] = set()
+    for index, step in enumerate(recipe.sequence):
+        function, nozzle = recipe.functions.get(step.function), recipe.nozzles.get(step.nozzle)
+        for name in step.paths:
+            spec = recipe.templates.get(name)
+            if function is None or nozzle is None or spec is None:
+                continue
+            for problem in (
+                *_check_speed(name, spec, f"sequence[{index}] uses it for {step.function}", function.max_speed_mm_s),
+                *_check_tilt(name, spec, step.nozzle, nozzle),
+            ):
+                if (problem.path, problem.message) not in seen:
+                    seen.add((problem.path, problem.message))
+                    yield problem
+
+
+def _check_speed(name: str, spec: PathSpec, use: str, maximum: float) -> Iterator[Problem]:
+    for path, speed in values_of(spec, "speed_mm_s"):
+        if speed > maximum:
+            message = f"{speed:g} mm/s is above the maximum {maximum:g} mm/s: {use}; lower it or use another template"
+            yield Problem(("templates", name, *path), message)
+
+
+def _check_tilt(name: str, spec: PathSpec, nozzle_name: str, nozzle: Nozzle) -> Iterator[Problem]:
+    spread = half_spread_deg(nozzle)
+    for path, tilt in values_of(spec, "tilt_deg"):
+        if tilt + spread >= _FLATTEST_DEG:
+            message = (
+                f"spray not closed on board: tilt {tilt:g} + half angle {spread:.3g} of {nozzle_name} "
+                f"is not below {_FLATTEST_DEG:g} degrees; tilt less than {_FLATTEST_DEG - spread:.3g}"
+            )
+            yield Problem(("templates", name, *path), message)
+
+
+def half_spread_deg(nozzle: Nozzle) -> float:
+    """Give the widest angle from the nozzle's axis to its spray; a measured wave front counts if it is wider."""
+    if isinstance(nozzle, HollowCone) and nozzle.wavefront is not None:
+        outer = max(point[2] for point in nozzle.wavefront.points)
+        return max(nozzle.half_angle_deg, math.degrees(math.atan2(outer, nozzle.wavefront.height_mm)))
+    return nozzle.half_angle_deg
+
+
+def _unknown(path: YamlPath, kind: str, name: str, known: list[str]) -> Problem:
+    return Problem(path, f"there is no {kind} {name!r}; {name_nearest(name, known)}")

@@ -1,0 +1,161 @@
+"""Reading recipes: from the library by name, from a file, or from text."""
+
+import difflib
+import hashlib
+import json
+import os
+import stat
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from recipes.consistency import find_problems
+from recipes.errors import RecipeError
+from recipes.inherit import inherit
+from recipes.located import Located, read_yaml
+from recipes.problems import raise_problems, translate
+from recipes.recipe import Recipe
+
+_LIBRARY = Path(__file__).parent / "library"
+_LARGEST_FILE = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedRecipe:
+    """A recipe and where each of its values was written."""
+
+    recipe: Recipe
+    root: Located
+    """The resolved tree: a value that was inherited bears the mark of the file it stands in."""
+
+
+def recipe_library() -> dict[str, Path]:
+    """Give the recipes that come with Washboard: name to file, in alphabetical order."""
+    return {path.stem: path for path in sorted(_LIBRARY.glob("*.yaml"))}
+
+
+def load_recipe(source: str | Path) -> Recipe:
+    """Read a recipe.
+
+    Args:
+        source: A library name such as ``smt-aqueous``, or a file.
+
+    Raises:
+        RecipeError: it cannot be found or used; the message says where and what to do.
+    """
+    return read_recipe(source).recipe
+
+
+def read_recipe(source: str | Path) -> LoadedRecipe:
+    """Read a recipe as ``load_recipe`` does and keep where its values stand.
+
+    Raises:
+        RecipeError: it cannot be found or used.
+    """
+    path = find_recipe(source)
+    return read_recipe_text(_read_text(path), file=path)
+
+
+def parse_recipe(text: str, *, file: Path | str = "<recipe>") -> Recipe:
+    """Read a recipe from its text.
+
+    Args:
+        text: YAML.
+        file: What to call it in errors; a file that it extends is looked for beside it.
+
+    Raises:
+        RecipeError: it cannot be used.
+    """
+    return read_recipe_text(text, file=file).recipe
+
+
+def read_recipe_text(text: str, *, file: Path | str = "<recipe>") -> LoadedRecipe:
+    """Read a recipe from its text as ``parse_recipe`` does and keep where its values stand.
+
+    Raises:
+        RecipeError: it cannot be used.
+    """
+    root = inherit(read_yaml(text, file), _read_extended)
+    try:
+        # JSON is what makes pydantic strict about types (no "60", no true for 1) while lists still become tuples.
+        recipe = Recipe.model_validate_json(json.dumps(root.plain()), strict=True)
+    except ValidationError as error:
+        raise_problems(translate(error, root), root)
+        raise AssertionError("a refused recipe has a problem") from error
+    raise_problems(find_problems(recipe), root)
+    return LoadedRecipe(recipe, root)
+
+
+def recipe_sha256(recipe: Recipe) -> str:
+    """Hash what the recipe says, however it was written: inherited or not, in whatever order where order says nothing.
+
+    The order of classes decides which one takes a component, so it is part of the content.
+    """
+    content = recipe.model_dump(mode="json", by_alias=True, exclude={"extends"})
+    content["classes"] = list(content["classes"].items())
+    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def find_recipe(source: str | Path) -> Path:
+    """Find the file of a recipe: a library name first, then a path.
+
+    Raises:
+        RecipeError: a bare name that is neither in the library nor a file.
+    """
+    library = recipe_library()
+    if isinstance(source, str) and source in library:
+        return library[source]
+    path = Path(source)
+    if _is_bare(str(source)) and not os.path.lexists(path):
+        near = difflib.get_close_matches(str(source), library, n=1)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        names = ", ".join(library)
+        raise RecipeError(f"no recipe {str(source)!r}; {hint}The library has: {names}; or give the path of a file")
+    return path
+
+
+def _is_bare(name: str) -> bool:
+    """Tell a name from a path."""
+    return bool(name) and "\0" not in name and not Path(name).suffix and name == Path(name).name
+
+
+def _read_extended(name: str, where: Located) -> Located:
+    """Read the tree of the recipe that another one extends; a relative path starts at the folder of that other."""
+    say = partial(RecipeError, path="extends", file=where.mark.file, line=where.mark.line)
+    try:
+        path = recipe_library().get(name)
+        if path is None and _is_bare(name):
+            find_recipe(name)
+        path = path or Path(os.path.normpath(Path(where.mark.file).parent / name))
+        text = _read_text(path)
+    except RecipeError as error:
+        raise say(str(error)) from None
+    return read_yaml(text, path)
+
+
+def _read_text(path: Path) -> str:
+    """Read a UTF-8 file of a sensible size.
+
+    Raises:
+        RecipeError: it cannot be read as text.
+    """
+    try:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise RecipeError("is not a file; give the path of a recipe in YAML", file=path)
+        if status.st_size > _LARGEST_FILE:
+            message = f"{status.st_size:,} bytes are too many; a recipe has at most {_LARGEST_FILE:,}"
+            raise RecipeError(message, file=path)
+        content = path.read_bytes()
+    except FileNotFoundError:
+        raise RecipeError("no such file; `washboard recipe list` shows the library", file=path) from None
+    except (OSError, ValueError) as error:
+        raise RecipeError(f"cannot be read: {getattr(error, 'strerror', None) or error}", file=path) from None
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise RecipeError("is not UTF-8 text; save it as UTF-8", file=path, line=line) from None
