@@ -1,0 +1,69 @@
+"""Parallel stripes across a region (Sandia 1993, section 2.1: stripes as wide as the cone's effective width)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from shapely import MultiPolygon, Polygon, affinity, box, get_parts, intersection
+
+from geometry.arrays import Points2
+
+_SLIVER_MM = 1e-3  # a region wider than a whole number of stripes by less than this needs no further stripe
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stripe:
+    """One stripe: the stretches of its centreline that serve the region, in the direction of travel."""
+
+    stretches: tuple[Points2, ...]
+    """(2, 2) start and end of each, mm."""
+
+
+def stripe_count(width_mm: float, pitch_mm: float) -> int:
+    """Fewest stripes at most ``pitch_mm`` apart that serve ``width_mm``; at least one."""
+    return max(1, int(np.ceil((width_mm - _SLIVER_MM) / pitch_mm)))
+
+
+def stripes(region: Polygon | MultiPolygon, direction: Points2, pitch_mm: float, bridge_mm: float) -> list[Stripe]:
+    """Lay stripes across a region.
+
+    Every stripe serves a band of its own; bands tile the region, all equally wide and at most ``pitch_mm``. A stripe
+    runs along the middle of its band for as long as the region goes on anywhere in the band, so that slanted edges
+    and corners between centrelines are served too.
+
+    Args:
+        region: What is to be served.
+        direction: (2,) unit vector of travel.
+        pitch_mm: Largest distance between neighbouring centrelines.
+        bridge_mm: Gaps along a stripe up to this length are run through.
+
+    Returns:
+        Stripes from right to left, seen along ``direction``; stretches along it.
+    """
+    angle = np.degrees(np.arctan2(direction[1], direction[0]))
+    level = affinity.rotate(region, -angle, origin=(0, 0))
+    x_min, y_min, x_max, y_max = level.bounds
+    count = stripe_count(y_max - y_min, pitch_mm)
+    pitch = (y_max - y_min) / count
+    rows: list[Stripe] = []
+    for row in range(count):
+        low = y_min + row * pitch
+        band = intersection(level, box(x_min - 1, low, x_max + 1, low + pitch))
+        spans = _joined([piece.bounds[::2] for piece in get_parts(band) if piece.area > 0], bridge_mm)
+        if spans:
+            rows.append(Stripe(tuple(_turned(span, low + pitch / 2, direction) for span in spans)))
+    return rows
+
+
+def _joined(spans: list[tuple[float, float]], bridge_mm: float) -> list[tuple[float, float]]:
+    joined: list[tuple[float, float]] = []
+    for start, end in sorted(spans):
+        if joined and start - joined[-1][1] <= bridge_mm:
+            joined[-1] = (joined[-1][0], max(joined[-1][1], end))
+        else:
+            joined.append((start, end))
+    return joined
+
+
+def _turned(span: tuple[float, float], across: float, direction: Points2) -> Points2:
+    left = np.array([-direction[1], direction[0]])
+    return np.outer(span, direction) + across * left

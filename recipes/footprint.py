@@ -1,0 +1,112 @@
+"""Where a nozzle's spray meets a flat surface.
+
+Only the geometry of the pattern: rays from the orifice that bound it, met with a plane. How much liquid arrives is
+the cleaning model's business.
+"""
+
+import numpy as np
+
+from geometry.arrays import Points, Points2, Scalars
+from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle
+
+_RAYS = 96
+_GRAZING = 1e-3  # a ray this flat (z of its direction) is taken to meet the plane there and no farther
+RING_EDGE_SIGMAS = 2.0
+
+
+def mid_angles(nozzle: Nozzle, azimuth: Scalars) -> Scalars:
+    """Polar angle of the middle of the wave front, rad, at azimuths from the nozzle's reference, rad.
+
+    Args:
+        nozzle: Any nozzle; for a full cone it is the edge of the cone, for a fan or knife the edge of the thin side.
+        azimuth: (n,) from tool +X towards tool +Y.
+    """
+    match nozzle:
+        case HollowCone():
+            if nozzle.wavefront is None:
+                return np.full(len(azimuth), np.radians(nozzle.half_angle_deg))
+            both = np.stack([_measured(nozzle, azimuth, 1), _measured(nozzle, azimuth, 2)])
+            return np.asarray(both.mean(axis=0), dtype=np.float64)
+        case FullCone():
+            return np.full(len(azimuth), np.radians(nozzle.half_angle_deg))
+        case FlatFan() | AirKnife():
+            return np.full(len(azimuth), np.radians(nozzle.thickness_half_angle_deg))
+
+
+def mean_angle(nozzle: Nozzle) -> float:
+    """Mean over the azimuth of the middle of the wave front, rad."""
+    return float(np.mean(mid_angles(nozzle, _azimuths())))
+
+
+def footprint(nozzle: Nozzle, height_mm: float, approach: Points, reference: Points) -> Points2:
+    """Outline of the spray on a plane below the orifice.
+
+    Args:
+        nozzle: Whose pattern; a hollow cone without a measured ring ends two sigmas outside its half angle.
+        height_mm: Orifice above the plane.
+        approach: (3,) jet direction, side frame (z up out of the surface).
+        reference: (3,) tool +X, at right angles to it.
+
+    Returns:
+        (k, 2) points around the outline, relative to the foot of the perpendicular from the orifice. Rays that
+        never meet the plane are cut off far away.
+    """
+    return _meet(nozzle, height_mm, approach, reference, _edge_angles(nozzle))
+
+
+def core_footprint(nozzle: Nozzle, height_mm: float, approach: Points, reference: Points) -> Points2:
+    """Like ``footprint`` but out to the middle of the wave front only: what surely is inside the spray."""
+    return _meet(nozzle, height_mm, approach, reference, mid_angles(nozzle, _azimuths()))
+
+
+def _azimuths() -> Scalars:
+    return np.arange(_RAYS) * (2 * np.pi / _RAYS)
+
+
+def _measured(nozzle: HollowCone, azimuth: Scalars, column: int) -> Scalars:
+    assert nozzle.wavefront is not None
+    table = np.array(nozzle.wavefront.points)
+    radius = np.interp(np.degrees(azimuth) % 360, table[:, 0], table[:, column], period=360)
+    return np.asarray(np.arctan2(radius, nozzle.wavefront.height_mm), dtype=np.float64)
+
+
+def _edge_angles(nozzle: Nozzle) -> Scalars:
+    if isinstance(nozzle, HollowCone):
+        if nozzle.wavefront is not None:
+            return _measured(nozzle, _azimuths(), 2)
+        edge = nozzle.half_angle_deg + RING_EDGE_SIGMAS * nozzle.ring_sigma_deg
+        return np.full(_RAYS, np.radians(min(edge, 85.0)))
+    return mid_angles(nozzle, _azimuths())
+
+
+def _tool_rays(nozzle: Nozzle, angles: Scalars) -> tuple[Points, Points]:
+    """Origins and directions of the bounding rays in the tool frame, mm."""
+    around = _azimuths()
+    match nozzle:
+        case HollowCone() | FullCone():
+            slope = np.tan(angles)[:, None] * np.column_stack([np.cos(around), np.sin(around)])
+            origins = np.zeros((_RAYS, 3))
+        case FlatFan() | AirKnife():
+            square = _square(around)
+            wide, thin = np.radians([nozzle.half_angle_deg, nozzle.thickness_half_angle_deg])
+            slope = square * np.tan([wide, thin])
+            origins = np.zeros((_RAYS, 3))
+            if isinstance(nozzle, AirKnife):
+                origins[:, 0] = square[:, 0] * nozzle.width_mm / 2
+    return origins, np.column_stack([slope, np.ones(_RAYS)])
+
+
+def _square(around: Scalars) -> Points2:
+    """Points around the square [-1, 1] x [-1, 1], corners included."""
+    circle = np.column_stack([np.cos(around), np.sin(around)])
+    return np.round(circle / np.abs(circle).max(axis=1, keepdims=True), 12)
+
+
+def _meet(nozzle: Nozzle, height_mm: float, approach: Points, reference: Points, angles: Scalars) -> Points2:
+    origins, directions = _tool_rays(nozzle, angles)
+    axes = np.stack([reference, np.cross(approach, reference), approach])
+    origins, directions = origins @ axes, directions @ axes
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    fall = np.maximum(-directions[:, 2], _GRAZING)
+    reach = (height_mm + origins[:, 2]) / fall
+    return (origins + directions * reach[:, None])[:, :2]

@@ -1,0 +1,93 @@
+"""Components that are followed as one outline, and how each group is to be followed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from geometry.polygons import canonical, close_gaps, fill_holes, simplify_within
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from shapely import Polygon, STRtree, union_all
+
+from boards.board import Component
+from recipes.paths import ComponentPerimeter, Near
+from recipes.spec import for_class
+
+_TOUCH_MM = 1e-4  # outlines are exact to about this; nearer is as good as touching
+_OUTLINE_MM = 0.05
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Group:
+    """Components that stand closer than the gap of the template, in file order."""
+
+    members: tuple[Component, ...]
+    outline: Polygon
+
+    @property
+    def name(self) -> str:
+        """Names of the members, joined by ``+``."""
+        return "+".join(member.name for member in self.members)
+
+
+@dataclass(frozen=True, slots=True)
+class Demand:
+    """What the classes and the neighbours of a group's members ask for; the most demanding member decides."""
+
+    height_mm: float
+    speed_mm_s: float
+    tilt_deg: float
+    distance_mm: float
+    passes: int
+    edge_delay_s: float
+
+
+def grouped(components: list[Component], gap_mm: float) -> list[Group]:
+    """Join components that are closer than the gap, directly or by way of others; groups by their first member."""
+    if not components:
+        return []
+    outlines = [component.outline for component in components]
+    first, second = STRtree(outlines).query(outlines, predicate="dwithin", distance=max(gap_mm - _TOUCH_MM, 0.0))
+    count = len(components)
+    links = coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
+    _, labels = connected_components(links, directed=False)
+    groups: dict[int, list[Component]] = {}
+    for component, label in zip(components, labels, strict=True):
+        groups.setdefault(int(label), []).append(component)
+    return [Group(tuple(members), _outline(members, gap_mm)) for members in groups.values()]
+
+
+def _outline(members: list[Component], gap_mm: float) -> Polygon:
+    if len(members) == 1:
+        return members[0].outline
+    anchors = np.concatenate([np.array(member.outline.exterior.coords) for member in members])
+    joined = close_gaps(union_all([member.outline for member in members]), gap_mm + 2 * _OUTLINE_MM)
+    if not isinstance(joined, Polygon):
+        joined = joined.convex_hull
+    return simplify_within(canonical(fill_holes(joined), anchors), _OUTLINE_MM)
+
+
+def demand(group: Group, spec: ComponentPerimeter, classes: dict[str, str]) -> Demand:
+    """Ask every member; the slowest speed, the most passes, the longest pause win, the largest member sets the tilt."""
+    near = [member for member in group.members if spec.near and member.neighbour_mm <= spec.near.within_mm]
+    largest = max(group.members, key=lambda member: round(member.area_mm2, 3))
+
+    def of(member: Component, value: float | int | dict[str, float] | dict[str, int], key: str) -> float:
+        instead = _instead(spec.near, key) if member in near else None
+        return float(for_class(value, classes[member.name])) if instead is None else instead
+
+    def over(value: float | int | dict[str, float] | dict[str, int], key: str, pick: Callable[..., float]) -> float:
+        return pick(of(member, value, key) for member in group.members)
+
+    return Demand(
+        height_mm=over(spec.height_mm, "height_mm", max),
+        speed_mm_s=over(spec.speed_mm_s, "speed_mm_s", min),
+        tilt_deg=of(largest, spec.tilt_deg, "tilt_deg"),
+        distance_mm=of(largest, spec.distance_mm, "distance_mm"),
+        passes=int(over(spec.passes, "passes", max)),
+        edge_delay_s=over(spec.edge_delay_s, "edge_delay_s", max),
+    )
+
+
+def _instead(near: Near | None, key: str) -> float | None:
+    return getattr(near, key, None)

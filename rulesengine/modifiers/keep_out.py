@@ -1,0 +1,141 @@
+"""Close the jet wherever the wave front would touch what must not be sprayed."""
+
+from dataclasses import replace
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely import MultiPolygon, Polygon, unary_union
+
+from boards.board import Board, Side
+from geometry.arrays import Indices, Points2
+from geometry.finding import Finding
+from recipes.footprint import footprint
+from recipes.nozzles import Nozzle
+from rulesengine.classify import Service
+from rulesengine.stroke import Stroke, StrokeSet, reference_axes
+
+_STEP_MM = 0.5
+_SHORTEST_MM = 1.0  # a rest of a stroke shorter than this is not worth opening the valve
+
+
+def avoided_zone(board: Board, side: Side, service: Service) -> Polygon | MultiPolygon:
+    """Outlines of what must not be sprayed on a side, grown by their margins."""
+    margins = dict(service.avoided)
+    zones = [
+        component.outline.buffer(margins[component.name] + _STEP_MM)
+        for component in board.components
+        if component.side == side and component.name in margins
+    ]
+    zone = unary_union(zones)
+    return zone if isinstance(zone, Polygon | MultiPolygon) else Polygon()
+
+
+def keep_out(strokes: StrokeSet, zone: Polygon | MultiPolygon, nozzle: Nozzle, made_by: str) -> StrokeSet:
+    """Cut strokes where the footprint would meet the zone.
+
+    A ring that loses a part becomes open strokes, once for each lap. The zone is grown by the spacing of the places
+    that are looked at, so that nothing between two of them touches it.
+    """
+    if zone.is_empty:
+        return strokes
+    kept: list[Stroke] = []
+    cut = 0
+    lost: list[str] = []
+    for stroke in strokes.strokes:
+        pieces = _allowed(stroke, zone, nozzle)
+        if pieces is None:
+            kept.append(stroke)
+            continue
+        cut += 1
+        kept += pieces * stroke.laps
+        if not pieces:
+            lost.append(stroke.made_by.removeprefix(f"{made_by}/"))
+    if not cut:
+        return strokes
+    return replace(strokes, strokes=tuple(kept), findings=(*strokes.findings, _finding(cut, lost, made_by)))
+
+
+def _finding(cut: int, lost: list[str], made_by: str) -> Finding:
+    gone = f" {len(lost)} are left out altogether: {', '.join(lost[:20])}." if lost else ""
+    message = f"{cut} strokes are cut to keep the wave front off what is avoided.{gone}"
+    return Finding("cut-by-mask", "warning" if lost else "info", message, made_by)
+
+
+def _allowed(stroke: Stroke, zone: Polygon | MultiPolygon, nozzle: Nozzle) -> list[Stroke] | None:
+    """Open strokes that are left of one; None if nothing is touched."""
+    dense, vertex = _sampled(stroke)
+    free = ~_touches(dense, zone, nozzle)
+    if free.all():
+        return None
+    if stroke.closed:
+        first = int(np.argmin(free))
+        dense, free, vertex = _rolled(dense, first), np.roll(free, -first), np.roll(vertex, -first)
+    edges = np.diff(np.concatenate([[0], free.astype(np.int8), [0]]))
+    runs = zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True)
+    return [piece for start, stop in runs if (piece := _piece(dense, vertex, int(start), int(stop))) is not None]
+
+
+def _piece(dense: Stroke, vertex: NDArray[np.bool_], start: int, stop: int) -> Stroke | None:
+    keep = vertex[start:stop].copy()
+    keep[[0, -1]] = True
+    index = start + np.flatnonzero(keep)
+    piece = _taken(dense, index)
+    length = float(np.linalg.norm(np.diff(piece.tcp, axis=0), axis=1).sum())
+    return replace(piece, closed=False, laps=1, entries=(0,)) if length >= _SHORTEST_MM else None
+
+
+def _sampled(stroke: Stroke) -> tuple[Stroke, NDArray[np.bool_]]:
+    """Add points at most one step apart; say which were there before."""
+    ahead = np.roll(stroke.tcp, -1, axis=0) if stroke.closed else np.vstack([stroke.tcp[1:], stroke.tcp[-1:]])
+    counts = np.maximum(1, np.ceil(np.linalg.norm(ahead - stroke.tcp, axis=1) / _STEP_MM)).astype(int)
+    segment = np.repeat(np.arange(len(counts)), counts)
+    first = np.cumsum(counts) - counts
+    share = ((np.arange(len(segment)) - first[segment]) / counts[segment])[:, None]
+    after = (segment + 1) % len(counts) if stroke.closed else np.minimum(segment + 1, len(counts) - 1)
+
+    def mixed(values: Points2) -> Points2:
+        return values[segment] * (1 - share) + values[after] * share
+
+    approach, azimuth = mixed(stroke.approach), mixed(stroke.azimuth)
+    original = share[:, 0] == 0
+    dense = replace(
+        stroke,
+        tcp=mixed(stroke.tcp),
+        approach=approach / np.linalg.norm(approach, axis=1, keepdims=True),
+        azimuth=azimuth / np.linalg.norm(azimuth, axis=1, keepdims=True),
+        delays=np.where(original, stroke.delays[segment], 0.0),
+        pauses=tuple(stroke.pauses[s] if o else "" for s, o in zip(segment, original, strict=True))
+        if stroke.pauses
+        else (),
+    )
+    return dense, original
+
+
+def _touches(dense: Stroke, zone: Polygon | MultiPolygon, nozzle: Nozzle) -> NDArray[np.bool_]:
+    pose = np.round(np.hstack([dense.approach, dense.azimuth, dense.tcp[:, 2:]]), 6)
+    poses, which = np.unique(pose, axis=0, return_inverse=True)
+    outlines = np.array([_outline(row, nozzle) for row in poses])
+    shapely.prepare(zone)
+    sprayed = shapely.polygons(outlines[which.ravel()] + dense.tcp[:, None, :2])
+    return np.asarray(shapely.intersects(zone, sprayed), dtype=np.bool_)
+
+
+def _outline(pose: Points2, nozzle: Nozzle) -> Points2:
+    approach, azimuth, height = pose[:3], pose[3:5], float(pose[5])
+    return footprint(nozzle, height, approach, reference_axes(approach[None], azimuth[None])[0])
+
+
+def _rolled(stroke: Stroke, first: int) -> Stroke:
+    return _taken(stroke, np.roll(np.arange(len(stroke.tcp)), -first))
+
+
+def _taken(stroke: Stroke, index: Indices) -> Stroke:
+    return replace(
+        stroke,
+        tcp=stroke.tcp[index],
+        approach=stroke.approach[index],
+        azimuth=stroke.azimuth[index],
+        delays=stroke.delays[index],
+        pauses=tuple(stroke.pauses[int(i)] for i in index) if stroke.pauses else (),
+    )

@@ -1,0 +1,98 @@
+"""In which order strokes are done, and where each begins, so that the nozzle travels least with the jet off."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from geometry.coverage.route import Choices, shortest_route
+
+from geometry.arrays import Indices, Points
+from geometry.finding import Finding
+from rulesengine.stroke import Stroke, StrokeSet
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ordered:
+    """Open strokes in the order and sense in which they are done."""
+
+    strokes: tuple[Stroke, ...]
+    findings: tuple[Finding, ...]
+
+
+def order_strokes(strokes: StrokeSet, start: Points, made_by: str) -> Ordered:
+    """Fix order, beginnings and senses, as far as the set leaves them open, from a starting point (3,)."""
+    todo = list(strokes.strokes)
+    if strokes.freedom == "either_end" and len(todo) > 1:
+        first, last = (round(float(np.linalg.norm(s.tcp[0] - start)), 3) for s in (todo[0], todo[-1]))
+        if last < first:
+            todo.reverse()
+    if not todo:
+        return Ordered((), ())
+    if strokes.freedom != "free":
+        return Ordered(_in_turn(todo, start), ())
+    ways = [_ways(stroke) for stroke in todo]
+    choices = Choices(
+        tuple(stroke.tcp[[begin for begin, _ in way]] for stroke, way in zip(todo, ways, strict=True)),
+        tuple(stroke.tcp[[end for _, end in way]] for stroke, way in zip(todo, ways, strict=True)),
+    )
+    route = shortest_route(choices, start)
+    done = tuple(
+        _begun(todo[index], ways[index][choice]) for index, choice in zip(route.order, route.choice, strict=True)
+    )
+    return Ordered(done, _gain(route.length_mm, route.given_length_mm, len(todo), made_by))
+
+
+def _in_turn(todo: list[Stroke], start: Points) -> tuple[Stroke, ...]:
+    """Keep the order; begin each where it is nearest."""
+    done: list[Stroke] = []
+    for stroke in todo:
+        ways = _ways(stroke)
+        away = [round(float(np.linalg.norm(stroke.tcp[begin] - start)), 3) for begin, _ in ways]
+        done.append(_begun(stroke, ways[int(np.argmin(away))]))
+        start = done[-1].tcp[-1]
+    return tuple(done)
+
+
+def _ways(stroke: Stroke) -> list[tuple[int, int]]:
+    """Where a stroke may begin and would then end, as indices of its points."""
+    if stroke.closed:
+        return [(entry, entry) for entry in stroke.entries]
+    last = len(stroke.tcp) - 1
+    return [(0, last), (last, 0)] if stroke.sense == "either" else [(0, last)]
+
+
+def _begun(stroke: Stroke, way: tuple[int, int]) -> Stroke:
+    """Open a stroke at the place that was chosen; a ring is unrolled, lap after lap."""
+    begin, end = way
+    count = len(stroke.tcp)
+    if not stroke.closed:
+        return stroke if begin < end or count == 1 else _taken(stroke, np.arange(count)[::-1])
+    lap = np.roll(np.arange(count), -begin)
+    # A ring that does not turn where it closes passes its first point again at the end of each lap.
+    turns_there = np.array_equal(stroke.tcp[lap[0]], stroke.tcp[lap[-1]])
+    laps = np.tile(lap, stroke.laps)
+    opened = _taken(stroke, laps if turns_there else np.append(laps, begin))
+    delays = opened.delays.copy()
+    if not turns_there:
+        delays[0] = 0.0  # nothing has arrived there yet
+    return replace(opened, delays=delays, closed=False, laps=1, entries=(0,))
+
+
+def _taken(stroke: Stroke, index: Indices) -> Stroke:
+    return replace(
+        stroke,
+        tcp=stroke.tcp[index],
+        approach=stroke.approach[index],
+        azimuth=stroke.azimuth[index],
+        delays=stroke.delays[index],
+        pauses=tuple(stroke.pauses[int(i)] for i in index) if stroke.pauses else (),
+    )
+
+
+def _gain(length_mm: float, given_mm: float, count: int, made_by: str) -> tuple[Finding, ...]:
+    if count < 2 or given_mm <= 0:
+        return ()
+    message = (
+        f"Order of {count} strokes: {length_mm:.0f} mm between them instead of {given_mm:.0f} mm in the given order "
+        f"({100 * (1 - length_mm / given_mm):.0f} % less)."
+    )
+    return (Finding("order-gain", "info", message, made_by),)

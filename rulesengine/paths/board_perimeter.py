@@ -1,0 +1,44 @@
+"""Board perimeter: along the edge of the board."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from geometry.arrays import Points2
+from recipes.paths import BoardPerimeter
+from rulesengine.ring import RingRule, offset_rings, ring_stroke
+from rulesengine.stroke import Site, Stroke, StrokeSet
+
+_CORNERS = {"front_left": (-1, -1), "front_right": (1, -1), "back_left": (-1, 1), "back_right": (1, 1)}
+
+
+def plan_board_perimeter(spec: BoardPerimeter, site: Site) -> StrokeSet:
+    """Follow the outer edge at its offset, and the edges of holes and slots too if that is asked for."""
+    rule = RingRule(
+        height_mm=spec.height_mm,
+        speed_mm_s=spec.speed_mm_s,
+        tilt_deg=spec.tilt_deg,
+        lean=spec.toward,
+        corner_deg=spec.corner_deg,
+        delay_s=spec.corner_delay_s,
+        laps=spec.repeats,
+        lead_in_mm=spec.lead_in_mm,
+    )
+    if spec.repeats == 0:
+        return StrokeSet((), "fixed")
+    outer, *inner = offset_rings(site.board.outline, spec.offset_mm) or offset_rings(site.board.outline, 0.0)
+    rings = [outer, *inner] if spec.follow == "outline_and_cutouts" else [outer]
+    strokes = [
+        ring_stroke(ring if spec.direction == "counterclockwise" else ring[::-1], rule, site, site.made_by)
+        for ring in rings
+    ]
+    return StrokeSet((_begun(strokes[0], spec), *strokes[1:]), "fixed")
+
+
+def _begun(stroke: Stroke, spec: BoardPerimeter) -> Stroke:
+    """Let the stroke begin at the corner that is asked for: the entry farthest out in its direction."""
+    if spec.start == "auto":
+        return stroke
+    entries: Points2 = stroke.tcp[list(stroke.entries), :2]
+    farthest = int(np.argmax(np.round(entries @ np.array(_CORNERS[spec.start]), 3)))
+    return replace(stroke, entries=(stroke.entries[farthest],))

@@ -1,0 +1,186 @@
+"""Recipe and board in; plan and timed program out."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from boards.board import Board, Side
+from geometry.finding import Finding, worst_first
+from programs.plan import Jet, Origin, Plan
+from programs.program import TimedProgram
+from recipes.load import check_recipe, recipe_sha256
+from recipes.nozzles import AirKnife
+from recipes.recipe import Recipe, Step
+from rulesengine.assemble import Assembly
+from rulesengine.classify import Classified, Service, classify, service
+from rulesengine.clearance import Floors, floors
+from rulesengine.modifiers.keep_out import avoided_zone, keep_out
+from rulesengine.modifiers.raise_over import raise_over
+from rulesengine.order import order_strokes
+from rulesengine.plan_path import plan_path
+from rulesengine.stroke import Site, Stroke, StrokeSet
+from rulesengine.timing import time_plan
+from rulesengine.transfers import parked
+
+Progress: TypeAlias = Callable[[str, float], None]
+"""What is being done, and which part of the whole job is behind us (0 to 1)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """One recipe on one board, all the way to its program: what the command line and the browser show."""
+
+    recipe: Recipe
+    board: Board
+    classified: tuple[Classified, ...]
+    plan: Plan
+    program: TimedProgram
+    findings: tuple[Finding, ...]
+    """Of the board, the recipe, the plan and the timing; worst first."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Job:
+    """What does not change from step to step."""
+
+    recipe: Recipe
+    board: Board
+    classes: dict[str, str]
+    service: Service
+    floors: dict[Side, Floors]
+
+
+def run(recipe: Recipe, board: Board, progress: Progress | None = None) -> Run:
+    """Plan and time a recipe on a board.
+
+    Raises:
+        RecipeError: a component matches no class, or nothing is left to do.
+    """
+
+    def tell(what: str, done: float) -> None:
+        if progress is not None:
+            progress(what, done)
+
+    classified, _ = classify(recipe, board)
+    plan = make_plan(recipe, board, lambda what, done: tell(what, 0.6 * done))
+    tell("timing", 0.6)
+    program = time_plan(plan, recipe.limits)
+    tell("done", 1.0)
+    findings = worst_first((*board.findings, *check_recipe(recipe), *plan.findings, *program.findings))
+    return Run(recipe, board, classified, plan, program, findings)
+
+
+def make_plan(recipe: Recipe, board: Board, progress: Progress | None = None) -> Plan:
+    """Turn a recipe into passes, dwells, transfers and commands on a board, in order.
+
+    Raises:
+        RecipeError: a component matches no class.
+    """
+    classified, class_findings = classify(recipe, board)
+    masks, mask_findings = service(recipe, board)
+    sides: tuple[Side, ...] = ("top", "bottom")
+    job = _Job(
+        recipe=recipe,
+        board=board,
+        classes={each.component: each.component_class for each in classified},
+        service=masks,
+        floors={side: floors(board, side, recipe.limits.clearance_mm) for side in sides},
+    )
+    steps = [(index, step) for index, step in enumerate(recipe.sequence) if step.enabled]
+    first = steps[0][1]
+    assembly = Assembly(
+        board,
+        recipe.limits,
+        first.side,
+        job.floors[first.side],
+        parked(board, recipe.limits, job.floors[first.side]),
+        findings=[*class_findings, *mask_findings],
+    )
+    for done, (index, step) in enumerate(steps):
+        if progress is not None:
+            progress(f"planning {step.function}", done / len(steps))
+        _do_step(job, assembly, index, step)
+    assembly.findings += _unserved(job, steps)
+    origin = Origin(board.name, board.sha256, recipe.recipe, recipe_sha256(recipe))
+    return Plan(origin, tuple(assembly.items), tuple(assembly.findings))
+
+
+def _do_step(job: _Job, assembly: Assembly, index: int, step: Step) -> None:
+    made_by = f"sequence[{index}]"
+    function = job.recipe.functions[step.function]
+    speed = min(job.recipe.limits.transfer_speed_mm_s, function.max_speed_mm_s)
+    if step.side != assembly.side:
+        assembly.turn_over(step.side, job.floors[step.side], speed, f"{made_by}/turn")
+    _announce(job, assembly, step, made_by)
+    jet = _jet(job.recipe, step)
+    sets = [_strokes(job, step, jet, name, f"{made_by}/{name}") for name in step.paths]
+    assembly.findings += [finding for strokes in sets for finding in strokes.findings]
+    if step.until is not None:
+        limits = step.until.model_dump(exclude_none=True, exclude={"max_repeats"})
+        for key, value in limits.items():
+            assembly.command("REPEAT", str(step.until.max_repeats), "UNTIL", key, ">=", f"{value:.3f}", made_by=made_by)
+    for _ in range(step.repeat):
+        for name, strokes in zip(step.paths, sets, strict=True):
+            ordered = order_strokes(strokes, assembly.pose.tcp, f"{made_by}/{name}")
+            assembly.findings += ordered.findings
+            assembly.spray(ordered.strokes, jet, strokes.retract, speed)
+    assembly.park(speed, f"{made_by}/park")
+    if step.until is not None:
+        assembly.command("ENDREPEAT", made_by=made_by)
+
+
+def _announce(job: _Job, assembly: Assembly, step: Step, made_by: str) -> None:
+    function, nozzle = job.recipe.functions[step.function], job.recipe.nozzles[step.nozzle]
+    assembly.command("FUNCTION", step.function, made_by=made_by)
+    assembly.command("NOZZLE", step.nozzle, "TOOL", str(nozzle.tool), made_by=made_by)
+    assembly.command("SOLUTION", function.solution, made_by=made_by)
+    assembly.command("SET", "pressure_bar", f"{function.pressure_bar:.3f}", made_by=made_by)
+    if function.temperature_c is not None:
+        assembly.command("SET", "temperature_c", f"{function.temperature_c:.3f}", made_by=made_by)
+
+
+def _jet(recipe: Recipe, step: Step) -> Jet:
+    function, nozzle = recipe.functions[step.function], recipe.nozzles[step.nozzle]
+    kind = function.solution_kind or ("gas" if isinstance(nozzle, AirKnife) else "liquid")
+    flow = nozzle.flow_lpm * float(np.sqrt(function.pressure_bar / nozzle.at_bar))
+    return Jet(step.function, step.nozzle, function.solution, flow, kind == "liquid")
+
+
+def _strokes(job: _Job, step: Step, jet: Jet, template: str, made_by: str) -> StrokeSet:
+    """Plan one template, raise it over what is in the way, and cut it where it must not spray."""
+    served = frozenset(
+        component.name
+        for component in job.board.components
+        if component.side == step.side
+        and component.name not in job.service.ignored
+        and component.name not in dict(job.service.avoided)
+    )
+    nozzle = job.recipe.nozzles[step.nozzle]
+    site = Site(job.board, step.side, nozzle, job.recipe.limits, jet, job.classes, served, made_by)
+    planned = plan_path(job.recipe.templates[template], site)
+    raised: list[Stroke] = []
+    findings = list(planned.findings)
+    for stroke in planned.strokes:
+        clear, noticed = raise_over(stroke, job.floors[step.side])
+        raised.append(clear)
+        findings += noticed
+    clear_set = replace(planned, strokes=tuple(raised), findings=tuple(findings))
+    return keep_out(clear_set, avoided_zone(job.board, step.side, job.service), nozzle, made_by)
+
+
+def _unserved(job: _Job, steps: list[tuple[int, Step]]) -> list[Finding]:
+    """Components that must be cleaned, on a side that no step sprays."""
+    sprayed = {step.side for _, step in steps}
+    return [
+        Finding(
+            "not-served",
+            "error",
+            f"{component.name} must be cleaned, but no step sprays the {component.side} side. Add one with "
+            f"side: {component.side}.",
+            "masks",
+        )
+        for component in job.board.components
+        if component.name in job.service.demanded and component.side not in sprayed
+    ]
