@@ -1,0 +1,71 @@
+"""STL, OBJ and PLY: loose triangles, with names where the file has some."""
+
+import re
+import warnings
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from boards.errors import BoardError
+from boards.formats.tree import Node
+
+
+def read_mesh(path: Path) -> Node:
+    """Read a mesh file; each object, group or solid becomes a child, in file order and file units.
+
+    Raises:
+        BoardError: damaged, or not of the kind that its suffix says.
+    """
+    import trimesh
+
+    kind = path.suffix.lower()[1:]
+    if kind == "stl":
+        _check_length(path)
+    try:
+        with path.open("rb") as stream, warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            loaded = trimesh.load_scene(stream, file_type=kind, process=False, **_options(path, kind))
+        found = [(str(name), cast(Any, mesh)) for name, mesh in loaded.geometry.items() if hasattr(mesh, "faces")]
+        children = tuple(_as_node(name, mesh) for name, mesh in found if len(mesh.faces))
+    except BoardError:
+        raise
+    except Exception as reason:  # trimesh's parsers raise whatever they stumble over
+        message = f"cannot be read as {kind.upper()}, the file is damaged or cut short ({reason!r}). Export it again."
+        raise BoardError(message, file=path) from reason
+    # trimesh hands the groups of an OBJ back last first.
+    return Node("", "", (), children[::-1] if kind == "obj" else children)
+
+
+def _check_length(path: Path) -> None:
+    """Say that an STL file is cut short; the reader would take what is left for text, or for an empty file."""
+    data = path.read_bytes()
+    if data[:5].lower() == b"solid" and b"facet" in data[:1024]:
+        whole = b"endsolid" in data[-1024:].lower()
+    else:
+        whole = len(data) >= 84 and len(data) >= 84 + 50 * int.from_bytes(data[80:84], "little")
+    if not whole:
+        raise BoardError("is not an STL file, or it is cut short. Export or copy it again.", file=path)
+
+
+def _as_node(name: str, mesh: Any) -> Node:
+    vertices = np.asarray(mesh.vertices, dtype=np.float64)
+    faces = np.asarray(mesh.faces, dtype=np.int64)
+    return Node(name, "", (vertices[faces],))
+
+
+def _options(path: Path, kind: str) -> dict[str, Any]:
+    """Split an OBJ by object if it has any, else by group; materials are of no interest."""
+    if kind != "obj":
+        return {}
+    text = path.read_bytes()
+    if re.search(rb"^f[^\n#]*[ \t]-\d", text, re.MULTILINE):
+        message = "counts vertices backwards (negative numbers in 'f' lines). Export it with absolute numbers."
+        raise BoardError(message, file=path)
+    objects = re.search(rb"^o ", text, re.MULTILINE) is not None
+    return {
+        "skip_materials": True,
+        "group_material": False,
+        "split_objects": objects,
+        "split_groups": not objects and re.search(rb"^g ", text, re.MULTILINE) is not None,
+    }

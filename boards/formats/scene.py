@@ -1,0 +1,183 @@
+"""Boards out of CAD: STEP assemblies, glTF scenes and plain meshes become bodies."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.board import Body, Role, Surface
+from boards.errors import BoardError
+from boards.formats.flat import UNITS_MM, Flatness, guess_unit, measure_flatness, turn_flat
+from boards.formats.gltf import read_gltf
+from boards.formats.loose import join_touching, split_bodies
+from boards.formats.meshes import read_mesh
+from boards.formats.placing import drop_layers, join_repeated, name_parts, split_roles
+from boards.formats.step import read_step
+from boards.formats.tree import Node, Part, has_refdes, is_called_board, label_of, refdes_of, split_parts
+from geometry.arrays import Triangles
+from geometry.finding import Finding
+from geometry.mesh import areas_and_normals
+
+Progress = Callable[[str, float], None]
+
+_STEP = (".step", ".stp")
+_GLTF = (".glb", ".gltf")
+_SMALLEST_NAMED_BOARD = 0.25
+
+
+def read_scene(path: Path, progress: Progress | None = None) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+    """Read a board from ``.step``/``.stp``, ``.glb``/``.gltf``, ``.stl``, ``.obj`` or ``.ply``.
+
+    The origin of the file is kept; a board that does not lie in the x/y plane is turned. The board comes first, then
+    components and obstacles in the order of the file's tree (loose bodies: the largest first).
+
+    Args:
+        path: file; the suffix says the format.
+        progress: called with what is being done and the fraction done.
+
+    Raises:
+        BoardError: the file cannot be read, is damaged, or holds no board.
+    """
+    report = progress if progress is not None else _say_nothing
+    report("reading", 0.0)
+    tree, findings = _read_tree(path, report)
+    report("finding parts", 0.96)
+    _check_geometry(tree, path)
+    loose = _is_loose(tree, path)
+    if loose:
+        bodies = split_bodies(np.concatenate(tree.geometry()))
+        tree = Node("", "", (), tuple(Node("", "", (body,)) for body in bodies))
+    board, flatness = _find_board(tree, path)
+    frame, turned = _find_frame(flatness, path)
+    slab = frame.move(Part("board", None, board.patches, is_named=False))
+    parts, layers = drop_layers(slab.patches(), [frame.move(part) for part in split_parts(tree, board)])
+    parts, joined = (join_touching(parts), _alone(parts)) if loose else join_repeated(parts)
+    placed, around = split_roles(slab.patches(), parts)
+    placed, renamed = name_parts(placed)
+    report("finding parts", 1.0)
+    made = (_make_body("board", slab), *(_make_body(role, part) for role, part in placed))
+    return made, (*findings, *turned, *layers, *joined, *around, *renamed)
+
+
+def _say_nothing(what: str, fraction: float) -> None:
+    """Stand in for a caller who does not want to know."""
+
+
+def _read_tree(path: Path, report: Progress) -> tuple[Node, tuple[Finding, ...]]:
+    suffix = path.suffix.lower()
+    try:
+        if suffix in _STEP:
+            return read_step(path, report)
+        return (read_gltf(path) if suffix in _GLTF else read_mesh(path)), ()
+    except OSError as reason:
+        message = f"cannot be read ({reason.strerror}). Check the path and the permissions."
+        raise BoardError(message, file=path) from reason
+
+
+def _check_geometry(tree: Node, path: Path) -> None:
+    found = False
+    for node in tree.walk():
+        for patches in node.patches:
+            found = found or len(patches) > 0
+            if not np.isfinite(patches).all():
+                at = f"part {label_of(node)!r}" if label_of(node) else "the mesh"
+                raise BoardError(
+                    f"{at} has vertices that are not numbers. Repair it in CAD and export again.", file=path
+                )
+    if not found:
+        raise BoardError("holds no triangles or surfaces. Export the board with its solids.", file=path)
+
+
+def _is_loose(tree: Node, path: Path) -> bool:
+    """Tell whether names are of no help: one mesh, or a mesh file that names nothing like a component."""
+    several = sum(1 for node in tree.walk() if node.patches) > 1
+    return not several or (path.suffix.lower() not in _STEP and not has_refdes(tree))
+
+
+def _find_board(tree: Node, path: Path) -> tuple[Node, Flatness]:
+    """Choose the bare board: the largest plate that is named like one, else the largest plate."""
+    plates: list[tuple[Node, Flatness, bool]] = []
+    for node, named in _bare_leaves(tree, path.stem, is_root=True):
+        flatness = measure_flatness(np.concatenate(node.patches))
+        if flatness.is_plate:
+            plates.append((node, flatness, named))
+    if not plates:
+        message = "holds no board: nothing in it is a flat plate. Export the bare board with its components."
+        raise BoardError(message, file=path)
+    # Six digits: two equal plates must not be told apart by rounding; the first in the file wins.
+    largest = max(flatness.area for _, flatness, _ in plates)
+    named = [plate for plate in plates if plate[2] and plate[1].area > _SMALLEST_NAMED_BOARD * largest]
+    node, flatness, _ = max(named or plates, key=lambda plate: float(f"{plate[1].area:.6g}"))
+    return node, flatness
+
+
+def _bare_leaves(node: Node, stem: str, *, is_root: bool = False, named: bool = False) -> Iterator[tuple[Node, bool]]:
+    """Yield the nodes with geometry that may be the board, and whether they (or a group they are in) are called so."""
+    if refdes_of(node.name) is not None and not any(has_refdes(child) for child in node.children):
+        return
+    named = named or (not is_root and is_called_board(node, stem) and not has_refdes(node))
+    if node.patches:
+        yield node, named
+    for child in node.children:
+        yield from _bare_leaves(child, stem, named=named)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Frame:
+    """From the file's units and axes to the board frame, mm."""
+
+    scale: float
+    turn: NDArray[np.float64] | None
+
+    def move(self, part: Part) -> Part:
+        """Move a part; coordinates come out in steps of 0.0001 mm, patches that shrink to nothing are left out."""
+        moved = (self._move(patches) for patches in part.geometry)
+        return replace(part, geometry=tuple(patches for patches in moved if len(patches)))
+
+    def _move(self, patches: Triangles) -> Triangles:
+        scaled = patches * self.scale
+        turned = scaled if self.turn is None else scaled @ self.turn.T
+        steps = np.round(turned, 4) + 0.0
+        areas, _ = areas_and_normals(steps)
+        return steps[areas > 1e-9]
+
+
+def _find_frame(board: Flatness, path: Path) -> tuple[_Frame, list[Finding]]:
+    findings: list[Finding] = []
+    suffix = path.suffix.lower()
+    default = "metres" if suffix in (*_STEP, *_GLTF) else "mm"
+    unit = default
+    if suffix not in _STEP:  # a STEP file states its unit
+        likely = sorted(UNITS_MM, key=lambda name: name != default)
+        unit = guess_unit(board, likely) or default
+    if unit != default:
+        size = f"{board.length:.4g} x {board.thickness:.4g}"
+        message = f"the board is {size} in the units of the file: looks like {unit}, taken as such (not {default})."
+        findings.append(Finding("unit-guessed", "warning", message))
+    turn = turn_flat(board.normal)
+    if turn is not None:
+        x, y, z = (round(float(value), 3) + 0.0 for value in board.normal)
+        message = (
+            f"the board did not lie in the x/y plane: turned so that its direction ({x:g}, {y:g}, {z:g}) became z."
+        )
+        findings.append(Finding("board-turned", "info", message))
+    elif suffix in _GLTF:
+        findings.append(
+            Finding("board-not-turned", "info", "glTF says y is up, but the board lies in x/y: not turned.")
+        )
+    return _Frame(UNITS_MM[unit], turn), findings
+
+
+def _alone(parts: list[Part]) -> list[Finding]:
+    if parts:
+        return []
+    message = "nothing but the board was found: components must be bodies of their own, not fused with the board."
+    return [Finding("no-components", "warning", message)]
+
+
+def _make_body(role: Role, part: Part) -> Body:
+    patches = part.patches()
+    surfaces = tuple(Surface(f"surface-{n}", len(own)) for n, own in enumerate(part.geometry, start=1))
+    return Body(part.name, role, patches, areas_and_normals(patches)[1], surfaces, package=part.package)

@@ -1,0 +1,112 @@
+"""The tree of named parts that a CAD file brings, and which of its nodes are components."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.arrays import Triangles
+
+DEEPEST = 200
+"""Levels below the root; a deeper tree is damaged rather than detailed."""
+
+_REFDES = re.compile(r"([A-Z]{1,4}\d{1,5}[A-Z]?)(?:[ :;,(\[_.-].*)?", re.DOTALL)
+# Names of packages and of pieces that are spelt like a reference designator.
+_NOT_REFDES = re.compile(
+    r"(SO|SOT|SOD|SOP|TO|DO|DIP|SOIC|QFN|QFP|LQFP|TQFP|BGA|FBGA|LGA|DFN|SON|WSON|MSOP|SMA|SMB|SMC|PIN|PAD|LEAD|BODY|PART|"
+    r"MESH|NODE|FACE|CUBE|ROOT|NAUO|PCB|PCBA|REV)\d+[A-Z]?"
+)
+_NOBODY = re.compile(
+    r"|=>.*|NAUO\d*|\d+|open cascade.*"
+    r"|(solid|compound|compsolid|shell|shape|mesh|node|body|part|object|geometry)[ _.:-]?\d*",
+    re.IGNORECASE | re.DOTALL,
+)
+_BOARD = re.compile(r"(?:^|[^a-z])(?:pcb|board|substrate|leiterplatte|platine)(?:$|[^a-z])", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Node:
+    """One node of the file's tree: its own patches in the root's frame (file units) and what hangs below it."""
+
+    name: str
+    product: str
+    """Name of the part or mesh that the node places; empty where the file gives none."""
+    patches: tuple[Triangles, ...]
+    children: tuple["Node", ...] = ()
+
+    def walk(self) -> Iterator["Node"]:
+        """Yield the node and everything below it, in tree order."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+    def geometry(self) -> tuple[Triangles, ...]:
+        """Return the patches of the node and of everything below it, one array for each geometry of the file."""
+        return tuple(patches for node in self.walk() for patches in node.patches)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """What becomes one body: a name (empty if the file gives none) and its geometry."""
+
+    name: str
+    package: str | None
+    geometry: tuple[Triangles, ...]
+    is_named: bool
+    """The name is a reference designator."""
+
+    def patches(self) -> Triangles:
+        """All patches, (n, 3, 3)."""
+        return np.concatenate(self.geometry)
+
+
+def refdes_of(name: str) -> str | None:
+    """Return the reference designator in a node's name: ``U12``, also from ``U12:1`` and ``U12_SOIC-8``."""
+    found = _REFDES.fullmatch(name)
+    if found is None or _NOT_REFDES.fullmatch(found[1]):
+        return None
+    return found[1]
+
+
+def label_of(node: Node) -> str:
+    """Return the name a person gave to a node or to what it places; empty where programs made them up."""
+    return next((name for name in (node.name, node.product) if not _NOBODY.fullmatch(name)), "")
+
+
+def package_of(node: Node) -> str | None:
+    """Return the first product name at or below a component's node that is not the component's own name."""
+    for below in node.walk():
+        for name in (below.product, "" if below is node else below.name):
+            if not _NOBODY.fullmatch(name) and name != node.name:
+                return name
+    return None
+
+
+def is_called_board(node: Node, stem: str) -> bool:
+    """Tell whether a node (not the root) is named like a bare board, or like the file."""
+    names = (node.name, node.product)
+    return any(_BOARD.search(name) or name == stem for name in names) and refdes_of(node.name) is None
+
+
+def has_refdes(node: Node) -> bool:
+    """Tell whether any node of the subtree is named like a reference designator."""
+    return any(refdes_of(below.name) for below in node.walk())
+
+
+def split_parts(node: Node, board: Node) -> list[Part]:
+    """Cut the tree into parts, in tree order, the board's node left out.
+
+    The topmost node with a reference designator is a component with all that hangs below it; a node that holds the
+    board or components is a wrapper; anything else is one part under its own name.
+    """
+    if node is board:
+        return []
+    refdes = refdes_of(node.name)
+    holds_board = any(below is board for below in node.walk())
+    if not holds_board and (refdes or not has_refdes(node)):
+        geometry = node.geometry()
+        name = refdes or label_of(node)
+        return [Part(name, package_of(node), geometry, refdes is not None)] if geometry else []
+    own = [Part(label_of(node), None, node.patches, False)] if node.patches else []
+    return own + [part for child in node.children for part in split_parts(child, board)]
