@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Directions, Indices, Points, Quaternions, Scalars
-from programs.columns import columns_of
+from programs.columns import Columns, columns_of
 from programs.errors import ProgramError
 from programs.program import Command, TimedProgram
 
@@ -30,26 +30,20 @@ class Naming:
 class Timeline:
     """A program laid out for quick questions; build it once and ask it 60 times a second.
 
-    The clock of motion stands still while a WAIT holds the pose; m moves, w waits, s switches. Board frame, mm, s.
+    k key poses in the order of time: one for each move, one for the beginning and one for the end of each wait.
+    Board frame, mm, s.
     """
 
-    move_clock: Scalars
-    """(m,) reading of the clock of motion at each move."""
-    move_at: Indices
-    """(m,) which instruction each move is."""
+    times: Scalars
+    """(k,)"""
     tcp: Points
+    """(k, 3)"""
     quaternion: Quaternions
-    """(m, 4) unit length."""
+    """(k, 4) unit length."""
     speed: Scalars
-    """(m,) of the segment that ends at each move; 0 for the first."""
-    wait_start: Scalars
-    """(w,)"""
-    wait_length: Scalars
-    """(w,)"""
-    wait_at: Indices
-    """(w,) which instruction each wait is."""
-    held_before: Scalars
-    """(w + 1,) seconds held before each wait, and altogether."""
+    """(k,) of the segment that ends at each key pose."""
+    running: Indices
+    """(k,) the instruction that runs in that segment; the first instruction for the first."""
     switch_times: Scalars
     """(s,)"""
     switched_on: NDArray[np.bool_]
@@ -57,12 +51,9 @@ class Timeline:
     function: Naming
     nozzle: Naming
     solution: Naming
-    last_instruction: int
-    maker_of: Indices
+    made_by: Indices
     """(instructions,) index into ``makers``."""
     makers: tuple[str, ...]
-    end_s: float
-    """When the last move has arrived and the last wait is over."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,67 +109,50 @@ def build_timeline(program: TimedProgram) -> Timeline:
     columns = columns_of(program)
     if not len(columns.moves):
         raise ProgramError("the program has no MOVE; there is nothing to play.")
-    wait_start = columns.times[columns.wait_at]
-    held_before = np.concatenate([[0.0], np.cumsum(columns.waits)])
-    clock = _moving_clock(columns.times[columns.move_at], wait_start, columns.waits, held_before)
-    clock = np.maximum.accumulate(clock)  # a wait may overlap the next move by the last digit of the file
-    tcp = columns.moves[:, :3]
-    lasting = np.diff(clock)
-    lengths = np.linalg.norm(np.diff(tcp, axis=0), axis=1)
+    times, tcp, quaternion, running = _key_poses(columns)
+    lasting, lengths = np.diff(times), np.linalg.norm(np.diff(tcp, axis=0), axis=1)
     speed = np.divide(lengths, lasting, out=np.zeros_like(lengths), where=lasting > 0)
     makers = tuple(dict.fromkeys(item.made_by for item in program.instructions))
     code = {made_by: index for index, made_by in enumerate(makers)}
-    ends = [*columns.times[-1:], *(wait_start[-1:] + columns.waits[-1:])]
     return Timeline(
-        move_clock=clock,
-        move_at=columns.move_at,
+        times=times,
         tcp=tcp,
-        quaternion=columns.moves[:, 3:7] / np.linalg.norm(columns.moves[:, 3:7], axis=1, keepdims=True),
+        quaternion=quaternion,
         speed=np.concatenate([[0.0], speed]),
-        wait_start=wait_start,
-        wait_length=columns.waits,
-        wait_at=columns.wait_at,
-        held_before=held_before,
+        running=running,
         switch_times=columns.times[columns.spray_at],
         switched_on=np.concatenate([[False], columns.spray]),
         function=_naming(program, "FUNCTION"),
         nozzle=_naming(program, "NOZZLE"),
         solution=_naming(program, "SOLUTION"),
-        last_instruction=len(program.instructions) - 1,
-        maker_of=np.array([code[item.made_by] for item in program.instructions], dtype=np.int64),
+        made_by=np.array([code[item.made_by] for item in program.instructions], dtype=np.int64),
         makers=makers,
-        end_s=float(max(ends)),
     )
 
 
 def play(timeline: Timeline, times_s: Scalars) -> ToolStates:
     """Say where the nozzle is and what it does at each of (n,) times, in any order; see ``playback``."""
     times = np.asarray(times_s, dtype=np.float64)
-    clock = _moving_clock(times, timeline.wait_start, timeline.wait_length, timeline.held_before)
-    move = np.searchsorted(timeline.move_clock, clock, side="right")  # the move under way; 0 before the first
-    last = len(timeline.move_clock) - 1
-    come_from, go_to = np.clip(move - 1, 0, last), np.clip(move, 0, last)
-    begin, lasting = timeline.move_clock[come_from], timeline.move_clock[go_to] - timeline.move_clock[come_from]
-    done = np.divide(clock - begin, lasting, out=np.zeros_like(clock), where=lasting > 0)
+    key = np.searchsorted(timeline.times, times, side="right")  # the next key pose; 0 before the first
+    last = len(timeline.times) - 1
+    come_from, go_to = np.clip(key - 1, 0, last), np.clip(key, 0, last)
+    lasting = timeline.times[go_to] - timeline.times[come_from]
+    done = np.divide(times - timeline.times[come_from], lasting, out=np.zeros_like(times), where=lasting > 0)
     tcp = timeline.tcp[come_from] + done[:, None] * (timeline.tcp[go_to] - timeline.tcp[come_from])
     quaternion = _slerp(timeline.quaternion[come_from], timeline.quaternion[go_to], done)
-    wait, held = _waiting(timeline, times)
-    moving = (move > 0) & (move <= last) & ~held
-    instruction = np.select(
-        [held, move == 0, move > last], [wait, 0, timeline.last_instruction], timeline.move_at[go_to]
-    )
+    instruction = np.where(key > last, len(timeline.made_by) - 1, timeline.running[go_to])
     return ToolStates(
         times=times,
         tcp=tcp,
         quaternion=quaternion,
         approach=_jet_directions(quaternion),
-        speed=np.where(moving, timeline.speed[go_to], 0.0),
+        speed=np.where(key > last, 0.0, timeline.speed[go_to]),
         spraying=timeline.switched_on[np.searchsorted(timeline.switch_times, times, side="right")],
         function=timeline.function.at(times),
         nozzle=timeline.nozzle.at(times),
         solution=timeline.solution.at(times),
         instruction=instruction,
-        made_by=timeline.maker_of[instruction],
+        made_by=timeline.made_by[instruction],
         functions=timeline.function.names,
         nozzles=timeline.nozzle.names,
         solutions=timeline.solution.names,
@@ -186,23 +160,32 @@ def play(timeline: Timeline, times_s: Scalars) -> ToolStates:
     )
 
 
-def _moving_clock(times: Scalars, wait_start: Scalars, wait_length: Scalars, held_before: Scalars) -> Scalars:
-    """Read the clock of motion: the time less all that has been waited until then."""
-    if not len(wait_start):
-        return times
-    wait = np.searchsorted(wait_start, times, side="right") - 1
-    latest = np.maximum(wait, 0)
-    passed = np.clip(times - wait_start[latest], 0.0, wait_length[latest])
-    return times - held_before[latest] - passed
-
-
-def _waiting(timeline: Timeline, times: Scalars) -> tuple[Indices, NDArray[np.bool_]]:
-    """Say which instruction waited last at each time, and whether it still holds."""
-    if not len(timeline.wait_at):
-        return np.zeros(len(times), dtype=np.int64), np.zeros(len(times), dtype=np.bool_)
-    wait = np.searchsorted(timeline.wait_start, times, side="right") - 1
-    latest = np.maximum(wait, 0)
-    return timeline.wait_at[latest], (wait >= 0) & (times < (timeline.wait_start + timeline.wait_length)[latest])
+def _key_poses(columns: Columns) -> tuple[Scalars, Points, Quaternions, Indices]:
+    """Times, positions, orientations and running instructions of the moves and of both ends of the waits."""
+    tcp = columns.moves[:, :3]
+    quaternion = columns.moves[:, 3:7] / np.linalg.norm(columns.moves[:, 3:7], axis=1, keepdims=True)
+    wait_times = columns.times[columns.wait_at]
+    # A wait holds the pose reached at its time; what is left of a segment takes the time that no wait holds.
+    held = np.concatenate([[0.0], np.cumsum(columns.waits)])
+    after = np.searchsorted(columns.move_at, columns.wait_at)
+    come_from, go_to = np.maximum(after - 1, 0), np.minimum(after, len(tcp) - 1)
+    move_clock = columns.times[columns.move_at] - held[np.searchsorted(columns.wait_at, columns.move_at)]
+    begin, lasting = move_clock[come_from], move_clock[go_to] - move_clock[come_from]
+    passed = wait_times - held[:-1] - begin
+    done = np.clip(np.divide(passed, lasting, out=np.zeros_like(passed), where=lasting > 0), 0.0, 1.0)
+    wait_tcp = tcp[come_from] + done[:, None] * (tcp[go_to] - tcp[come_from])
+    wait_quaternion = _slerp(quaternion[come_from], quaternion[go_to], done)
+    # In the order of the instructions; the beginning of a wait belongs to the move that it interrupts.
+    order = np.argsort(np.concatenate([columns.move_at, columns.wait_at, columns.wait_at]), kind="stable")
+    times = np.concatenate([columns.times[columns.move_at], wait_times, wait_times + columns.waits])[order]
+    running = np.concatenate([columns.move_at, columns.move_at[go_to], columns.wait_at])[order]
+    running[0] = 0
+    return (
+        np.maximum.accumulate(times),  # a wait may overlap the next move by the last digit of the file
+        np.concatenate([tcp, wait_tcp, wait_tcp])[order],
+        np.concatenate([quaternion, wait_quaternion, wait_quaternion])[order],
+        running,
+    )
 
 
 def _naming(program: TimedProgram, keyword: str) -> Naming:
