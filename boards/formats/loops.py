@@ -1,0 +1,223 @@
+"""Lines and arcs of a drawing, chained into closed loops and the loops into one outline with holes.
+
+Nothing here looks at absolute directions: a loop starts where the file starts it, so it moves with the board.
+"""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+from shapely import Polygon
+from shapely.geometry.polygon import orient
+
+from boards.errors import BoardError
+from geometry.arrays import Points2
+
+Point2: TypeAlias = NDArray[np.float64]  # (2,)
+
+SAGITTA_MM = 0.01
+"""How far the chord of an arc may be from the arc."""
+
+CHAIN_MM = 0.01
+"""Ends closer than this are joined."""
+
+DRILL_MM = 1.0
+"""Smaller drilled holes are left out of the outline: vias and the leads of parts, most of them full of solder."""
+
+
+def arc(start: Point2, centre: Point2, sweep_rad: float) -> Points2:
+    """Points along an arc, ``(n, 2)`` with both ends; a positive sweep is counter-clockwise.
+
+    A full turn ends on its first point.
+    """
+    arm = np.asarray(start, dtype=np.float64) - centre
+    radius = float(np.hypot(arm[0], arm[1]))
+    if radius <= SAGITTA_MM or abs(sweep_rad) < 1e-9:
+        return np.array([start, start], dtype=np.float64)
+    step = 2.0 * np.arccos(1.0 - min(SAGITTA_MM / radius, 0.25))
+    # Rounded first, so that a board that was moved has as many points as before.
+    count = max(int(np.ceil(round(abs(sweep_rad) / step, 3))), 2)
+    turn = np.linspace(0.0, sweep_rad, count + 1)
+    points = centre + np.column_stack(
+        [arm[0] * np.cos(turn) - arm[1] * np.sin(turn), arm[0] * np.sin(turn) + arm[1] * np.cos(turn)]
+    )
+    if abs(abs(sweep_rad) - 2.0 * np.pi) < 1e-9:
+        points[-1] = points[0]
+    return points
+
+
+def arc_between(start: Point2, end: Point2, sweep_rad: float) -> Points2:
+    """Points along the arc from one point to another with this included angle, ``(n, 2)`` with both ends exact."""
+    half = (np.asarray(end, dtype=np.float64) - start) / 2.0
+    if abs(sweep_rad) < 1e-6:
+        return np.array([start, end], dtype=np.float64)
+    left = np.array([-half[1], half[0]])
+    points = arc(start, start + half + left / np.tan(sweep_rad / 2.0), sweep_rad)
+    points[-1] = end
+    return points
+
+
+def arc_through(start: Point2, middle: Point2, end: Point2) -> Points2:
+    """Points along the arc through three points, ``(n, 2)`` with both ends exact; a line if they are in a row."""
+    first, second = np.asarray(middle, dtype=np.float64) - start, np.asarray(end, dtype=np.float64) - middle
+    # Inscribed angle: the arc's included angle is twice the turn at its middle.
+    turn = np.arctan2(first[0] * second[1] - first[1] * second[0], float(first @ second))
+    return arc_between(start, end, 2.0 * float(turn))
+
+
+def chain(edges: Sequence[Points2]) -> tuple[list[Points2], list[Points2]]:
+    """Join edges end to end within ``CHAIN_MM``, beginning with the first of the file.
+
+    Args:
+        edges: Polylines ``(n, 2)`` in file order, in any direction.
+
+    Returns:
+        Closed loops ``(n, 2)`` without the repeated first point, and the chains that stayed open.
+    """
+    kept = _distinct(edges)
+    loops: list[Points2] = []
+    opened: list[Points2] = []
+    if not kept:
+        return loops, opened
+    ends = np.array([[edge[0], edge[-1]] for edge in kept]).reshape(-1, 2)
+    tree, free = KDTree(ends), np.ones(len(kept), dtype=bool)
+    for seed in range(len(kept)):
+        if not free[seed]:
+            continue
+        free[seed] = False
+        path = _extend(kept[seed], kept, tree, free)
+        if not _closed(path):
+            path = _extend(path[::-1], kept, tree, free)
+        if _closed(path):
+            loops.append(path[:-1])
+        else:
+            opened.append(path)
+    return loops, opened
+
+
+def _closed(path: Points2) -> bool:
+    return len(path) > 3 and bool(np.hypot(*(path[-1] - path[0])) <= CHAIN_MM)
+
+
+def _distinct(edges: Sequence[Points2]) -> list[Points2]:
+    """Leave out edges without length and the second of two that lie upon each other."""
+    kept = [edge for edge in edges if np.ptp(edge, axis=0).max() > CHAIN_MM]
+    if len(kept) < 2:
+        return kept
+    # Two ends and the mean of the points, the ends in an order that does not depend on the direction of drawing.
+    means = np.array([edge.mean(axis=0) for edge in kept])
+    twins = KDTree(means).query_pairs(CHAIN_MM, output_type="ndarray")
+    dropped: set[int] = set()
+    for first, second in sorted((int(min(pair)), int(max(pair))) for pair in twins):
+        one, two = kept[first], kept[second]
+        straight = np.hypot(*(one[0] - two[0])) + np.hypot(*(one[-1] - two[-1]))
+        crossed = np.hypot(*(one[0] - two[-1])) + np.hypot(*(one[-1] - two[0]))
+        if len(one) == len(two) and min(straight, crossed) <= 2 * CHAIN_MM:
+            dropped.add(second)
+    return [edge for number, edge in enumerate(kept) if number not in dropped]
+
+
+def _extend(path: Points2, edges: Sequence[Points2], tree: KDTree, free: np.ndarray) -> Points2:
+    """Append free edges to the end of a path until it closes or nothing is there."""
+    pieces, length, first, last = [path], len(path), path[0], path[-1]
+    while not (length > 3 and np.hypot(*(last - first)) <= CHAIN_MM):
+        near = [int(end) for end in tree.query_ball_point(last, CHAIN_MM) if free[int(end) // 2]]
+        if not near:
+            break
+        nearest = min(near, key=lambda end: (round(float(np.hypot(*(tree.data[end] - last))), 6), end))
+        edge = edges[nearest // 2]
+        free[nearest // 2] = False
+        piece = edge[1:] if nearest % 2 == 0 else edge[-2::-1]
+        pieces.append(piece)
+        length, last = length + len(piece), piece[-1]
+    return np.concatenate(pieces)
+
+
+def outline_of(
+    loops: Sequence[Points2], drills: Sequence[Points2], *, file: Path, spot: Callable[[Point2], str]
+) -> Polygon:
+    """One outline from the loops of a board: the largest is the edge, the others are cut out of it, and so are drills.
+
+    Args:
+        loops: Closed loops ``(n, 2)``, mm.
+        drills: Loops of drilled holes and slots; what lies outside the edge is ignored.
+        file: For the messages.
+        spot: Says a point in the words of the file.
+
+    Returns:
+        A valid polygon; its edge starts at the loop's first point.
+
+    Raises:
+        BoardError: There is no loop, one crosses itself, or there are several boards in the file.
+    """
+    if not loops:
+        raise BoardError("no board outline in the file. Draw the board's edge as a closed line.", file=file)
+    polygons = [Polygon(loop) for loop in loops]
+    for polygon, loop in zip(polygons, loops, strict=True):
+        if not polygon.is_valid or polygon.area < CHAIN_MM:
+            raise BoardError(
+                f"the outline that starts at {spot(loop[0])} crosses itself or has no area. "
+                "Redraw it as one closed line.",
+                file=file,
+            )
+    largest = max(range(len(polygons)), key=lambda number: (round(polygons[number].area, 4), -number))
+    edge = polygons[largest]
+    inner = [polygon for number, polygon in enumerate(polygons) if number != largest]
+    shapely.prepare(edge)
+    for polygon in inner:
+        if not edge.covers(polygon.representative_point()):
+            raise BoardError(
+                f"a second board outline starts at {spot(np.asarray(polygon.exterior.coords[0]))}. "
+                "Keep one board in a file, or draw the panel's frame around both.",
+                file=file,
+            )
+    return _cut(edge, [*inner, *(Polygon(drill) for drill in drills)], file)
+
+
+def _cut(edge: Polygon, holes: list[Polygon], file: Path) -> Polygon:
+    """Cut the holes out; where none touches another or the edge, every ring stays exactly as it was drawn."""
+    holes = [hole for hole in holes if edge.intersects(hole)]
+    if not holes:
+        return edge
+    alone = len(shapely.STRtree(holes).query(holes, predicate="intersects")[0]) == len(holes)
+    if alone and bool(np.all(shapely.contains_properly(edge, holes))):
+        return orient(Polygon(edge.exterior.coords, [hole.exterior.coords for hole in holes]))
+    rest = edge.difference(shapely.union_all(holes))
+    pieces = [piece for piece in shapely.get_parts(rest).tolist() if isinstance(piece, Polygon)]
+    whole = max(pieces, key=lambda piece: round(piece.area, 4), default=Polygon())
+    if whole.area < 0.5 * edge.area:
+        raise BoardError("the cut-outs cut the board into pieces. Check the loops of the outline.", file=file)
+    return _rolled(orient(whole), np.asarray(edge.exterior.coords[0]))
+
+
+def _rolled(polygon: Polygon, start: Point2) -> Polygon:
+    """Begin every ring at its vertex nearest to a point: shapely starts the rings of a difference where it likes."""
+
+    def roll(ring: shapely.LinearRing) -> Points2:
+        points = np.asarray(ring.coords, dtype=np.float64)[:-1]
+        return np.roll(points, -int(np.argmin(np.round(np.hypot(*(points - start).T), 4))), axis=0)
+
+    holes = sorted(
+        (roll(ring) for ring in polygon.interiors), key=lambda ring: round(float(np.hypot(*(ring[0] - start))), 4)
+    )
+    return Polygon(roll(polygon.exterior), holes)
+
+
+def slot(centre: Point2, along: Point2, half_mm: float, radius_mm: float) -> Points2:
+    """A drilled slot, or a round hole where ``half_mm`` is zero, as an open counter-clockwise ring ``(n, 2)``.
+
+    Args:
+        centre: Middle of the slot, mm.
+        along: Unit vector of its length; a round hole starts there too, so that it moves with the board.
+        half_mm: From the middle to the centre of either round end.
+        radius_mm: Radius of the ends.
+    """
+    if half_mm <= CHAIN_MM:
+        return arc(centre + along * radius_mm, centre, 2.0 * np.pi)[:-1]
+    side = np.array([-along[1], along[0]]) * radius_mm
+    right, left = centre + along * half_mm, centre - along * half_mm
+    return np.concatenate([arc(right - side, right, np.pi), arc(left + side, left, np.pi)])

@@ -1,0 +1,63 @@
+"""Upright prisms: the bodies of formats that state an outline and two heights."""
+
+import manifold3d
+import numpy as np
+import shapely
+from shapely import MultiPolygon, Polygon
+from shapely.geometry.polygon import orient
+
+from boards.board import Surface
+from geometry.arrays import Directions, Points2, Triangles
+
+_FLAT_MM = 0.001
+"""Points of an outline that stand off its course by less are dropped: they would make patches without area."""
+
+
+def prism(
+    outline: Polygon | MultiPolygon, low_mm: float, high_mm: float
+) -> tuple[Triangles, Directions, tuple[Surface, ...]]:
+    """Extrude an outline with its holes between two heights.
+
+    Args:
+        outline: Plan outline, mm; several pieces give several prisms in one body.
+        low_mm: Height of the lower face.
+        high_mm: Height of the upper face, above the lower one.
+
+    Returns:
+        Patches ``(n, 3, 3)``, outward normals ``(n, 3)`` and the surfaces ``top``, ``bottom``, ``sides`` in that order.
+        Each piece is a closed mesh.
+    """
+    rings = [ring for piece in _pieces(outline) for ring in _rings(piece)]
+    points = np.concatenate(rings)
+    corners = points[np.asarray(manifold3d.triangulate(rings), dtype=np.int64)]
+    top = np.dstack([corners, np.full(corners.shape[:2], high_mm)])
+    bottom = np.dstack([corners[:, ::-1], np.full(corners.shape[:2], low_mm)])
+    walls = [_walls(ring, low_mm, high_mm) for ring in rings]
+    sides, outward = np.concatenate([wall for wall, _ in walls]), np.concatenate([normal for _, normal in walls])
+    up = np.tile([0.0, 0.0, 1.0], (len(top), 1))
+    surfaces = (Surface("top", len(top)), Surface("bottom", len(bottom)), Surface("sides", len(sides)))
+    return np.concatenate([top, bottom, sides]), np.concatenate([up, -up, outward]), surfaces
+
+
+def _pieces(outline: Polygon | MultiPolygon) -> list[Polygon]:
+    """Return the pieces, each with a counter-clockwise shell and clockwise holes."""
+    thinned = shapely.remove_repeated_points(outline, _FLAT_MM).simplify(_FLAT_MM)
+    pieces = list(thinned.geoms) if isinstance(thinned, MultiPolygon) else [thinned]
+    return [orient(piece) for piece in pieces if isinstance(piece, Polygon)]
+
+
+def _rings(piece: Polygon) -> list[Points2]:
+    """Shell and holes as open rings ``(n, 2)``; shapely keeps the first vertex, so a ring starts where it did."""
+    return [np.asarray(ring.coords, dtype=np.float64)[:-1, :2] for ring in (piece.exterior, *piece.interiors)]
+
+
+def _walls(ring: Points2, low_mm: float, high_mm: float) -> tuple[Triangles, Directions]:
+    """Two patches an edge, outward to the right of travel (shells run counter-clockwise, holes clockwise)."""
+    after = np.roll(ring, -1, axis=0)
+    low, high = np.full((len(ring), 1), low_mm), np.full((len(ring), 1), high_mm)
+    a, b = np.hstack([ring, low]), np.hstack([after, low])
+    c, d = np.hstack([after, high]), np.hstack([ring, high])
+    patches = np.stack([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)], axis=1).reshape(-1, 3, 3)
+    along = (after - ring) / np.linalg.norm(after - ring, axis=1, keepdims=True)
+    normals = np.column_stack([along[:, 1], -along[:, 0], np.zeros(len(ring))])
+    return patches, np.repeat(normals, 2, axis=0)
