@@ -10,7 +10,8 @@ from boards.board import Board, Side
 from geometry.finding import Finding, worst_first
 from programs.plan import Jet, Origin, Plan
 from programs.program import TimedProgram
-from recipes.load import check_recipe, recipe_sha256
+from recipes.check import check_recipe
+from recipes.load import recipe_sha256
 from recipes.nozzles import AirKnife
 from recipes.recipe import Recipe, Step
 from rulesengine.assemble import Assembly

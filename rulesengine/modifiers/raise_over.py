@@ -67,7 +67,7 @@ def _lengths(stroke: Stroke) -> Scalars:
 
 def _needed(spans: list[Span], at: Scalars, lap: float | None) -> Scalars:
     """Least height at each length: the floors with their slopes; around a ring the distance is the shorter way."""
-    start, end, floor = (column[:, None] for column in np.array(spans).T)
+    start, end, floor = (column[:, None] for column in np.array(spans, dtype=np.float64).T)
     away = np.maximum(np.maximum(start - at, at - end), 0.0)
     if lap is not None:
         for shift in (-lap, lap):
@@ -78,7 +78,7 @@ def _needed(spans: list[Span], at: Scalars, lap: float | None) -> Scalars:
 def _stops(spans: list[Span], at: Scalars, loop: Stroke) -> Scalars:
     """Lengths at which the height may change its slope."""
     base = float(loop.tcp[:, 2].min())
-    start, end, floor = np.array(spans).T
+    start, end, floor = np.array(spans, dtype=np.float64).T
     run = (floor - base) / _SLOPE
     falling, rising = end + floor / _SLOPE, start - floor / _SLOPE
     crossings = ((falling[:, None] + rising[None, :]) / 2).ravel()
