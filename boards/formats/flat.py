@@ -27,7 +27,7 @@ class Flatness:
     """Area of one side."""
     thickness: float
     length: float
-    """Twice the distance of the farthest vertex from the middle, across the normal."""
+    """Diameter of the circle about the middle that holds it, across the normal."""
 
     @property
     def is_plate(self) -> bool:

@@ -8,6 +8,7 @@ from shapely.geometry.base import BaseGeometry
 
 from boards.formats.tree import Part
 from geometry.arrays import Indices, Triangles
+from geometry.polygons import project
 
 _TOUCH_MM = 0.005
 _CELLS = 1_000_000.0
@@ -54,15 +55,24 @@ def height_range(patches: Triangles) -> tuple[float, float]:
 
 
 def touching_groups(heaps: Sequence[Triangles], within_mm: float) -> list[list[int]]:
-    """Group the heaps whose plan hulls and heights both come as close as that; each group by its first, in order."""
+    """Group the heaps that come as close as that both in plan and in height; groups in the order of their first.
+
+    Hulls find the candidates, true projections decide: what stands in the recess of another part stays apart.
+    """
     from trimesh.graph import connected_component_labels
 
     hulls = np.array([plan_hull(heap) for heap in heaps], dtype=object)
-    near = shapely.STRtree(hulls).query(hulls, predicate="dwithin", distance=within_mm).T
+    pairs = shapely.STRtree(hulls).query(hulls, predicate="dwithin", distance=within_mm).T.astype(np.int64)
     spans = np.array([height_range(heap) for heap in heaps])
-    i, j = near[:, 0], near[:, 1]
-    meet = (spans[i, 0] <= spans[j, 1] + within_mm) & (spans[j, 0] <= spans[i, 1] + within_mm)
-    labels = connected_component_labels(near[meet].astype(np.int64), node_count=len(heaps))
+    i, j = pairs[:, 0], pairs[:, 1]
+    level = (spans[i, 0] <= spans[j, 1] + within_mm) & (spans[j, 0] <= spans[i, 1] + within_mm)
+    pairs = pairs[level & (i < j)]
+    shadows = hulls.copy()
+    for row in np.unique(pairs).tolist():
+        shadow = project(heaps[row])
+        shadows[row] = hulls[row] if shadow.is_empty else shadow  # a sheet on edge has no shadow
+    close = shapely.distance(shadows[pairs[:, 0]], shadows[pairs[:, 1]]) <= within_mm
+    labels = connected_component_labels(pairs[close], node_count=len(heaps))
     groups: dict[int, list[int]] = {}
     for row, label in enumerate(np.asarray(labels).tolist()):
         groups.setdefault(label, []).append(row)

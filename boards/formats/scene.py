@@ -153,7 +153,7 @@ def _find_frame(board: Flatness, path: Path) -> tuple[_Frame, list[Finding]]:
         likely = sorted(UNITS_MM, key=lambda name: name != default)
         unit = guess_unit(board, likely) or default
     if unit != default:
-        size = f"{board.length:.4g} x {board.thickness:.4g}"
+        size = f"{board.length:.3g} across and {board.thickness:.3g} thick"
         message = f"the board is {size} in the units of the file: looks like {unit}, taken as such (not {default})."
         findings.append(Finding("unit-guessed", "warning", message))
     turn = turn_flat(board.normal)

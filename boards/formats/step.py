@@ -18,7 +18,7 @@ Progress = Callable[[str, float], None]
 
 # Sag of a chord below 0.02 mm; the angle bounds the number of chords of small arcs.
 _TOL_LINEAR_MM = 0.02
-_TOL_ANGULAR_RAD = 0.5
+_TOL_ANGULAR_RAD = 0.8
 _SECONDS_PER_BYTE = 0.28e-6  # measured: 10 s for 37.5 MB, 1.1 s for 5 MB
 _CONVERT = (
     "import sys, pathlib, cascadio\n"
