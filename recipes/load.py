@@ -55,7 +55,7 @@ def read_recipe(source: str | Path) -> LoadedRecipe:
         RecipeError: it cannot be found or used.
     """
     path = find_recipe(source)
-    return read_recipe_text(_read_text(path), file=path)
+    return read_recipe_text(read_text(path), file=path)
 
 
 def parse_recipe(text: str, *, file: Path | str = "<recipe>") -> Recipe:
@@ -130,13 +130,13 @@ def _read_extended(name: str, where: Located) -> Located:
         if path is None and _is_bare(name):
             find_recipe(name)
         path = path or Path(os.path.normpath(Path(where.mark.file).parent / name))
-        text = _read_text(path)
+        text = read_text(path)
     except RecipeError as error:
         raise say(str(error)) from None
     return read_yaml(text, path)
 
 
-def _read_text(path: Path) -> str:
+def read_text(path: Path) -> str:
     """Read a UTF-8 file of a sensible size.
 
     Raises:

@@ -1,0 +1,42 @@
+"""A recipe to begin with: a copy of another one, with its comments, that works where it is put."""
+
+import json
+import os
+import re
+from pathlib import Path
+
+from recipes.errors import RecipeError
+from recipes.load import find_recipe, read_recipe_text, read_text, recipe_library
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]*")
+
+
+def start_recipe(source: str | Path, file: Path) -> str:
+    """Write the text of a new recipe.
+
+    Args:
+        source: The recipe to begin with: a library name or a file.
+        file: Where the new one will stand; it is named after it.
+
+    Raises:
+        RecipeError: the source cannot be used, or the file's name cannot be a recipe's.
+    """
+    name = file.stem
+    if _NAME.fullmatch(name) is None:
+        message = f"{name!r} cannot name a recipe: begin with a letter; use letters, digits and _ . - only"
+        raise RecipeError(message, file=file)
+    origin = find_recipe(source)
+    text = read_text(origin)
+    read_recipe_text(text, file=origin)
+    text = re.sub(r"\$schema=\S+", "$schema=recipe.schema.json", text, count=1)
+    text = _set_line(text, "recipe", name)
+    extends = re.search(r"^extends:[ \t]*(\S+)", text, re.MULTILINE)
+    if extends is not None and extends.group(1).strip("'\"") not in recipe_library():
+        base = os.path.normpath(origin.parent / extends.group(1).strip("'\""))
+        text = _set_line(text, "extends", json.dumps(os.path.relpath(base, file.parent)))
+    read_recipe_text(text, file=file)
+    return text
+
+
+def _set_line(text: str, key: str, value: str) -> str:
+    return re.sub(rf"^{key}:[ \t]*[^\s#]+", lambda _: f"{key}: {value}", text, count=1, flags=re.MULTILINE)
