@@ -1,0 +1,126 @@
+"""A board from whatever file it comes in."""
+
+import difflib
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+from boards.board import Board, Body
+from boards.errors import BoardError
+from geometry.finding import Finding
+
+Progress: TypeAlias = Callable[[str, float], None]
+"""Told what is being done and how much of the whole is done, 0 to 1."""
+
+SUFFIXES = (
+    ".tri", ".tri.gz", ".step", ".stp", ".glb", ".gltf", ".stl", ".obj", ".ply", ".emn", ".emp", ".idf", ".kicad_pcb",
+)  # fmt: skip
+"""What a board file's name may end with."""
+
+_MAX_BYTES = 2_000_000_000
+_LIBRARY = Path(__file__).parent / "library"
+_Read: TypeAlias = tuple[tuple[Body, ...], tuple[Finding, ...]]
+
+
+def load_board(path: Path, parts: Path | None = None, progress: Progress | None = None) -> Board:
+    """Read a board file and understand it.
+
+    Args:
+        path: A file, or the bare name of a sample board of the library.
+        parts: A table of placements or a bill of materials that is joined to the bodies.
+        progress: Told about long work.
+
+    Raises:
+        BoardError: There is no such board, or it cannot be read or understood.
+    """
+    from boards.understand import understand  # late: it brings the libraries for polygons and meshes
+
+    file = find_board_file(path)
+    tell = progress or _keep_quiet
+    tell(f"reading {file.name}", 0.0)
+    bodies, findings = _read(file, lambda text, share: tell(text, 0.8 * share))
+    if parts is not None:
+        from boards.parts import join_parts
+
+        tell(f"joining {parts.name}", 0.8)
+        bodies, more = join_parts(bodies, parts)
+        findings += more
+    tell("understanding the board", 0.85)
+    try:
+        board = understand(bodies, stem_of(file), findings)
+    except BoardError as error:
+        raise error if error.file is not None else BoardError(str(error), file=file) from None
+    tell("board understood", 1.0)
+    return board
+
+
+def _keep_quiet(text: str, share: float) -> None:
+    """Tell nobody."""
+
+
+def board_library() -> dict[str, Path]:
+    """The sample boards that come with the program, by name."""
+    files = sorted(file for file in _LIBRARY.iterdir() if file.name.endswith((".tri", ".tri.gz")))
+    return {stem_of(file): file for file in files}
+
+
+def stem_of(file: Path) -> str:
+    """Return a file's name without the suffixes of its format."""
+    return file.name.removesuffix(".gz").rpartition(".")[0] or file.name
+
+
+def find_board_file(path: Path) -> Path:
+    """Return the file that is meant: the path itself, or the board of that name in the library.
+
+    Raises:
+        BoardError: There is no such file and no such sample, or it is a directory or too large.
+    """
+    if len(path.parts) == 1 and not path.suffix and not path.is_file():
+        library = board_library()
+        if path.name in library:
+            return library[path.name]
+        if not path.exists():
+            close = difflib.get_close_matches(path.name, library, 1)
+            hint = f"Did you mean {close[0]!r}? " if close else ""
+            known = ", ".join(library)
+            raise BoardError(f"no board of this name. {hint}The samples are: {known}. Or name a file.", file=path)
+    try:
+        size = path.stat().st_size
+    except FileNotFoundError:
+        raise BoardError("no such file.", file=path) from None
+    except OSError as error:
+        raise BoardError(f"cannot be read ({error.strerror}).", file=path) from None
+    if path.is_dir():
+        raise BoardError("is a directory. Name the board file inside it.", file=path)
+    if size > _MAX_BYTES:
+        raise BoardError(f"holds {size / 1e9:.1f} GB, more than 2 GB. Tessellate the board more coarsely.", file=path)
+    return path
+
+
+def _read(file: Path, progress: Progress) -> _Read:
+    try:
+        with file.open("rb"):
+            pass
+    except OSError as error:
+        raise BoardError(f"cannot be read ({error.strerror}).", file=file) from None
+    name = file.name.lower()
+    match name.removesuffix(".gz").rpartition(".")[2] if name.endswith(".tri.gz") else name.rpartition(".")[2]:
+        case "tri":
+            from boards.formats.tri import read_tri
+
+            return read_tri(file)
+        case "step" | "stp" | "glb" | "gltf" | "stl" | "obj" | "ply":
+            from boards.formats.scene import read_scene
+
+            return read_scene(file, progress)
+        case "emn" | "emp" | "idf":
+            from boards.formats.idf import read_idf
+
+            return read_idf(file)
+        case "kicad_pcb":
+            from boards.formats.kicad import read_kicad
+
+            return read_kicad(file)
+        case _:
+            message = f"no reader for this kind of file. Known are {', '.join(SUFFIXES)}."
+            raise BoardError(message, file=file)

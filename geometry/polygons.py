@@ -1,0 +1,171 @@
+"""Plane polygons: shadows of meshes, closed gaps, and rings that begin where the shape says, not the library.
+
+Everything here is the same for the same numbers; to be the same for a moved shape, work on a ``GridFrame``.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import TypeAlias
+
+import numpy as np
+import shapely
+from shapely import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from geometry.arrays import Points2, Triangles
+
+Region: TypeAlias = Polygon | MultiPolygon
+
+GRID_MM = 2.0**-17
+"""Spacing of the grid on which shapes are joined. A decimal fraction never lies half-way between two of its points,
+so the last bits of a number that a person typed cannot decide to which of them it goes."""
+
+_ANCHOR_MM = 16.0 * GRID_MM
+_LEAST_AREA_MM2 = 1e-9
+_HAIR_MM = 1e-3
+
+
+def to_grid(values: Points2) -> Points2:
+    """Round coordinates to the grid."""
+    return np.round(values / GRID_MM) * GRID_MM
+
+
+def project(patches: Triangles) -> Region:
+    """Project triangles on the plane z = 0: the union of all of them, whichever way they are wound.
+
+    Args:
+        patches: (n, 3, 3) triangles, mm; open or closed, overlapping as they like.
+
+    Returns:
+        The region in their shadow; empty where every triangle is upright.
+    """
+    from manifold3d import CrossSection, FillRule  # late: only readers of boards need it
+
+    corners = to_grid(patches[:, :, :2])
+    side, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    doubled = side[:, 0] * other[:, 1] - side[:, 1] * other[:, 0]
+    corners = np.where((doubled < 0.0)[:, None, None], corners[:, ::-1], corners)
+    corners = corners[np.abs(doubled) > _LEAST_AREA_MM2]
+    if not len(corners):
+        return Polygon()
+    shadow = CrossSection(list(corners), FillRule.NonZero)
+    pieces = [shadow] if shadow.num_contour() <= 1 else shadow.decompose()
+    polygons = [piece for piece in map(_to_polygon, pieces) if piece.area > _LEAST_AREA_MM2]
+    region = shapely.union_all(polygons) if len(polygons) > 1 else polygons[0] if polygons else Polygon()
+    return _areas_only(region)
+
+
+def _to_polygon(section: object) -> Polygon:
+    rings: list[Points2] = [np.asarray(ring, dtype=np.float64) for ring in section.to_polygons()]  # pyright: ignore
+    outer = max(range(len(rings)), key=lambda place: abs(signed_area(rings[place])))
+    return Polygon(rings[outer], [ring for place, ring in enumerate(rings) if place != outer])
+
+
+def signed_area(ring: Points2) -> float:
+    """Area inside a ring, positive when it runs counter-clockwise; the first point need not be repeated."""
+    x, y = (ring - ring[0]).T
+    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2.0)
+
+
+def _areas_only(shape: BaseGeometry) -> Region:
+    """Make a shape valid and drop the lines and points that come of it."""
+    valid = shape if shape.is_valid else shapely.make_valid(shape, method="structure", keep_collapsed=False)
+    pieces = [piece for piece in polygons_of(valid) if piece.area > _LEAST_AREA_MM2]
+    if len(pieces) == 1:
+        return pieces[0]
+    return MultiPolygon(pieces) if pieces else Polygon()
+
+
+def polygons_of(shape: BaseGeometry) -> list[Polygon]:
+    """Return the polygons in a shape, in its order."""
+    return [part for part in shapely.get_parts(shape).tolist() if isinstance(part, Polygon) and not part.is_empty]
+
+
+def close_gaps(region: Region, gap_mm: float) -> Region:
+    """Fill notches, slots and distances that are narrower than ``gap_mm``; straight corners stay as they are."""
+    reach = gap_mm / 2.0
+    wide = region.buffer(reach, join_style="mitre", mitre_limit=3.0)
+    closed = wide.buffer(-reach, join_style="mitre", mitre_limit=3.0)
+    return _areas_only(shapely.union(closed, region, grid_size=GRID_MM))
+
+
+def join_pieces(region: Region) -> Polygon:
+    """Make one polygon of a region: close gaps that grow until it is one, or else take its convex hull."""
+    pieces = polygons_of(region)
+    if len(pieces) == 1:
+        return pieces[0]
+    for gap in (0.02, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0):
+        closed = polygons_of(close_gaps(region, gap))
+        if len(closed) == 1:
+            return closed[0]
+    hull = region.convex_hull
+    return hull if isinstance(hull, Polygon) else Polygon()
+
+
+def fill_holes(polygon: Polygon) -> Polygon:
+    """Return what is inside a polygon's outer ring."""
+    return Polygon(polygon.exterior)
+
+
+def simplify_within(polygon: Polygon, tolerance_mm: float) -> Polygon:
+    """Leave out points that are no farther than the tolerance from what remains; holes stay holes."""
+    simple = shapely.simplify(polygon, tolerance_mm, preserve_topology=True)
+    return simple if simple.is_valid and not simple.is_empty else polygon
+
+
+def drop_collinear(polygon: Polygon) -> Polygon:
+    """Leave out points that lie within a micrometre of the straight line through their neighbours."""
+    return simplify_within(polygon, _HAIR_MM)
+
+
+def canonical(polygon: Polygon, anchors: Points2) -> Polygon:
+    """Make the order of points a property of the shape: outer ring counter-clockwise, holes clockwise.
+
+    Each ring begins at the point nearest to the first anchor (to 0.0001 mm; the next anchors decide ties), and
+    holes are ordered by the same distances.
+
+    Args:
+        polygon: Any valid polygon.
+        anchors: (k, 2) points that move with the shape, such as the vertices of its mesh in file order.
+    """
+    outer = _begin(_ring(polygon.exterior.coords, ccw=True), anchors)
+    holes = [_begin(_ring(hole.coords, ccw=False), anchors) for hole in polygon.interiors]
+    if len(holes) > 1:
+        starts = np.array([hole[0] for hole in holes])
+        keys = [_quantised(starts, anchor) for anchor in _few(anchors)]
+        holes = [holes[place] for place in np.lexsort(keys[::-1]).tolist()]
+    return Polygon(outer, holes)
+
+
+def _ring(coords: Iterable[Sequence[float]], *, ccw: bool) -> Points2:
+    ring = np.asarray(coords, dtype=np.float64)[:-1, :2]
+    return ring if (signed_area(ring) > 0.0) == ccw else ring[::-1]
+
+
+def _begin(ring: Points2, anchors: Points2) -> Points2:
+    first = np.arange(len(ring))
+    for anchor in anchors:
+        distance = _quantised(ring[first], anchor)
+        first = first[distance == distance.min()]
+        if len(first) == 1:
+            break
+    return np.roll(ring, -int(first[0]), axis=0)
+
+
+def _few(anchors: Points2) -> Points2:
+    """Return the first three anchors that are not in line, which tell any two points apart."""
+    away = np.flatnonzero(_quantised(anchors, anchors[0]) > 0)
+    if not len(away):
+        return anchors[:1]
+    second = anchors[away[0]]
+    across = np.abs((anchors - anchors[0]) @ _left_of(second - anchors[0]))
+    third = np.flatnonzero(across > _ANCHOR_MM)
+    return np.vstack([anchors[0], second, *anchors[third[:1]]])
+
+
+def _left_of(vector: Points2) -> Points2:
+    turned = np.array([-vector[1], vector[0]])
+    return turned / np.linalg.norm(turned)
+
+
+def _quantised(points: Points2, anchor: Points2) -> Points2:
+    return np.round(np.hypot(points[:, 0] - anchor[0], points[:, 1] - anchor[1]) / _ANCHOR_MM)
