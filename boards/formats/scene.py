@@ -24,7 +24,7 @@ Progress = Callable[[str, float], None]
 
 _STEP = (".step", ".stp")
 _GLTF = (".glb", ".gltf")
-_SMALLEST_NAMED_BOARD = 0.25
+_SMALLEST_NAMED_BOARD = 0.1  # of the largest plate; smaller ones are adapters, or parts with a board of their own
 
 
 def read_scene(path: Path, progress: Progress | None = None) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:

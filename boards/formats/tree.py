@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from geometry.arrays import Triangles
 DEEPEST = 200
 """Levels below the root; a deeper tree is damaged rather than detailed."""
 
-_REFDES = re.compile(r"([A-Z]{1,4}\d{1,5}[A-Z]?)(?:[ :;,(\[_.-].*)?", re.DOTALL)
+_REFDES = re.compile(r"([A-Z]{1,4}\d{1,5}[A-Z]?)(?:(?: ?[(\[]|[:;,_.-]| - ).*)?", re.DOTALL)
 # Names of packages and of pieces that are spelt like a reference designator.
 _NOT_REFDES = re.compile(
     r"(SO|SOT|SOD|SOP|TO|DO|DIP|SOIC|QFN|QFP|LQFP|TQFP|BGA|FBGA|LGA|DFN|SON|WSON|MSOP|SMA|SMB|SMC|PIN|PAD|LEAD|BODY|PART|"
@@ -94,19 +94,32 @@ def has_refdes(node: Node) -> bool:
     return any(refdes_of(below.name) for below in node.walk())
 
 
-def split_parts(node: Node, board: Node) -> list[Part]:
+def split_parts(tree: Node, board: Node) -> list[Part]:
     """Cut the tree into parts, in tree order, the board's node left out.
+
+    A component is called by its reference designator alone (``U12`` for ``U12:1``) unless two nodes share it.
+    """
+    parts = _cut(tree, board)
+    spelt: dict[str | None, set[str]] = {}
+    for part in parts:
+        spelt.setdefault(refdes_of(part.name), set()).add(part.name)
+    short = {name: refdes for refdes, names in spelt.items() for name in names if refdes and len(names) == 1}
+    return [replace(part, name=short.get(part.name, part.name)) for part in parts]
+
+
+def _cut(node: Node, board: Node) -> list[Part]:
+    """Cut below one node.
 
     The topmost node with a reference designator is a component with all that hangs below it; a node that holds the
     board or components is a wrapper; anything else is one part under its own name.
     """
     if node is board:
         return []
-    refdes = refdes_of(node.name)
+    is_component = refdes_of(node.name) is not None
     holds_board = any(below is board for below in node.walk())
-    if not holds_board and (refdes or not has_refdes(node)):
+    if not holds_board and (is_component or not has_refdes(node)):
         geometry = node.geometry()
-        name = refdes or label_of(node)
-        return [Part(name, package_of(node), geometry, refdes is not None)] if geometry else []
+        name = node.name if is_component else label_of(node)
+        return [Part(name, package_of(node), geometry, is_component)] if geometry else []
     own = [Part(label_of(node), None, node.patches, False)] if node.patches else []
-    return own + [part for child in node.children for part in split_parts(child, board)]
+    return own + [part for child in node.children for part in _cut(child, board)]

@@ -1,0 +1,214 @@
+import itertools
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from boards.board import Body
+from boards.errors import BoardError
+from boards.formats.scene import read_scene
+from boards.formats.step import read_products
+from geometry.finding import Finding
+
+Vector = tuple[float, float, float]
+Placed = tuple[str, str, Vector, Vector]  # instance, product, size, place of the middle of its underside
+
+HEAD = (
+    "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n"
+    "FILE_SCHEMA(('AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }'));\nENDSEC;\nDATA;\n"
+)
+TAIL = "ENDSEC;\nEND-ISO-10303-21;\n"
+
+
+class StepWriter:
+    """Writes an assembly of boxes as AP214 faceted solids."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        application = self.add("APPLICATION_CONTEXT('mechanical design')")
+        self.product_context = self.add(f"PRODUCT_CONTEXT('',{application},'mechanical')")
+        self.design = self.add(f"PRODUCT_DEFINITION_CONTEXT('part definition',{application},'design')")
+        length = self.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))")
+        angle = self.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))")
+        solid = self.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())")
+        self.context = self.add(
+            f"(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT(({length},{angle},{solid}))"
+            "REPRESENTATION_CONTEXT('',''))"
+        )
+        self.origin = self.axes((0, 0, 0), (0, 0, 1), (1, 0, 0))
+
+    def add(self, text: str) -> str:
+        self.lines.append(f"#{len(self.lines) + 1}={text};")
+        return f"#{len(self.lines)}"
+
+    def vector(self, kind: str, values: Vector) -> str:
+        return self.add(f"{kind}('',({','.join(f'{value:.6f}' for value in values)}))")
+
+    def axes(self, at: Vector, z: Vector, x: Vector) -> str:
+        place = self.vector("CARTESIAN_POINT", at)
+        return self.add(f"AXIS2_PLACEMENT_3D('',{place},{self.vector('DIRECTION', z)},{self.vector('DIRECTION', x)})")
+
+    def box(self, size: Vector) -> str:
+        half = np.array([size[0] / 2, size[1] / 2, 0.0])
+        corners = {
+            corner: self.vector("CARTESIAN_POINT", tuple(np.array(corner) * size - half))
+            for corner in itertools.product((0, 1), repeat=3)
+        }
+        faces: list[str] = []
+        for axis, end in itertools.product(range(3), (0, 1)):
+            ring: list[str] = []
+            for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))[:: 1 if end else -1]:
+                corner = [0, 0, 0]
+                corner[axis], corner[(axis + 1) % 3], corner[(axis + 2) % 3] = end, a, b
+                ring.append(corners[corner[0], corner[1], corner[2]])
+            loop = self.add(f"POLY_LOOP('',({','.join(ring)}))")
+            bound = self.add(f"FACE_OUTER_BOUND('',{loop},.T.)")
+            unit = np.eye(3)
+            foot = unit[axis] * (end * size[axis] - half[axis])
+            plane = self.add(f"PLANE('',{self.axes(tuple(foot), tuple(unit[axis]), tuple(unit[(axis + 1) % 3]))})")
+            faces.append(self.add(f"FACE_SURFACE('',({bound}),{plane},.T.)"))
+        shell = self.add(f"CLOSED_SHELL('',({','.join(faces)}))")
+        return self.add(f"FACETED_BREP('',{shell})")
+
+    def product(self, name: str, kind: str, items: str) -> tuple[str, str]:
+        product = self.add(f"PRODUCT('{name}','{name}','',({self.product_context}))")
+        formation = self.add(f"PRODUCT_DEFINITION_FORMATION('','',{product})")
+        definition = self.add(f"PRODUCT_DEFINITION('design','',{formation},{self.design})")
+        shape = self.add(f"PRODUCT_DEFINITION_SHAPE('','',{definition})")
+        representation = self.add(f"{kind}('',({items}),{self.context})")
+        self.add(f"SHAPE_DEFINITION_REPRESENTATION({shape},{representation})")
+        return definition, representation
+
+    def write(self, parts: list[Placed]) -> str:
+        top, top_shape = self.product("card", "SHAPE_REPRESENTATION", self.origin)
+        made: dict[str, tuple[str, str]] = {}
+        for number, (instance, name, size, at) in enumerate(parts):
+            if name not in made:
+                made[name] = self.product(name, "FACETED_BREP_SHAPE_REPRESENTATION", f"{self.origin},{self.box(size)}")
+            definition, shape = made[name]
+            use = self.add(f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{number}','{instance}','',{top},{definition},$)")
+            use_shape = self.add(f"PRODUCT_DEFINITION_SHAPE('','',{use})")
+            target = self.axes(at, (0, 0, 1), (1, 0, 0))
+            move = self.add(f"ITEM_DEFINED_TRANSFORMATION('','',{self.origin},{target})")
+            relation = self.add(
+                f"(REPRESENTATION_RELATIONSHIP('','',{shape},{top_shape})"
+                f"REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION({move})SHAPE_REPRESENTATION_RELATIONSHIP())"
+            )
+            self.add(f"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION({relation},{use_shape})")
+        return HEAD + "\n".join(self.lines) + "\n" + TAIL
+
+
+PARTS: list[Placed] = [
+    ("R2", "R_0603", (1.6, 0.8, 0.5), (-8, 5, 1.6)),
+    ("U1", "SOIC-8", (5, 4, 1.5), (5, 5, 1.6)),
+    ("R1", "R_0603", (1.6, 0.8, 0.5), (-5, 5, 1.6)),
+    ("bare", "card PCB", (40, 30, 1.6), (2, 1, 0)),
+    ("M3 screw", "DIN912", (5, 5, 3), (18, -10, 1.6)),
+    ("fixture plate", "plate", (80, 60, 5), (0, 0, -20)),
+]
+
+
+@pytest.fixture(scope="module")
+def text() -> str:
+    return StepWriter().write(PARTS)
+
+
+Scene = tuple[tuple[Body, ...], tuple[Finding, ...], list[float]]
+
+
+@pytest.fixture(scope="module")
+def scene(text: str, tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    path = tmp_path_factory.mktemp("step") / "card.step"
+    path.write_text(text)
+    seen: list[float] = []
+    bodies, findings = read_scene(path, lambda _, fraction: seen.append(fraction))
+    return bodies, findings, seen
+
+
+def test_bodies_stand_where_the_assembly_puts_them(scene: Scene) -> None:
+    bodies = {body.name: body for body in scene[0]}
+    assert list(bodies) == ["board", "R2", "U1", "R1", "M3_screw", "fixture_plate"]
+    assert [bodies[name].role for name in ("board", "U1", "M3_screw")] == ["board", "component", "component"]
+    for name, (_, _, size, at) in zip(("R2", "U1", "R1", "board"), PARTS, strict=False):
+        low = np.array([at[0] - size[0] / 2, at[1] - size[1] / 2, at[2]])
+        np.testing.assert_allclose(bodies[name].patches.min(axis=(0, 1)), low, atol=1e-4)
+        np.testing.assert_allclose(bodies[name].patches.max(axis=(0, 1)), low + size, atol=1e-4)
+
+
+def test_a_box_keeps_its_outward_normals(scene: Scene) -> None:
+    part = next(body for body in scene[0] if body.name == "U1")
+    middle = part.patches.reshape(-1, 3).mean(axis=0)
+    outward = part.patches.mean(axis=1) - middle
+    assert (np.einsum("ij,ij->i", outward, part.normals) > 0.0).all()
+    assert sum(surface.patches for surface in part.surfaces) == len(part.patches) == 12
+
+
+def test_products_are_the_packages(scene: Scene) -> None:
+    packages = {body.name: body.package for body in scene[0] if body.role == "component"}
+    assert packages == {"R2": "R_0603", "U1": "SOIC-8", "R1": "R_0603", "M3_screw": "DIN912"}
+
+
+def test_what_does_not_stand_on_the_board_is_an_obstacle(scene: Scene) -> None:
+    bodies, findings, _ = scene
+    assert [body.role for body in bodies if body.name == "fixture_plate"] == ["fixture"]
+    assert [finding.rule for finding in findings] == ["not-on-the-board"]
+
+
+def test_progress_goes_forward_and_ends(scene: Scene) -> None:
+    seen = scene[2]
+    assert seen == sorted(seen)
+    assert seen[0] == 0.0
+    assert seen[-1] == 1.0
+    assert any(0.0 < fraction <= 0.95 for fraction in seen)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "is not a STEP file"),
+        (b"hello, this is text\n", "is not a STEP file"),
+        (HEAD.encode(), "is cut short"),
+    ],
+    ids=["empty", "text", "truncated"],
+)
+def test_what_is_no_step_file_is_refused(content: bytes, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "bad.stp"
+    path.write_bytes(content)
+    with pytest.raises(BoardError, match=said):
+        read_scene(path)
+
+
+@pytest.mark.parametrize("damage", ["hole", "wireframe"])
+def test_a_damaged_or_empty_assembly_is_one_quiet_error(
+    damage: str, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    lines = text.splitlines()
+    curves = "GEOMETRIC_CURVE_SET('',())"
+    shown = {
+        "hole": lines[:60] + lines[90:],
+        "wireframe": [line.split("=")[0] + f"={curves};" if "FACETED_BREP(" in line else line for line in lines],
+    }[damage]
+    path = tmp_path / "bad.step"
+    path.write_text("\n".join(shown) + "\n")
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(scratch))
+    with pytest.raises(BoardError, match=r"bad\.step: .* Export "):
+        read_scene(path)
+    assert list(scratch.iterdir()) == []
+    assert capfd.readouterr() == ("", "")
+
+
+def test_products_are_found_through_line_breaks_quotes_and_wide_letters() -> None:
+    data = (
+        b"#7 = PRODUCT('id','O''Brien; \\X2\\00B5\\X0\\C','',(#\n  8));\n#6 = PRODUCT_DEFINITION_FORMATION('','',#7);\n"
+        b"#5 = PRODUCT_DEFINITION('design','',#6,#9);\n#15 = PRODUCT('by id','','',(#8));\n"
+        b"#14 = PRODUCT_DEFINITION_FORMATION_WITH_SPECIFIED_SOURCE('','',#15,.MADE.);\n"
+        b"#13 = PRODUCT_DEFINITION('design','',#14,#9);\n"
+        b"#20 = NEXT_ASSEMBLY_USAGE_OCCURRENCE('1','U1','',#1,#5\n  ,$);\n"
+        b"#21 = NEXT_ASSEMBLY_USAGE_OCCURRENCE('2','R1','',#1,#13,$);\n"
+        b"#22 = NEXT_ASSEMBLY_USAGE_OCCURRENCE('3','SOLID','',#1,#13,$);\n"
+        b"#23 = NEXT_ASSEMBLY_USAGE_OCCURRENCE('4','SOLID','',#1,#5,$);\n"
+    )
+    assert read_products(data) == {"U1": "O'Brien; µC", "R1": "by id"}
