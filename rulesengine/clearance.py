@@ -55,6 +55,8 @@ class Floors:
         spans: list[Span] = []
         for piece in get_parts(shapely.intersection(segment, self.zones[zone])):
             along = np.linalg.norm(get_coordinates(piece) - origin, axis=1)
+            if len(along) == 0:
+                continue  # a turn on the spot has no length to cross anything with
             spans.append((start + float(along.min()), start + float(along.max()), float(self.heights[zone])))
         return spans
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from geometry.polygons import canonical, close_gaps, fill_holes, simplify_within
+from geometry.polygons import canonical, close_gaps, fill_holes, join_pieces, simplify_within
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from shapely import Polygon, STRtree, union_all
@@ -62,9 +62,7 @@ def _outline(members: list[Component], gap_mm: float) -> Polygon:
         return members[0].outline
     anchors = np.concatenate([np.array(member.outline.exterior.coords) for member in members])
     joined = close_gaps(union_all([member.outline for member in members]), gap_mm + 2 * _OUTLINE_MM)
-    if not isinstance(joined, Polygon):
-        joined = joined.convex_hull
-    return simplify_within(canonical(fill_holes(joined), anchors), _OUTLINE_MM)
+    return simplify_within(canonical(fill_holes(join_pieces(joined)), anchors), _OUTLINE_MM)
 
 
 def demand(group: Group, spec: ComponentPerimeter, classes: dict[str, str]) -> Demand:

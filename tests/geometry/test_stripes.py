@@ -1,0 +1,48 @@
+"""Stripes serve the whole region, whatever its shape and direction."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import LineString, Polygon, box, unary_union
+
+from geometry.coverage.stripes import stripes
+
+SHAPES = [
+    box(0, 0, 100, 60),
+    Polygon([(0, 0), (60, 0), (60, 30), (30, 30), (30, 60), (0, 60)]),
+    Polygon([(0, 0), (80, 10), (50, 70)]),
+    box(0, 0, 90, 60).difference(box(30, 20, 60, 40)),
+]
+
+
+@given(shape=st.sampled_from(SHAPES), angle=st.floats(-180, 180), pitch=st.floats(2, 40))
+@settings(deadline=None, max_examples=60)
+def test_a_swath_as_wide_as_the_pitch_covers_the_region(shape, angle, pitch):
+    direction = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+    lines = [LineString(s) for row in stripes(shape, direction, pitch, 0.0) for s in row.stretches]
+    swaths = unary_union([line.buffer(pitch / 2 + 1e-6, cap_style="flat") for line in lines])
+    assert shape.difference(swaths.buffer(1e-6)).area < 1e-3
+
+
+def test_lines_run_along_the_direction_from_right_to_left():
+    rows = stripes(box(0, 0, 100, 60), np.array([0.0, 1.0]), 30, 0)
+    assert [row.stretches[0][0, 0] for row in rows] == pytest.approx([87.5, 62.5, 37.5, 12.5])
+    assert all(stretch[1, 1] > stretch[0, 1] for row in rows for stretch in row.stretches)
+
+
+def test_gap_is_left_out_unless_it_is_short():
+    frame = box(0, 0, 90, 20).difference(box(30, -1, 60, 21))
+    direction = np.array([1.0, 0.0])
+    assert [len(row.stretches) for row in stripes(frame, direction, 20, 10)] == [2]
+    assert [len(row.stretches) for row in stripes(frame, direction, 20, 31)] == [1]
+
+
+def test_turned_region_gives_turned_stripes():
+    angle = np.radians(37)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    shape = SHAPES[1]
+    turned = Polygon(np.array(shape.exterior.coords) @ turn.T)
+    straight = [s for row in stripes(shape, np.array([1.0, 0.0]), 7, 0) for s in row.stretches]
+    leaning = [s for row in stripes(turned, turn @ [1.0, 0.0], 7, 0) for s in row.stretches]
+    np.testing.assert_allclose(np.array(straight) @ turn.T, leaning, atol=1e-9)
