@@ -15,7 +15,8 @@ Span: TypeAlias = tuple[float, float, float]
 
 _ROUNDING_MM = 0.02  # outlines are simplified and programs rounded; never nearer than asked because of it
 _OUTLINE_MM = 0.05
-_ARC = 16
+_ARC = 8
+_HULL_SHARE = 1.5  # a clamp around the whole board must not become a lid
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,9 +65,18 @@ class Floors:
 def floors(board: Board, side: Side, clearance_mm: float) -> Floors:
     """Grow every body of a side by the clearance, outwards and upwards."""
     obstacles = board.obstacles(side)
-    grown = clearance_mm / np.cos(np.pi / (4 * _ARC)) + _OUTLINE_MM + _ROUNDING_MM
-    zones = shapely.buffer([obstacle.outline for obstacle in obstacles], grown, quad_segs=_ARC)
+    # An arc of chords lies inside its circle: grow by so much more that the chords touch it from outside.
+    grown = clearance_mm / np.cos(np.pi / (4 * _ARC)) + 2 * _OUTLINE_MM + _ROUNDING_MM
+    zones = shapely.buffer(_plain([obstacle.outline for obstacle in obstacles]), grown, quad_segs=_ARC)
     heights = np.array([obstacle.height_mm + clearance_mm + _ROUNDING_MM for obstacle in obstacles])
     # The bare board is a body too.
     sheet = shapely.buffer(board.outline, grown, quad_segs=_ARC)
     return Floors((*zones, sheet), np.append(heights, clearance_mm + _ROUNDING_MM), STRtree([*zones, sheet]))
+
+
+def _plain(outlines: list[Polygon]) -> list[Polygon]:
+    """Replace outlines by their hulls where that takes little more room: rows of pins make a buffer slow."""
+    hulls = shapely.convex_hull(outlines)
+    slim = shapely.area(hulls) <= _HULL_SHARE * shapely.area(outlines)
+    simple = shapely.simplify(outlines, _OUTLINE_MM)
+    return list(np.where(slim, hulls, simple))
