@@ -118,6 +118,8 @@ def cut(text: bytes, file: Path) -> Content:
         tokens = _split(text[first[line] : ends[line]].decode(), file, line + 1)
         if tokens:
             records.append(Record(line + 1, tokens, int(rows_before[line])))
+    if not records and not len(rows):
+        raise BoardError("holds comments only. A board file begins with 'board-tri 1'.", file=file)
     return Content(tuple(records), _read_rows(text, starts, ends, rows, file), len(ends))
 
 
