@@ -41,6 +41,7 @@ class _Notes:
 
     left_out: list[str] = field(default_factory=list[str])
     assumed: list[str] = field(default_factory=list[str])
+    from_pads: list[str] = field(default_factory=list[str])
 
 
 def read_kicad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
@@ -128,11 +129,13 @@ def _is_part(part: Footprint, notes: _Notes) -> bool:
 
 def _build_body(part: Footprint, name: str, top_z_mm: float, notes: _Notes) -> Body:
     """Stand a prism of nominal height on the part's side."""
-    outline = body_outline(part)
+    outline, source = body_outline(part)
     if outline is None:
         raise part.item.error(
             f"footprint {name} ({part.package}) encloses no area: draw its courtyard or exclude it from the BOM."
         )
+    if source == "pads":
+        notes.from_pads.append(name)
     family = package_family(part.package)
     if family is None:
         notes.assumed.append(f"{name} ({part.package})")
@@ -177,4 +180,10 @@ def _findings(notes: _Notes) -> list[Finding]:
             f"{_ASSUMED_MM:g} mm: {some(notes.assumed)}. Give a parts table with a height column."
         )
         findings.append(Finding("assumed-height", "warning", message))
+    if notes.from_pads:
+        message = (
+            f"{len(notes.from_pads)} footprints have neither a fabrication drawing nor a courtyard; the box around "
+            f"their pads was taken for the body: {some(notes.from_pads)}. Draw F.Fab where the body is larger."
+        )
+        findings.append(Finding("outline-from-pads", "warning", message))
     return findings

@@ -99,21 +99,24 @@ def drawn(footprint: Footprint, layer: str) -> list[Points2]:
     return [line for line in lines if line is not None]
 
 
-def body_outline(footprint: Footprint) -> Polygon | MultiPolygon | None:
+def body_outline(footprint: Footprint) -> tuple[Polygon | MultiPolygon | None, str]:
     """Outline of the body in the footprint's frame: fabrication layer, else courtyard, else around the pads.
 
     A fabrication drawing that is small beside the pads is a mark, not a body.
+
+    Returns:
+        The outline (``None`` if nothing has an area) and its source: ``fab``, ``courtyard`` or ``pads``.
     """
     front = "B." if footprint.side == "bottom" else "F."
     pads = _pads_box(footprint)
     fabricated = _filled(drawn(footprint, f"{front}Fab"))
     if fabricated is not None and (pads is None or fabricated.area >= 0.1 * pads.area):
-        return fabricated
+        return fabricated, "fab"
     courtyard = _filled(drawn(footprint, f"{front}CrtYd"))
     if courtyard is not None:
         shrunk = courtyard.buffer(-_COURTYARD_MM, join_style="mitre")
-        return courtyard if shrunk.is_empty else shrunk
-    return pads
+        return (courtyard if shrunk.is_empty else shrunk), "courtyard"
+    return pads, "pads"
 
 
 def _filled(lines: Sequence[Points2]) -> Polygon | MultiPolygon | None:

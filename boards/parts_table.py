@@ -1,0 +1,278 @@
+"""A table of placements or a bill of materials, from whatever program wrote it."""
+
+import csv
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from boards.board import Side
+from boards.errors import BoardError
+
+Column: TypeAlias = Literal[
+    "ref", "package", "value", "part", "x", "y", "rotation", "side", "pins", "standoff", "height"
+]
+
+_NAMES: dict[Column, str] = {
+    "ref": "ref refdes reference references designator designators referencedesignator referencedesignators"
+    " refdesignator refdesignators partreference componentreference",
+    "package": "package footprint pattern packagename footprintname pcbfootprint packagereference casesize case",
+    "value": "val value comment designation componentvalue",
+    "part": "mpn partnumber manufacturerpartnumber manufacturerpart mfrpartnumber mfrpn mfgpartnumber mfgpn partno pn"
+    " part",
+    "x": "posx midx centerx centrex xposition positionx xcoord xcoordinate coordx locationx xloc x refx",
+    "y": "posy midy centery centrey yposition positiony ycoord ycoordinate coordy locationy yloc y refy",
+    "rotation": "rot rotation angle orientation",
+    "side": "side layer boardside mountside mountingside tb topbottom",
+    "pins": "pins pincount numberofpins padcount pads",
+    "standoff": "standoff standoffheight",
+    "height": "height componentheight maxheight bodyheight",
+}
+"""Names of columns without blanks, marks and units; the earlier one wins where a table has several."""
+
+_UNITS_MM = {
+    "mm": 1.0,
+    "mil": 0.0254,
+    "mils": 0.0254,
+    "thou": 0.0254,
+    "in": 25.4,
+    "inch": 25.4,
+    "inches": 25.4,
+    '"': 25.4,
+}
+_UNIT = re.compile(r"(?:mm|mils?|thou|inch(?:es)?|in)$")
+_VALUE = re.compile(r"([-+]?[\d.,]+(?:e[-+]?\d+)?)\s*([a-z\"°]*)", re.IGNORECASE)
+_SIDES: dict[str, Side] = {
+    **dict.fromkeys(("top", "t", "front", "f", "fcu", "toplayer", "toplayertop", "componentside", "primary"), "top"),
+    **dict.fromkeys(("bottom", "b", "bot", "back", "bcu", "bottomlayer", "solderside", "secondary"), "bottom"),
+}
+_RANGE = re.compile(r"([A-Za-z]+)(\d+)\s*-\s*([A-Za-z]+)(\d+)")
+_HEADER_LINES = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What one line says of one component; ``None`` or an empty text is not said. Lengths in mm, as in the table."""
+
+    line: int
+    ref: str
+    package: str = ""
+    value: str = ""
+    part: str = ""
+    pins: int | None = None
+    standoff_mm: float | None = None
+    height_mm: float | None = None
+    side: Side | None = None
+    xy_mm: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """Where the columns are, and their units."""
+
+    line: int
+    columns: dict[Column, int]
+    titles: tuple[str, ...]
+    units_mm: dict[Column, float]
+
+
+def read_table(path: Path) -> tuple[Row, ...]:
+    """Read a parts table: commas, semicolons, tabs, or the blanks of a KiCad ``.pos`` file.
+
+    Raises:
+        BoardError: The file cannot be read, no line names the columns, or a cell does not fit its column.
+    """
+    text = _read(path)
+    for delimiter in _delimiters(text):
+        lines = list(_split(text, delimiter))
+        head = _find_head(lines, text)
+        if head is not None:
+            return _read_rows(lines, head, path)
+    raise BoardError(
+        "no line names the columns. The first line must say which column is the reference designator (Ref, Designator) "
+        "and what the others are (Package, Value, PosX, PosY, Side, Pins, Standoff, Height …).",
+        file=path,
+    )
+
+
+def _read_rows(lines: Sequence[tuple[int, list[str]]], head: _Head, path: Path) -> tuple[Row, ...]:
+    rows: list[Row] = []
+    for line, cells in lines:
+        if line > head.line and any(cell.strip() for cell in cells):
+            rows.extend(_Cells(path, line, head, cells).rows())
+    if not rows:
+        raise BoardError("the table has no row with a reference designator.", file=path)
+    return tuple(rows)
+
+
+def _read(path: Path) -> str:
+    try:
+        data = path.read_bytes()
+    except IsADirectoryError:
+        raise BoardError("is a directory. Name the table inside it.", file=path) from None
+    except OSError as error:
+        raise BoardError(f"cannot be read ({error.strerror}).", file=path) from None
+    encodings = ("utf-16",) if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252", "latin-1")
+    for encoding in encodings:
+        try:
+            text = data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text
+    raise BoardError("not a text table. Export it as CSV.", file=path)
+
+
+def _delimiters(text: str) -> list[str]:
+    """The most frequent one of the beginning first; blanks, the form of KiCad's ASCII, last."""
+    beginning = text[:20_000]
+    return [*sorted(",;\t", key=lambda mark: -beginning.count(mark)), " "]
+
+
+def _split(text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield line number and cells; comments, except a header behind a ``#``, have no cells."""
+    lines = text.splitlines()
+    if delimiter == " ":
+        for number, line in enumerate(lines, start=1):
+            yield number, [] if line.startswith("##") else line.removeprefix("#").split()
+        return
+    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
+    try:
+        for cells in reader:
+            yield reader.line_num, [] if cells and cells[0].startswith("##") else cells
+    except csv.Error:
+        # A field of more than 131,072 characters: no table of parts.
+        return
+
+
+def _find_head(lines: Sequence[tuple[int, list[str]]], text: str) -> _Head | None:
+    """The first line that names the reference and one more column; a list called Part, Value … means the reference."""
+    default_mm = 25.4 if re.search(r"^##\s*unit\s*=\s*in", text, re.IGNORECASE | re.MULTILINE) else 1.0
+    for line, cells in lines[:_HEADER_LINES]:
+        columns: dict[Column, int] = {}
+        plain = [_plain(cell) for cell in cells]
+        for column, names in _NAMES.items():
+            hits = [plain.index(name) for name in names.split() if name in plain]
+            if hits:
+                columns[column] = hits[0]
+        if "ref" not in columns and plain[:1] == ["part"]:
+            columns["ref"] = columns.pop("part", 0)
+        if "ref" in columns and len(columns) > 1:
+            units: dict[Column, float] = {}
+            for column, place in columns.items():
+                units[column] = _header_unit(cells[place], default_mm)
+            return _Head(line, columns, tuple(cell.strip() for cell in cells), units)
+    return None
+
+
+def _plain(title: str) -> str:
+    """Title without brackets and their content, unit, marks and case."""
+    bare = re.sub(r"[(\[].*?[)\]]", "", title.strip().lstrip("#"))
+    words = [word for word in re.split(r"[^a-z0-9]+", bare.lower()) if word]
+    if len(words) > 1 and _UNIT.fullmatch(words[-1]):
+        words = words[:-1]
+    return "".join(words)
+
+
+def _header_unit(title: str, default_mm: float) -> float:
+    words = re.split(r"[^a-z]+", title.lower())
+    return next((_UNITS_MM[word] for word in words[1:] if word in _UNITS_MM), default_mm)
+
+
+@dataclass(frozen=True, slots=True)
+class _Cells:
+    """One line of the table."""
+
+    path: Path
+    line: int
+    head: _Head
+    cells: list[str]
+
+    def rows(self) -> Iterator[Row]:
+        """One row for each reference designator of the line."""
+        refs = _expand(self.text("ref"))
+        x, y = self.length("x"), self.length("y")
+        for ref in refs:
+            yield Row(
+                self.line,
+                ref,
+                package=self.text("package").rpartition(":")[2],
+                value=self.text("value"),
+                part=self.text("part"),
+                pins=self.count("pins"),
+                standoff_mm=self.gap("standoff"),
+                height_mm=self.gap("height"),
+                side=self.side(),
+                xy_mm=(x, y) if x is not None and y is not None and len(refs) == 1 else None,
+            )
+
+    def text(self, column: Column) -> str:
+        place = self.head.columns.get(column)
+        return self.cells[place].strip() if place is not None and place < len(self.cells) else ""
+
+    def error(self, column: Column, message: str) -> BoardError:
+        title = self.head.titles[self.head.columns[column]].lstrip("# ")
+        stated = self.text(column)[:40]
+        return BoardError(f"column {title}: {stated!r} {message}", file=self.path, line=self.line)
+
+    def length(self, column: Column) -> float | None:
+        """Length in mm, its unit in the cell or in the title; a decimal comma is understood."""
+        text = self.text(column)
+        if not text or text in ("-", "~", "N/A", "n/a"):
+            return None
+        hit = _VALUE.fullmatch(text)
+        unit = hit[2].lower() if hit else ""
+        if hit is None or (unit and unit not in _UNITS_MM):
+            raise self.error(column, "is not a length. Write a number, such as 12.3 or 12.3mm.")
+        try:
+            value = float(_point(hit[1])) * (_UNITS_MM[unit] if unit else self.head.units_mm[column])
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise self.error(column, "is not a number.")
+        return value
+
+    def gap(self, column: Column) -> float | None:
+        value = self.length(column)
+        if value is not None and value < 0.0:
+            raise self.error(column, "must not be negative.")
+        return value
+
+    def count(self, column: Column) -> int | None:
+        text = self.text(column)
+        if not text:
+            return None
+        if not re.fullmatch(r"\d{1,6}(?:[.,]0+)?", text):
+            raise self.error(column, "is not a number of pins. Write a whole number.")
+        return int(re.split("[.,]", text)[0])
+
+    def side(self) -> Side | None:
+        text = self.text("side")
+        if not text:
+            return None
+        side = _SIDES.get(re.sub(r"[^a-z]", "", text.lower()))
+        if side is None:
+            raise self.error("side", "is neither top nor bottom.")
+        return side
+
+
+def _point(number: str) -> str:
+    """Decimal point instead of a comma; the last mark of two is the decimal one."""
+    if "," in number and "." in number:
+        thousands = "," if number.rindex(".") > number.rindex(",") else "."
+        number = number.replace(thousands, "")
+    return number.replace(",", ".")
+
+
+def _expand(text: str) -> list[str]:
+    """``C1, C2 C5-C7`` as single references, each once."""
+    refs: list[str] = []
+    for word in re.sub(r"\s*-\s*", "-", text).replace(",", " ").replace(";", " ").split():
+        span = _RANGE.fullmatch(word)
+        if span and span[1] == span[3] and int(span[2]) <= int(span[4]) < int(span[2]) + 1000:
+            refs.extend(f"{span[1]}{number}" for number in range(int(span[2]), int(span[4]) + 1))
+        else:
+            refs.append(word)
+    return list(dict.fromkeys(refs))
