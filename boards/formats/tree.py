@@ -75,12 +75,13 @@ def label_of(node: Node) -> str:
 
 
 def package_of(node: Node) -> str | None:
-    """Return the first product name at or below a component's node that is not the component's own name."""
-    for below in node.walk():
-        for name in (below.product, "" if below is node else below.name):
-            if not _NOBODY.fullmatch(name) and name != node.name:
-                return name
-    return None
+    """Return the product's name at a component's node or, as long as there is one node only, below it."""
+    names = [node.product]
+    below = node.children
+    while len(below) == 1:
+        names += [below[0].product, below[0].name]
+        below = below[0].children
+    return next((name for name in names if not _NOBODY.fullmatch(name) and name != node.name), None)
 
 
 def is_called_board(node: Node, stem: str) -> bool:
