@@ -13,7 +13,16 @@ from boards.packages import package_family, pins_of
 from boards.slab import Slab
 from geometry.gridframe import GridFrame
 from geometry.mesh import areas_and_normals
-from geometry.polygons import canonical, close_gaps, drop_collinear, fill_holes, join_pieces, project, simplify_within
+from geometry.polygons import (
+    GRID_MM,
+    canonical,
+    close_gaps,
+    drop_collinear,
+    fill_holes,
+    join_pieces,
+    project,
+    simplify_within,
+)
 
 PIN_GAP_MM = 2.0
 """Gaps between pins narrower than this are closed in an outline."""
@@ -68,8 +77,8 @@ def shape_of(body: Body, slab: Slab, frame: GridFrame) -> Shape:
     areas = areas_and_normals(body.patches)[0]
     middle = body.patches[:, :, 2].mean(axis=1)
     low, high = float(body.patches[:, :, 2].min()), float(body.patches[:, :, 2].max())
-    above = float(areas[middle > slab.top_z_mm].sum() / areas.sum())
-    below = float(areas[middle < slab.bottom_z_mm].sum() / areas.sum())
+    above = float(areas[np.round((middle - slab.top_z_mm) / GRID_MM) > 0].sum() / areas.sum())
+    below = float(areas[np.round((slab.bottom_z_mm - middle) / GRID_MM) > 0].sum() / areas.sum())
     return Shape(
         body=body,
         framed=tuple(polygons),

@@ -72,10 +72,12 @@ def _check_size(name: str, diagonal: float, thickness: float) -> None:
     if thickness <= _SAME_PLANE * diagonal:
         message = f"the board {name} has no thickness: only one level face was found. Export it as a solid."
         raise BoardError(message)
-    if 0.03 <= thickness <= 20.0 and 3.0 <= diagonal <= 2500.0:
+    fits = 3.0 <= diagonal <= 2500.0
+    if fits and 0.08 <= thickness <= 20.0:
         return
     size = f"the board {name} is {diagonal:.4g} mm across and {thickness:.3g} mm thick"
     for factor, unit, word in _WRITTEN_IN:
-        if 0.1 <= thickness * factor <= 8.0 and 5.0 <= diagonal * factor <= 1500.0:
+        if 0.1 <= thickness * factor <= 8.0 and 5.0 <= diagonal * factor <= 700.0:
             raise BoardError(f"{size}: that looks like {unit}. Write 'units {word}', or export in the right units.")
-    raise BoardError(f"{size}: that is no circuit board. Check the units and which object has role=board.")
+    if not (fits and 0.02 <= thickness <= 20.0):  # a thin flexible board is no mistake
+        raise BoardError(f"{size}: that is no circuit board. Check the units and which object has role=board.")
