@@ -49,10 +49,10 @@ _HEIGHTS_IN_NAMES = (
     (re.compile(r"^[a-z]{3,7}\d+p\d+x(?:\d+x)?(\d{2,4})(?:-\d+)?[abclmn]*$"), 0.01),
     (re.compile(r"^[a-z]{3,7}\d+c\d+p\d+x\d+-\d+x\d+x(\d{2,4})[abclmn]*$"), 0.01),
     (re.compile(r"^(?:cap|res|ind|led|dio|fus|bead|thrm|var)[a-z]*\d{3,4}x(\d{2,4})[abclmn]*$"), 0.01),
-    # KiCad: `CP_EIA-3216-18` in tenths, `CP_Elec_6.3x11` diameter by height, `L_12x12mm_H8mm`.
+    # KiCad: `CP_EIA-3216-18` in tenths, `CP_Elec_6.3x11` diameter by height, `L_12x12mm_H8mm`, `L_6.3x6.3_H3`.
     (re.compile(r"\beia-?\d{4}-(\d\d)\b"), 0.1),
     (re.compile(r"\b(?:cp?-)elec-[\d.]+x(\d{1,2}(?:\.\d{1,2})?)(?!\d)"), 1.0),
-    (re.compile(r"-h(\d{1,2}(?:\.\d{1,2})?)mm"), 1.0),
+    (re.compile(r"-h(\d{1,2}(?:\.\d{1,2})?)(?:mm)?(?![\w.])"), 1.0),
 )
 _IPC_PINS = re.compile(r"^[a-z]{3,7}\d+p\d+x\d+(?:x\d+)?-(\d{1,4})[abclmn]*$")
 _STATED_PINS = re.compile(r"-(\d{1,4})-?p(?:ins?)?\b")

@@ -112,6 +112,7 @@ def test_an_unknown_name_is_unknown(name: str) -> None:
         ("QFN50P700X700X80-49N", 0.8),
         ("BGA256C100P16X16_1700X1700X155N", 1.55),
         ("L_12x12mm_H6.5mm", 6.5),
+        ("L_6.3x6.3_H3", 3.0),
     ],
 )
 def test_a_height_in_the_name_wins(name: str, height_mm: float) -> None:
