@@ -111,9 +111,9 @@ def find_recipe(source: str | Path) -> Path:
     path = Path(source)
     if _is_bare(str(source)) and not os.path.lexists(path):
         near = difflib.get_close_matches(str(source), library, n=1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
+        hint = f" Did you mean {near[0]!r}?" if near else ""
         names = ", ".join(library)
-        raise RecipeError(f"no recipe {str(source)!r}; {hint}The library has: {names}; or give the path of a file")
+        raise RecipeError(f"no recipe {str(source)!r}.{hint} The library has {names}; or give the path of a file.")
     return path
 
 

@@ -93,6 +93,7 @@ def read_yaml(text: str, file: Path | str) -> Located:
     if len(text) > _LARGEST_TEXT:
         raise RecipeError(f"{len(text):,} characters are too many; a recipe has at most {_LARGEST_TEXT:,}", file=file)
     yaml = YAML(typ="safe", pure=True)
+    cast(Any, yaml.composer).warn_double_anchors = False  # YAML 1.2 allows an anchor to be set anew
     try:
         node = cast("Node | None", yaml.compose(text))
         root = None if node is None else _Tree(yaml, str(file)).build(node, Mark(str(file), _line(node)), 0)
@@ -103,7 +104,7 @@ def read_yaml(text: str, file: Path | str) -> Located:
         raise _explain(error, file) from None
     except RecursionError:
         raise RecipeError(f"nested more than {_DEEPEST} deep; a recipe needs far less", file=file) from None
-    except (YAMLError, ValueError, AssertionError) as error:
+    except (YAMLError, ValueError) as error:
         raise RecipeError(f"not valid YAML: {error}", file=file) from None
     if root is None or root.value is None:
         raise RecipeError("the file is empty; a recipe begins with `recipe: NAME`", file=file)
@@ -177,8 +178,8 @@ class _Tree:
         if kind in ("null", "bool", "int", "float"):
             try:
                 return self._constructor.construct_object(node)
-            except ValueError:
-                raise self._error(f"{str(node.value)[:40]!r} is not a number that can be read", _line(node)) from None
+            except (ValueError, KeyError, IndexError):  # a tag such as !!bool on text that is none, or endless digits
+                raise self._error(f"{str(node.value)[:40]!r} cannot be read as {kind}", _line(node)) from None
         if kind in ("str", "timestamp", "value", "merge"):
             return self._printable(str(node.value), node)
         raise self._error(f"tag {node.tag} is not allowed in a recipe", _line(node))

@@ -1,5 +1,6 @@
 """What is wrong with a recipe, in an engineer's words: pydantic's errors translated, all problems in one error."""
 
+import difflib
 import re
 from dataclasses import dataclass
 from typing import Any, cast
@@ -71,8 +72,10 @@ def raise_problems(problems: list[Problem], root: Located) -> None:
 
 def translate(error: ValidationError, root: Located) -> list[Problem]:
     """Turn pydantic's errors into problems whose paths are those of the YAML file."""
-    complaints = [_locate(details, root) for details in error.errors(include_url=False)]
+    located = [_locate(details, root) for details in error.errors(include_url=False)]
     data = root.plain()
+    misspelt = {_meant(each, data) for each in located if each.error["type"] == "extra_forbidden"}
+    complaints = [each for each in located if each.error["type"] != "missing" or each.path not in misspelt]
     problems: dict[YamlPath, Problem] = {}
     for complaint in complaints:
         rivals = [other for other in complaints if other.in_union and _is_within(other.path, complaint.path)]
@@ -84,6 +87,12 @@ def translate(error: ValidationError, root: Located) -> list[Problem]:
             problem = _say(complaint, data)
         problems.setdefault(problem.path, problem)
     return list(problems.values())
+
+
+def _meant(complaint: _Complaint, data: Any) -> YamlPath:
+    """Give the path of the key that an unknown one was probably meant to be; that one is not missing, then."""
+    near = difflib.get_close_matches(str(complaint.path[-1]), known_keys(complaint.path[:-1], data), n=1)
+    return (*complaint.path[:-1], *near)
 
 
 def _locate(details: ErrorDetails, root: Located) -> _Complaint:
@@ -150,7 +159,10 @@ def _say(complaint: _Complaint, data: Any) -> Problem:
 
 def _say_value(error: ErrorDetails, context: dict[str, Any]) -> str:
     kind = error["type"]
-    if kind in _WANTED or kind == "literal_error":
+    if kind == "literal_error":
+        choices = re.findall(r"'([^']*)'", str(context["expected"]))
+        return f"{_show(error['input'])} is not known; {name_nearest(str(error['input']), choices)}"
+    if kind in _WANTED:
         return f"must be {_want(error)}, not {_show(error['input'])}"
     if kind in _BOUNDS:
         word, bound = _BOUNDS[kind]

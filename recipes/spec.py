@@ -11,7 +11,12 @@ class Spec(BaseModel):
     """A part of a recipe: describes, never plans."""
 
     model_config = ConfigDict(
-        frozen=True, extra="forbid", populate_by_name=True, allow_inf_nan=False, use_attribute_docstrings=False
+        frozen=True,
+        extra="forbid",
+        populate_by_name=True,
+        allow_inf_nan=False,
+        use_attribute_docstrings=False,
+        validate_default=True,  # a default of 0 becomes 0.0, so that stated and left out are the same value
     )
 
 
