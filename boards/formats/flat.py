@@ -11,6 +11,7 @@ from geometry.mesh import areas_and_normals
 
 _SAME_WAY = 0.999
 _THICKNESS_TO_SIDE = 0.35
+_NO_AREA = 1e-30
 _SMALLEST_TURN_RAD = 1e-4
 
 UNITS_MM = {"mm": 1.0, "inches": 25.4, "metres": 1000.0, "micrometres": 0.001}
@@ -38,7 +39,7 @@ class Flatness:
 def measure_flatness(patches: Triangles) -> Flatness:
     """Find the direction most of the surface looks in. Does not depend on how the body lies in the frame."""
     areas, unit = areas_and_normals(patches)
-    if not areas.sum() > 0.0:
+    if not areas.sum() > _NO_AREA:
         return Flatness(np.array([0.0, 0.0, 1.0]), 0.0, 0.0, 0.0)
     steps = np.rint(unit * 500.0).astype(np.int64)  # neighbouring directions share a cell
     key = (steps[:, 2] * 2048 + steps[:, 1]) * 2048 + steps[:, 0]

@@ -16,6 +16,7 @@ from boards.formats.meshes import read_mesh
 from boards.formats.placing import drop_layers, join_repeated, name_parts, split_roles
 from boards.formats.step import read_step
 from boards.formats.tree import Node, Part, has_refdes, is_called_board, label_of, refdes_of, split_parts
+from boards.formats.tri import SMALLEST_AREA_MM2
 from geometry.arrays import Triangles
 from geometry.finding import Finding
 from geometry.mesh import areas_and_normals
@@ -24,6 +25,8 @@ Progress = Callable[[str, float], None]
 
 _STEP = (".step", ".stp")
 _GLTF = (".glb", ".gltf")
+_FARTHEST = 1e9  # whatever the unit
+_FARTHEST_MM = 1e6  # what a board file may hold
 _SMALLEST_NAMED_BOARD = 0.1  # of the largest plate; smaller ones are adapters, or parts with a board of their own
 
 
@@ -52,7 +55,9 @@ def read_scene(path: Path, progress: Progress | None = None) -> tuple[tuple[Body
     board, flatness = _find_board(tree, path)
     frame, turned = _find_frame(flatness, path)
     slab = frame.move(Part("board", None, board.patches, is_named=False))
-    parts, layers = drop_layers(slab.patches(), [frame.move(part) for part in split_parts(tree, board)])
+    moved = [frame.move(part) for part in split_parts(tree, board)]
+    _check_reach([slab, *moved], path)
+    parts, layers = drop_layers(slab.patches(), moved)
     parts, joined = (join_touching(parts), _alone(parts)) if loose else join_repeated(parts)
     placed, around = split_roles(slab.patches(), parts)
     placed, renamed = name_parts(placed)
@@ -81,13 +86,21 @@ def _check_geometry(tree: Node, path: Path) -> None:
     for node in tree.walk():
         for patches in node.patches:
             found = found or len(patches) > 0
-            if not np.isfinite(patches).all():
+            if not (np.abs(patches) < _FARTHEST).all():
                 at = f"part {label_of(node)!r}" if label_of(node) else "the mesh"
-                raise BoardError(
-                    f"{at} has vertices that are not numbers. Repair it in CAD and export again.", file=path
+                message = (
+                    f"{at} has vertices that are not numbers, or absurdly large. Repair it in CAD first."
                 )
+                raise BoardError(message, file=path)
     if not found:
         raise BoardError("holds no triangles or surfaces. Export the board with its solids.", file=path)
+
+
+def _check_reach(parts: list[Part], path: Path) -> None:
+    for part in parts:
+        if any(float(np.abs(patches).max()) > _FARTHEST_MM for patches in part.geometry):
+            message = f"{part.name or 'a body'} lies more than 1 km away. Check its place, and the unit of the file."
+            raise BoardError(message, file=path)
 
 
 def _is_loose(tree: Node, path: Path) -> bool:
@@ -141,7 +154,7 @@ class _Frame:
         turned = scaled if self.turn is None else scaled @ self.turn.T
         steps = np.round(turned, 4) + 0.0
         areas, _ = areas_and_normals(steps)
-        return steps[areas > 1e-9]
+        return steps[areas > SMALLEST_AREA_MM2]
 
 
 def _find_frame(board: Flatness, path: Path) -> tuple[_Frame, list[Finding]]:
