@@ -6,7 +6,7 @@ Import this module late: toppra takes half a second to import.
 import logging
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +21,18 @@ logging.getLogger("toppra").addHandler(logging.NullHandler())
 
 _FACETS = 3
 """Sides of the polygon that stands for a quarter of the disc of accelerations: at worst 3.4 % inside it."""
-_RAMP_STAGES = 8
-"""Stages to a ramp up to the speed asked."""
-_MOST_STAGES = 16
-"""At most so many from one kink of the envelope to the next."""
+_RAMP_STAGES = 4
+"""Stages to a ramp up to the highest speed of a stage of the envelope."""
+_MOST_STAGES = 4
+"""A stage of the envelope is never cut into more,"""
+_LEAST = 1e-3
+"""nor into shorter ones than this: mm or radians."""
 _BATCH_STAGES = 4000
 _GAP = 1.0
 """Length of the stage at rest between two runs of a batch."""
 
-Squared = dict[int, Scalars | None]
-"""Squared speeds at the borders of the stages by run; ``None`` where there is no solution."""
+Spans: TypeAlias = list[tuple[int, int]]
+"""First stage of each run, and the one after its last."""
 
 
 class _StageLimits(LinearConstraint):
@@ -68,15 +70,15 @@ def parametrise_coupled(envelope: Profile, turn_acceleration: float) -> Profile:
     Runs that are alike are solved once. A run without a solution gets the cautious profile.
     """
     stages = refine(envelope)
-    edges = np.concatenate(([0], np.flatnonzero(np.diff(stages.run)) + 1, [len(stages.run)]))
-    runs = list(pairwise(edges.tolist()))
+    runs = spans_of(stages)
     rounded = _rounded(stages)
     seen: dict[bytes, int] = {}
     keys = np.stack((rounded.length, rounded.curvature, rounded.turn, rounded.turn_change, rounded.cap), axis=1)
     twins = [seen.setdefault(keys[a:b].tobytes(), run) for run, (a, b) in enumerate(runs)]
-    solutions: Squared = {}
+    solutions: dict[int, Scalars | None] = {}
     for batch in _batches(sorted(seen.values()), runs):
-        solutions |= _solve(rounded, [runs[run] for run in batch], batch, turn_acceleration)
+        solved = solve_runs(rounded, [runs[run] for run in batch], turn_acceleration)
+        solutions.update(zip(batch, solved, strict=True))
     begin, end = np.zeros(len(keys)), np.zeros(len(keys))
     unsolved = np.zeros(len(keys), dtype=np.bool_)
     for twin, (a, b) in zip(twins, runs, strict=True):
@@ -84,11 +86,17 @@ def parametrise_coupled(envelope: Profile, turn_acceleration: float) -> Profile:
         unsolved[a:b] = squared is None
         if squared is not None:
             begin[a:b], end[a:b] = squared[:-1], squared[1:]
-    solved = Profile(stages, begin, end)
+    fastest = Profile(stages, begin, end)
     if not unsolved.any():
-        return solved
+        return fastest
     careful = cautious(stages.pick(np.flatnonzero(unsolved)), turn_acceleration)
-    return join(take(solved, np.flatnonzero(~unsolved)), careful)
+    return join(take(fastest, np.flatnonzero(~unsolved)), careful)
+
+
+def spans_of(stages: Stages) -> Spans:
+    """Give where each run begins and ends."""
+    edges = np.concatenate(([0], np.flatnonzero(np.diff(stages.run)) + 1, [len(stages.run)]))
+    return list(pairwise(edges.tolist()))
 
 
 def refine(envelope: Profile) -> Stages:
@@ -98,14 +106,15 @@ def refine(envelope: Profile) -> Stages:
     """
     stages = envelope.stages
     ramp = 0.5 * stages.cap / stages.push
-    reach = np.where(stages.length > 5.0 * ramp, 2.0 * ramp, stages.length / 3.0)
-    parts = np.stack((reach, stages.length - 2.0 * reach, reach), axis=1)
-    counts = np.clip(np.ceil(parts * (_RAMP_STAGES / ramp)[:, None] - 1e-6), 1, _MOST_STAGES).astype(np.int64)
-    plain = (stages.length > 5.0 * ramp) & (stages.turn_change == 0.0) & (stages.curvature == 0.0)
-    counts[:, 1] = np.where(plain, 1, counts[:, 1])
-    total = counts.ravel()
-    parent = np.repeat(np.repeat(np.arange(len(ramp)), 3), total)
-    length = np.repeat(parts.ravel() / total, total)
+    long = (stages.length > 5.0 * ramp) & (stages.turn_change == 0.0) & (stages.curvature == 0.0)
+    near = np.where(long, 2.0 * ramp, stages.length)
+    parts = np.stack((near, stages.length - 2.0 * near, near), axis=1)
+    counts = np.ceil(parts * (_RAMP_STAGES / ramp)[:, None] - 1e-6)
+    counts = np.clip(counts, 1, np.clip(parts // _LEAST, 1, _MOST_STAGES)).astype(np.int64)
+    counts[long, 1] = 1
+    counts[~long, 1:] = 0
+    parent = np.repeat(np.arange(len(ramp)), counts.sum(axis=1))
+    length = np.repeat((parts / np.maximum(counts, 1)).ravel(), counts.ravel())
     before = np.cumsum(length) - length
     first = np.searchsorted(parent, np.arange(len(ramp)))
     return stages.pick(parent).cut(stages.start[parent] + before - before[first][parent], length)
@@ -132,7 +141,7 @@ def _rounded(stages: Stages) -> Stages:
     )
 
 
-def _batches(distinct: list[int], runs: list[tuple[int, int]]) -> Iterator[list[int]]:
+def _batches(distinct: list[int], runs: Spans) -> Iterator[list[int]]:
     """Group runs so that a call is neither tiny nor huge."""
     batch: list[int] = []
     size = 0
@@ -146,8 +155,11 @@ def _batches(distinct: list[int], runs: list[tuple[int, int]]) -> Iterator[list[
         yield batch
 
 
-def _solve(stages: Stages, spans: list[tuple[int, int]], names: list[int], turn_acceleration: float) -> Squared:
-    """Solve runs together; where that fails, each on its own."""
+def solve_runs(stages: Stages, spans: Spans, turn_acceleration: float) -> list[Scalars | None]:
+    """Give the squared speeds at the borders of the stages of each run; ``None`` where toppra finds none.
+
+    All runs go to toppra in one call; where that fails, each goes on its own.
+    """
     # One more stage at rest after each run: without limits of its own, it keeps the runs apart.
     index = np.concatenate([np.append(np.arange(a, b), b - 1) for a, b in spans])
     sizes = np.array([b - a + 1 for a, b in spans])
@@ -160,18 +172,16 @@ def _solve(stages: Stages, spans: list[tuple[int, int]], names: list[int], turn_
     a[ends], b[ends] = 0.0, 0.0
     highest = np.minimum(chosen.cap, np.concatenate(([0.0], chosen.cap[:-1])))
     highest[starts] = highest[ends] = 0.0
-    grid = np.concatenate(([0.0], np.cumsum(length)[:-1]))
-    squared = _call_toppra(a, b, highest, grid)
-    solved: Squared = {}
-    for name, first, last in zip(names, starts.tolist(), ends.tolist(), strict=True):
-        part = squared[first : last + 1]
-        moving = bool(np.all(np.isfinite(part)) and np.all(part[1:-1] > 0.0))
-        solved[name] = part if moving else None
-    failed = [(span, name) for span, name in zip(spans, names, strict=True) if solved[name] is None]
-    if len(spans) > 1:
-        for span, name in failed:
-            solved |= _solve(stages, [span], [name], turn_acceleration)
-    return solved
+    squared = _call_toppra(a, b, highest, np.concatenate(([0.0], np.cumsum(length)[:-1])))
+    parts = [squared[first : last + 1] for first, last in zip(starts.tolist(), ends.tolist(), strict=True)]
+    if all(_moves(part) for part in parts):
+        return list(parts)
+    return [None] if len(spans) == 1 else [solve_runs(stages, [span], turn_acceleration)[0] for span in spans]
+
+
+def _moves(squared: Scalars) -> bool:
+    """Whether a run gets from its start to its end."""
+    return len(squared) > 2 and bool(np.all(np.isfinite(squared)) and np.all(squared[1:-1] > 0.0))
 
 
 def limit_rows(

@@ -127,8 +127,8 @@ def _track(plan: Plan, samples: Samples) -> _Track:
     steps = np.linalg.norm(np.diff(samples.position, axis=0, prepend=samples.position[:1]), axis=1)
     return _Track(
         ticks=samples.tick.tolist(),
-        places=[(x, y, z) for x, y, z in samples.position.tolist()],
-        turns=[(w, x, y, z) for w, x, y, z in samples.quaternion.tolist()],
+        places=list(zip(*samples.position.T.tolist(), strict=True)),
+        turns=list(zip(*samples.quaternion.T.tolist(), strict=True)),
         steps_mm=steps.tolist(),
         first=(1 + np.searchsorted(samples.item[1:], numbers)).tolist(),
     )

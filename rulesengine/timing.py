@@ -32,7 +32,7 @@ def time_plan(plan: Plan, limits: Limits) -> TimedProgram:
     Raises:
         ValueError: An item of the plan does not start where the one before it ended.
     """
-    chain = _chain(plan)
+    chain = chain_of(plan)
     if len(chain.item) == 0:
         instructions, totals = narrate(plan, hold(chain))
         return TimedProgram(plan.origin, totals, instructions)
@@ -42,7 +42,7 @@ def time_plan(plan: Plan, limits: Limits) -> TimedProgram:
     return TimedProgram(plan.origin, totals, instructions, find_slow_passes(plan, path, profile, limits))
 
 
-def _chain(plan: Plan) -> Chain:
+def chain_of(plan: Plan) -> Chain:
     """String the items' vertices together, each pose once."""
     moving = [(number, item) for number, item in enumerate(plan.items) if isinstance(item, SprayPass | Transfer)]
     owner = np.repeat([number for number, _ in moving], [len(item.tcp) for _, item in moving]).astype(np.int64)
