@@ -143,7 +143,9 @@ def _coded_rows(table: _Table, name: str) -> Iterator[dict[str, Any]]:
 
 def _chip_family(row: dict[str, Any], kind: str) -> PackageFamily:
     height_mm = row["resistor_mm"] if kind == "resistor" else row["other_mm"]
-    return PackageFamily(f"chip {kind} {row['imperial']}", height_mm, row["standoff_mm"], "IPC-7351B nominal")
+    return PackageFamily(
+        f"chip {kind} {row['imperial']}", height_mm, row["standoff_mm"], "EIA size code, gap as soldered"
+    )
 
 
 def _stated_heights_mm(name: str) -> Iterator[float]:

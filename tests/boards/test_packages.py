@@ -1,4 +1,5 @@
 import re
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -153,3 +154,16 @@ def test_any_text_is_answered(name: str) -> None:
     assert family is not None or pins is None
     assert pins is None or pins >= 0
     assert family is None or 0 < family.height_mm < 100
+
+
+def test_the_documents_table_is_the_programs() -> None:
+    document = Path(__file__).parents[2] / "docs" / "boards.md"
+    lines = document.read_text(encoding="utf-8").splitlines()
+    rows = lines[lines.index("| family | height, mm | standoff, mm | source |") + 2 :]
+    expected = [
+        f"| {family.name} | {family.height_mm:g} | "
+        f"{'–' if family.standoff_mm is None else format(family.standoff_mm, 'g')} | {family.source} |"  # noqa: RUF001
+        for family in package_families()
+    ]
+    assert rows == expected
+    assert len({family.name for family in package_families()}) == len(expected)
