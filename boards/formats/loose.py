@@ -45,7 +45,7 @@ def _share_vertices(patches: Triangles) -> Indices:
 
 def plan_hull(patches: Triangles) -> BaseGeometry:
     """Convex hull of the projection onto the board's plane."""
-    return shapely.MultiPoint(np.unique(patches[:, :, :2].reshape(-1, 2), axis=0)).convex_hull
+    return shapely.LineString(patches[:, :, :2].reshape(-1, 2)).convex_hull
 
 
 def height_range(patches: Triangles) -> tuple[float, float]:

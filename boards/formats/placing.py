@@ -17,15 +17,18 @@ _SAME_PART_MM = 0.5
 
 
 def drop_layers(board: Triangles, parts: Sequence[Part]) -> tuple[list[Part], list[Finding]]:
-    """Leave out what lies within the thickness of the board: copper, mask, print, plugs of holes."""
+    """Leave out what lies within the board: copper, mask, print, plugs of holes."""
     bottom, top = height_range(board)
+    plan = plan_hull(board)
     kept: list[Part] = []
     layers: list[str] = []
     flat: list[str] = []
     for part in parts:
         margin = _NO_HEIGHT_MM if part.is_named else _LAYER_MM
         low, high = height_range(part.patches()) if part.geometry else (bottom, top)
-        if low < bottom - margin or high > top + margin:
+        # A second board of a panel is as thin, but beside the first.
+        beside = bool(part.geometry) and not plan_hull(part.patches()).centroid.within(plan)
+        if beside or low < bottom - margin or high > top + margin:
             kept.append(part)
         else:
             (flat if part.is_named else layers).append(part.name or "unnamed")

@@ -88,9 +88,7 @@ def _check_geometry(tree: Node, path: Path) -> None:
             found = found or len(patches) > 0
             if not (np.abs(patches) < _FARTHEST).all():
                 at = f"part {label_of(node)!r}" if label_of(node) else "the mesh"
-                message = (
-                    f"{at} has vertices that are not numbers, or absurdly large. Repair it in CAD first."
-                )
+                message = f"{at} has vertices that are not numbers, or absurdly large. Repair it in CAD first."
                 raise BoardError(message, file=path)
     if not found:
         raise BoardError("holds no triangles or surfaces. Export the board with its solids.", file=path)

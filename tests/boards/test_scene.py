@@ -188,6 +188,14 @@ def test_layers_of_the_board_are_left_out(tmp_path: Path) -> None:
     assert "R9" in said["component-without-height"].message
 
 
+def test_a_second_board_beside_the_first_is_kept_as_an_obstacle(tmp_path: Path) -> None:
+    second: Box = ("PCB second", BOARD[1], (0.0, 45.0, 0.0))
+    bodies, findings = read_scene(write_scene(tmp_path / "card.glb", [BOARD, second, *CHIPS], METRES_Y_UP))
+    assert [(body.name, body.role) for body in bodies[:2]] == [("board", "board"), ("PCB_second", "fixture")]
+    np.testing.assert_allclose(spans(bodies)["board"], span_of(*BOARD[1:]), atol=2e-4)
+    assert "PCB second" in next(found.message for found in findings if found.rule == "not-on-the-board")
+
+
 def test_the_board_is_told_from_a_larger_plate_by_its_name(tmp_path: Path) -> None:
     carrier: Box = ("carrier", (120.0, 90.0, 4.0), (0.0, 0.0, -30.0))
     path = write_scene(tmp_path / "card.glb", [carrier, BOARD, *CHIPS], METRES_Y_UP)
