@@ -136,18 +136,15 @@ def _choice(item: Item, key: str, words: tuple[str, ...], path: Path) -> str | N
 def _build(
     layout: Layout, roles: list[Role], patches: Triangles, normals: Directions, keep: NDArray[np.bool_], path: Path
 ) -> Iterator[Body]:
-    kept = np.concatenate(([0], np.cumsum(keep)))
     patches, normals = (patches, normals) if keep.all() else (patches[keep], normals[keep])
-    begin = 0
+    counts = [count for item in layout.items for _, count in item.surfaces]
+    left = iter(np.diff(np.concatenate(([0], np.cumsum(keep)))[np.cumsum([0, *counts])]).tolist())
+    last = 0
     for item, role in zip(layout.items, roles, strict=True):
-        first = int(kept[begin])
-        surfaces: list[Surface] = []
-        for name, count in item.surfaces:
-            left = int(kept[begin + count] - kept[begin])
-            begin += count
-            if left:
-                surfaces.append(Surface(name, left))
-        last = int(kept[begin])
+        first = last
+        kept = [Surface(name, next(left)) for name, _ in item.surfaces]
+        surfaces = tuple(surface for surface in kept if surface.patches)
+        last = first + sum(surface.patches for surface in surfaces)
         if first == last:
             raise BoardError(f"object {item.name} has no patch with an area.", file=path, line=item.line)
         attributes = item.attributes
@@ -156,7 +153,7 @@ def _build(
             role=role,
             patches=patches[first:last],
             normals=normals[first:last],
-            surfaces=tuple(surfaces),
+            surfaces=surfaces,
             package=attributes.get("package"),
             part=attributes.get("part"),
             value=attributes.get("value"),

@@ -7,7 +7,7 @@ import warnings
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn, cast
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,8 @@ _BLANK_STARTS = np.isin(np.arange(256), np.frombuffer(b" \t", np.uint8))
 _NUMERIC_STARTS = np.isin(np.arange(256), np.frombuffer(b"0123456789+-.", np.uint8))
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _TOKEN = re.compile(r'([^\s"#]*"[^"]*"|[^\s"#]+)(?=[\s#]|$)|#.*|\s+')
-_VERTEX_DECIMALS, _NORMAL_DECIMALS = 4, 5
+_COMMENT = re.compile(rb"#[^\n]*")
+_DECIMALS = np.array([4] * 9 + [5] * 3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,22 +106,32 @@ def cut(text: bytes, file: Path) -> Content:
         BoardError: A quote is not closed, or something that is not a finite number stands in a line of numbers.
     """
     letters = np.frombuffer(text, np.uint8)
-    ends = np.flatnonzero(letters == ord("\n"))
+    ends = _line_ends(letters)
     starts = np.concatenate(([0], ends[:-1] + 1))
     first = starts.copy()
     while (blank := _BLANK_STARTS[letters[first]]).any():
         first[blank] += 1
     numeric = _NUMERIC_STARTS[letters[first]]
     rows = np.flatnonzero(numeric)
-    rows_before = np.cumsum(numeric)
+    others = np.flatnonzero(~numeric & (first < ends))
+    places = zip(
+        *(some.tolist() for some in (others, first[others], ends[others], np.cumsum(numeric)[others])), strict=True
+    )
     records: list[Record] = []
-    for line in np.flatnonzero(~numeric & (first < ends)).tolist():
-        tokens = _split(text[first[line] : ends[line]].decode(), file, line + 1)
+    for line, begin, end, rows_before in places:
+        tokens = _split(text[begin:end].decode(), file, line + 1)
         if tokens:
-            records.append(Record(line + 1, tokens, int(rows_before[line])))
+            records.append(Record(line + 1, tokens, rows_before))
     if not records and not len(rows):
         raise BoardError("holds comments only. A board file begins with 'board-tri 1'.", file=file)
     return Content(tuple(records), _read_rows(text, starts, ends, rows, file), len(ends))
+
+
+def _line_ends(letters: NDArray[np.uint8]) -> Indices:
+    step = 1 << 18  # what fits the cache is searched several times faster
+    return np.concatenate(
+        [np.flatnonzero(letters[begin : begin + step] == ord("\n")) + begin for begin in range(0, len(letters), step)]
+    )
 
 
 def _split(line: str, file: Path, number: int) -> tuple[str, ...]:
@@ -146,12 +157,13 @@ def _read_rows(text: bytes, starts: Indices, ends: Indices, rows: Indices, file:
     place = 0
     for begin in range(0, len(rows), _CHUNK_LINES):
         some = rows[begin : begin + _CHUNK_LINES]
-        origin = int(starts[some[0]])
-        start, end = starts[some] - origin, ends[some] - origin
-        block = _blanked(text[origin : origin + int(end[-1]) + 1], start, end)
-        chunk = _parse_fixed(block, start, end)
-        if chunk is None:
-            chunk, counts[begin : begin + len(some)] = _parse_free(block, start, some, file)
+        block = _join_rows(text, starts[some], ends[some] + 1)
+        room = values[place : place + 12 * len(some)]
+        if len(room) == 12 * len(some) and _parse_fixed(block, ends[some] - starts[some] + 1, room.reshape(-1, 12)):
+            place += len(room)
+            continue
+        lengths = ends[some] - starts[some] + 1
+        chunk, counts[begin : begin + len(some)] = _parse_free(block, np.cumsum(lengths) - lengths, some, file)
         if place + len(chunk) > len(values):
             values = np.concatenate((values[:place], np.empty(len(chunk) + len(values))))
         values[place : place + len(chunk)] = chunk
@@ -159,54 +171,40 @@ def _read_rows(text: bytes, starts: Indices, ends: Indices, rows: Indices, file:
     return Numbers(values[:place], counts, rows + 1)
 
 
-def _blanked(text: bytes, starts: Indices, ends: Indices) -> bytes:
-    """Blank whatever is no number in a block of lines: records between the rows, and comments."""
-    block = bytearray(text)
-    gaps = np.flatnonzero(starts[1:] > ends[:-1] + 1)
-    for begin, end in zip(ends[gaps].tolist(), starts[gaps + 1].tolist(), strict=True):
-        block[begin:end] = b" " * (end - begin - 1) + b"\n"
-    place = block.find(b"#")
-    while place >= 0:
-        end = block.find(b"\n", place)
-        block[place:end] = b" " * (end - place)
-        place = block.find(b"#", end)
-    return bytes(block)
+def _join_rows(text: bytes, starts: Indices, ends: Indices) -> bytes:
+    """Put lines of numbers one after the other, without the records between them; comments become blanks."""
+    breaks = np.flatnonzero(starts[1:] != ends[:-1])
+    begins = [int(starts[0]), *starts[breaks + 1].tolist()]
+    stops = [*ends[breaks].tolist(), int(ends[-1])]
+    block = b"".join([text[begin:stop] for begin, stop in zip(begins, stops, strict=True)])
+    return _COMMENT.sub(lambda comment: b" " * len(comment[0]), block) if b"#" in block else block
 
 
-def _parse_fixed(block: bytes, starts: Indices, ends: Indices) -> Scalars | None:
-    """Parse rows as our writer lays them out: 9 numbers with 4 decimals and 3 with 5; ``None`` for any other.
+def _parse_fixed(block: bytes, lengths: Indices, numbers: NDArray[np.float64]) -> bool:
+    """Parse rows as our writer lays them out, 9 numbers with 4 decimals and 3 with 5; ``False`` for any other layout.
 
     Without its points such a text is integers, which numpy reads three times faster; divided by a power of ten they
-    are the correctly rounded numbers.
+    are the correctly rounded numbers. As many blanks as numbers, and a point at its distance before each of them,
+    leave room for nothing else.
+
+    Args:
+        block: Lines of numbers and nothing between them.
+        lengths: (n,) bytes in each line with its line feed.
+        numbers: (n, 12) is filled.
     """
-    letters = np.frombuffer(block + b"\n" * 8, np.uint8)
-    points = np.flatnonzero(letters == ord("."))
-    if len(points) != 12 * len(starts):
-        return None
-    points = points.reshape(-1, 12)
-    if not ((points[:, 0] >= starts).all() and (points[:, -1] < ends).all()):
-        return None
-    after = points + (_VERTEX_DECIMALS + 1)
-    after[:, 9:] += _NORMAL_DECIMALS - _VERTEX_DECIMALS
-    digits = (letters - np.uint8(ord("0"))) < 10
-    spaces = letters <= ord(" ")
-    if not (spaces[after].all() and digits[after[:, 9:] - 1].all()):
-        return None
-    if not _four_digits_follow(digits, points):
-        return None
-    whole = cast(NDArray[np.int64] | None, _parse(block.translate(None, b"."), np.int64))
-    if whole is None or len(whole) != points.size or np.abs(whole).max() >= 2**53:
-        return None
-    table = whole.reshape(-1, 12)
-    numbers = np.empty(table.shape)
-    np.divide(table[:, :9], 10.0**_VERTEX_DECIMALS, out=numbers[:, :9])
-    np.divide(table[:, 9:], 10.0**_NORMAL_DECIMALS, out=numbers[:, 9:])
-    return numbers.ravel()
-
-
-def _four_digits_follow(digits: NDArray[np.bool_], points: Indices) -> bool:
-    four = digits[1:-3] & digits[2:-2] & digits[3:-1] & digits[4:]
-    return bool(four[points].all())
+    letters = np.frombuffer(block, np.uint8)
+    blanks = np.flatnonzero(letters <= ord(" "))
+    whole_text = block.translate(None, b".")
+    if not (len(blanks) == numbers.size == len(block) - len(whole_text)):
+        return False
+    blanks = blanks.reshape(-1, 12)
+    if not ((blanks[:, -1] == np.cumsum(lengths) - 1).all() and (letters[blanks - _DECIMALS - 1] == ord(".")).all()):
+        return False
+    whole = _parse(whole_text, np.int64)
+    if whole is None or len(whole) != numbers.size or max(whole.max(), -whole.min()) >= 2**53:
+        return False
+    np.divide(whole.reshape(-1, 12), 10.0**_DECIMALS, out=numbers)
+    return True
 
 
 def _parse_free(block: bytes, starts: Indices, rows: Indices, file: Path) -> tuple[Scalars, Indices]:
@@ -214,7 +212,7 @@ def _parse_free(block: bytes, starts: Indices, rows: Indices, file: Path) -> tup
     spaces = np.frombuffer(b" " + block, np.uint8) <= ord(" ")
     begins = spaces[:-1] & ~spaces[1:]
     counts = np.add.reduceat(begins, starts, dtype=np.int64)
-    values = cast(Scalars | None, _parse(block, np.float64))
+    values = _parse(block, np.float64)
     if values is None or len(values) != counts.sum() or not np.isfinite(values).all():
         _refuse(block, rows, file)
     return values + 0.0, counts  # + 0.0 turns -0.0 into 0.0
