@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Directions, Indices, Points, Quaternions, Scalars
+from geometry.frames import slerp
 from programs.columns import Columns, columns_of
 from programs.errors import ProgramError
 from programs.program import Command, TimedProgram
@@ -139,7 +140,7 @@ def play(timeline: Timeline, times_s: Scalars) -> ToolStates:
     lasting = timeline.times[go_to] - timeline.times[come_from]
     done = np.divide(times - timeline.times[come_from], lasting, out=np.zeros_like(times), where=lasting > 0)
     tcp = timeline.tcp[come_from] + done[:, None] * (timeline.tcp[go_to] - timeline.tcp[come_from])
-    quaternion = _slerp(timeline.quaternion[come_from], timeline.quaternion[go_to], done)
+    quaternion = slerp(timeline.quaternion[come_from], timeline.quaternion[go_to], done)
     instruction = np.where(key > last, len(timeline.made_by) - 1, timeline.running[go_to])
     return ToolStates(
         times=times,
@@ -174,7 +175,7 @@ def _key_poses(columns: Columns) -> tuple[Scalars, Points, Quaternions, Indices]
     passed = wait_times - held[:-1] - begin
     done = np.clip(np.divide(passed, lasting, out=np.zeros_like(passed), where=lasting > 0), 0.0, 1.0)
     wait_tcp = tcp[come_from] + done[:, None] * (tcp[go_to] - tcp[come_from])
-    wait_quaternion = _slerp(quaternion[come_from], quaternion[go_to], done)
+    wait_quaternion = slerp(quaternion[come_from], quaternion[go_to], done)
     # In the order of the instructions; the beginning of a wait belongs to the move that it interrupts.
     order = np.argsort(np.concatenate([columns.move_at, columns.wait_at, columns.wait_at]), kind="stable")
     times = np.concatenate([columns.times[columns.move_at], wait_times, wait_times + columns.waits])[order]
@@ -206,16 +207,3 @@ def _jet_directions(quaternions: Quaternions) -> Directions:
     """Tool +Z of (n, 4) orientations: the third column of the rotation matrix."""
     w, x, y, z = quaternions.T
     return np.column_stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
-
-
-def _slerp(start: Quaternions, end: Quaternions, done: Scalars) -> Quaternions:
-    """Turn at constant speed the short way round (Shoemake 1985), each of (n,) pairs by its own part."""
-    end = np.where(np.sum(start * end, axis=1, keepdims=True) < 0, -end, end)
-    angle = 2 * np.arctan2(np.linalg.norm(end - start, axis=1), np.linalg.norm(end + start, axis=1))
-    sine = np.sin(angle)
-    is_small = sine < 1e-6  # the chord is as good as the arc
-    sine = np.where(is_small, 1.0, sine)
-    weight_start = np.where(is_small, 1 - done, np.sin((1 - done) * angle) / sine)
-    weight_end = np.where(is_small, done, np.sin(done * angle) / sine)
-    turned = weight_start[:, None] * start + weight_end[:, None] * end
-    return turned / np.linalg.norm(turned, axis=1, keepdims=True)
