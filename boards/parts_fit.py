@@ -75,8 +75,8 @@ def fit_points(table: Points2, centres: Points2) -> Fit | None:
     """Best map for positions whose components are not known, by voting.
 
     Returns:
-        ``None`` if fewer than half of the positions (or of the components) find a partner, or if the arrangement is so symmetric that
-        several maps fit alike.
+        ``None`` if fewer than half of the positions (or of the components) find a partner, or if the arrangement is
+        so symmetric that several maps fit alike.
     """
     tree = KDTree(centres)
     stay = Fit("", np.eye(2), np.zeros(2), 0.0)

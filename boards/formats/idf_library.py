@@ -61,7 +61,7 @@ def find_packages(wanted: Sequence[tuple[Record, str, str]], library: Path | Non
     if missing:
         names = list(dict.fromkeys(record.fields[0] for record in missing))
         raise missing[0].error(
-            f"{len(names)} packages are not in {library.name}: {some(names)}. Export board and library together."
+            f"not in the library {library.name}: {some(names)}. Export board and library together."
         )
     found = [exact.get((name, part), loose[name]) for _, name, part in wanted]
     for package in found:
