@@ -22,7 +22,7 @@ YamlPath: TypeAlias = tuple[Key, ...]
 
 _LARGEST_TEXT = 1_000_000
 _DEEPEST = 30
-_MOST_VALUES = 200_000
+_MOST_VALUES = 50_000
 _TAG = "tag:yaml.org,2002:"
 _HINTS = (
     ("found character '\\t'", "a tab cannot be used here; indent with spaces"),

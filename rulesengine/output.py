@@ -33,8 +33,8 @@ def write_bytes_atomically(path: Path, content: bytes) -> None:
     Raises:
         OutputError: the file cannot be written; what stood there before still does.
     """
-    target = Path(os.path.realpath(path))
     try:
+        target = Path(os.path.realpath(path))
         if target.exists() and not target.is_file():
             target.write_bytes(content)
             return

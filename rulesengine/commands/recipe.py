@@ -66,7 +66,7 @@ def check(source: Source) -> None:
         steps = sum(step.enabled for step in recipe.sequence)
         typer.echo(
             f"{recipe.recipe}: can be used; {steps} steps, {len(recipe.templates)} templates, "
-            f"{len(recipe.classes)} classes, {len(findings)} findings"
+            f"{len(recipe.classes)} classes, {len(findings) or 'no'} finding{'' if len(findings) == 1 else 's'}"
         )
 
 

@@ -92,7 +92,7 @@ def test_empty(text: str) -> None:
 
 def test_very_deep_nesting_is_refused() -> None:
     with pytest.raises(RecipeError, match="30 deep"):
-        read_yaml("a: " + "[" * 20_000, "f")
+        read_yaml("a: " + "[" * 600, "f")
 
 
 def test_an_alias_bomb_is_refused() -> None:
