@@ -145,7 +145,7 @@ def _rates_at(path: Path, at: Scalars, segment: Indices) -> Scalars:
     left, right = at - path.knots[segment], path.knots[segment + 1] - at
     vertex = np.where(left < right, segment, segment + 1)
     window = path.window[vertex]
-    inside = np.minimum(left, right) < window
+    inside = (window > 0.0) & (np.minimum(left, right) < window)
     fraction = np.clip(0.5 + 0.5 * (at - path.knots[vertex]) / np.where(inside, window, 1.0), 0.0, 1.0)[:, None]
     last = len(path.rate) - 1
     before, after = path.rate[np.maximum(vertex - 1, 0)], path.rate[np.minimum(vertex, last)]
