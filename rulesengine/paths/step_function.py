@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 from shapely import LineString, STRtree, get_parts, intersection
 
-from geometry.arrays import Directions2, Points2
 from recipes.paths import StepFunction
 from recipes.spec import for_class
 from rulesengine.lines import lay_lines, one_way_stroke, travel_of
@@ -23,23 +22,22 @@ def plan_step_function(spec: StepFunction, site: Site) -> StrokeSet:
     components = [component for component in site.board.components if component.name in site.served]
     names = [component.name for component in components]
     tree = STRtree([component.outline for component in components])
-    lines = [line for row in rows for line in row.stretches]
-    strokes = tuple(
-        _with_pauses(one_way_stroke(line, spec, site, travel), _crossings(line, tree, names, travel), spec, site)
-        for line in lines
-    )
+    lines = [one_way_stroke(line, spec, site, travel) for row in rows for line in row.stretches]
+    strokes = tuple(_with_pauses(stroke, _crossings(stroke, tree, names), spec, site) for stroke in lines)
     freedom = "either_end" if spec.start == "auto" else "fixed"
     return StrokeSet(strokes * spec.repeats, freedom, "everything", findings)
 
 
-def _crossings(line: Points2, tree: STRtree, names: list[str], travel: Directions2) -> list[tuple[float, str]]:
-    """Distance along the line and name of the component for each edge crossed, in order."""
-    segment = LineString(line)
+def _crossings(stroke: Stroke, tree: STRtree, names: list[str]) -> list[tuple[float, str]]:
+    """Distance along the stroke and name of the component for each edge that the axis crosses, in order."""
+    axis = stroke.tcp[:, :2] - stroke.tcp[:, 2:] * stroke.approach[:, :2] / stroke.approach[:, 2:]
+    segment = LineString(axis)
     length = segment.length
+    travel = (axis[1] - axis[0]) / length
     found: list[tuple[float, int]] = []
     for index in sorted(int(i) for i in tree.query(segment, predicate="intersects")):
         for piece in get_parts(intersection(segment, tree.geometries[index])):
-            spans = (np.array(piece.coords) - line[0]) @ travel
+            spans = (np.array(piece.coords) - axis[0]) @ travel
             if np.ptp(spans) >= _GRAZE_MM:
                 found += [(at, index) for at in (spans.min(), spans.max()) if _GRAZE_MM < at < length - _GRAZE_MM]
     found.sort(key=lambda crossing: (round(crossing[0], 4), crossing[1]))
@@ -51,7 +49,7 @@ def _with_pauses(stroke: Stroke, crossings: list[tuple[float, str]], spec: StepF
         return stroke
     direction = stroke.tcp[1] - stroke.tcp[0]
     direction /= np.linalg.norm(direction)
-    at = np.array([distance for distance, _ in crossings]) + spec.overshoot_mm
+    at = np.array([distance for distance, _ in crossings])
     count = len(crossings) + 2
     delays = [for_class(spec.delay_s, site.classes[name]) for _, name in crossings]
     return replace(

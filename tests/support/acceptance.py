@@ -1,0 +1,90 @@
+"""Everything an independent reader of a program may complain about, for one run; also runs by hand on any board.
+
+python tests/support/acceptance.py BOARD RECIPE [PARTS]
+"""
+
+import sys
+from pathlib import Path
+
+import judge
+import judge_space
+import numpy as np
+from shapely import MultiPoint
+
+from programs.posts import native
+from recipes.paths import ComponentPerimeter, Raster, StepFunction
+from recipes.spec import for_class
+
+
+def complaints(run):
+    """List what is wrong with a run's program, read back from its text; empty if nothing is."""
+    track = judge.read_track(native.render(run.program))
+    limits = run.recipe.limits
+    speeds = {name: function.max_speed_mm_s for name, function in run.recipe.functions.items()}
+    triangles = np.concatenate([body.patches for body in run.board.bodies])
+    return [
+        *judge.times_running_back(track),
+        *judge.wrong_totals(track),
+        *judge.wrong_stated_speeds(track),
+        *judge.too_fast(track, speeds),
+        *judge.too_sharp(track, limits.acceleration_mm_s2),
+        *judge.turning_too_fast(track, limits.rotation_deg_s),
+        *judge.turning_too_sharply(track, limits.rotation_acceleration_deg_s2),
+        *judge.spraying_in_transfers(track),
+        *judge.jet_on_at_end(track),
+        *judge_space.too_close(track, triangles, limits.clearance_mm),
+        *_path_complaints(run, track),
+    ]
+
+
+def _path_complaints(run, track):
+    for index, step in enumerate(run.recipe.sequence):
+        for name in step.paths if step.enabled else ():
+            spec, maker = run.recipe.templates[name], f"sequence[{index}]/{name}"
+            if isinstance(spec, ComponentPerimeter):
+                yield from _uncircled(run, track, spec, step, maker)
+            elif isinstance(spec, Raster):
+                yield from _unwetted(run, track, spec, step, maker)
+            elif isinstance(spec, StepFunction):
+                outlines = {each.name: each.outline for each in run.board.components if each.side == step.side}
+                yield from judge_space.wrong_pauses(track, maker, outlines, run.board.surface_z_mm(step.side))
+
+
+def _uncircled(run, track, spec, step, maker):
+    components = [each for each in run.board.components if each.side == step.side]
+    bodies = {body.name: body for body in run.board.bodies}
+    centres = {}
+    for each in components:
+        middle = MultiPoint(bodies[each.name].patches.reshape(-1, 3)[:, :2]).convex_hull.centroid
+        centres[each.name] = (middle.x, middle.y)
+    turns = judge_space.turns_around(track, maker, centres)
+    classes = {each.component: each.component_class for each in run.classified}
+    for each in components:
+        asked = for_class(spec.passes, classes[each.name]) * step.repeat
+        if abs(turns.get(each.name, 0.0)) < asked - 1e-6:
+            yield f"{maker}: {each.name} is circled {turns.get(each.name, 0.0):.2f} times instead of {asked}"
+
+
+def _unwetted(run, track, spec, step, maker):
+    nozzle = run.recipe.nozzles[step.nozzle]
+    area = run.board.outline.buffer(-max(spec.margin_mm, 0.0))
+    if area.is_empty or not hasattr(nozzle, "half_angle_deg"):
+        area = run.board.outline
+    half = nozzle.half_angle_deg
+    share = judge_space.covered_share(track, maker.__eq__, half, run.board.surface_z_mm(step.side), area)
+    if share < 0.995:
+        yield f"{maker}: only {100 * share:.2f} % of the board is inside the cone"
+
+
+def _main(board, recipe="smt-aqueous", parts=None):
+    from boards.load import load_board
+    from recipes.load import load_recipe
+    from rulesengine.pipeline import run
+
+    done = run(load_recipe(recipe), load_board(Path(board), Path(parts) if parts else None))
+    wrong = complaints(done)
+    sys.stdout.write("\n".join([f"{board} {recipe}: {len(wrong)} complaints", *wrong[:40], ""]))
+
+
+if __name__ == "__main__":
+    _main(*sys.argv[1:])
