@@ -230,6 +230,12 @@ def test_a_pause_at_each_edge_crossed_is_right_and_nothing_else() -> None:
     assert len(wrong_pauses(step_line(20, 45, 60, 61), "s/step", outlines, 0.0)) == 1, "one elsewhere"
 
 
+def test_a_line_along_an_edge_may_count_it_or_not() -> None:
+    outlines = {"U1": box(20, -5, 40, 5), "along": box(60, 0, 70, 5)}
+    assert wrong_pauses(step_line(20, 40), "s/step", outlines, 0.0) == []
+    assert wrong_pauses(step_line(20, 40, 60, 70), "s/step", outlines, 0.0) == []
+
+
 def test_the_fixed_pose_of_these_tests_points_down() -> None:
     assert DOWN == (0.0, 1.0, 0.0, 0.0)
     np.testing.assert_allclose(track_of(move(0, 0)).approach, [[0, 0, -1]])
