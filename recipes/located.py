@@ -93,7 +93,7 @@ def read_yaml(text: str, file: Path | str) -> Located:
     if len(text) > _LARGEST_TEXT:
         raise RecipeError(f"{len(text):,} characters are too many; a recipe has at most {_LARGEST_TEXT:,}", file=file)
     yaml = YAML(typ="safe", pure=True)
-    cast(Any, yaml.composer).warn_double_anchors = False  # YAML 1.2 allows an anchor to be set anew
+    yaml.composer.warn_double_anchors = False  # YAML 1.2 allows an anchor to be set anew
     try:
         node = cast("Node | None", yaml.compose(text))
         root = None if node is None else _Tree(yaml, str(file)).build(node, Mark(str(file), _line(node)), 0)
