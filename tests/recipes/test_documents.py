@@ -1,0 +1,30 @@
+"""What docs/recipe.md shows is what Washboard does."""
+
+import inspect
+import re
+from pathlib import Path
+
+from recipes import check
+from recipes.load import load_recipe, parse_recipe, recipe_library
+from recipes.paths import FinalFlush
+from recipes.schema import recipe_keys
+
+PAGE = (Path(__file__).parents[2] / "docs" / "recipe.md").read_text("utf-8")
+
+
+def test_the_example_of_extends_does_what_its_comments_say() -> None:
+    (example,) = re.findall(r"```yaml\n(recipe:.*?)```", PAGE, re.DOTALL)
+    recipe, base = parse_recipe(example), load_recipe("smt-aqueous")
+    assert recipe.functions["clean"].temperature_c == base.functions["clean"].temperature_c
+    assert recipe.templates["around"].model_dump()["passes"] == {"small": 2, "default": 4, "large": 6}
+    assert "step" not in recipe.templates
+    assert recipe.templates["sweep"] == FinalFlush(height_mm=50, speed_mm_s=40)
+
+
+def test_the_page_names_every_finding_every_path_class_and_every_library_recipe() -> None:
+    rules = set(re.findall(r'Finding\(\s*f?"([a-z-]+[a-z])"', inspect.getsource(check)))
+    assert len(rules) == 4
+    paths = set(re.findall(r"## templates: (\w+)\n", recipe_keys()))
+    assert len(paths) == 6
+    for word in (*rules, *paths, *recipe_library(), "unused-function", "unused-nozzle", "unused-template"):
+        assert f"`{word}`" in PAGE
