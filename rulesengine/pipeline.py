@@ -1,13 +1,12 @@
 """Recipe and board in; plan and timed program out."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
 
 from boards.board import Board, Side
 from geometry.finding import Finding, worst_first
+from geometry.progress import Progress, part_of
 from programs.plan import Jet, Origin, Plan
 from programs.program import TimedProgram
 from recipes.check import check_recipe
@@ -24,9 +23,6 @@ from rulesengine.plan_path import plan_path
 from rulesengine.stroke import Site, Stroke, StrokeSet
 from rulesengine.timing import time_plan
 from rulesengine.transfers import parked
-
-Progress: TypeAlias = Callable[[str, float], None]
-"""What is being done, and which part of the whole job is behind us (0 to 1)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,13 +55,9 @@ def run(recipe: Recipe, board: Board, progress: Progress | None = None) -> Run:
     Raises:
         RecipeError: a component matches no class, or nothing is left to do.
     """
-
-    def tell(what: str, done: float) -> None:
-        if progress is not None:
-            progress(what, done)
-
+    tell = progress or _tell_nobody
     classified, _ = classify(recipe, board)
-    plan = make_plan(recipe, board, lambda what, done: tell(what, 0.6 * done))
+    plan = make_plan(recipe, board, part_of(tell, 0.0, 0.6))
     tell("timing", 0.6)
     program = time_plan(plan, recipe.limits)
     tell("done", 1.0)
@@ -99,13 +91,17 @@ def make_plan(recipe: Recipe, board: Board, progress: Progress | None = None) ->
         parked(board, recipe.limits, job.floors[first.side]),
         findings=[*class_findings, *mask_findings],
     )
+    tell = progress or _tell_nobody
     for done, (index, step) in enumerate(steps):
-        if progress is not None:
-            progress(f"planning {step.function}", done / len(steps))
+        tell(f"planning {step.function}", done / len(steps))
         _do_step(job, assembly, index, step)
     assembly.findings += _unserved(job, steps)
     origin = Origin(board.name, board.sha256, recipe.recipe, recipe_sha256(recipe))
     return Plan(origin, tuple(assembly.items), tuple(assembly.findings))
+
+
+def _tell_nobody(_what: str, _done: float) -> None:
+    pass
 
 
 def _do_step(job: _Job, assembly: Assembly, index: int, step: Step) -> None:

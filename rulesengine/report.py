@@ -3,17 +3,19 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from boards.board import Board
 from geometry.finding import Finding
 from programs.summary import by_function
-from rulesengine.pipeline import Run
+
+if TYPE_CHECKING:
+    from rulesengine.pipeline import Run
 
 Json: TypeAlias = "dict[str, Json] | list[Json] | str | int | float | bool | None"
 
 
-def report(run: Run) -> dict[str, Json]:
+def report(run: "Run") -> dict[str, Json]:
     """Collect totals, functions, classes, components and findings; the same run gives the same data."""
     totals = run.program.totals
     origin = run.plan.origin
@@ -38,7 +40,7 @@ def report(run: Run) -> dict[str, Json]:
     }
 
 
-def class_counts(run: Run) -> dict[str, int]:
+def class_counts(run: "Run") -> dict[str, int]:
     """Members of each class, in the recipe's order."""
     counts = Counter(each.component_class for each in run.classified)
     return {name: counts[name] for name in run.recipe.classes}
@@ -80,7 +82,7 @@ def board_facts(board: Board) -> dict[str, str]:
     return facts | ({"fixtures": str(fixtures)} if fixtures else {})
 
 
-def _components(run: Run) -> list[Json]:
+def _components(run: "Run") -> list[Json]:
     served: list[Json] = []
     passes: dict[str, set[str]] = {}
     for item in run.plan.items:

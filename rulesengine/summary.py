@@ -1,6 +1,7 @@
 """A run, a board or a program as a person wants to read it in a terminal."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.markup import escape
@@ -10,14 +11,16 @@ from boards.board import Board
 from geometry.finding import Finding
 from programs.program import TimedProgram
 from programs.summary import by_function
-from rulesengine.pipeline import Run
 from rulesengine.report import board_facts, class_counts, grouped_findings
+
+if TYPE_CHECKING:
+    from rulesengine.pipeline import Run
 
 _COLOURS = {"error": "bold red", "warning": "yellow", "info": "dim"}
 _MOST_ROWS = 40
 
 
-def print_run(console: Console, run: Run) -> None:
+def print_run(console: Console, run: "Run") -> None:
     """Time and litres by function, members of each class, what the order saved, findings worst first."""
     print_program(console, run.program)
     counts = class_counts(run)

@@ -3,22 +3,26 @@
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from boards.load import load_board
+from rich import progress
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 
 from boards.board import Board
-from recipes.load import load_recipe
-from rulesengine import pipeline
+from boards.load import load_board
+from geometry.progress import Progress, part_of
+
+if TYPE_CHECKING:
+    from rulesengine.pipeline import Run
 
 
 @contextmanager
-def progress_bar() -> Generator[pipeline.Progress]:
+def progress_bar() -> Generator[Progress]:
     """Show a bar on the terminal's error stream; nothing where there is no terminal."""
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    with progress.Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=1.0)
 
         def tell(what: str, done: float) -> None:
@@ -37,22 +41,16 @@ def read_board(board: str, parts: Path | None) -> Board:
         return load_board(Path(board), parts, tell)
 
 
-def read_and_run(board: str, recipe: str, parts: Path | None) -> pipeline.Run:
+def read_and_run(board: str, recipe: str, parts: Path | None) -> "Run":
     """Load both and plan, showing progress.
 
     Raises:
         JobError: one of them cannot be used.
     """
+    from recipes.load import load_recipe
+    from rulesengine.pipeline import run
+
     loaded_recipe = load_recipe(recipe)
     with progress_bar() as tell:
-        loaded = load_board(Path(board), parts, _part(tell, 0.0, 0.4))
-        return pipeline.run(loaded_recipe, loaded, _part(tell, 0.4, 1.0))
-
-
-def _part(tell: pipeline.Progress, begin: float, end: float) -> pipeline.Progress:
-    """Map the progress of a part onto its share of the whole."""
-
-    def told(what: str, done: float) -> None:
-        tell(what, begin + (end - begin) * done)
-
-    return told
+        loaded = load_board(Path(board), parts, part_of(tell, 0.0, 0.4))
+        return run(loaded_recipe, loaded, part_of(tell, 0.4, 1.0))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from geometry.arrays import Scalars
+from geometry.arrays import Points, Scalars
 from geometry.finding import Finding
 from rulesengine.clearance import Floors, Span
 from rulesengine.stroke import Stroke
@@ -67,12 +67,13 @@ def _lengths(stroke: Stroke) -> Scalars:
 
 def _needed(spans: list[Span], at: Scalars, lap: float | None) -> Scalars:
     """Least height at each length: the floors with their slopes; around a ring the distance is the shorter way."""
-    start, end, floor = (column[:, None] for column in np.array(spans, dtype=np.float64).T)
+    columns: Points = np.array(spans, dtype=np.float64)
+    start, end, floor = columns[:, :1], columns[:, 1:2], columns[:, 2:]
     away = np.maximum(np.maximum(start - at, at - end), 0.0)
     if lap is not None:
         for shift in (-lap, lap):
             away = np.minimum(away, np.maximum(np.maximum(start + shift - at, at - end - shift), 0.0))
-    return np.asarray(np.max(floor - _SLOPE * away, axis=0), dtype=np.float64)
+    return (floor - _SLOPE * away).max(axis=0)
 
 
 def _stops(spans: list[Span], at: Scalars, loop: Stroke) -> Scalars:
