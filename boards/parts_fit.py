@@ -17,6 +17,9 @@ NEAR_MM = 1.0
 _VOTERS = 150
 """Rows that vote for a shift; more would not change it."""
 
+_CELL_MM = 0.5
+"""Shifts nearer to each other than this are one vote."""
+
 _LINEAR: tuple[tuple[str, tuple[tuple[float, float], tuple[float, float]]], ...] = (
     ("", ((1.0, 0.0), (0.0, 1.0))),
     ("turned by 90°", ((0.0, -1.0), (1.0, 0.0))),
@@ -83,15 +86,10 @@ def fit_points(table: Points2, centres: Points2) -> Fit | None:
     found = [(_count(stay, table, tree), stay)]
     for words, rows in _LINEAR:
         linear = np.array(rows)
-        shift = _vote(table @ linear.T, centres)
-        for _ in range(2):
-            turned = table @ linear.T + shift
-            far, nearest = tree.query(turned)
-            near = np.asarray(far) <= 2.0 * NEAR_MM
-            if near.any():
-                shift = shift + np.median(centres[np.asarray(nearest)[near]] - turned[near], axis=0)
-        fit = Fit(words, linear, shift, 0.0)
-        found.append((_count(fit, table, tree), fit))
+        turned = table @ linear.T
+        fits = [Fit(words, linear, _refine(turned, shift, centres, tree), 0.0) for shift in _vote(turned, centres)]
+        counted = [(_count(fit, table, tree), fit) for fit in fits]
+        found.append(max(counted, key=lambda pair: pair[0]))
     most = max(count for count, _ in found)
     best = [fit for count, fit in found if count == most]
     if 2 * most < min(len(table), len(centres)) or (
@@ -101,19 +99,29 @@ def fit_points(table: Points2, centres: Points2) -> Fit | None:
     return best[0]
 
 
+def _refine(turned: Points2, shift: NDArray[np.float64], centres: Points2, tree: KDTree) -> NDArray[np.float64]:
+    """Move a shift by the median of what the nearest centres are away."""
+    far, nearest = tree.query(turned + shift)
+    near = np.asarray(far) <= NEAR_MM
+    if not near.any():
+        return shift
+    return shift + np.median(centres[np.asarray(nearest)[near]] - turned[near] - shift, axis=0)
+
+
 def _count(fit: Fit, table: Points2, tree: KDTree) -> int:
     return len(set(np.asarray(tree.query(fit.apply(table), distance_upper_bound=NEAR_MM)[1]).tolist()) - {tree.n})
 
 
-def _vote(table: Points2, centres: Points2) -> NDArray[np.float64]:
-    """The shift that most pairs of a position and a centre agree on within 2 mm."""
+def _vote(table: Points2, centres: Points2) -> list[NDArray[np.float64]]:
+    """The shifts that most pairs of a position and a centre agree on within half a millimetre, the first three."""
     voters = table[np.linspace(0, len(table) - 1, min(len(table), _VOTERS)).astype(np.int64)]
     shifts = (centres[None, :, :] - voters[:, None, :]).reshape(-1, 2)
     # Counted from the first shift, so that moving the board or the table does not change the cells.
-    cells = np.round((shifts - shifts[0]) / 2.0, 6) + 0.25
-    keys, counts = np.unique(np.floor(cells).astype(np.int64), axis=0, return_counts=True)
-    cell = keys[int(np.argmax(counts))]
-    return np.median(shifts[np.all(np.floor(cells).astype(np.int64) == cell, axis=1)], axis=0)
+    cells = np.floor(np.round((shifts - shifts[0]) / _CELL_MM, 6) + 0.25).astype(np.int64)
+    keys = cells[:, 0] * 4_000_037 + cells[:, 1]
+    unique, counts = np.unique(keys, return_counts=True)
+    leading = unique[np.argsort(-counts, kind="stable")[:3]]
+    return [np.median(shifts[keys == key], axis=0) for key in leading]
 
 
 def centre(body: Body) -> NDArray[np.float64]:

@@ -60,9 +60,7 @@ def find_packages(wanted: Sequence[tuple[Record, str, str]], library: Path | Non
     missing = [record for record, name, _ in wanted if name not in loose]
     if missing:
         names = list(dict.fromkeys(record.fields[0] for record in missing))
-        raise missing[0].error(
-            f"not in the library {library.name}: {some(names)}. Export board and library together."
-        )
+        raise missing[0].error(f"not in the library {library.name}: {some(names)}. Export board and library together.")
     found = [exact.get((name, part), loose[name]) for _, name, part in wanted]
     for package in found:
         if package.height_mm <= 0.0 and not package.flat:

@@ -14,6 +14,7 @@ from boards.formats.loops import CHAIN_MM, arc, arc_between
 from geometry.arrays import Points2
 
 _TOKEN = re.compile(r'"([^"]*)"|(\S+)')
+_FULL_RAD = math.radians(359.99)
 _UNITS_MM = {"MM": 1.0, "THOU": 0.0254, "TNM": 1e-5}
 """TNM, ten nanometres, is in IDF 2.0 only."""
 
@@ -145,7 +146,7 @@ def read_loops(records: Sequence[Record], scale_mm: float) -> list[tuple[int, Po
             raise _unclosed(run)
         x, y = record.number(1, "x") * scale_mm, record.number(2, "y") * scale_mm
         run.append((record, x, y, math.radians(record.number(3, "included angle"))))
-        ring = _circle(run) if abs(run[-1][3]) > 6.28 else _ring(run)
+        ring = _circle(run) if abs(run[-1][3]) > _FULL_RAD else _ring(run)
         if ring is not None:
             loops.append((int(label), ring))
             run = []
@@ -166,6 +167,7 @@ def _circle(run: list[tuple[Record, float, float, float]]) -> Points2:
     if len(run) != 2:
         raise run[-1][0].error("a full circle must be a loop of two points: its centre, then a point on it.")
     (_, cx, cy, _), (_, x, y, turn) = run
+    turn = math.copysign(2.0 * math.pi, turn)
     return arc(np.array([x, y]), np.array([cx, cy]), turn)[:-1]
 
 
