@@ -56,8 +56,8 @@ class View:
 
 
 def view_of(board: Board, points: Sequence[NDArray[np.float64]] = ()) -> View:
-    """Look at the whole board, its components and (n, 2) other points, with a little room around them."""
-    outlines = [board.outline, *(component.outline for component in board.components)]
+    """Look at the whole board, all that stands on it and (n, 2) other points, with a little room around them."""
+    outlines = [board.outline, *(body.outline for side in SIDES for body in board.obstacles(side))]
     corners = np.vstack([np.array([outline.bounds for outline in outlines]).reshape(-1, 2), *points])
     low, high = corners.min(axis=0), corners.max(axis=0)
     room = 0.02 * float(np.max(high - low))

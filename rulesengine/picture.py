@@ -30,6 +30,7 @@ from rulesengine.drawing import (
     draw_outlines,
     draw_scale_bar,
     frame_board,
+    greys,
     sheet,
     to_bytes,
     view_of,
@@ -120,7 +121,7 @@ def _draw_panel(axes: Axes, board: Board, program: TimedProgram, motion: _Motion
     plan = motion.key.tcp[:, :2]
     draw_outlines(axes, board, side)
     components = components_of(board, side)
-    write_names(axes, components, [QUIET] * len(components))
+    write_names(axes, components, ["white" if grey < 0.7 else QUIET for grey, _, _ in greys(components)])
     colour = _colour(function)
     _draw_spans(axes, plan, dry, color=FAINT, linewidth=0.45, zorder=3)
     _draw_spans(axes, plan, wet, color=colour, linewidth=0.75, alpha=0.75, zorder=4)
