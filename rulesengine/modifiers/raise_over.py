@@ -73,7 +73,7 @@ def _needed(spans: list[Span], at: Scalars, lap: float | None) -> Scalars:
     if lap is not None:
         for shift in (-lap, lap):
             away = np.minimum(away, np.maximum(np.maximum(start + shift - at, at - end - shift), 0.0))
-    return (floor - _SLOPE * away).max(axis=0)
+    return np.maximum.reduce(floor - _SLOPE * away, axis=0)
 
 
 def _stops(spans: list[Span], at: Scalars, loop: Stroke) -> Scalars:
