@@ -2,9 +2,23 @@
 
 import numpy as np
 
-from geometry.arrays import Directions, Scalars, Triangles
+from geometry.arrays import Directions, Points, Scalars, Triangles
 
 _CHUNK = 8192
+
+
+def cross_products(patches: Triangles) -> Points:
+    """(n, 3) vector of each patch along the normal of its winding, as long as twice its area."""
+    crosses = np.empty((len(patches), 3))
+    for begin in range(0, len(patches), _CHUNK):  # what fits the cache is several times faster
+        some = slice(begin, begin + _CHUNK)
+        a, b, c = (np.ascontiguousarray(patches[some, corner].T) for corner in range(3))
+        b -= a
+        c -= a
+        crosses[some, 0] = b[1] * c[2] - b[2] * c[1]
+        crosses[some, 1] = b[2] * c[0] - b[0] * c[2]
+        crosses[some, 2] = b[0] * c[1] - b[1] * c[0]
+    return crosses
 
 
 def areas_and_normals(patches: Triangles) -> tuple[Scalars, Directions]:
@@ -16,15 +30,7 @@ def areas_and_normals(patches: Triangles) -> tuple[Scalars, Directions]:
     Returns:
         (n,) areas in mm², and (n, 3) unit normals, zero where a triangle has no area.
     """
-    crosses = np.empty((len(patches), 3))
-    for begin in range(0, len(patches), _CHUNK):  # what fits the cache is several times faster
-        some = slice(begin, begin + _CHUNK)
-        a, b, c = (np.ascontiguousarray(patches[some, corner].T) for corner in range(3))
-        b -= a
-        c -= a
-        crosses[some, 0] = b[1] * c[2] - b[2] * c[1]
-        crosses[some, 1] = b[2] * c[0] - b[0] * c[2]
-        crosses[some, 2] = b[0] * c[1] - b[1] * c[0]
+    crosses = cross_products(patches)
     doubled = np.sqrt(np.einsum("ij,ij->i", crosses, crosses))
     np.divide(crosses, doubled[:, None], out=crosses, where=doubled[:, None] > 0.0)
     return doubled / 2.0, crosses

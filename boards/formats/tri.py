@@ -14,7 +14,7 @@ from boards.formats.tri_records import MILLIMETRES, Item, Layout, read_count, re
 from boards.formats.tri_text import cut, is_number, read_text
 from geometry.arrays import Directions, Triangles
 from geometry.finding import Finding
-from geometry.mesh import areas_and_normals
+from geometry.mesh import areas_and_normals, cross_products
 
 SMALLEST_AREA_MM2 = 2.5e-9
 """A smaller triangle is degenerate: on a grid of 0.0001 mm the smallest has twice this area."""
@@ -72,8 +72,8 @@ def _check_distance(patches: Triangles, layout: Layout, path: Path) -> None:
 
 def _check_patches(patches: Triangles, normals: Directions, layout: Layout) -> tuple[NDArray[np.bool_], list[Finding]]:
     """Complete the normals in place; return which patches have an area, and what was noticed."""
-    areas, windings = areas_and_normals(patches)
-    keep = areas > SMALLEST_AREA_MM2
+    windings = cross_products(patches)
+    keep = np.einsum("ij,ij->i", windings, windings) > (2.0 * SMALLEST_AREA_MM2) ** 2
     square = np.einsum("ij,ij->i", normals, normals)
     stated = layout.widths == 12
     lost = stated & (square < 1e-12) & keep
@@ -81,7 +81,7 @@ def _check_patches(patches: Triangles, normals: Directions, layout: Layout) -> t
     scaled = odd & (square >= 1e-12)
     normals[scaled] /= np.sqrt(square[scaled, None])
     taken = square < 1e-12
-    normals[taken] = windings[taken]
+    normals[taken] = areas_and_normals(patches[taken])[1]
     against = keep & (np.einsum("ij,ij->i", normals, windings) < 0.0)
     notes: list[Finding] = []
     for mask, rule, text in (

@@ -18,13 +18,14 @@ from geometry.arrays import Indices, Scalars
 MAX_BYTES = 2_000_000_000
 """A board file of more than this is refused: nothing that holds a board is so large."""
 
-_CHUNK_LINES = 2048  # a block stays in the cache
+_CHUNK_LINES = 4096  # a block stays in the cache
 _BLANK_STARTS = np.isin(np.arange(256), np.frombuffer(b" \t", np.uint8))
 _NUMERIC_STARTS = np.isin(np.arange(256), np.frombuffer(b"0123456789+-.", np.uint8))
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _TOKEN = re.compile(r'([^\s"#]*"[^"]*"|[^\s"#]+)(?=[\s#]|$)|#.*|\s+')
 _COMMENT = re.compile(rb"#[^\n]*")
-_DECIMALS = np.array([4] * 9 + [5] * 3)
+_DECIMALS = np.tile(np.array([4] * 9 + [5] * 3), _CHUNK_LINES)
+_SCALES = 10.0**_DECIMALS
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +160,7 @@ def _read_rows(text: bytes, starts: Indices, ends: Indices, rows: Indices, file:
         some = rows[begin : begin + _CHUNK_LINES]
         block = _join_rows(text, starts[some], ends[some] + 1)
         room = values[place : place + 12 * len(some)]
-        if len(room) == 12 * len(some) and _parse_fixed(block, ends[some] - starts[some] + 1, room.reshape(-1, 12)):
+        if len(room) == 12 * len(some) and _parse_fixed(block, ends[some] - starts[some] + 1, room):
             place += len(room)
             continue
         lengths = ends[some] - starts[some] + 1
@@ -184,26 +185,29 @@ def _parse_fixed(block: bytes, lengths: Indices, numbers: NDArray[np.float64]) -
     """Parse rows as our writer lays them out, 9 numbers with 4 decimals and 3 with 5; ``False`` for any other layout.
 
     Without its points such a text is integers, which numpy reads three times faster; divided by a power of ten they
-    are the correctly rounded numbers. As many blanks as numbers, and a point at its distance before each of them,
-    leave room for nothing else.
+    are the correctly rounded numbers. As many blanks as numbers and as points, and before each blank a point at its
+    distance and no other blank nearer than that, leave room for nothing else.
 
     Args:
         block: Lines of numbers and nothing between them.
         lengths: (n,) bytes in each line with its line feed.
-        numbers: (n, 12) is filled.
+        numbers: (12 n,) is filled.
     """
     letters = np.frombuffer(block, np.uint8)
     blanks = np.flatnonzero(letters <= ord(" "))
     whole_text = block.translate(None, b".")
-    if not (len(blanks) == numbers.size == len(block) - len(whole_text)):
+    if not (len(blanks) == len(numbers) == len(block) - len(whole_text)):
         return False
-    blanks = blanks.reshape(-1, 12)
-    if not ((blanks[:, -1] == np.cumsum(lengths) - 1).all() and (letters[blanks - _DECIMALS - 1] == ord(".")).all()):
+    if np.diff(blanks, prepend=-1).min() <= _DECIMALS[0] + 1:
+        return False
+    if (letters.take(blanks - _DECIMALS[: len(blanks)] - 1) != ord(".")).any():
+        return False
+    if (blanks[11::12] != np.cumsum(lengths) - 1).any():
         return False
     whole = _parse(whole_text, np.int64)
-    if whole is None or len(whole) != numbers.size or max(whole.max(), -whole.min()) >= 2**53:
+    if whole is None or len(whole) != len(numbers) or max(whole.max(), -whole.min()) >= 2**53:
         return False
-    np.divide(whole.reshape(-1, 12), 10.0**_DECIMALS, out=numbers)
+    np.divide(whole, _SCALES[: len(whole)], out=numbers)
     return True
 
 

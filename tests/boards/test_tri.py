@@ -120,6 +120,16 @@ def test_any_numbers_are_read_as_python_reads_them(tmp_path: Path, rows: list[li
     np.testing.assert_array_equal(board.patches[-1], wanted[-1])
 
 
+@pytest.mark.parametrize(
+    "wrong", ["1.2.34 5", "1..000  2-3.0000", "1.0000 2..000", "1.0000 -.-000", "1.0000  2.0000 3.0000"]
+)
+def test_what_only_resembles_our_own_layout_is_not_taken_for_it(tmp_path: Path, wrong: str) -> None:
+    text = write_tri([_body("board", "board", np.eye(3)[None] * 9)])
+    assert "9.0000 0.0000" in text
+    damaged = text.replace("9.0000 0.0000", wrong, 1)
+    assert refuse(tmp_path, damaged).line == 6
+
+
 def test_numbers_alone_are_the_legacy_layout(tmp_path: Path) -> None:
     (board, part), rules = read(tmp_path, LEGACY)
     assert (board.name, board.role, part.name, part.role) == ("object-1", "board", "object-2", "component")
