@@ -28,7 +28,8 @@ def test_a_corner_is_cut_by_an_arc_within_the_tolerance(bend: float, blend: floa
     points = path.positions(at)
     assert np.linalg.norm(points - corner, axis=1).min() <= blend + 1e-9
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    np.testing.assert_allclose(steps, at[1], rtol=2e-2)  # the path parameter is the length of the path
+    assert steps.max() <= at[1] * (1.0 + 1e-9)
+    assert steps.sum() == pytest.approx(path.length, rel=1e-3)  # the path parameter is the length of the path
     np.testing.assert_allclose(points[[0, -1]], [[0.0, 0.0, 50.0], out], atol=1e-9)
     middle = path.positions(path.knots[1:2])[0]
     assert np.linalg.norm(middle - corner) == pytest.approx(np.linalg.norm(points - corner, axis=1).min(), rel=1e-2)

@@ -110,7 +110,7 @@ def test_the_cautious_motion_keeps_to_every_limit_and_is_no_faster(seed: int) ->
     fastest = profile_of(random_plan(seed, 5))
     careful = cautious(fastest.stages, TURN)
     orifice, turning = load(careful)
-    assert max(orifice.max(), turning.max()) <= 1.0 + 1e-6
+    assert max(orifice.max(), turning.max()) <= 1.0 + 1e-4
     assert seconds(careful) >= seconds(fastest) * (1.0 - 5e-3)
 
 
@@ -139,5 +139,5 @@ def test_where_toppra_gives_up_the_motion_is_cautious(monkeypatch: pytest.Monkey
     monkeypatch.setattr(coupling, "_call_toppra", give_up)
     careful = profile_of(plan_of(spray(ring, 90.0)))
     orifice, turning = load(careful)
-    assert max(orifice.max(), turning.max()) <= 1.0 + 1e-6
+    assert max(orifice.max(), turning.max()) <= 1.0 + 1e-4
     assert seconds(fastest) < seconds(careful) < 1.2 * seconds(fastest)
