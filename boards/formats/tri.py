@@ -35,10 +35,13 @@ def read_tri(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     """
     content = cut(read_text(path), path)
     layout = read_layout(content, path) if content.records else read_legacy_layout(content, path)
-    patches, normals = _gather(content.numbers.values, layout)
+    values = content.numbers.values
+    may_be_far = values.size and max(values.max(), -values.min()) * MILLIMETRES[layout.units] > _FARTHEST_MM
+    patches, normals = _gather(values, layout)
     if layout.units != "mm":
         patches *= MILLIMETRES[layout.units]
-    _check_distance(patches, layout, path)
+    if may_be_far:
+        _check_distance(patches, layout, path)
     keep, notes = _check_patches(patches, normals, layout)
     roles = _legacy_roles(layout.items, patches) if layout.legacy else _read_roles(layout.items, path)
     if layout.legacy:
@@ -63,8 +66,8 @@ def _gather(values: NDArray[np.float64], layout: Layout) -> tuple[Triangles, Dir
 
 
 def _check_distance(patches: Triangles, layout: Layout, path: Path) -> None:
-    if patches.size and max(patches.max(), -patches.min()) > _FARTHEST_MM:
-        far = np.flatnonzero((np.abs(patches) > _FARTHEST_MM).any(axis=(1, 2)))
+    far = np.flatnonzero((np.abs(patches) > _FARTHEST_MM).any(axis=(1, 2)))
+    if far.size:
         raise BoardError(
             "a vertex lies more than 1 km away. Check the units.", file=path, line=int(layout.lines[far[0]])
         )

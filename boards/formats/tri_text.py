@@ -26,6 +26,7 @@ _TOKEN = re.compile(r'([^\s"#]*"[^"]*"|[^\s"#]+)(?=[\s#]|$)|#.*|\s+')
 _COMMENT = re.compile(rb"#[^\n]*")
 _DECIMALS = np.tile(np.array([4] * 9 + [5] * 3), _CHUNK_LINES)
 _SCALES = 10.0**_DECIMALS
+_POINTS = _DECIMALS + 1  # from a point to the blank behind its number
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,9 +199,9 @@ def _parse_fixed(block: bytes, lengths: Indices, numbers: NDArray[np.float64]) -
     whole_text = block.translate(None, b".")
     if not (len(blanks) == len(numbers) == len(block) - len(whole_text)):
         return False
-    if np.diff(blanks, prepend=-1).min() <= _DECIMALS[0] + 1:
+    if min(blanks[0] + 1, (blanks[1:] - blanks[:-1]).min()) <= _POINTS[0]:
         return False
-    if (letters.take(blanks - _DECIMALS[: len(blanks)] - 1) != ord(".")).any():
+    if (letters.take(blanks - _POINTS[: len(blanks)]) != ord(".")).any():
         return False
     if (blanks[11::12] != np.cumsum(lengths) - 1).any():
         return False
