@@ -64,7 +64,7 @@ class _Lines(_Path):
 
     height_mm: PositiveFloat = Field(description="Orifice above the board's surface.")
     speed_mm_s: PositiveFloat = Field(description="Speed of the orifice.")
-    direction_deg: float | Literal["longest_edge"] = Field(
+    direction_deg: float | Literal["longest_edge", "across_longest_edge"] = Field(
         default=0, description="Direction of travel from +X, counterclockwise as seen from the top."
     )
     overlap: Annotated[float, Field(ge=0, lt=1)] = Field(

@@ -65,7 +65,7 @@ class Limits(Spec):
 
     acceleration_mm_s2: PositiveFloat = Field(default=500, description="Of the orifice.")
     rotation_deg_s: PositiveFloat = Field(default=180, description="Of the nozzle.")
-    rotation_acceleration_deg_s2: PositiveFloat = Field(default=720, description="Of the nozzle.")
+    rotation_acceleration_deg_s2: PositiveFloat = Field(default=1800, description="Of the nozzle.")
     transfer_speed_mm_s: PositiveFloat = Field(
         default=250, description="Between passes; never above the function's maximum either."
     )

@@ -2,19 +2,22 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
-from geometry.polygons import canonical, close_gaps, fill_holes, join_pieces, simplify_within
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from shapely import Polygon, STRtree, union_all
 
 from boards.board import Component
+from geometry.polygons import Region, canonical, close_gaps, fill_holes, join_pieces, simplify_within
 from recipes.paths import ComponentPerimeter, Near
 from recipes.spec import for_class
 
 _TOUCH_MM = 1e-4  # outlines are exact to about this; nearer is as good as touching
 _OUTLINE_MM = 0.05
+_NOTCH_GAPS = 3  # between parts followed as one, notches up to so many merge gaps are passed over
+_RECTANGLE, _HULL_OF_ONE, _HULL_OF_MANY = 1.12, 1.1, 1.25  # how much larger than the outline each may be
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,10 +62,24 @@ def grouped(components: list[Component], gap_mm: float) -> list[Group]:
 
 def _outline(members: list[Component], gap_mm: float) -> Polygon:
     if len(members) == 1:
-        return members[0].outline
+        return _plain(members[0].outline, _HULL_OF_ONE)
     anchors = np.concatenate([np.array(member.outline.exterior.coords) for member in members])
-    joined = close_gaps(union_all([member.outline for member in members]), gap_mm + 2 * _OUTLINE_MM)
-    return simplify_within(canonical(fill_holes(join_pieces(joined)), anchors), _OUTLINE_MM)
+    apart = cast(Region, union_all([member.outline for member in members]))
+    joined = fill_holes(join_pieces(close_gaps(apart, gap_mm + 2 * _OUTLINE_MM)))
+    smooth = fill_holes(join_pieces(close_gaps(joined, _NOTCH_GAPS * gap_mm)))
+    return simplify_within(canonical(_plain(smooth, _HULL_OF_MANY), anchors), _OUTLINE_MM)
+
+
+def _plain(outline: Polygon, hull_share: float) -> Polygon:
+    """Leave out notches that no wave front could follow: a rectangle or the hull, where it is hardly larger.
+
+    Every corner of a perimeter is a stop; the cut corners of a quad flat pack would be twelve of them.
+    """
+    anchors = np.array(outline.exterior.coords)
+    for simpler, share in ((outline.minimum_rotated_rectangle, _RECTANGLE), (outline.convex_hull, hull_share)):
+        if isinstance(simpler, Polygon) and simpler.area <= share * outline.area:
+            return canonical(simpler, anchors)
+    return outline
 
 
 def demand(group: Group, spec: ComponentPerimeter, classes: dict[str, str]) -> Demand:

@@ -57,8 +57,11 @@ def swath(site: Site, height_mm: float, tilt_deg: float, toward: Toward, travel:
 
 def travel_of(spec: Raster | FinalFlush | StepFunction, site: Site) -> Directions2:
     """(2,) direction of the first line."""
+    along = np.array(site.board.axis)
     if spec.direction_deg == "longest_edge":
-        return np.array(site.board.axis)
+        return along
+    if spec.direction_deg == "across_longest_edge":
+        return np.array([-along[1], along[0]])
     angle = np.radians(spec.direction_deg)
     return np.array([np.cos(angle), np.sin(angle)])
 

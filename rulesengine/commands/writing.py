@@ -6,6 +6,7 @@ from pathlib import Path
 
 from programs.errors import ProgramError
 from programs.posts import native
+from rulesengine.drawing import check_suffix
 from rulesengine.output import write_bytes_atomically, write_text_atomically
 from rulesengine.picture import draw_plan
 from rulesengine.pipeline import Run
@@ -20,6 +21,8 @@ def write_run(
     Raises:
         ProgramError: a finding forbids the export; nothing is written but the report, which says why.
     """
+    if picture is not None:
+        check_suffix(picture.suffix)
     if report_file is not None:
         write_text_atomically(report_file, json.dumps(report(run), indent=2, ensure_ascii=False) + "\n")
     stops = blocking(run.findings, allowed)

@@ -79,14 +79,15 @@ def _needed(spans: list[Span], at: Scalars, lap: float | None) -> Scalars:
 def _stops(spans: list[Span], at: Scalars, loop: Stroke) -> Scalars:
     """Lengths at which the height may change its slope."""
     base = float(loop.tcp[:, 2].min())
-    start, end, floor = np.array(spans, dtype=np.float64).T
+    columns: Points = np.array(spans, dtype=np.float64)
+    start, end, floor = columns.T
     run = (floor - base) / _SLOPE
     falling, rising = end + floor / _SLOPE, start - floor / _SLOPE
     crossings = ((falling[:, None] + rising[None, :]) / 2).ravel()
     levels = np.concatenate(
         [(falling[:, None] - floor[None, :] / _SLOPE).ravel(), (rising[:, None] + floor[None, :] / _SLOPE).ravel()]
     )
-    marks = np.concatenate([start, end, start - run, end + run, crossings, levels])
+    marks: Scalars = np.concatenate([start, end, start - run, end + run, crossings, levels])
     if loop.closed:
         marks = np.concatenate([marks, marks - at[-1], marks + at[-1]])
     marks = np.unique(np.round(marks[(marks > 0) & (marks < at[-1])], 6))
