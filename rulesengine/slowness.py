@@ -40,7 +40,7 @@ class _Sprayed:
     slow_mm: Scalars
     """How much of the stage is slow, the ramps at the ends of its pass left out."""
     worst: Scalars
-    """Lowest speed there, mm/s."""
+    """Speed to tell of, mm/s: the lowest there, or the highest of a pass that is too short."""
     place: Scalars
     """Path parameter of that speed."""
 
@@ -71,7 +71,7 @@ def find_slow_passes(plan: Plan, path: Path, profile: Profile, limits: Limits) -
             share = slow_mm[number] / total_mm[number]
             severity: Severity = "warning" if share > _MOST_SHARE else "info"
             message = (
-                f"{share:.1%} of {total_mm[number]:.1f} mm is sprayed more slowly than asked, at worst at "
+                f"{share:.1%} of {total_mm[number]:.1f} mm is sprayed more slowly than asked, at "
                 f"{sprayed.worst[worst]:.1f} instead of {sprayed.asked[worst]:.1f} mm/s: "
                 f"{_ADVICE[_cause(sprayed, worst, limits)]}."
             )
@@ -88,9 +88,11 @@ def _look(path: Path, profile: Profile, acceleration: float) -> _Sprayed:
     begins = np.cumsum(stages.length) - stages.length
     borders = np.flatnonzero(np.diff(item)) + 1
     of_pass = np.cumsum(np.concatenate(([0], np.diff(item) != 0)))
-    pass_begin = begins[np.concatenate(([0], borders))][of_pass]
+    firsts = np.concatenate(([0], borders))
+    pass_begin = begins[firsts][of_pass]
     pass_end = (begins + stages.length)[np.concatenate((borders - 1, [len(item) - 1]))][of_pass]
-    ramp = np.where(pass_end - pass_begin > 2.0 * ramp, ramp, 0.0)
+    short = pass_end - pass_begin <= 2.0 * ramp
+    ramp = np.where(short, 0.0, ramp)
     growth = (profile.end - profile.begin) / stages.length
     with np.errstate(divide="ignore", invalid="ignore"):
         crossing = np.clip((enough - profile.begin) / growth, 0.0, stages.length)
@@ -99,13 +101,17 @@ def _look(path: Path, profile: Profile, acceleration: float) -> _Sprayed:
     last = np.where((profile.begin < enough) & (profile.end >= enough), crossing, last)
     first = np.maximum(first, pass_begin + ramp - begins)
     last = np.minimum(last, pass_end - ramp - begins)
-    at = np.where(growth >= 0.0, first, last)
+    # A short pass is told by the speed that it gets to; any other one by the lowest between its ramps.
+    highest = np.maximum(profile.begin, profile.end)
+    peak = highest == np.maximum.reduceat(highest, firsts)[of_pass]
+    at = np.where((growth >= 0.0) != short, first, last)
+    worst = np.sqrt(np.maximum(profile.begin + growth * at, 0.0))
     return _Sprayed(
         profile=profile,
         item=item,
         asked=asked,
         slow_mm=np.maximum(last - first, 0.0),
-        worst=np.sqrt(np.maximum(profile.begin + growth * at, 0.0)),
+        worst=np.where(short & ~peak, np.inf, worst),
         place=stages.start + at,
     )
 

@@ -2,14 +2,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_plans import leaning, plan_of, random_plan, spray, transfer
+from small_plans import LIMITS, leaning, plan_of, random_plan, spray, transfer
 
 from geometry.frames import rotation_vectors
 from recipes.recipe import Limits
 from rulesengine.blend import Path, round_corners
 from rulesengine.timing import chain_of
-
-LIMITS = Limits()
 
 
 def path_of(*items: object, limits: Limits = LIMITS) -> Path:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_plans import leaning, plan_of, random_plan, spray, transfer
+from small_plans import LIMITS, leaning, plan_of, random_plan, spray, transfer
 
 from geometry.arrays import Scalars
 from programs.plan import Plan
@@ -12,7 +12,6 @@ from rulesengine.blend import round_corners
 from rulesengine.profile import Profile, cautious, parametrise
 from rulesengine.timing import chain_of
 
-LIMITS = Limits()
 TURN = np.radians(LIMITS.rotation_acceleration_deg_s2)
 seeds = st.integers(0, 2**32 - 1)
 
@@ -80,11 +79,8 @@ def test_twice_as_fast_and_four_times_as_hard_takes_half_as_long() -> None:
     def plan(speed: float) -> Plan:
         return plan_of(spray([[0, 0, 50], [30, 0, 50], [30, 9, 50], [8, 20, 50]], speed, leaning([0, 0.3, 1, 2], 0.5)))
 
-    slow = Limits(blend_mm=0.5)
-    fast = Limits(acceleration_mm_s2=2000, rotation_deg_s=360, rotation_acceleration_deg_s2=2880)
-    assert seconds(profile_of(plan(120.0), fast)) == pytest.approx(
-        0.5 * seconds(profile_of(plan(60.0), slow)), rel=1e-3
-    )
+    fast = Limits(blend_mm=0.5, acceleration_mm_s2=2000, rotation_deg_s=360, rotation_acceleration_deg_s2=2880)
+    assert seconds(profile_of(plan(120.0), fast)) == pytest.approx(0.5 * seconds(profile_of(plan(60.0))), rel=1e-3)
 
 
 @given(seed=seeds)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_plans import JET, leaning, moved, pause, plan_of, random_plan, spray, transfer
+from small_plans import JET, LIMITS, leaning, moved, pause, plan_of, random_plan, spray, transfer
 
 from geometry.finding import Finding
 from programs.plan import Command as PlanCommand
@@ -15,7 +15,6 @@ from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from recipes.recipe import Limits
 from rulesengine.timing import time_plan
 
-LIMITS = Limits()
 seeds = st.integers(0, 2**32 - 1)
 
 
@@ -239,7 +238,13 @@ def test_the_finding_says_where_and_how_much() -> None:
     assert finding.where is not None
     assert np.hypot(finding.where[0] - 50.0, finding.where[1]) < 2.0
     slowest = np.sqrt(500.0 * 0.5 / (1.0 / np.cos(np.pi / 4) - 1.0))
-    assert f"{slowest:.1f} instead of 60.0 mm/s" in finding.message
+    assert f"at {slowest:.1f} instead of 60.0 mm/s" in finding.message
+
+
+def test_a_pass_too_short_is_told_by_the_speed_it_gets_to() -> None:
+    finding = one_finding(time_plan(plan_of(spray([[0, 0, 50], [4, 0, 50]])), LIMITS))
+    assert f"at {np.sqrt(500.0 * 4.0):.1f} instead of 60.0 mm/s" in finding.message
+    assert finding.where == (2.0, 0.0, 50.0)
 
 
 def test_one_finding_for_all_passes_of_one_maker() -> None:

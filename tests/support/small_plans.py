@@ -6,9 +6,13 @@ import numpy as np
 
 from geometry.arrays import Directions, Points
 from programs.plan import Dwell, Jet, Origin, Plan, PlanItem, SprayPass, Transfer
+from recipes.recipe import Limits
 
 JET = Jet("clean", "ring60", "saponifier-15", 2.0, True)
 ORIGIN = Origin("tiny", "9f2c", "smt-aqueous", "77b0")
+LIMITS = Limits(
+    acceleration_mm_s2=500, rotation_deg_s=180, rotation_acceleration_deg_s2=720, transfer_speed_mm_s=250, blend_mm=0.5
+)
 Axes = tuple[Directions, Directions]
 
 
