@@ -168,9 +168,10 @@ def _strokes(job: _Job, step: Step, jet: Jet, template: str, made_by: str) -> St
 
 
 def _unserved(job: _Job, steps: list[tuple[int, Step]]) -> list[Finding]:
-    """Components that must be cleaned, on a side that no step sprays."""
+    """Components on a side that no step sprays: one finding for each that must be cleaned, one for the others."""
     sprayed = {step.side for _, step in steps}
-    return [
+    left = [component for component in job.board.components if component.side not in sprayed]
+    demanded = [
         Finding(
             "not-served",
             "error",
@@ -178,6 +179,11 @@ def _unserved(job: _Job, steps: list[tuple[int, Step]]) -> list[Finding]:
             f"side: {component.side}.",
             "masks",
         )
-        for component in job.board.components
-        if component.name in job.service.demanded and component.side not in sprayed
+        for component in left
+        if component.name in job.service.demanded
     ]
+    if not left:
+        return demanded
+    side = left[0].side
+    message = f"No step sprays the {side} side, where {len(left)} components are. Add steps with side: {side}."
+    return [*demanded, Finding("side-not-sprayed", "info", message, "sequence")]
