@@ -160,7 +160,7 @@ def solve_runs(stages: Stages, spans: Spans, turn_acceleration: float) -> list[S
 
     All runs go to toppra in one call; where that fails, each goes on its own.
     """
-    # One more stage at rest after each run: without limits of its own, it keeps the runs apart.
+    # One more stage after each run, at rest from end to end, keeps the limits of neighbouring runs apart.
     index = np.concatenate([np.append(np.arange(a, b), b - 1) for a, b in spans])
     sizes = np.array([b - a + 1 for a, b in spans])
     ends = np.cumsum(sizes) - 1
@@ -169,7 +169,6 @@ def solve_runs(stages: Stages, spans: Spans, turn_acceleration: float) -> list[S
     length = chosen.length.copy()
     length[ends] = _GAP
     a, b = limit_rows(chosen, length, turn_acceleration)
-    a[ends], b[ends] = 0.0, 0.0
     highest = np.minimum(chosen.cap, np.concatenate(([0.0], chosen.cap[:-1])))
     highest[starts] = highest[ends] = 0.0
     squared = _call_toppra(a, b, highest, np.concatenate(([0.0], np.cumsum(length)[:-1])))
