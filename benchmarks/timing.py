@@ -13,7 +13,8 @@ from programs.program import MoveTo
 from recipes.recipe import Limits
 from rulesengine.blend import round_corners
 from rulesengine.coupling import solve_runs, spans_of
-from rulesengine.profile import parametrise, take
+from rulesengine.profile import parametrise
+from rulesengine.stages import take
 from rulesengine.timing import chain_of, time_plan
 
 JET = Jet("clean", "ring60", "saponifier-15", 2.0, True)

@@ -14,7 +14,7 @@ from toppra.algorithm import TOPPRA
 from toppra.constraint.linear_constraint import LinearConstraint
 
 from geometry.arrays import Scalars
-from rulesengine.profile import Profile, Stages, cautious, join, take
+from rulesengine.stages import Profile, Stages, cautious, join, take
 
 # toppra also says what went wrong through its result; that is what we look at.
 logging.getLogger("toppra").addHandler(logging.NullHandler())

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Quaternions, Scalars
 from rulesengine.blend import Chain, Path
-from rulesengine.profile import Profile
+from rulesengine.stages import Profile
 
 TICK_S = 1e-4
 """Times in the program file are multiples of this."""
-_SPACING_TICKS = 40
-"""Samples closer than this would only show the rounding of positions."""
+_SPACING_TICKS = 80
+"""Samples closer than this would only show the rounding of positions: 1 um in 8 ms, twice, is 31 mm/s2."""
 _SHORTEST_RUN_TICKS = 80
 _SPEED_SHARE = 0.02
 """How far the speed between two samples may be from their mean, as a share of the asked speed."""

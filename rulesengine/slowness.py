@@ -10,7 +10,7 @@ from geometry.finding import Finding, Severity
 from programs.plan import Plan, SprayPass
 from recipes.recipe import Limits
 from rulesengine.blend import Path
-from rulesengine.profile import Profile, take
+from rulesengine.stages import Profile, take
 
 _SHARE = 0.98
 """Slower than this share of the asked speed is slow."""

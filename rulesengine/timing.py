@@ -16,6 +16,9 @@ from rulesengine.profile import parametrise
 from rulesengine.sampling import hold, sample
 from rulesengine.slowness import find_slow_passes
 
+ACCELERATION_SHARE = 0.94
+"""Of the limit that is planned with: positions rounded to 1 um, 8 ms apart, may pretend 31 mm/s2 on top, and a
+reader of the file is to find the limit kept."""
 _SAME_MM = 1e-4
 _SAME_RAD = 1e-5
 """Neighbouring vertices nearer than this are one."""
@@ -32,6 +35,7 @@ def time_plan(plan: Plan, limits: Limits) -> TimedProgram:
     Raises:
         ValueError: An item of the plan does not start where the one before it ended.
     """
+    limits = _with_room(limits)
     chain = chain_of(plan)
     if len(chain.item) == 0:
         instructions, totals = narrate(plan, hold(chain))
@@ -40,6 +44,11 @@ def time_plan(plan: Plan, limits: Limits) -> TimedProgram:
     profile = parametrise(path, limits)
     instructions, totals = narrate(plan, sample(path, profile))
     return TimedProgram(plan.origin, totals, instructions, find_slow_passes(plan, path, profile, limits))
+
+
+def _with_room(limits: Limits) -> Limits:
+    """Keep back what the rounding of the file may pretend to be acceleration."""
+    return limits.model_copy(update={"acceleration_mm_s2": ACCELERATION_SHARE * limits.acceleration_mm_s2})
 
 
 def chain_of(plan: Plan) -> Chain:

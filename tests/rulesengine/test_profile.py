@@ -9,7 +9,8 @@ from programs.plan import Plan
 from recipes.recipe import Limits
 from rulesengine import coupling
 from rulesengine.blend import round_corners
-from rulesengine.profile import Profile, cautious, parametrise
+from rulesengine.profile import parametrise
+from rulesengine.stages import Profile, cautious
 from rulesengine.timing import chain_of
 
 TURN = np.radians(LIMITS.rotation_acceleration_deg_s2)

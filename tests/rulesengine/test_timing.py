@@ -13,7 +13,9 @@ from programs.plan import Plan
 from programs.posts import native
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from recipes.recipe import Limits
-from rulesengine.timing import time_plan
+from rulesengine.timing import ACCELERATION_SHARE, time_plan
+
+PLANNED = ACCELERATION_SHARE * LIMITS.acceleration_mm_s2
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -95,9 +97,10 @@ def test_a_straight_stretch_at_constant_speed_has_only_its_ends() -> None:
     times, points, speeds = columns(program)
     long = np.flatnonzero(np.diff(times) > 0.1)
     assert len(long) == 1
-    np.testing.assert_allclose(points[long[0] : long[0] + 2, 0], [3.6, 96.4], atol=6e-3)
+    ramp = 60.0**2 / (2 * PLANNED)
+    np.testing.assert_allclose(points[long[0] : long[0] + 2, 0], [ramp, 100 - ramp], atol=6e-3)
     assert speeds[long[0] + 1] == pytest.approx(60.0, rel=1e-3)
-    assert program.totals.duration_s == pytest.approx(100 / 60 + 60 / 500, abs=2e-4)
+    assert program.totals.duration_s == pytest.approx(100 / 60 + 60 / PLANNED, abs=2e-4)
     assert program.findings == ()
 
 
@@ -237,13 +240,13 @@ def test_the_finding_says_where_and_how_much() -> None:
     finding = one_finding(program)
     assert finding.where is not None
     assert np.hypot(finding.where[0] - 50.0, finding.where[1]) < 2.0
-    slowest = np.sqrt(500.0 * 0.5 / (1.0 / np.cos(np.pi / 4) - 1.0))
+    slowest = np.sqrt(PLANNED * 0.5 / (1.0 / np.cos(np.pi / 4) - 1.0))
     assert f"at {slowest:.1f} instead of 60.0 mm/s" in finding.message
 
 
 def test_a_pass_too_short_is_told_by_the_speed_it_gets_to() -> None:
     finding = one_finding(time_plan(plan_of(spray([[0, 0, 50], [4, 0, 50]])), LIMITS))
-    assert f"at {np.sqrt(500.0 * 4.0):.1f} instead of 60.0 mm/s" in finding.message
+    assert f"at {np.sqrt(PLANNED * 4.0):.1f} instead of 60.0 mm/s" in finding.message
     assert finding.where == (2.0, 0.0, 50.0)
 
 
@@ -254,7 +257,7 @@ def test_one_finding_for_all_passes_of_one_maker() -> None:
 
 
 def test_ramps_at_the_ends_of_a_pass_are_no_finding() -> None:
-    assert time_plan(plan_of(spray([[0, 0, 50], [7.3, 0, 50]])), LIMITS).findings == ()
+    assert time_plan(plan_of(spray([[0, 0, 50], [7.8, 0, 50]])), LIMITS).findings == ()
 
 
 def test_passes_without_length_double_points_and_turnings_back_are_fine() -> None:

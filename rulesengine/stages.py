@@ -1,0 +1,116 @@
+"""Stretches of a path with constant limits, and the speeds along them."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from geometry.arrays import Indices, Scalars
+
+_SAME = 1e-8
+"""A stage shorter than this (mm, radians) is none."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stages:
+    """Short stretches of the path with constant limits, in order; every array is (m,)."""
+
+    start: Scalars
+    """Path parameter, mm (radians on turns on the spot)."""
+    length: Scalars
+    run: Indices
+    segment: Indices
+    """Segment of the chain."""
+    curvature: Scalars
+    turn: Scalars
+    """Highest rate of rotation, radians per path parameter."""
+    turn_change: Scalars
+    """Highest change of the vector of that rate per path parameter."""
+    cap: Scalars
+    """Highest squared speed on its own account."""
+    push: Scalars
+    """Highest tangential acceleration where nothing couples."""
+    grip: Scalars
+    """Highest acceleration of the orifice; infinite on turns on the spot, where it stays."""
+
+    def pick(self, index: Indices) -> "Stages":
+        """Take stages by index, again and again if asked."""
+        return Stages(*(getattr(self, field.name)[index] for field in fields(self)))
+
+    def cut(self, start: Scalars, length: Scalars) -> "Stages":
+        """Give the same limits to other stretches."""
+        rest = (getattr(self, field.name) for field in fields(self)[2:])
+        return Stages(start, length, *rest)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Profile:
+    """Stages and the squared speeds (m,) at which each begins and ends."""
+
+    stages: Stages
+    begin: Scalars
+    end: Scalars
+
+    def accelerations(self) -> Scalars:
+        """Give the tangential acceleration (m,) of each stage."""
+        return 0.5 * (self.end - self.begin) / self.stages.length
+
+    def durations(self) -> Scalars:
+        """Give the seconds (m,) each stage takes."""
+        return 2.0 * self.stages.length / (np.sqrt(self.begin) + np.sqrt(self.end))
+
+
+def envelope(stages: Stages) -> Profile:
+    """Widest squared speed within caps and pushes: trapezoids and triangles, cut at their kinks.
+
+    With e the energy the pushes could have given since the beginning, no x can be above another x plus the
+    difference of their e; a running minimum of x - e finds that, and once more from the other end.
+    """
+    gain = 2.0 * stages.push * stages.length
+    energy = np.concatenate(([0.0], np.cumsum(gain)))
+    at = np.zeros(len(gain) + 1)
+    at[1:-1] = np.where(stages.run[:-1] == stages.run[1:], np.minimum(stages.cap[:-1], stages.cap[1:]), 0.0)
+    at = energy + np.minimum.accumulate(at - energy)
+    at = np.minimum.accumulate((at + energy)[::-1])[::-1] - energy
+    first, last = np.maximum(at[:-1], 0.0), np.maximum(at[1:], 0.0)
+    peak = np.minimum(stages.cap, 0.5 * (first + last + gain))
+    peak = np.maximum(peak, np.maximum(first, last))
+    rise, fall = 0.5 * (peak - first) / stages.push, 0.5 * (peak - last) / stages.push
+    lengths = np.stack((rise, np.maximum(stages.length - rise - fall, 0.0), fall), axis=1)
+    lengths *= (stages.length / lengths.sum(axis=1))[:, None]
+    begins = stages.start[:, None] + np.cumsum(lengths, axis=1) - lengths
+    speeds = np.stack((first, peak, peak, last), axis=1)
+    kept = lengths > np.minimum(_SAME, 1e-3 * stages.length)[:, None]
+    parent = np.nonzero(kept)[0]
+    parts = stages.pick(parent).cut(begins[kept], lengths[kept])
+    return Profile(parts, speeds[:, :3][kept], speeds[:, 1:][kept])
+
+
+def cautious(stages: Stages, turn_acceleration: float) -> Profile:
+    """Find a motion that keeps to the coupled limits whatever happens, by halving what the couples share."""
+    with np.errstate(divide="ignore"):
+        share = np.minimum(stages.grip * np.sqrt(0.5) / stages.curvature, 0.5 * turn_acceleration / stages.turn_change)
+        push = np.where(stages.curvature > 0.0, stages.grip * np.sqrt(0.5), stages.push)
+        push = np.where(stages.turn_change > 0.0, np.minimum(push, 0.5 * turn_acceleration / stages.turn), push)
+    careful = Stages(
+        **{field.name: getattr(stages, field.name) for field in fields(stages) if field.name not in {"cap", "push"}},
+        cap=np.minimum(stages.cap, share),
+        push=np.minimum(stages.push, push),
+    )
+    return envelope(careful)
+
+
+def take(profile: Profile, index: Indices) -> Profile:
+    """Take stages by index."""
+    return Profile(profile.stages.pick(index), profile.begin[index], profile.end[index])
+
+
+def join(one: Profile, other: Profile) -> Profile:
+    """Put two profiles of different runs together, in the order of the path."""
+    both = Stages(
+        *(
+            np.concatenate((getattr(one.stages, field.name), getattr(other.stages, field.name)))
+            for field in fields(Stages)
+        )
+    )
+    profile = Profile(both, np.concatenate((one.begin, other.begin)), np.concatenate((one.end, other.end)))
+    return take(profile, np.argsort(both.start, kind="stable"))
