@@ -9,6 +9,7 @@ from shapely import LineString, Polygon, STRtree, get_coordinates, get_parts
 
 from boards.board import Board, Side
 from geometry.arrays import Points2, Scalars
+from rulesengine.own_frame import into_frame, out_of_frame, own_frame
 
 Span: TypeAlias = tuple[float, float, float]
 """From and to along a path, mm, and the least height there."""
@@ -16,6 +17,7 @@ Span: TypeAlias = tuple[float, float, float]
 _ROUNDING_MM = 0.02  # outlines are simplified and programs rounded; never nearer than asked because of it
 _OUTLINE_MM = 0.05
 _ARC = 8
+_SAME_MM = 1e-6
 _HULL_SHARE = 1.5  # a clamp around the whole board must not become a lid
 
 
@@ -40,14 +42,14 @@ class Floors:
 
     def spans(self, path: Points2, above: float) -> list[Span]:
         """Stretches of an open plan path over zones that ask for more than the height ``above``."""
-        if self.highest <= above or not self.zones:
+        if self.highest <= above + _SAME_MM or not self.zones:
             return []
         starts = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
         found: list[Span] = []
         for index in range(len(path) - 1):
             segment = LineString(path[index : index + 2])
             for zone in sorted(int(z) for z in self.tree.query(segment, predicate="intersects")):
-                if self.heights[zone] > above:
+                if self.heights[zone] > above + _SAME_MM:
                     found += self._crossed(segment, zone, float(starts[index]))
         return found
 
@@ -67,11 +69,13 @@ def floors(board: Board, side: Side, clearance_mm: float) -> Floors:
     obstacles = board.obstacles(side)
     # An arc of chords lies inside its circle: grow by so much more that the chords touch it from outside.
     grown = clearance_mm / np.cos(np.pi / (4 * _ARC)) + 2 * _OUTLINE_MM + _ROUNDING_MM
-    zones = shapely.buffer(_plain([obstacle.outline for obstacle in obstacles]), grown, quad_segs=_ARC)
+    frame = own_frame(board)
+    own = [into_frame(outline, frame) for outline in (*(obstacle.outline for obstacle in obstacles), board.outline)]
     heights = np.array([obstacle.height_mm + clearance_mm + _ROUNDING_MM for obstacle in obstacles])
     # The bare board is a body too.
-    sheet = shapely.buffer(board.outline, grown, quad_segs=_ARC)
-    return Floors((*zones, sheet), np.append(heights, clearance_mm + _ROUNDING_MM), STRtree([*zones, sheet]))
+    grounds = [*_plain(own[:-1]), own[-1]]
+    zones = [out_of_frame(zone, frame) for zone in shapely.buffer(grounds, grown, quad_segs=_ARC)]
+    return Floors(tuple(zones), np.append(heights, clearance_mm + _ROUNDING_MM), STRtree(zones))
 
 
 def _plain(outlines: list[Polygon]) -> list[Polygon]:

@@ -7,12 +7,14 @@ from typing import cast
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from shapely import Polygon, STRtree, union_all
+from shapely import Polygon, STRtree, transform, union_all
 
 from boards.board import Component
-from geometry.polygons import Region, canonical, close_gaps, fill_holes, join_pieces, simplify_within
+from geometry.gridframe import GridFrame
+from geometry.polygons import Region, canonical, close_gaps, fill_holes, join_pieces, simplify_within, to_grid
 from recipes.paths import ComponentPerimeter, Near
 from recipes.spec import for_class
+from rulesengine.own_frame import into_frame, out_of_frame
 
 _TOUCH_MM = 1e-4  # outlines are exact to about this; nearer is as good as touching
 _OUTLINE_MM = 0.05
@@ -45,8 +47,11 @@ class Demand:
     edge_delay_s: float
 
 
-def grouped(components: list[Component], gap_mm: float) -> list[Group]:
-    """Join components that are closer than the gap, directly or by way of others; groups by their first member."""
+def grouped(components: list[Component], gap_mm: float, frame: GridFrame) -> list[Group]:
+    """Join components that are closer than the gap, directly or by way of others; groups by their first member.
+
+    Outlines are joined and made plain on the grid of the frame, which moves with the board.
+    """
     if not components:
         return []
     outlines = [component.outline for component in components]
@@ -57,14 +62,20 @@ def grouped(components: list[Component], gap_mm: float) -> list[Group]:
     groups: dict[int, list[Component]] = {}
     for component, label in zip(components, labels, strict=True):
         groups.setdefault(int(label), []).append(component)
-    return [Group(tuple(members), _outline(members, gap_mm)) for members in groups.values()]
+    return [_group(members, gap_mm, frame) for members in groups.values()]
 
 
-def _outline(members: list[Component], gap_mm: float) -> Polygon:
-    if len(members) == 1:
-        return _plain(members[0].outline, _HULL_OF_ONE)
-    anchors = np.concatenate([np.array(member.outline.exterior.coords) for member in members])
-    apart = cast(Region, union_all([member.outline for member in members]))
+def _group(members: list[Component], gap_mm: float, frame: GridFrame) -> Group:
+    followed = _outline([into_frame(member.outline, frame) for member in members], gap_mm)
+    on_grid = transform(followed, to_grid)
+    return Group(tuple(members), out_of_frame(on_grid if on_grid.is_valid else followed, frame))
+
+
+def _outline(outlines: list[Polygon], gap_mm: float) -> Polygon:
+    if len(outlines) == 1:
+        return _plain(outlines[0], _HULL_OF_ONE)
+    anchors = np.concatenate([np.array(outline.exterior.coords) for outline in outlines])
+    apart = cast(Region, union_all(outlines))
     joined = fill_holes(join_pieces(close_gaps(apart, gap_mm + 2 * _OUTLINE_MM)))
     smooth = fill_holes(join_pieces(close_gaps(joined, _NOTCH_GAPS * gap_mm)))
     return simplify_within(canonical(_plain(smooth, _HULL_OF_MANY), anchors), _OUTLINE_MM)

@@ -3,11 +3,14 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from geometry.coverage.route import Choices, shortest_route
 
 from geometry.arrays import Indices, Points
+from geometry.coverage.route import Choices, shortest_route
 from geometry.finding import Finding
 from rulesengine.stroke import Stroke, StrokeSet
+
+_AS_NEAR_MM = 1e-3
+"""Places that are no farther apart than this are as near: the first is taken."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,8 +25,8 @@ def order_strokes(strokes: StrokeSet, start: Points, made_by: str) -> Ordered:
     """Fix order, beginnings and senses, as far as the set leaves them open, from a starting point (3,)."""
     todo = list(strokes.strokes)
     if strokes.freedom == "either_end" and len(todo) > 1:
-        first, last = (round(float(np.linalg.norm(s.tcp[0] - start)), 3) for s in (todo[0], todo[-1]))
-        if last < first:
+        first, last = (float(np.linalg.norm(s.tcp[0] - start)) for s in (todo[0], todo[-1]))
+        if last < first - _AS_NEAR_MM:
             todo.reverse()
     if not todo:
         return Ordered((), ())
@@ -46,8 +49,8 @@ def _in_turn(todo: list[Stroke], start: Points) -> tuple[Stroke, ...]:
     done: list[Stroke] = []
     for stroke in todo:
         ways = _ways(stroke)
-        away = [round(float(np.linalg.norm(stroke.tcp[begin] - start)), 3) for begin, _ in ways]
-        done.append(_begun(stroke, ways[int(np.argmin(away))]))
+        away = np.linalg.norm(stroke.tcp[[begin for begin, _ in ways]] - start, axis=1)
+        done.append(_begun(stroke, ways[int(np.argmax(away < away.min() + _AS_NEAR_MM))]))
         start = done[-1].tcp[-1]
     return tuple(done)
 

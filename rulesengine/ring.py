@@ -4,11 +4,13 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from geometry.polygons import canonical
 from numpy.typing import NDArray
 from shapely import Polygon
 
 from geometry.arrays import Directions2, Indices, Points2, Scalars
+from geometry.gridframe import GridFrame
+from geometry.polygons import canonical
+from rulesengine.own_frame import into_frame, out_of_frame
 from rulesengine.stroke import Site, Stroke, tilted
 
 Lean: TypeAlias = Literal["inside", "outside", "travel", "against_travel"]
@@ -47,7 +49,7 @@ def ring_stroke(ring: Points2, rule: RingRule, site: Site, made_by: str) -> Stro
     """
     along = _units(np.roll(ring, -1, axis=0) - ring)
     before = np.roll(along, 1, axis=0)
-    corner = np.abs(_turns(before, along)) >= np.radians(rule.corner_deg)
+    corner = np.round(np.degrees(np.abs(_turns(before, along))), 3) >= rule.corner_deg
     smooth = _units(along + before)
     turns_around = rule.tilt_deg > 0 or not np.allclose(site.azimuths(along), site.azimuths(before))
     vertices: list[int] = []
@@ -118,16 +120,16 @@ def _entries(departures: Indices, corner: NDArray[np.bool_]) -> tuple[int, ...]:
     return tuple(int(index) for index in candidates[::step])
 
 
-def offset_rings(outline: Polygon, distance_mm: float) -> list[Points2]:
+def offset_rings(outline: Polygon, distance_mm: float, frame: GridFrame) -> list[Points2]:
     """Rings of an outline moved away from it, corners kept sharp: the outer one first, then those of its holes.
 
     All run counterclockwise, begin at the corner that belongs to the outline's first, and move with the outline.
     """
-    grown = outline.buffer(distance_mm, join_style="mitre", mitre_limit=_MITRE) if distance_mm else outline
+    own = into_frame(outline, frame)
+    grown = own.buffer(distance_mm, join_style="mitre", mitre_limit=_MITRE) if distance_mm else own
     if grown.is_empty or grown.geom_type != "Polygon":
         return []
-    anchors = np.array(outline.exterior.coords)
-    moved = canonical(grown, anchors)
+    moved = out_of_frame(canonical(grown, np.array(own.exterior.coords)), frame)
     return [_counterclockwise(np.array(ring.coords)[:-1]) for ring in (moved.exterior, *moved.interiors)]
 
 

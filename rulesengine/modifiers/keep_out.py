@@ -88,7 +88,7 @@ def _piece(dense: Stroke, vertex: NDArray[np.bool_], start: int, stop: int) -> S
 def _sampled(stroke: Stroke) -> tuple[Stroke, NDArray[np.bool_]]:
     """Add points at most one step apart; say which were there before."""
     ahead = np.roll(stroke.tcp, -1, axis=0) if stroke.closed else np.vstack([stroke.tcp[1:], stroke.tcp[-1:]])
-    counts = np.maximum(1, np.ceil(np.linalg.norm(ahead - stroke.tcp, axis=1) / _STEP_MM)).astype(int)
+    counts = np.maximum(1, np.ceil(np.round(np.linalg.norm(ahead - stroke.tcp, axis=1) / _STEP_MM, 6))).astype(int)
     segment = np.repeat(np.arange(len(counts)), counts)
     first = np.cumsum(counts) - counts
     share = ((np.arange(len(segment)) - first[segment]) / counts[segment])[:, None]

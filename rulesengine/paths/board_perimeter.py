@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from geometry.arrays import Points2
+from geometry.arrays import Points2, Scalars
 from recipes.paths import BoardPerimeter
+from rulesengine.own_frame import own_frame
 from rulesengine.ring import RingRule, offset_rings, ring_stroke
 from rulesengine.stroke import Site, Stroke, StrokeSet
 
 _CORNERS = {"front_left": (-1, -1), "front_right": (1, -1), "back_left": (-1, 1), "back_right": (1, 1)}
+_AS_FAR_MM = 1e-3
 
 
 def plan_board_perimeter(spec: BoardPerimeter, site: Site) -> StrokeSet:
@@ -26,7 +28,8 @@ def plan_board_perimeter(spec: BoardPerimeter, site: Site) -> StrokeSet:
     )
     if spec.repeats == 0:
         return StrokeSet((), "fixed")
-    outer, *inner = offset_rings(site.board.outline, spec.offset_mm) or offset_rings(site.board.outline, 0.0)
+    frame, outline = own_frame(site.board), site.board.outline
+    outer, *inner = offset_rings(outline, spec.offset_mm, frame) or offset_rings(outline, 0.0, frame)
     rings = [outer, *inner] if spec.follow == "outline_and_cutouts" else [outer]
     strokes = [
         ring_stroke(ring if spec.direction == "counterclockwise" else ring[::-1], rule, site, site.made_by)
@@ -40,5 +43,6 @@ def _begun(stroke: Stroke, spec: BoardPerimeter) -> Stroke:
     if spec.start == "auto":
         return stroke
     entries: Points2 = stroke.tcp[list(stroke.entries), :2]
-    farthest = int(np.argmax(np.round(entries @ np.array(_CORNERS[spec.start]), 3)))
+    out: Scalars = entries @ np.array(_CORNERS[spec.start])
+    farthest = int(np.argmax(out > out.max() - _AS_FAR_MM))
     return replace(stroke, entries=(stroke.entries[farthest],))

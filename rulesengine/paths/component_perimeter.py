@@ -10,6 +10,7 @@ from geometry.finding import Finding
 from recipes.footprint import core_footprint, mean_angle
 from recipes.paths import ComponentPerimeter
 from rulesengine.groups import Demand, Group, demand, grouped
+from rulesengine.own_frame import own_frame
 from rulesengine.ring import Lean, RingRule, leans, offset_rings, ring_stroke
 from rulesengine.stroke import Site, Stroke, StrokeSet, reference_axes, tilted
 
@@ -20,6 +21,7 @@ _LEANS: dict[str, Lean] = {
     "against_travel": "against_travel",
 }
 _DIRECTIONS = 8
+_AS_NARROW_MM = 1e-3
 
 
 def plan_component_perimeter(spec: ComponentPerimeter, site: Site) -> StrokeSet:
@@ -28,7 +30,8 @@ def plan_component_perimeter(spec: ComponentPerimeter, site: Site) -> StrokeSet:
     strokes: list[Stroke] = []
     findings: list[Finding] = []
     offsets: dict[Demand, float] = {}
-    groups = grouped(components, spec.merge_gap_mm)
+    frame = own_frame(site.board)
+    groups = grouped(components, spec.merge_gap_mm, frame)
     for group in groups:
         asked = demand(group, spec, site.classes)
         if asked.passes == 0:
@@ -40,10 +43,10 @@ def plan_component_perimeter(spec: ComponentPerimeter, site: Site) -> StrokeSet:
         if offset < 0 and spec.align == "wavefront" and spec.toward == "component":
             findings.append(_too_upright(asked, site, made_by))
             offset = max(asked.distance_mm, 0.0)
-        rings = offset_rings(group.outline, offset)
+        rings = offset_rings(group.outline, offset, frame)
         if not rings:
             findings.append(_no_ring(group, offset, made_by))
-            rings = offset_rings(group.outline, 0.0)
+            rings = offset_rings(group.outline, 0.0, frame)
         ring = rings[0] if spec.direction != "clockwise" else rings[0][::-1]
         strokes.append(ring_stroke(ring, _rule(spec, asked), site, made_by))
     findings += _narrow_corridors(groups, spec, site)
@@ -70,9 +73,12 @@ def ring_offset_mm(spec: ComponentPerimeter, asked: Demand, site: Site) -> float
 def _front(asked: Demand, site: Site, toward: str) -> float:
     """Plan distance from the foot of the orifice to its wave front, mm; the mean over the directions of travel.
 
-    Leaning to or from the component it is the near front along the lean, else the flank on the component's side.
+    The directions begin with the board's longest edge, so that a ring that is not round is measured the same wherever
+    the board lies. Leaning to or from the component it is the near front along the lean, else the flank on the
+    component's side.
     """
-    angles = np.arange(_DIRECTIONS) * (2 * np.pi / _DIRECTIONS)
+    x, y = site.board.axis
+    angles = np.arctan2(y, x) + np.arange(_DIRECTIONS) * (2 * np.pi / _DIRECTIONS)
     travel = np.column_stack([np.cos(angles), np.sin(angles)])
     lean = leans(travel, _LEANS[toward], 1.0)
     approach = tilted(lean, asked.tilt_deg)
@@ -114,7 +120,7 @@ def _too_upright(asked: Demand, site: Site, made_by: str) -> Finding:
 
 
 def _no_ring(group: Group, offset: float, made_by: str) -> Finding:
-    place = group.outline.representative_point()
+    place = group.outline.centroid
     message = (
         f"A path {-offset:.2f} mm inside the outline of {group.name} does not exist; the outline itself is followed. "
         "Raise distance_mm."
@@ -133,8 +139,8 @@ def _narrow_corridors(groups: list[Group], spec: ComponentPerimeter, site: Site)
     pairs = [(int(a), int(b)) for a, b in zip(first, second, strict=True) if a < b]
     if not pairs:
         return []
-    gaps = [round(outlines[a].distance(outlines[b]), 3) for a, b in pairs]
-    narrowest = int(np.argmin(gaps))
+    gaps = [round(outlines[a].distance(outlines[b]), 6) for a, b in pairs]
+    narrowest = int(np.argmax(np.array(gaps) < min(gaps) + _AS_NARROW_MM))
     a, b = pairs[narrowest]
     place = outlines[a].centroid
     message = (
