@@ -1,11 +1,13 @@
-# Two commands: `make demo` and `make test`. Everything they need goes into .venv.
+# Two commands: `make demo` and `make test`. Everything they need goes into .venv; only the installation needs the network.
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
+PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet
+# One thread per process: the tests run side by side, and results do not depend on the machine's cores.
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test check format clean
+.PHONY: demo test check documents format clean
 
 demo: $(VENV)/.installed
 	$(BIN)/washboard demo
@@ -13,26 +15,33 @@ demo: $(VENV)/.installed
 test: check
 	$(BIN)/pytest -q -n 2 -m slow
 
+# The dry plan compiles the hot loops once, so that the two test processes find them in the cache.
 check: $(VENV)/.dev-installed
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
+	$(BIN)/washboard plan smt-demo > $(VENV)/warm.log
 	$(BIN)/pytest -q -n 2 -m "not slow"
+
+# Pictures and printed output in README.md and docs/getting-started.md, made anew by running the product.
+documents: $(VENV)/.installed
+	$(BIN)/python tools/run_examples.py
 
 format: $(VENV)/.dev-installed
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
 $(VENV)/bin/python:
+	$(PYTHON) -c "import sys; sys.exit(0 if sys.version_info >= (3, 11) else 'Washboard needs Python 3.11 or newer, this is ' + sys.version.split()[0] + ': make PYTHON=python3.12 ...')"
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.installed: $(VENV)/bin/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --editable .
+	$(PIP) --editable .
 	touch $@
 
 $(VENV)/.dev-installed: $(VENV)/bin/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	$(PIP) --editable ".[dev]"
 	touch $@ $(VENV)/.installed
 
 clean:

@@ -11,6 +11,9 @@ from programs.columns import Columns, columns_of
 from programs.errors import ProgramError
 from programs.program import Command, TimedProgram
 
+# What takes less is a jump: no program writes such times, and a division by them has no speed.
+_JUMP_S = 1e-9
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Naming:
@@ -112,7 +115,7 @@ def build_timeline(program: TimedProgram) -> Timeline:
         raise ProgramError("the program has no MOVE; there is nothing to play.")
     times, tcp, quaternion, running = _key_poses(columns)
     lasting, lengths = np.diff(times), np.linalg.norm(np.diff(tcp, axis=0), axis=1)
-    speed = np.divide(lengths, lasting, out=np.zeros_like(lengths), where=lasting > 0)
+    speed = np.divide(lengths, lasting, out=np.zeros_like(lengths), where=lasting > _JUMP_S)
     makers = tuple(dict.fromkeys(item.made_by for item in program.instructions))
     code = {made_by: index for index, made_by in enumerate(makers)}
     return Timeline(

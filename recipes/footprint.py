@@ -60,7 +60,7 @@ def core_footprint(nozzle: Nozzle, height_mm: float, approach: Points, reference
 
 
 def _azimuths() -> Scalars:
-    return np.arange(_RAYS) * (2 * np.pi / _RAYS)
+    return np.linspace(0.0, 2 * np.pi, _RAYS, endpoint=False, dtype=np.float64)
 
 
 def _measured(nozzle: HollowCone, azimuth: Scalars, column: int) -> Scalars:

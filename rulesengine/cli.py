@@ -1,10 +1,14 @@
 """The command line; each command imports what it needs when it runs, so that help is quick."""
 
-from typing import Annotated
+import io
+import sys
+from typing import Annotated, TextIO, cast
 
 import typer
 
 from rulesengine.commands import board, demo, plan, recipe
+from rulesengine.commands import show as program
+from rulesengine.errors import job_errors
 
 app = typer.Typer(
     name="washboard",
@@ -14,12 +18,12 @@ app = typer.Typer(
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
 )
+app.command("plan")(plan.plan)
+app.command("show")(program.show)
+app.command("classify")(plan.classify)
+app.command("demo")(demo.demo)
 app.add_typer(board.app, name="board")
 app.add_typer(recipe.app, name="recipe")
-app.command("classify")(plan.classify)
-app.command("plan")(plan.plan)
-app.command("show")(plan.show)
-app.command("demo")(demo.demo)
 
 
 def _version(wanted: bool) -> None:
@@ -40,5 +44,25 @@ def _options(
 
 
 def main() -> None:
-    """Run ``washboard``."""
-    app()
+    """Run ``washboard``: whatever happens, it ends in an exit code and not in a traceback."""
+    _write_any_text()
+    try:
+        with job_errors():
+            _run()
+    except typer.Exit as end:
+        sys.exit(end.exit_code)
+
+
+def _run() -> None:
+    try:
+        app()
+    finally:
+        stdout = cast("TextIO | None", sys.stdout)
+        if stdout is not None:  # a shell may have closed it: washboard >&-
+            stdout.flush()  # here a closed pipe can still be told from a defect; at exit it could not
+
+
+def _write_any_text() -> None:
+    """A terminal that knows only ASCII gets a mark in place of a letter, not an error."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")

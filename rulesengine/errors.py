@@ -2,6 +2,7 @@
 
 import os
 import sys
+import traceback
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
 
@@ -10,6 +11,9 @@ import typer
 from geometry.errors import JobError
 
 _INTERRUPTED = 130  # what a shell expects after Ctrl-C: 128 + SIGINT
+_INTERNAL = 70  # EX_SOFTWARE of sysexits.h
+DEBUG_VARIABLE = "WASHBOARD_DEBUG"
+"""Set to 1 in the environment, it has a defect of ours print its traceback."""
 
 
 @contextmanager
@@ -18,29 +22,57 @@ def job_errors() -> Generator[None, None, None]:
 
     Raises:
         typer.Exit: 2 after a ``JobError`` or a file that cannot be read or written, 130 after Ctrl-C, 1 when whoever
-            read our output has stopped reading.
+            read our output has stopped reading, 70 after a defect of ours.
     """
     try:
         yield
+    except typer.Exit:
+        raise
     except JobError as error:
-        _say(str(error))
+        _say(f"error: {error}")
         raise typer.Exit(2) from None
     except BrokenPipeError:
-        # Nothing more can be said on stdout; without this Python would complain once more when it flushes at exit.
-        with suppress(OSError, ValueError):  # a test's stdout has no file behind it
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_unwritten()
         raise typer.Exit(1) from None
     except OSError as error:
+        _discard_unwritten()
         place = f"{error.filename}: " if error.filename else ""
-        _say(f"{place}{error.strerror or error}")
+        _say(f"error: {place}{error.strerror or error}")
         raise typer.Exit(2) from None
     except MemoryError:
-        _say("not enough memory for this job; close other programs or use a smaller board")
+        _say("error: not enough memory for this job; close other programs or use a smaller board")
         raise typer.Exit(2) from None
     except KeyboardInterrupt:
-        _say("interrupted; nothing was left half written")
+        _say("error: interrupted; nothing was left half written")
         raise typer.Exit(_INTERRUPTED) from None
+    except Exception as error:
+        _say_internal(error)
+        raise typer.Exit(_INTERNAL) from None
 
 
 def _say(message: str) -> None:
-    typer.echo(f"error: {message}", err=True)
+    with suppress(BrokenPipeError):
+        typer.echo(message, err=True)
+
+
+def _say_internal(error: Exception) -> None:
+    """Ask for a report of a defect; its traceback is for those who ask for it."""
+    if os.environ.get(DEBUG_VARIABLE, "") not in ("", "0"):
+        _say("".join(traceback.format_exception(error)).rstrip())
+    text = " ".join(str(error).split())[:300]
+    command = " ".join(["washboard", *sys.argv[1:]])
+    _say(
+        f"internal error: {type(error).__name__}: {text}. This is a defect of washboard: please report it with the "
+        f"command `{command}` and its input; {DEBUG_VARIABLE}=1 in the environment shows more."
+    )
+
+
+def _discard_unwritten() -> None:
+    """Send what stdout refuses nowhere; otherwise Python would complain once more when it flushes at exit."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        with suppress(OSError, ValueError):  # a test's stdout has no file behind it
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, sys.stdout.fileno())
+            os.close(nowhere)

@@ -11,7 +11,7 @@ class OutputError(JobError):
 
     def __init__(self, path: Path, reason: str) -> None:
         """Say which file and why."""
-        super().__init__(f"{path}: cannot be written: {reason}. Choose another place with -o, or make room there.")
+        super().__init__(f"{path}: cannot be written: {reason}. Name another place, or mend this one.")
         self.path = path
 
 

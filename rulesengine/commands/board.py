@@ -5,19 +5,16 @@ from typing import Annotated
 
 import typer
 
+from rulesengine.commands.arguments import BoardSource, Parts, Picture
 from rulesengine.errors import job_errors
 
 app = typer.Typer(help="Read a board from CAD, look at what was understood.", no_args_is_help=True)
-Source = Annotated[str, typer.Argument(help="Board file, or the name of a sample.")]
-Parts = Annotated[
-    Path | None, typer.Option("--parts", help="Placement or BOM table (CSV) to join to the board.", metavar="CSV")
-]
-Picture = Annotated[Path | None, typer.Option("--picture", help="Picture to write.", metavar="PNG|SVG")]
+_ROWS = 40
 
 
 @app.command("import")
 def import_(
-    source: Source,
+    source: BoardSource,
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Board file to write; .tri.gz compresses it.", metavar="Y.tri")
     ],
@@ -30,30 +27,28 @@ def import_(
     with job_errors():
         import gzip
 
-        from rich.console import Console
-
         from boards.errors import BoardError
         from boards.formats.tri import write_tri
+        from rulesengine.board_card import print_board
         from rulesengine.commands.loading import read_board
-        from rulesengine.output import write_bytes_atomically, write_text_atomically
-        from rulesengine.summary import print_board
+        from rulesengine.commands.terminal import open_console, print_files
+        from rulesengine.commands.writing import check_apart
+        from rulesengine.output import write_bytes_atomically
 
         if not output.name.endswith((".tri", ".tri.gz")):
             raise BoardError("board files end in .tri or .tri.gz; name the output so.", file=output)
+        check_apart((source, parts), [output])
         board = read_board(source, parts)
-        text = write_tri(board.bodies)
-        if output.suffix == ".gz":
-            write_bytes_atomically(output, gzip.compress(text.encode(), mtime=0))
-        else:
-            write_text_atomically(output, text)
-        console = Console()
+        content = write_tri(board.bodies).encode("utf-8", errors="replace")
+        write_bytes_atomically(output, gzip.compress(content, mtime=0) if output.suffix == ".gz" else content)
+        console = open_console()
         print_board(console, board, rows=0)
-        console.print(f"Board file: {output}", highlight=False, soft_wrap=True)
+        print_files(console, board=output)
 
 
 @app.command()
 def show(
-    source: Source,
+    source: BoardSource,
     parts: Parts = None,
     picture: Picture = None,
     all_: Annotated[bool, typer.Option("--all", help="List every component.")] = False,
@@ -63,20 +58,21 @@ def show(
     [dim]washboard board show smt-demo --picture smt-demo.png[/dim]
     """
     with job_errors():
-        from rich.console import Console
-
+        from rulesengine.board_card import print_board
         from rulesengine.commands.loading import read_board
-        from rulesengine.summary import print_board
+        from rulesengine.commands.terminal import open_console, print_files
+        from rulesengine.commands.writing import check_places
 
+        check_places(read=(source, parts), picture=picture)
         board = read_board(source, parts)
-        console = Console()
-        print_board(console, board, rows=len(board.components) if all_ else 40)
         if picture is not None:
             from rulesengine.output import write_bytes_atomically
             from rulesengine.picture import draw_board
 
             write_bytes_atomically(picture, draw_board(board, picture.suffix))
-            console.print(f"Picture: {picture}", highlight=False, soft_wrap=True)
+        console = open_console()
+        print_board(console, board, rows=None if all_ else _ROWS)
+        print_files(console, picture=picture)
 
 
 @app.command("list")

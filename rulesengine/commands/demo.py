@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from rulesengine.commands.arguments import complete_board, complete_recipe
 from rulesengine.errors import job_errors
 
 
@@ -12,32 +13,40 @@ def demo(
     folder: Annotated[Path, typer.Option("--into", help="Folder to write into.", metavar="DIR")] = Path(
         "washboard-demo"
     ),
-    board: Annotated[str, typer.Option("--board", help="Another board than the sample.")] = "smt-demo",
-    recipe: Annotated[str, typer.Option("--recipe", help="Another recipe than the default.")] = "smt-aqueous",
+    board: Annotated[
+        str,
+        typer.Option("--board", help="Another board than the sample.", metavar="BOARD", autocompletion=complete_board),
+    ] = "smt-demo",
+    recipe: Annotated[
+        str,
+        typer.Option(
+            "--recipe", help="Another recipe than the default.", metavar="RECIPE", autocompletion=complete_recipe
+        ),
+    ] = "smt-aqueous",
 ) -> None:
     """Plan the sample board with the default recipe; write program, report and pictures.
 
-    [dim]washboard demo --into /tmp/demo[/dim]
+    [dim]washboard demo
+    washboard demo --into /tmp/demo --board tiny[/dim]
     """
     with job_errors():
-        from rich.console import Console
-
         from rulesengine.commands.loading import read_and_run
+        from rulesengine.commands.terminal import open_console, print_files
         from rulesengine.commands.writing import write_run
-        from rulesengine.output import write_bytes_atomically
+        from rulesengine.output import OutputError, write_bytes_atomically
         from rulesengine.picture import draw_board
         from rulesengine.summary import print_run
 
+        if folder.exists() and not folder.is_dir():
+            raise OutputError(folder, "it is not a folder")
         done = read_and_run(board, recipe, None)
+        card = draw_board(done.board, ".png")
         folder.mkdir(parents=True, exist_ok=True)
-        stem = folder / done.board.name
-        program, report, paths, card = (
-            stem.with_name(stem.name + end) for end in (".wash", ".json", "-paths.png", "-board.png")
+        program, report, paths, picture = (
+            folder / f"{done.board.name}{end}" for end in (".wash", ".json", "-paths.png", "-board.png")
         )
         write_run(done, output=program, picture=paths, report_file=report, allowed=[])
-        write_bytes_atomically(card, draw_board(done.board, ".png"))
-        console = Console()
+        write_bytes_atomically(picture, card)
+        console = open_console()
         print_run(console, done)
-        files = {"Program": program, "Report": report, "Paths": paths, "Board": card}
-        for name, path in files.items():
-            console.print(f"{name}: {path}", highlight=False, soft_wrap=True)
+        print_files(console, program=program, report=report, paths=paths, board=picture)

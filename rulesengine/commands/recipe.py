@@ -5,11 +5,10 @@ from typing import Annotated
 
 import typer
 
+from rulesengine.commands.arguments import RecipeSource
 from rulesengine.errors import job_errors
 
 app = typer.Typer(help="Begin a recipe, check it, look at it.", no_args_is_help=True)
-
-Source = Annotated[str, typer.Argument(help="Name of a library recipe, or a recipe file.", metavar="RECIPE")]
 
 
 @app.command("list")
@@ -26,7 +25,7 @@ def list_recipes() -> None:
 
 @app.command()
 def new(
-    source: Source = "smt-aqueous",
+    source: RecipeSource = "smt-aqueous",
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="File to write; the recipe is named after it.", metavar="OUT.yaml"),
@@ -40,17 +39,19 @@ def new(
     """
     with job_errors():
         from recipes.start import start_recipe
+        from rulesengine.commands.writing import check_apart
         from rulesengine.output import OutputError, write_text_atomically
 
         file = Path(f"{Path(source).stem}.yaml") if output is None else output
         if file.exists() and not force:
             raise OutputError(file, "it exists; --force overwrites it")
+        check_apart([source], [file])
         write_text_atomically(file, start_recipe(source, file))
         typer.echo(f"{file}: edit it, then run `washboard recipe check {file}`")
 
 
 @app.command()
-def check(source: Source) -> None:
+def check(source: RecipeSource) -> None:
     """Check a recipe: the first mistake with its file, line and YAML path; then what is probably not meant.
 
     [dim]washboard recipe check my-board.yaml[/dim]
@@ -58,31 +59,33 @@ def check(source: Source) -> None:
     with job_errors():
         from recipes.check import check_recipe
         from recipes.load import load_recipe
+        from rulesengine.summary import amount
 
         recipe = load_recipe(source)
         findings = check_recipe(recipe)
         for finding in findings:
             typer.echo(f"{finding.severity}: {finding.made_by}: {finding.message} [{finding.rule}]")
-        steps = sum(step.enabled for step in recipe.sequence)
-        typer.echo(
-            f"{recipe.recipe}: can be used; {steps} steps, {len(recipe.templates)} templates, "
-            f"{len(recipe.classes)} classes, {len(findings) or 'no'} finding{'' if len(findings) == 1 else 's'}"
-        )
+        told = [
+            amount(sum(step.enabled for step in recipe.sequence), "step"),
+            amount(len(recipe.templates), "template"),
+            amount(len(recipe.classes), "class", "classes"),
+            amount(len(findings), "finding"),
+        ]
+        typer.echo(f"{recipe.recipe}: can be used; {', '.join(told)}")
 
 
 @app.command()
-def show(source: Source = "smt-aqueous") -> None:
+def show(source: RecipeSource = "smt-aqueous") -> None:
     """Show a recipe with every value resolved, and the file and line each part was written on.
 
     [dim]washboard recipe show low-standoff[/dim]
     """
     with job_errors():
-        from rich.console import Console
-
         from recipes.load import read_recipe
         from rulesengine.commands.recipe_card import print_recipe
+        from rulesengine.commands.terminal import open_console
 
-        print_recipe(Console(), read_recipe(source))
+        print_recipe(open_console(), read_recipe(source))
 
 
 @app.command()
@@ -94,7 +97,7 @@ def schema() -> None:
     with job_errors():
         from recipes.schema import recipe_schema
 
-        typer.echo(recipe_schema(), nl=False)
+        typer.echo(recipe_schema().encode(), nl=False)  # UTF-8 whatever the terminal speaks
 
 
 @app.command()
@@ -103,4 +106,4 @@ def keys() -> None:
     with job_errors():
         from recipes.schema import recipe_keys
 
-        typer.echo(recipe_keys(), nl=False)
+        typer.echo(recipe_keys().encode(), nl=False)

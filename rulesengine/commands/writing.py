@@ -1,39 +1,124 @@
-"""Writing what a run made: all of it or none of it."""
+"""Writing what a command made: all of it or none of it."""
 
 import json
-from collections.abc import Sequence
+import os
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from geometry.finding import Finding
 from programs.errors import ProgramError
 from programs.posts import native
 from rulesengine.drawing import check_suffix
-from rulesengine.output import write_bytes_atomically, write_text_atomically
-from rulesengine.picture import draw_plan
-from rulesengine.pipeline import Run
+from rulesengine.output import OutputError, write_bytes_atomically
 from rulesengine.report import blocking, report
+from rulesengine.summary import amount
+
+if TYPE_CHECKING:
+    from rulesengine.pipeline import Run
+
+_KINDS = {
+    ".wash": "a program", ".json": "a report", ".png": "a picture", ".svg": "a picture",
+    ".yaml": "a recipe", ".yml": "a recipe", ".csv": "a parts table", ".tri": "a board", ".step": "a board",
+    ".stp": "a board", ".kicad_pcb": "a board",
+}  # fmt: skip
+
+
+def check_places(
+    *,
+    read: Sequence[str | Path | None],
+    program: Path | None = None,
+    picture: Path | None = None,
+    report_file: Path | None = None,
+) -> None:
+    """Refuse places that cannot be meant or written, before the long work begins.
+
+    Args:
+        read: What the command reads; names of samples do no harm here.
+        program: Where the program is to be written.
+        picture: Where the picture is to be written.
+        report_file: Where the report is to be written.
+
+    Raises:
+        JobError: a place is read from, used twice, in no folder, not writable, or bears the name of another thing.
+    """
+    if picture is not None:
+        check_suffix(picture.suffix)
+    wanted = {"a program": program, "a picture": picture, "a report": report_file}
+    places = {kind: path for kind, path in wanted.items() if path is not None}
+    check_apart(read, places.values())
+    for kind, path in places.items():
+        named = _KINDS.get(path.suffix.lower(), kind)
+        if named != kind:
+            raise OutputError(path, f"its name is that of {named}, and {kind} is to be written")
+
+
+def check_apart(read: Sequence[str | Path | None], written: Iterable[Path]) -> None:
+    """Refuse places where no file can be written, and files that are read or written by the same command.
+
+    Raises:
+        OutputError: a place is read from, used twice, in no folder or not writable.
+    """
+    taken = {os.path.realpath(each): "it is read by this command" for each in read if each is not None}
+    for path in written:
+        _check_place(path)
+        real = os.path.realpath(path)
+        if real in taken:
+            raise OutputError(path, taken[real])
+        taken[real] = "it is to be written twice"
+
+
+def _check_place(path: Path) -> None:
+    """Refuse a place where no file can be written.
+
+    Raises:
+        OutputError: it is a folder, in no folder, or not writable.
+    """
+    try:
+        real = Path(os.path.realpath(path))
+        if real.is_dir():
+            raise OutputError(path, "it is a folder")
+        if not real.parent.is_dir():
+            raise OutputError(path, f"there is no folder {path.parent}")
+        if not os.access(real if real.exists() and not real.is_file() else real.parent, os.W_OK):
+            raise OutputError(path, "permission denied")
+    except (OSError, ValueError) as error:
+        raise OutputError(path, getattr(error, "strerror", None) or str(error)) from None
 
 
 def write_run(
-    run: Run, *, output: Path | None, picture: Path | None, report_file: Path | None, allowed: Sequence[str]
+    run: "Run", *, output: Path | None, picture: Path | None, report_file: Path | None, allowed: Sequence[str]
 ) -> None:
-    """Write program, picture and report, each to a temporary file that is then renamed.
+    """Write program, picture and report; nothing is written before everything is rendered.
 
     Raises:
         ProgramError: a finding forbids the export; nothing is written but the report, which says why.
     """
-    if picture is not None:
-        check_suffix(picture.suffix)
-    if report_file is not None:
-        write_text_atomically(report_file, json.dumps(report(run), indent=2, ensure_ascii=False) + "\n")
+    text = json.dumps(report(run), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    told = text.encode("utf-8", errors="replace")
     stops = blocking(run.findings, allowed)
     if output is not None and stops:
-        first = stops[0]
-        raise ProgramError(
-            f"not written: {len(stops)} finding(s) forbid it, first {first.rule} ({first.made_by or 'board'}): "
-            f"{first.message} Mend it, or override with --allow {first.rule}.",
-            file=output,
-        )
+        if report_file is not None:
+            write_bytes_atomically(report_file, told)
+        raise ProgramError(_why_not(stops), file=output)
+    contents: list[tuple[Path, bytes]] = []
     if output is not None:
-        write_text_atomically(output, native.render(run.program))
+        contents.append((output, native.render(run.program).encode("utf-8", errors="replace")))
     if picture is not None:
-        write_bytes_atomically(picture, draw_plan(run.board, run.program, picture.suffix))
+        from rulesengine.picture import draw_plan
+
+        contents.append((picture, draw_plan(run.board, run.program, picture.suffix)))
+    if report_file is not None:
+        contents.append((report_file, told))
+    for path, content in contents:
+        write_bytes_atomically(path, content)
+
+
+def _why_not(stops: Sequence[Finding]) -> str:
+    rules = list(dict.fromkeys(finding.rule for finding in stops))
+    first = stops[0]
+    return (
+        f"not written: {amount(len(stops), 'finding')} of severity error forbid{'s' if len(stops) == 1 else ''} it. "
+        f"First {first.rule} at {first.made_by or 'the board'}: {first.message} "
+        f"Mend it, or override with {' '.join(f'--allow {rule}' for rule in rules)}."
+    )

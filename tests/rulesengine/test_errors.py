@@ -4,7 +4,7 @@ import pytest
 import typer
 
 from boards.errors import BoardError
-from rulesengine.errors import job_errors
+from rulesengine.errors import DEBUG_VARIABLE, job_errors
 
 
 @pytest.mark.parametrize(
@@ -23,6 +23,32 @@ def test_exit_codes(error: BaseException, code: int, said: str, capsys: pytest.C
     assert capsys.readouterr().err == said
 
 
-def test_other_errors_are_ours_to_mend_and_pass_through() -> None:
-    with pytest.raises(ZeroDivisionError), job_errors():
+def test_a_defect_of_ours_is_one_line_that_asks_for_a_report(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(DEBUG_VARIABLE, raising=False)
+    with pytest.raises(typer.Exit) as caught, job_errors():
+        raise ZeroDivisionError("a\nb")
+    said = capsys.readouterr().err
+    assert caught.value.exit_code == 70
+    assert said.startswith("internal error: ZeroDivisionError: a b. ")
+    assert "please report it with the command `washboard" in said
+    assert said.count("\n") == 1
+
+
+def test_who_asks_for_it_sees_the_traceback(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(DEBUG_VARIABLE, "1")
+    with pytest.raises(typer.Exit), job_errors():
         raise ZeroDivisionError
+    said = capsys.readouterr().err
+    assert said.startswith("Traceback ")
+    assert "internal error: ZeroDivisionError" in said
+
+
+def test_an_exit_that_is_meant_stays_what_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(typer.Exit) as caught, job_errors():
+        raise typer.Exit(5)
+    assert caught.value.exit_code == 5
+    assert capsys.readouterr().err == ""

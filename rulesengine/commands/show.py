@@ -1,0 +1,74 @@
+"""``washboard show``: a program read back."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rulesengine.commands.arguments import Parts, Picture, complete_board
+from rulesengine.errors import job_errors
+
+if TYPE_CHECKING:
+    from boards.board import Board
+    from programs.program import TimedProgram
+
+
+def show(
+    program: Annotated[Path, typer.Argument(help="Native program.", metavar="OUT.wash")],
+    picture: Picture = None,
+    board: Annotated[
+        str | None,
+        typer.Option(
+            "--board",
+            help="Board to draw the program on: file, or name of a sample. Needed only if the program names no sample.",
+            metavar="BOARD",
+            autocompletion=complete_board,
+        ),
+    ] = None,
+    parts: Parts = None,
+) -> None:
+    """Read a program back and say what it does: functions, totals, room it needs, commands to the cell.
+
+    [dim]washboard show demo.wash
+    washboard show demo.wash --board smt-demo --picture demo.png[/dim]
+    """
+    with job_errors():
+        from programs.load import load_program
+        from rulesengine.commands.terminal import open_console, print_files
+        from rulesengine.commands.writing import check_places
+        from rulesengine.summary import print_commands, print_program, print_room
+
+        check_places(read=(program, board, parts), picture=picture)
+        loaded = load_program(program)
+        console = open_console()
+        if picture is not None:
+            from rulesengine.output import write_bytes_atomically
+            from rulesengine.picture import draw_plan
+
+            drawn_on = _board_of(loaded, program, board, parts)
+            write_bytes_atomically(picture, draw_plan(drawn_on, loaded, picture.suffix))
+        print_program(console, loaded)
+        print_room(console, loaded)
+        print_commands(console, loaded)
+        print_files(console, picture=picture)
+
+
+def _board_of(loaded: "TimedProgram", program: Path, board: str | None, parts: Path | None) -> "Board":
+    """Read the board that was named, or the sample that the program names; say so if it is another board.
+
+    Raises:
+        ProgramError: no board was named, and the program was not made for a sample.
+        BoardError: the board cannot be used.
+    """
+    from boards.load import board_library
+    from programs.errors import ProgramError
+    from rulesengine.commands.loading import read_board
+
+    named = loaded.origin.board
+    if board is None and named not in board_library():
+        raise ProgramError(f"made for {named}, which is no sample; say with --board where that board is.", file=program)
+    found = read_board(board or named, parts)
+    if found.sha256 != loaded.origin.board_sha256:
+        text = f"{found.name} is not quite the board this program was made for: their sha256 differ"
+        typer.echo(f"warning: {text}. The picture shows the program on {found.name} as it is now.", err=True)
+    return found

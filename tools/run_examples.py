@@ -1,0 +1,77 @@
+"""Run the examples in README.md and docs/getting-started.md, and renew what they print and draw.
+
+A document is followed from top to bottom, as a reader would, in an empty folder of its own:
+
+- a block ```` ```yaml ```` whose first line is ``# NAME.yaml`` is saved under that name;
+- every line ``$ COMMAND`` of a block ```` ```console ```` is run, and what is below it is replaced by what it prints.
+  All commands have to succeed, in a block ```` ```console error ```` they have to be refused (exit status 2);
+- a picture ``docs/images/NAME.png`` that the document shows is replaced by the ``NAME.png`` a command wrote.
+
+Run it with ``make documents`` and review the diff, pictures included.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+IMAGES = ROOT / "docs" / "images"
+DOCUMENTS = (ROOT / "README.md", ROOT / "docs" / "getting-started.md")
+BLOCK = re.compile(r"^```(?P<kind>console error|console|yaml)\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE)
+PICTURE = re.compile(r"!\[[^]]*\]\([^)]*?images/(?P<name>[\w.-]+)\)")
+
+
+def run_document(document: Path) -> None:
+    """Follow one document and write it anew.
+
+    Raises:
+        RuntimeError: a command ended otherwise than the document says, or did not write a picture that is shown.
+    """
+    text = document.read_text("utf-8")
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        document.write_text(BLOCK.sub(lambda block: _renewed(block, folder), text), "utf-8")
+        for name in PICTURE.findall(text):
+            if not (folder / name).exists():
+                raise RuntimeError(f"{document.name} shows {name}, but no command in it writes {name}")
+            shutil.copyfile(folder / name, IMAGES / name)
+
+
+def _renewed(block: re.Match[str], folder: Path) -> str:
+    """Return a block with the output of its commands; a file is saved and stays as it is."""
+    kind, body = block["kind"], block["body"]
+    if kind == "yaml":
+        if name := re.match(r"# ([\w-]+\.yaml)\n", body):
+            (folder / name[1]).write_text(body, "utf-8")
+        return block[0]
+    expected = 2 if kind == "console error" else 0
+    commands = [line[2:] for line in body.splitlines() if line.startswith("$ ")]
+    shown = "\n".join(f"$ {command}\n{_printed_by(command, folder, expected)}" for command in commands)
+    return f"```{kind}\n{shown}```"
+
+
+def _printed_by(command: str, folder: Path, expected: int) -> str:
+    """Run one command as a reader does and return what it prints, without blanks at line ends."""
+    path = os.pathsep.join((str(Path(sys.executable).parent), os.environ.get("PATH", "")))
+    run = subprocess.run(
+        ["bash", "-c", command],
+        cwd=folder,
+        env=os.environ | {"PATH": path, "COLUMNS": "110"},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    if run.returncode != expected or (expected == 0 and "error: " in run.stdout):
+        raise RuntimeError(f"{command}: ended with {run.returncode} instead of {expected}:\n{run.stdout}")
+    return "".join(line.rstrip() + "\n" for line in run.stdout.splitlines())
+
+
+if __name__ == "__main__":
+    for each in DOCUMENTS:
+        run_document(each)
