@@ -94,7 +94,7 @@ def stroke_items(board: Board, side: Side, stroke: Stroke, jet: Jet) -> list[Pla
     begin = 0
     for index in sorted({*np.flatnonzero(stroke.delays > 0).tolist(), len(tcp) - 1}):
         cut = slice(begin, index + 1)
-        if not np.allclose(pose[cut], pose[begin], rtol=0, atol=_SAME_MM):
+        if np.abs(pose[cut] - pose[begin]).max() > _SAME_MM:
             items.append(SprayPass(tcp[cut], approach[cut], reference[cut], stroke.speed_mm_s, jet, stroke.made_by))
         if stroke.delays[index] > 0:
             asker = f"{stroke.made_by}/{stroke.pauses[index]}" if stroke.pauses else stroke.made_by

@@ -25,8 +25,9 @@ class _Track:
     ticks: Sequence[int]
     places: Sequence[Place]
     turns: Sequence[Turn]
-    steps_mm: Sequence[float]
-    """To each pose from the one before it."""
+    speeds: Sequence[float]
+    """Mean speed of the segment that ends at each pose, mm/s, as the file prints it."""
+    travel_mm: float
     first: Sequence[int]
     """Item i brings the poses first[i] up to first[i + 1]."""
 
@@ -58,21 +59,23 @@ class _Narrator:
         else:
             self.close()
             self.hold_pose(item.made_by)
-        delay = self.now - self.track.ticks[first - 1]
-        for pose in range(first, last):
-            before, self.now = self.now, self.track.ticks[pose] + delay
-            self.tell_pose(pose, self.track.steps_mm[pose] / (self.now - before) * _TICKS_PER_S, item.made_by)
+        track, begin, made_by = self.track, self.now - self.track.ticks[first - 1], item.made_by
+        poses = slice(first, last)
+        self.told += [
+            MoveTo((begin + tick) / _TICKS_PER_S, place, turn, speed, made_by)
+            for tick, place, turn, speed in zip(
+                track.ticks[poses], track.places[poses], track.turns[poses], track.speeds[poses], strict=True
+            )
+        ]
+        self.pose, self.now = last - 1, begin + track.ticks[last - 1]
+        self.pose_since = self.now
 
     def hold_pose(self, made_by: str) -> None:
         """Say where the nozzle is if that was not just said: at the start, and after it was held."""
         if self.pose < 0 or self.pose_since != self.now:
-            self.tell_pose(max(self.pose, 0), 0.0, made_by)
-
-    def tell_pose(self, pose: int, speed_mm_s: float, made_by: str) -> None:
-        """Tell one pose, reached now."""
-        place, turn = self.track.places[pose], self.track.turns[pose]
-        self.told.append(MoveTo(_seconds(self.now), place, turn, round(speed_mm_s, 3), made_by))
-        self.pose, self.pose_since = pose, self.now
+            self.pose, self.pose_since = max(self.pose, 0), self.now
+            place, turn = self.track.places[self.pose], self.track.turns[self.pose]
+            self.told.append(MoveTo(_seconds(self.now), place, turn, 0.0, made_by))
 
     def dwell(self, item: Dwell) -> None:
         """Hold the pose with the jet on."""
@@ -124,12 +127,14 @@ def narrate(plan: Plan, samples: Samples) -> tuple[tuple[Instruction, ...], Tota
 
 def _track(plan: Plan, samples: Samples) -> _Track:
     numbers = np.arange(len(plan.items) + 1)
-    steps = np.linalg.norm(np.diff(samples.position, axis=0, prepend=samples.position[:1]), axis=1)
+    steps = np.linalg.norm(np.diff(samples.position, axis=0), axis=1)
+    speeds = np.round(steps / np.diff(samples.tick) * _TICKS_PER_S, 3)
     return _Track(
         ticks=samples.tick.tolist(),
         places=list(zip(*samples.position.T.tolist(), strict=True)),
         turns=list(zip(*samples.quaternion.T.tolist(), strict=True)),
-        steps_mm=steps.tolist(),
+        speeds=[0.0, *speeds.tolist()],
+        travel_mm=float(steps.sum()),
         first=(1 + np.searchsorted(samples.item[1:], numbers)).tolist(),
     )
 
@@ -143,7 +148,7 @@ def _totals(narrator: _Narrator) -> Totals:
     return Totals(
         duration_s=_seconds(narrator.now),
         spray_s=_seconds(sum(narrator.sprayed.values())),
-        travel_mm=round(float(sum(narrator.track.steps_mm)), 3),
+        travel_mm=round(narrator.track.travel_mm, 3),
         moves=sum(isinstance(instruction, MoveTo) for instruction in narrator.told),
         liquid_l=tuple((function, round(amount, 3)) for function, amount in litres.items()),
     )
