@@ -8,7 +8,7 @@ import typer
 
 from rulesengine.commands import board, demo, plan, recipe
 from rulesengine.commands import show as program
-from rulesengine.errors import job_errors
+from rulesengine.errors import UsageError, job_errors, say_misused
 
 app = typer.Typer(
     name="washboard",
@@ -48,14 +48,16 @@ def main() -> None:
     _write_any_text()
     try:
         with job_errors():
-            _run()
+            sys.exit(_run())
     except typer.Exit as end:
         sys.exit(end.exit_code)
 
 
-def _run() -> None:
+def _run() -> int:
     try:
-        app()
+        return app(standalone_mode=False) or 0  # None unless something raised typer.Exit
+    except UsageError as error:
+        return say_misused(error)
     finally:
         stdout = cast("TextIO | None", sys.stdout)
         if stdout is not None:  # a shell may have closed it: washboard >&-

@@ -10,8 +10,12 @@ import typer
 
 from geometry.errors import JobError
 
+UsageError: type[Exception] = typer.BadParameter.__bases__[0]
+"""What typer raises over words on the command line that it cannot place; it exports no name for it."""
+_REFUSED = 2
 _INTERRUPTED = 130  # what a shell expects after Ctrl-C: 128 + SIGINT
 _INTERNAL = 70  # EX_SOFTWARE of sysexits.h
+_LONGEST_LINE = 1000
 DEBUG_VARIABLE = "WASHBOARD_DEBUG"
 """Set to 1 in the environment, it has a defect of ours print its traceback."""
 
@@ -30,7 +34,7 @@ def job_errors() -> Generator[None, None, None]:
         raise
     except JobError as error:
         _say(f"error: {error}")
-        raise typer.Exit(2) from None
+        raise typer.Exit(_REFUSED) from None
     except BrokenPipeError:
         _discard_unwritten()
         raise typer.Exit(1) from None
@@ -38,10 +42,10 @@ def job_errors() -> Generator[None, None, None]:
         _discard_unwritten()
         place = f"{error.filename}: " if error.filename else ""
         _say(f"error: {place}{error.strerror or error}")
-        raise typer.Exit(2) from None
+        raise typer.Exit(_REFUSED) from None
     except MemoryError:
         _say("error: not enough memory for this job; close other programs or use a smaller board")
-        raise typer.Exit(2) from None
+        raise typer.Exit(_REFUSED) from None
     except KeyboardInterrupt:
         _say("error: interrupted; nothing was left half written")
         raise typer.Exit(_INTERRUPTED) from None
@@ -50,9 +54,25 @@ def job_errors() -> Generator[None, None, None]:
         raise typer.Exit(_INTERNAL) from None
 
 
+def say_misused(error: Exception) -> int:
+    """Say what is wrong with the words on the command line and where they are explained; return the exit code.
+
+    Args:
+        error: A ``UsageError``. It says nothing if there were no words at all: then help has been printed.
+    """
+    message = str(getattr(error, "format_message", error.__str__)())
+    command = getattr(getattr(error, "ctx", None), "command_path", "washboard")
+    if message:
+        end = "" if message.endswith((".", "?")) else "."
+        _say(f"error: {message}{end} `{command} --help` shows how it is used.")
+    return _REFUSED
+
+
 def _say(message: str) -> None:
+    """Print to stderr; a line that drags in the input it complains about is cut."""
+    lines = [line if len(line) <= _LONGEST_LINE else f"{line[:_LONGEST_LINE]} …" for line in message.splitlines()]
     with suppress(BrokenPipeError):
-        typer.echo(message, err=True)
+        typer.echo("\n".join(lines), err=True)
 
 
 def _say_internal(error: Exception) -> None:

@@ -9,9 +9,9 @@ from geometry.errors import JobError
 class OutputError(JobError):
     """A result cannot be written where it was asked for."""
 
-    def __init__(self, path: Path, reason: str) -> None:
-        """Say which file and why."""
-        super().__init__(f"{path}: cannot be written: {reason}. Name another place, or mend this one.")
+    def __init__(self, path: Path, reason: str, advice: str = "Name another place.") -> None:
+        """Say which file, why, and what to do."""
+        super().__init__(f"{path}: cannot be written: {reason}. {advice}")
         self.path = path
 
 

@@ -41,7 +41,10 @@ def demo(
             raise OutputError(folder, "it is not a folder")
         done = read_and_run(board, recipe, None)
         card = draw_board(done.board, ".png")
-        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(folder, error.strerror or str(error)) from None
         program, report, paths, picture = (
             folder / f"{done.board.name}{end}" for end in (".wash", ".json", "-paths.png", "-board.png")
         )

@@ -44,7 +44,7 @@ def new(
 
         file = Path(f"{Path(source).stem}.yaml") if output is None else output
         if file.exists() and not force:
-            raise OutputError(file, "it exists; --force overwrites it")
+            raise OutputError(file, "it exists", "Name another file, or overwrite it with --force.")
         check_apart([source], [file])
         write_text_atomically(file, start_recipe(source, file))
         typer.echo(f"{file}: edit it, then run `washboard recipe check {file}`")

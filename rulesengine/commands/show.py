@@ -20,7 +20,8 @@ def show(
         str | None,
         typer.Option(
             "--board",
-            help="Board to draw the program on: file, or name of a sample. Needed only if the program names no sample.",
+            help="Board the program was made for: file, or name of a sample. Needed for a picture, unless it is a "
+            "sample; without a picture it is only compared.",
             metavar="BOARD",
             autocompletion=complete_board,
         ),
@@ -40,13 +41,13 @@ def show(
 
         check_places(read=(program, board, parts), picture=picture)
         loaded = load_program(program)
-        console = open_console()
-        if picture is not None:
+        drawn_on = None if picture is None and board is None else _board_of(loaded, program, board, parts)
+        if picture is not None and drawn_on is not None:
             from rulesengine.output import write_bytes_atomically
             from rulesengine.picture import draw_plan
 
-            drawn_on = _board_of(loaded, program, board, parts)
             write_bytes_atomically(picture, draw_plan(drawn_on, loaded, picture.suffix))
+        console = open_console()
         print_program(console, loaded)
         print_room(console, loaded)
         print_commands(console, loaded)
@@ -69,6 +70,9 @@ def _board_of(loaded: "TimedProgram", program: Path, board: str | None, parts: P
         raise ProgramError(f"made for {named}, which is no sample; say with --board where that board is.", file=program)
     found = read_board(board or named, parts)
     if found.sha256 != loaded.origin.board_sha256:
-        text = f"{found.name} is not quite the board this program was made for: their sha256 differ"
-        typer.echo(f"warning: {text}. The picture shows the program on {found.name} as it is now.", err=True)
+        made_for = f"{named}, sha256 {loaded.origin.board_sha256[:16]}"
+        text = (
+            f"{found.name}, sha256 {found.sha256[:16]}, is not quite the board this program was made for ({made_for})"
+        )
+        typer.echo(f"warning: {text}. Plan again if it has changed.", err=True)
     return found

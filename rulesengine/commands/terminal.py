@@ -3,6 +3,7 @@
 import os
 import sys
 from pathlib import Path
+from typing import TextIO, cast
 
 from rich.console import Console
 
@@ -12,8 +13,9 @@ _ANY_WIDTH = 10_000
 
 def open_console() -> Console:
     """Give the console of stdout: as wide as the terminal or ``COLUMNS``; in a pipe nothing is wrapped or cut."""
-    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else _ANY_WIDTH
-    return Console(width=width, highlight=False)
+    stdout = cast("TextIO | None", sys.stdout)  # a shell may have closed it: washboard >&-
+    as_it_is = "COLUMNS" in os.environ or (stdout is not None and stdout.isatty())
+    return Console(width=None if as_it_is else _ANY_WIDTH, highlight=False)
 
 
 def print_files(console: Console, **files: Path | None) -> None:

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from boards.load import SUFFIXES
+from geometry.errors import JobError
 from geometry.finding import Finding
 from programs.errors import ProgramError
 from programs.posts import native
@@ -19,9 +21,8 @@ if TYPE_CHECKING:
 
 _KINDS = {
     ".wash": "a program", ".json": "a report", ".png": "a picture", ".svg": "a picture",
-    ".yaml": "a recipe", ".yml": "a recipe", ".csv": "a parts table", ".tri": "a board", ".step": "a board",
-    ".stp": "a board", ".kicad_pcb": "a board",
-}  # fmt: skip
+    ".yaml": "a recipe", ".yml": "a recipe", ".csv": "a parts table", ".gz": "a board",
+} | dict.fromkeys(SUFFIXES, "a board")  # fmt: skip
 
 
 def check_places(
@@ -43,14 +44,18 @@ def check_places(
         JobError: a place is read from, used twice, in no folder, not writable, or bears the name of another thing.
     """
     if picture is not None:
-        check_suffix(picture.suffix)
+        try:
+            check_suffix(picture.suffix)
+        except JobError as error:
+            raise JobError(f"{picture}: {error}") from None
     wanted = {"a program": program, "a picture": picture, "a report": report_file}
     places = {kind: path for kind, path in wanted.items() if path is not None}
     check_apart(read, places.values())
     for kind, path in places.items():
         named = _KINDS.get(path.suffix.lower(), kind)
         if named != kind:
-            raise OutputError(path, f"its name is that of {named}, and {kind} is to be written")
+            reason = f"its name is that of {named}, and {kind} is to be written"
+            raise OutputError(path, reason, "Name another file.")
 
 
 def check_apart(read: Sequence[str | Path | None], written: Iterable[Path]) -> None:
@@ -64,7 +69,7 @@ def check_apart(read: Sequence[str | Path | None], written: Iterable[Path]) -> N
         _check_place(path)
         real = os.path.realpath(path)
         if real in taken:
-            raise OutputError(path, taken[real])
+            raise OutputError(path, taken[real], "Name another file.")
         taken[real] = "it is to be written twice"
 
 
@@ -77,9 +82,9 @@ def _check_place(path: Path) -> None:
     try:
         real = Path(os.path.realpath(path))
         if real.is_dir():
-            raise OutputError(path, "it is a folder")
+            raise OutputError(path, "it is a folder", "Name a file in it.")
         if not real.parent.is_dir():
-            raise OutputError(path, f"there is no folder {path.parent}")
+            raise OutputError(path, f"there is no folder {path.parent}", "Make it, or name another place.")
         if not os.access(real if real.exists() and not real.is_file() else real.parent, os.W_OK):
             raise OutputError(path, "permission denied")
     except (OSError, ValueError) as error:
