@@ -1,0 +1,242 @@
+"""Changing a recipe's text as its owner would: comments, order and every line that is not concerned stay.
+
+The text is loaded and dumped by ruamel's round trip. What the dump alone would change, such as blanks in a line that
+nobody edited, is left as it was: only lines that differ between the dumps before and after the change are replaced.
+"""
+
+import difflib
+import io
+from collections.abc import Callable
+from typing import Any, TypeAlias, cast
+
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+
+from recipes.errors import RecipeError
+from recipes.located import Key, YamlPath, read_yaml, spell_path
+
+Tree: TypeAlias = Any
+"""Nested dicts, lists and scalars, as ruamel's round trip loads them or plain."""
+Change: TypeAlias = Callable[[Tree], None]
+
+_WIDE = 1_000_000  # lines are never folded
+
+
+def set_value(text: str, path: YamlPath, value: Tree) -> str:
+    """Write a value at a path; mappings on the way there are made.
+
+    Raises:
+        RecipeError: there is no such list item, or the text cannot be changed there.
+    """
+    return _edit(text, lambda root: _put(_reach(root, path[:-1]), path[-1], value), path)
+
+
+def remove_value(text: str, path: YamlPath) -> str:
+    """Take a key or list item out; a key that is only inherited gets ``null``, which removes it too.
+
+    Raises:
+        RecipeError: the text cannot be changed there.
+    """
+    return _edit(text, lambda root: _drop(root, path), path)
+
+
+def insert_value(text: str, path: YamlPath, value: Tree) -> str:
+    """Insert an item into a list before the index the path ends with.
+
+    Raises:
+        RecipeError: the text cannot be changed there.
+    """
+
+    def change(root: Tree) -> None:
+        _reach(root, path[:-1]).insert(path[-1], _styled(value))
+
+    return _edit(text, change, path)
+
+
+def move_value(text: str, path: YamlPath, to: int) -> str:
+    """Move a list item or a named entry to another place among its neighbours, counted without it.
+
+    Raises:
+        RecipeError: the text cannot be changed there.
+    """
+
+    def change(root: Tree) -> None:
+        parent, key = _reach(root, path[:-1]), path[-1]
+        if isinstance(parent, list):
+            items = cast("list[Tree]", parent)
+            items.insert(to, items.pop(cast(int, key)))
+        else:
+            _move_key(cast("dict[Key, Tree]", parent), key, to)
+
+    return _edit(text, change, path)
+
+
+def rename_key(text: str, path: YamlPath, name: str) -> str:
+    """Give a named entry another name; it keeps its place and its comments.
+
+    Raises:
+        RecipeError: the name is taken, or the text cannot be changed there.
+    """
+
+    def change(root: Tree) -> None:
+        entries = cast("dict[Key, Tree]", _reach(root, path[:-1]))
+        if name in entries:
+            raise RecipeError(f"{name!r} is there already; choose another name", path=spell_path(path[:-1]))
+        place = list(entries).index(path[-1])
+        value = entries.pop(path[-1])
+        if isinstance(entries, CommentedMap):
+            comments = cast("dict[Key, Any]", cast(Any, entries).ca.items)
+            if path[-1] in comments:
+                comments[name] = comments.pop(path[-1])
+        entries[name] = value
+        _move_key(entries, name, place)
+
+    return _edit(text, change, path)
+
+
+def _edit(text: str, change: Change, path: YamlPath) -> str:
+    expected = read_yaml(text, "<recipe>").plain()
+    before, tree = _dump(_load(text)), _load(text)
+    try:
+        change(expected)
+        change(tree)
+    except (KeyError, IndexError, ValueError, TypeError, AttributeError):
+        raise RecipeError("there is nothing of this name to change in this file", path=spell_path(path)) from None
+    after = _dump(tree)
+    merged = _carry_over(text, before, after)
+    for candidate in (merged, after):
+        if _says(candidate, expected):
+            return candidate
+    raise RecipeError("shared by an anchor with another place; change it in the text", path=spell_path(path))
+
+
+def _load(text: str) -> Tree:
+    return _round_trip().load(text)
+
+
+def _dump(tree: Tree) -> str:
+    stream = io.StringIO()
+    _round_trip().dump(tree, stream)
+    return stream.getvalue()
+
+
+def _round_trip() -> YAML:
+    yaml = YAML()
+    yaml.preserve_quotes = True
+    yaml.width = _WIDE
+    yaml.indent(mapping=2, sequence=4, offset=2)
+    return yaml
+
+
+def _says(text: str, expected: Tree) -> bool:
+    """Tell whether a text reads as expected, order of names included."""
+    try:
+        return _ordered(read_yaml(text, "<recipe>").plain()) == _ordered(expected)
+    except RecipeError:
+        return False
+
+
+def _ordered(value: Tree) -> Tree:
+    if isinstance(value, dict):
+        return [(key, _ordered(inner)) for key, inner in cast("dict[str, Tree]", value).items()]
+    return [_ordered(item) for item in cast("list[Tree]", value)] if isinstance(value, list) else value
+
+
+def _carry_over(text: str, before: str, after: str) -> str:
+    """Apply the lines that differ between two dumps to the text that the first one is a dump of."""
+    lines, old, new = text.splitlines(keepends=True), before.splitlines(keepends=True), after.splitlines(keepends=True)
+    if lines == old:
+        return after
+    place = _places(lines, old)
+    result: list[str] = []
+    copied = 0
+    for tag, first, last, begin, end in difflib.SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
+        if tag == "equal":
+            continue
+        result += lines[copied : place[first]]
+        result += new[begin:end]
+        copied = place[last]
+    return "".join([*result, *lines[copied:]])
+
+
+def _places(lines: list[str], old: list[str]) -> list[int]:
+    """For each line of a dump, and its end, the line of the text that says the same."""
+    place = [0] * (len(old) + 1)
+    matcher = difflib.SequenceMatcher(None, old, lines, autojunk=False)
+    for _, first, last, begin, end in matcher.get_opcodes():
+        for index in range(first, last):
+            place[index] = min(begin + index - first, end)
+    place[len(old)] = len(lines)
+    return place
+
+
+def _reach(root: Tree, path: YamlPath) -> Tree:
+    node = root
+    for key in path:
+        if isinstance(node, dict) and cast("dict[Key, Tree]", node).get(key) is None:
+            node[key] = CommentedMap() if isinstance(node, CommentedMap) else {}
+        node = node[key]
+    return node
+
+
+def _put(parent: Tree, key: Key, value: Tree) -> None:
+    """Write a value; what is the same stays as it is written."""
+    old = parent[key] if isinstance(key, int) or key in parent else None
+    if isinstance(old, dict) and isinstance(value, dict):
+        _overwrite(cast("dict[Key, Tree]", old), cast("dict[Key, Tree]", value))
+    elif isinstance(old, list) and isinstance(value, list):
+        items = cast("list[Tree]", old)
+        del items[len(cast("list[Tree]", value)) :]
+        for index, item in enumerate(cast("list[Tree]", value)):
+            if index < len(items):
+                _put(items, index, item)
+            else:
+                items.append(_styled(item))
+    elif old is None or type(old) is bool or type(value) is bool or old != value:
+        parent[key] = _styled(value)
+
+
+def _overwrite(old: dict[Key, Tree], new: dict[Key, Tree]) -> None:
+    for key in [key for key in old if key not in new]:
+        del old[key]
+    for key, value in new.items():
+        _put(old, key, value)
+
+
+def _drop(root: Tree, path: YamlPath) -> None:
+    parent, key = _reach(root, path[:-1]), path[-1]
+    if isinstance(parent, dict) and key not in parent:
+        parent[key] = None
+    else:
+        del parent[key]
+
+
+def _move_key(entries: dict[Key, Tree], key: Key, to: int) -> None:
+    value = entries.pop(key)
+    if isinstance(entries, CommentedMap):
+        cast(Any, entries).insert(to, key, value)
+        return
+    rest = list(entries.items())
+    entries.clear()
+    entries.update([*rest[:to], (key, value), *rest[to:]])
+
+
+def _styled(value: Tree) -> Tree:
+    """Write new lists and small mappings on one line, whole numbers without a point."""
+    if isinstance(value, dict):
+        entries = cast("dict[Key, Tree]", value)
+        mapping = CommentedMap((key, _styled(inner)) for key, inner in entries.items())
+        if not any(isinstance(inner, dict) for inner in entries.values()) and _ONE_LINE.isdisjoint(entries):
+            cast(Any, mapping).fa.set_flow_style()
+        return mapping
+    if isinstance(value, list | tuple):
+        items = [_styled(item) for item in cast("list[Tree]", value)]
+        sequence = CommentedSeq(items)
+        if not any(isinstance(item, dict) for item in items):
+            cast(Any, sequence).fa.set_flow_style()
+        return sequence
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+_ONE_LINE = frozenset({"path", "pattern", "function", "solution"})
+"""Entries that have one of these are written one key a line."""
