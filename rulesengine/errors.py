@@ -69,10 +69,13 @@ def say_misused(error: Exception) -> int:
 
 
 def _say(message: str) -> None:
-    """Print to stderr; a line that drags in the input it complains about is cut."""
-    lines = [line if len(line) <= _LONGEST_LINE else f"{line[:_LONGEST_LINE]} …" for line in message.splitlines()]
     with suppress(BrokenPipeError):
-        typer.echo("\n".join(lines), err=True)
+        typer.echo("\n".join(map(_cut, message.splitlines())), err=True)
+
+
+def _cut(line: str) -> str:
+    """Leave out the middle of a line that drags in the input it complains about; what to do stands at its end."""
+    return line if len(line) <= _LONGEST_LINE else f"{line[: _LONGEST_LINE // 2]} … {line[-_LONGEST_LINE // 2 :]}"
 
 
 def _say_internal(error: Exception) -> None:

@@ -12,7 +12,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from geometry.finding import Finding
+from geometry.finding import Finding, worst_first
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from programs.summary import by_function
 from rulesengine.report import class_counts, grouped_findings
@@ -102,7 +102,7 @@ def print_findings(console: Console, findings: Sequence[Finding]) -> None:
     counts = Counter(finding.severity for finding in findings)
     tally = ", ".join(f"{counts[severity]} {severity}" for severity in _COLOURS if counts[severity])
     console.print(f"Findings: {tally}{'; worst first' if len(findings) > 1 else ''}.")
-    for finding, count in grouped_findings(findings):
+    for finding, count in grouped_findings(worst_first(findings)):
         head = Text.assemble((f"{finding.severity} {finding.rule}", _COLOURS[finding.severity]))
         if finding.made_by:
             head.append(f"  {shorten(finding.made_by)}", "dim")

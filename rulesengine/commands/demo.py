@@ -32,13 +32,12 @@ def demo(
     with job_errors():
         from rulesengine.commands.loading import read_and_run
         from rulesengine.commands.terminal import open_console, print_files
-        from rulesengine.commands.writing import write_run
+        from rulesengine.commands.writing import check_folder, write_run
         from rulesengine.output import OutputError, write_bytes_atomically
         from rulesengine.picture import draw_board
         from rulesengine.summary import print_run
 
-        if folder.exists() and not folder.is_dir():
-            raise OutputError(folder, "it is not a folder")
+        check_folder(folder)
         done = read_and_run(board, recipe, None)
         card = draw_board(done.board, ".png")
         try:

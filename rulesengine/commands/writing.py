@@ -73,6 +73,19 @@ def check_apart(read: Sequence[str | Path | None], written: Iterable[Path]) -> N
         taken[real] = "it is to be written twice"
 
 
+def check_folder(folder: Path) -> None:
+    """Refuse a folder that is none and cannot be made, before the long work begins.
+
+    Raises:
+        OutputError: it, or what it is to be made in, is no folder or not writable.
+    """
+    there = next((each for each in (folder, *folder.parents) if each.exists()), Path())
+    if not there.is_dir():
+        raise OutputError(folder, f"{there} is not a folder")
+    if not os.access(there, os.W_OK):
+        raise OutputError(folder, "permission denied")
+
+
 def _check_place(path: Path) -> None:
     """Refuse a place where no file can be written.
 
