@@ -5,6 +5,7 @@ from typing import TypeAlias
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 from shapely import LineString, Polygon, STRtree, get_coordinates, get_parts
 
 from boards.board import Board, Side
@@ -16,6 +17,7 @@ Span: TypeAlias = tuple[float, float, float]
 
 _ROUNDING_MM = 0.02  # outlines are simplified and programs rounded; never nearer than asked because of it
 _OUTLINE_MM = 0.05
+_CHORD_MM = 0.03  # the program cuts a rounded corner by this much more, from sample to sample
 _ARC = 8
 _SAME_MM = 1e-6
 _HULL_SHARE = 1.5  # a clamp around the whole board must not become a lid
@@ -28,6 +30,8 @@ class Floors:
     zones: tuple[Polygon, ...]
     heights: Scalars
     tree: STRtree
+    corner_mm: float = 0.0
+    """How much higher than a floor a path that has a corner above it must lie, because the corner will be cut."""
 
     @property
     def highest(self) -> float:
@@ -44,38 +48,48 @@ class Floors:
         """Stretches of an open plan path over zones that ask for more than the height ``above``."""
         if self.highest <= above + _SAME_MM or not self.zones:
             return []
-        starts = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
-        found: list[Span] = []
-        for index in range(len(path) - 1):
-            segment = LineString(path[index : index + 2])
-            for zone in sorted(int(z) for z in self.tree.query(segment, predicate="intersects")):
-                if self.heights[zone] > above + _SAME_MM:
-                    found += self._crossed(segment, zone, float(starts[index]))
-        return found
+        lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
+        starts = np.cumsum(lengths) - lengths
+        ends = np.stack([path[:-1], path[1:]], axis=1)
+        segments: NDArray[np.object_] = np.asarray(shapely.linestrings(ends), dtype=np.object_)
+        segment, zone = self.tree.query(segments, predicate="intersects")
+        higher = self.heights[zone] > above + _SAME_MM
+        segment, zone = segment[higher], zone[higher]
+        zones: NDArray[np.object_] = np.array(self.zones, dtype=object)
+        pieces, pair = get_parts(shapely.intersection(segments[segment], zones[zone]), return_index=True)
+        # A turn on the spot has no length to cross anything with, and leaves no coordinates.
+        corners, piece = get_coordinates(pieces, return_index=True)
+        along = np.linalg.norm(corners - path[segment[pair[piece]]], axis=1)
+        _, first = np.unique(piece, return_index=True)
+        if len(first) == 0:
+            return []
+        owner = pair[piece[first]]
+        begin = starts[segment[owner]]
+        low, high = np.minimum.reduceat(along, first), np.maximum.reduceat(along, first)
+        spans = zip(begin + low, begin + high, self.heights[zone[owner]], strict=True)
+        return [(float(start), float(end), float(floor)) for start, end, floor in spans]
 
-    def _crossed(self, segment: LineString, zone: int, start: float) -> list[Span]:
-        origin = np.array(segment.coords[0])
-        spans: list[Span] = []
-        for piece in get_parts(shapely.intersection(segment, self.zones[zone])):
-            along = np.linalg.norm(get_coordinates(piece) - origin, axis=1)
-            if len(along) == 0:
-                continue  # a turn on the spot has no length to cross anything with
-            spans.append((start + float(along.min()), start + float(along.max()), float(self.heights[zone])))
-        return spans
 
+def floors(board: Board, side: Side, clearance_mm: float, blend_mm: float = 0.0) -> Floors:
+    """Grow every body of a side by the clearance, outwards and upwards, and outwards by what corners are cut by.
 
-def floors(board: Board, side: Side, clearance_mm: float) -> Floors:
-    """Grow every body of a side by the clearance, outwards and upwards."""
+    Args:
+        board: Its bodies.
+        side: Which bodies.
+        clearance_mm: Least distance of the orifice.
+        blend_mm: How far the timing may leave the path at a corner.
+    """
     obstacles = board.obstacles(side)
     # An arc of chords lies inside its circle: grow by so much more that the chords touch it from outside.
-    grown = clearance_mm / np.cos(np.pi / (4 * _ARC)) + 2 * _OUTLINE_MM + _ROUNDING_MM
+    cut = blend_mm + _CHORD_MM if blend_mm else 0.0
+    grown = (clearance_mm + cut) / np.cos(np.pi / (4 * _ARC)) + 2 * _OUTLINE_MM + _ROUNDING_MM
     frame = own_frame(board)
     own = [into_frame(outline, frame) for outline in (*(obstacle.outline for obstacle in obstacles), board.outline)]
     heights = np.array([obstacle.height_mm + clearance_mm + _ROUNDING_MM for obstacle in obstacles])
     # The bare board is a body too.
     grounds = [*_plain(own[:-1]), own[-1]]
     zones = [out_of_frame(zone, frame) for zone in shapely.buffer(grounds, grown, quad_segs=_ARC)]
-    return Floors(tuple(zones), np.append(heights, clearance_mm + _ROUNDING_MM), STRtree(zones))
+    return Floors(tuple(zones), np.append(heights, clearance_mm + _ROUNDING_MM), STRtree(zones), cut)
 
 
 def _plain(outlines: list[Polygon]) -> list[Polygon]:

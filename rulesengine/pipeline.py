@@ -79,7 +79,7 @@ def make_plan(recipe: Recipe, board: Board, progress: Progress | None = None) ->
         board=board,
         classes={each.component: each.component_class for each in classified},
         service=masks,
-        floors={side: floors(board, side, recipe.limits.clearance_mm) for side in sides},
+        floors={side: floors(board, side, recipe.limits.clearance_mm, recipe.limits.blend_mm) for side in sides},
     )
     steps = [(index, step) for index, step in enumerate(recipe.sequence) if step.enabled]
     first = steps[0][1]

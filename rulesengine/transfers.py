@@ -52,7 +52,7 @@ def transfer(start: Pose, end: Pose, floors: Floors, retract: Retract) -> list[P
         level = 0.0
     poses = [start]
     if level > min(start.tcp[2], end.tcp[2]) + _SAME:
-        level = max(level, start.tcp[2], end.tcp[2])
+        level = max(level + floors.corner_mm, start.tcp[2], end.tcp[2])
         if level > start.tcp[2] + _SAME:
             poses.append(Pose(np.append(start.tcp[:2], level), start.approach, start.azimuth))
         if level > end.tcp[2] + _SAME:
@@ -98,7 +98,12 @@ def around_edge(
     along = reference_azimuth(board, limits)
     out = np.array([-along[1], along[0]])
     corners = np.concatenate([body.patches.reshape(-1, 3)[:, :2] for body in board.bodies])
-    reach = float((corners @ out).max()) + limits.clearance_mm + float(np.ptp([start.tcp[-1, 2], end.tcp[0, 2]])) / 4
+    reach = (
+        float((corners @ out).max())
+        + limits.clearance_mm
+        + limits.blend_mm
+        + float(np.ptp([start.tcp[-1, 2], end.tcp[0, 2]])) / 4
+    )
     first, last = start.tcp[-1], end.tcp[0]
 
     def beside(place: Points, height: float) -> Points:

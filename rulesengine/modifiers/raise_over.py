@@ -4,13 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from geometry.arrays import Points, Scalars
+from geometry.arrays import Scalars
 from geometry.finding import Finding
 from rulesengine.clearance import Floors, Span
+from rulesengine.modifiers.slopes import Needed, needed_heights
 from rulesengine.stroke import Stroke
 
-_SLOPE = 1.0  # the nozzle climbs at 45 degrees
 _SAME_MM = 1e-6
+_APART_MM = 1e-5
+_SAME_SLOPE = 1e-3
 
 
 def raise_over(stroke: Stroke, floors: Floors) -> tuple[Stroke, tuple[Finding, ...]]:
@@ -24,11 +26,16 @@ def raise_over(stroke: Stroke, floors: Floors) -> tuple[Stroke, tuple[Finding, .
     if not spans:
         return stroke, ()
     at = _lengths(loop)
-    stops = _stops(spans, at, loop)
-    lifted = _inserted(loop, at, stops)
-    heights = np.maximum(lifted.tcp[:, 2], _needed(spans, _lengths(lifted), float(at[-1]) if stroke.closed else None))
+    needed = needed_heights(_around(spans, float(at[-1])) if stroke.closed else spans, floors.corner_mm)
+    lifted = _inserted(loop, at, _stops(needed, at, loop))
+    heights = np.maximum(lifted.tcp[:, 2], needed.at(_lengths(lifted)))
     raised = replace(lifted, tcp=np.column_stack([lifted.tcp[:, :2], heights]))
     return (_opened(raised, stroke), (_finding(raised, lifted, stroke),))
+
+
+def _around(spans: list[Span], lap: float) -> list[Span]:
+    """Repeat the spans of a ring a lap before and a lap after: what comes next may already ask for a slope."""
+    return [(start + shift, end + shift, floor) for shift in (-lap, 0.0, lap) for start, end, floor in spans]
 
 
 def _closed_up(stroke: Stroke) -> Stroke:
@@ -65,33 +72,18 @@ def _lengths(stroke: Stroke) -> Scalars:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def _needed(spans: list[Span], at: Scalars, lap: float | None) -> Scalars:
-    """Least height at each length: the floors with their slopes; around a ring the distance is the shorter way."""
-    columns: Points = np.array(spans, dtype=np.float64)
-    start, end, floor = columns[:, :1], columns[:, 1:2], columns[:, 2:]
-    away = np.maximum(np.maximum(start - at, at - end), 0.0)
-    if lap is not None:
-        for shift in (-lap, lap):
-            away = np.minimum(away, np.maximum(np.maximum(start + shift - at, at - end - shift), 0.0))
-    return np.maximum.reduce(floor - _SLOPE * away, axis=0)
-
-
-def _stops(spans: list[Span], at: Scalars, loop: Stroke) -> Scalars:
-    """Lengths at which the height may change its slope."""
-    base = float(loop.tcp[:, 2].min())
-    columns: Points = np.array(spans, dtype=np.float64)
-    start, end, floor = columns.T
-    run = (floor - base) / _SLOPE
-    falling, rising = end + floor / _SLOPE, start - floor / _SLOPE
-    crossings = ((falling[:, None] + rising[None, :]) / 2).ravel()
-    levels = np.concatenate(
-        [(falling[:, None] - floor[None, :] / _SLOPE).ravel(), (rising[:, None] + floor[None, :] / _SLOPE).ravel()]
-    )
-    marks: Scalars = np.concatenate([start, end, start - run, end + run, crossings, levels])
-    if loop.closed:
-        marks = np.concatenate([marks, marks - at[-1], marks + at[-1]])
-    marks = np.unique(np.round(marks[(marks > 0) & (marks < at[-1])], 6))
-    return marks[np.abs(marks[:, None] - at[None, :]).min(axis=1) > 1e-5] if len(marks) else marks
+def _stops(needed: Needed, at: Scalars, loop: Stroke) -> Scalars:
+    """Lengths strictly between the stroke's own points at which its height changes its slope."""
+    marks = np.unique(np.round(needed.bends(float(loop.tcp[:, 2].min())), 6))
+    marks = marks[(marks > 0) & (marks < at[-1])]
+    nearest = np.searchsorted(at, marks)
+    marks = marks[np.minimum(marks - at[nearest - 1], at[nearest] - marks) > _APART_MM]
+    both = np.sort(np.concatenate([at, marks]))
+    heights = np.maximum(np.interp(both, at, loop.tcp[:, 2]), needed.at(both))
+    with np.errstate(divide="ignore", invalid="ignore"):  # turns on the spot have no length
+        slopes = np.diff(heights) / np.diff(both)
+    inner = both[1:-1][np.abs(np.diff(slopes)) > _SAME_SLOPE]
+    return np.setdiff1d(inner, at)
 
 
 def _inserted(loop: Stroke, at: Scalars, stops: Scalars) -> Stroke:

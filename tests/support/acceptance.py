@@ -15,6 +15,8 @@ from programs.posts import native
 from recipes.paths import ComponentPerimeter, Raster, StepFunction
 from recipes.spec import for_class
 
+_ROUNDING_TURNS = 1e-4
+
 
 def complaints(run):
     """List what is wrong with a run's program, read back from its text; empty if nothing is."""
@@ -61,15 +63,15 @@ def _uncircled(run, track, spec, step, maker):
     classes = {each.component: each.component_class for each in run.classified}
     for each in components:
         asked = for_class(spec.passes, classes[each.name]) * step.repeat
-        if abs(turns.get(each.name, 0.0)) < asked - 1e-6:
+        if turns.get(each.name, 0.0) < asked - _ROUNDING_TURNS:
             yield f"{maker}: {each.name} is circled {turns.get(each.name, 0.0):.2f} times instead of {asked}"
 
 
 def _unwetted(run, track, spec, step, maker):
     nozzle = run.recipe.nozzles[step.nozzle]
     area = run.board.outline.buffer(-max(spec.margin_mm, 0.0))
-    if area.is_empty or not hasattr(nozzle, "half_angle_deg"):
-        area = run.board.outline
+    if area.is_empty:  # a margin that leaves nothing promises nothing; finding margin-reduced says so
+        return
     half = nozzle.half_angle_deg
     share = judge_space.covered_share(track, maker.__eq__, half, run.board.surface_z_mm(step.side), area)
     if share < 0.995:

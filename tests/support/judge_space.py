@@ -17,6 +17,8 @@ _PAIRS_AT_ONCE = 200_000
 _PIECE_MM = 10.0
 _GRAZE_MM = 0.05
 _ALONG_MM = 0.005
+_PLACE_MM = 0.1
+_SLANT_MM = 1.0  # an edge moved by 0.005 mm is met so much earlier or later where the line runs nearly along it
 
 
 def too_close(track: Track, triangles: Array, clearance: float) -> list[str]:
@@ -202,7 +204,7 @@ def wrong_pauses(track: Track, template: str, outlines: Mapping[str, Polygon], p
             for stamp, length, maker in track.waits
             if begin - 1e-6 <= stamp <= end + 1e-6 and _is_of(maker, template)
         ]
-        if not (_is_part(must, pauses) and _is_part(pauses, may)):
+        if not (_is_part(must, pauses, _SLANT_MM) and _is_part(pauses, may, _PLACE_MM)):
             wrong.append(
                 f"{begin:.4f} s: pauses at {np.round(pauses, 2).tolist()} mm of a line of {line.length:.2f} mm, "
                 f"edges at {np.round(may, 2).tolist()} mm of {[names[i] for i in near]}"
@@ -210,10 +212,10 @@ def wrong_pauses(track: Track, template: str, outlines: Mapping[str, Polygon], p
     return wrong
 
 
-def _is_part(some: list[float], more: list[float]) -> bool:
-    """Whether each of some ascending numbers has its own among others, in order, within 0.1 mm."""
+def _is_part(some: list[float], more: list[float], within: float) -> bool:
+    """Whether each of some ascending numbers has its own among others, in order, within so many millimetres."""
     rest = iter(more)
-    return all(any(abs(one - other) <= 0.1 for other in rest) for one in some)
+    return all(any(abs(one - other) <= within for other in rest) for one in some)
 
 
 def _edges(line: shapely.LineString, outlines: list[Polygon]) -> Iterator[float]:
@@ -228,15 +230,22 @@ def _is_of(maker: str, template: str) -> bool:
     return (maker == template or maker.startswith(template + "/")) and not maker.endswith("/transfer")
 
 
+def _turns(along: Array, heading: Array) -> bool:
+    """Whether a plan vector leaves the direction of another by more than 2 degrees and the rounding of both."""
+    length, step = np.linalg.norm(along), np.linalg.norm(heading)
+    aside = abs(along[0] * heading[1] - along[1] * heading[0]) / length
+    return bool(along @ heading < 0 or aside > 0.04 * step + 2e-3 * (1 + step / length))
+
+
 def _straight_lines(track: Track, template: str) -> Iterator[list[int]]:
     """Poses of each straight sprayed line of a template, with the pauses in it."""
     run: list[int] = []
     for index in range(1, len(track.times)):
-        heading = track.tcp[index] - track.tcp[index - 1]
+        heading = track.tcp[index, :2] - track.tcp[index - 1, :2]  # a line that is raised stays straight in plan
         moves = bool(np.linalg.norm(heading) > 2e-3)
         belongs = _is_of(track.makers[index], template)
-        along = track.tcp[run[-1]] - track.tcp[run[0]] if run else heading
-        turns = moves and float(along @ heading) < 0.999 * float(np.linalg.norm(along) * np.linalg.norm(heading))
+        along = track.tcp[run[-1], :2] - track.tcp[run[0], :2] if run else heading
+        turns = moves and _turns(along, heading)
         if run and (not belongs or turns):
             yield run
             run = []
