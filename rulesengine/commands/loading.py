@@ -26,7 +26,8 @@ def progress_bar() -> Generator[Progress]:
         task = bar.add_task("", total=1.0)
 
         def tell(what: str, done: float) -> None:
-            bar.update(task, description=what, completed=done)
+            begun = bar.tasks[0].description != what  # shown at once: what follows may keep the bar's thread waiting
+            bar.update(task, description=what, completed=done, refresh=begun)
 
         yield tell
 

@@ -4,6 +4,7 @@ import pytest
 import typer
 
 from boards.errors import BoardError
+from geometry.errors import JobError
 from rulesengine.errors import DEBUG_VARIABLE, job_errors
 
 
@@ -14,6 +15,9 @@ from rulesengine.errors import DEBUG_VARIABLE, job_errors
         (FileNotFoundError(2, "No such file", "y.wash"), 2, "error: y.wash: No such file\n"),
         (KeyboardInterrupt(), 130, "error: interrupted; nothing was left half written\n"),
         (BrokenPipeError(), 1, ""),
+        (MemoryError(), 2, "error: not enough memory for this job; close other programs or use a smaller board\n"),
+        (JobError("first\n  and more"), 2, "error: first\n  and more\n"),
+        (JobError("b" * 600 + "c" * 600 + " mend it"), 2, f"error: {'b' * 493} … {'c' * 492} mend it\n"),
     ],
 )
 def test_exit_codes(error: BaseException, code: int, said: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -50,6 +50,11 @@ def test_places_that_cannot_be_written(tmp_path: Path) -> None:
             write_text_atomically(place, "x")
 
 
+def test_the_error_says_what_to_do() -> None:
+    assert str(OutputError(Path("a"), "it is a folder")) == "a: cannot be written: it is a folder. Name another place."
+    assert str(OutputError(Path("a"), "why", "Do this.")).endswith("why. Do this.")
+
+
 def test_a_device_is_written_directly() -> None:
     write_text_atomically(Path(os.devnull), "x")
     assert not Path(os.devnull).is_file()
