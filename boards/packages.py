@@ -52,6 +52,9 @@ _HEIGHTS_IN_NAMES = (
     # KiCad: `CP_EIA-3216-18` in tenths, `CP_Elec_6.3x11` diameter by height, `L_12x12mm_H8mm`, `L_6.3x6.3_H3`.
     (re.compile(r"\beia-?\d{4}-(\d\d)\b"), 0.1),
     (re.compile(r"\b(?:cp?-)elec-[\d.]+x(\d{1,2}(?:\.\d{1,2})?)(?!\d)"), 1.0),
+    # Axial parts: as high as they are thick, or standing on one end, their length and the bend of a lead.
+    (re.compile(r"\baxial-din\d+-l[\d.]+mm-d(\d{1,2}(?:\.\d{1,2})?)mm.*horizontal"), 1.0),
+    (re.compile(r"\baxial-din\d+-l(\d{1,2}(?:\.\d{1,2})?)mm.*vertical"), 1.3),
     (re.compile(r"-h(\d{1,2}(?:\.\d{1,2})?)(?:mm)?(?![\w.])"), 1.0),
 )
 _IPC_PINS = re.compile(r"^[a-z]{3,7}\d+p\d+x\d+(?:x\d+)?-(\d{1,4})[abclmn]*$")

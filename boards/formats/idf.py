@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from shapely import Polygon
+from shapely import MultiPolygon, Polygon
 
 from boards.board import Body, Side
 from boards.errors import BoardError
@@ -126,7 +126,7 @@ def _thickness_mm(edge: Section, scale_mm: float) -> float:
     return thickness_mm
 
 
-def _read_board(edge: Section, sections: Sequence[Section], scale_mm: float) -> Polygon:
+def _read_board(edge: Section, sections: Sequence[Section], scale_mm: float) -> Polygon | MultiPolygon:
     _thickness_mm(edge, scale_mm)
     loops = [ring for _, ring in read_loops(edge.records[1:], scale_mm)]
     along = loops[0][1] - loops[0][0]

@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from shapely import Polygon
+from shapely import LineString, MultiPolygon, Polygon
 
 from boards.board import Body
 from boards.errors import BoardError
-from boards.formats.kicad_footprint import Footprint, body_outline, drawn, drill_loops, read_footprint
+from boards.formats.kicad_footprint import Footprint, body_outline, drawn, drill_loops, is_copper, read_footprint
 from boards.formats.kicad_items import Item, read_items
 from boards.formats.kicad_shapes import polyline
-from boards.formats.loops import Point2, chain, outline_of
+from boards.formats.loops import CHAIN_MM, Point2, chain, outline_of
 from boards.formats.names import distinct_names, some
 from boards.formats.prism import NOMINAL_HEIGHT, prism
 from boards.packages import package_family
@@ -27,9 +27,10 @@ _FIRST_VERSION, _LAST_VERSION = 20160000, 20250300
 _DEFAULT_THICKNESS_MM = 1.6
 
 _NO_PART = re.compile(
-    r"fiducial|mounting_?hole|test_?(?:point|pad)|solder_?jumper|^sj(?:_|$)|net_?tie|logo|symbol_", re.IGNORECASE
+    r"fiducial|mounting_?hole|test_?(?:point|pad)|solder_?jumper|^sj(?:_|$)|net_?tie|logo|symbol_|svg2mod",
+    re.IGNORECASE,
 )
-"""Names of footprints that are copper or print only."""
+"""Names of footprints that are copper or print only, unless they name a family of packages."""
 
 _VIRTUAL = frozenset({"virtual", "exclude_from_bom"})
 """Attributes of what is not bought: before version 6, and since."""
@@ -42,6 +43,7 @@ class _Notes:
     left_out: list[str] = field(default_factory=list[str])
     assumed: list[str] = field(default_factory=list[str])
     from_pads: list[str] = field(default_factory=list[str])
+    opened: list[str] = field(default_factory=list[str])
 
 
 def read_kicad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
@@ -63,13 +65,17 @@ def read_kicad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     board, items = read_items(path)
     footprints = [read_footprint(item) for item in items if item.head in ("footprint", "module")]
     thickness_mm = _thickness_mm(items)
-    patches, normals, surfaces = prism(_read_outline(items, footprints, path), 0.0, thickness_mm)
-    bodies = [Body("board", "board", patches, normals, surfaces)]
     notes = _Notes()
-    parts = [part for part in footprints if _is_part(part, notes)]
-    names, findings = distinct_names([_wish(part) for part in parts])
-    for part, name in zip(parts, names, strict=True):
-        bodies.append(_build_body(part, name, thickness_mm, notes))
+    patches, normals, surfaces = prism(_read_outline(items, footprints, path, notes), 0.0, thickness_mm)
+    bodies = [Body("board", "board", patches, normals, surfaces)]
+    parts = [(part, *body_outline(part)) for part in footprints if _is_part(part, notes)]
+    notes.left_out += [_wish(part) for part, outline, _ in parts if outline is None]
+    solid = [(part, outline, source) for part, outline, source in parts if outline is not None]
+    names, findings = distinct_names([_wish(part) for part, _, _ in solid])
+    for (part, outline, source), name in zip(solid, names, strict=True):
+        if source == "pads":
+            notes.from_pads.append(name)
+        bodies.append(_build_body(part, outline, name, thickness_mm, notes))
     return tuple(bodies), (*_check_version(board), *findings, *_findings(notes))
 
 
@@ -87,8 +93,13 @@ def _thickness_mm(items: Sequence[Item]) -> float:
     return thickness.number(0)
 
 
-def _read_outline(items: Sequence[Item], footprints: Sequence[Footprint], path: Path) -> Polygon:
-    """Chain everything that is drawn on Edge.Cuts, footprints included."""
+def _read_outline(
+    items: Sequence[Item], footprints: Sequence[Footprint], path: Path, notes: _Notes
+) -> Polygon | MultiPolygon:
+    """Chain everything that is drawn on Edge.Cuts, footprints included.
+
+    Lines that enclose nothing are noted where a closed edge lies around them: breaking and scoring lines.
+    """
     edges = [
         line
         for item in items
@@ -99,14 +110,21 @@ def _read_outline(items: Sequence[Item], footprints: Sequence[Footprint], path: 
         edges.extend(footprint.place(line) for line in drawn(footprint, _EDGE))
         drills.extend(drill_loops(footprint))
     loops, opened = chain(edges)
-    if opened:
+    if opened and not _lie_within(opened, loops):
         raise BoardError(
             f"the board outline on {_EDGE} is open between {_spot(opened[0][0])} and {_spot(opened[0][-1])}"
             + (f" and in {len(opened) - 1} more places" if len(opened) > 1 else "")
-            + " (KiCad's coordinates). Close it within 0.01 mm in KiCad.",
+            + f" (KiCad's coordinates). Close it within {CHAIN_MM:g} mm in KiCad.",
             file=path,
         )
+    notes.opened += [_spot(line[0]) for line in opened]
     return outline_of(loops, drills, file=path, spot=_spot)
+
+
+def _lie_within(lines: Sequence[Points2], loops: Sequence[Points2]) -> bool:
+    """Whether the largest loop lies around all of the lines."""
+    edge = max((Polygon(loop) for loop in loops), key=lambda loop: round(loop.area, 4), default=Polygon())
+    return edge.is_valid and all(edge.buffer(CHAIN_MM).covers(LineString(line)) for line in lines)
 
 
 def _spot(point: Point2) -> str:
@@ -121,21 +139,15 @@ def _is_part(part: Footprint, notes: _Notes) -> bool:
     bare = not part.pads and not any(drawn(part, layer) for layer in ("F.Fab", "B.Fab", "F.CrtYd", "B.CrtYd"))
     # Real connectors are marked virtual, too: what has two pins or more stays in the nozzle's way.
     virtual = family is None and (part.pins or 0) < 2 and bool(part.attributes & _VIRTUAL)
-    if flat or bare or virtual or "dnp" in part.attributes or _NO_PART.search(part.package):
+    copper = family is None and (is_copper(part) or _NO_PART.search(part.package) is not None)
+    if flat or bare or virtual or copper or "dnp" in part.attributes:
         notes.left_out.append(_wish(part))
         return False
     return True
 
 
-def _build_body(part: Footprint, name: str, top_z_mm: float, notes: _Notes) -> Body:
+def _build_body(part: Footprint, outline: Polygon | MultiPolygon, name: str, top_z_mm: float, notes: _Notes) -> Body:
     """Stand a prism of nominal height on the part's side."""
-    outline, source = body_outline(part)
-    if outline is None:
-        raise part.item.error(
-            f"footprint {name} ({part.package}) encloses no area: draw its courtyard or exclude it from the BOM."
-        )
-    if source == "pads":
-        notes.from_pads.append(name)
     family = package_family(part.package)
     if family is None:
         notes.assumed.append(f"{name} ({part.package})")
@@ -174,6 +186,12 @@ def _findings(notes: _Notes) -> list[Finding]:
             f"{len(notes.left_out)} footprints without a body or not mounted are left out: {some(notes.left_out)}."
         )
         findings.append(Finding("no-body", "info", message))
+    if notes.opened:
+        message = (
+            f"{len(notes.opened)} lines on {_EDGE} enclose nothing and were left out; they start at "
+            f"{some(notes.opened)} (KiCad's coordinates). Close them if they are cut-outs."
+        )
+        findings.append(Finding("open-edge", "warning", message))
     if notes.assumed:
         message = (
             f"{len(notes.assumed)} components are of no known package family and were given a height of "

@@ -119,6 +119,13 @@ def body_outline(footprint: Footprint) -> tuple[Polygon | MultiPolygon | None, s
     return pads, "pads"
 
 
+def is_copper(footprint: Footprint) -> bool:
+    """Whether nothing but one pad is there: a via, a hole or a wire pad that was made a footprint."""
+    pads = [pad for pad in footprint.pads if "np_thru_hole" not in pad.atoms]
+    shown = any(drawn(footprint, layer) for layer in ("F.Fab", "B.Fab", "F.CrtYd", "B.CrtYd"))
+    return len(pads) < 2 and not shown and footprint.item.first("model") is None
+
+
 def _filled(lines: Sequence[Points2]) -> Polygon | MultiPolygon | None:
     """Everything that the lines enclose; ``None`` if they enclose nothing."""
     strings = [shapely.LineString(line) for line in lines if len(line) > 1 and np.ptp(line, axis=0).max() > 0.0]

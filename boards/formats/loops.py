@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
-from shapely import Polygon
+from shapely import MultiPolygon, Polygon
 from shapely.geometry.polygon import orient
 
 from boards.errors import BoardError
@@ -22,8 +22,14 @@ Point2: TypeAlias = NDArray[np.float64]  # (2,)
 SAGITTA_MM = 0.01
 """How far the chord of an arc may be from the arc."""
 
-CHAIN_MM = 0.01
-"""Ends closer than this are joined."""
+CHAIN_MM = 0.02
+"""Ends closer than this are joined, as KiCad does."""
+
+_EXACT_MM = 0.001
+"""Ends closer than this are the same point; edges may be shorter than ``CHAIN_MM``, so such ends are joined first."""
+
+_TWIN = 0.2
+"""Two edges lie upon each other only if their ends are nearer than this part of their length."""
 
 DRILL_MM = 1.0
 """Smaller drilled holes are left out of the outline: vias and the leads of parts, most of them full of solder."""
@@ -70,7 +76,7 @@ def arc_through(start: Point2, middle: Point2, end: Point2) -> Points2:
 
 
 def chain(edges: Sequence[Points2]) -> tuple[list[Points2], list[Points2]]:
-    """Join edges end to end within ``CHAIN_MM``, beginning with the first of the file.
+    """Join edges end to end, beginning with the first of the file: where they meet, then within ``CHAIN_MM``.
 
     Args:
         edges: Polylines ``(n, 2)`` in file order, in any direction.
@@ -78,7 +84,13 @@ def chain(edges: Sequence[Points2]) -> tuple[list[Points2], list[Points2]]:
     Returns:
         Closed loops ``(n, 2)`` without the repeated first point, and the chains that stayed open.
     """
-    kept = _distinct(edges)
+    loops, opened = _chain_within(edges, _EXACT_MM)
+    more, opened = _chain_within(opened, CHAIN_MM)
+    return [*loops, *more], opened
+
+
+def _chain_within(edges: Sequence[Points2], gap_mm: float) -> tuple[list[Points2], list[Points2]]:
+    kept = _distinct(edges, gap_mm)
     loops: list[Points2] = []
     opened: list[Points2] = []
     if not kept:
@@ -89,23 +101,23 @@ def chain(edges: Sequence[Points2]) -> tuple[list[Points2], list[Points2]]:
         if not free[seed]:
             continue
         free[seed] = False
-        path = _extend(kept[seed], kept, tree, free)
-        if not _closed(path):
-            path = _extend(path[::-1], kept, tree, free)
-        if _closed(path):
+        path = _extend(kept[seed], kept, tree, free, gap_mm)
+        if not _closed(path, gap_mm):
+            path = _extend(path[::-1], kept, tree, free, gap_mm)
+        if _closed(path, gap_mm):
             loops.append(path[:-1])
         else:
-            opened.append(path)
+            opened.append(path[::-1])  # as its first edge was drawn
     return loops, opened
 
 
-def _closed(path: Points2) -> bool:
-    return len(path) > 3 and bool(np.hypot(*(path[-1] - path[0])) <= CHAIN_MM)
+def _closed(path: Points2, gap_mm: float) -> bool:
+    return len(path) > 3 and bool(np.hypot(*(path[-1] - path[0])) <= gap_mm)
 
 
-def _distinct(edges: Sequence[Points2]) -> list[Points2]:
+def _distinct(edges: Sequence[Points2], gap_mm: float) -> list[Points2]:
     """Leave out edges without length and the second of two that lie upon each other."""
-    kept = [edge for edge in edges if np.ptp(edge, axis=0).max() > CHAIN_MM]
+    kept = [edge for edge in edges if np.ptp(edge, axis=0).max() > gap_mm]
     if len(kept) < 2:
         return kept
     # Two ends and the mean of the points, the ends in an order that does not depend on the direction of drawing.
@@ -116,16 +128,17 @@ def _distinct(edges: Sequence[Points2]) -> list[Points2]:
         one, two = kept[first], kept[second]
         straight = np.hypot(*(one[0] - two[0])) + np.hypot(*(one[-1] - two[-1]))
         crossed = np.hypot(*(one[0] - two[-1])) + np.hypot(*(one[-1] - two[0]))
-        if len(one) == len(two) and min(straight, crossed) <= 2 * CHAIN_MM:
+        near = min(CHAIN_MM, _TWIN * float(np.ptp(one, axis=0).max()))
+        if len(one) == len(two) and min(straight, crossed) <= 2.0 * near:
             dropped.add(second)
     return [edge for number, edge in enumerate(kept) if number not in dropped]
 
 
-def _extend(path: Points2, edges: Sequence[Points2], tree: KDTree, free: np.ndarray) -> Points2:
+def _extend(path: Points2, edges: Sequence[Points2], tree: KDTree, free: np.ndarray, gap_mm: float) -> Points2:
     """Append free edges to the end of a path until it closes or nothing is there."""
     pieces, length, first, last = [path], len(path), path[0], path[-1]
-    while not (length > 3 and np.hypot(*(last - first)) <= CHAIN_MM):
-        near = [int(end) for end in tree.query_ball_point(last, CHAIN_MM) if free[int(end) // 2]]
+    while not (length > 3 and np.hypot(*(last - first)) <= gap_mm):
+        near = [int(end) for end in tree.query_ball_point(last, gap_mm) if free[int(end) // 2]]
         if not near:
             break
         nearest = min(near, key=lambda end: (round(float(np.hypot(*(tree.data[end] - last))), 6), end))
@@ -139,8 +152,8 @@ def _extend(path: Points2, edges: Sequence[Points2], tree: KDTree, free: np.ndar
 
 def outline_of(
     loops: Sequence[Points2], drills: Sequence[Points2], *, file: Path, spot: Callable[[Point2], str]
-) -> Polygon:
-    """One outline from the loops of a board: the largest is the edge, the others are cut out of it, and so are drills.
+) -> Polygon | MultiPolygon:
+    """One outline from the loops of a board: an outermost loop is an edge, one within it is cut out, and so on inwards.
 
     Args:
         loops: Closed loops ``(n, 2)``, mm.
@@ -149,33 +162,42 @@ def outline_of(
         spot: Says a point in the words of the file.
 
     Returns:
-        A valid polygon; its edge starts at the loop's first point.
+        A valid polygon, or several if the file holds several boards side by side; an edge starts at its loop's first
+        point.
 
     Raises:
-        BoardError: There is no loop, one crosses itself, or there are several boards in the file.
+        BoardError: There is no loop, one crosses itself, or two edges cross each other.
     """
     if not loops:
         raise BoardError("no board outline in the file. Draw the board's edge as a closed line.", file=file)
     polygons = [Polygon(loop) for loop in loops]
     for polygon, loop in zip(polygons, loops, strict=True):
-        if not polygon.is_valid or polygon.area < CHAIN_MM:
+        if not polygon.is_valid or polygon.area < CHAIN_MM**2:
             raise BoardError(
                 f"the outline that starts at {spot(loop[0])} crosses itself or has no area. "
                 "Redraw it as one closed line.",
                 file=file,
             )
-    largest = max(range(len(polygons)), key=lambda number: (round(polygons[number].area, 4), -number))
-    edge = polygons[largest]
-    inner = [polygon for number, polygon in enumerate(polygons) if number != largest]
-    shapely.prepare(edge)
-    for polygon in inner:
-        if not edge.covers(polygon.representative_point()):
-            raise BoardError(
-                f"a second board outline starts at {spot(np.asarray(polygon.exterior.coords[0]))}. "
-                "Keep one board in a file, or draw the panel's frame around both.",
-                file=file,
-            )
-    return _cut(edge, [*inner, *(Polygon(drill) for drill in drills)], file)
+    depths = _depths(polygons)
+    drilled = [Polygon(drill) for drill in drills]
+    pieces: list[Polygon] = []
+    for polygon, depth in zip(polygons, depths, strict=True):
+        if depth % 2 == 0:
+            inner = [hole for hole, level in zip(polygons, depths, strict=True) if level == depth + 1]
+            piece = _cut(polygon, [*inner, *drilled], file)
+            if any(piece.intersects(other) for other in pieces):
+                start = spot(np.asarray(polygon.exterior.coords[0]))
+                raise BoardError(f"the outline that starts at {start} crosses another one. Join the two.", file=file)
+            pieces.append(piece)
+    return pieces[0] if len(pieces) == 1 else MultiPolygon(pieces)
+
+
+def _depths(polygons: Sequence[Polygon]) -> list[int]:
+    """How many larger loops each loop lies in."""
+    points = np.array([polygon.representative_point() for polygon in polygons], dtype=object)
+    areas = np.round([polygon.area for polygon in polygons], 4)
+    inner, outer = shapely.STRtree(polygons).query(points, predicate="within")
+    return np.bincount(inner[areas[outer] > areas[inner]], minlength=len(polygons)).tolist()
 
 
 def _cut(edge: Polygon, holes: list[Polygon], file: Path) -> Polygon:

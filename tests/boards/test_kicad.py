@@ -2,6 +2,7 @@
 
 import math
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -179,6 +180,66 @@ def test_every_kind_of_edge_is_cut_out(tmp_path: Path, item: str, area: float) -
     assert volume(board) == pytest.approx((200.0 - area) * 1.6, rel=2e-3)
 
 
+def test_an_edge_of_very_short_pieces_closes(tmp_path: Path) -> None:
+    """The corner of a panel that a program rounded: pieces of 0.011 mm with a gap of 0.0013 mm between them."""
+    corner = (line(20, 0.0123, 19.9997, 0.0013), line(19.9988, 0.0004, 19.9878, 0))
+    sides = (line(19.9878, 0, 0, 0), line(0, 0, 0, 10), line(0, 10, 20, 10), line(20, 10, 20, 0.0123))
+    assert volume(read(tmp_path, edge_only(*corner, *sides))["board"]) == pytest.approx(20 * 10 * 1.6, rel=1e-4)
+    steps = [(0.004 * step, 0.0) for step in range(9)]
+    tiny = [line(*start, *end) for start, end in pairwise(steps)]
+    rest = (line(0.032, 0, 20, 0), *SQUARE[1:])
+    assert volume(read(tmp_path, edge_only(*tiny, *rest))["board"]) == pytest.approx(20 * 10 * 1.6, rel=1e-4)
+
+
+def test_boards_side_by_side_and_within_a_frame_are_pieces_of_one(tmp_path: Path) -> None:
+    def square(x: float, y: float, size: float) -> str:
+        return f'(gr_rect (start {x} {y}) (end {x + size} {y + size}) (layer "Edge.Cuts"))'
+
+    beside = read(tmp_path, edge_only(square(0, 0, 10), square(12, 0, 8), square(14, 2, 2)))["board"]
+    assert volume(beside) == pytest.approx((100 + 64 - 4) * 1.6)
+    framed = read(tmp_path, edge_only(square(5, 5, 10), square(0, 0, 20), square(3, 3, 14), square(9, 9, 1)))["board"]
+    assert volume(framed) == pytest.approx((400 - 196 + 100 - 1) * 1.6)
+
+
+def test_a_scoring_line_is_left_out_and_said(tmp_path: Path) -> None:
+    scored = edge_only(*SQUARE, line(8, 1, 8, 9), line(20, 5, 15, 5))
+    assert volume(read(tmp_path, scored)["board"]) == pytest.approx(20 * 10 * 1.6)
+    note = messages(tmp_path, scored)["open-edge"]
+    assert note.startswith("2 lines")
+    assert "x 8.000, y 1.000" in note
+    with pytest.raises(BoardError, match="open between"):
+        read(tmp_path, edge_only(*SQUARE, line(8, -1, 8, 9)))
+
+
+@pytest.mark.parametrize(
+    "item",
+    [
+        '(footprint "a:VIA-0.4mm" (layer "F.Cu") (at 5 5) (pad "1" thru_hole circle (at 0 0) (size 1 1) (drill 0.4)))',
+        '(footprint "a:Wire" (layer "F.Cu") (at 5 5) (pad "1" smd rect (at 0 0) (size 4 5)))',
+        '(footprint "a:Plain_3mm" (layer "F.Cu") (at 5 5) (pad "" np_thru_hole circle (at 0 0) (size 3 3) (drill 3)))',
+        '(footprint "a:Tag-Connect_TC2030-IDC_2x03" (layer "F.Cu") (at 5 5) (fp_rect (start 0 0) (end 4 3) '
+        '(layer "F.CrtYd")) (pad "1" connect circle (at 0 0) (size 1 1)) (pad "2" connect circle (at 2 0) (size 1 1)))',
+    ],
+)
+def test_copper_and_holes_without_a_body_are_left_out(tmp_path: Path, item: str) -> None:
+    text = edge_only(*SQUARE, item)
+    assert list(read(tmp_path, text)) == ["board"]
+    assert messages(tmp_path, text)["no-body"].startswith("1 footprints")
+
+
+def test_a_connector_with_mounting_holes_is_a_part(tmp_path: Path) -> None:
+    pads = "".join(f'(pad "{n}" thru_hole circle (at {2.77 * n} 0) (size 2 2) (drill 1))' for n in range(1, 4))
+    name = "DSUB-9_Female_Horizontal_P2.77x2.84mm_EdgePinOffset7.70mm_Housed_MountingHolesOffset9.12mm"
+    text = edge_only(*SQUARE, f'(footprint "a:{name}" (layer "F.Cu") (at 5 5) {pads})')
+    assert list(read(tmp_path, text)) == ["board", name]
+
+
+def test_one_pad_with_a_model_is_a_part(tmp_path: Path) -> None:
+    pad = '(pad "1" smd rect (at 0 0) (size 4 5))'
+    spring = f'(footprint "a:Spring" (layer "F.Cu") (at 5 5) {pad} (model "a.wrl"))'
+    assert list(read(tmp_path, edge_only(*SQUARE, spring))) == ["board", "Spring"]
+
+
 def test_a_hole_through_the_edge_is_a_notch(tmp_path: Path) -> None:
     pad = '(pad "1" thru_hole circle (at 0 0) (size 3 3) (drill 2) (layers "*.Cu"))'
     board = read(tmp_path, edge_only(*SQUARE, f'(footprint "MountingHole" (layer "F.Cu") (at 10 0) {pad})'))["board"]
@@ -188,11 +249,11 @@ def test_a_hole_through_the_edge_is_a_notch(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        (edge_only(*SQUARE[:3]), r"open between .*x 0\.000, y 10\.000 mm.* and .*x 0\.000, y 0\.000"),
-        (edge_only(*SQUARE[:3], line(0, 10, 0, 0.02)), r"y 0\.020"),
+        (edge_only(*SQUARE[:3]), r"open between .*x 0\.000, y 0\.000 mm.* and .*x 0\.000, y 10\.000"),
+        (edge_only(*SQUARE[:3], line(0, 10, 0, 0.03)), r"y 0\.030"),
         (edge_only(), "no board outline"),
         (edge_only(line(0, 0, 9, 9), line(9, 9, 9, 0), line(9, 0, 0, 9), line(0, 9, 0, 0)), "crosses itself"),
-        (edge_only(*SQUARE, '(gr_rect (start 50 0) (end 60 9) (layer "Edge.Cuts"))'), "second board outline"),
+        (edge_only(*SQUARE, '(gr_rect (start 15 -5) (end 35 9) (layer "Edge.Cuts"))'), "crosses another one"),
         (edge_only(*SQUARE).replace("1.6", "0"), r":1: the board's thickness"),
         (edge_only(*SQUARE, '(footprint "a" (layer "F.Cu"))'), r":6: .* no \(at x y\)"),
         (edge_only(*SQUARE, '(footprint "a" (at 1 nan))'), r":6: .*'nan'"),

@@ -73,7 +73,17 @@ NAMES = [
     ("USB_B_Micro", "USB Mini or Micro", 5),
     ("USB_C_Receptacle_HRO_TYPE-C-31-M-12", "USB C", None),
     ("Altech_AK300_1x02_P5.00mm_45-Degree", "terminal block", 2),
-    ("JST_XH_B4B-XH-A_1x04_P2.50mm_Vertical", "wire-to-board connector", 4),
+    ("JST_XH_B4B-XH-A_1x04_P2.50mm_Vertical", "2 mm wire connector", 4),
+    ("JST_SH_SM04B-SRSS-TB_1x04-1MP_P1.00mm_Horizontal", "1 mm wire connector", 4),
+    ("Molex_KK-254_1x02_P2.54mm_Horizontal", "wire-to-board connector", 2),
+    ("Inductor_Wurth_MAPI-4020", "power inductor", 2),
+    ("R_Box_L13.0mm_W4.0mm_P9.00mm", "box resistor", 2),
+    ("LED-5mm-PTH-AK", "LED with leads", 2),
+    ("Kailh_socket_MX", "hot-swap socket", None),
+    ("CherryMX_1.00u_PCB", "keyboard switch", 2),
+    ("Texas_X2SON-4_1x1mm_P0.65mm", "DFN", 4),
+    ("TestPoint_Loop_D1.80mm_Drill1.0mm_Beaded", "test loop", None),
+    ("BatteryHolder_Keystone_1042_1x18650", "holder of round cells", 2),
     ("Potentiometer_Bourns_3296W_Vertical", "potentiometer", 3),
     ("SW_PUSH_6mm", "tactile switch", None),
     ("Relay_SPDT_Omron-G5LE-1", "relay", None),
@@ -97,6 +107,48 @@ def test_case_blanks_and_library_prefix_do_not_matter(name: str) -> None:
         assert pins_of(spelling) == pins_of(name)
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "fid_c1.0_sm3.0",
+        "Fiducial_1mm_Mask2mm",
+        "GLOB_FID_60R140",
+        "TestPoint_Pad_D1.0mm",
+        "TESTPAD_40-ROUND",
+        "MountingHole_3.2mm_M3_Pad_Via",
+        "HOLE_M2_TH",
+        "GSG-HOLE126MIL-COPPER",
+        "Plain_Hole_3mm",
+        "VIA-0.4mm",
+        "KiCad-Logo2_12mm_SilkScreen",
+        "Tag-Connect_TC2030-IDC-NL_2x03_P1.27mm_Vertical",
+        "SolderWirePad_single_0-8mmDrill",
+        "SODIMM-200_1.8V_Card_edge",
+    ],
+)
+def test_copper_and_print_have_no_body(name: str) -> None:
+    family = package_family(name)
+    assert family is not None
+    assert family.source == "no body"
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "DSUB-9_Female_Horizontal_P2.77x2.84mm_EdgePinOffset7.70mm_Housed_MountingHolesOffset9.12mm",
+        "CP_Elec_6.3x11_Board_Edge_Mirrored",
+        "USB_Micro-B_Wuerth_629105150521_CircularHoles",
+        "TP5100-Module",
+        "SMA_Samtec_SMA-J-P-X-ST-EM1_EdgeMount",
+        "FUSE_HOLE_D1.5",
+    ],
+)
+def test_a_body_is_not_taken_for_copper(name: str) -> None:
+    family = package_family(name)
+    assert family is not None
+    assert family.source != "no body"
+
+
 @pytest.mark.parametrize("name", ["", "xyz", "U$1", "1234", "ASIC", "mosfet", "°", "9" * 5000])
 def test_an_unknown_name_is_unknown(name: str) -> None:
     assert package_family(name) is None
@@ -114,6 +166,8 @@ def test_an_unknown_name_is_unknown(name: str) -> None:
         ("BGA256C100P16X16_1700X1700X155N", 1.55),
         ("L_12x12mm_H6.5mm", 6.5),
         ("L_6.3x6.3_H3", 3.0),
+        ("R_Axial_DIN0918_L18.0mm_D9.0mm_P22.86mm_Horizontal", 9.0),
+        ("R_Axial_DIN0207_L6.3mm_D2.5mm_P2.54mm_Vertical", 8.19),
     ],
 )
 def test_a_height_in_the_name_wins(name: str, height_mm: float) -> None:
