@@ -110,16 +110,15 @@ def write_run(
     """Write program, picture and report; nothing is written before everything is rendered.
 
     Raises:
-        ProgramError: a finding forbids the export, or there is nothing to spray; nothing is written but the report,
-            which says why.
+        ProgramError: a finding forbids the export; nothing is written but the report, which says why.
     """
     text = json.dumps(report(run), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     told = text.encode("utf-8", errors="replace")
-    why_not = _why_not(run, output, picture, allowed)
-    if why_not:
+    stops = blocking(run.findings, allowed)
+    if output is not None and stops:
         if report_file is not None:
             write_bytes_atomically(report_file, told)
-        raise ProgramError(why_not, file=output or picture)
+        raise ProgramError(_why_not(stops), file=output)
     contents: list[tuple[Path, bytes]] = []
     if output is not None:
         contents.append((output, native.render(run.program).encode("utf-8", errors="replace")))
@@ -133,20 +132,7 @@ def write_run(
         write_bytes_atomically(path, content)
 
 
-def _why_not(run: "Run", output: Path | None, picture: Path | None, allowed: Sequence[str]) -> str:
-    """Say what forbids writing the program or its picture; nothing if both may be written."""
-    stops = blocking(run.findings, allowed)
-    if output is not None and stops:
-        return _forbidden(stops)
-    if (output is not None or picture is not None) and not run.program.totals.moves:
-        return (
-            f"not written: nothing is left to spray on {run.board.name}. See the findings, or give the steps of "
-            f"{run.recipe.recipe} paths that this board and the masks leave room for."
-        )
-    return ""
-
-
-def _forbidden(stops: Sequence[Finding]) -> str:
+def _why_not(stops: Sequence[Finding]) -> str:
     rules = list(dict.fromkeys(finding.rule for finding in stops))
     first = stops[0]
     return (

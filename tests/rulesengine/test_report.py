@@ -1,6 +1,7 @@
 """The report is plain data with known keys, and its numbers are those of the program."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -34,6 +35,14 @@ def test_keys(done: Run) -> None:
         *("standoff_mm", "standoff_source", "neighbour_mm", "served_by"),
     }
     assert set(told["findings"][0]) == {"rule", "severity", "message", "made_by", "where"}
+
+
+def test_the_document_names_every_key(done: Run) -> None:
+    told = report(done)
+    text = (Path(__file__).parents[2] / "docs" / "command-line.md").read_text("utf-8").partition("## The report")[2]
+    for part in (told, told["board"], told["totals"], told["functions"][0], told["components"][0], told["findings"][0]):
+        for key in part:
+            assert f"`{key}`" in text
 
 
 def test_it_is_json_and_the_same_for_the_same_run(done: Run) -> None:
