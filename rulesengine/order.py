@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geometry.arrays import Indices, Points
+from geometry.arrays import Points
 from geometry.coverage.route import Choices, shortest_route
 from geometry.finding import Finding
 from rulesengine.stroke import Stroke, StrokeSet
@@ -68,27 +68,16 @@ def _begun(stroke: Stroke, way: tuple[int, int]) -> Stroke:
     begin, end = way
     count = len(stroke.tcp)
     if not stroke.closed:
-        return stroke if begin < end or count == 1 else _taken(stroke, np.arange(count)[::-1])
+        return stroke if begin < end or count == 1 else stroke.pick(np.arange(count)[::-1])
     lap = np.roll(np.arange(count), -begin)
     # A ring that does not turn where it closes passes its first point again at the end of each lap.
     turns_there = np.array_equal(stroke.tcp[lap[0]], stroke.tcp[lap[-1]])
     laps = np.tile(lap, stroke.laps)
-    opened = _taken(stroke, laps if turns_there else np.append(laps, begin))
+    opened = stroke.pick(laps if turns_there else np.append(laps, begin))
     delays = opened.delays.copy()
     if not turns_there:
         delays[0] = 0.0  # nothing has arrived there yet
     return replace(opened, delays=delays, closed=False, laps=1, entries=(0,))
-
-
-def _taken(stroke: Stroke, index: Indices) -> Stroke:
-    return replace(
-        stroke,
-        tcp=stroke.tcp[index],
-        approach=stroke.approach[index],
-        azimuth=stroke.azimuth[index],
-        delays=stroke.delays[index],
-        pauses=tuple(stroke.pauses[int(i)] for i in index) if stroke.pauses else (),
-    )
 
 
 def _gain(length_mm: float, given_mm: float, count: int, made_by: str) -> tuple[Finding, ...]:

@@ -7,9 +7,10 @@ import numpy as np
 from boards.board import Board, Side
 from geometry.finding import Finding, worst_first
 from geometry.progress import Progress, part_of
-from programs.plan import Jet, Origin, Plan
+from programs.plan import Dwell, Jet, Origin, Plan, SprayPass
 from programs.program import TimedProgram
 from recipes.check import check_recipe
+from recipes.errors import RecipeError
 from recipes.load import recipe_sha256
 from recipes.nozzles import AirKnife
 from recipes.recipe import Recipe, Step
@@ -69,7 +70,7 @@ def make_plan(recipe: Recipe, board: Board, progress: Progress | None = None) ->
     """Turn a recipe into passes, dwells, transfers and commands on a board, in order.
 
     Raises:
-        RecipeError: a component matches no class.
+        RecipeError: a component matches no class, or nothing is left to do.
     """
     classified, class_findings = classify(recipe, board)
     masks, mask_findings = service(recipe, board)
@@ -95,9 +96,21 @@ def make_plan(recipe: Recipe, board: Board, progress: Progress | None = None) ->
     for done, (index, step) in enumerate(steps):
         tell(f"planning {step.function}", done / len(steps))
         _do_step(job, assembly, index, step)
+    if not any(isinstance(item, SprayPass | Dwell) for item in assembly.items):
+        raise RecipeError(_idle(board, steps), path="sequence")
     assembly.findings += _unserved(job, steps)
     origin = Origin(board.name, board.sha256, recipe.recipe, recipe_sha256(recipe))
     return Plan(origin, tuple(assembly.items), tuple(assembly.findings))
+
+
+def _idle(board: Board, steps: list[tuple[int, Step]]) -> str:
+    counts = {side: sum(component.side == side for component in board.components) for side in ("top", "bottom")}
+    asked = ", ".join(f"{name} on the {step.side}" for _, step in steps for name in step.paths)
+    return (
+        f"there is nothing to spray on {board.name}, which has {counts['top']} components on the top and "
+        f"{counts['bottom']} on the bottom: {asked} all come out empty. Add a template that covers the board, such as "
+        "a raster, or look at side, repeats, passes, only and masks."
+    )
 
 
 def _tell_nobody(_what: str, _done: float) -> None:
@@ -108,9 +121,9 @@ def _do_step(job: _Job, assembly: Assembly, index: int, step: Step) -> None:
     made_by = f"sequence[{index}]"
     function = job.recipe.functions[step.function]
     speed = min(job.recipe.limits.transfer_speed_mm_s, function.max_speed_mm_s)
+    _announce(job, assembly, step, made_by)  # first, so that the way around the edge keeps this function's speed
     if step.side != assembly.side:
         assembly.turn_over(step.side, job.floors[step.side], speed, f"{made_by}/turn")
-    _announce(job, assembly, step, made_by)
     jet = _jet(job.recipe, step)
     sets = [_strokes(job, step, jet, name, f"{made_by}/{name}") for name in step.paths]
     assembly.findings += [finding for strokes in sets for finding in strokes.findings]

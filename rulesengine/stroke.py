@@ -1,12 +1,12 @@
 """What the path planners make and the modifiers change, before it becomes a plan."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from boards.board import Board, Side
-from geometry.arrays import Directions, Directions2, Points, Scalars
+from geometry.arrays import Directions, Directions2, Indices, Points, Scalars
 from geometry.finding import Finding
 from programs.plan import Jet
 from recipes.nozzles import AirKnife, FlatFan, Nozzle
@@ -46,6 +46,17 @@ class Stroke:
     lead_in_mm: float = 0.0
     pauses: tuple[str, ...] = ()
     """(n,) who asked for the delay at each point; empty where it is the stroke's own."""
+
+    def pick(self, index: Indices) -> "Stroke":
+        """Take points by index, in that order, again and again if asked; ``entries`` and ``laps`` stay as they are."""
+        return replace(
+            self,
+            tcp=self.tcp[index],
+            approach=self.approach[index],
+            azimuth=self.azimuth[index],
+            delays=self.delays[index],
+            pauses=tuple(self.pauses[int(i)] for i in index) if self.pauses else (),
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from shapely import MultiPolygon, Polygon, unary_union
 
 from boards.board import Board, Side
-from geometry.arrays import Indices, Points2
+from geometry.arrays import Points2
 from geometry.finding import Finding
 from recipes.footprint import footprint
 from recipes.nozzles import Nozzle
@@ -40,26 +40,29 @@ def keep_out(strokes: StrokeSet, zone: Polygon | MultiPolygon, nozzle: Nozzle, m
     if zone.is_empty:
         return strokes
     kept: list[Stroke] = []
-    cut = 0
+    cut: list[str] = []
     lost: list[str] = []
     for stroke in strokes.strokes:
         pieces = _allowed(stroke, zone, nozzle)
         if pieces is None:
             kept.append(stroke)
             continue
-        cut += 1
         kept += pieces * stroke.laps
-        if not pieces:
-            lost.append(stroke.made_by.removeprefix(f"{made_by}/"))
-    if not cut:
+        (cut if pieces else lost).append(stroke.made_by.removeprefix(f"{made_by}/"))
+    if not cut and not lost:
         return strokes
     return replace(strokes, strokes=tuple(kept), findings=(*strokes.findings, _finding(cut, lost, made_by)))
 
 
-def _finding(cut: int, lost: list[str], made_by: str) -> Finding:
-    gone = f" {len(lost)} are left out altogether: {', '.join(lost[:20])}." if lost else ""
-    message = f"{cut} strokes are cut to keep the wave front off what is avoided.{gone}"
-    return Finding("cut-by-mask", "warning" if lost else "info", message, made_by)
+def _finding(cut: list[str], lost: list[str], made_by: str) -> Finding:
+    """Tell how many strokes lost something, and which where they serve components."""
+    parts = [f"{len(cut) + len(lost)} strokes are cut to keep the wave front off what is avoided."]
+    if lost:
+        parts.append(f"{len(lost)} are left out altogether: {', '.join(lost)}.")
+    names = [name for name in cut if name != made_by]
+    if names:
+        parts.append(f"Not followed all around: {', '.join(names)}.")
+    return Finding("cut-by-mask", "warning" if lost else "info", " ".join(parts), made_by)
 
 
 def _allowed(stroke: Stroke, zone: Polygon | MultiPolygon, nozzle: Nozzle) -> list[Stroke] | None:
@@ -80,7 +83,7 @@ def _piece(dense: Stroke, vertex: NDArray[np.bool_], start: int, stop: int) -> S
     keep = vertex[start:stop].copy()
     keep[[0, -1]] = True
     index = start + np.flatnonzero(keep)
-    piece = _taken(dense, index)
+    piece = dense.pick(index)
     length = float(np.linalg.norm(np.diff(piece.tcp, axis=0), axis=1).sum())
     return replace(piece, closed=False, laps=1, entries=(0,)) if length >= _SHORTEST_MM else None
 
@@ -127,15 +130,4 @@ def _outline(pose: Points2, nozzle: Nozzle) -> Points2:
 
 
 def _rolled(stroke: Stroke, first: int) -> Stroke:
-    return _taken(stroke, np.roll(np.arange(len(stroke.tcp)), -first))
-
-
-def _taken(stroke: Stroke, index: Indices) -> Stroke:
-    return replace(
-        stroke,
-        tcp=stroke.tcp[index],
-        approach=stroke.approach[index],
-        azimuth=stroke.azimuth[index],
-        delays=stroke.delays[index],
-        pauses=tuple(stroke.pauses[int(i)] for i in index) if stroke.pauses else (),
-    )
+    return stroke.pick(np.roll(np.arange(len(stroke.tcp)), -first))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from geometry.arrays import Points2, Scalars
+from geometry.finding import Finding
 from recipes.paths import BoardPerimeter
 from rulesengine.own_frame import own_frame
 from rulesengine.ring import RingRule, offset_rings, ring_stroke
@@ -29,13 +30,23 @@ def plan_board_perimeter(spec: BoardPerimeter, site: Site) -> StrokeSet:
     if spec.repeats == 0:
         return StrokeSet((), "fixed")
     frame, outline = own_frame(site.board), site.board.outline
-    outer, *inner = offset_rings(outline, spec.offset_mm, frame) or offset_rings(outline, 0.0, frame)
+    rings = offset_rings(outline, spec.offset_mm, frame)
+    findings = () if rings else (_no_ring(spec, site),)
+    outer, *inner = rings or offset_rings(outline, 0.0, frame)
     rings = [outer, *inner] if spec.follow == "outline_and_cutouts" else [outer]
     strokes = [
         ring_stroke(ring if spec.direction == "counterclockwise" else ring[::-1], rule, site, site.made_by)
         for ring in rings
     ]
-    return StrokeSet((_begun(strokes[0], spec), *strokes[1:]), "fixed")
+    return StrokeSet((_begun(strokes[0], spec), *strokes[1:]), "fixed", findings=findings)
+
+
+def _no_ring(spec: BoardPerimeter, site: Site) -> Finding:
+    message = (
+        f"One path {-spec.offset_mm:g} mm inside the board's edge does not exist; the edge itself is followed. "
+        "Raise offset_mm."
+    )
+    return Finding("no-path-inside", "warning", message, site.made_by)
 
 
 def _begun(stroke: Stroke, spec: BoardPerimeter) -> Stroke:

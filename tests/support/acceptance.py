@@ -12,8 +12,10 @@ import numpy as np
 from shapely import MultiPoint
 
 from programs.posts import native
+from recipes.nozzles import FullCone, HollowCone
 from recipes.paths import ComponentPerimeter, Raster, StepFunction
 from recipes.spec import for_class
+from rulesengine.classify import service
 
 _ROUNDING_TURNS = 1e-4
 
@@ -43,37 +45,54 @@ def _path_complaints(run, track):
     for index, step in enumerate(run.recipe.sequence):
         for name in step.paths if step.enabled else ():
             spec, maker = run.recipe.templates[name], f"sequence[{index}]/{name}"
+            told = {each.rule: each.message for each in run.findings if each.made_by == maker}
             if isinstance(spec, ComponentPerimeter):
-                yield from _uncircled(run, track, spec, step, maker)
+                yield from _uncircled(run, track, spec, step, maker, told)
+            elif "cut-by-mask" in told:
+                continue  # what is left of its lines is neither a cover nor a line
             elif isinstance(spec, Raster):
-                yield from _unwetted(run, track, spec, step, maker)
+                yield from _unwetted(run, track, spec, step, maker, told)
             elif isinstance(spec, StepFunction):
-                outlines = {each.name: each.outline for each in run.board.components if each.side == step.side}
+                outlines = {each.name: each.outline for each in _served(run, step.side)}
                 yield from judge_space.wrong_pauses(track, maker, outlines, run.board.surface_z_mm(step.side))
 
 
-def _uncircled(run, track, spec, step, maker):
-    components = [each for each in run.board.components if each.side == step.side]
+def _served(run, side):
+    """Components of a side that are neither avoided nor ignored."""
+    read, _ = service(run.recipe, run.board)
+    apart = read.ignored | set(dict(read.avoided))
+    return [each for each in run.board.components if each.side == side and each.name not in apart]
+
+
+def _uncircled(run, track, spec, step, maker, told):
     bodies = {body.name: body for body in run.board.bodies}
+    classes = {each.component: each.component_class for each in run.classified}
+    components = [each for each in _served(run, step.side) if classes[each.name] in (spec.only or run.recipe.classes)]
     centres = {}
     for each in components:
         middle = MultiPoint(bodies[each.name].patches.reshape(-1, 3)[:, :2]).convex_hull.centroid
         centres[each.name] = (middle.x, middle.y)
     turns = judge_space.turns_around(track, maker, centres)
-    classes = {each.component: each.component_class for each in run.classified}
+    excused = set(told.get("cut-by-mask", "").replace("+", " ").replace(",", " ").replace(".", " ").split())
     for each in components:
-        asked = for_class(spec.passes, classes[each.name]) * step.repeat
-        if turns.get(each.name, 0.0) < asked - _ROUNDING_TURNS:
+        asked = for_class(spec.passes, classes[each.name])
+        if spec.near and spec.near.passes is not None and each.neighbour_mm <= spec.near.within_mm:
+            asked = spec.near.passes
+        asked *= step.repeat * step.paths.count(maker.split("/")[1])
+        if each.name not in excused and turns.get(each.name, 0.0) < asked - _ROUNDING_TURNS:
             yield f"{maker}: {each.name} is circled {turns.get(each.name, 0.0):.2f} times instead of {asked}"
 
 
-def _unwetted(run, track, spec, step, maker):
+def _unwetted(run, track, spec, step, maker, told):
     nozzle = run.recipe.nozzles[step.nozzle]
     area = run.board.outline.buffer(-max(spec.margin_mm, 0.0))
-    if area.is_empty:  # a margin that leaves nothing promises nothing; finding margin-reduced says so
+    is_cone = isinstance(nozzle, HollowCone | FullCone)
+    # A margin that leaves nothing promises nothing, and neither does a pitch that is wider than the spray.
+    if area.is_empty or not is_cone or "pitch-too-wide" in told or spec.repeats == 0:
         return
-    half = nozzle.half_angle_deg
-    share = judge_space.covered_share(track, maker.__eq__, half, run.board.surface_z_mm(step.side), area)
+    share = judge_space.covered_share(
+        track, maker.__eq__, nozzle.half_angle_deg, run.board.surface_z_mm(step.side), area
+    )
     if share < 0.995:
         yield f"{maker}: only {100 * share:.2f} % of the board is inside the cone"
 

@@ -231,7 +231,7 @@ def _angles(track: Track) -> Array:
 
 def is_transfer(maker: str) -> bool:
     """Say whether a recipe path asks for a move with the jet off."""
-    return maker.endswith(("/transfer", "/park", "/start"))
+    return maker.endswith(("/transfer", "/park", "/start", "/turn"))
 
 
 def spraying_in_transfers(track: Track, is_dry: IsMaker = is_transfer) -> list[str]:
