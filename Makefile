@@ -24,7 +24,7 @@ check: $(VENV)/.dev-installed
 	$(BIN)/washboard plan smt-demo > $(VENV)/warm.log
 	$(BIN)/pytest -q -n 2 -m "not slow"
 
-# Pictures and printed output in README.md and docs/getting-started.md, made anew by running the product.
+# Pictures and printed output in README.md and two of the docs, made anew by running the product.
 documents: $(VENV)/.installed
 	$(BIN)/python tools/run_examples.py
 

@@ -1,4 +1,4 @@
-"""Run the examples in README.md and docs/getting-started.md, and renew what they print and draw.
+"""Run the examples in the README and in two documents, and renew what they print and draw.
 
 A document is followed from top to bottom, as a reader would, in an empty folder of its own:
 
@@ -20,7 +20,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
-DOCUMENTS = (ROOT / "README.md", ROOT / "docs" / "getting-started.md")
+DOCUMENTS = (ROOT / "README.md", ROOT / "docs" / "getting-started.md", ROOT / "docs" / "command-line.md")
 BLOCK = re.compile(r"^```(?P<kind>console error|console|yaml)\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE)
 PICTURE = re.compile(r"!\[[^]]*\]\([^)]*?images/(?P<name>[\w.-]+)\)")
 
@@ -55,12 +55,18 @@ def _renewed(block: re.Match[str], folder: Path) -> str:
 
 
 def _printed_by(command: str, folder: Path, expected: int) -> str:
-    """Run one command as a reader does and return what it prints, without blanks at line ends."""
+    """Run one command as a reader does and return what it prints, without blanks at line ends.
+
+    A command that prints to the terminal sees one of 110 columns; one that prints into a pipe sees no width.
+    """
     path = os.pathsep.join((str(Path(sys.executable).parent), os.environ.get("PATH", "")))
+    environment = {name: value for name, value in os.environ.items() if name != "COLUMNS"} | {"PATH": path}
+    if "|" not in command:
+        environment["COLUMNS"] = "110"
     run = subprocess.run(
         ["bash", "-c", command],
         cwd=folder,
-        env=os.environ | {"PATH": path, "COLUMNS": "110"},
+        env=environment,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

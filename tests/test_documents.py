@@ -1,0 +1,149 @@
+"""What the documents point at exists: links, anchors, commands, options, recipes."""
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import typer
+from typer.core import TyperGroup
+
+from recipes.load import load_recipe
+from rulesengine.cli import app
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+FENCE = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+LINK = re.compile(r"!?\[[^]]*\]\(([^)\s]+)\)")
+YAML_PAGES = ("docs/getting-started.md", "docs/recipe.md")
+
+every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+
+
+def anchors(page: Path) -> set[str]:
+    """The names of a page's headings, as GitHub makes them."""
+    names: list[str] = []
+    for heading in re.findall(r"^#+ +(.+)$", FENCE.sub("", page.read_text("utf-8")), re.MULTILINE):
+        plain = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading).strip().lower()
+        name = re.sub(r"[^\w\- ]", "", plain).replace(" ", "-")
+        names.append(f"{name}-{names.count(name)}" if name in names else name)
+    return set(names)
+
+
+def broken_links(page: Path) -> Iterator[str]:
+    for target in LINK.findall(FENCE.sub("", page.read_text("utf-8"))):
+        if target.startswith(("https://", "mailto:")):
+            continue
+        name, _, anchor = target.partition("#")
+        file = page.parent / name if name else page
+        if not file.exists() or (anchor and anchor not in anchors(file)):
+            yield target
+
+
+@every_page
+def test_every_relative_link_leads_somewhere(page: Path) -> None:
+    assert list(broken_links(page)) == []
+
+
+def test_a_broken_link_is_noticed(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(
+        "# One, two\n[good](#one-two) [web](https://x.org) [no file](gone.md) [no heading](#three)\n", "utf-8"
+    )
+    assert list(broken_links(page)) == ["gone.md", "#three"]
+
+
+def test_the_index_lists_every_document() -> None:
+    index = ROOT / "docs" / "README.md"
+    listed = {(index.parent / target).resolve() for target in LINK.findall(index.read_text("utf-8"))}
+    assert {page for page in PAGES if page.is_relative_to(ROOT / "docs")} - listed == {index}
+
+
+def commands(text: str, program: str) -> Iterator[list[str]]:
+    """Each call of a program in code: the words of a line after its name, up to a pipe, a comment or a column of text.
+
+    Calls that a document shows because they are refused are left out.
+    """
+    fenced = [line for kind, body in FENCE.findall(text) if kind != "console error" for line in body.splitlines()]
+    for code in [*fenced, *re.findall(r"`([^`\n]+)`", FENCE.sub("", text))]:
+        call = re.match(rf"(?:\$ )?(?:.*; |.*\$\(|\.venv/bin/)?{program} ([^|>;#`)]*)", code)
+        if call:
+            yield shlex.split(call[1].split("   ")[0])
+
+
+def complaint(words: list[str]) -> str | None:
+    """Say what in a call of washboard does not exist; ``COMMAND`` stands for any."""
+    command = typer.main.get_command(app)
+    for word in words:
+        if word.startswith("-"):
+            options = {"--help", "--install-completion"}.union(*(each.opts for each in command.params))
+            if word.split("=")[0] not in options:
+                return f"{' '.join(words)}: there is no option {word}"
+        elif isinstance(command, TyperGroup) and not word.isupper():
+            if word not in command.commands:
+                return f"{' '.join(words)}: there is no command {word}"
+            command = command.commands[word]
+    return None
+
+
+@every_page
+def test_every_command_that_is_named_exists(page: Path) -> None:
+    called = commands(page.read_text("utf-8"), "washboard")
+    assert [each for each in map(complaint, called) if each] == []
+
+
+def test_a_command_that_does_not_exist_is_noticed() -> None:
+    text = (
+        "`washboard plan a --pictures x.png`\n```sh\n$ washboard recipe invent | head\n```\n`washboard show x.wash`\n"
+    )
+    found = [complaint(words) for words in commands(text, "washboard")]
+    assert [each is None for each in found] == [False, False, True]
+    assert len(list(commands((ROOT / "README.md").read_text("utf-8"), "washboard"))) >= 6
+
+
+@every_page
+def test_every_make_target_that_is_named_exists(page: Path) -> None:
+    targets = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
+    named = {word for words in commands(page.read_text("utf-8"), "make") for word in words if "=" not in word}
+    assert named <= targets
+
+
+@pytest.mark.parametrize("name", YAML_PAGES)
+def test_every_recipe_that_is_shown_loads(name: str, tmp_path: Path) -> None:
+    shutil.copyfile(ROOT / "recipes" / "library" / "smt-aqueous.yaml", tmp_path / "my-board.yaml")
+    blocks = [body for kind, body in FENCE.findall((ROOT / name).read_text("utf-8")) if kind == "yaml"]
+    assert blocks
+    for number, block in enumerate(blocks):
+        title = re.match(r"# ([\w-]+\.yaml)\n", block)
+        file = tmp_path / (title[1] if title else f"block-{number}.yaml")
+        file.write_text(block if "recipe:" in block else completed(block), "utf-8")
+        assert load_recipe(str(file)).sequence
+
+
+def completed(fragment: str) -> str:
+    """A fragment is a piece of a recipe, or, indented, of its templates."""
+    head = "recipe: fragment\nextends: smt-aqueous\n"
+    return f"{head}templates:\n{fragment}" if fragment.startswith(" ") else head + fragment
+
+
+@pytest.mark.slow
+def test_the_examples_run_and_print_what_the_documents_show(tmp_path: Path) -> None:
+    """Numbers may differ, words may not; ``make documents`` renews both."""
+    for folder in ("tools", "docs"):
+        shutil.copytree(ROOT / folder, tmp_path / folder)
+    shutil.copyfile(ROOT / "README.md", tmp_path / "README.md")
+    run = subprocess.run(
+        [sys.executable, tmp_path / "tools" / "run_examples.py"], capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    for page in ("README.md", "docs/getting-started.md", "docs/command-line.md"):
+        shown, renewed = (words_of((folder / page).read_text("utf-8")) for folder in (ROOT, tmp_path))
+        assert renewed == shown, "run `make documents` and review the diff"
+
+
+def words_of(text: str) -> list[str]:
+    return re.sub(r"[\d.,]+", "0", text).split()
