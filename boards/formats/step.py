@@ -11,6 +11,7 @@ from pathlib import Path
 
 from boards.errors import BoardError
 from boards.formats.gltf import parse_gltf
+from boards.formats.step_products import name_products, read_structure
 from boards.formats.tree import Node, refdes_of
 from geometry.finding import Finding
 
@@ -29,12 +30,6 @@ _CONVERT = (
     f"glb = cascadio.load(data, tol_linear={_TOL_LINEAR_MM}, tol_angular={_TOL_ANGULAR_RAD}, use_parallel=False)\n"
     "pathlib.Path(sys.argv[2]).write_bytes(glb)\n"
 )
-_ENTITY = re.compile(
-    rb"#(\d+)\s*=\s*(NEXT_ASSEMBLY_USAGE_OCCURRENCE|PRODUCT(?:_DEFINITION(?:_FORMATION(?:_WITH_SPECIFIED_SOURCE)?"
-    rb"|_WITH_ASSOCIATED_DOCUMENTS)?)?)\s*\(((?:[^';]|'[^']*')*)\)\s*;"
-)
-_ARGUMENT = re.compile(r"'(?:[^']|'')*'|#\d+")
-_WIDE = re.compile(r"\\X2\\((?:[0-9A-F]{4})*)\\X0\\")
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _SKIPPED = re.compile(r"skipped node '([^']*)' without geometry")
 
@@ -55,40 +50,8 @@ def read_step(path: Path, progress: Progress) -> tuple[Node, tuple[Finding, ...]
     if not glb:
         message = "holds nothing that can be triangulated. Export solids or surfaces, not only curves (wireframe)."
         raise BoardError(message, file=path)
-    tree = _name_products(parse_gltf(glb, path), read_products(data))
+    tree = name_products(parse_gltf(glb, path), read_structure(data))
     return tree, _skipped_finding(_SKIPPED.findall(log))
-
-
-def read_products(data: bytes) -> dict[str, str]:
-    """Map the name of every placed part to the name of the product it places.
-
-    An instance (``NEXT_ASSEMBLY_USAGE_OCCURRENCE``) names a product definition, that its formation, that its product
-    (ISO 10303-41). A name used for several products is left out.
-    """
-    entities: dict[str, tuple[bytes, list[str]]] = {}
-    for number, kind, text in _ENTITY.findall(data):
-        plain = text.replace(b"\r", b"").replace(b"\n", b"").decode("latin-1")
-        entities[f"#{number.decode()}"] = (kind, _ARGUMENT.findall(plain))
-    products: dict[str, set[str]] = {}
-    for kind, arguments in entities.values():
-        if kind != b"NEXT_ASSEMBLY_USAGE_OCCURRENCE" or len(arguments) < 5:
-            continue
-        _, definition = entities.get(arguments[4], (b"", []))
-        _, formation = entities.get(_reference(definition), (b"", []))
-        _, product = entities.get(_reference(formation), (b"", []))
-        if len(product) > 1:
-            # PRODUCT(id, name, …): the name is often empty and the id then holds it.
-            products.setdefault(_unquote(arguments[1]), set()).add(_unquote(product[1]) or _unquote(product[0]))
-    return {name: next(iter(found)) for name, found in products.items() if len(found) == 1}
-
-
-def _reference(arguments: list[str]) -> str:
-    return next((argument for argument in arguments if argument.startswith("#")), "")
-
-
-def _unquote(text: str) -> str:
-    plain = text[1:-1].replace("''", "'")
-    return _WIDE.sub(lambda found: bytes.fromhex(found[1]).decode("utf-16-be", "replace"), plain)
 
 
 def _check_envelope(data: bytes, path: Path) -> None:
@@ -130,12 +93,6 @@ def _wait(process: subprocess.Popen[bytes], seconds: float) -> None:
         process.wait(seconds)
     except subprocess.TimeoutExpired:
         return
-
-
-def _name_products(node: Node, products: dict[str, str]) -> Node:
-    """Give each node that places a part the product's name; the mesh's own name stays where there is none."""
-    children = tuple(_name_products(child, products) for child in node.children)
-    return Node(node.name, products.get(node.name, node.product), node.patches, children)
 
 
 def _skipped_finding(names: list[str]) -> tuple[Finding, ...]:

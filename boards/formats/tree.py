@@ -19,7 +19,7 @@ _NOT_REFDES = re.compile(
 )
 _NOBODY = re.compile(
     r"|=>.*|NAUO\d*|\d+|open cascade.*"
-    r"|(solid|compound|compsolid|shell|shape|mesh|node|body|part|object|geometry)[ _.:-]?\d*",
+    r"|(solid|compound|compsolid|shell|shape|mesh|node|body|part|object|geometry|extruded|cylinder|sphere)[ _.:-]?\d*",
     re.IGNORECASE | re.DOTALL,
 )
 _BOARD = re.compile(r"(?:^|[^a-z])(?:pcb|board|substrate|leiterplatte|platine)(?:$|[^a-z])", re.IGNORECASE)

@@ -8,7 +8,8 @@ import pytest
 from boards.board import Body
 from boards.errors import BoardError
 from boards.formats.scene import read_scene
-from boards.formats.step import read_products
+from boards.formats.step_products import Structure, name_products, read_structure
+from boards.formats.tree import Node
 from geometry.finding import Finding
 
 Vector = tuple[float, float, float]
@@ -51,7 +52,7 @@ class StepWriter:
 
     def box(self, size: Vector) -> str:
         half = np.array([size[0] / 2, size[1] / 2, 0.0])
-        corners = {
+        corners: dict[tuple[int, ...], str] = {
             corner: self.vector("CARTESIAN_POINT", tuple(np.array(corner) * size - half))
             for corner in itertools.product((0, 1), repeat=3)
         }
@@ -211,4 +212,44 @@ def test_products_are_found_through_line_breaks_quotes_and_wide_letters() -> Non
         b"#22 = NEXT_ASSEMBLY_USAGE_OCCURRENCE('3','SOLID','',#1,#13,$);\n"
         b"#23 = NEXT_ASSEMBLY_USAGE_OCCURRENCE('4','SOLID','',#1,#5,$);\n"
     )
-    assert read_products(data) == {"U1": "O'Brien; µC", "R1": "by id"}
+    assert read_structure(data) == Structure(
+        products={"#5": "O'Brien; µC", "#13": "by id"},
+        uses={"#1": (("U1", "#5"), ("R1", "#13"), ("SOLID", "#13"), ("SOLID", "#5"))},
+        nameless=frozenset(),
+    )
+
+
+def test_a_place_without_a_description_still_has_its_product() -> None:
+    data = (
+        b"#7=PRODUCT('SOIC-8','SOIC-8',$,(#8));\n#6=PRODUCT_DEFINITION_FORMATION('',$,#7);\n"
+        b"#5=PRODUCT_DEFINITION('design',$,#6,#9);\n#20=NEXT_ASSEMBLY_USAGE_OCCURRENCE('1','U1',$,#1,#5,$);\n"
+    )
+    structure = read_structure(data)
+    assert structure.products == {"#5": "SOIC-8"}
+    assert structure.uses == {"#1": (("U1", "#5"),)}
+
+
+def test_a_name_that_stands_for_two_products_is_told_by_the_part_it_is_in() -> None:
+    leaf = Node("body", "mesh", ())
+    tree = Node("", "", (), (Node("card", "", (), (Node("U1", "", (), (leaf,)), Node("U2", "", (), (leaf,)))),))
+    structure = Structure(
+        products={"#1": "card", "#2": "first", "#3": "second", "#4": "case", "#5": "lid"},
+        uses={"#1": (("U1", "#2"), ("U2", "#3")), "#2": (("body", "#4"),), "#3": (("body", "#5"),)},
+        nameless=frozenset(),
+    )
+    card = name_products(tree, structure).children[0]
+    assert [part.product for part in card.children] == ["first", "second"]
+    assert [part.children[0].product for part in card.children] == ["case", "lid"]
+
+
+def test_places_without_names_are_called_by_their_products(tmp_path: Path) -> None:
+    """As Altium Designer writes: the place has a number only, and the product is the reference designator."""
+    parts: list[Placed] = [
+        ("", "Board", (40, 30, 1.6), (2, 1, 0)),
+        ("", "U7", (5, 4, 1.5), (5, 5, 1.6)),
+        ("", "C1206", (3.2, 1.6, 1.2), (-8, 5, 1.6)),
+        ("", "Extruded", (2, 2, 1), (-8, -5, 1.6)),
+    ]
+    (tmp_path / "card.step").write_text(StepWriter().write(parts))
+    bodies, _ = read_scene(tmp_path / "card.step")
+    assert [body.name for body in bodies] == ["board", "U7", "C1206", "part-1"]
