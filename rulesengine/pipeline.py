@@ -13,11 +13,13 @@ from recipes.check import check_recipe
 from recipes.errors import RecipeError
 from recipes.load import recipe_sha256
 from recipes.nozzles import AirKnife
+from recipes.paths import PathSpec, StepFunction
 from recipes.recipe import Recipe, Step
 from rulesengine.assemble import Assembly
 from rulesengine.classify import Classified, Service, classify, service
 from rulesengine.clearance import Floors, floors
 from rulesengine.modifiers.keep_out import avoided_zone, keep_out
+from rulesengine.modifiers.pause_at_edges import edges_of, pause_at_edges
 from rulesengine.modifiers.raise_over import raise_over
 from rulesengine.order import order_strokes
 from rulesengine.plan_path import plan_path
@@ -169,15 +171,25 @@ def _strokes(job: _Job, step: Step, jet: Jet, template: str, made_by: str) -> St
     )
     nozzle = job.recipe.nozzles[step.nozzle]
     site = Site(job.board, step.side, nozzle, job.recipe.limits, jet, job.classes, served, made_by)
-    planned = plan_path(job.recipe.templates[template], site)
+    spec = job.recipe.templates[template]
+    clear_set = _cleared(plan_path(spec, site), spec, site, job.floors[step.side])
+    return keep_out(clear_set, avoided_zone(job.board, step.side, job.service), nozzle, made_by)
+
+
+def _cleared(planned: StrokeSet, spec: PathSpec, site: Site, zones: Floors) -> StrokeSet:
+    """Raise strokes over what is in the way; a tilted jet then meets edges elsewhere, so pauses are placed anew."""
+    edges = edges_of(spec, site) if isinstance(spec, StepFunction) else None
     raised: list[Stroke] = []
     findings = list(planned.findings)
     for stroke in planned.strokes:
-        clear, noticed = raise_over(stroke, job.floors[step.side])
-        raised.append(clear)
+        bare = stroke if edges is None else replace(stroke.pick(np.array([0, -1])), pauses=())
+        clear, noticed = raise_over(bare, zones)
+        if clear is bare:
+            raised.append(stroke)
+        else:
+            raised.append(clear if edges is None else pause_at_edges(clear, edges))
         findings += noticed
-    clear_set = replace(planned, strokes=tuple(raised), findings=tuple(findings))
-    return keep_out(clear_set, avoided_zone(job.board, step.side, job.service), nozzle, made_by)
+    return replace(planned, strokes=tuple(raised), findings=tuple(findings))
 
 
 def _unserved(job: _Job, steps: list[tuple[int, Step]]) -> list[Finding]:
