@@ -48,6 +48,9 @@ _SIDES: dict[str, Side] = {
     **dict.fromkeys(("top", "t", "front", "f", "fcu", "toplayer", "toplayertop", "componentside", "primary"), "top"),
     **dict.fromkeys(("bottom", "b", "bot", "back", "bcu", "bottomlayer", "solderside", "secondary"), "bottom"),
 }
+_NO_SIDE = frozenset({"", "tb", "bt", "both", "na"})
+"""One line of a bill of materials may stand for parts on both sides."""
+
 _RANGE = re.compile(r"([A-Za-z]+)(\d+)\s*-\s*([A-Za-z]+)(\d+)")
 _HEADER_LINES = 40
 
@@ -135,8 +138,7 @@ def _split(text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
     """Yield line number and cells; comments, except a header behind a ``#``, have no cells."""
     lines = text.splitlines()
     if delimiter == " ":
-        for number, line in enumerate(lines, start=1):
-            yield number, [] if line.startswith("##") else line.removeprefix("#").split()
+        yield from _split_blanks(lines)
         return
     reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
     try:
@@ -147,9 +149,22 @@ def _split(text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
         return
 
 
+def _split_blanks(lines: Sequence[str]) -> Iterator[tuple[int, list[str]]]:
+    """Split at blanks, or where the titles begin: Altium Designer's columns hold blanks themselves, or nothing."""
+    starts: list[int] = []
+    for number, line in enumerate(lines, start=1):
+        if not starts and re.match(r"designator\s", line, re.IGNORECASE):
+            starts = [word.start() for word in re.finditer(r"\S+", line)]
+        if starts and line.strip() and all(line[start - 1 : start] in ("", " ") for start in starts[1:]):
+            yield number, [line[start:end].strip() for start, end in zip(starts, [*starts[1:], None], strict=True)]
+        else:
+            yield number, [] if line.startswith("##") else line.removeprefix("#").split()
+
+
 def _find_head(lines: Sequence[tuple[int, list[str]]], text: str) -> _Head | None:
     """The first line that names the reference and one more column; a list called Part, Value … means the reference."""
-    default_mm = 25.4 if re.search(r"^##\s*unit\s*=\s*in", text, re.IGNORECASE | re.MULTILINE) else 1.0
+    stated = re.search(r"^(?:##\s*unit\s*=|units used:)\s*([a-z]+)", text, re.IGNORECASE | re.MULTILINE)
+    default_mm = _UNITS_MM.get(stated[1].lower(), 1.0) if stated else 1.0
     for line, cells in lines[:_HEADER_LINES]:
         columns: dict[Column, int] = {}
         plain = [_plain(cell) for cell in cells]
@@ -249,10 +264,10 @@ class _Cells:
         return int(re.split("[.,]", text)[0])
 
     def side(self) -> Side | None:
-        text = self.text("side")
-        if not text:
+        text = re.sub(r"[^a-z]", "", self.text("side").lower())
+        if text in _NO_SIDE:
             return None
-        side = _SIDES.get(re.sub(r"[^a-z]", "", text.lower()))
+        side = _SIDES.get(text)
         if side is None:
             raise self.error("side", "is neither top nor bottom.")
         return side

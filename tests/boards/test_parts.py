@@ -90,6 +90,24 @@ def test_positions_in_mil_lie_where_positions_in_mm_lie(tmp_path: Path) -> None:
     assert "parts-frame" not in notes
 
 
+def test_columns_of_fixed_width_may_hold_blanks_or_nothing(tmp_path: Path) -> None:
+    text = (
+        "Altium Designer Pick and Place Locations\nC:\\Boards\\card.PcbDoc\n\n==========\nUnits used:   mil\n\n"
+        "Designator Comment       Layer       Footprint   Center-X Center-Y Rotation Description\n"
+        "R1         10k 1% thick  TopLayer    R0603       196.8504 196.8504 90       Chip resistor\n"
+        "R2                       TopLayer    R0805       472.4409 236.2205 0        \n"
+    )
+    bodies, notes = join(tmp_path, named(), text)
+    assert (bodies["R1"].value, bodies["R1"].package) == ("10k 1% thick", "R0603")
+    assert (bodies["R2"].value, bodies["R2"].package) == (None, "R0805")
+    assert "parts-frame" not in notes
+
+
+def test_a_line_for_both_sides_states_none(tmp_path: Path) -> None:
+    bodies, _ = join(tmp_path, named(), "Ref,Value,Side\nR1 R2,10k,TB\nR3,1k,both\n")
+    assert [bodies[name].value for name in ("R1", "R2", "R3")] == ["10k", "10k", "1k"]
+
+
 def test_a_bill_of_materials_names_many_at_once(tmp_path: Path) -> None:
     text = 'Reference,Value,MPN,Pins,Standoff (mm)\n"R1, R2 R4-R6",10k,RC0603,2,"0,05"\nR9,1k,X,2,\n'
     bodies, notes = join(tmp_path, named(), text)
