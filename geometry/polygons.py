@@ -22,6 +22,7 @@ so the last bits of a number that a person typed cannot decide to which of them 
 _ANCHOR_MM = 16.0 * GRID_MM
 _LEAST_AREA_MM2 = 1e-9
 _HAIR_MM = 1e-3
+_TRIANGLE = 3
 
 
 def to_grid(values: Points2) -> Points2:
@@ -110,6 +111,26 @@ def simplify_within(polygon: Polygon, tolerance_mm: float) -> Polygon:
     """Leave out points that are no farther than the tolerance from what remains; holes stay holes."""
     simple = shapely.simplify(polygon, tolerance_mm, preserve_topology=True)
     return simple if simple.is_valid and not simple.is_empty else polygon
+
+
+def fill_notches(polygon: Polygon, depth_mm: float) -> Polygon:
+    """Cut off points that lie no deeper than ``depth_mm`` inside the line between their neighbours, shallowest first.
+
+    The outer ring only grows and ends with fewer points: teeth and steps become straight edges; holes are left out.
+    """
+    ring = _ring(polygon.exterior.coords, ccw=True)
+    while len(ring) > _TRIANGLE:
+        before, after = np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0)
+        chord, inner = after - before, ring - before
+        length = np.hypot(chord[:, 0], chord[:, 1])
+        deep = (chord[:, 0] * inner[:, 1] - chord[:, 1] * inner[:, 0]) / np.maximum(length, _HAIR_MM)
+        depth = np.where(deep > _HAIR_MM, np.round(deep / _ANCHOR_MM) * _ANCHOR_MM, np.inf)
+        shallowest = int(np.argmin(depth))
+        if depth[shallowest] > depth_mm:
+            break
+        ring = np.delete(ring, shallowest, axis=0)
+    filled = Polygon(ring)
+    return filled if filled.is_valid else polygon
 
 
 def drop_collinear(polygon: Polygon) -> Polygon:

@@ -11,7 +11,16 @@ from shapely import Polygon, STRtree, transform, union_all
 
 from boards.board import Component
 from geometry.gridframe import GridFrame
-from geometry.polygons import Region, canonical, close_gaps, fill_holes, join_pieces, simplify_within, to_grid
+from geometry.polygons import (
+    Region,
+    canonical,
+    close_gaps,
+    fill_holes,
+    fill_notches,
+    join_pieces,
+    simplify_within,
+    to_grid,
+)
 from recipes.paths import ComponentPerimeter, Near
 from recipes.spec import for_class
 from rulesengine.own_frame import into_frame, out_of_frame
@@ -78,7 +87,8 @@ def _outline(outlines: list[Polygon], gap_mm: float) -> Polygon:
     apart = cast(Region, union_all(outlines))
     joined = fill_holes(join_pieces(close_gaps(apart, gap_mm + 2 * _OUTLINE_MM)))
     smooth = fill_holes(join_pieces(close_gaps(joined, _NOTCH_GAPS * gap_mm)))
-    return simplify_within(canonical(_plain(smooth, _HULL_OF_MANY), anchors), _OUTLINE_MM)
+    plain = fill_notches(_plain(smooth, _HULL_OF_MANY), gap_mm)
+    return simplify_within(canonical(plain, anchors), _OUTLINE_MM)
 
 
 def _plain(outline: Polygon, hull_share: float) -> Polygon:

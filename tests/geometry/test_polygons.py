@@ -13,6 +13,7 @@ from geometry.polygons import (
     close_gaps,
     drop_collinear,
     fill_holes,
+    fill_notches,
     join_pieces,
     polygons_of,
     project,
@@ -188,3 +189,40 @@ def test_a_polygon_comes_back_on_the_very_vertices_of_the_mesh() -> None:
     vertices = patches[:, :, :2].reshape(-1, 2)
     (back,) = frame.polygons_from_frame([shadow], framed[:, :, :2].reshape(-1, 2), vertices)
     assert {tuple(point) for point in back.exterior.coords} == {tuple(point) for point in vertices}
+
+
+def zigzag(depth, teeth=6, pitch=3.0):
+    """A box whose upper edge is a row of teeth."""
+    tips = [(pitch * (index + 0.5) / 1.0, 10.0) for index in range(teeth)][::-1]
+    valleys = [(x - pitch / 2, 10.0 - depth) for x, _ in tips][:-1]
+    edge = [point for pair in zip(tips, [*valleys, None], strict=True) for point in pair if point is not None]
+    return Polygon([(0, 0), (pitch * teeth, 0), (pitch * teeth, 10), *edge, (0, 10)])
+
+
+def test_teeth_shallower_than_the_depth_become_a_straight_edge():
+    filled = fill_notches(zigzag(1.4), 1.5)
+    assert filled.equals(box(0, 0, 18, 10))
+    assert fill_notches(zigzag(1.6), 1.5).equals(zigzag(1.6))
+
+
+def test_filling_notches_only_adds_and_keeps_convex_corners():
+    steps = Polygon([(0, 0), (10, 0), (10, 4), (9.6, 4), (9.6, 4.5), (5, 4.5), (5, 9), (0, 9)])
+    filled = fill_notches(steps, 0.5)
+    assert filled.covers(steps)
+    assert len(filled.exterior.coords) < len(steps.exterior.coords)
+    assert (5, 4.5) in filled.exterior.coords  # this corner is a real one
+    assert filled.convex_hull.equals(steps.convex_hull)
+
+
+@given(seed=st.integers(0, 10_000), depth=st.floats(0.01, 3.0))
+@settings(deadline=None, max_examples=40)
+def test_a_filled_ring_covers_what_it_was_and_stays_a_polygon(seed, depth):
+    rng = np.random.default_rng(seed)
+    angles = np.sort(rng.uniform(0, 2 * np.pi, 14))
+    star = Polygon(np.column_stack([np.cos(angles), np.sin(angles)]) * rng.uniform(3, 8, (14, 1)))
+    if not star.is_valid:
+        return
+    filled = fill_notches(star, depth)
+    assert filled.is_valid
+    assert filled.buffer(1e-6).covers(star)
+    assert fill_notches(filled, depth).equals(filled)
