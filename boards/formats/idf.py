@@ -81,7 +81,12 @@ def read_idf(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
         bodies.append(_place(item, package, name, bottom_z if item.side == "bottom" else top_z))
     flat = [item.refdes for item, package in zip(placed, packages, strict=True) if package.flat]
     absent = [item.refdes for item in placements if not item.placed]
-    return tuple(bodies), (*notes, *_notes(absent, flat, _read_drills(sections, scale_mm)))
+    high = [
+        f"{name} ({package.height_mm:g} mm)"
+        for (_, package), name in zip(stand, names, strict=True)
+        if package.doubtful
+    ]
+    return tuple(bodies), (*_doubts(high), *notes, *_notes(absent, flat, _read_drills(sections, scale_mm)))
 
 
 def _pair(path: Path) -> tuple[Path, Path | None]:
@@ -211,6 +216,16 @@ def _place(item: _Placement, package: Package, name: str, surface_z_mm: float) -
         side=item.side,
         standoff_mm=item.offset_mm if item.offset_mm > 0.0 else None,
     )
+
+
+def _doubts(high: Sequence[str]) -> list[Finding]:
+    if not high:
+        return []
+    message = (
+        f"{len(high)} components are far higher in the library than their packages are: {some(high)}. The library's "
+        "heights were taken; correct them there, or the nozzle keeps far above the board."
+    )
+    return [Finding("doubtful-height", "warning", message)]
 
 
 def _notes(absent: Sequence[str], flat: Sequence[str], drills: Sequence[tuple[float, float, float]]) -> list[Finding]:

@@ -9,10 +9,15 @@ from shapely import Polygon
 
 from boards.formats.idf_text import Record, Section, read_loops, read_sections, unit_mm
 from boards.formats.names import some
+from boards.packages import package_family
 from geometry.arrays import Points2
 
 _FLAT = re.compile(r"(?:^|[^a-z])(?:fid|tp\d|art_tp|test|mtg|hole|logo|label|mark|fiducial)", re.IGNORECASE)
-"""Names of copper and print without a body, which layout tools place as packages of height zero."""
+"""Names of copper and print without a body, which layout tools place as packages without a height, or nearly."""
+
+_FLAT_MM = 0.3
+_FAR_TOO_HIGH = 5.0
+"""Times the height that the package's name speaks of; layout tools give what was never measured a large height."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,8 +33,14 @@ class Package:
 
     @property
     def flat(self) -> bool:
-        """Whether it is a fiducial, a test point or the like: height zero, and a name that says so."""
-        return self.height_mm == 0.0 and bool(_FLAT.search(self.name) or _FLAT.search(self.part))
+        """Whether it is a fiducial, a test point or the like: hardly any height, and a name that says so."""
+        return 0.0 <= self.height_mm <= _FLAT_MM and bool(_FLAT.search(self.name) or _FLAT.search(self.part))
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether its height is far from what its name speaks of."""
+        family = package_family(self.name)
+        return family is not None and self.height_mm > _FAR_TOO_HIGH * family.height_mm and family.source != "no body"
 
 
 def find_packages(wanted: Sequence[tuple[Record, str, str]], library: Path | None) -> list[Package]:

@@ -217,3 +217,23 @@ def test_a_damaged_file_is_read_or_refused(tmp_path: Path, place: int, length: i
         message = str(error)
     assert message.startswith(str(tmp_path)) or bodies
     assert all(np.isfinite(body.patches).all() and np.isfinite(body.normals).all() for body in bodies)
+
+
+@pytest.mark.parametrize("height", ["0.0", "0.05", "0.254"])
+def test_copper_of_hardly_any_height_is_left_out(tmp_path: Path, height: str) -> None:
+    names = by_name(write(tmp_path, emp=EMP.replace("FID_1mm none MM 0.0", f"FID_1mm none MM {height}")))
+    assert "FD1" not in names
+
+
+def test_a_height_that_no_such_package_has_is_said(tmp_path: Path) -> None:
+    emn, emp = (
+        EMN.replace("can PN-2 C1", "SOIC_8 PN-2 C1"),
+        EMP.replace("can PN-2 THOU 393.7", "SOIC_8 PN-2 THOU 2000.0"),
+    )
+    bodies, notes = read_idf(write(tmp_path, emn.replace("can PN-2 C2", "SOIC_8 PN-2 C2"), emp))
+    messages = {note.rule: note.message for note in notes}
+    assert messages["doubtful-height"].startswith("1 components")
+    assert "C1 (50.8 mm)" in messages["doubtful-height"]
+    assert extent(next(body for body in bodies if body.name == "C1"))[1][2] == pytest.approx(1.6 + 0.5 + 50.8, abs=0.01)
+    (tmp_path / "sane").mkdir()
+    assert "doubtful-height" not in {note.rule for note in read_idf(write(tmp_path / "sane"))[1]}
