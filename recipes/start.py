@@ -21,12 +21,25 @@ def start_recipe(source: str | Path, file: Path) -> str:
     Raises:
         RecipeError: the source cannot be used, or the file's name cannot be a recipe's.
     """
+    origin = find_recipe(source)
+    return place_recipe(read_text(origin), origin, file)
+
+
+def place_recipe(text: str, origin: Path, file: Path) -> str:
+    """Rewrite a recipe so that it works in another place, and name it after that.
+
+    Args:
+        text: The recipe, as it would stand in ``origin``.
+        origin: Where what it extends is looked for now.
+        file: Where it will stand.
+
+    Raises:
+        RecipeError: the text cannot be used, or the file's name cannot be a recipe's.
+    """
     name = file.stem
     if _NAME.fullmatch(name) is None:
         message = f"{name!r} cannot name a recipe: begin with a letter; use letters, digits and _ . - only"
         raise RecipeError(message, file=file)
-    origin = find_recipe(source)
-    text = read_text(origin)
     read_recipe_text(text, file=origin)
     text = re.sub(r"\$schema=\S+", "$schema=recipe.schema.json", text, count=1)
     text = _set_line(text, "recipe", name)

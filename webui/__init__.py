@@ -1,0 +1,1 @@
+"""The browser: a recipe is edited, its paths are looked at."""

@@ -1,0 +1,39 @@
+"""``washboard ui``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rulesengine.commands.arguments import BoardSource, RecipeSource
+from rulesengine.errors import job_errors
+
+
+def ui(
+    board: BoardSource = "smt-demo",
+    recipe: RecipeSource = "smt-aqueous",
+    folder: Annotated[
+        Path, typer.Option("--folder", help="Project folder: the page reads and writes nothing outside.", metavar="DIR")
+    ] = Path(),
+    host: Annotated[
+        str, typer.Option("--host", help="Address to listen at; others than this machine's are open to all.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option("--port", help="Port to listen at; the next free one is taken.", min=1, max=65535)
+    ] = 8080,
+) -> None:
+    """Open the page in which recipes are edited and paths are looked at.
+
+    [dim]washboard ui
+    washboard ui board.step my-recipe.yaml --port 9000[/dim]
+    """
+    with job_errors():
+        from rulesengine.commands.terminal import open_console
+        from webui.app import open_session, serve
+        from webui.project import open_project
+
+        project = open_project(folder)
+        session = open_session(board, recipe)
+        server = serve(session, project, host, port)
+        open_console().print(f"Washboard is at http://{host}:{server.get_port()} (Ctrl-C ends it)")
+        server.sleep_forever()

@@ -1,0 +1,50 @@
+"""Where the panels of a page stand."""
+
+from webui.page import Page, Panel
+from webui.palette import ACCENT
+from webui.panels.board import BoardPanel
+from webui.panels.compare import ComparePanel
+from webui.panels.components import ComponentsPanel
+from webui.panels.findings import FindingsPanel
+from webui.panels.output import OutputPanel
+from webui.panels.paths import PathsPanel
+from webui.panels.playback import PlaybackPanel
+from webui.panels.recipe import RecipePanel
+from webui.panels.text import TextPanel
+from webui.scene import Scene
+
+_SIDE_PX = 360
+_LEFT = (("Board", BoardPanel), ("Components", ComponentsPanel), ("Findings", FindingsPanel))
+_RIGHT = (
+    ("Recipe", RecipePanel),
+    ("YAML", TextPanel),
+    ("Paths", PathsPanel),
+    ("Compare", ComparePanel),
+    ("Out", OutputPanel),
+)
+
+
+def lay_out(page: Page) -> list[Panel]:
+    """Build a page: what is looked at on the left, what is edited on the right, the playback below."""
+    gui = page.client.gui
+    gui.configure_theme(control_width="large", show_logo=False, show_share_button=False, brand_color=ACCENT)
+    scene = Scene(page)
+    panels: list[Panel] = [scene]
+    left = gui.add_panel()
+    for label, kind in _LEFT:
+        with left.add_tab(label):
+            panels.append(kind(page, scene))
+    left.dock_left()
+    left.set_width(_SIDE_PX)
+    right = gui.add_panel()
+    for label, kind in _RIGHT:
+        with right.add_tab(label):
+            panels.append(kind(page, scene))
+    right.dock_right()
+    right.set_width(_SIDE_PX)
+    below = gui.add_panel()
+    with below.add_tab("Playback"):
+        panels.append(PlaybackPanel(page, scene))
+    below.float(x=20, y=-20, width=620)
+    gui.main_panel.minimize()
+    return panels

@@ -1,0 +1,121 @@
+"""One browser's page: holds its session, plans when it changes, and has panels and scene show it."""
+
+import logging
+import threading
+from dataclasses import replace
+from typing import Protocol
+
+import viser
+
+from geometry.errors import JobError
+from geometry.progress import Progress
+from rulesengine.pipeline import Run, run
+from webui.project import Project
+from webui.session import Change, Selection, Session
+from webui.work import Worker
+
+_log = logging.getLogger(__name__)
+
+
+class Panel(Protocol):
+    """Something that shows a session; it builds its elements when it is made."""
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session; ``before`` is what was shown last, ``None`` at first."""
+        ...
+
+
+class Page:
+    """What one browser sees and does; its callbacks come from several threads, one at a time is served."""
+
+    def __init__(self, client: viser.ClientHandle, project: Project, session: Session) -> None:
+        """Keep what the panels share; nothing is shown before ``open``."""
+        self.client = client
+        self.project = project
+        self.session = session
+        self._shown: Session | None = None
+        self._panels: list[Panel] = []
+        self._lock = threading.RLock()
+        self._planner: Worker[Run] = Worker(self._tell)
+        self._progress: list[Progress] = []
+
+    def open(self, panels: list[Panel]) -> None:
+        """Show the session in its panels, and plan it."""
+        with self._lock:
+            self._panels = panels
+            self._show()
+            if not self.session.planned:
+                self.plan()
+
+    def close(self) -> None:
+        """Give up what is under way; the browser is gone."""
+        self._planner.close()
+
+    def on_progress(self, tell: Progress) -> None:
+        """Have somebody told how far planning is."""
+        self._progress.append(tell)
+
+    def attempt(self, change: Change) -> bool:
+        """Do an edit and show what comes of it; a refused one says why and changes nothing."""
+        with self._lock:
+            try:
+                session = change(self.session)
+            except Exception as error:
+                self._failed(error)
+                return False
+            self.show(session)
+            if not session.planned:
+                self.plan()
+            return True
+
+    def show(self, session: Session) -> None:
+        """Show a session as it is."""
+        with self._lock:
+            self.session = session
+            self._show()
+
+    def select(self, *, component: str = "", made_by: str = "") -> None:
+        """Point at a component, a stroke, or nothing."""
+        with self._lock:
+            self.show(replace(self.session, selection=Selection(component, made_by)))
+
+    def plan(self) -> None:
+        """Plan the session's recipe beside the page; what comes later replaces it."""
+        recipe, board = self.session.recipe, self.session.board
+        self._planner.start(lambda tell: run(recipe, board, tell), self._planned, self._failed)
+
+    def cancel(self) -> None:
+        """Give up planning; the last run stays in sight."""
+        self._planner.cancel()
+        self._tell("cancelled", 1.0)
+
+    def refuse(self, message: str) -> None:
+        """Say why something was not done."""
+        self.client.add_notification("Not done", message, color="red", auto_close_seconds=12.0)
+
+    def say(self, title: str, message: str) -> None:
+        """Say that something was done."""
+        self.client.add_notification(title, message, auto_close_seconds=5.0)
+
+    def _show(self) -> None:
+        with self.client.atomic():
+            for panel in self._panels:
+                panel.show(self.session, self._shown)
+        self._shown = self.session
+
+    def _planned(self, done: Run) -> None:
+        with self._lock:
+            if done.recipe == self.session.recipe and done.board is self.session.board:
+                self.show(replace(self.session, run=done))
+
+    def _failed(self, error: Exception) -> None:
+        self._tell("", 1.0)
+        if isinstance(error, JobError):
+            self.refuse(str(error))
+            return
+        _log.exception("a defect of washboard", exc_info=error)
+        self.refuse(f"A defect of washboard ({type(error).__name__}); the server's log says more. Please report it.")
+
+    def _tell(self, what: str, done: float) -> None:
+        for tell in self._progress:
+            tell(what, done)

@@ -1,0 +1,1 @@
+"""What stands beside the scene: each panel shows a session and edits it."""

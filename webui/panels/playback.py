@@ -1,0 +1,16 @@
+"""Play the program: nozzle, cone and wave front as the playback says."""
+
+from webui.page import Page
+from webui.scene import Scene
+from webui.session import Session
+
+
+class PlaybackPanel:
+    """Play the program: nozzle, cone and wave front as the playback says."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the elements in the container that is open."""
+        self._page, self._scene = page, scene
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""

@@ -1,0 +1,117 @@
+"""Everything one page shows, as one frozen value: an edit makes the next one."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from boards.board import Board
+from recipes.edit import Tree, insert_value, move_value, remove_value, set_value
+from recipes.load import LoadedRecipe
+from recipes.located import YamlPath
+from recipes.recipe import Recipe
+from rulesengine.pipeline import Run
+from webui.document import Document
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """What the engineer points at; empty text points at nothing."""
+
+    component: str = ""
+    made_by: str = ""
+    """Recipe path of a stroke, such as ``"sequence[0]/around/U12"``."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Session:
+    """A board, a recipe that is being edited, and the newest run of them."""
+
+    board_name: str
+    """As the project lists it."""
+    board: Board
+    document: Document
+    loaded: LoadedRecipe
+    """What the document says."""
+    run: Run | None = None
+    """Newest run; ``run.recipe`` may be older than the document while the next one is planned."""
+    compared: Run | None = None
+    """A run of another recipe on the same board, to compare with."""
+    selection: Selection = Selection()
+
+    @property
+    def recipe(self) -> Recipe:
+        """The recipe as it is edited now."""
+        return self.loaded.recipe
+
+    @property
+    def planned(self) -> bool:
+        """Say whether the run shows the recipe as it is edited now, on this board."""
+        return self.run is not None and self.run.recipe == self.recipe and self.run.board is self.board
+
+    def with_document(self, document: Document) -> "Session":
+        """Edit another text.
+
+        Raises:
+            RecipeError: the text cannot be read.
+        """
+        if document.text == self.document.text and document.file == self.document.file:
+            return replace(self, document=document)
+        return replace(self, document=document, loaded=document.read())
+
+    def with_board(self, name: str, board: Board) -> "Session":
+        """Look at another board; runs on the old one are gone."""
+        return replace(self, board_name=name, board=board, run=None, compared=None, selection=Selection())
+
+    def edited(self, text: str) -> "Session":
+        """Give the recipe another text.
+
+        Raises:
+            RecipeError: the text is no recipe.
+        """
+        return self.with_document(self.document.edited(text))
+
+    def set_value(self, path: YamlPath, value: Tree) -> "Session":
+        """Write one value of the recipe.
+
+        Raises:
+            RecipeError: the value is refused, or cannot be written there.
+        """
+        return self.edited(set_value(self.document.text, path, value))
+
+    def insert(self, path: YamlPath, value: Tree) -> "Session":
+        """Insert an item into a list of the recipe.
+
+        Raises:
+            RecipeError: the recipe would not be one.
+        """
+        return self.edited(insert_value(self.document.text, path, value))
+
+    def move(self, path: YamlPath, to: int) -> "Session":
+        """Move an item or a named entry to another place among its neighbours.
+
+        Raises:
+            RecipeError: the recipe would not be one.
+        """
+        return self.edited(move_value(self.document.text, path, to))
+
+    def remove(self, path: YamlPath) -> "Session":
+        """Take something out of the recipe, also where it is only inherited.
+
+        Raises:
+            RecipeError: the recipe would not be one without it.
+        """
+        text = remove_value(self.document.text, path)
+        left = replace(self.document, text=text)
+        inherited = self._still_there(left, path)
+        return self.edited(set_value(text, path, None) if inherited else text)
+
+    @staticmethod
+    def _still_there(document: Document, path: YamlPath) -> bool:
+        if isinstance(path[-1], int):
+            return False
+        root = document.read().root
+        parent = root.at(path[:-1])
+        return parent.get(path[-1]) is not None
+
+
+Change = Callable[[Session], Session]
+"""An edit: takes the session as it is and returns the next one, or raises a JobError."""
