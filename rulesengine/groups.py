@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import cast
 
 import numpy as np
@@ -59,10 +60,16 @@ class Demand:
 def grouped(components: list[Component], gap_mm: float, frame: GridFrame) -> list[Group]:
     """Join components that are closer than the gap, directly or by way of others; groups by their first member.
 
-    Outlines are joined and made plain on the grid of the frame, which moves with the board.
+    Outlines are joined and made plain on the grid of the frame, which moves with the board. The last answers are
+    remembered: most edits of a recipe group the same components.
     """
+    return list(_remembered(tuple(components), gap_mm, frame))
+
+
+@lru_cache(maxsize=8)
+def _remembered(components: tuple[Component, ...], gap_mm: float, frame: GridFrame) -> tuple[Group, ...]:
     if not components:
-        return []
+        return ()
     outlines = [component.outline for component in components]
     first, second = STRtree(outlines).query(outlines, predicate="dwithin", distance=max(gap_mm - _TOUCH_MM, 0.0))
     count = len(components)
@@ -71,7 +78,7 @@ def grouped(components: list[Component], gap_mm: float, frame: GridFrame) -> lis
     groups: dict[int, list[Component]] = {}
     for component, label in zip(components, labels, strict=True):
         groups.setdefault(int(label), []).append(component)
-    return [_group(members, gap_mm, frame) for members in groups.values()]
+    return tuple(_group(members, gap_mm, frame) for members in groups.values())
 
 
 def _group(members: list[Component], gap_mm: float, frame: GridFrame) -> Group:

@@ -1,10 +1,13 @@
 """The order of strokes with the least travel between them (open rural postman with a choice of ways)."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from geometry.arrays import Points
+
+_REMEMBERED = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,13 +55,36 @@ def shortest_route(choices: Choices, start: Points, end: Points | None = None) -
     if not choices.entries:
         length = 0.0 if end is None else float(np.linalg.norm(end - start))
         return Route((), (), length, length)
+    counts = tuple(len(entry) for entry in choices.entries)
+    places = np.concatenate([*choices.entries, *choices.exits, start[None], *([] if end is None else [end[None]])])
+    return _remembered(counts, end is not None, places.astype(np.float64).tobytes())
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _remembered(counts: tuple[int, ...], has_end: bool, content: bytes) -> Route:
+    """Find the route; the last ones are remembered, so that an edit that moves no stroke does not search again.
+
+    Args:
+        counts: Ways of each stroke.
+        has_end: Whether the last point is where the nozzle has to go at last.
+        content: (2 m + 1 or 2, 3) float64: m entries, m exits, start, end.
+    """
+    places = np.frombuffer(content).reshape(-1, 3)
+    total = sum(counts)
+    borders = np.cumsum(counts)[:-1]
+    entries = tuple(np.split(places[:total], borders))
+    exits = tuple(np.split(places[total : 2 * total], borders))
+    return _find_route(entries, exits, places[2 * total], places[-1] if has_end else None)
+
+
+def _find_route(entries: tuple[Points, ...], exits: tuple[Points, ...], start: Points, end: Points | None) -> Route:
     # numba takes a moment to load: only those who plan should wait for it
     from geometry.coverage.route_exact import choose_ways
     from geometry.coverage.route_network import MICRONS_PER_MM, build_network
     from geometry.coverage.route_search import search_order
 
-    network = build_network(choices.entries, choices.exits, start, end)
-    count = len(choices.entries)
+    network = build_network(entries, exits, start, end)
+    count = len(entries)
     given = np.array([count, *range(count), count + 1])
     given_um, given_ways = choose_ways(network, given)
     order = search_order(network)
