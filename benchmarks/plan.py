@@ -23,6 +23,7 @@ from boards.board import Board, Body
 from boards.formats.prism import prism
 from boards.formats.tri import read_tri, write_tri
 from boards.understand import understand
+from geometry.coverage.route import forget_routes
 from programs.posts import native
 from recipes.load import load_recipe
 from recipes.recipe import Recipe
@@ -59,6 +60,13 @@ def panel(bodies: tuple[Body, ...], across: int, up: int) -> tuple[Body, ...]:
     return tuple(copies)
 
 
+def plan_anew(source: Path, recipe: Recipe) -> float:
+    """Seconds from a loaded board to its program; nothing is remembered from an earlier run."""
+    board = understand(read_tri(source)[0], source.stem)
+    forget_routes()
+    return timed(lambda: time_plan(make_plan(recipe, board), recipe.limits))[0]
+
+
 def toppra_alone(board: Board, recipe: Recipe) -> tuple[float, int]:
     """Seconds that toppra needs for every run that moves, called run by run, and how many there are."""
     path = round_corners(chain_of(make_plan(recipe, board)), recipe.limits)
@@ -90,7 +98,7 @@ def main() -> None:
     time_plan(make_plan(recipe, warm), recipe.limits)
     board = stage_times(source, recipe)
 
-    ours = min(timed(lambda: time_plan(make_plan(recipe, board), recipe.limits))[0] for _ in range(3))
+    ours = min(plan_anew(source, recipe) for _ in range(3))
     theirs, runs = toppra_alone(board, recipe)
     print(
         f"loaded board to timed program {ours:.2f} s; toppra alone on its {runs} runs {theirs:.2f} s; "
@@ -102,6 +110,7 @@ def main() -> None:
     for across, up in ((1, 1), (2, 2), (4, 4)):
         copies = panel(bodies, across, up)
         understand_s, big = timed(lambda copies=copies: understand(copies, "panel"))
+        forget_routes()
         plan_s, plan = timed(lambda big=big: make_plan(recipe, big))
         timing_s, _ = timed(lambda plan=plan: time_plan(plan, recipe.limits))
         seconds, count = understand_s + plan_s + timing_s, len(copies)

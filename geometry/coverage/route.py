@@ -77,6 +77,11 @@ def _remembered(counts: tuple[int, ...], has_end: bool, content: bytes) -> Route
     return _find_route(entries, exits, places[2 * total], places[-1] if has_end else None)
 
 
+def forget_routes() -> None:
+    """Search again the next time: for those who measure the search."""
+    _remembered.cache_clear()
+
+
 def _find_route(entries: tuple[Points, ...], exits: tuple[Points, ...], start: Points, end: Points | None) -> Route:
     # numba takes a moment to load: only those who plan should wait for it
     from geometry.coverage.route_exact import choose_ways
