@@ -12,6 +12,8 @@ from rulesengine.stroke import Stroke, StrokeSet
 _AS_NEAR_MM = 1e-3
 """Places that are no farther apart than this are as near: the first is taken."""
 
+_SAME_MM = 1e-6
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ordered:
@@ -71,7 +73,7 @@ def _begun(stroke: Stroke, way: tuple[int, int]) -> Stroke:
         return stroke if begin < end or count == 1 else stroke.pick(np.arange(count)[::-1])
     lap = np.roll(np.arange(count), -begin)
     # A ring that does not turn where it closes passes its first point again at the end of each lap.
-    turns_there = np.array_equal(stroke.tcp[lap[0]], stroke.tcp[lap[-1]])
+    turns_there = bool(np.abs(stroke.tcp[lap[0]] - stroke.tcp[lap[-1]]).max() < _SAME_MM)
     laps = np.tile(lap, stroke.laps)
     opened = stroke.pick(laps if turns_there else np.append(laps, begin))
     delays = opened.delays.copy()

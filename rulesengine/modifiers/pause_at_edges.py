@@ -70,7 +70,8 @@ def _crossings(axis: LineString, edges: Edges) -> list[tuple[float, int]]:
     """Distance along the axis and number of the component for each edge, in order."""
     found: list[tuple[float, int]] = []
     for index in sorted(int(i) for i in edges.tree.query(axis, predicate="intersects")):
-        for piece in get_parts(intersection(axis, edges.tree.geometries[index])):
+        within = shapely.line_merge(intersection(axis, edges.tree.geometries[index]))
+        for piece in get_parts(within):
             if piece.length >= _GRAZE_MM:
                 spans = shapely.line_locate_point(axis, shapely.points(piece.coords))
                 ends = (float(spans.min()), float(spans.max()))

@@ -110,9 +110,9 @@ def _inserted(loop: Stroke, at: Scalars, stops: Scalars) -> Stroke:
 
 
 def _finding(raised: Stroke, level: Stroke, stroke: Stroke) -> Finding:
-    lift = raised.tcp[:, 2] - level.tcp[:, 2]
-    worst = int(np.argmax(np.round(lift, 4)))
-    x, y, z = raised.tcp[worst]
+    lift = np.round(raised.tcp[:, 2] - level.tcp[:, 2], 4)
+    worst = int(np.argmax(lift))
+    x, y, z = np.round(raised.tcp[worst], 4)
     message = (
         f"Raised by up to {lift[worst]:.1f} mm, to {z:.1f} mm above the board, to clear what stands there; the jet "
         "spreads wider on the board. Raise height_mm, or mask the component."

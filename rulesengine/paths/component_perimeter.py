@@ -3,9 +3,10 @@
 from fnmatch import fnmatchcase
 
 import numpy as np
-from shapely import STRtree
+from shapely import Polygon, STRtree
 
 from boards.board import Component
+from geometry.arrays import Points2
 from geometry.finding import Finding
 from recipes.footprint import core_footprint, mean_angle
 from recipes.paths import ComponentPerimeter
@@ -47,6 +48,7 @@ def plan_component_perimeter(spec: ComponentPerimeter, site: Site) -> StrokeSet:
         if not rings:
             findings.append(_no_ring(group, offset, made_by))
             rings = offset_rings(group.outline, 0.0, frame)
+        findings += _beside(group, rings[0], made_by)
         ring = rings[0] if spec.direction != "clockwise" else rings[0][::-1]
         strokes.append(ring_stroke(ring, _rule(spec, asked), site, made_by))
     findings += _narrow_corridors(groups, spec, site)
@@ -126,6 +128,17 @@ def _no_ring(group: Group, offset: float, made_by: str) -> Finding:
         "Raise distance_mm."
     )
     return Finding("no-path-inside", "warning", message, made_by, (place.x, place.y, 0.0))
+
+
+def _beside(group: Group, ring: Points2, made_by: str) -> list[Finding]:
+    """Members whose middle a path inside the outline leaves outside: it does not go around them."""
+    inside = Polygon(ring)
+    names = [each.name for each in group.members if not inside.covers(each.outline.centroid)]
+    if not names or inside.covers(group.outline):
+        return []
+    place = group.outline.centroid
+    message = f"The path inside the outline does not go around {', '.join(names)}. Raise distance_mm or merge_gap_mm."
+    return [Finding("not-circled", "warning", message, made_by, (place.x, place.y, 0.0))]
 
 
 def _narrow_corridors(groups: list[Group], spec: ComponentPerimeter, site: Site) -> list[Finding]:

@@ -17,7 +17,7 @@ from recipes.paths import ComponentPerimeter, Raster, StepFunction
 from recipes.spec import for_class
 from rulesengine.classify import service
 
-_ROUNDING_TURNS = 1e-4
+_ROUNDING_TURNS = 2e-3
 
 
 def complaints(run):
@@ -53,7 +53,9 @@ def _path_complaints(run, track):
             elif isinstance(spec, Raster):
                 yield from _unwetted(run, track, spec, step, maker, told)
             elif isinstance(spec, StepFunction):
-                outlines = {each.name: each.outline for each in _served(run, step.side)}
+                classes = {each.component: each.component_class for each in run.classified}
+                served = [each for each in _served(run, step.side) if for_class(spec.delay_s, classes[each.name]) > 0]
+                outlines = {each.name: each.outline for each in served}
                 yield from judge_space.wrong_pauses(track, maker, outlines, run.board.surface_z_mm(step.side))
 
 
@@ -73,7 +75,13 @@ def _uncircled(run, track, spec, step, maker, told):
         middle = MultiPoint(bodies[each.name].patches.reshape(-1, 3)[:, :2]).convex_hull.centroid
         centres[each.name] = (middle.x, middle.y)
     turns = judge_space.turns_around(track, maker, centres)
-    excused = set(told.get("cut-by-mask", "").replace("+", " ").replace(",", " ").replace(".", " ").split())
+    excused = {
+        name.rstrip(".")
+        for each in run.findings
+        if each.rule == "not-circled" and each.made_by.startswith(maker)
+        for name in each.message.replace(",", " ").split()
+    }
+    excused |= set(told.get("cut-by-mask", "").replace("+", " ").replace(",", " ").replace(".", " ").split())
     for each in components:
         asked = for_class(spec.passes, classes[each.name])
         if spec.near and spec.near.passes is not None and each.neighbour_mm <= spec.near.within_mm:

@@ -17,7 +17,6 @@ _PAIRS_AT_ONCE = 200_000
 _PIECE_MM = 10.0
 _GRAZE_MM = 0.05
 _ALONG_MM = 0.005
-_PLACE_MM = 0.1
 _SLANT_MM = 1.0  # an edge moved by 0.005 mm is met so much earlier or later where the line runs nearly along it
 
 
@@ -195,7 +194,7 @@ def wrong_pauses(track: Track, template: str, outlines: Mapping[str, Polygon], p
     reach = np.divide(plane_z - track.tcp[:, 2], track.approach[:, 2])
     aim = track.tcp[:, :2] + reach[:, None] * track.approach[:, :2]
     for rows in _straight_lines(track, template):
-        line = shapely.LineString(aim[[rows[0], rows[-1]]])
+        line = shapely.LineString(aim[rows])  # where a jet that leans sideways is raised, what it meets swerves
         near = tree.query(line, predicate="intersects")
         must, may = (sorted(_edges(line, [shapes[i] for i in near])) for shapes in (smaller, larger))
         begin, end = track.times[rows[0]], track.times[rows[-1]]
@@ -204,7 +203,7 @@ def wrong_pauses(track: Track, template: str, outlines: Mapping[str, Polygon], p
             for stamp, length, maker in track.waits
             if begin - 1e-6 <= stamp <= end + 1e-6 and _is_of(maker, template)
         ]
-        if not (_is_part(must, pauses, _SLANT_MM) and _is_part(pauses, may, _PLACE_MM)):
+        if not (_is_part(must, pauses) and _is_part(pauses, may)):
             wrong.append(
                 f"{begin:.4f} s: pauses at {np.round(pauses, 2).tolist()} mm of a line of {line.length:.2f} mm, "
                 f"edges at {np.round(may, 2).tolist()} mm of {[names[i] for i in near]}"
@@ -212,15 +211,15 @@ def wrong_pauses(track: Track, template: str, outlines: Mapping[str, Polygon], p
     return wrong
 
 
-def _is_part(some: list[float], more: list[float], within: float) -> bool:
-    """Whether each of some ascending numbers has its own among others, in order, within so many millimetres."""
+def _is_part(some: list[float], more: list[float]) -> bool:
+    """Whether each of some ascending numbers has its own among others, in order, nearly."""
     rest = iter(more)
-    return all(any(abs(one - other) <= within for other in rest) for one in some)
+    return all(any(abs(one - other) <= _SLANT_MM for other in rest) for one in some)
 
 
 def _edges(line: shapely.LineString, outlines: list[Polygon]) -> Iterator[float]:
     for outline in outlines:
-        for piece in shapely.get_parts(line.intersection(outline)):
+        for piece in shapely.get_parts(shapely.line_merge(line.intersection(outline))):
             at = [line.project(shapely.Point(point)) for point in shapely.get_coordinates(piece)]
             if at and max(at) - min(at) >= _GRAZE_MM:
                 yield from (each for each in (min(at), max(at)) if _GRAZE_MM < each < line.length - _GRAZE_MM)
