@@ -63,6 +63,7 @@ _ROWS_AND_COLUMNS = re.compile(r"(?<![\d.])([1-9])x(\d{1,2})(?![\d.]|mm)")
 _IPC_CHIP = re.compile(r"^(?:cap|res|ind|led|dio|fus|bead|thrm|var)c(\d{4})x")
 _CODES = re.compile(r"(?<!\d)\d{4,5}(?!\d)")
 _RESISTOR = re.compile(r"(?:\b|-)(?:cr|r|res|resc|rc)(?![a-z])|resistor")
+_CAPACITOR = re.compile(r"^(?:sm[dt]-)?c(?:ap[a-z]*)?(?=-|\d)")
 _ARRAY = re.compile(r"\b(\d)x\d{4}\b")
 
 
@@ -131,7 +132,7 @@ def _find_chip(table: _Table, name: str) -> tuple[PackageFamily, int] | None:
     if row is None:
         return None
     array = _ARRAY.search(name)
-    kind = "resistor" if _RESISTOR.search(name) else "part"
+    kind = "resistor" if _RESISTOR.search(name) and not _CAPACITOR.search(name) else "part"
     return _chip_family(row, kind), 2 * int(array[1]) if array else 2
 
 

@@ -42,7 +42,7 @@ def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = 
     parts = [shape for shape in shapes if shape.body.role == "component"]
     _check_upside(parts)
     components = with_neighbours([component_of(shape) for shape in parts], [shape.framed[1] for shape in parts])
-    noticed = [*findings, *pieces, *_check_places(parts, outline)]
+    noticed = [*findings, *pieces, *_check_top(parts), *_check_places(parts, outline)]
     return Board(
         name=name,
         sha256=hashlib.sha256(write_tri(bodies).encode()).hexdigest(),
@@ -79,7 +79,7 @@ def _outline_of(board: Body, frame: GridFrame) -> tuple[Polygon, list[Finding]]:
     count = len(polygons_of(shadow))
     if count == 1:
         return outline, []
-    message = f"The board {board.name} is in {count} pieces: its outline joins them across the gaps."
+    message = f"The bare board is in {count} pieces: its outline joins them across the gaps."
     return outline, [Finding("board-in-pieces", "warning", message)]
 
 
@@ -102,6 +102,14 @@ def _check_upside(parts: Sequence[Shape]) -> None:
             "Turn the board over so that z points out of its top side, or correct the sides."
         )
         raise BoardError(message)
+
+
+def _check_top(parts: Sequence[Shape]) -> list[Finding]:
+    """Notice a board on which everything lies below, as far as nobody stated that it does."""
+    if len(parts) < 2 or any(shape.body.side is not None or side_of(shape) == "top" for shape in parts):
+        return []
+    message = f"All {len(parts)} components lie on the bottom. If the board is upside down, turn it over."
+    return [Finding("all-on-bottom", "warning", message)]
 
 
 def _height_on(shape: Shape, side: Side) -> float:

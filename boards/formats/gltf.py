@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.errors import BoardError
+from boards.formats.names import cause
 from boards.formats.tree import DEEPEST, Node
 from geometry.arrays import Triangles
 
@@ -42,7 +43,7 @@ def parse_gltf(data: bytes, path: Path) -> Node:
     except BoardError:
         raise
     except Exception as reason:  # the header may hold anything anywhere, and trimesh trusts it
-        message = f"cannot be read as glTF 2.0, the file is damaged or cut short ({reason!r}). Export it again."
+        message = f"cannot be read as glTF 2.0, the file is damaged or cut short ({cause(reason)}). Export it again."
         raise BoardError(message, file=path) from reason
 
 

@@ -14,6 +14,7 @@ from boards.formats.loops import CHAIN_MM, arc, arc_between
 from geometry.arrays import Points2
 
 _TOKEN = re.compile(r'"([^"]*)"|(\S+)')
+_SAME_MM = 1e-6
 _FULL_RAD = math.radians(359.99)
 _UNITS_MM = {"MM": 1.0, "THOU": 0.0254, "TNM": 1e-5}
 """TNM, ten nanometres, is in IDF 2.0 only."""
@@ -148,11 +149,21 @@ def read_loops(records: Sequence[Record], scale_mm: float) -> list[tuple[int, Po
         run.append((record, x, y, math.radians(record.number(3, "included angle"))))
         ring = _circle(run) if abs(run[-1][3]) > _FULL_RAD else _ring(run)
         if ring is not None:
-            loops.append((int(label), ring))
+            loops.append((int(label), _distinct(ring, run)))
             run = []
     if run:
         raise _unclosed(run)
     return loops
+
+
+def _distinct(ring: Points2, run: list[tuple[Record, float, float, float]]) -> Points2:
+    """Leave out points that repeat the one before."""
+    ring = ring[np.hypot(*(ring - np.roll(ring, 1, axis=0)).T) > _SAME_MM]
+    if len(ring) < 3:
+        raise run[-1][0].error(
+            f"the loop that starts in line {run[0][0].line} encloses nothing. Correct it or export the board again."
+        )
+    return ring
 
 
 def _unclosed(run: list[tuple[Record, float, float, float]]) -> BoardError:

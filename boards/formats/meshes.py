@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from boards.errors import BoardError
+from boards.formats.names import cause
 from boards.formats.tree import Node
 
 
@@ -31,7 +32,9 @@ def read_mesh(path: Path) -> Node:
     except BoardError:
         raise
     except Exception as reason:  # trimesh's parsers raise whatever they stumble over
-        message = f"cannot be read as {kind.upper()}, the file is damaged or cut short ({reason!r}). Export it again."
+        message = (
+            f"cannot be read as {kind.upper()}, the file is damaged or cut short ({cause(reason)}). Export it again."
+        )
         raise BoardError(message, file=path) from reason
     # trimesh hands the groups of an OBJ back last first.
     return Node("", "", (), children[::-1] if kind == "obj" else children)

@@ -13,6 +13,12 @@ def some(names: Sequence[str]) -> str:
     return ", ".join(names[:_LISTED]) + more
 
 
+def cause(reason: Exception) -> str:
+    """Say what a library stumbled over, on one short line: some exceptions carry the whole file."""
+    text = " ".join(str(reason)[:200].split())
+    return f"{type(reason).__name__}: {text[:100]}" if text else type(reason).__name__
+
+
 def distinct_names(wishes: Sequence[str]) -> tuple[list[str], list[Finding]]:
     """Make names unique in file order: a second ``R1`` becomes ``R1-2``.
 

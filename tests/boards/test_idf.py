@@ -165,6 +165,7 @@ def test_a_board_that_was_moved_has_the_same_vertices_moved(tmp_path: Path) -> N
         ("0 40.0 20.0 0.0", "0 40.0 nan 0.0", 10, "'nan'"),
         ("0 40.0 20.0 0.0", "0 40.0", 10, "'nothing'"),
         ("0 0.0 30.0 0.0\n0 0.0 0.0 0.0\n", "0 0.0 30.0 0.0\n", 12, "line 8"),
+        ("0 40.0 20.0 0.0", "0 0.0 0.0 0.0", 10, "encloses nothing"),
         ("\n1.6\n", "\n0\n", 7, "thickness"),
         ("20.0 15.0 0.0 90.0 TOP PLACED", "20.0 15.0 0.0 90.0 LEFT PLACED", 32, "LEFT"),
         ("can PN-2 C1", "can PN-2", 35, "package, part number"),
@@ -237,3 +238,10 @@ def test_a_height_that_no_such_package_has_is_said(tmp_path: Path) -> None:
     assert extent(next(body for body in bodies if body.name == "C1"))[1][2] == pytest.approx(1.6 + 0.5 + 50.8, abs=0.01)
     (tmp_path / "sane").mkdir()
     assert "doubtful-height" not in {note.rule for note in read_idf(write(tmp_path / "sane"))[1]}
+
+
+def test_a_point_that_is_there_twice_does_not_matter(tmp_path: Path) -> None:
+    first = EMN[EMN.index(".BOARD_OUTLINE") :].splitlines()[2]
+    (tmp_path / "twice").mkdir()
+    doubled = by_name(write(tmp_path / "twice", EMN.replace(first, f"{first}\n{first}", 1)))
+    assert volume(doubled["board"]) == pytest.approx(volume(by_name(write(tmp_path))["board"]))

@@ -15,6 +15,8 @@ NAMES = [
     ("1006_C", "chip part 0402", 2),
     ("2012_C", "chip part 0805", 2),
     ("R0603", "chip resistor 0603", 2),
+    ("SMD_C_2225-R", "chip part 2225", 2),
+    ("SMD_R_1206-R", "chip resistor 1206", 2),
     ("R_0201_0603Metric", "chip resistor 0201", 2),
     ("CAPC0603X33N", "chip part 0201", 2),
     ("R_Array_Convex_4x0603", "chip resistor 0603", 8),

@@ -20,6 +20,7 @@ def as_mesh(patches: np.ndarray) -> trimesh.Trimesh:
 
 def test_holes_go_through_and_normals_point_out() -> None:
     outline = box(0, 0, 30, 20).difference(Point(8, 8).buffer(3)).difference(box(20, 5, 25, 15))
+    assert isinstance(outline, Polygon)
     patches, normals, surfaces = prism(outline, 0.5, 2.1)
     mesh = as_mesh(patches)
     assert mesh.is_watertight

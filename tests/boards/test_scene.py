@@ -2,6 +2,7 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ def box(size: Vector, at: Vector) -> trimesh.Trimesh:
 
 
 def heap(boxes: Sequence[Box]) -> trimesh.Trimesh:
-    return trimesh.util.concatenate([box(size, at) for _, size, at in boxes])
+    return cast(trimesh.Trimesh, trimesh.util.concatenate([box(size, at) for _, size, at in boxes]))
 
 
 def turn(angle: float, axis: Vector) -> NDArray[np.float64]:
@@ -369,3 +370,12 @@ def test_damage_gives_an_error_or_whole_bodies(
         return
     assert bodies[0].role == "board"
     assert all(len(body.patches) > 0 and np.isfinite(body.patches).all() for body in bodies)
+
+
+def test_what_a_library_stumbled_over_is_said_briefly(tmp_path: Path) -> None:
+    """The exception of a text that is none carries the whole text."""
+    path = tmp_path / "board.gltf"
+    path.write_bytes(b'{"asset": "' + b"x" * 5000 + b'\xff"}')
+    with pytest.raises(BoardError, match="UnicodeDecodeError") as caught:
+        read_scene(path)
+    assert len(str(caught.value)) < 300 + len(str(path))

@@ -238,6 +238,14 @@ def test_a_board_upside_down_is_said() -> None:
     assert "upside down" in refuse(*over)
 
 
+def test_a_board_with_everything_below_may_be_upside_down() -> None:
+    over = [replace(one, patches=one.patches * (1, -1, -1), side=None) for one in (BOARD, CHIP, FAR_CHIP)]
+    assert [finding.rule for finding in understand(over, "over").findings] == ["all-on-bottom"]
+    stated = [replace(one, side=None if one.role == "board" else "bottom") for one in over]
+    assert understand(stated, "stated").findings == ()
+    assert understand([BOARD, BELOW], "one part").findings == ()
+
+
 def test_a_component_below_its_surface_is_refused_by_name() -> None:
     assert refuse(BOARD, CHIP, FAR_CHIP, replace(BELOW, side="top")).startswith("C1 has no height above the top")
     assert "R9" in refuse(BOARD, body("R9", (10, 10, 0.2, 12, 12, 1.6)))
