@@ -97,7 +97,7 @@ def stroke_items(board: Board, side: Side, stroke: Stroke, jet: Jet) -> list[Pla
         if np.abs(pose[cut] - pose[begin]).max() > _SAME_MM:
             items.append(SprayPass(tcp[cut], approach[cut], reference[cut], stroke.speed_mm_s, jet, stroke.made_by))
         if stroke.delays[index] > 0:
-            asker = f"{stroke.made_by}/{stroke.pauses[index]}" if stroke.pauses else stroke.made_by
+            asker = "/".join([stroke.made_by, *stroke.pauses[index : index + 1]]).removesuffix("/")
             items.append(Dwell(float(stroke.delays[index]), jet, asker))
         begin = index
     return items
