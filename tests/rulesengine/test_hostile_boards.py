@@ -1,12 +1,21 @@
 """Boards that nobody would make on purpose: planned without a complaint from the independent reader."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from acceptance import complaints
 from hostile import BOARDS, at, board_with, grid_of_parts, recipe_with
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from random_recipes import recipes
+from rigid import Motion, differences, moved_bodies, moved_recipe
 
+from boards.board import Board
+from boards.understand import understand
+from geometry.errors import JobError
+from programs.posts import native
+from programs.posts.native_reader import parse
 from recipes.load import load_recipe
 from rulesengine.clearance import floors
 from rulesengine.modifiers.slopes import needed_heights
@@ -75,3 +84,74 @@ def test_zones_leave_room_for_cut_corners():
         assert other.buffer(1e-6).covers(one.buffer(2.0))
     np.testing.assert_array_equal(plain.heights, roomy.heights)
     assert roomy.corner_mm >= 2.0
+
+
+ANY = settings(
+    deadline=None, derandomize=True, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow]
+)
+TURNED = Motion(37, (137.31, -88.07, 2.5))
+BUILT = cache(lambda name: BOARDS[name]())
+
+
+@cache
+def turned(name) -> Board:
+    return understand(moved_bodies(BUILT(name).bodies, TURNED), "hostile")
+
+
+def plan_or_refuse(recipe, board):
+    """The run, or the words of the one error that a board without anything to do gives."""
+    try:
+        return run(recipe, board)
+    except JobError as error:
+        return str(error)
+
+
+def check_any(recipe, name):
+    done = plan_or_refuse(recipe, BUILT(name))
+    if isinstance(done, str):
+        assert "there is nothing to spray" in done
+        return
+    text = native.render(done.program)
+    assert native.render(parse(text)) == text
+    assert complaints(done) == []
+
+
+def check_moved(recipe, name):
+    here, there = plan_or_refuse(recipe, BUILT(name)), plan_or_refuse(moved_recipe(recipe, TURNED), turned(name))
+    if isinstance(here, str):
+        assert here == there
+        return
+    assert differences(here.program, there.program, TURNED) == []
+    told = [[(each.rule, each.message, each.made_by) for each in done.findings] for done in (here, there)]
+    assert told[0] == told[1]
+
+
+def moves_with_the_board(recipe):
+    """Whether no path begins at a corner that is named by how the board lies."""
+    return all(getattr(spec, "start", "auto") in ("auto", "first", "last") for spec in recipe.templates.values())
+
+
+@given(recipe=recipes())
+@settings(ANY, max_examples=12)
+def test_no_complaints_about_any_recipe(recipe):
+    check_any(recipe, "mixed")
+
+
+@given(recipe=recipes().filter(moves_with_the_board))
+@settings(ANY, max_examples=8)
+def test_any_recipe_moves_with_its_board(recipe):
+    check_moved(recipe, "mixed")
+
+
+@pytest.mark.slow
+@given(recipe=recipes(), name=st.sampled_from(list(BOARDS)))
+@settings(ANY, max_examples=250)
+def test_no_complaints_about_any_recipe_on_any_board(recipe, name):
+    check_any(recipe, name)
+
+
+@pytest.mark.slow
+@given(recipe=recipes().filter(moves_with_the_board), name=st.sampled_from(list(BOARDS)))
+@settings(ANY, max_examples=150)
+def test_any_recipe_moves_with_any_board(recipe, name):
+    check_moved(recipe, name)

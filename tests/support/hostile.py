@@ -45,6 +45,16 @@ def grid_of_parts(count, pitch=(2.4, 2.0), size=(1.6, 0.8), height=0.6):
 
 
 BOARDS = {
+    "mixed": lambda: board_with(
+        ("U1", at(10, 10, 20, 15), 3),
+        ("C1", at(33, 12, 2, 1), 1),
+        ("C2", at(33, 15, 2, 1), 1),
+        ("J1", affinity.rotate(at(60, 20, 8, 25), 20), 45),
+        ("U2", at(70, 5, 5, 5), 2, "bottom"),
+        ("J2", at(20, 40, 30, 14), 12),
+        outline=Polygon([(0, 0), (100, 0), (100, 40), (80, 60), (0, 60)], [at(45, 5, 10, 6).exterior.coords[::-1]]),
+        fixtures=[(at(-10, 20, 9, 20), -10, 25)],
+    ),
     "towers": lambda: board_with(
         ("J1", at(20, 20, 15, 15), 80),
         ("U1", at(37, 22, 8, 8), 2),
