@@ -2,24 +2,31 @@
 
 The text is loaded and dumped by ruamel's round trip. What the dump alone would change, such as blanks in a line that
 nobody edited, is left as it was: only lines that differ between the dumps before and after the change are replaced.
+A number or word that stands alone on a line is replaced there without all that, as the round trip would have done it.
 """
 
+import copy
 import difflib
 import io
+import re
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, TypeAlias, cast
 
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from recipes.errors import RecipeError
-from recipes.located import Key, YamlPath, read_yaml, spell_path
+from recipes.located import Key, Located, YamlPath, read_yaml, spell_path
 
 Tree: TypeAlias = Any
 """Nested dicts, lists and scalars, as ruamel's round trip loads them or plain."""
 Change: TypeAlias = Callable[[Tree], None]
 
 _WIDE = 1_000_000  # lines are never folded
+_LINE = re.compile(r"(?P<key>\s*(- )?[\w.-]+: )(?P<old>[\w.+-]+)(?P<gap> *)(?P<comment>#.*)?")
+_NUMBER = re.compile(r"-?(0|[1-9]\d{0,8})(\.\d{1,8})?")
+_WORD = re.compile(r"(?!(true|false|null|yes|no|on|off|y|n)$)[A-Za-z][A-Za-z_]*", re.IGNORECASE)
 
 
 def set_value(text: str, path: YamlPath, value: Tree) -> str:
@@ -28,6 +35,9 @@ def set_value(text: str, path: YamlPath, value: Tree) -> str:
     Raises:
         RecipeError: there is no such list item, or the text cannot be changed there.
     """
+    replaced = _replace_in_line(text, path, value)
+    if replaced is not None:
+        return replaced
     return _edit(text, lambda root: _put(_reach(root, path[:-1]), path[-1], value), path)
 
 
@@ -95,8 +105,9 @@ def rename_key(text: str, path: YamlPath, name: str) -> str:
 
 
 def _edit(text: str, change: Change, path: YamlPath) -> str:
-    expected = read_yaml(text, "<recipe>").plain()
-    before, tree = _dump(_load(text)), _load(text)
+    expected = _read(text).plain()
+    loaded, before = _open(text)
+    tree = copy.deepcopy(loaded)
     try:
         change(expected)
         change(tree)
@@ -108,6 +119,49 @@ def _edit(text: str, change: Change, path: YamlPath) -> str:
         if _says(candidate, expected):
             return candidate
     raise RecipeError("shared by an anchor with another place; change it in the text", path=spell_path(path))
+
+
+def _replace_in_line(text: str, path: YamlPath, value: Tree) -> str | None:
+    """Replace a number or word that stands alone on the line of its key; ``None`` where that cannot be done."""
+    node: Located | None = _read(text)
+    for key in path:
+        node = None if node is None else node.get(key)
+    new = _spell_simply(value)
+    if node is None or new is None or isinstance(node.value, str) is not isinstance(value, str):
+        return None
+    lines = text.splitlines(keepends=True)
+    line = lines[node.mark.line - 1]
+    match = _LINE.fullmatch(line.rstrip("\n"))
+    if match is None or _spell_simply(node.value) is None or node.value == value:
+        return None
+    gap = match["gap"] and " " * max(1, len(match["old"] + match["gap"]) - len(new))
+    comment = gap + match["comment"] if match["comment"] else ""
+    lines[node.mark.line - 1] = match["key"] + new + comment + line[len(line.rstrip("\n")) :]
+    expected = _read(text).plain()
+    _put(_reach(expected, path[:-1]), path[-1], value)
+    candidate = "".join(lines)
+    return candidate if _says(candidate, expected) else None
+
+
+def _spell_simply(value: Tree) -> str | None:
+    """Write what YAML writes as it is: a plain number or word."""
+    plain = _styled(value)
+    if isinstance(plain, str):
+        return plain if _WORD.fullmatch(plain) else None
+    spelt = str(plain)
+    return spelt if not isinstance(plain, bool) and _NUMBER.fullmatch(spelt) else None
+
+
+@lru_cache(maxsize=4)
+def _read(text: str) -> Located:
+    return read_yaml(text, "<recipe>")
+
+
+@lru_cache(maxsize=2)
+def _open(text: str) -> tuple[Tree, str]:
+    """Load a text for a round trip, and dump it again; the tree is to be copied before it is changed."""
+    tree = _load(text)
+    return copy.deepcopy(tree), _dump(tree)
 
 
 def _load(text: str) -> Tree:
@@ -131,7 +185,7 @@ def _round_trip() -> YAML:
 def _says(text: str, expected: Tree) -> bool:
     """Tell whether a text reads as expected, order of names included."""
     try:
-        return _ordered(read_yaml(text, "<recipe>").plain()) == _ordered(expected)
+        return _ordered(_read(text).plain()) == _ordered(expected)
     except RecipeError:
         return False
 

@@ -142,3 +142,27 @@ def test_any_value_reads_back_and_putting_the_old_one_back_restores_the_meaning(
     back = remove_value(text, place) if missing else set_value(text, place, old)
     assert read_yaml(back, "x").plain() == read_yaml(DEFAULT, "x").plain()
     assert sum(line not in DEFAULT.splitlines() for line in back.splitlines()) <= 3
+
+
+def scalars(located, path=()):
+    if isinstance(located.value, dict):
+        for key, inner in located.value.items():
+            yield from scalars(inner, (*path, key))
+    elif isinstance(located.value, list):
+        for index, inner in enumerate(located.value):
+            yield from scalars(inner, (*path, index))
+    else:
+        yield path, located.value
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_a_number_or_word_replaced_in_its_line_reads_as_the_round_trip_writes_it(name, monkeypatch):
+    text = LIBRARY[name]
+    changes = [
+        (path, {int: 7, float: 123456.75, str: "a_word_that_is_longer_than_the_one_before"}[type(value)])
+        for path, value in scalars(read_yaml(text, "x"))
+        if type(value) in (int, float, str)
+    ]
+    quick = {path: set_value(text, path, value) for path, value in changes[::9]}
+    monkeypatch.setattr("recipes.edit._replace_in_line", lambda *_: None)
+    assert quick == {path: set_value(text, path, value) for path, value in changes[::9]}
