@@ -77,7 +77,7 @@ def read_recipe_text(text: str, *, file: Path | str = "<recipe>") -> LoadedRecip
     Raises:
         RecipeError: it cannot be used.
     """
-    root = inherit(read_yaml(text, file), _read_extended)
+    root = resolve_text(text, file=file)
     try:
         # JSON is what makes pydantic strict about types (no "60", no true for 1) while lists still become tuples.
         recipe = Recipe.model_validate_json(json.dumps(root.plain()), strict=True)
@@ -86,6 +86,15 @@ def read_recipe_text(text: str, *, file: Path | str = "<recipe>") -> LoadedRecip
         raise AssertionError("a refused recipe has a problem") from error
     raise_problems(find_problems(recipe), root)
     return LoadedRecipe(recipe, root)
+
+
+def resolve_text(text: str, *, file: Path | str = "<recipe>") -> Located:
+    """Merge what a recipe's text says over what it extends; whether that makes a recipe is not looked at.
+
+    Raises:
+        RecipeError: it is not YAML, or what it extends cannot be read.
+    """
+    return inherit(read_yaml(text, file), _read_extended)
 
 
 def recipe_sha256(recipe: Recipe) -> str:
