@@ -1,12 +1,17 @@
 """The scene: board, paths and what is selected, redrawn where the session changed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import viser
 
 from boards.board import Board, Component
+from rulesengine.pipeline import Run
 from webui.layers import ground, strokes
+from webui.layers.glb import flat_triangles_glb
+from webui.layers.markers import find_markers, markers_glb
+from webui.layers.ribbons import line_width_mm, ribbons, unlike_segments
+from webui.layers.timeline import Span, spray_spans
 from webui.page import Page
 from webui.palette import ACCENT
 from webui.session import Session
@@ -24,6 +29,7 @@ class View:
     hidden: frozenset[str] = frozenset()
     """Templates in their steps whose strokes are not shown, such as ``"sequence[0]/sweep"``."""
     transfers: bool = True
+    markers: bool = True
 
 
 class Scene:
@@ -37,6 +43,8 @@ class Scene:
         self._api.configure_default_lights(cast_shadow=False)
         self.view = View()
         self.strokes: list[strokes.StrokeLine] = []
+        self.spans: list[Span | None] = []
+        """When each stroke is sprayed, where colours say so."""
         self.legends: dict[str, ground.Tints] = {}
         self._handles: dict[str, viser.GlbHandle] = {}
 
@@ -49,6 +57,7 @@ class Scene:
             self._draw_ground(session)
         if before is None or session.run is not before.run:
             self.strokes = [] if session.run is None else strokes.stroke_lines(session.run.plan)
+            self.spans = [] if session.run is None else self._spans(session.run)
             self._draw_strokes(session)
         if before is None or session.selection != before.selection or session.run is not before.run:
             self._draw_selection(session)
@@ -59,7 +68,10 @@ class Scene:
         session = self._page.session
         if view.components_by != before.components_by:
             self._draw_ground(session)
-        self._draw_strokes(session)
+        if replace(view, components_by=before.components_by) != before:
+            if view.strokes_by != before.strokes_by and session.run is not None:
+                self.spans = self._spans(session.run)
+            self._draw_strokes(session)
 
     def look_at_board(self, board: Board) -> None:
         """Look at the whole board from the front, from above."""
@@ -90,21 +102,32 @@ class Scene:
         self._put("/board", ground.ground_glb(session.board, tints))
 
     def _draw_strokes(self, session: Session) -> None:
-        shown = [line for line in self.strokes if line.place not in self.view.hidden]
-        tints, self.legends["strokes"] = strokes.tint_strokes(shown, self.view.strokes_by)
-        self._put("/strokes", strokes.strokes_glb(shown, tints))
-        transfers = self.view.transfers and session.run is not None
-        self._put("/transfers", strokes.transfers_glb(session.run.plan) if transfers and session.run else b"")
+        run, size = session.run, _size_mm(session.board)
+        tints, self.legends["strokes"] = strokes.tint_strokes(self.strokes, self.view.strokes_by, self.spans)
+        shown = [index for index, line in enumerate(self.strokes) if line.place not in self.view.hidden]
+        lines = [self.strokes[index] for index in shown]
+        self._put("/strokes", strokes.strokes_glb(lines, [tints[index] for index in shown], line_width_mm(size)))
+        transfers = self.view.transfers and run is not None
+        self._put("/transfers", strokes.transfers_glb(run.plan, self.view.hidden) if transfers and run else b"")
+        found = find_markers(run.plan) if self.view.markers and run is not None else []
+        seen = [marker for marker in found if marker.made_by not in self.view.hidden]
+        self._put("/markers", markers_glb(seen, size / 260))
+
+    def _spans(self, run: Run) -> list[Span | None]:
+        """When strokes are sprayed; the program is read for it only where their colours say so."""
+        if self.view.strokes_by != "time":
+            return [None] * len(self.strokes)
+        return strokes.stroke_spans(self.strokes, spray_spans(run.program))
 
     def _draw_selection(self, session: Session) -> None:
         component = session.selection.component
         self._put("/selection", ground.component_glb(session.board, component, ACCENT))
         chosen = [line for line in self.strokes if line.made_by == session.selection.made_by]
-        segments = np.concatenate(
-            [np.empty((0, 2, 3)), *(np.stack([line.points[:-1], line.points[1:]], axis=1) for line in chosen)]
-        )
-        self._api.add_line_segments(
-            "/chosen", points=segments * _M, colors=np.array(ACCENT), thickness=4.0, visible=len(segments) > 0
+        segments = np.concatenate([np.empty((0, 2, 3)), *(line.segments for line in chosen)])
+        segments = segments[unlike_segments(segments)]
+        tints = np.tile(np.array(ACCENT, dtype=np.uint8), (len(segments), 1))
+        self._put(
+            "/chosen", flat_triangles_glb(*ribbons(segments, tints, 2.2 * line_width_mm(_size_mm(session.board))))
         )
 
     def _put(self, name: str, glb: bytes) -> None:
@@ -114,3 +137,9 @@ class Scene:
             handle.remove()
         if glb:
             self._handles[name] = self._api.add_glb(name, glb, scale=_M)
+
+
+def _size_mm(board: Board) -> float:
+    """Diagonal of a board."""
+    left, front, right, back = board.outline.bounds
+    return float(np.hypot(right - left, back - front))

@@ -37,6 +37,16 @@ def triangles_glb(corners: Points, colours: Colours) -> bytes:
     return _glb(corners, colours, _TRIANGLES, [{"doubleSided": True, "pbrMetallicRoughness": surface}])
 
 
+def flat_triangles_glb(corners: Points, colours: Colours) -> bytes:
+    """Write separate triangles in their plain colours, the same from all sides and in any light.
+
+    Args:
+        corners: (3 n, 3) corners of each triangle in turn.
+        colours: (3 n, 3) at each of them.
+    """
+    return _glb(corners, colours, _TRIANGLES, [{"doubleSided": True, "extensions": {"KHR_materials_unlit": {}}}])
+
+
 def _glb(points: Points, colours: Colours, mode: int, materials: list[dict[str, Any]]) -> bytes:
     """One mesh of one primitive (glTF 2.0, binary container); nothing at all where there are no points."""
     if len(points) == 0:

@@ -1,0 +1,143 @@
+"""The nozzle and its jet at one moment, as meshes and lines."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.board import Board
+from geometry.arrays import Points, Quaternions
+from programs.playback import Timeline, play
+from recipes.footprint import core_footprint, footprint
+from recipes.nozzles import Nozzle
+from recipes.recipe import Recipe
+
+_PROFILE_MM = ((0.5, 0.0), (1.4, -1.0), (4.5, -11.0), (4.5, -24.0), (0.0, -24.0))
+"""Radius and place along the jet of a nozzle's body; the orifice is at 0."""
+_SIDES = 24
+_FARTHEST = 6.0
+"""The spray is drawn no farther out than this many times the height of the orifice."""
+_LIFT_MM = 0.25
+"""How far the footprint is drawn above the surface, so that it is not hidden in it."""
+
+Faces = NDArray[np.uint32]
+"""(n, 3) indices of corners, counterclockwise seen from outside."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moment:
+    """What is drawn of the nozzle at one moment. Board frame, mm; rims are relative to the orifice."""
+
+    tcp: Points
+    """(3,)"""
+    quaternion: Quaternions
+    """(4,) w, x, y, z."""
+    function: str
+    """Empty before the first one."""
+    instruction: int
+    """Index of the instruction that runs."""
+    made_by: str
+    speed_mm_s: float
+    rim: Points
+    """(k, 3) where the edge of the spray meets the surface; empty while the jet is off."""
+    core: Points
+    """(k, 3) where the middle of the wave front meets it; empty where that is the edge."""
+
+
+def moment(timeline: Timeline, recipe: Recipe, board: Board, time_s: float) -> Moment:
+    """Ask the playback what the nozzle does, and draw it.
+
+    Args:
+        timeline: The program.
+        recipe: Knows the nozzles that the program names.
+        board: Knows where the surfaces are.
+        time_s: When; outside the program it stands still.
+    """
+    states = play(timeline, np.array([time_s]))
+    tcp, quaternion = states.tcp[0], states.quaternion[0]
+    nozzle = recipe.nozzles.get(states.nozzles[int(states.nozzle[0])])
+    sprays = bool(states.spraying[0]) and nozzle is not None
+    rim, core = spray_rims(nozzle, board, tcp, quaternion) if sprays and nozzle is not None else (_NONE, _NONE)
+    return Moment(
+        tcp=tcp,
+        quaternion=quaternion,
+        function=states.functions[int(states.function[0])],
+        instruction=int(states.instruction[0]),
+        made_by=states.makers[int(states.made_by[0])],
+        speed_mm_s=float(states.speed[0]),
+        rim=rim,
+        core=core,
+    )
+
+
+_NONE: Points = np.empty((0, 3))
+
+
+def spray_rims(nozzle: Nozzle, board: Board, tcp: Points, quaternion: Quaternions) -> tuple[Points, Points]:
+    """Where the edge of the spray and the middle of its wave front meet the surface that it is aimed at.
+
+    Returns:
+        (k, 3) each, relative to the orifice; nothing where the jet does not point at the board, and no middle where
+        it is the edge.
+    """
+    reference, _, approach = rotation(quaternion)
+    side = "top" if approach[2] < 0 else "bottom"
+    # Half a turn about x makes the bottom a top, and keeps the tool's axes right-handed.
+    turn = np.array([1.0, 1.0, 1.0]) if side == "top" else np.array([1.0, -1.0, -1.0])
+    surface_z = board.surface_z_mm(side)
+    height = float((tcp[2] - surface_z) * turn[2])
+    if height <= 0 or approach[2] == 0:
+        return _NONE, _NONE
+    outlines = [
+        meet(nozzle, height, approach * turn, reference * turn) for meet in (footprint, core_footprint)
+    ]  # both are (k, 2) around the foot of the perpendicular
+    rims: list[Points] = []
+    for outline in outlines:
+        far = np.linalg.norm(outline, axis=1, keepdims=True)
+        near = outline * np.minimum(1.0, _FARTHEST * height / np.maximum(far, 1e-9))
+        rims.append(np.column_stack([near, np.full(len(near), _LIFT_MM - height)]) * turn)
+    edge, core = rims
+    return edge, _NONE if np.allclose(edge, core) else core
+
+
+def rotation(quaternion: Quaternions) -> NDArray[np.float64]:
+    """(3, 3) axes of a tool, one in each row: tool +X, +Y, +Z in the board frame."""
+    w, x, y, z = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)],
+            [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)],
+            [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def nozzle_body() -> tuple[Points, Faces]:
+    """Corners and triangles of a nozzle in the tool frame, orifice at the origin, mm."""
+    around = 2 * np.pi * np.arange(_SIDES) / _SIDES
+    rings = [
+        np.column_stack([radius * np.cos(around), radius * np.sin(around), np.full(_SIDES, along)])
+        for radius, along in _PROFILE_MM
+    ]
+    this = np.arange(_SIDES)
+    following = (this + 1) % _SIDES
+    faces: list[NDArray[np.int64]] = [np.column_stack([np.zeros(_SIDES - 2), this[2:], this[1:-1]]).astype(np.int64)]
+    for level in range(len(_PROFILE_MM) - 1):
+        near, far = level * _SIDES, (level + 1) * _SIDES
+        faces.append(np.column_stack([near + this, near + following, far + following]))
+        faces.append(np.column_stack([near + this, far + following, far + this]))
+    return np.concatenate(rings), np.concatenate(faces)[:, ::-1].astype(np.uint32)
+
+
+def cone_of(rim: Points) -> tuple[Points, Faces]:
+    """Corners and triangles of the spray from the orifice, at the origin, to its rim (k, 3)."""
+    this = np.arange(len(rim))
+    following = (this + 1) % max(len(rim), 1)
+    faces = np.column_stack([np.zeros(len(rim), dtype=np.int64), this + 1, following + 1])
+    return np.concatenate([np.zeros((1, 3)), rim]), faces.astype(np.uint32)
+
+
+def outlines_of(*rims: Points) -> NDArray[np.float64]:
+    """(n, 2, 3) segments around closed outlines."""
+    loops = [np.stack([rim, np.roll(rim, -1, axis=0)], axis=1) for rim in rims if len(rim)]
+    return np.concatenate([np.empty((0, 2, 3)), *loops])
