@@ -2,6 +2,7 @@
 
 import logging
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Protocol
 
@@ -38,6 +39,7 @@ class Page:
         self._lock = threading.RLock()
         self._planner: Worker[Run] = Worker(self._tell)
         self._progress: list[Progress] = []
+        self._endings: list[Callable[[], None]] = []
 
     def open(self, panels: list[Panel]) -> None:
         """Show the session in its panels, and plan it."""
@@ -50,6 +52,12 @@ class Page:
     def close(self) -> None:
         """Give up what is under way; the browser is gone."""
         self._planner.close()
+        for end in self._endings:
+            end()
+
+    def on_close(self, end: Callable[[], None]) -> None:
+        """Have somebody told that the browser is gone."""
+        self._endings.append(end)
 
     def on_progress(self, tell: Progress) -> None:
         """Have somebody told how far planning is."""

@@ -8,9 +8,10 @@ import viser
 from geometry.arrays import Points
 from webui.layers.nozzle import Moment, cone_of, nozzle_body, outlines_of
 from webui.layers.strokes import Tint
-from webui.palette import ACCENT, INK, QUIET
+from webui.palette import ACCENT, QUIET
 
 _M = 0.001
+_STEEL = (124, 136, 146)
 _SAME_MM = 0.02
 """A rim that moved less against the orifice is not sent again."""
 
@@ -29,7 +30,7 @@ class ToolView:
         corners, faces = nozzle_body()
         rim, faces_of_cone = cone_of(np.zeros((96, 3)))
         self._frame = api.add_frame("/tool", show_axes=False, visible=False)
-        api.add_mesh_simple("/tool/body", corners * _M, faces, color=INK, cast_shadow=False)
+        api.add_mesh_simple("/tool/body", corners * _M, faces, color=_STEEL, cast_shadow=False)
         self._cone = api.add_mesh_simple(
             "/jet", rim, faces_of_cone, color=QUIET, opacity=0.28, side="double", visible=False, cast_shadow=False
         )

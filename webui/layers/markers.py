@@ -14,7 +14,12 @@ from webui.palette import QUIET
 
 Kind: TypeAlias = Literal["pause", "jet on", "jet off", "command"]
 
-COLOURS: dict[Kind, Tint] = {"pause": (96, 108, 118), "jet on": (47, 143, 126), "jet off": QUIET, "command": (125, 90, 155)}
+COLOURS: dict[Kind, Tint] = {
+    "pause": (96, 108, 118),
+    "jet on": (47, 143, 126),
+    "jet off": QUIET,
+    "command": (125, 90, 155),
+}
 _LARGEST_S = 4.0
 """Longer pauses are drawn no larger."""
 

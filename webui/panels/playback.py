@@ -1,8 +1,92 @@
 """Play the program: nozzle, cone and wave front as the playback says."""
 
+from dataclasses import dataclass
+from html import escape
+
+import viser
+
+from geometry.arrays import Scalars
+from programs.errors import ProgramError
+from programs.playback import Timeline, build_timeline
+from programs.posts.native import BEGIN, render
+from programs.program import TimedProgram
+from recipes.load import LoadedRecipe
+from rulesengine.pipeline import Run
+from webui.layers.nozzle import Moment, moment
+from webui.layers.strokes import Tints
+from webui.layers.timeline import clock_html, cursor_html, event_times, step_event, strip_html
+from webui.origin import recipe_line
 from webui.page import Page
+from webui.palette import INK, QUIET, of_names, to_hex
+from webui.player import Player
 from webui.scene import Scene
 from webui.session import Session
+from webui.tool_view import ToolView
+from webui.work import Worker
+
+_RATES = ("0.1", "0.2", "0.5", "1", "2", "5", "10", "20", "50")
+_PLAY, _PAUSE, _BACK, _ON = "Play", "Pause", "Previous event", "Next event"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Playable:
+    """A run laid out to be played."""
+
+    run: Run
+    loaded: LoadedRecipe
+    timeline: Timeline
+    end_s: float
+    events: Scalars
+    lines: tuple[str, ...]
+    """Each instruction as the native file writes it."""
+    strip: str
+
+
+def lay_out_run(run: Run, loaded: LoadedRecipe) -> Playable:
+    """Prepare a run for the playback.
+
+    Raises:
+        ProgramError: there is nothing to play.
+    """
+    timeline, end_s = build_timeline(run.program), run.program.totals.duration_s
+    if end_s <= 0:
+        raise ProgramError("the program takes no time; there is nothing to play.")
+    strip = strip_html(timeline, end_s, function_tints(run))
+    return Playable(run, loaded, timeline, end_s, event_times(run.program), instruction_lines(run.program), strip)
+
+
+def function_tints(run: Run) -> Tints:
+    """Colours of functions, the same as those of the paths."""
+    enabled = [step.function for step in run.recipe.sequence if step.enabled]
+    return of_names(enabled)
+
+
+def instruction_lines(program: TimedProgram) -> tuple[str, ...]:
+    """Write each instruction as the native file does.
+
+    Raises:
+        ProgramError: the program is one that cannot be written.
+    """
+    lines = render(program).splitlines()
+    begin = lines.index(BEGIN) + 1
+    return tuple(lines[begin : begin + len(program.instructions)])
+
+
+def now_html(playable: Playable, shown: Moment, now_s: float) -> str:
+    """Say what happens at a moment: the clock, what runs, and which line of the recipe asked for it."""
+    line = playable.lines[shown.instruction].partition(";")[0].rstrip()
+    place = recipe_line(playable.loaded, shown.made_by)
+    doing = f"{shown.function}, {shown.speed_mm_s:.0f} mm/s, jet {'on' if len(shown.rim) else 'off'}"
+    return (
+        f'<div style="margin:0 12px;font-size:13px;color:{to_hex(INK)};line-height:1.5">'
+        '<div style="display:flex;justify-content:space-between">'
+        f"<span>{clock_html(now_s, playable.end_s)}</span><span>{escape(doing)}</span></div>"
+        f'<div style="font-family:monospace;font-size:11px;white-space:nowrap;overflow:hidden;text-overflow:ellipsis">'
+        f"{escape(line)}</div>"
+        '<div style="display:flex;justify-content:space-between;gap:12px;font-size:11px;'
+        f'color:{to_hex(QUIET)};white-space:nowrap"><span style="overflow:hidden;text-overflow:ellipsis">'
+        f"{escape(shown.made_by)}</span><span>{escape(place)}</span></div></div>"
+    )
 
 
 class PlaybackPanel:
@@ -11,6 +95,107 @@ class PlaybackPanel:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
+        self._playable: Playable | None = None
+        self._tool = ToolView(page.client.scene, {})
+        gui = page.client.gui
+        self._now = gui.add_html(_waiting_html())
+        self._strip = gui.add_html("")
+        self._cursor = gui.add_html("")
+        self._slider = gui.add_slider(
+            "Time (s)", min=0.0, max=1.0, step=0.1, initial_value=0.0, disabled=True, hint="Moment that is shown."
+        )
+        self._buttons = gui.add_button_group(
+            "Go", (_BACK, _PLAY, _ON), hint="Events: switches of the jet, pauses, commands."
+        )
+        self._rate = gui.add_dropdown(
+            "Speed (x)", _RATES, initial_value="5", hint="How many times faster than the robot."
+        )
+        self._player = Player(self._draw)
+        self._player.rate = 5.0
+        self._worker: Worker[Playable] = Worker(_tell_nobody)
+        page.on_close(self._close)
+        self._buttons.on_click(lambda event: self._press(event.target.value))
+        self._slider.on_update(self._scrub)
+        self._rate.on_update(lambda event: self._set_rate(event.target.value))
 
     def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
+        """Take up a new run; a moment that it still has stays."""
+        run, loaded = session.run, session.loaded
+        if before is not None and run is before.run:
+            return
+        self._player.pause()
+        if run is None:
+            self._forget()
+        else:
+            self._worker.start(lambda _tell: lay_out_run(run, loaded), self._take, self._fail)
+
+    def _take(self, playable: Playable) -> None:
+        with self._page.client.atomic():
+            self._playable = playable
+            self._tool.recolour(function_tints(playable.run))
+            self._slider.max = round(playable.end_s, 1)
+            self._slider.disabled = False
+            self._strip.content = playable.strip
+            self._player.load(playable.end_s)
+            self._name_button()
+
+    def _forget(self) -> None:
+        self._worker.cancel()
+        self._playable = None
+        self._player.load(0.0)
+        self._tool.hide()
+        self._slider.disabled = True
+        self._now.content, self._strip.content, self._cursor.content = _waiting_html(), "", ""
+
+    def _fail(self, error: Exception) -> None:
+        self._forget()
+        self._page.refuse(str(error))
+
+    def _press(self, button: str) -> None:
+        playable = self._playable
+        if playable is None:
+            return
+        match button:
+            case "Play":
+                self._player.play()
+            case "Pause":
+                self._player.pause()
+            case _:
+                self._player.pause()
+                self._player.seek(step_event(playable.events, self._player.now_s, 1 if button == _ON else -1))
+        self._name_button()
+
+    def _scrub(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
+        if event.client is not None:
+            self._player.seek(event.target.value)
+
+    def _set_rate(self, rate: str) -> None:
+        self._player.rate = float(rate)
+
+    def _close(self) -> None:
+        self._player.pause()
+        self._worker.close()
+
+    def _name_button(self) -> None:
+        self._buttons.options = (_BACK, _PAUSE if self._player.playing else _PLAY, _ON)
+
+    def _draw(self, now_s: float) -> None:
+        playable = self._playable
+        if playable is None:
+            return
+        shown = moment(playable.timeline, playable.run.recipe, playable.run.board, now_s)
+        with self._page.client.atomic():
+            self._tool.show(shown)
+            self._now.content = now_html(playable, shown, now_s)
+            self._cursor.content = cursor_html(now_s, playable.end_s)
+            self._slider.value = round(min(now_s, playable.end_s), 1)
+            if now_s >= playable.end_s:
+                self._name_button()
+
+
+def _waiting_html() -> str:
+    return f'<div style="margin:0 12px;font-size:13px;color:{to_hex(QUIET)}">The program is not planned yet.</div>'
+
+
+def _tell_nobody(_what: str, _done: float) -> None:
+    pass
