@@ -1,11 +1,14 @@
 """The scene: board, paths and what is selected, redrawn where the session changed."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 import viser
 
 from boards.board import Board, Component
+from geometry.arrays import Points
 from rulesengine.pipeline import Run
 from webui.layers import ground, strokes
 from webui.layers.glb import flat_triangles_glb
@@ -18,6 +21,10 @@ from webui.session import Session
 
 _M = 0.001
 """The scene is in metres: a browser clips scenes of hundreds of units."""
+
+
+ClickTaker: TypeAlias = Callable[[Points, Points], None]
+"""Takes the ray of a click: (3,) where it comes from, mm, and (3,) its direction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +53,9 @@ class Scene:
         self.spans: list[Span | None] = []
         """When each stroke is sprayed, where colours say so."""
         self.legends: dict[str, ground.Tints] = {}
+        self.click_taker: ClickTaker | None = None
+        """Who is told of clicks instead of the selection, while there is somebody."""
+        self._api.on_click()(self._clicked)
         self._handles: dict[str, viser.GlbHandle] = {}
 
     def show(self, session: Session, before: Session | None) -> None:
@@ -72,6 +82,10 @@ class Scene:
             if view.strokes_by != before.strokes_by and session.run is not None:
                 self.spans = self._spans(session.run)
             self._draw_strokes(session)
+
+    def _clicked(self, event: viser.SceneClickEvent) -> None:
+        if self.click_taker is not None:
+            self.click_taker(np.array(event.ray_origin) / _M, np.array(event.ray_direction))
 
     def look_at_board(self, board: Board) -> None:
         """Look at the whole board from the front, from above."""

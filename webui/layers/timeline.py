@@ -120,7 +120,8 @@ def strip_html(timeline: Timeline, end_s: float, tints: Mapping[str, tuple[int, 
         'style="position:absolute;left:0;top:22px;width:100%;height:44px;display:block">'
         f'<g fill="{to_hex(INK)}">{sprays}</g>'
         f'<polygon points="0,34 {corners} 100,34" fill="#dbe1e5"/></svg>'
-        f'<span style="position:absolute;right:2px;top:30px;padding:0 3px;background:#ffffffc0;color:{to_hex(QUIET)}">up to {top:.0f} mm/s</span></div>'
+        '<span style="position:absolute;right:2px;top:30px;padding:0 3px;background:#ffffffc0;'
+        f'color:{to_hex(QUIET)}">up to {top:.0f} mm/s</span></div>'
     )
 
 
