@@ -7,7 +7,7 @@ from shapely import MultiPolygon, Polygon, affinity, box, get_parts, intersectio
 
 from geometry.arrays import Points2
 
-_SLIVER_MM = 1e-3  # a region wider than a whole number of stripes by less than this needs no further stripe
+_SLIVER_MM = 1e-3  # what reaches less than this into a stripe's band needs no stripe there
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,10 +44,11 @@ def stripes(region: Polygon | MultiPolygon, direction: Points2, pitch_mm: float,
     x_min, y_min, x_max, y_max = level.bounds
     count = stripe_count(y_max - y_min, pitch_mm)
     pitch = (y_max - y_min) / count
+    sliver = min(_SLIVER_MM, pitch / 4)
     rows: list[Stripe] = []
     for row in range(count):
         low = y_min + row * pitch
-        band = intersection(level, box(x_min - 1, low, x_max + 1, low + pitch))
+        band = intersection(level, box(x_min - 1, low + sliver, x_max + 1, low + pitch - sliver))
         spans = _joined([piece.bounds[::2] for piece in get_parts(band) if piece.area > 0], bridge_mm)
         if spans:
             rows.append(Stripe(tuple(_turned(span, low + pitch / 2, direction) for span in spans)))

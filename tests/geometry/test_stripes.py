@@ -46,3 +46,10 @@ def test_turned_region_gives_turned_stripes():
     straight = [s for row in stripes(shape, np.array([1.0, 0.0]), 7, 0) for s in row.stretches]
     leaning = [s for row in stripes(turned, turn @ [1.0, 0.0], 7, 0) for s in row.stretches]
     np.testing.assert_allclose(np.array(straight) @ turn.T, leaning, atol=1e-9)
+
+
+@pytest.mark.parametrize("nudge", [-1e-10, 0.0, 1e-10])
+def test_last_bits_do_not_decide_where_a_band_ends_at_a_hole(nudge):
+    frame = box(0, 0, 90, 30).difference(box(30, 10 + nudge, 60, 20 - nudge))
+    rows = stripes(frame, np.array([1.0, 0.0]), 10, 5)
+    assert [len(row.stretches) for row in rows] == [1, 2, 1]
