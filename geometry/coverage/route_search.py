@@ -1,19 +1,32 @@
-"""How long to look for a good order."""
+"""Look for a good order: disturb it, repair it, and keep what is shorter, again and again."""
+
+import math
+
+import numpy as np
+from numba import njit
 
 from geometry.arrays import Indices
-from geometry.coverage.annealing import anneal
+from geometry.coverage.descent import descend
+from geometry.coverage.route_desk import Desk, do_turn, keep, look_at, new_desk, take_back, touched
 from geometry.coverage.route_exact import choose_ways, solve_small, start_order
-from geometry.coverage.route_network import Network
+from geometry.coverage.route_network import Network, Whole, leg, quick
+from geometry.coverage.route_tour import Tour, at, new_tour
 
 MOST_EXACT = 9
 """Up to so many strokes the best order is found by dynamic programming"""
-ROUNDS_PER_STROKE = 150
-CHAIN_ROUNDS = 1000
-HOT, COLD = 0.3, 0.02
+WARMTH = 0.5
+"""By how much a repaired order may be longer than the one before at first, in mean legs; it falls to 0"""
+LONGEST_KICKED = 10
+"""Strokes in each of the three runs that a kick exchanges, at most"""
 
 
-def search_order(network: Network) -> Indices:
+def search_order(network: Network, effort: float = 1.0, seed: int = 0) -> Indices:
     """A good order of the strokes, the best one for a few.
+
+    Args:
+        network: the strokes.
+        effort: how often to kick, as a multiple of the usual number.
+        seed: of the pseudo-random numbers.
 
     Returns:
         Strokes by position, from the start's to the end's.
@@ -22,13 +35,85 @@ def search_order(network: Network) -> Indices:
     if count <= MOST_EXACT and (1 << count) * int(network.first[count]) ** 2 < 10_000_000:
         return solve_small(network)
     order, length = start_order(network)
-    leg = max(1.0, length / (count + 1))
-    rounds = ROUNDS_PER_STROKE * count
-    chains = max(1, CHAIN_ROUNDS // count)
-    best = choose_ways(network, order)[0]
-    for chain in range(chains):
-        found, _, _ = anneal(network, order, rounds // chains, HOT * leg, COLD * leg, chain)
-        reached = choose_ways(network, found)[0]
-        if reached <= best:
-            best, order = reached, found
-    return order
+    if count < 3:  # too few to kick, with too many ways for the dynamic programme
+        return _best_of_two(network, order)
+    warmth = WARMTH * max(1.0, length / (count + 1))
+    return kick_often(network, order, round(effort * usual_kicks(network)), warmth, seed)
+
+
+def usual_kicks(network: Network) -> int:
+    """So many that thousands of strokes take seconds; of few strokes each is kicked more often."""
+    count = len(network.first) - 3
+    kicks = min(10 * count**2, 600_000 // count + 8 * count)
+    # every change of a skewed route brings the skew of all that follows up to date
+    return kicks // (1 + count // 300) if network.skewed else kicks
+
+
+def _best_of_two(network: Network, order: Indices) -> Indices:
+    other = np.concatenate((order[:1], order[-2:0:-1], order[-1:]))
+    return min(order, other, key=lambda tried: int(choose_ways(network, tried)[0]))
+
+
+@njit(cache=True)
+def kick_often(network: Network, order: Indices, kicks: Whole, warmth: float, seed: Whole) -> Indices:
+    """Kick and repair an order; what is longer by too much is taken back (Martin, Otto and Felten 1991)."""
+    length, way = choose_ways(network, order)
+    tour, desk = new_tour(network, order, way), new_desk(len(order))
+    for position in range(len(order)):
+        look_at(tour, desk, position)
+    while desk.mark[1] > 0:
+        length += descend(network, tour, desk)
+        keep(desk)
+    best, best_order = length, order.copy()
+    best_order[:] = tour.order[:-1]
+    dice = np.array([2463534242 ^ seed])
+    for count in range(kicks):
+        change = kick(network, tour, desk, dice) + descend(network, tour, desk)
+        allowed = -warmth * (1 - count / kicks) * math.log(draw(dice) / 4294967296.0)
+        if change > allowed:
+            take_back(network, tour, desk)
+            continue
+        keep(desk)
+        length += change
+        if length < best:
+            best = length
+            best_order[:] = tour.order[:-1]
+    return best_order
+
+
+@quick
+def draw(dice: Indices) -> Whole:
+    """The next of 2^32 - 1 pseudo-random numbers above 0 (Marsaglia's xorshift)."""
+    x = dice[0]
+    x ^= (x << 13) & 0xFFFFFFFF
+    x ^= x >> 17
+    x ^= (x << 5) & 0xFFFFFFFF
+    dice[0] = x
+    return x
+
+
+@quick
+def kick(network: Network, tour: Tour, desk: Desk, dice: Indices) -> Whole:
+    """Exchange the outer two of three neighbouring short runs: a double bridge, which no repair undoes at once.
+
+    Returns:
+        What this added to the length in micrometres.
+    """
+    count = len(tour.place) - 2
+    longest = min(LONGEST_KICKED, count // 3)
+    first, middle, second = 1 + draw(dice) % longest, 1 + draw(dice) % longest, 1 + draw(dice) % longest
+    low = 1 + draw(dice) % (count - first - middle - second + 1)
+    end = low + first + middle + second
+    change = 0
+    for position in (low, low + first, low + first + middle, end):
+        change -= leg(network, at(tour, position - 1), at(tour, position))
+    do_turn(network, tour, desk, low, end - 1)
+    do_turn(network, tour, desk, low, low + second - 1)
+    do_turn(network, tour, desk, low + second, low + second + middle - 1)
+    do_turn(network, tour, desk, low + second + middle, end - 1)
+    touched(network, tour, desk, low, end)
+    for position in (low, low + second, low + second + middle, end):
+        change += leg(network, at(tour, position - 1), at(tour, position))
+        look_at(tour, desk, position - 1)
+        look_at(tour, desk, position)
+    return change

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from geometry.arrays import Indices
-from geometry.coverage.route_network import Network, Whole, leg
+from geometry.coverage.route_network import Network, Whole, leg, quick
 
 
 class Tour(NamedTuple):
@@ -34,13 +34,13 @@ def new_tour(network: Network, order: Indices, way: Indices) -> Tour:
     return tour
 
 
-@njit(cache=True)
+@quick
 def at(tour: Tour, position: Whole) -> Whole:
     """The way at a position."""
     return tour.way[tour.order[position]]
 
 
-@njit(cache=True)
+@quick
 def update_skew(network: Network, tour: Tour, low: Whole, high: Whole) -> None:
     """Bring the skew up to date after legs changed that end at positions ``low`` to ``high``."""
     if not network.skewed:
@@ -56,7 +56,7 @@ def update_skew(network: Network, tour: Tour, low: Whole, high: Whole) -> None:
         tour.skew[position] += shift
 
 
-@njit(cache=True)
+@quick
 def turn_change(network: Network, tour: Tour, low: Whole, high: Whole) -> Whole:
     """What turning around positions ``low`` to ``high`` would add to the length."""
     before, after = at(tour, low - 1), at(tour, high + 1)
@@ -65,7 +65,7 @@ def turn_change(network: Network, tour: Tour, low: Whole, high: Whole) -> Whole:
     return change - leg(network, before, first) - leg(network, last, after) + tour.skew[high] - tour.skew[low]
 
 
-@njit(cache=True)
+@quick
 def turn(network: Network, tour: Tour, low: Whole, high: Whole) -> None:
     """Do positions ``low`` to ``high`` the other way round, each stroke mirrored. The skew is left behind."""
     while low <= high:
@@ -79,7 +79,7 @@ def turn(network: Network, tour: Tour, low: Whole, high: Whole) -> None:
         high -= 1
 
 
-@njit(cache=True)
+@quick
 def swap_change(network: Network, tour: Tour, low: Whole, middle: Whole, high: Whole) -> Whole:
     """What swapping positions ``low`` to ``middle`` with ``middle + 1`` to ``high`` would add to the length."""
     before, first, second = at(tour, low - 1), at(tour, low), at(tour, middle + 1)
@@ -88,15 +88,7 @@ def swap_change(network: Network, tour: Tour, low: Whole, middle: Whole, high: W
     return change - leg(network, before, first) - leg(network, end_first, second) - leg(network, end_second, after)
 
 
-@njit(cache=True)
-def swap(network: Network, tour: Tour, low: Whole, middle: Whole, high: Whole) -> None:
-    """Swap two neighbouring runs, each in its own sense. The skew is left behind."""
-    turn(network, tour, low, middle)
-    turn(network, tour, middle + 1, high)
-    turn(network, tour, low, high)
-
-
-@njit(cache=True)
+@quick
 def rejoin(network: Network, before: Whole, joint: tuple[Whole, Whole], after: Whole) -> tuple[Whole, Whole, Whole]:
     """The best ways through two strokes that follow each other, between two that stay as they are.
 

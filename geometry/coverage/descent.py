@@ -1,0 +1,248 @@
+"""Shorten a route change by change until no change near to where it was disturbed makes it shorter."""
+
+from geometry.coverage.route_desk import ROOM, Desk, do_swap, do_turn, do_way, look_at, touched
+from geometry.coverage.route_network import Network, Whole, leg, quick
+from geometry.coverage.route_tour import Tour, at, rejoin, swap_change, turn_change
+
+LONGEST_MOVED = 3
+"""Strokes that are moved together at most"""
+MOST_DONE = 8
+"""Room that one change needs on the desk"""
+UNREACHED = 1 << 60
+
+
+@quick
+def try_turn(network: Network, tour: Tour, desk: Desk, low: Whole, high: Whole) -> Whole:
+    """Turn positions around, with the best ways at both joints, if that is shorter."""
+    mirror = network.mirror
+    change = turn_change(network, tour, low, high)
+    joint = at(tour, low - 1), mirror[at(tour, high)]
+    other = mirror[at(tour, low)], at(tour, high + 1)
+    a, b, c, d = joint[0], joint[1], other[0], other[1]
+    if high > low:
+        saved, a, b = rejoin(network, at(tour, low - 2), joint, mirror[at(tour, high - 1)])
+        change += saved
+    if high > low + 1:
+        saved, c, d = rejoin(network, mirror[at(tour, low + 1)], other, at(tour, high + 2))
+        change += saved
+    if change >= 0:
+        return 0
+    do_turn(network, tour, desk, low, high)
+    if high > low:
+        do_way(network, tour, desk, a)
+        do_way(network, tour, desk, b)
+    if high > low + 1:
+        do_way(network, tour, desk, c)
+        do_way(network, tour, desk, d)
+    touched(network, tour, desk, low - 1, high + 2)
+    for position in (low - 1, low, high, high + 1):
+        look_at(tour, desk, position)
+    return change
+
+
+@quick
+def try_turns(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
+    """Put one of the near strokes next to the stroke at a position by turning around what lies between."""
+    last, way = len(tour.place) - 2, at(tour, p)
+    for follows in range(2):
+        old = leg(network, way, at(tour, p + 1)) if follows else leg(network, at(tour, p - 1), way)
+        for b in network.after[way] if follows else network.before[way]:
+            if b < 0 or joint_length(network, way, b, follows) >= old:
+                break
+            q = tour.place[network.stroke[b]]
+            low, high = min(p, q) + follows, max(p, q) - 1 + follows
+            if low < 1 or high > last:
+                continue
+            change = try_turn(network, tour, desk, low, high)
+            if change < 0:
+                return change
+    return 0
+
+
+@quick
+def try_moves(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
+    """Move the run of up to three strokes that begins or ends at a position next to one of the near strokes."""
+    last = len(tour.place) - 2
+    if p < 1 or p > last:
+        return 0
+    for number in range(2 * LONGEST_MOVED - 1):
+        low = p - number if number < LONGEST_MOVED else p
+        high = p if number < LONGEST_MOVED else p + number - LONGEST_MOVED + 1
+        if low < 1 or high > last:
+            continue
+        before, after = at(tour, low - 1), at(tour, high + 1)
+        saved = leg(network, before, at(tour, low)) + leg(network, at(tour, high), after) - leg(network, before, after)
+        for case in range(4):
+            turned, follows = case >> 1, case & 1
+            # the stroke at p has to be at that end of the moved run which meets the near stroke
+            if saved > 0 and (low == high or (p == high) == (follows != turned)):
+                change = try_gaps(network, tour, desk, (low, high, saved), (p, turned, follows))
+                if change < 0:
+                    return change
+    return 0
+
+
+@quick
+def try_gaps(
+    network: Network, tour: Tour, desk: Desk, run: tuple[Whole, Whole, Whole], joint: tuple[Whole, Whole, Whole]
+) -> Whole:
+    """Move a run to where the stroke at one of its ends meets a near one.
+
+    Args:
+        network: the strokes.
+        tour: the route.
+        desk: what was done.
+        run: lowest and highest position, and what leaving them out saves.
+        joint: the position that meets a near stroke, whether the run is turned, and whether the near stroke follows.
+    """
+    low, high, saved = run
+    p, turned, follows = joint
+    way = network.mirror[at(tour, p)] if turned else at(tour, p)
+    first, end, skew = at(tour, low), at(tour, high), 0
+    if turned:
+        first, end, skew = network.mirror[end], network.mirror[first], tour.skew[high] - tour.skew[low]
+    for b in network.after[way] if follows else network.before[way]:
+        if b < 0 or joint_length(network, way, b, follows) >= saved:
+            break
+        gap = tour.place[network.stroke[b]] - follows
+        if low - 1 <= gap <= high or gap < 0 or gap > len(tour.place) - 2:
+            continue
+        before, after = at(tour, gap), at(tour, gap + 1)
+        if low == high:
+            first = best_between(network, before, tour.order[p], after)
+            end = first
+        change = leg(network, before, first) + leg(network, end, after) - leg(network, before, after) + skew - saved
+        if change < 0:
+            do_move(network, tour, desk, (low, high, gap), (first, turned))
+            return change
+    return 0
+
+
+@quick
+def joint_length(network: Network, way: Whole, near: Whole, follows: Whole) -> Whole:
+    """Micrometres between a way and a near one that follows or comes before."""
+    return leg(network, way, near) if follows else leg(network, near, way)
+
+
+@quick
+def do_move(
+    network: Network, tour: Tour, desk: Desk, what: tuple[Whole, Whole, Whole], how: tuple[Whole, Whole]
+) -> None:
+    """Move positions low to high between gap and gap + 1, with the way through the first, perhaps turned around."""
+    low, high, gap = what
+    first, turned = how
+    length = high - low + 1
+    if gap > high:
+        do_swap(network, tour, desk, low, high, gap)
+        high, p = gap, gap - length + 1
+    else:
+        do_swap(network, tour, desk, gap + 1, low - 1, high)
+        low, p = gap + 1, gap + 1
+    if length == 1:
+        do_way(network, tour, desk, first)
+    elif turned:
+        do_turn(network, tour, desk, p, p + length - 1)
+    touched(network, tour, desk, low, high + 1)
+
+
+@quick
+def best_between(network: Network, before: Whole, stroke: Whole, after: Whole) -> Whole:
+    """The best way through a stroke between two others."""
+    best, best_way = UNREACHED, -1
+    for way in range(network.first[stroke], network.first[stroke + 1]):
+        length = leg(network, before, way) + leg(network, way, after)
+        if length < best:
+            best, best_way = length, way
+    return best_way
+
+
+@quick
+def try_swaps(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
+    """Put a near stroke behind another by swapping two runs of any length, each in its own sense."""
+    if p > len(tour.place) - 2:
+        return 0
+    way, following = at(tour, p), at(tour, p + 1)
+    old = leg(network, way, following)
+    for b in network.after[way]:
+        if b < 0 or leg(network, way, b) >= old:
+            break
+        q = tour.place[network.stroke[b]]
+        gained = old - leg(network, way, b) + leg(network, at(tour, q - 1), at(tour, q))
+        for c in network.before[following]:
+            if c < 0 or leg(network, c, following) >= gained:
+                break
+            low, middle, high = runs_between(tour, p, q, tour.place[network.stroke[c]])
+            if low > high:
+                continue
+            change = swap_change(network, tour, low, middle, high)
+            if change < 0:
+                do_swap(network, tour, desk, low, middle, high)
+                touched(network, tour, desk, low, high + 1)
+                return change
+    return 0
+
+
+@quick
+def runs_between(tour: Tour, p: Whole, q: Whole, k: Whole) -> tuple[Whole, Whole, Whole]:
+    """Lowest position, end of the first and of the second run whose swap puts q behind p and p + 1 behind k.
+
+    Returns:
+        (1, 0, 0) where there is no such swap.
+    """
+    if p + 1 < q <= k < len(tour.place) - 1:
+        return p + 1, q - 1, k
+    if 1 <= q <= k < p:
+        return q, k, p
+    if k < p and p + 1 < q:
+        return k + 1, p, q - 1
+    return 1, 0, 0
+
+
+@quick
+def try_ways(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
+    """Go better ways through the stroke at a position and the next one."""
+    if p < 1 or p > len(tour.place) - 2:
+        return 0
+    saved, a, b = rejoin(network, at(tour, p - 1), (at(tour, p), at(tour, p + 1)), at(tour, p + 2))
+    if saved < 0:
+        do_way(network, tour, desk, a)
+        do_way(network, tour, desk, b)
+        touched(network, tour, desk, p, p + 2)
+        for position in range(p - 1, p + 3):
+            look_at(tour, desk, position)
+    return saved
+
+
+@quick
+def shorten_at(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
+    """Make the first change found at a position that shortens the route."""
+    change = try_ways(network, tour, desk, p)
+    if change == 0:
+        change = try_turns(network, tour, desk, p)
+    if change == 0:
+        change = try_moves(network, tour, desk, p)
+    if change == 0:
+        change = try_swaps(network, tour, desk, p)
+    return change
+
+
+@quick
+def descend(network: Network, tour: Tour, desk: Desk) -> Whole:
+    """Look at the queued strokes, and at those that changes touch, until nothing near them makes the route shorter.
+
+    It pauses when the desk is full.
+
+    Returns:
+        What this added to the length in micrometres, at most 0.
+    """
+    gained = 0
+    while desk.mark[1] > 0 and desk.mark[2] < ROOM - MOST_DONE:
+        stroke = desk.queue[desk.mark[0]]
+        desk.mark[0] = (desk.mark[0] + 1) % len(desk.queue)
+        desk.mark[1] -= 1
+        desk.waiting[stroke] = 0
+        change = -1
+        while change < 0 and desk.mark[2] < ROOM - MOST_DONE:
+            change = shorten_at(network, tour, desk, tour.place[stroke])
+            gained += change
+    return gained
