@@ -23,6 +23,7 @@ from rulesengine.modifiers.pause_at_edges import edges_of, pause_at_edges
 from rulesengine.modifiers.raise_over import raise_over
 from rulesengine.order import order_strokes
 from rulesengine.plan_path import plan_path
+from rulesengine.served import find_unserved
 from rulesengine.stroke import Site, Stroke, StrokeSet
 from rulesengine.timing import time_plan
 from rulesengine.transfers import parked
@@ -100,7 +101,7 @@ def make_plan(recipe: Recipe, board: Board, progress: Progress | None = None) ->
         _do_step(job, assembly, index, step)
     if not any(isinstance(item, SprayPass | Dwell) for item in assembly.items):
         raise RecipeError(_idle(board, steps), path="sequence")
-    assembly.findings += _unserved(job, steps)
+    assembly.findings += find_unserved(recipe, board, masks, [step for _, step in steps], assembly.items)
     origin = Origin(board.name, board.sha256, recipe.recipe, recipe_sha256(recipe))
     return Plan(origin, tuple(assembly.items), tuple(assembly.findings))
 
@@ -190,25 +191,3 @@ def _cleared(planned: StrokeSet, spec: PathSpec, site: Site, zones: Floors) -> S
             raised.append(clear if edges is None else pause_at_edges(clear, edges))
         findings += noticed
     return replace(planned, strokes=tuple(raised), findings=tuple(findings))
-
-
-def _unserved(job: _Job, steps: list[tuple[int, Step]]) -> list[Finding]:
-    """Components on a side that no step sprays: one finding for each that must be cleaned, one for the others."""
-    sprayed = {step.side for _, step in steps}
-    left = [component for component in job.board.components if component.side not in sprayed]
-    demanded = [
-        Finding(
-            "not-served",
-            "error",
-            f"{component.name} must be cleaned, but no step sprays the {component.side} side. Add one with "
-            f"side: {component.side}.",
-            "masks",
-        )
-        for component in left
-        if component.name in job.service.demanded
-    ]
-    if not left:
-        return demanded
-    side = left[0].side
-    message = f"No step sprays the {side} side, where {len(left)} components are. Add steps with side: {side}."
-    return [*demanded, Finding("side-not-sprayed", "info", message, "sequence")]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from boards.board import Board
 from geometry.finding import Finding
 from programs.summary import by_function
+from rulesengine.served import served_by
 
 if TYPE_CHECKING:
     from rulesengine.pipeline import Run
@@ -84,11 +85,7 @@ def board_facts(board: Board) -> dict[str, str]:
 
 def _components(run: "Run") -> list[Json]:
     served: list[Json] = []
-    passes: dict[str, set[str]] = {}
-    for item in run.plan.items:
-        names = item.made_by.split("/")[2].split("+") if item.made_by.count("/") >= 2 else []
-        for name in names:
-            passes.setdefault(name, set()).add("/".join(item.made_by.split("/")[:2]))
+    passes = served_by(run.plan.items)
     for component, classified in zip(run.board.components, run.classified, strict=True):
         entry: dict[str, Json] = {
             "name": component.name,
@@ -102,7 +99,7 @@ def _components(run: "Run") -> list[Json]:
             "standoff_mm": component.standoff_mm,
             "standoff_source": component.standoff_source,
             "neighbour_mm": component.neighbours[0][1] if component.neighbours else None,
-            "served_by": list[Json](sorted(passes.get(component.name, set()))),
+            "served_by": list[Json](sorted(passes.get(component.name, []))),
         }
         served.append(entry)
     return served

@@ -56,9 +56,9 @@ def keep_out(strokes: StrokeSet, zone: Polygon | MultiPolygon, nozzle: Nozzle, m
 
 def _finding(cut: list[str], lost: list[str], made_by: str) -> Finding:
     """Tell how many strokes lost something, and which where they serve components."""
-    parts = [f"{len(cut) + len(lost)} strokes are cut to keep the wave front off what is avoided."]
+    parts = [f"Strokes cut to keep the wave front off what is avoided: {len(cut) + len(lost)}."]
     if lost:
-        parts.append(f"{len(lost)} are left out altogether: {', '.join(lost)}.")
+        parts.append(f"Left out altogether: {', '.join(lost)}.")
     names = [name for name in cut if name != made_by]
     if names:
         parts.append(f"Not followed all around: {', '.join(names)}.")

@@ -115,6 +115,16 @@ def test_what_is_not_done_is_said():
     assert found["side-not-sprayed"].severity == "info"
 
 
+def test_what_must_be_cleaned_but_is_kept_out_by_a_mask_is_said():
+    board = board_of(part("U1", 10, 20, 6, 6), part("MK1", 17, 20, 4, 4), part("U2", 60, 20, 6, 6))
+    masks = [Mask(avoid=["MK1"], margin_mm=30.0), Mask(clean=["U1", "U2"])]
+    found = make_plan(recipe_of(step("around"), masks=masks), board).findings
+    (finding,) = (each for each in found if each.rule == "not-served")
+    assert finding.message.startswith("U1 must be cleaned, but no pass goes around it.")
+    assert finding.severity == "error"
+    assert finding.where == (13.0, 23.0, board.top_z_mm)
+
+
 def test_a_path_far_inside_the_edge_is_said():
     inside = BoardPerimeter(height_mm=30, speed_mm_s=40, offset_mm=-200)
     (finding,) = make_plan(recipe_of(step("edge"), templates={"edge": inside}), board_of()).findings[-1:]
