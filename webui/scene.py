@@ -13,7 +13,7 @@ from rulesengine.pipeline import Run
 from webui.layers import ground, strokes
 from webui.layers.glb import flat_triangles_glb
 from webui.layers.markers import find_markers, markers_glb
-from webui.layers.ribbons import line_width_mm, ribbons, unlike_segments
+from webui.layers.ribbons import bars, board_size_mm, line_width_mm, unlike_segments
 from webui.layers.timeline import Span, spray_spans
 from webui.page import Page
 from webui.palette import ACCENT
@@ -87,6 +87,14 @@ class Scene:
         if self.click_taker is not None:
             self.click_taker(np.array(event.ray_origin) / _M, np.array(event.ray_direction))
 
+    def point_on_board(self, origin: Points, direction: Points) -> tuple[float, float] | None:
+        """Where a ray meets the plane of the board's top, mm; nowhere if it runs away from it."""
+        down = self._page.session.board.top_z_mm - float(origin[2])
+        if direction[2] == 0 or down / float(direction[2]) < 0:
+            return None
+        x, y, _ = (float(value) for value in origin + direction * (down / float(direction[2])))
+        return round(x, 2), round(y, 2)
+
     def look_at_board(self, board: Board) -> None:
         """Look at the whole board from the front, from above."""
         low, high = (np.array(bound) for bound in (board.outline.bounds[:2], board.outline.bounds[2:]))
@@ -116,7 +124,7 @@ class Scene:
         self._put("/board", ground.ground_glb(session.board, tints))
 
     def _draw_strokes(self, session: Session) -> None:
-        run, size = session.run, _size_mm(session.board)
+        run, size = session.run, board_size_mm(session.board)
         tints, self.legends["strokes"] = strokes.tint_strokes(self.strokes, self.view.strokes_by, self.spans)
         shown = [index for index, line in enumerate(self.strokes) if line.place not in self.view.hidden]
         lines = [self.strokes[index] for index in shown]
@@ -141,7 +149,7 @@ class Scene:
         segments = segments[unlike_segments(segments)]
         tints = np.tile(np.array(ACCENT, dtype=np.uint8), (len(segments), 1))
         self._put(
-            "/chosen", flat_triangles_glb(*ribbons(segments, tints, 2.2 * line_width_mm(_size_mm(session.board))))
+            "/chosen", flat_triangles_glb(*bars(segments, tints, 2.0 * line_width_mm(board_size_mm(session.board))))
         )
 
     def _put(self, name: str, glb: bytes) -> None:
@@ -151,9 +159,3 @@ class Scene:
             handle.remove()
         if glb:
             self._handles[name] = self._api.add_glb(name, glb, scale=_M)
-
-
-def _size_mm(board: Board) -> float:
-    """Diagonal of a board."""
-    left, front, right, back = board.outline.bounds
-    return float(np.hypot(right - left, back - front))

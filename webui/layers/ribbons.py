@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from boards.board import Board
 from geometry.arrays import Points, Scalars
 from webui.layers.glb import Colours
 
@@ -36,16 +37,32 @@ def ribbons(segments: NDArray[np.float64], colours: Colours, width_mm: float) ->
     Returns:
         (12 n, 3) corners of triangles and their colours.
     """
-    if len(segments) == 0:
-        return np.empty((0, 3)), np.empty((0, 3), dtype=np.uint8)
-    along = segments[:, 1] - segments[:, 0]
-    unit = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-    aside = np.cross(unit, [0.0, 0.0, 1.0])
-    lengths = np.linalg.norm(aside, axis=1, keepdims=True)
-    aside = np.where(lengths > 1e-6, aside / np.maximum(lengths, 1e-12), [1.0, 0.0, 0.0])
-    upward = np.cross(aside, unit)
-    strips = [_strip(segments, direction * width_mm / 2) for direction in (aside, upward)]
+    aside, upward = _across(segments)
+    half = width_mm / 2
+    strips = [_strip(segments, aside * half), _strip(segments, upward * half)]
     return np.concatenate(strips, axis=1).reshape(-1, 3), np.repeat(colours, 12, axis=0)
+
+
+def bars(segments: NDArray[np.float64], colours: Colours, width_mm: float) -> tuple[Points, Colours]:
+    """Give every segment four sides: what hides narrower ribbons inside it.
+
+    Args:
+        segments: (n, 2, 3) begin and end.
+        colours: (n, 3) of each segment.
+        width_mm: Of the sides.
+
+    Returns:
+        (24 n, 3) corners of triangles and their colours.
+    """
+    aside, upward = (direction * width_mm / 2 for direction in _across(segments))
+    strips = [_strip(segments + shift[:, None], wide) for shift, wide in _sides(aside, upward)]
+    return np.concatenate(strips, axis=1).reshape(-1, 3), np.repeat(colours, 24, axis=0)
+
+
+def board_size_mm(board: Board) -> float:
+    """Diagonal of a board."""
+    left, front, right, back = board.outline.bounds
+    return float(np.hypot(right - left, back - front))
 
 
 def line_width_mm(size_mm: float) -> float:
@@ -56,6 +73,20 @@ def line_width_mm(size_mm: float) -> float:
 def lengths_of(segments: NDArray[np.float64]) -> Scalars:
     """(n,) lengths of (n, 2, 3) segments."""
     return np.asarray(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1), dtype=np.float64)
+
+
+def _across(segments: NDArray[np.float64]) -> tuple[Points, Points]:
+    """(n, 3) directions at right angles to (n, 2, 3) segments: one that lies, and the one that is upright to it."""
+    along = segments[:, 1] - segments[:, 0]
+    unit = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    aside = np.cross(unit, [0.0, 0.0, 1.0])
+    lengths = np.linalg.norm(aside, axis=1, keepdims=True)
+    aside = np.where(lengths > 1e-6, aside / np.maximum(lengths, 1e-12), [1.0, 0.0, 0.0])
+    return aside, np.cross(aside, unit)
+
+
+def _sides(aside: Points, upward: Points) -> list[tuple[Points, Points]]:
+    return [(upward, aside), (-upward, aside), (aside, upward), (-aside, upward)]
 
 
 def _strip(segments: NDArray[np.float64], half: Points) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from boards.board import Side
 from geometry.arrays import Points
 from programs.plan import Dwell, Plan, SprayPass, Transfer
+from recipes.recipe import Recipe
 from webui.layers.glb import Colours, flat_triangles_glb, lines_glb
 from webui.layers.ribbons import lengths_of, ribbons, unlike_segments
 from webui.layers.timeline import Span
@@ -137,6 +138,11 @@ def tint_strokes(lines: list[StrokeLine], by: ColourBy, spans: list[Span | None]
             names = [line.function if by == "function" else line.template for line in lines]
             legend = of_names(names)
             return [legend[name] for name in names], legend
+
+
+def tint_functions(recipe: Recipe) -> Tints:
+    """Colours of functions, in the order in which they are done: those of the strokes."""
+    return of_names([step.function for step in recipe.sequence if step.enabled])
 
 
 def _by_value(values: list[float], marks: dict[str, float]) -> tuple[list[Tint], Tints]:

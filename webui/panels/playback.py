@@ -13,11 +13,11 @@ from programs.program import TimedProgram
 from recipes.load import LoadedRecipe
 from rulesengine.pipeline import Run
 from webui.layers.nozzle import Moment, moment
-from webui.layers.strokes import Tints
+from webui.layers.strokes import tint_functions
 from webui.layers.timeline import clock_html, cursor_html, event_times, step_event, strip_html
 from webui.origin import recipe_line
 from webui.page import Page
-from webui.palette import INK, QUIET, of_names, to_hex
+from webui.palette import INK, QUIET, to_hex
 from webui.player import Player
 from webui.scene import Scene
 from webui.session import Session
@@ -51,14 +51,8 @@ def lay_out_run(run: Run, loaded: LoadedRecipe) -> Playable:
     timeline, end_s = build_timeline(run.program), run.program.totals.duration_s
     if end_s <= 0:
         raise ProgramError("the program takes no time; there is nothing to play.")
-    strip = strip_html(timeline, end_s, function_tints(run))
+    strip = strip_html(timeline, end_s, tint_functions(run.recipe))
     return Playable(run, loaded, timeline, end_s, event_times(run.program), instruction_lines(run.program), strip)
-
-
-def function_tints(run: Run) -> Tints:
-    """Colours of functions, the same as those of the paths."""
-    enabled = [step.function for step in run.recipe.sequence if step.enabled]
-    return of_names(enabled)
 
 
 def instruction_lines(program: TimedProgram) -> tuple[str, ...]:
@@ -132,7 +126,7 @@ class PlaybackPanel:
     def _take(self, playable: Playable) -> None:
         with self._page.client.atomic():
             self._playable = playable
-            self._tool.recolour(function_tints(playable.run))
+            self._tool.recolour(tint_functions(playable.run.recipe))
             self._slider.max = round(playable.end_s, 1)
             self._slider.disabled = False
             self._strip.content = playable.strip
