@@ -2,7 +2,7 @@
 
 The text is loaded and dumped by ruamel's round trip. What the dump alone would change, such as blanks in a line that
 nobody edited, is left as it was: only lines that differ between the dumps before and after the change are replaced.
-A number or word that stands alone on a line is replaced there without all that, as the round trip would have done it.
+A number or word on the line of its key is replaced there without all that, as the round trip would have done it.
 """
 
 import copy
@@ -14,19 +14,20 @@ from functools import lru_cache
 from typing import Any, TypeAlias, cast
 
 from ruamel.yaml import YAML
-from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.comments import CommentedMap
 
 from recipes.errors import RecipeError
 from recipes.located import Key, Located, YamlPath, read_yaml, spell_path
+from recipes.tree import Tree, drop, move_key, put, reach, styled
 
-Tree: TypeAlias = Any
-"""Nested dicts, lists and scalars, as ruamel's round trip loads them or plain."""
 Change: TypeAlias = Callable[[Tree], None]
 
 _WIDE = 1_000_000  # lines are never folded
-_LINE = re.compile(r"(?P<key>\s*(- )?[\w.-]+: )(?P<old>[\w.+-]+)(?P<gap> *)(?P<comment>#.*)?")
+_IN_LINE = (
+    r"""(?P<key>(?:[^#'"]*[ {{])?{key}: )(?P<old>[\w.+-]+)(?P<rest>[,}}][^#'"]*?)?(?P<gap> *)(?P<comment>\#.*)?"""
+)
 _NUMBER = re.compile(r"-?(0|[1-9]\d{0,8})(\.\d{1,8})?")
-_WORD = re.compile(r"(?!(true|false|null|yes|no|on|off|y|n)$)[A-Za-z][A-Za-z_]*", re.IGNORECASE)
+_WORD = re.compile(r"(?!(true|false|null|yes|no|on|off|y|n)$)[A-Za-z][A-Za-z0-9_-]*", re.IGNORECASE)
 
 
 def set_value(text: str, path: YamlPath, value: Tree) -> str:
@@ -38,7 +39,7 @@ def set_value(text: str, path: YamlPath, value: Tree) -> str:
     replaced = _replace_in_line(text, path, value)
     if replaced is not None:
         return replaced
-    return _edit(text, lambda root: _put(_reach(root, path[:-1]), path[-1], value), path)
+    return _edit(text, lambda root: put(reach(root, path[:-1]), path[-1], value), path)
 
 
 def remove_value(text: str, path: YamlPath) -> str:
@@ -47,7 +48,7 @@ def remove_value(text: str, path: YamlPath) -> str:
     Raises:
         RecipeError: the text cannot be changed there.
     """
-    return _edit(text, lambda root: _drop(root, path), path)
+    return _edit(text, lambda root: drop(root, path), path)
 
 
 def insert_value(text: str, path: YamlPath, value: Tree) -> str:
@@ -58,7 +59,7 @@ def insert_value(text: str, path: YamlPath, value: Tree) -> str:
     """
 
     def change(root: Tree) -> None:
-        _reach(root, path[:-1]).insert(path[-1], _styled(value))
+        reach(root, path[:-1]).insert(path[-1], styled(value))
 
     return _edit(text, change, path)
 
@@ -71,12 +72,12 @@ def move_value(text: str, path: YamlPath, to: int) -> str:
     """
 
     def change(root: Tree) -> None:
-        parent, key = _reach(root, path[:-1]), path[-1]
+        parent, key = reach(root, path[:-1]), path[-1]
         if isinstance(parent, list):
             items = cast("list[Tree]", parent)
             items.insert(to, items.pop(cast(int, key)))
         else:
-            _move_key(cast("dict[Key, Tree]", parent), key, to)
+            move_key(cast("dict[Key, Tree]", parent), key, to)
 
     return _edit(text, change, path)
 
@@ -89,7 +90,7 @@ def rename_key(text: str, path: YamlPath, name: str) -> str:
     """
 
     def change(root: Tree) -> None:
-        entries = cast("dict[Key, Tree]", _reach(root, path[:-1]))
+        entries = cast("dict[Key, Tree]", reach(root, path[:-1]))
         if name in entries:
             raise RecipeError(f"{name!r} is there already; choose another name", path=spell_path(path[:-1]))
         place = list(entries).index(path[-1])
@@ -99,13 +100,13 @@ def rename_key(text: str, path: YamlPath, name: str) -> str:
             if path[-1] in comments:
                 comments[name] = comments.pop(path[-1])
         entries[name] = value
-        _move_key(entries, name, place)
+        move_key(entries, name, place)
 
     return _edit(text, change, path)
 
 
 def _edit(text: str, change: Change, path: YamlPath) -> str:
-    expected = _read(text).plain()
+    expected = own_tree(text).plain()
     loaded, before = _open(text)
     tree = copy.deepcopy(loaded)
     try:
@@ -122,8 +123,8 @@ def _edit(text: str, change: Change, path: YamlPath) -> str:
 
 
 def _replace_in_line(text: str, path: YamlPath, value: Tree) -> str | None:
-    """Replace a number or word that stands alone on the line of its key; ``None`` where that cannot be done."""
-    node: Located | None = _read(text)
+    """Replace a number or word that stands on the line of its key; ``None`` where that cannot be done."""
+    node: Located | None = own_tree(text)
     for key in path:
         node = None if node is None else node.get(key)
     new = _spell_simply(value)
@@ -131,21 +132,21 @@ def _replace_in_line(text: str, path: YamlPath, value: Tree) -> str | None:
         return None
     lines = text.splitlines(keepends=True)
     line = lines[node.mark.line - 1]
-    match = _LINE.fullmatch(line.rstrip("\n"))
+    match = re.fullmatch(_IN_LINE.format(key=re.escape(str(path[-1]))), line.rstrip("\n"))
     if match is None or _spell_simply(node.value) is None or node.value == value:
         return None
     gap = match["gap"] and " " * max(1, len(match["old"] + match["gap"]) - len(new))
     comment = gap + match["comment"] if match["comment"] else ""
-    lines[node.mark.line - 1] = match["key"] + new + comment + line[len(line.rstrip("\n")) :]
-    expected = _read(text).plain()
-    _put(_reach(expected, path[:-1]), path[-1], value)
+    lines[node.mark.line - 1] = match["key"] + new + (match["rest"] or "") + comment + line[len(line.rstrip("\n")) :]
+    expected = own_tree(text).plain()
+    put(reach(expected, path[:-1]), path[-1], value)
     candidate = "".join(lines)
     return candidate if _says(candidate, expected) else None
 
 
 def _spell_simply(value: Tree) -> str | None:
     """Write what YAML writes as it is: a plain number or word."""
-    plain = _styled(value)
+    plain = styled(value)
     if isinstance(plain, str):
         return plain if _WORD.fullmatch(plain) else None
     spelt = str(plain)
@@ -153,7 +154,12 @@ def _spell_simply(value: Tree) -> str | None:
 
 
 @lru_cache(maxsize=4)
-def _read(text: str) -> Located:
+def own_tree(text: str) -> Located:
+    """Read a text as it stands, without what it inherits; the last few are remembered.
+
+    Raises:
+        RecipeError: it is not YAML.
+    """
     return read_yaml(text, "<recipe>")
 
 
@@ -185,7 +191,7 @@ def _round_trip() -> YAML:
 def _says(text: str, expected: Tree) -> bool:
     """Tell whether a text reads as expected, order of names included."""
     try:
-        return _ordered(_read(text).plain()) == _ordered(expected)
+        return _ordered(own_tree(text).plain()) == _ordered(expected)
     except RecipeError:
         return False
 
@@ -222,75 +228,3 @@ def _places(lines: list[str], old: list[str]) -> list[int]:
             place[index] = min(begin + index - first, end)
     place[len(old)] = len(lines)
     return place
-
-
-def _reach(root: Tree, path: YamlPath) -> Tree:
-    node = root
-    for key in path:
-        if isinstance(node, dict) and cast("dict[Key, Tree]", node).get(key) is None:
-            node[key] = CommentedMap() if isinstance(node, CommentedMap) else {}
-        node = node[key]
-    return node
-
-
-def _put(parent: Tree, key: Key, value: Tree) -> None:
-    """Write a value; what is the same stays as it is written."""
-    old = parent[key] if isinstance(key, int) or key in parent else None
-    if isinstance(old, dict) and isinstance(value, dict):
-        _overwrite(cast("dict[Key, Tree]", old), cast("dict[Key, Tree]", value))
-    elif isinstance(old, list) and isinstance(value, list):
-        items = cast("list[Tree]", old)
-        del items[len(cast("list[Tree]", value)) :]
-        for index, item in enumerate(cast("list[Tree]", value)):
-            if index < len(items):
-                _put(items, index, item)
-            else:
-                items.append(_styled(item))
-    elif old is None or type(old) is bool or type(value) is bool or old != value:
-        parent[key] = _styled(value)
-
-
-def _overwrite(old: dict[Key, Tree], new: dict[Key, Tree]) -> None:
-    for key in [key for key in old if key not in new]:
-        del old[key]
-    for key, value in new.items():
-        _put(old, key, value)
-
-
-def _drop(root: Tree, path: YamlPath) -> None:
-    parent, key = _reach(root, path[:-1]), path[-1]
-    if isinstance(parent, dict) and key not in parent:
-        parent[key] = None
-    else:
-        del parent[key]
-
-
-def _move_key(entries: dict[Key, Tree], key: Key, to: int) -> None:
-    value = entries.pop(key)
-    if isinstance(entries, CommentedMap):
-        cast(Any, entries).insert(to, key, value)
-        return
-    rest = list(entries.items())
-    entries.clear()
-    entries.update([*rest[:to], (key, value), *rest[to:]])
-
-
-def _styled(value: Tree) -> Tree:
-    """Write new lists and small mappings on one line, whole numbers without a point."""
-    if isinstance(value, dict):
-        entries = cast("dict[Key, Tree]", value)
-        mapping = CommentedMap((key, _styled(inner)) for key, inner in entries.items())
-        if not any(isinstance(inner, dict) for inner in entries.values()) and _ONE_LINE.isdisjoint(entries):
-            cast(Any, mapping).fa.set_flow_style()
-        return mapping
-    if isinstance(value, list | tuple):
-        items = [_styled(item) for item in cast("list[Tree]", value)]
-        sequence = CommentedSeq(items)
-        if not any(isinstance(item, dict) for item in items):
-            cast(Any, sequence).fa.set_flow_style()
-        return sequence
-    return int(value) if isinstance(value, float) and value.is_integer() else value
-
-
-_ONE_LINE = frozenset({"path", "pattern", "function", "solution"})
-"""Entries that have one of these are written one key a line."""

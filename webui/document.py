@@ -13,7 +13,7 @@ _MOST_UNDO = 200
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """A recipe's text with its past and its future; every text in it could be read when it was written."""
+    """A recipe's text with its past and its future."""
 
     file: Path
     """What it is read from. It is saved there too, unless it belongs to the library."""
@@ -42,14 +42,9 @@ class Document:
         return read_recipe_text(self.text, file=self.file)
 
     def edited(self, text: str) -> "Document":
-        """Give the document another text; the same text changes nothing.
-
-        Raises:
-            RecipeError: the text is no recipe; the document is as it was.
-        """
+        """Give the document another text; the same text changes nothing. Whether it is a recipe, reading it says."""
         if text == self.text:
             return self
-        read_recipe_text(text, file=self.file)
         return replace(self, text=text, past=(*self.past, self.text)[-_MOST_UNDO:], future=())
 
     def undone(self) -> "Document":

@@ -1,14 +1,15 @@
 """Everything one page shows, as one frozen value: an edit makes the next one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from boards.board import Board
-from recipes.edit import Tree, insert_value, move_value, remove_value, set_value
 from recipes.load import LoadedRecipe
 from recipes.located import YamlPath
 from recipes.recipe import Recipe
+from recipes.tree import Tree
 from rulesengine.pipeline import Run
+from webui import rewrite
 from webui.document import Document
 
 
@@ -75,7 +76,15 @@ class Session:
         Raises:
             RecipeError: the value is refused, or cannot be written there.
         """
-        return self.edited(set_value(self.document.text, path, value))
+        return self.set_values({path: value})
+
+    def set_values(self, values: Mapping[YamlPath, Tree]) -> "Session":
+        """Write several values of the recipe as one edit; ``None`` takes out what stands at a path.
+
+        Raises:
+            RecipeError: a value is refused, or cannot be written there.
+        """
+        return self.edited(rewrite.write_values(self.document.text, self.document.file, values))
 
     def insert(self, path: YamlPath, value: Tree) -> "Session":
         """Insert an item into a list of the recipe.
@@ -83,7 +92,7 @@ class Session:
         Raises:
             RecipeError: the recipe would not be one.
         """
-        return self.edited(insert_value(self.document.text, path, value))
+        return self.edited(rewrite.insert(self.document.text, self.document.file, path, value))
 
     def move(self, path: YamlPath, to: int) -> "Session":
         """Move an item or a named entry to another place among its neighbours.
@@ -91,7 +100,7 @@ class Session:
         Raises:
             RecipeError: the recipe would not be one.
         """
-        return self.edited(move_value(self.document.text, path, to))
+        return self.edited(rewrite.move(self.document.text, self.document.file, path, to))
 
     def remove(self, path: YamlPath) -> "Session":
         """Take something out of the recipe, also where it is only inherited.
@@ -99,18 +108,7 @@ class Session:
         Raises:
             RecipeError: the recipe would not be one without it.
         """
-        text = remove_value(self.document.text, path)
-        left = replace(self.document, text=text)
-        inherited = self._still_there(left, path)
-        return self.edited(set_value(text, path, None) if inherited else text)
-
-    @staticmethod
-    def _still_there(document: Document, path: YamlPath) -> bool:
-        if isinstance(path[-1], int):
-            return False
-        root = document.read().root
-        parent = root.at(path[:-1])
-        return parent.get(path[-1]) is not None
+        return self.edited(rewrite.remove(self.document.text, self.document.file, path))
 
 
 Change = Callable[[Session], Session]

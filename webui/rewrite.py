@@ -1,0 +1,107 @@
+"""Changes of a recipe's text that keep in mind what the recipe inherits.
+
+What is only inherited does not stand in the text: a list is copied there before an item of it changes, and what is
+removed is written as ``null``.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from recipes.edit import insert_value, move_value, own_tree, remove_value, rename_key, set_value
+from recipes.errors import RecipeError
+from recipes.load import resolve_text
+from recipes.located import Located, YamlPath, spell_path
+from recipes.tree import Tree
+
+_LISTS = ("masks", "sequence")
+
+
+def write_values(text: str, file: Path, values: Mapping[YamlPath, Tree]) -> str:
+    """Write values at their paths; ``None`` takes out what stands there.
+
+    Raises:
+        RecipeError: a value cannot be written there.
+    """
+    for path, value in values.items():
+        text = remove(text, file, path) if value is None else set_value(_with_list(text, file, path), path, value)
+    return text
+
+
+def insert(text: str, file: Path, path: YamlPath, value: Tree) -> str:
+    """Insert an item into a list, before the index the path ends with.
+
+    Raises:
+        RecipeError: there is no such list.
+    """
+    return insert_value(_with_list(text, file, path), path, value)
+
+
+def remove(text: str, file: Path, path: YamlPath) -> str:
+    """Take out a list item or a key, wherever it comes from; what is not there needs nothing.
+
+    Raises:
+        RecipeError: the text cannot be changed there.
+    """
+    text = _with_list(text, file, path)
+    if _find(own_tree(text), path) is not None:
+        text = remove_value(text, path)
+    if isinstance(path[-1], int):
+        return text
+    inherited = _find(resolve_text(text, file=file), path)
+    return text if inherited is None or inherited.value is None else set_value(text, path, None)
+
+
+def move(text: str, file: Path, path: YamlPath, to: int) -> str:
+    """Move a list item or a named entry to another place among its neighbours, counted without it.
+
+    The order of inherited names holds as soon as all of them stand in the text, so they are written there.
+
+    Raises:
+        RecipeError: the text cannot be changed there.
+    """
+    text = _with_list(text, file, path)
+    names = _find(resolve_text(text, file=file), path[:-1])
+    if names is not None and isinstance(names.value, dict):
+        text = _with_names(text, path[:-1], list(names.value))
+    return move_value(text, path, to)
+
+
+def rename(text: str, file: Path, path: YamlPath, name: str) -> str:
+    """Give a named entry another name where it stands.
+
+    Raises:
+        RecipeError: it is inherited, or the name is taken.
+    """
+    renamed = rename_key(text, path, name) if _find(own_tree(text), path) is not None else text
+    if _find(resolve_text(renamed, file=file), path) is not None:
+        raise RecipeError("is inherited and keeps its name here; duplicate it instead", path=spell_path(path))
+    return renamed
+
+
+def _with_names(text: str, path: YamlPath, names: list[str]) -> str:
+    """Write inherited names into a mapping of the text, all in their order; ``{}`` keeps what each inherits."""
+    own = _find(own_tree(text), path)
+    there = list(own.value) if own is not None and isinstance(own.value, dict) else []
+    if [name for name in there if name in names] == names:
+        return text
+    for place, name in enumerate(names):
+        if name not in there:
+            text = set_value(text, (*path, name), {})
+        text = move_value(text, (*path, name), place)
+    return text
+
+
+def _with_list(text: str, file: Path, path: YamlPath) -> str:
+    """Write a list that is only inherited into the text, so that its items can be changed."""
+    top = path[:1]
+    if len(path) < 2 or path[0] not in _LISTS or _find(own_tree(text), top) is not None:
+        return text
+    inherited = _find(resolve_text(text, file=file), top)
+    return set_value(text, top, [] if inherited is None else inherited.plain())
+
+
+def _find(root: Located, path: YamlPath) -> Located | None:
+    node: Located | None = root
+    for key in path:
+        node = None if node is None else node.get(key)
+    return node
