@@ -1,6 +1,7 @@
 """The command line; each command imports what it needs when it runs, so that help is quick."""
 
 import io
+import logging
 import sys
 from typing import Annotated, TextIO, cast
 
@@ -46,6 +47,7 @@ def _options(
 def main() -> None:
     """Run ``washboard``: whatever happens, it ends in an exit code and not in a traceback."""
     _write_any_text()
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it talks about its cache where no home can be written
     try:
         with job_errors():
             sys.exit(_run())
