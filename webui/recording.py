@@ -1,5 +1,6 @@
 """A playback in one HTML file that opens without a server and without a network."""
 
+import threading
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 
@@ -20,6 +21,7 @@ from webui.layers.strokes import stroke_lines, strokes_glb, tint_functions, tint
 from webui.layers.timeline import clock
 from webui.tool_view import ToolView
 
+_ONE_AT_A_TIME = threading.Lock()
 _M = 0.001
 _FRAMES_PER_S = 15
 _MOST_FRAMES = 6000
@@ -106,15 +108,16 @@ def _look_at(server: viser.ViserServer, board: Board) -> None:
 def _quiet_server() -> Generator[viser.ViserServer]:
     """A server that only this machine reaches, for as long as it takes; what it would print is not printed."""
     console = rich.get_console()
-    loud, console.quiet = console.quiet, True
-    try:
-        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    with _ONE_AT_A_TIME:
+        loud, console.quiet = console.quiet, True
         try:
-            yield server
+            server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+            try:
+                yield server
+            finally:
+                server.stop()
         finally:
-            server.stop()
-    finally:
-        console.quiet = loud
+            console.quiet = loud
 
 
 def _tell_nobody(_what: str, _done: float) -> None:
