@@ -34,7 +34,7 @@ class LineTool:
                 "Step", step_names(page.session.recipe), hint="Where it is sprayed, after the other paths."
             )
             self._add = gui.add_button("Add to the recipe")
-        self._cancel = gui.add_button("Cancel", visible=False)
+        self._cancel = gui.add_button("Cancel", visible=False, color="gray")
         self._draw.on_click(lambda _: self._start())
         self._add.on_click(lambda _: self._finish())
         self._cancel.on_click(lambda _: self._stop())

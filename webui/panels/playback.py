@@ -98,9 +98,7 @@ class PlaybackPanel:
         self._slider = gui.add_slider(
             "Time (s)", min=0.0, max=1.0, step=0.1, initial_value=0.0, disabled=True, hint="Moment that is shown."
         )
-        self._buttons = gui.add_button_group(
-            "Go", (_BACK, _PLAY, _ON), hint="Events: switches of the jet, pauses, commands."
-        )
+        self._buttons = gui.add_button_group("Go", (_BACK, _PLAY, _ON))
         self._rate = gui.add_dropdown(
             "Speed (x)", _RATES, initial_value="5", hint="How many times faster than the robot."
         )
