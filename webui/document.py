@@ -66,6 +66,15 @@ class Document:
         except RecipeError:
             return True
 
+    def reload(self) -> "Document":
+        """Take over what the file says now; it can be undone.
+
+        Raises:
+            RecipeError: it cannot be read.
+        """
+        text = read_text(self.file)
+        return replace(self.edited(text), saved=text)
+
     def save(self) -> "Document":
         """Write the file, whatever stands there.
 

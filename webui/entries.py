@@ -1,7 +1,9 @@
 """What a recipe consists of, section by section, and what can be done to an entry as a whole."""
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import count
 from typing import cast
 
 from recipes.classes import ComponentClass, Mask
@@ -13,7 +15,7 @@ from recipes.tree import Tree
 from webui import rewrite
 from webui.session import Session
 
-SECTIONS = ("Functions", "Nozzles", "Classes", "Masks", "Templates", "Sequence", "Limits", "General")
+SECTIONS: tuple[str, ...] = ("Functions", "Nozzles", "Classes", "Masks", "Templates", "Sequence", "Limits", "General")
 GENERAL = ("recipe", "description", "extends")
 """Keys of the recipe itself that are no section of their own."""
 _NAMED = ("functions", "nozzles", "classes", "templates")
@@ -153,7 +155,7 @@ def renamed(session: Session, entry: Entry, name: str) -> Session:
     return session.edited(text)
 
 
-def moved(session: Session, entry: Entry, by: int) -> tuple[Session, Entry]:
+def moved(session: Session, entry: Entry, by: int) -> tuple[Session, YamlPath]:
     """Move an entry up (-1) or down (+1) among its neighbours, as far as there are any.
 
     Raises:
@@ -163,9 +165,9 @@ def moved(session: Session, entry: Entry, by: int) -> tuple[Session, Entry]:
     place = paths.index(entry.path)
     to = min(max(place + by, 0), len(paths) - 1)
     if to == place:
-        return session, entry
-    path = entry.path if entry.named else (entry.path[0], to)
-    return session.move(entry.path, to), Entry(path, entry.label)
+        return session, entry.path
+    path: YamlPath = entry.path if entry.named else (entry.path[0], to)
+    return session.move(entry.path, to), path
 
 
 def added(session: Session, section: str, name: str, value: Tree) -> tuple[Session, YamlPath]:
@@ -189,6 +191,38 @@ def added(session: Session, section: str, name: str, value: Tree) -> tuple[Sessi
     file = session.document.file
     text = rewrite.write_values(session.document.text, file, {path: value})
     return session.edited(rewrite.move(text, file, path, max(len(there) - 1, 0))), path
+
+
+def copied(session: Session, entry: Entry) -> tuple[Session, YamlPath]:
+    """Put a copy of an entry after it, under a name of its own.
+
+    Raises:
+        RecipeError: the text cannot be changed there.
+    """
+    value = dict(stated_at(session.loaded.root, entry.path))
+    there = [each.path for each in entries(session.recipe, entry.section)]
+    if not entry.named:
+        path: YamlPath = (entry.path[0], int(entry.path[1]) + 1)
+        return session.insert(path, value), path
+    stem = re.sub(r"-\d+$", "", entry.name)
+    path = next(found for number in count(2) if (found := (entry.path[0], f"{stem}-{number}")) not in there)
+    text, file = session.document.text, session.document.file
+    text = rewrite.write_values(text, file, {path: value})
+    if entry.ordered:
+        text = rewrite.move(text, file, path, there.index(entry.path) + 1)
+    return session.edited(text), path
+
+
+def entry_at(recipe: Recipe, made_by: str) -> YamlPath | None:
+    """Find the entry that a stroke or a finding comes from: the template of a stroke, else what its path names."""
+    step, _, rest = made_by.partition("/")
+    template = rest.partition("/")[0]
+    if template in recipe.templates:
+        return "templates", template
+    places = [each.path for section in SECTIONS[:-1] for each in entries(recipe, section)]
+    spelt = {spell_path(path): path for path in places}
+    near = [place for place in spelt if place == step or step.startswith((place + ".", place + "["))]
+    return spelt[max(near, key=len)] if near else None
 
 
 def _uses_of_class(recipe: Recipe, name: str) -> Iterator[YamlPath]:

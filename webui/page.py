@@ -63,12 +63,24 @@ class Page:
         """Have somebody told how far planning is."""
         self._progress.append(tell)
 
-    def attempt(self, change: Change) -> bool:
-        """Do an edit and show what comes of it; a refused one says why and changes nothing."""
+    def attempt(self, change: Change, refused: Callable[[JobError], None] | None = None) -> bool:
+        """Do an edit and show what comes of it; a refused one changes nothing and says why.
+
+        Args:
+            change: The edit.
+            refused: Says why in place of a notification.
+
+        Returns:
+            Whether it was done.
+        """
         with self._lock:
             try:
                 session = change(self.session)
             except Exception as error:
+                if refused is not None and isinstance(error, JobError):
+                    with self.client.atomic():
+                        refused(error)
+                    return False
                 self._failed(error)
                 return False
             self.show(session)
@@ -80,6 +92,11 @@ class Page:
         """Show a session as it is."""
         with self._lock:
             self.session = session
+            self._show()
+
+    def refresh(self) -> None:
+        """Have the panels show the session once more, because one of them shows another part of it."""
+        with self._lock:
             self._show()
 
     def select(self, *, component: str = "", made_by: str = "") -> None:

@@ -1,0 +1,33 @@
+"""Why something was not done, in the words of the one who has to change it."""
+
+import re
+from html import escape
+
+from geometry.errors import JobError
+from recipes.errors import RecipeError
+from webui.palette import ACCENT, to_hex
+
+
+def reason_of(error: JobError, at: str = "") -> str:
+    """Give the reason alone: the page shows the file, and the input at a path needs no path.
+
+    Args:
+        error: What was raised.
+        at: Path of the input beside which the reason is shown.
+    """
+    text = str(error)
+    if not isinstance(error, RecipeError):
+        return text
+    if error.file is not None:
+        text = re.sub(re.escape(str(error.file)) + r":(\d+: )?\s*", "", text)
+    return text.removeprefix(f"{at}: ") if at else text
+
+
+def remark_html(reason: str) -> str:
+    """Write why something was refused, aligned with the inputs."""
+    lines = "<br>".join(escape(line) for line in reason.splitlines())
+    colour = to_hex(ACCENT)
+    return (
+        f'<div role="alert" style="margin:-2px 10px 8px 10px;padding:4px 8px;font-size:12px;line-height:1.4;'
+        f'color:{colour};border-left:3px solid {colour};overflow-wrap:anywhere">{lines}</div>'
+    )
