@@ -16,7 +16,7 @@ MICRONS_PER_MM = 1000.0
 ROUNDING = 0.4567
 """Where a distance tips over to the next micron: away from the halves and tenths on which drawn boards put their
 distances, so that turning the board does not flip one."""
-NEIGHBOURS = 8
+NEIGHBOURS = 16
 TABLE_LIMIT = 1500
 """Up to so many ways all distances are kept in a table; above it they are computed when asked for."""
 
