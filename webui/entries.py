@@ -183,9 +183,9 @@ def added(session: Session, section: str, name: str, value: Tree) -> tuple[Sessi
         return session.insert(path, value), path
     path = (key, name)
     if path in [each.path for each in there]:
-        raise RecipeError(f"{name!r} is there already; choose another name", path=key)
+        raise RecipeError(f"{name!r} is there already; choose another name")
     if not name:
-        raise RecipeError("needs a name; begin with a letter", path=key)
+        raise RecipeError("It needs a name that begins with a letter.")
     if key != "classes":
         return session.set_value(path, value), path
     file = session.document.file

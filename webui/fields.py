@@ -2,7 +2,7 @@
 
 import re
 import types
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, TypeAlias, Union, cast, get_args, get_origin
 
@@ -46,17 +46,21 @@ class Field:
     """Folder it stands in; empty for the form itself."""
 
 
-def describe(spec: type[Spec], stated: Mapping[str, Tree], names: Names) -> tuple[Field, ...]:
+def describe(
+    spec: type[Spec], stated: Mapping[str, Tree], names: Names, keys: Collection[str] = ()
+) -> tuple[Field, ...]:
     """Describe the form of a specification, what must be stated first and folders last.
 
     Args:
         spec: Which one.
         stated: What the recipe states, as plain YAML values; aliases as keys.
         names: What the recipe has to choose from.
+        keys: Which keys of the specification; all of them if none is named.
     """
     found = [
         each
         for name, info in _in_order(spec)
+        if not keys or name in keys
         for each in _describe_field(name, info, stated.get(info.alias or name), names)
     ]
     return (*(each for each in found if not each.group), *(each for each in found if each.group))

@@ -34,8 +34,8 @@ def describe_entry(session: Session, entry: Entry | None) -> tuple[tuple[Field, 
     if entry is None:
         return (), {}
     stated = entries.stated_at(session.loaded.root, entry.path)
-    fields = describe(entries.spec_at(session.recipe, entry.path), stated, entries.names_of(session.recipe))
-    return tuple(field for field in fields if entry.path or field.path[0] in entries.GENERAL), stated
+    spec, names = entries.spec_at(session.recipe, entry.path), entries.names_of(session.recipe)
+    return describe(spec, stated, names, () if entry.path else entries.GENERAL), stated
 
 
 class RecipePanel:

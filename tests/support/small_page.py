@@ -1,0 +1,58 @@
+"""A page without a browser: real inputs of a server that nobody is connected to, and somebody who presses them."""
+
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+
+import viser
+
+from webui.page import Page
+
+
+@dataclass
+class Client:
+    gui: viser.GuiApi
+    atomic: object
+    said: list[str] = field(default_factory=list)
+
+    def add_notification(self, title, body, **_):
+        self.said.append(f"{title}: {body}")
+
+
+class SmallPage(Page):
+    """Edits are shown at once and never planned."""
+
+    def plan(self):
+        pass
+
+
+@contextmanager
+def small_page(session, project=None):
+    server = viser.ViserServer(host="127.0.0.1", port=8127, verbose=False)
+    try:
+        yield SmallPage(Client(server.gui, server.atomic), project, session)
+    finally:
+        server.stop()
+
+
+def find(page, label, at=-1):
+    """The newest input of a label, or an earlier one."""
+    found = [handle for handle in inputs(page) if handle.label == label]
+    assert found, f"no input {label!r} among {[handle.label for handle in inputs(page)]}"
+    return found[at]
+
+
+def inputs(page):
+    return list(page.client.gui._gui_input_handle_from_uuid.values())
+
+
+def press(page, label, value=True, at=-1):
+    """Choose a value or press a button as somebody in a browser does."""
+    handle = find(page, label, at)
+    handle._impl.value = value
+    for callback in list(handle._impl.update_cb):
+        callback(SimpleNamespace(client=page.client, target=handle))
+
+
+def windows(page):
+    return list(page.client.gui._modal_handle_from_uuid.values())
