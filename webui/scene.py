@@ -17,6 +17,7 @@ from webui.layers.ribbons import bars, board_size_mm, line_width_mm, unlike_segm
 from webui.layers.timeline import Span, spray_spans
 from webui.page import Page
 from webui.palette import ACCENT
+from webui.picking import Target, first_hit, nearest_stroke, target_of
 from webui.session import Session
 
 _M = 0.001
@@ -55,12 +56,15 @@ class Scene:
         self.legends: dict[str, ground.Tints] = {}
         self.click_taker: ClickTaker | None = None
         """Who is told of clicks instead of the selection, while there is somebody."""
+        self._target: Target | None = None
         self._api.on_click()(self._clicked)
         self._handles: dict[str, viser.GlbHandle] = {}
+        self._label: viser.LabelHandle | None = None
 
     def show(self, session: Session, before: Session | None) -> None:
         """Redraw what changed."""
         if before is None or session.board is not before.board:
+            self._target = target_of(session.board)
             self.look_at_board(session.board)
             self._draw_ground(session)
         elif self.view.components_by == "class" and session.run is not before.run:
@@ -84,8 +88,18 @@ class Scene:
             self._draw_strokes(session)
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:
+        origin, direction = np.array(event.ray_origin) / _M, np.array(event.ray_direction)
         if self.click_taker is not None:
-            self.click_taker(np.array(event.ray_origin) / _M, np.array(event.ray_direction))
+            self.click_taker(origin, direction)
+            return
+        hit = first_hit(self._target, origin, direction) if self._target is not None else None
+        shown = [line for line in self.strokes if line.place not in self.view.hidden]
+        stroke = nearest_stroke(shown, origin, direction, np.inf if hit is None else hit.distance_mm)
+        parts = {component.name for component in self._page.session.board.components}
+        if stroke is not None:
+            self._page.select(made_by=stroke.made_by)
+        else:
+            self._page.select(component=hit.body if hit is not None and hit.body in parts else "")
 
     def point_on_board(self, origin: Points, direction: Points) -> tuple[float, float] | None:
         """Where a ray meets the plane of the board's top, mm; nowhere if it runs away from it."""
@@ -144,6 +158,7 @@ class Scene:
     def _draw_selection(self, session: Session) -> None:
         component = session.selection.component
         self._put("/selection", ground.component_glb(session.board, component, ACCENT))
+        self._name_selected(session)
         chosen = [line for line in self.strokes if line.made_by == session.selection.made_by]
         segments = np.concatenate([np.empty((0, 2, 3)), *(line.segments for line in chosen)])
         segments = segments[unlike_segments(segments)]
@@ -151,6 +166,19 @@ class Scene:
         self._put(
             "/chosen", flat_triangles_glb(*bars(segments, tints, 2.0 * line_width_mm(board_size_mm(session.board))))
         )
+
+    def _name_selected(self, session: Session) -> None:
+        """Write the name of the selected component above it."""
+        if self._label is not None:
+            self._label.remove()
+            self._label = None
+        chosen = next((each for each in session.board.components if each.name == session.selection.component), None)
+        if chosen is None:
+            return
+        place = chosen.outline.centroid
+        up = chosen.height_mm + 2.0
+        z = session.board.surface_z_mm(chosen.side) + (up if chosen.side == "top" else -up)
+        self._label = self._api.add_label("/name", chosen.name, position=(place.x * _M, place.y * _M, z * _M))
 
     def _put(self, name: str, glb: bytes) -> None:
         """Show what is there under a name, in place of what was shown before."""

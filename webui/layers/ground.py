@@ -11,6 +11,7 @@ from webui.layers.glb import Colours, triangles_glb
 from webui.palette import BOARD, COMPONENT, FIXTURE, of_names, of_values
 
 ColourBy: TypeAlias = Literal["class", "height", "package", "nothing"]
+_OVER_MM = 0.02
 Tints: TypeAlias = dict[str, tuple[int, int, int]]
 
 
@@ -22,9 +23,11 @@ def ground_glb(board: Board, tints: Tints) -> bytes:
 
 
 def component_glb(board: Board, name: str, colour: tuple[int, int, int]) -> bytes:
-    """Draw one component alone, to lay it over the others."""
-    patches = [body.patches.reshape(-1, 3) for body in board.bodies if body.name == name]
-    corners: Points = np.concatenate([np.empty((0, 3)), *patches])
+    """Draw one component alone and a hair larger, to lay it over the one that is there."""
+    body = next((each for each in board.bodies if each.name == name), None)
+    if body is None or len(body.patches) == 0:
+        return b""
+    corners: Points = (body.patches + _OVER_MM * body.normals[:, None, :]).reshape(-1, 3)
     return triangles_glb(corners, np.tile(np.array(colour, dtype=np.uint8), (len(corners), 1)))
 
 
