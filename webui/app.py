@@ -1,17 +1,56 @@
-"""The server: one page and one session for each browser; a session outlives a lost connection."""
+"""The server: one page for each browser."""
 
-import threading
-from dataclasses import dataclass, field
+import errno
+import ipaddress
+import secrets
+import socket
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
+import rich
 import viser
 
 from boards.load import load_board
+from geometry.errors import JobError
 from webui.document import open_document
 from webui.layout import lay_out
 from webui.page import Page
 from webui.project import Project
 from webui.session import Session
+from webui.sessions import Sessions
+
+_BROWSER_KEY = "browser"
+_ANSWER_S = 5.0
+_MOST_PORTS = 100
+_LAST_PORT = 65535
+_ALL = ("0.0.0.0", "::")
+
+
+class ServerError(JobError):
+    """The server cannot listen where it was asked to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Server:
+    """A server that runs in threads of its own."""
+
+    viser: viser.ViserServer
+    sessions: Sessions
+    host: str
+    port: int
+    """The port it listens at; another one than was asked for if that was in use."""
+
+    @property
+    def address(self) -> str:
+        """Where a browser on this machine finds it."""
+        host = "127.0.0.1" if self.host in _ALL else f"[{self.host}]" if ":" in self.host else self.host
+        return f"http://{host}:{self.port}"
+
+    def stop(self) -> None:
+        """End it; what was under way is given up."""
+        self.sessions.close()
+        self.viser.stop()
 
 
 def open_session(board: str, recipe: str) -> Session:
@@ -24,40 +63,81 @@ def open_session(board: str, recipe: str) -> Session:
     return Session(board_name=board, board=load_board(Path(board)), document=document, loaded=document.read())
 
 
-@dataclass(slots=True)
-class _Sessions:
-    """Who is connected, and what those who left were doing; a reload takes up what was left last."""
+def serve(first: Session, project: Project, host: str, port: int) -> Server:
+    """Begin to serve pages; the server's threads go on until it is stopped.
 
-    first: Session
-    pages: dict[int, Page] = field(default_factory=dict[int, Page])
-    left: list[Session] = field(default_factory=list[Session])
-    lock: threading.Lock = field(default_factory=threading.Lock)
-
-    def take(self) -> Session:
-        with self.lock:
-            return self.left.pop() if self.left else self.first
-
-    def leave(self, client_id: int) -> None:
-        with self.lock:
-            page = self.pages.pop(client_id, None)
-            if page is not None:
-                page.close()
-                self.left.append(page.session)
-
-
-def serve(first: Session, project: Project, host: str, port: int) -> viser.ViserServer:
-    """Begin to serve pages; the server's threads go on until it is stopped."""
-    server = viser.ViserServer(host=host, port=port, label="Washboard", verbose=False)
-    sessions = _Sessions(first)
+    Raises:
+        ServerError: it cannot listen at that host or port.
+    """
+    free = free_port(host, port)
+    rich.get_console().quiet = True  # viser prints a box at the start and a line at the end; ours says what matters
+    server = viser.ViserServer(host=host, port=free, label="Washboard", verbose=False)
+    sessions = Sessions(first)
 
     def connect(client: viser.ClientHandle) -> None:
-        page = Page(client, project, sessions.take())
-        sessions.pages[client.client_id] = page
+        browser = _browser_of(client)
+        page = Page(client, project, sessions.take(browser))
+        sessions.enter(browser, client.client_id, page)
         page.open(lay_out(page))
-
-    def disconnect(client: viser.ClientHandle) -> None:
-        sessions.leave(client.client_id)
+        if client.client_id not in server.get_clients():  # it left meanwhile
+            sessions.leave(client.client_id)
 
     server.on_client_connect(connect)
-    server.on_client_disconnect(disconnect)
-    return server
+    server.on_client_disconnect(lambda client: sessions.leave(client.client_id))
+    return Server(server, sessions, host, server.get_port())
+
+
+def free_port(host: str, port: int) -> int:
+    """Find the first port at which one can listen, from the one that is asked for on; 0 takes any.
+
+    Raises:
+        ServerError: the host is none of this machine's, or no port is free.
+    """
+    for candidate in range(port, min(port + _MOST_PORTS, _LAST_PORT + 1)):
+        try:
+            _try_to_listen(host, candidate)
+        except PermissionError:
+            raise ServerError(f"port {candidate}: not allowed; choose one from 1024 on with --port.") from None
+        except (OSError, UnicodeError) as error:
+            if getattr(error, "errno", None) != errno.EADDRINUSE:
+                reason = getattr(error, "strerror", None) or str(error)
+                raise ServerError(f"host {host!r}: {reason}; leave out --host to listen on this machine.") from None
+        else:
+            return candidate
+    raise ServerError(f"port {port}: in use, like those after it; choose another one with --port.")
+
+
+def is_loopback(host: str) -> bool:
+    """Say whether only this machine reaches a host."""
+    with suppress(ValueError):
+        return ipaddress.ip_address(host).is_loopback
+    return host == "localhost"
+
+
+def _try_to_listen(host: str, port: int) -> None:
+    """Listen for a moment.
+
+    Raises:
+        OSError: it is not possible.
+    """
+    family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    with socket.socket(family, kind, protocol) as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        tried.bind(address)
+        tried.listen()
+
+
+def _browser_of(client: viser.ClientHandle) -> str:
+    """Recognise a browser by what was written into its storage the first time.
+
+    Returns:
+        A name that tells it from others; empty for those that keep nothing.
+    """
+    try:
+        name = client.local_storage.get_item(_BROWSER_KEY, timeout=_ANSWER_S)
+    except (RuntimeError, TimeoutError):  # it blocks storage, or has left
+        return ""
+    if name is None:
+        name = secrets.token_urlsafe(12)
+        client.local_storage.set_item(_BROWSER_KEY, name)
+    return name

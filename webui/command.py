@@ -1,9 +1,11 @@
 """``washboard ui``."""
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 
 from rulesengine.commands.arguments import BoardSource, RecipeSource
 from rulesengine.errors import job_errors
@@ -29,11 +31,21 @@ def ui(
     """
     with job_errors():
         from rulesengine.commands.terminal import open_console
-        from webui.app import open_session, serve
+        from webui.app import is_loopback, open_session, serve
         from webui.project import open_project
 
         project = open_project(folder)
         session = open_session(board, recipe)
         server = serve(session, project, host, port)
-        open_console().print(f"Washboard is at http://{host}:{server.get_port()} (Ctrl-C ends it)")
-        server.sleep_forever()
+        console = open_console()
+        if server.port != port:
+            console.print(f"Port {port} is in use.")
+        if not is_loopback(host):
+            console.print(
+                f"[bold red]Everyone in this network can read and write {escape(str(project.folder))}.[/bold red]"
+            )
+        console.print(f"Washboard is at {server.address} (Ctrl-C ends it)")
+        with suppress(KeyboardInterrupt):
+            server.viser.sleep_forever()
+        server.stop()
+        console.print("Stopped.")

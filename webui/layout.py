@@ -10,10 +10,12 @@ from webui.panels.output import OutputPanel
 from webui.panels.paths import PathsPanel
 from webui.panels.playback import PlaybackPanel
 from webui.panels.recipe import RecipePanel
+from webui.panels.status import StatusPanel
 from webui.panels.text import TextPanel
 from webui.scene import Scene
 
 _SIDE_PX = 360
+_STATUS_PX = 300
 _LEFT = (("Board", BoardPanel), ("Components", ComponentsPanel), ("Findings", FindingsPanel))
 _RIGHT = (
     ("Recipe", RecipePanel),
@@ -25,11 +27,12 @@ _RIGHT = (
 
 
 def lay_out(page: Page) -> list[Panel]:
-    """Build a page: what is looked at on the left, what is edited on the right, the playback below."""
+    """Build a page: what is looked at on the left, what is edited on the right, results and playback over the scene."""
     gui = page.client.gui
     gui.configure_theme(control_width="large", show_logo=False, show_share_button=False, brand_color=ACCENT)
     scene = Scene(page)
     panels: list[Panel] = [scene]
+    panels.append(StatusPanel(page, scene))
     left = gui.add_panel()
     for label, kind in _LEFT:
         with left.add_tab(label):
@@ -42,9 +45,9 @@ def lay_out(page: Page) -> list[Panel]:
             panels.append(kind(page, scene))
     right.dock_right()
     right.set_width(_SIDE_PX)
+    gui.main_panel.float(x=-20, y=20, width=_STATUS_PX)
     below = gui.add_panel()
     with below.add_tab("Playback"):
         panels.append(PlaybackPanel(page, scene))
     below.float(x=20, y=-20, width=620)
-    gui.main_panel.minimize()
     return panels

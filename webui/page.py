@@ -2,6 +2,7 @@
 
 import logging
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Protocol
@@ -34,16 +35,21 @@ class Page:
         self.client = client
         self.project = project
         self.session = session
+        self.planned_s: float | None = None
+        """How long the newest plan took, s; ``None`` where none was made on this page."""
         self._shown: Session | None = None
         self._panels: list[Panel] = []
         self._lock = threading.RLock()
         self._planner: Worker[Run] = Worker(self._tell)
         self._progress: list[Progress] = []
         self._endings: list[Callable[[], None]] = []
+        self._closed = False
 
     def open(self, panels: list[Panel]) -> None:
         """Show the session in its panels, and plan it."""
         with self._lock:
+            if self._closed:  # the browser left while its panels were built
+                return
             self._panels = panels
             self._show()
             if not self.session.planned:
@@ -51,6 +57,8 @@ class Page:
 
     def close(self) -> None:
         """Give up what is under way; the browser is gone."""
+        with self._lock:
+            self._closed = True
         self._planner.close()
         for end in self._endings:
             end()
@@ -81,10 +89,12 @@ class Page:
                     with self.client.atomic():
                         refused(error)
                     return False
-                self._failed(error)
+                self.report(error)
                 return False
             self.show(session)
-            if not session.planned:
+            if session.planned:
+                self._planner.cancel()  # what an undone edit asked for is no longer wanted
+            else:
                 self.plan()
             return True
 
@@ -106,8 +116,11 @@ class Page:
 
     def plan(self) -> None:
         """Plan the session's recipe beside the page; what comes later replaces it."""
-        recipe, board = self.session.recipe, self.session.board
-        self._planner.start(lambda tell: run(recipe, board, tell), self._planned, self._failed)
+        recipe, board, begun = self.session.recipe, self.session.board, time.perf_counter()
+        self._tell("planning", 0.0)
+        self._planner.start(
+            lambda tell: run(recipe, board, tell), lambda done: self._planned(done, begun), self._not_planned
+        )
 
     def cancel(self) -> None:
         """Give up planning; the last run stays in sight."""
@@ -128,13 +141,18 @@ class Page:
                 panel.show(self.session, self._shown)
         self._shown = self.session
 
-    def _planned(self, done: Run) -> None:
+    def _planned(self, done: Run, begun: float) -> None:
         with self._lock:
             if done.recipe == self.session.recipe and done.board is self.session.board:
+                self.planned_s = time.perf_counter() - begun
                 self.show(replace(self.session, run=done))
 
-    def _failed(self, error: Exception) -> None:
-        self._tell("", 1.0)
+    def _not_planned(self, error: Exception) -> None:
+        self._tell("not planned", 1.0)
+        self.report(error)
+
+    def report(self, error: Exception) -> None:
+        """Say what stopped something; a defect of ours goes to the log."""
         if isinstance(error, JobError):
             self.refuse(str(error))
             return
