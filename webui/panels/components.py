@@ -1,11 +1,14 @@
 """The list of components, and the card of the one that is selected."""
 
+import viser
+
 from webui.component_card import component_html, list_rows, rows_html
 from webui.page import Page
 from webui.scene import Scene
 from webui.session import Session
 
 _NONE = "none"
+_NOBODY: tuple[str, ...] = (_NONE,)
 _MOST_CHOICES = 400
 
 
@@ -17,8 +20,9 @@ class ComponentsPanel:
         self._page, self._scene = page, scene
         gui = page.client.gui
         self._filter = gui.add_text("Filter", "", hint="Part of a name, package or class, or a pattern such as C1*.")
-        none: tuple[str, ...] = (_NONE,)
-        self._choice = gui.add_dropdown("Go to", none, hint="Flies there and shows the card.")
+        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+            "Go to", _NOBODY, hint="Flies there and shows the card."
+        )
         self._list = gui.add_html("")
         with gui.add_folder("Selected"):
             self._card = gui.add_html("")
@@ -39,7 +43,7 @@ class ComponentsPanel:
     def _list_components(self, session: Session) -> None:
         rows = list_rows(session, self._filter.value)
         self._list.content = rows_html(rows)
-        names = tuple([_NONE, *(row.component.name for row in rows[:_MOST_CHOICES])])
+        names = (_NONE, *(row.component.name for row in rows[:_MOST_CHOICES]))
         if tuple(self._choice.options) != names:
             self._choice.options = names
 
