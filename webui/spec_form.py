@@ -39,7 +39,7 @@ class SpecForm:
     def show(self, fields: tuple[Field, ...], stated: Mapping[str, Tree]) -> None:
         """Show other values, in other inputs where these do not suit; what was typed into unchanged ones stays."""
         before, self._fields, self._stated = self._fields, fields, stated
-        if [_shape(field) for field in before] != [_shape(field) for field in fields]:
+        if _shape(before) != _shape(fields):
             self._build(before)
             return
         for old, field, handle in zip(before, fields, self._inputs, strict=True):
@@ -88,8 +88,7 @@ class SpecForm:
             self._inputs += [self._add(field) for field in self._fields if not field.group]
             for group in dict.fromkeys(field.group for field in self._fields if field.group):
                 members = [field for field in self._fields if field.group == group]
-                used = any(field.value for field in members)
-                self._folders[group] = self._gui.add_folder(group, expand_by_default=used)
+                self._folders[group] = self._gui.add_folder(group, expand_by_default=group in _used(self._fields))
                 with self._folders[group]:
                     self._inputs += [self._add(field) for field in members]
         self._apply.visible = bool(self._fields)
@@ -111,15 +110,18 @@ class SpecForm:
             self._remark = None
 
 
-def _shape(field: Field) -> tuple[object, ...]:
-    return (
-        field.path,
-        field.label,
-        field.kind,
-        _choices(field) if field.kind == "choice" else (),
-        field.group,
-        field.hint,
+def _shape(fields: tuple[Field, ...]) -> tuple[object, ...]:
+    """What inputs there are and which folders are open: where this differs they are built anew."""
+    inputs = tuple(
+        (each.path, each.label, each.kind, _choices(each) if each.kind == "choice" else (), each.group, each.hint)
+        for each in fields
     )
+    return inputs, _used(fields)
+
+
+def _used(fields: tuple[Field, ...]) -> frozenset[str]:
+    """Folders in which something is stated."""
+    return frozenset(field.group for field in fields if field.value and field.group)
 
 
 def _choices(field: Field) -> Sequence[str]:

@@ -292,6 +292,38 @@ def test_a_step_is_copied_moved_and_removed(page):
     assert page.session.recipe == SESSION.recipe
 
 
+def test_only_what_can_be_done_is_offered(page):
+    choose(page, "Masks")
+    assert find(page, "Edit", 0).options == ("Add",)
+    press(page, "Edit", "Add", at=0)
+    press(page, "Add")
+    assert find(page, "Entry").value == "1  avoid " + SESSION.board.components[0].name
+    assert find(page, "Edit", 0).options == ("Add", "Copy", "Remove")
+    choose(page, "Templates")
+    assert "Rename" in find(page, "Edit", 0).options
+
+
+def test_a_folder_is_open_where_something_is_stated(page):
+    def opened(name):
+        containers = page.client.gui._container_handle_from_uuid.values()
+        return next(each.expand_by_default for each in containers if getattr(each, "label", "") == name)
+
+    choose(page, "Sequence")
+    assert not opened("Until")
+    press(page, "Entry", entry(("sequence", 1)).label)
+    assert opened("Until")
+
+
+def test_what_was_typed_is_gone_once_another_entry_is_shown(page):
+    choose(page, "Templates", "around")
+    press(page, "Edit", "Copy", at=0)
+    find(page, "Tilt (°)", 0).value = "12"
+    press(page, "Edit", "Undo")
+    assert find(page, "Entry").value == "edge"
+    choose(page, "Templates", "around")
+    assert find(page, "Tilt (°)", 0).value == "35"
+
+
 def test_what_is_in_use_is_refused_with_the_reason(page):
     choose(page, "Templates", "edge")
     press(page, "Edit", "Remove", at=0)

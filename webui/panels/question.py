@@ -23,7 +23,8 @@ class Question:
         self._remark: viser.GuiHtmlHandle | None = None
         with self._window:
             if note:
-                self._gui.add_html(f'<div style="margin:0 10px 10px;color:{to_hex(INK)}">{escape(note)}</div>')
+                style = f"margin:0 10px 10px;font-size:13px;line-height:1.5;color:{to_hex(INK)}"
+                self._gui.add_html(f'<div style="{style}">{escape(note)}</div>')
             self._form = self._gui.add_form(None)
         self._name: viser.GuiTextHandle | None = None
         self._choice: viser.GuiDropdownHandle[str] | None = None

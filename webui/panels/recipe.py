@@ -38,6 +38,13 @@ def describe_entry(session: Session, entry: Entry | None) -> tuple[tuple[Field, 
     return describe(spec, stated, names, () if entry.path else entries.GENERAL), stated
 
 
+def _actions(entry: Entry | None) -> tuple[str, ...]:
+    """What can be done in a section: nothing that is not there is copied, and what has no name keeps having none."""
+    if entry is None:
+        return (_ADD,)
+    return (_ADD, _DUPLICATE, _RENAME, _REMOVE) if entry.named else (_ADD, _DUPLICATE, _REMOVE)
+
+
 class RecipePanel:
     """Forms for everything a recipe says: a section, an entry of it, its values."""
 
@@ -64,12 +71,12 @@ class RecipePanel:
         """Show a session; the form follows the stroke that is selected."""
         selected = before is not None and session.selection.made_by != before.selection.made_by
         self._at = (entries.entry_at(session.recipe, session.selection.made_by) if selected else None) or self._at
-        moved = self._entry is None or self._entry.path != self._at
-        if moved or before is None or session.loaded is not before.loaded:
+        shown = None if self._entry is None else self._entry.path
+        if shown != self._at or before is None or session.loaded is not before.loaded:
             self._show_entry(session)
         elif session.run is not before.run:
             self._card.content = card_html(session, self._entry, self._section.value)
-        if moved:
+        if self._entry is not None and self._entry.path != shown:
             self._form.reset()
 
     def _show_entry(self, session: Session) -> None:
@@ -84,6 +91,7 @@ class RecipePanel:
         self._choice.value = _NOTHING if self._entry is None else self._entry.label
         self._choice.visible = section in _SINGULAR
         self._edit.visible = section in _SINGULAR
+        self._edit.options = _actions(self._entry)
         self._order.visible = self._entry is not None and self._entry.ordered and len(there) > 1
         self._card.content = card_html(session, self._entry, section)
         self._form.show(*describe_entry(session, self._entry))
@@ -116,11 +124,9 @@ class RecipePanel:
         entry = self._entry
         if what == _ADD:
             self._ask_new(self._section.value)
-        elif entry is not None and what == _RENAME and entry.named:
+        elif entry is not None and what == _RENAME:
             question = Question(self._page, f"Rename {entry.name}", "What refers to it is renamed too.")
             question.name("Name", entry.name, _NAME_HINT).answers({"Rename": lambda name, _: self._rename(entry, name)})
-        elif entry is not None and what == _RENAME:
-            self._page.refuse("This one has no name; its place in the list is what tells it from the others.")
         elif entry is not None and what == _DUPLICATE:
             self._page.attempt(lambda session: self._opened(*entries.copied(session, entry)))
         elif entry is not None:
