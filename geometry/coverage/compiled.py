@@ -1,0 +1,30 @@
+"""Compiling hot loops, and keeping what was compiled where that is possible."""
+
+from collections.abc import Callable
+from typing import Any, ParamSpec, TypeVar, cast
+
+from numba import njit
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def compiled(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a function at its first call, and keep the result beside the module or in the user's cache."""
+    return _compile(function, {})
+
+
+def quick(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile what makes no arrays.
+
+    Without the counting of references to those it is handed it takes half the time.
+    """
+    return _compile(function, {"_nrt": False})
+
+
+def _compile(function: Callable[P, R], options: dict[str, Any]) -> Callable[P, R]:
+    compile_ = cast(Any, njit)
+    try:
+        return compile_(cache=True, **options)(function)
+    except RuntimeError:  # neither the installation nor a home can be written: each run compiles anew
+        return compile_(**options)(function)
