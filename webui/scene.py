@@ -10,6 +10,7 @@ import viser
 from boards.board import Board, Component
 from geometry.arrays import Points
 from rulesengine.pipeline import Run
+from webui.camera import Camera
 from webui.layers import ground, strokes
 from webui.layers.glb import flat_triangles_glb
 from webui.layers.markers import find_markers, markers_glb
@@ -22,7 +23,12 @@ from webui.session import Session
 
 _M = 0.001
 """The scene is in metres: a browser clips scenes of hundreds of units."""
-
+_NEAREST_MM = 12.0
+"""Half of the least that is looked at: smaller parts are seen with their neighbours."""
+_ROOM = 3.0
+"""How much more than a component is looked at."""
+_NOZZLE_MM = 50.0
+"""Paths run about so high above a board."""
 
 ClickTaker: TypeAlias = Callable[[Points, Points], None]
 """Takes the ray of a click: (3,) where it comes from, mm, and (3,) its direction."""
@@ -46,6 +52,7 @@ class Scene:
     def __init__(self, page: Page) -> None:
         """Set up light and camera."""
         self._page = page
+        self._camera = Camera(page.client)
         self._api = page.client.scene
         self._api.set_up_direction("+z")
         self._api.configure_default_lights(cast_shadow=False)
@@ -65,7 +72,7 @@ class Scene:
         """Redraw what changed."""
         if before is None or session.board is not before.board:
             self._target = target_of(session.board)
-            self.look_at_board(session.board)
+            self._camera.show_at_once(*_room(session.board))
             self._draw_ground(session)
         elif self.view.components_by == "class" and session.run is not before.run:
             self._draw_ground(session)
@@ -109,28 +116,24 @@ class Scene:
         x, y, _ = (float(value) for value in origin + direction * (down / float(direction[2])))
         return round(x, 2), round(y, 2)
 
-    def look_at_board(self, board: Board) -> None:
-        """Look at the whole board from the front, from above."""
-        low, high = (np.array(bound) for bound in (board.outline.bounds[:2], board.outline.bounds[2:]))
-        centre = np.append((low + high) / 2, board.top_z_mm) * _M
-        size = float(np.linalg.norm(high - low)) * _M
-        self._fly(centre, centre + size * np.array([0.0, -0.75, 0.95]))
+    def look_at_board(self) -> None:
+        """Look at the whole board and the room in which the nozzle moves, from the front, from above."""
+        self._camera.fly_to(*_room(self._page.session.board))
 
     def look_at(self, component: Component, board: Board) -> None:
         """Fly to a component."""
-        place = component.outline.centroid
-        centre = np.array([place.x, place.y, board.surface_z_mm(component.side)]) * _M
-        size = max(0.03, 6 * float(np.sqrt(component.area_mm2)) * _M)
-        up = 1.0 if component.side == "top" else -1.0
-        self._fly(centre, centre + size * np.array([0.0, -0.7, 0.8 * up]))
+        x_min, y_min, x_max, y_max = component.outline.bounds
+        surface = board.surface_z_mm(component.side)
+        middle = np.array([(x_min + x_max) / 2, (y_min + y_max) / 2, surface])
+        around = max(_NEAREST_MM, _ROOM * max(x_max - x_min, y_max - y_min) / 2, component.height_mm)
+        half = np.array([around, around, 0.0])
+        self._camera.fly_to(middle - half, middle + half, from_below=component.side == "bottom")
 
-    def _fly(self, centre: np.ndarray, eye: np.ndarray) -> None:
-        camera = self._page.client.camera
-        with self._page.client.atomic():
-            camera.near = 0.001
-            camera.up_direction = (0.0, 0.0, 1.0)
-            camera.position = eye
-            camera.look_at = centre
+    def look_at_place(self, place: tuple[float, float, float]) -> None:
+        """Fly to a place, mm, from the side of the board on which it is."""
+        board, half = self._page.session.board, np.array([_NEAREST_MM, _NEAREST_MM, 0.0])
+        below = place[2] < (board.top_z_mm + board.bottom_z_mm) / 2
+        self._camera.fly_to(np.array(place) - half, np.array(place) + half, from_below=below)
 
     def _draw_ground(self, session: Session) -> None:
         classified = () if session.run is None else session.run.classified
@@ -187,3 +190,11 @@ class Scene:
             handle.remove()
         if glb:
             self._handles[name] = self._api.add_glb(name, glb, scale=_M)
+
+
+def _room(board: Board) -> tuple[Points, Points]:
+    """Lowest and highest corner, mm, of a board and some of the room above it where paths run."""
+    x_min, y_min, x_max, y_max = board.outline.bounds
+    tallest = max((each.height_mm for each in board.components if each.side == "top"), default=0.0)
+    above = max(tallest, min(_NOZZLE_MM, (x_max - x_min + y_max - y_min) / 4))
+    return np.array([x_min, y_min, board.bottom_z_mm]), np.array([x_max, y_max, board.top_z_mm + above])

@@ -43,7 +43,7 @@ class BoardPanel:
         self._upload.on_upload(lambda event: self._import(event.target.value))
         self._cancel.on_click(lambda _: self._stop())
         self._by.on_update(lambda event: self._colour(event.target.value))
-        self._reset.on_click(lambda _: scene.look_at_board(page.session.board))
+        self._reset.on_click(lambda _: scene.look_at_board())
         page.on_close(self._loader.close)
 
     def show(self, session: Session, before: Session | None) -> None:
