@@ -112,8 +112,7 @@ def write_run(
     Raises:
         ProgramError: a finding forbids the export; nothing is written but the report, which says why.
     """
-    text = json.dumps(report(run), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    told = text.encode("utf-8", errors="replace")
+    told = report_bytes(run)
     stops = blocking(run.findings, allowed)
     if output is not None and stops:
         if report_file is not None:
@@ -121,7 +120,7 @@ def write_run(
         raise ProgramError(_why_not(stops), file=output)
     contents: list[tuple[Path, bytes]] = []
     if output is not None:
-        contents.append((output, native.render(run.program).encode("utf-8", errors="replace")))
+        contents.append((output, program_bytes(run)))
     if picture is not None:
         from rulesengine.picture import draw_plan
 
@@ -130,6 +129,17 @@ def write_run(
         contents.append((report_file, told))
     for path, content in contents:
         write_bytes_atomically(path, content)
+
+
+def program_bytes(run: "Run") -> bytes:
+    """Write the program as a native file."""
+    return native.render(run.program).encode("utf-8", errors="replace")
+
+
+def report_bytes(run: "Run") -> bytes:
+    """Write the report as JSON."""
+    text = json.dumps(report(run), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return text.encode("utf-8", errors="replace")
 
 
 def _why_not(stops: Sequence[Finding]) -> str:

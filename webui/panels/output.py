@@ -1,8 +1,25 @@
 """Downloads: program, picture, a playback that opens without a server."""
 
+import viser
+
+from rulesengine.summary import amount
+from webui.downloads import KINDS, Download, forbidding, make_download
 from webui.page import Page
+from webui.palette import INK, QUIET, to_hex
 from webui.scene import Scene
 from webui.session import Session
+from webui.work import Worker
+
+_RATES = ("1", "2", "5", "10", "20", "50")
+_FIRST = next(iter(KINDS))
+_HINTS = {
+    "Program (.wash)": "What a robot's post or washboard show reads.",
+    "Picture (PNG)": "Board, paths and heights on one sheet.",
+    "Picture (SVG)": "The same, to be enlarged or edited.",
+    "Report (JSON)": "Totals, classes, components and findings as data.",
+    "Playback (HTML)": "One file that plays in any browser, without Washboard.",
+    "Recipe (YAML)": "The recipe as it is edited now.",
+}
 
 
 class OutputPanel:
@@ -11,6 +28,70 @@ class OutputPanel:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
+        self._worker: Worker[Download] = Worker(self._tell)
+        page.on_close(self._worker.close)
+        self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
+        gui = page.client.gui
+        self._state = gui.add_html("")
+        self._kind = gui.add_dropdown("File", tuple(KINDS), hint="What to download.")
+        self._hint = gui.add_html(_note_html(_HINTS[_FIRST], QUIET))
+        self._rate = gui.add_dropdown(
+            "Speed (x)", _RATES, initial_value="10", visible=False, hint="How many times faster than the robot."
+        )
+        self._button = gui.add_button("Download", hint="The same bytes as the command line writes.")
+        self._allow = gui.add_folder("In spite of errors", visible=False)
+        self._kind.on_update(lambda event: self._choose(event.target.value))
+        self._button.on_click(lambda _: self._make())
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
+        if before is not None and session.run is before.run:
+            return
+        rules = forbidding(session.run)
+        self._state.content = _state_html(rules)
+        if list(rules) != list(self._boxes):
+            for box in self._boxes.values():
+                box.remove()
+            with self._allow:
+                self._boxes = {rule: self._page.client.gui.add_checkbox(rule, False) for rule in rules}
+            self._allow.visible = bool(rules)
+
+    def _choose(self, kind: str) -> None:
+        self._hint.content = _note_html(_HINTS[kind], QUIET)
+        self._rate.visible = kind.startswith("Playback")
+
+    def _make(self) -> None:
+        session, kind, rate = self._page.session, self._kind.value, float(self._rate.value)
+        allowed = tuple(rule for rule, box in self._boxes.items() if box.value)
+        self._button.disabled = True
+        self._worker.start(lambda tell: make_download(kind, session, allowed, rate, tell), self._send, self._fail)
+
+    def _send(self, download: Download) -> None:
+        self._rest()
+        self._page.client.send_file_download(download.name, download.content, save_immediately=True)
+
+    def _fail(self, error: Exception) -> None:
+        self._rest()
+        self._page.report(error)
+
+    def _rest(self) -> None:
+        self._button.label, self._button.disabled = "Download", False
+
+    def _tell(self, what: str, done: float) -> None:
+        if what == "recording":
+            self._button.label = f"Recording\N{HORIZONTAL ELLIPSIS} {done:.0%}"
+
+
+def _state_html(rules: dict[str, int]) -> str:
+    if not rules:
+        return ""
+    broken = ", ".join(f"{rule} ({count})" for rule, count in rules.items())
+    return _note_html(
+        f"{amount(sum(rules.values()), 'error').capitalize()} forbid the program: {broken}. Mend what the findings "
+        "say, or tick the rule below to write the program in spite of it.",
+        INK,
+    )
+
+
+def _note_html(text: str, colour: tuple[int, int, int]) -> str:
+    return f'<div style="margin:2px 12px;font-size:12px;color:{to_hex(colour)}">{text}</div>'

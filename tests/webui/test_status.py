@@ -1,0 +1,66 @@
+from dataclasses import replace
+
+import pytest
+
+from geometry.finding import Finding
+from rulesengine.pipeline import run
+from webui.app import open_session
+from webui.panels.status import status_html
+from webui.session import Session
+
+
+@pytest.fixture(scope="module")
+def fresh() -> Session:
+    return open_session("smt-demo", "rinse-only")
+
+
+@pytest.fixture(scope="module")
+def planned(fresh: Session) -> Session:
+    return replace(fresh, run=run(fresh.recipe, fresh.board))
+
+
+def edited(session: Session) -> Session:
+    name = session.recipe.sequence[0].paths[0]
+    return session.set_value(("templates", name, "speed_mm_s"), 31)
+
+
+def test_a_planned_recipe_says_how_long_it_takes_and_what_it_needs(planned: Session) -> None:
+    assert planned.run is not None
+    html = status_html(planned, 0.312, "done", 1.0)
+    litres = sum(amount for _, amount in planned.run.program.totals.liquid_l)
+    assert "Planned in 0.31 s" in html
+    assert f"{litres:.1f} l" in html
+    assert "No errors or warnings" in html
+
+
+def test_while_it_is_planned_it_says_how_far_that_is(fresh: Session) -> None:
+    assert "Planning rinse\N{HORIZONTAL ELLIPSIS} 40%" in status_html(fresh, None, "planning rinse", 0.4)
+
+
+def test_an_edit_that_is_not_planned_never_looks_planned(planned: Session) -> None:
+    html = status_html(edited(planned), 0.312, "timing", 0.6)
+    assert "Planned" not in html
+    assert "Timing" in html
+
+
+@pytest.mark.parametrize("what", ["cancelled", "not planned"])
+def test_what_is_stopped_says_that_the_paths_are_older(planned: Session, fresh: Session, what: str) -> None:
+    assert "recipe before" in status_html(edited(planned), 0.3, what, 1.0)
+    assert "recipe before" not in status_html(fresh, None, what, 1.0)
+
+
+def test_errors_are_in_sight(planned: Session) -> None:
+    assert planned.run is not None
+    findings = (Finding("a", "error", ""), Finding("b", "warning", ""), Finding("b", "warning", ""))
+    html = status_html(replace(planned, run=replace(planned.run, findings=findings)), 0.3, "done", 1.0)
+    assert "1 error, 2 warnings" in html
+
+
+def test_unsaved_changes_are_marked(planned: Session) -> None:
+    assert "\N{BULLET}" in status_html(edited(planned), 0.3, "timing", 0.6)
+    assert "\N{BULLET}" not in status_html(planned, 0.3, "done", 1.0)
+
+
+def test_names_cannot_become_markup(planned: Session) -> None:
+    nasty = replace(planned, board=replace(planned.board, name="<img src=x>"))
+    assert "<img" not in status_html(nasty, None, "", 0.0)

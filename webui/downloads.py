@@ -1,0 +1,99 @@
+"""What a page gives away: the bytes that the command line would write, under names that any system takes."""
+
+import re
+import threading
+from collections import Counter
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from geometry.progress import Progress
+from programs.errors import ProgramError
+from rulesengine.commands.writing import program_bytes, report_bytes
+from rulesengine.pipeline import Run
+from rulesengine.report import blocking
+from rulesengine.summary import amount, shorten
+from webui.session import Session
+
+_ODD = re.compile(r"[^\w.+-]+")
+KINDS: dict[str, str] = {
+    "Program (.wash)": ".wash",
+    "Picture (PNG)": ".png",
+    "Picture (SVG)": ".svg",
+    "Report (JSON)": ".json",
+    "Playback (HTML)": ".html",
+    "Recipe (YAML)": ".yaml",
+}
+"""What can be downloaded, as it is called on the page, and how the file's name ends."""
+_ONE_DRAWS = threading.Lock()
+"""Matplotlib is made for one thread."""
+
+
+@dataclass(frozen=True, slots=True)
+class Download:
+    """A file for the browser to keep."""
+
+    name: str
+    content: bytes
+
+
+def make_download(kind: str, session: Session, allowed: Collection[str], rate: float, tell: Progress) -> Download:
+    """Make a file of a session.
+
+    Args:
+        kind: One of ``KINDS``.
+        session: What is shown.
+        allowed: Rules whose errors do not forbid a program.
+        rate: How many times faster than the robot a playback runs.
+        tell: Is told how far it is.
+
+    Raises:
+        ProgramError: there is no program of the recipe as it is now, or a finding forbids it.
+    """
+    suffix = KINDS[kind]
+    if suffix == ".yaml":
+        return Download(f"{_plain(session.document.file.stem)}.yaml", session.document.text.encode())
+    run = session.run
+    if run is None or not session.planned:
+        raise ProgramError("the recipe as it is now is not planned yet; wait until it is, or mend what stops it.")
+    tell(f"making {kind}", 0.0)
+    content = _content(suffix, run, allowed, rate, tell)
+    return Download(f"{_plain(run.board.name)}-{_plain(run.recipe.recipe)}{suffix}", content)
+
+
+def forbidding(run: Run | None) -> dict[str, int]:
+    """Rules whose errors forbid a program, and how often each was broken; in the order of the findings."""
+    return dict(Counter(finding.rule for finding in blocking(run.findings, ()))) if run is not None else {}
+
+
+def _content(suffix: str, run: Run, allowed: Collection[str], rate: float, tell: Progress) -> bytes:
+    match suffix:
+        case ".wash":
+            _refuse_errors(run, allowed)
+            return program_bytes(run)
+        case ".json":
+            return report_bytes(run)
+        case ".html":
+            from webui.recording import record
+
+            return record(run, rate, tell).encode()
+        case _:
+            from rulesengine.picture import draw_plan
+
+            with _ONE_DRAWS:
+                return draw_plan(run.board, run.program, suffix)
+
+
+def _refuse_errors(run: Run, allowed: Collection[str]) -> None:
+    stops = blocking(run.findings, tuple(allowed))
+    if stops:
+        first = stops[0]
+        raise ProgramError(
+            f"{amount(len(stops), 'finding')} of severity error forbid{'s' if len(stops) == 1 else ''} the program. "
+            f"First {first.rule} at {shorten(first.made_by) or 'the board'}: {shorten(first.message)} Mend it, or "
+            "tick its rule below the button to write the program in spite of it."
+        )
+
+
+def _plain(name: str) -> str:
+    """Leave of a name what can stand in a file's name everywhere."""
+    return _ODD.sub("-", name).strip("-.")[:80] or "board"

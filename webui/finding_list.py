@@ -1,0 +1,85 @@
+"""What the page says about findings: which are shown, their names, their list."""
+
+from collections import Counter
+from collections.abc import Sequence
+from html import escape
+
+from boards.board import Board
+from geometry.finding import Finding, Severity
+from recipes.load import LoadedRecipe
+from rulesengine.summary import shorten
+from webui.origin import recipe_line
+from webui.palette import ACCENT, INK, QUIET, to_hex
+
+SEVERITY_COLOURS: dict[Severity, str] = {"error": "#a3202a", "warning": "#8a5a00", "info": to_hex(QUIET)}
+SEVERITY_WORDS: dict[Severity, str] = {"error": "Errors", "warning": "Warnings", "info": "Notes"}
+ALL: str = "All"
+_MOST_SHOWN = 60
+
+
+def choose_findings(findings: Sequence[Finding], severity: str, rule: str) -> list[Finding]:
+    """Keep the findings of a severity (as in ``"Errors"``) and a rule; ``"All"`` keeps all. Their order stays."""
+    return [
+        finding
+        for finding in findings
+        if severity in (ALL, SEVERITY_WORDS[finding.severity]) and rule in (ALL, finding.rule)
+    ]
+
+
+def name_findings(findings: Sequence[Finding]) -> dict[str, Finding]:
+    """Give each finding a short name of its own, to choose it by: its number in the list, its rule, who made it."""
+    names: dict[str, Finding] = {}
+    for number, finding in enumerate(findings, start=1):
+        _, _, made_by = finding.made_by.rpartition("]/")
+        place = shorten(made_by)
+        names[f"{number} {finding.rule}{f' {place}' if place else ''}"] = finding
+    return names
+
+
+def component_of(finding: Finding, board: Board) -> str:
+    """Name the component that a finding is about, where it is about one; else nothing."""
+    parts = finding.made_by.split("/")
+    named = parts[2] if len(parts) > 2 else ""
+    return named if any(component.name == named for component in board.components) else ""
+
+
+def tally(findings: Sequence[Finding]) -> str:
+    """Count findings by severity, such as ``2 warnings, 15 notes``."""
+    counts = Counter(finding.severity for finding in findings)
+    words = [
+        f"{counts[severity]} {word.lower() if counts[severity] != 1 else word.lower().removesuffix('s')}"
+        for severity, word in SEVERITY_WORDS.items()
+        if counts[severity]
+    ]
+    return ", ".join(words) or "no findings"
+
+
+def findings_html(findings: Sequence[Finding], loaded: LoadedRecipe, chosen: Finding | None) -> str:
+    """List findings as they come, the chosen one marked; long lists say how many more there are."""
+    items = "".join(
+        _item(number, finding, loaded, marked=finding is chosen)
+        for number, finding in enumerate(findings[:_MOST_SHOWN], start=1)
+    )
+    more = len(findings) - _MOST_SHOWN
+    rest = f'<div style="color:{to_hex(QUIET)}">and {more} more; choose a rule to see them</div>' if more > 0 else ""
+    nothing = "" if findings else f'<div style="color:{to_hex(QUIET)}">Nothing to look at.</div>'
+    return (
+        f'<div style="margin:4px 12px;font-size:12px;line-height:1.45;color:{to_hex(INK)}">{items}{rest}{nothing}</div>'
+    )
+
+
+def _item(number: int, finding: Finding, loaded: LoadedRecipe, *, marked: bool) -> str:
+    colour = SEVERITY_COLOURS[finding.severity]
+    edge = to_hex(ACCENT) if marked else colour
+    ground = "#fbf1ee" if marked else "transparent"
+    places = [shorten(finding.made_by), recipe_line(loaded, finding.made_by)]
+    if finding.where is not None:
+        places.append(", ".join(f"{value:.1f}" for value in finding.where) + " mm")
+    place = " \N{MIDDLE DOT} ".join(escape(text) for text in places if text)
+    return (
+        f'<div style="border-left:3px solid {edge};background:{ground};padding:2px 0 3px 8px;margin-bottom:8px;'
+        'overflow-wrap:anywhere">'
+        f'<span style="color:{colour};font-weight:600">{number} {escape(finding.rule)}</span>'
+        f"<div>{escape(shorten(finding.message))}</div>"
+        f'<div style="color:{to_hex(QUIET)};font-size:11px">{place}</div></div>'
+    )
