@@ -19,6 +19,7 @@ from webui.layers.nozzle import moment
 from webui.layers.ribbons import board_size_mm, line_width_mm
 from webui.layers.strokes import stroke_lines, strokes_glb, tint_functions, tint_strokes, transfers_glb
 from webui.layers.timeline import clock
+from webui.lighting import light_scene
 from webui.tool_view import ToolView
 
 _ONE_AT_A_TIME = threading.Lock()
@@ -81,8 +82,7 @@ def _play(api: viser.SceneApi, run: Run, times: Scalars, tell: Progress) -> Iter
 
 def _draw_still(api: viser.SceneApi, run: Run) -> None:
     """Draw what does not move."""
-    api.set_up_direction("+z")
-    api.configure_default_lights(cast_shadow=False)
+    light_scene(api)
     lines = stroke_lines(run.plan)
     tints, _ = tint_strokes(lines, "function", [None] * len(lines))
     parts = {

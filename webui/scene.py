@@ -16,6 +16,7 @@ from webui.layers.glb import flat_triangles_glb
 from webui.layers.markers import find_markers, markers_glb
 from webui.layers.ribbons import bars, board_size_mm, line_width_mm, unlike_segments
 from webui.layers.timeline import Span, spray_spans
+from webui.lighting import light_scene
 from webui.page import Page
 from webui.palette import ACCENT
 from webui.picking import Target, first_hit, nearest_stroke, target_of
@@ -54,8 +55,7 @@ class Scene:
         self._page = page
         self._camera = Camera(page.client)
         self._api = page.client.scene
-        self._api.set_up_direction("+z")
-        self._api.configure_default_lights(cast_shadow=False)
+        light_scene(self._api)
         self.view = View()
         self.strokes: list[strokes.StrokeLine] = []
         self.spans: list[Span | None] = []
@@ -66,6 +66,7 @@ class Scene:
         self._target: Target | None = None
         self._api.on_click()(self._clicked)
         self._handles: dict[str, viser.GlbHandle] = {}
+        self._drawn: dict[str, bytes] = {}
         self._label: viser.LabelHandle | None = None
 
     def show(self, session: Session, before: Session | None) -> None:
@@ -136,9 +137,11 @@ class Scene:
         self._camera.fly_to(np.array(place) - half, np.array(place) + half, from_below=below)
 
     def _draw_ground(self, session: Session) -> None:
-        classified = () if session.run is None else session.run.classified
-        tints, self.legends["components"] = ground.tint_components(session.board, classified, self.view.components_by)
-        self._put("/board", ground.ground_glb(session.board, tints))
+        by = self.view.components_by
+        classified = session.run.classified if session.run is not None and by == "class" else ()
+        painted = ground.paint_board(session.board, classified, by)
+        self.legends["components"] = painted.legend
+        self._put("/board", painted.glb)
 
     def _draw_strokes(self, session: Session) -> None:
         run, size = session.run, board_size_mm(session.board)
@@ -185,11 +188,14 @@ class Scene:
 
     def _put(self, name: str, glb: bytes) -> None:
         """Show what is there under a name, in place of what was shown before."""
+        if self._drawn.get(name, b"") is glb:
+            return
         handle = self._handles.pop(name, None)
         if handle is not None:
             handle.remove()
         if glb:
             self._handles[name] = self._api.add_glb(name, glb, scale=_M)
+        self._drawn[name] = glb
 
 
 def _room(board: Board) -> tuple[Points, Points]:

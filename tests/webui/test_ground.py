@@ -2,13 +2,14 @@
 
 import json
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from tiny_session import tiny_session
 
 from webui.layers.glb import triangles_glb
-from webui.layers.ground import component_glb, ground_glb, tint_components
+from webui.layers.ground import component_glb, ground_glb, paint_board, tint_components
 
 
 def read_glb(glb):
@@ -54,3 +55,14 @@ def test_a_selected_component_lies_over_the_one_that_is_there():
 
 def test_nothing_is_no_glb():
     assert triangles_glb(np.empty((0, 3)), np.empty((0, 3), dtype=np.uint8)) == b""
+
+
+def test_a_painted_board_is_remembered_until_its_colours_change():
+    session = tiny_session()
+    board, classified = session.board, session.run.classified
+    painted = paint_board(board, classified, "class")
+    assert paint_board(board, tuple(classified), "class") is painted
+    assert painted.legend == tint_components(board, classified, "class")[1]
+    others = tuple(replace(each, component_class="other") for each in classified)
+    assert list(paint_board(board, others, "class").legend) == ["other"]
+    assert paint_board(board, others, "class").glb != painted.glb

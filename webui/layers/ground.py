@@ -1,5 +1,7 @@
 """The board and what stands on it, as coloured triangles."""
 
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -11,8 +13,31 @@ from webui.layers.glb import Colours, triangles_glb
 from webui.palette import BOARD, COMPONENT, FIXTURE, of_names, of_values
 
 ColourBy: TypeAlias = Literal["class", "height", "package", "nothing"]
-_OVER_MM = 0.02
 Tints: TypeAlias = dict[str, tuple[int, int, int]]
+
+_OVER_MM = 0.02
+_REMEMBERED = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Painted:
+    """A board in its colours."""
+
+    glb: bytes
+    legend: Tints
+
+
+@lru_cache(_REMEMBERED)
+def paint_board(board: Board, classified: tuple[Classified, ...], by: ColourBy) -> Painted:
+    """Draw a board with its components coloured; the last few are remembered, whichever page asks.
+
+    Args:
+        board: The board.
+        classified: Class of each component; looked at where colours mean classes.
+        by: What the colours tell apart.
+    """
+    tints, legend = tint_components(board, classified, by)
+    return Painted(ground_glb(board, tints), legend)
 
 
 def ground_glb(board: Board, tints: Tints) -> bytes:
