@@ -74,6 +74,8 @@ def test_a_recipe_is_edited_saved_and_found_again(server, tmp_path):
         page = chromium.new_page(viewport={"width": 1400, "height": 900})
         browser = Browser(page, f"http://127.0.0.1:{server.port}")
         browser.choose("Entry", "around")
+        browser.expect_input("Speed (mm/s)", "40")
+        page.wait_for_timeout(TYPED_MS)
 
         browser.type("Speed (mm/s)", "500")
         page.get_by_text("500 mm/s is above the maximum 120 mm/s").wait_for()
