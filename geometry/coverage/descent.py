@@ -1,12 +1,13 @@
 """Shorten a route change by change until no change near to where it was disturbed makes it shorter."""
 
-from geometry.coverage.route_desk import ROOM, Desk, do_swap, do_turn, do_way, look_at, touched
-from geometry.coverage.route_network import Network, Whole, leg, quick
+from geometry.coverage.compiled import quick
+from geometry.coverage.route_desk import ROOM, Desk, do_swap, do_turn, do_way, look_at, take_back_to, touched
+from geometry.coverage.route_network import Network, Whole, leg
 from geometry.coverage.route_tour import Tour, at, rejoin, swap_change, turn_change
 
 LONGEST_MOVED = 3
 """Strokes that are moved together at most"""
-MOST_DONE = 8
+MOST_DONE = 32
 """Room that one change needs on the desk"""
 UNREACHED = 1 << 60
 
@@ -112,9 +113,12 @@ def try_gaps(
             first = best_between(network, before, tour.order[p], after)
             end = first
         change = leg(network, before, first) + leg(network, end, after) - leg(network, before, after) + skew - saved
-        if change < 0:
-            do_move(network, tour, desk, (low, high, gap), (first, turned))
-            return change
+        if change < desk.slack:
+            begun = desk.mark[2]
+            lowest, cut, highest = do_move(network, tour, desk, (low, high, gap), (first, turned))
+            change = settle(network, tour, desk, (begun, lowest, cut, highest), change)
+            if change < 0:
+                return change
     return 0
 
 
@@ -127,22 +131,29 @@ def joint_length(network: Network, way: Whole, near: Whole, follows: Whole) -> W
 @quick
 def do_move(
     network: Network, tour: Tour, desk: Desk, what: tuple[Whole, Whole, Whole], how: tuple[Whole, Whole]
-) -> None:
-    """Move positions low to high between gap and gap + 1, with the way through the first, perhaps turned around."""
+) -> tuple[Whole, Whole, Whole]:
+    """Move positions low to high between gap and gap + 1, with the way through the first, perhaps turned around.
+
+    Returns:
+        Where the two runs that were swapped for this are now: lowest position, beginning of the second, highest.
+    """
     low, high, gap = what
     first, turned = how
     length = high - low + 1
     if gap > high:
         do_swap(network, tour, desk, low, high, gap)
         high, p = gap, gap - length + 1
+        cut = p
     else:
         do_swap(network, tour, desk, gap + 1, low - 1, high)
         low, p = gap + 1, gap + 1
+        cut = low + length
     if length == 1:
         do_way(network, tour, desk, first)
     elif turned:
         do_turn(network, tour, desk, p, p + length - 1)
     touched(network, tour, desk, low, high + 1)
+    return low, cut, high
 
 
 @quick
@@ -175,10 +186,13 @@ def try_swaps(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
             if low > high:
                 continue
             change = swap_change(network, tour, low, middle, high)
-            if change < 0:
+            if change < desk.slack:
+                begun = desk.mark[2]
                 do_swap(network, tour, desk, low, middle, high)
                 touched(network, tour, desk, low, high + 1)
-                return change
+                change = settle(network, tour, desk, (begun, low, low + high - middle, high), change)
+                if change < 0:
+                    return change
     return 0
 
 
@@ -199,8 +213,27 @@ def runs_between(tour: Tour, p: Whole, q: Whole, k: Whole) -> tuple[Whole, Whole
 
 
 @quick
-def try_ways(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
-    """Go better ways through the stroke at a position and the next one."""
+def settle(network: Network, tour: Tour, desk: Desk, where: tuple[Whole, Whole, Whole, Whole], change: Whole) -> Whole:
+    """Go better ways around the joints of two swapped runs; take all back if the route has not become shorter."""
+    begun, low, cut, high = where
+    if desk.slack > 0:
+        for joint in (low, cut, high + 1):
+            change += mend(network, tour, desk, joint - 1)
+        for joint in (low, cut, high + 1):
+            change += mend(network, tour, desk, joint - 2)
+            change += mend(network, tour, desk, joint)
+    if change >= 0:
+        take_back_to(network, tour, desk, begun, (low - 2, high + 4))
+        return 0
+    for joint in (low, cut, high + 1):
+        look_at(tour, desk, joint - 1)
+        look_at(tour, desk, joint)
+    return change
+
+
+@quick
+def mend(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
+    """Go the best ways through the stroke at a position and the next one."""
     if p < 1 or p > len(tour.place) - 2:
         return 0
     saved, a, b = rejoin(network, at(tour, p - 1), (at(tour, p), at(tour, p + 1)), at(tour, p + 2))
@@ -208,6 +241,14 @@ def try_ways(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
         do_way(network, tour, desk, a)
         do_way(network, tour, desk, b)
         touched(network, tour, desk, p, p + 2)
+    return saved
+
+
+@quick
+def try_ways(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
+    """Go better ways through the stroke at a position and the next one."""
+    saved = mend(network, tour, desk, p)
+    if saved < 0:
         for position in range(p - 1, p + 3):
             look_at(tour, desk, position)
     return saved

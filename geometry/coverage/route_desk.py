@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from geometry.arrays import Indices
-from geometry.coverage.route_network import Network, Whole, quick
+from geometry.coverage.compiled import compiled, quick
+from geometry.coverage.route_network import Network, Whole
 from geometry.coverage.route_tour import Tour, turn, update_skew
 
 ROOM = 4096
@@ -24,16 +24,19 @@ class Desk(NamedTuple):
     """(room, 2) positions turned around, or -1 - stroke and its old way"""
     mark: Indices
     """Head of the queue, its length, the number of things done, lowest and highest position touched"""
+    slack: int
+    """A change that adds less than so many micrometres is tried, in the hope of better ways around it"""
 
 
-@njit(cache=True)
-def new_desk(count: Whole) -> Desk:
-    """An empty desk for a tour of so many strokes, start and end included."""
+@compiled
+def new_desk(count: Whole, slack: Whole) -> Desk:
+    """An empty desk for a tour of so many strokes, start and end included, and a slack."""
     return Desk(
         np.zeros(count, dtype=np.int64),
         np.zeros(count, dtype=np.int64),
         np.zeros((ROOM, 2), dtype=np.int64),
         np.array([0, 0, 0, count, 0]),
+        slack,
     )
 
 
@@ -78,15 +81,22 @@ def touched(network: Network, tour: Tour, desk: Desk, low: Whole, high: Whole) -
 
 
 @quick
-def take_back(network: Network, tour: Tour, desk: Desk) -> None:
-    """Undo all that is noted."""
-    for number in range(desk.mark[2] - 1, -1, -1):
-        low, high = desk.done[number]
+def take_back_to(network: Network, tour: Tour, desk: Desk, begun: Whole, legs: tuple[Whole, Whole]) -> None:
+    """Undo what was noted from number ``begun`` on; only legs that end between two positions had changed."""
+    while desk.mark[2] > begun:
+        desk.mark[2] -= 1
+        low, high = desk.done[desk.mark[2]]
         if low < 0:
             tour.way[-1 - low] = high
         else:
             turn(network, tour, low, high)
-    update_skew(network, tour, desk.mark[3], desk.mark[4])
+    update_skew(network, tour, legs[0], legs[1])
+
+
+@quick
+def take_back(network: Network, tour: Tour, desk: Desk) -> None:
+    """Undo all that is noted."""
+    take_back_to(network, tour, desk, 0, (desk.mark[3], desk.mark[4]))
     keep(desk)
 
 
@@ -105,5 +115,3 @@ def do_swap(network: Network, tour: Tour, desk: Desk, low: Whole, middle: Whole,
     cut = low + high - middle
     do_turn(network, tour, desk, low, cut - 1)
     do_turn(network, tour, desk, cut, high)
-    for position in (low - 1, low, cut - 1, cut, high, high + 1):
-        look_at(tour, desk, position)

@@ -3,21 +3,23 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from geometry.arrays import Indices
+from geometry.coverage.compiled import compiled, quick
 from geometry.coverage.descent import descend
 from geometry.coverage.route_desk import Desk, do_turn, keep, look_at, new_desk, take_back, touched
 from geometry.coverage.route_exact import choose_ways, solve_small, start_order
-from geometry.coverage.route_network import Network, Whole, leg, quick
+from geometry.coverage.route_network import Network, Whole, leg
 from geometry.coverage.route_tour import Tour, at, new_tour
 
 MOST_EXACT = 9
 """Up to so many strokes the best order is found by dynamic programming"""
-WARMTH = 0.5
+WARMTH = 1.0
 """By how much a repaired order may be longer than the one before at first, in mean legs; it falls to 0"""
-LONGEST_KICKED = 10
+LONGEST_KICKED = 26
 """Strokes in each of the three runs that a kick exchanges, at most"""
+SLACK = 2.0
+"""By how much a change may lengthen the route before the ways around it are chosen anew, in mean legs"""
 
 
 def search_order(network: Network, effort: float = 1.0, seed: int = 0) -> Indices:
@@ -37,8 +39,9 @@ def search_order(network: Network, effort: float = 1.0, seed: int = 0) -> Indice
     order, length = start_order(network)
     if count < 3:  # too few to kick, with too many ways for the dynamic programme
         return _best_of_two(network, order)
-    warmth = WARMTH * max(1.0, length / (count + 1))
-    return kick_often(network, order, round(effort * usual_kicks(network)), warmth, seed)
+    mean = max(1.0, length / (count + 1))
+    slack = round(SLACK * mean) if _is_choosy(network) else 0
+    return kick_often(network, order, round(effort * usual_kicks(network)), (WARMTH * mean, slack), seed)
 
 
 def usual_kicks(network: Network) -> int:
@@ -46,7 +49,13 @@ def usual_kicks(network: Network) -> int:
     count = len(network.first) - 3
     kicks = min(10 * count**2, 600_000 // count + 8 * count)
     # every change of a skewed route brings the skew of all that follows up to date
-    return kicks // (1 + count // 300) if network.skewed else kicks
+    kicks //= 1 + count // 300 if network.skewed else 1
+    return kicks // 3 if _is_choosy(network) else kicks
+
+
+def _is_choosy(network: Network) -> bool:
+    """Whether a stroke can be gone through in more ways than there and back."""
+    return bool(np.any(np.diff(network.first) > 2))
 
 
 def _best_of_two(network: Network, order: Indices) -> Indices:
@@ -54,11 +63,15 @@ def _best_of_two(network: Network, order: Indices) -> Indices:
     return min(order, other, key=lambda tried: int(choose_ways(network, tried)[0]))
 
 
-@njit(cache=True)
-def kick_often(network: Network, order: Indices, kicks: Whole, warmth: float, seed: Whole) -> Indices:
-    """Kick and repair an order; what is longer by too much is taken back (Martin, Otto and Felten 1991)."""
+@compiled
+def kick_often(network: Network, order: Indices, kicks: Whole, leave: tuple[float, Whole], seed: Whole) -> Indices:
+    """Kick and repair an order; what is longer by too much is taken back (Martin, Otto and Felten 1991).
+
+    ``leave`` holds the warmth and the slack, in micrometres.
+    """
+    warmth, slack = leave
     length, way = choose_ways(network, order)
-    tour, desk = new_tour(network, order, way), new_desk(len(order))
+    tour, desk = new_tour(network, order, way), new_desk(len(order), slack)
     for position in range(len(order)):
         look_at(tour, desk, position)
     while desk.mark[1] > 0:
