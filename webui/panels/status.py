@@ -88,7 +88,7 @@ def _totals(run: Run) -> str:
     return (
         '<div style="display:flex;justify-content:space-between;align-items:baseline;'
         'font-variant-numeric:tabular-nums">'
-        f'<span style="font-size:22px;font-weight:600">{clock(run.program.totals.duration_s)}</span>'
+        f'<span data-total style="font-size:22px;font-weight:600">{clock(run.program.totals.duration_s)}</span>'
         f'<span style="font-size:15px">{litres_of(run):.1f} l</span></div>'
     )
 

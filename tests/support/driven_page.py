@@ -1,0 +1,152 @@
+"""A real page in a real browser: what somebody does with it, and what the browser complained about meanwhile."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from playwright.sync_api import Browser, Locator, Page, sync_playwright
+
+CHROMIUM = next((path for path in ("/usr/bin/chromium", "/usr/bin/chromium-browser") if Path(path).exists()), None)
+NO_CHROMIUM = "no chromium in /usr/bin: apt-get install chromium"
+FLAGS = [
+    "--no-sandbox",
+    "--disable-dev-shm-usage",
+    "--use-gl=angle",  # WebGL without a graphics card
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+    "--disable-background-networking",  # the browser's own calls home would be taken for ours
+    "--disable-component-update",
+    "--no-first-run",
+]
+WAIT_MS = 90_000
+TYPED_MS = 200
+"""The page tells of what is typed every 50 ms."""
+WINDOW = (1400, 900)
+
+
+@contextmanager
+def open_chromium() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+class DrivenPage:
+    """One tab; each has a browser profile of its own unless a page of one is given."""
+
+    def __init__(self, browser: Browser, url: str, page: Page | None = None) -> None:
+        width, height = WINDOW
+        self.page = page or browser.new_page(viewport={"width": width, "height": height}, accept_downloads=True)
+        self.page.set_default_timeout(WAIT_MS)
+        self.said: list[str] = []
+        self.asked: list[str] = []
+        self.page.on("console", lambda message: self.said.append(f"{message.type}: {message.text}"))
+        self.page.on("pageerror", lambda error: self.said.append(f"error: {error}"))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.page.goto(url, wait_until="domcontentloaded")
+        self.wait_until_planned()
+
+    @property
+    def errors(self) -> list[str]:
+        return [line for line in self.said if line.startswith("error")]
+
+    @property
+    def strangers(self) -> list[str]:
+        """What was asked of anybody but this machine."""
+        own = ("http://127.0.0.1:", "ws://127.0.0.1:", "data:", "blob:")
+        return [url for url in self.asked if not url.startswith(own)]
+
+    @property
+    def time_text(self) -> str:
+        """How long the program takes, as the page says."""
+        return self.page.locator("[data-total]").inner_text()
+
+    def wait_until_planned(self) -> None:
+        self.page.get_by_text("Planned").first.wait_for()
+
+    def wait_for_another_time(self, than: str) -> str:
+        """Wait for the result of an edit, and return the new time."""
+        self.page.wait_for_function("than => document.querySelector('[data-total]').innerText !== than", arg=than)
+        return self.time_text
+
+    def wait_for_time(self, text: str) -> None:
+        self.page.wait_for_function("text => document.querySelector('[data-total]').innerText === text", arg=text)
+
+    def wait_for_input(self, label: str, check: str, wanted: str = "") -> None:
+        """Wait until the value of an input satisfies a JavaScript function of it and of what is wanted."""
+        self.page.wait_for_function(
+            f"([label, wanted]) => [...document.querySelectorAll('label')].some(each => each.innerText === label && "
+            f"[...(each.closest('.mantine-Flex-root')?.querySelectorAll('input') ?? [])].some("
+            f"input => ({check})(input.value, wanted)))",
+            arg=[label, wanted],
+        )
+
+    def edit(self, template: str, label: str, value: str) -> None:
+        """Write a value of a template in the form."""
+        self.tab("Recipe")
+        self.choose("Entry", template)
+        self.page.wait_for_timeout(2 * TYPED_MS)
+        self.type(label, value)
+
+    def reload(self) -> None:
+        self.page.reload(wait_until="domcontentloaded")
+        self.wait_until_planned()
+
+    def tab(self, name: str) -> None:
+        self.page.get_by_role("tab", name=name, exact=True).click()
+
+    def choose(self, label: str, option: str) -> None:
+        self.page.get_by_label(label, exact=True).first.click()
+        self.page.get_by_role("option", name=option, exact=True).click()
+
+    def choices(self, label: str) -> list[str]:
+        self.page.get_by_label(label, exact=True).first.click()
+        found = self.page.get_by_role("option").all_inner_texts()
+        self.page.keyboard.press("Escape")
+        return found
+
+    def input(self, label: str) -> Locator:
+        return self.page.locator(f"xpath=//label[normalize-space(.)='{label}']/../../..//input").first
+
+    def type(self, label: str, value: str) -> None:
+        self.input(label).fill(value)
+        self.page.wait_for_timeout(TYPED_MS)
+        self.input(label).press("Enter")
+
+    def press(self, name: str) -> None:
+        self.page.get_by_role("button", name=name, exact=True).last.click()
+
+    def see(self, text: str) -> None:
+        self.page.get_by_text(text).first.wait_for()
+
+    def click_scene(self, camera, place) -> None:
+        """Click where a place of the board, mm, is seen by a viser camera."""
+        self.page.mouse.click(*self.pixel_of(camera, place))
+
+    def pixel_of(self, camera, place) -> tuple[float, float]:
+        room = self.page.locator("canvas").first.bounding_box()
+        forward = unit(np.array(camera.look_at) - np.array(camera.position))
+        right = unit(np.cross(forward, np.array(camera.up_direction)))
+        away = np.array(place) * 0.001 - np.array(camera.position)
+        scale = room["height"] / 2 / np.tan(camera.fov / 2) / float(away @ forward)
+        across, down = float(away @ right) * scale, -float(away @ np.cross(right, forward)) * scale
+        return room["x"] + room["width"] / 2 + across, room["y"] + room["height"] / 2 + down
+
+    def dismiss_notice(self) -> None:
+        """Close what the browser says about software rendering."""
+        notice = self.page.locator(".mantine-Notification-closeButton").first
+        if notice.count():
+            notice.click()
+            self.page.wait_for_timeout(400)
+
+    def picture(self, file: Path) -> None:
+        self.page.screenshot(path=file)
+
+
+def unit(vector):
+    return vector / np.linalg.norm(vector)

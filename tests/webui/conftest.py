@@ -1,0 +1,23 @@
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from webui.app import Server, open_session, serve
+from webui.project import open_project
+
+PORT = 8150
+
+
+@pytest.fixture
+def start_server(tmp_path: Path) -> Iterator[Callable[[str, str], Server]]:
+    """Serve a board and a recipe from an empty project folder, at a free port of this machine alone."""
+    with ExitStack() as stack:
+
+        def start(board: str, recipe: str) -> Server:
+            server = serve(open_session(board, recipe), open_project(tmp_path), "127.0.0.1", PORT)
+            stack.callback(server.stop)
+            return server
+
+        yield start
