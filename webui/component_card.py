@@ -1,147 +1,139 @@
-"""What the page says of components, as HTML: the list, the card of one, the card of the board."""
+"""What the page says of one component, and of a board: cards as HTML."""
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from html import escape
 
 from boards.board import Board, Component
-from geometry.finding import Finding
+from geometry.finding import Finding, worst_first
+from programs.plan import Dwell, Plan
+from recipes.recipe import Recipe
 from rulesengine.classify import Classified
 from rulesengine.report import board_facts
-from rulesengine.served import served_by
+from webui.component_list import findings_about
+from webui.finding_list import SEVERITY_COLOURS, tally
+from webui.layers.strokes import StrokeLine
+from webui.origin import yaml_path
+from webui.palette import ACCENT, INK, QUIET, to_hex
 from webui.session import Session
 
-_MOST_ROWS = 150
-_WORST = {"error": 0, "warning": 1, "info": 2}
-_WILD = "*?["
-_CELL = "padding:2px 8px 2px 0;vertical-align:top"
-_QUIET = "color:#7b8790"
+_MOST_FINDINGS = 5
+_UNSAID = "sha256"
+"""A fingerprint tells an engineer nothing."""
+_LATER = "\N{HORIZONTAL ELLIPSIS}"
+_DOT = " \N{MIDDLE DOT} "
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One component in the list."""
+def component_html(session: Session, lines: Sequence[StrokeLine]) -> str:
+    """Say what is known of the selected component; what to do where none is.
 
-    component: Component
-    component_class: str
-    findings: int
-    """Warnings and errors that name it."""
-
-
-def list_rows(session: Session, wanted: str) -> list[Row]:
-    """Components whose name, package or class holds a text or matches a shell pattern; those with findings first."""
-    run = session.run
-    classes = {} if run is None else {each.component: each.component_class for each in run.classified}
-    counts = _findings_by_name(() if run is None else run.findings)
-    rows = [Row(each, classes.get(each.name, ""), counts.get(each.name, 0)) for each in session.board.components]
-    kept = [row for row in rows if _fits(row, wanted.strip().lower())]
-    return sorted(kept, key=lambda row: -min(row.findings, 1))
-
-
-def rows_html(rows: Sequence[Row]) -> str:
-    """The list."""
-    if not rows:
-        return _note("No component fits; clear the filter to see all.")
-    head = "".join(f"<th style='{_CELL};{_QUIET};text-align:left;font-weight:400'>{name}</th>" for name in _HEADINGS)
-    body = "".join(_row(row) for row in rows[:_MOST_ROWS])
-    more = _note(f"and {len(rows) - _MOST_ROWS} more; filter to see them") if len(rows) > _MOST_ROWS else ""
-    table = f"<table style='border-collapse:collapse;font-size:12px'><tr>{head}</tr>{body}</table>"
-    return f"<div style='max-height:38vh;overflow:auto;padding:0 12px'>{table}</div>{more}"
-
-
-def component_html(session: Session, name: str) -> str:
-    """The card of one component; what to do where none is chosen."""
+    Args:
+        session: Says which one.
+        lines: The strokes of its run.
+    """
+    name = session.selection.component
     component = next((each for each in session.board.components if each.name == name), None)
     if component is None:
-        return _note("Click a part in the picture, or choose one above.")
+        return _box(f'<span style="color:{to_hex(QUIET)}">Click a part in the picture, or choose one above.</span>')
     run = session.run
     known = None if run is None else next((each for each in run.classified if each.component == name), None)
-    served = [] if run is None else served_by(run.plan.items).get(name, [])
-    facts = [*_facts(component, known), ("served by", _listed(served) if run is not None else "…")]
-    said = [] if run is None else [each for each in run.findings if name in _names(each)]
-    findings = "".join(f"<div style='margin-top:6px'>{escape(each.message)}</div>" for each in said[:3])
-    return f"<div style='padding:0 12px;font-size:13px'><b>{escape(name)}</b>{facts_html(facts)}{findings}</div>"
+    facts = _facts(component, known)
+    if run is not None:
+        facts["Served by"] = "\n".join(_passes(name, lines, run.recipe)) or "no pass of its own"
+        pauses = _pauses(name, run.plan)
+        facts |= {"Pauses": f"{len(pauses)}, together {sum(pauses):.1f} s"} if pauses else {}
+    findings = session.board.findings if run is None else run.findings
+    said = findings_html(findings_about(findings, [component]).get(name, []))
+    return _box(_title(name) + facts_html(facts.items()) + said)
 
 
 def board_html(board: Board) -> str:
-    """What was understood of a board, and what was found on the way."""
-    worst = sorted(board.findings, key=lambda each: _WORST[each.severity])
-    said = "".join(
-        f"<div style='margin-top:6px'><span style='{_QUIET}'>{each.severity}</span> {escape(each.message)}</div>"
-        for each in worst[:6]
-    )
-    more = f"<div style='{_QUIET}'>and {len(worst) - 6} more findings</div>" if len(worst) > 6 else ""
-    facts = facts_html(board_facts(board).items())
-    return f"<div style='padding:0 12px;font-size:13px'><b>{escape(board.name)}</b>{facts}{said}{more}</div>"
+    """Say what was understood of a board, and what was found on the way."""
+    facts = {name.capitalize(): value for name, value in board_facts(board).items() if name != _UNSAID}
+    facts["Findings"] = tally(board.findings)
+    return _box(_title(board.name) + facts_html(facts.items()) + findings_html(worst_first(board.findings)))
 
 
 def facts_html(facts: Iterable[tuple[str, str]]) -> str:
-    """Two columns: what it is, and what there is to say."""
+    """Write two columns: what it is, and what there is to say, line by line."""
     rows = "".join(
-        f"<tr><td style='{_CELL};{_QUIET};white-space:nowrap'>{escape(name)}</td>"
-        f"<td style='{_CELL};overflow-wrap:anywhere'>{escape(value)}</td></tr>"
+        f'<tr style="vertical-align:top"><td style="color:{to_hex(QUIET)};padding-right:10px;white-space:nowrap">'
+        f'{escape(name)}</td><td style="overflow-wrap:anywhere">'
+        f"{'<br>'.join(map(escape, value.splitlines()))}</td></tr>"
         for name, value in facts
     )
-    return f"<table style='border-collapse:collapse'>{rows}</table>"
+    return f'<table style="border-collapse:collapse;font-size:12px">{rows}</table>'
 
 
-_HEADINGS = ("part", "package", "class", "h mm")
+def findings_html(findings: Sequence[Finding]) -> str:
+    """Write the first findings, and how many more there are."""
+    shown = "".join(
+        f'<div style="margin-top:4px;padding-left:7px;border-left:3px solid {SEVERITY_COLOURS[finding.severity]};'
+        f'overflow-wrap:anywhere">{escape(finding.message)}</div>'
+        for finding in findings[:_MOST_FINDINGS]
+    )
+    more = len(findings) - _MOST_FINDINGS
+    return shown + (f'<div style="color:{to_hex(QUIET)}">and {more} more</div>' if more > 0 else "")
 
 
-def _facts(component: Component, known: Classified | None) -> list[tuple[str, str]]:
+def _facts(component: Component, known: Classified | None) -> dict[str, str]:
     x_min, y_min, x_max, y_max = component.footprint.bounds
     gap = "unknown" if component.standoff_mm is None else f"{component.standoff_mm:.3f} mm, {component.standoff_source}"
-    near = ", ".join(f"{name} {distance:.2f} mm" for name, distance in component.neighbours[:3])
-    return [
-        ("package", component.package or "unknown"),
-        *([("value", component.value)] if component.value else []),
-        ("class", "…" if known is None else known.component_class),
-        ("because", "…" if known is None else known.because),
-        ("size", f"{x_max - x_min:.2f} x {y_max - y_min:.2f} x {component.height_mm:.2f} mm"),
-        ("side", component.side),
-        ("pins", f"{component.pins} ({component.pins_source})"),
-        ("standoff", gap),
-        ("nearest", near or "alone on its side"),
-    ]
+    near = [f"{name}, {distance:.2f} mm" for name, distance in component.neighbours[:3]]
+    facts = {
+        "Package": component.package or "unknown",
+        "Value": component.value,
+        "Class": _LATER if known is None else known.component_class,
+        "Because": _LATER if known is None else known.because,
+        "Size": f"{x_max - x_min:.2f} x {y_max - y_min:.2f} mm, {component.area_mm2:.1f} mm2",
+        "Height": f"{component.height_mm:.2f} mm, {component.side} side",
+        "Pins": f"{component.pins}, {component.pins_source}",
+        "Standoff": gap,
+        "Neighbours": "\n".join(near) or "none on its side",
+    }
+    return {name: value for name, value in facts.items() if value}
 
 
-def _row(row: Row) -> str:
-    mark = "font-weight:600;color:#c8442c" if row.findings else ""
-    cells = (row.component.name, row.component.package, row.component_class, f"{row.component.height_mm:.2f}")
-    styles = (mark, "max-width:120px;overflow:hidden;text-overflow:ellipsis;white-space:nowrap", "", "text-align:right")
-    return (
-        "<tr>"
-        + "".join(f"<td style='{_CELL};{style}'>{escape(cell)}</td>" for cell, style in zip(cells, styles, strict=True))
-        + "</tr>"
-    )
+def _passes(name: str, lines: Sequence[StrokeLine], recipe: Recipe) -> list[str]:
+    """Say how often each maker of strokes goes around a component, in the order of the program."""
+    laps: Counter[str] = Counter()
+    speeds: dict[str, float] = {}
+    for line in lines:
+        if name in _group(line.made_by):
+            laps[line.made_by] = max(laps[line.made_by], line.laps)
+            speeds[line.made_by] = line.speed_mm_s
+    return [_pass(made_by, count, speeds[made_by], name, recipe) for made_by, count in laps.items()]
 
 
-def _fits(row: Row, wanted: str) -> bool:
-    texts = (row.component.name.lower(), row.component.package.lower(), row.component_class.lower())
-    if any(sign in wanted for sign in _WILD):
-        return any(fnmatchcase(text, wanted) for text in texts)
-    return any(wanted in text for text in texts)
+def _pass(made_by: str, laps: int, speed_mm_s: float, name: str, recipe: Recipe) -> str:
+    others = [each for each in _group(made_by) if each != name]
+    along = f", with {', '.join(others[:3])}{' and more' if len(others) > 3 else ''}" if others else ""
+    count = f"{laps} passes" if laps > 1 else "1 pass"
+    return f"{_place(made_by, recipe)}{_DOT}{count} at {speed_mm_s:g} mm/s{along}"
 
 
-def _findings_by_name(findings: Sequence[Finding]) -> dict[str, int]:
-    counts: dict[str, int] = {}
-    for finding in findings:
-        if finding.severity != "info":
-            for name in _names(finding):
-                counts[name] = counts.get(name, 0) + 1
-    return counts
+def _place(made_by: str, recipe: Recipe) -> str:
+    """Name step, function and template, such as ``1 clean · around``."""
+    step, template = made_by.split("/")[:2]
+    number = yaml_path(recipe, step)[1]
+    function = recipe.sequence[number].function if isinstance(number, int) else ""
+    return f"{int(number) + 1} {function}{_DOT}{template}"
 
 
-def _names(finding: Finding) -> list[str]:
-    """Components that the maker of a finding stands for."""
-    parts = finding.made_by.split("/")
+def _pauses(name: str, plan: Plan) -> list[float]:
+    """Seconds of each pause that was asked for at this component's edges."""
+    return [item.duration_s for item in plan.items if isinstance(item, Dwell) and name in _group(item.made_by)]
+
+
+def _group(made_by: str) -> list[str]:
+    """Components that a maker stands for, as in ``"sequence[0]/around/U12+U13"``."""
+    parts = made_by.split("/")
     return parts[2].split("+") if len(parts) > 2 else []
 
 
-def _listed(places: Sequence[str]) -> str:
-    return ", ".join(places) if places else "no pass of its own"
+def _title(text: str) -> str:
+    return f'<div style="font-weight:600;color:{to_hex(ACCENT)};overflow-wrap:anywhere">{escape(text)}</div>'
 
 
-def _note(text: str) -> str:
-    return f"<div style='padding:2px 12px;font-size:13px;{_QUIET}'>{escape(text)}</div>"
+def _box(inner: str) -> str:
+    return f'<div style="margin:0 12px 4px;font-size:12px;color:{to_hex(INK)};line-height:1.45">{inner}</div>'

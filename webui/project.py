@@ -27,6 +27,16 @@ class ProjectError(JobError):
 
 
 @dataclass(frozen=True, slots=True)
+class Stored:
+    """An upload that is kept."""
+
+    name: str
+    """Under which the folder has it."""
+    fresh: bool
+    """Whether it was not there before."""
+
+
+@dataclass(frozen=True, slots=True)
 class Project:
     """A folder with boards and recipes, besides the libraries that come along."""
 
@@ -59,11 +69,8 @@ class Project:
             raise ProjectError(f"{name!r} is no file; choose one of the list.")
         return path
 
-    def store(self, name: str, content: bytes) -> str:
+    def store(self, name: str, content: bytes) -> Stored:
         """Keep an uploaded board in the folder; a file of that name that holds something else stays.
-
-        Returns:
-            The name under which it is kept.
 
         Raises:
             ProjectError: name, kind or size cannot be used.
@@ -80,9 +87,10 @@ class Project:
             megabytes = len(content) / 1e6
             raise ProjectError(f"{name}: {megabytes:.0f} MB are too many to upload; copy it into {self.folder}.")
         path = self._free(name, content)
-        if not path.exists():
+        fresh = not path.exists()
+        if fresh:
             write_bytes_atomically(path, content)
-        return path.name
+        return Stored(path.name, fresh)
 
     def discard(self, name: str) -> None:
         """Remove a file that was stored and turned out to be no board.

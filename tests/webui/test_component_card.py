@@ -1,4 +1,4 @@
-"""What the page says of components and boards."""
+"""What the page says of a component and of a board."""
 
 from dataclasses import replace
 
@@ -6,59 +6,80 @@ import pytest
 from tiny_session import tiny_session
 
 from geometry.finding import Finding
-from webui.component_card import board_html, component_html, list_rows, rows_html
+from webui.component_card import board_html, component_html, facts_html
+from webui.layers.strokes import stroke_lines
+from webui.session import Selection
 
 
-def test_the_filter_takes_parts_of_names_packages_and_classes_and_patterns():
-    session = tiny_session()
-    everything = [row.component.name for row in list_rows(session, "")]
-    assert everything == [component.name for component in session.board.components]
-    first = session.board.components[0]
-    assert first.name in [row.component.name for row in list_rows(session, first.name.lower())]
-    assert [row.component.name for row in list_rows(session, first.name[0] + "*")] == [
-        name for name in everything if name.startswith(first.name[0])
-    ]
-    classes = {row.component_class for row in list_rows(session, "")}
-    for name in classes:
-        assert {row.component_class for row in list_rows(session, name)} == {name}
-    assert list_rows(session, "no such part") == []
-    assert "clear the filter" in rows_html([])
-
-
-def test_components_with_findings_come_first():
-    session = tiny_session()
-    last = session.board.components[-1].name
-    finding = Finding("raised-over-body", "warning", "Raised.", f"sequence[0]/around/{last}+X9")
-    session = replace(session, run=replace(session.run, findings=(finding,)))
-    rows = list_rows(session, "")
-    assert (rows[0].component.name, rows[0].findings) == (last, 1)
-    assert "Raised." in component_html(session, last)
+def card_of(session, name):
+    lines = [] if session.run is None else stroke_lines(session.run.plan)
+    return component_html(replace(session, selection=Selection(component=name)), lines)
 
 
 @pytest.mark.parametrize("index", range(5))
-def test_the_card_says_class_reason_and_passes(index):
+def test_the_card_says_class_and_reason_and_sizes(index):
     session = tiny_session()
-    component = session.board.components[index]
-    known = session.run.classified[index]
-    card = component_html(session, component.name)
-    assert known.component_class in card
-    assert component.package in card
-    assert "sequence[0]/around" in card
-    assert f"{component.height_mm:.2f} mm" in card
+    component, known = session.board.components[index], session.run.classified[index]
+    card = card_of(session, component.name)
+    for text in (component.name, component.package, known.component_class, f"{component.height_mm:.2f} mm"):
+        assert text in card
+    assert known.because.replace(">", "&gt;").replace("<", "&lt;") in card
+    assert f"{component.pins}, {component.pins_source}" in card
+    assert component.standoff_source in card
+    for name, distance in component.neighbours[:3]:
+        assert f"{name}, {distance:.2f} mm" in card
+
+
+@pytest.mark.parametrize("index", range(5))
+def test_the_card_says_which_passes_serve_a_part(index):
+    session = tiny_session()
+    name = session.board.components[index].name
+    lines = stroke_lines(session.run.plan)
+    own = [line for line in lines if name in line.made_by.split("/")[-1].split("+")]
+    card = card_of(session, name)
+    assert own
+    for line in own:
+        step = int(line.made_by[len("sequence[")])
+        passes = f"{line.laps} passes" if line.laps > 1 else "1 pass"
+        assert f"{step + 1} {line.function} \N{MIDDLE DOT} {line.template} \N{MIDDLE DOT} {passes}" in card
+        assert f"at {line.speed_mm_s:g} mm/s" in card
+    assert "no pass of its own" in component_html(replace(session, selection=Selection(component=name)), [])
+
+
+def test_the_card_says_what_was_found_about_a_part():
+    session = tiny_session()
+    name = session.board.components[0].name
+    finding = Finding("raised-over-body", "warning", "Raised <high>.", f"sequence[0]/around/X9+{name}")
+    session = replace(session, run=replace(session.run, findings=(finding,)))
+    assert "Raised &lt;high&gt;." in card_of(session, name)
+    assert "Raised" not in card_of(session, session.board.components[1].name)
 
 
 def test_before_the_first_run_the_card_says_what_the_board_knows():
     session = replace(tiny_session(), run=None)
-    assert session.board.components[0].package in component_html(session, session.board.components[0].name)
-    assert "Click a part" in component_html(session, "nobody")
+    assert session.board.components[0].package in card_of(session, session.board.components[0].name)
+    assert "Click a part" in card_of(session, "nobody")
+    assert "Click a part" in card_of(session, "")
+
+
+def test_the_boards_card_counts_findings_and_says_the_worst_first():
+    board = tiny_session().board
+    assert "no findings" in board_html(replace(board, findings=()))
+    notes = tuple(Finding("note", "info", f"note {number}") for number in range(9))
+    card = board_html(replace(board, findings=(*notes, Finding("bad", "error", "the worst"))))
+    assert "1 error, 9 notes" in card
+    assert card.index("the worst") < card.index("note 0")
+    assert "and 5 more" in card
+    assert "note 8" not in card
 
 
 def test_names_from_files_cannot_write_html():
     session = tiny_session()
-    evil = replace(session.board.components[0], name="<script>", package="<b>x")
-    board = replace(session.board, components=(evil,), name="<img>")
+    evil = replace(session.board.components[0], name="<script>", package="<b>x", value="<i>")
+    board = replace(
+        session.board, components=(evil,), name="<img>", findings=(Finding("odd", "info", "<iframe> <script>"),)
+    )
     session = replace(session, board=board, run=None)
-    for html in (rows_html(list_rows(session, "")), component_html(session, "<script>"), board_html(board)):
-        assert "<script>" not in html
-        assert "<img>" not in html
-        assert "<b>x" not in html
+    for html in (card_of(session, "<script>"), board_html(board), facts_html([("<u>", "<s>")])):
+        for tag in ("<script>", "<img>", "<b>x", "<i>", "<iframe>", "<u>", "<s>"):
+            assert tag not in html

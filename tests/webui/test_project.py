@@ -129,13 +129,13 @@ def test_links_that_stay_inside_may_be_used(project):
 
 @pytest.mark.parametrize("name", ["my board (rev. 2).STEP", "Gehäuse+Träger@2.tri.gz", "基板.kicad_pcb", "a.stl"])
 def test_uploads_are_kept_under_their_names(project, name):
-    assert project.store(name, b"content") == name
+    assert project.store(name, b"content").name == name
     assert (project.folder / name).read_bytes() == b"content"
     assert name in project.boards()
 
 
 def test_accents_sent_apart_are_joined(project):
-    assert project.store("Gera\u0308t.stl", b"1") == "Gerät.stl"
+    assert project.store("Gera\u0308t.stl", b"1").name == "Gerät.stl"
 
 
 @pytest.mark.parametrize(
@@ -180,11 +180,11 @@ def test_huge_uploads_are_refused(project):
 
 
 def test_what_is_there_stays(project):
-    assert project.store("board.step", b"a") == "board.step"
-    assert project.store("board.step", b"other") == "board-2.step"
-    assert project.store("board.step", b"other") == "board-2.step"
-    assert project.store("rev.1.tri.gz", b"x") == "rev.1.tri.gz"
-    assert project.store("rev.1.tri.gz", b"y") == "rev.1-2.tri.gz"
+    assert project.store("board.step", b"a").name == "board.step"
+    assert project.store("board.step", b"other").name == "board-2.step"
+    assert project.store("board.step", b"other").name == "board-2.step"
+    assert project.store("rev.1.tri.gz", b"x").name == "rev.1.tri.gz"
+    assert project.store("rev.1.tri.gz", b"y").name == "rev.1-2.tri.gz"
     assert (project.folder / "board.step").read_bytes() == b"a"
 
 
@@ -192,9 +192,9 @@ def test_uploads_do_not_follow_links_and_do_not_read_devices(project, outside):
     (project.folder / "new.tri").symlink_to(outside / "new.tri")
     (project.folder / "secret.tri").symlink_to(outside / "secret.tri")
     os.mkfifo(project.folder / "pipe.tri")
-    assert project.store("new.tri", b"x") == "new-2.tri"
-    assert project.store("secret.tri", b"secret") == "secret-2.tri"
-    assert project.store("pipe.tri", b"x") == "pipe-2.tri"
+    assert project.store("new.tri", b"x").name == "new-2.tri"
+    assert project.store("secret.tri", b"secret").name == "secret-2.tri"
+    assert project.store("pipe.tri", b"x").name == "pipe-2.tri"
     assert sorted(entry.name for entry in outside.iterdir()) == ["secret.tri"]
 
 
@@ -208,7 +208,10 @@ def test_full_or_lost_folder_says_so(project):
 
 
 def test_discarding_removes_what_was_stored_and_nothing_outside(project, outside):
-    project.discard(project.store("broken.step", b"x"))
+    stored = project.store("broken.step", b"x")
+    assert stored.fresh
+    assert not project.store("broken.step", b"x").fresh
+    project.discard(stored.name)
     assert not (project.folder / "broken.step").exists()
     project.discard("broken.step")
     with pytest.raises(ProjectError):

@@ -2,14 +2,15 @@
 
 import viser
 
-from webui.component_card import component_html, list_rows, rows_html
+from webui.component_card import component_html
+from webui.component_list import MOST_ROWS, Row, list_rows, rows_html
 from webui.page import Page
 from webui.scene import Scene
 from webui.session import Session
 
-_NONE = "none"
+_NONE = "\N{EN DASH}"
 _NOBODY: tuple[str, ...] = (_NONE,)
-_MOST_CHOICES = 400
+_BACK, _ON = "Previous", "Next"
 
 
 class ComponentsPanel:
@@ -18,34 +19,51 @@ class ComponentsPanel:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
+        self._rows: list[Row] = []
         gui = page.client.gui
         self._filter = gui.add_text("Filter", "", hint="Part of a name, package or class, or a pattern such as C1*.")
         self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-            "Go to", _NOBODY, hint="Flies there and shows the card."
+            "Go to", _NOBODY, hint="Flies there and shows the card; a click on a part in the picture does too."
         )
+        self._step = gui.add_button_group("Step", (_BACK, _ON), hint="Go through the list, those with findings first.")
         self._list = gui.add_html("")
-        with gui.add_folder("Selected"):
+        with gui.add_folder("Selected part"):
             self._card = gui.add_html("")
-        self._filter.on_update(lambda _: self._list_components(page.session))
+        self._filter.on_update(lambda _: self._filter_rows())
         self._choice.on_update(lambda event: self._go(event.target.value, by_hand=event.client is not None))
+        self._step.on_click(lambda event: self._go_on(1 if event.target.value == _ON else -1))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        if before is None or session.board is not before.board or session.run is not before.run:
-            self._list_components(session)
-        if before is None or session.selection != before.selection or session.run is not before.run:
-            chosen = session.selection.component
-            self._card.content = component_html(session, chosen)
-            wanted = chosen if chosen in self._choice.options else _NONE
-            if self._choice.value != wanted:
-                self._choice.value = wanted
+        fresh = before is None or session.board is not before.board or session.run is not before.run
+        if fresh:
+            self._rows = list_rows(session, self._filter.value)
+        if fresh or before is None or session.selection != before.selection:
+            self._card.content = component_html(session, self._scene.strokes)
+            self._show_rows(session)
 
-    def _list_components(self, session: Session) -> None:
-        rows = list_rows(session, self._filter.value)
-        self._list.content = rows_html(rows)
-        names = (_NONE, *(row.component.name for row in rows[:_MOST_CHOICES]))
+    def _filter_rows(self) -> None:
+        with self._page.client.atomic():
+            self._rows = list_rows(self._page.session, self._filter.value)
+            self._show_rows(self._page.session)
+
+    def _show_rows(self, session: Session) -> None:
+        selected = session.selection.component
+        self._list.content = rows_html(self._rows, selected)
+        names = (_NONE, *(row.component.name for row in self._rows[:MOST_ROWS]))
         if tuple(self._choice.options) != names:
             self._choice.options = names
+        wanted = selected if selected in names else _NONE
+        if self._choice.value != wanted:
+            self._choice.value = wanted
+
+    def _go_on(self, steps: int) -> None:
+        """Go to the next part of the list, or the one before; around its end."""
+        names = [row.component.name for row in self._rows]
+        selected = self._page.session.selection.component
+        if names:
+            here = names.index(selected) if selected in names else (-1 if steps > 0 else 0)
+            self._go(names[(here + steps) % len(names)], by_hand=True)
 
     def _go(self, name: str, *, by_hand: bool) -> None:
         """Fly to a component that was chosen here; what is selected elsewhere is only shown."""

@@ -1,0 +1,106 @@
+"""The list of components: which fit a filter, those with findings first."""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from html import escape
+
+from boards.board import Component
+from geometry.finding import Finding, Severity
+from webui.finding_list import SEVERITY_COLOURS
+from webui.palette import ACCENT, INK, QUIET, to_hex
+from webui.session import Session
+
+MOST_ROWS = 200
+_WILD = "*?["
+_WORD = re.compile(r"[^\s+/,;:()'\"]+")
+_CELL = "padding:1px 8px 1px 0;white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
+_HEADINGS = (("Part", "left"), ("Package", "left"), ("Class", "left"), ("Height (mm)", "right"))
+_WIDTHS = ("17%", "40%", "24%", "19%")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One component in the list."""
+
+    component: Component
+    component_class: str
+    """Empty before the first run."""
+    worst: Severity | None
+    """Of the errors and warnings about it."""
+
+
+def list_rows(session: Session, wanted: str) -> list[Row]:
+    """Components whose name, package or class holds a text or matches a shell pattern; the worst first.
+
+    Components with errors come first, then those with warnings; otherwise they stay in the order of the file.
+    """
+    run = session.run
+    classes = {} if run is None else {each.component: each.component_class for each in run.classified}
+    findings = session.board.findings if run is None else run.findings
+    said = findings_about([each for each in findings if each.severity != "info"], session.board.components)
+    rows = [Row(each, classes.get(each.name, ""), _worst(said.get(each.name, []))) for each in session.board.components]
+    kept = [row for row in rows if _fits(row, wanted.strip().casefold())]
+    return sorted(kept, key=lambda row: _RANK[row.worst])
+
+
+def findings_about(findings: Iterable[Finding], components: Iterable[Component]) -> dict[str, list[Finding]]:
+    """Findings by the component they are about: its pass made them, or their message names it."""
+    names = {component.name for component in components}
+    about: dict[str, list[Finding]] = {}
+    for finding in findings:
+        parts = finding.made_by.split("/")
+        words = {word.rstrip(".") for word in _WORD.findall(finding.message)}
+        named = {word for word in words if any(sign.isdigit() for sign in word)}  # a part called "side" is no word
+        for name in ({*parts[2].split("+")} if len(parts) > 2 else named) & names:
+            about.setdefault(name, []).append(finding)
+    return about
+
+
+def rows_html(rows: Sequence[Row], selected: str) -> str:
+    """Write the list as a table; a long one says how many more there are."""
+    if not rows:
+        return _note("No component fits. Clear the filter to see all.")
+    head = "".join(
+        f'<th style="{_CELL};color:{to_hex(QUIET)};text-align:{side};font-weight:400;width:{width}">{name}</th>'
+        for (name, side), width in zip(_HEADINGS, _WIDTHS, strict=True)
+    )
+    body = "".join(_row(row, marked=row.component.name == selected) for row in rows[:MOST_ROWS])
+    more = len(rows) - MOST_ROWS
+    return (
+        '<div style="max-height:34vh;overflow-y:auto;margin:0 12px">'
+        f'<table style="border-collapse:collapse;table-layout:fixed;width:100%;font-size:12px;color:{to_hex(INK)}">'
+        f"<tr>{head}</tr>{body}</table></div>" + (_note(f"and {more} more; filter to see them") if more > 0 else "")
+    )
+
+
+_RANK: dict[Severity | None, int] = {"error": 0, "warning": 1, "info": 2, None: 2}
+
+
+def _worst(findings: Sequence[Finding]) -> Severity | None:
+    return min((finding.severity for finding in findings), key=lambda severity: _RANK[severity], default=None)
+
+
+def _row(row: Row, *, marked: bool) -> str:
+    component = row.component
+    texts = (component.name, component.package, row.component_class, f"{component.height_mm:.2f}")
+    name = f"font-weight:600;color:{SEVERITY_COLOURS[row.worst]}" if row.worst else ""
+    styles = (name, "", "", "text-align:right")
+    cells = "".join(
+        f'<td style="{_CELL};{style}" title="{escape(text)}">{escape(text)}</td>'
+        for text, style in zip(texts, styles, strict=True)
+    )
+    ground = f' style="background:#fbf1ee;box-shadow:inset 3px 0 0 {to_hex(ACCENT)}"' if marked else ""
+    return f"<tr{ground}>{cells}</tr>"
+
+
+def _fits(row: Row, wanted: str) -> bool:
+    texts = [text.casefold() for text in (row.component.name, row.component.package, row.component_class)]
+    if any(sign in wanted for sign in _WILD):
+        return any(fnmatchcase(text, wanted) for text in texts)
+    return any(wanted in text for text in texts)
+
+
+def _note(text: str) -> str:
+    return f'<div style="margin:2px 12px;font-size:12px;color:{to_hex(QUIET)}">{escape(text)}</div>'
