@@ -1,15 +1,15 @@
 """What can be solved exactly: the best ways for a given order, and small routes altogether."""
 
 import numpy as np
-from numba import njit
 
 from geometry.arrays import Indices
+from geometry.coverage.compiled import compiled
 from geometry.coverage.route_network import Network, Whole, leg
 
 UNREACHED = 1 << 62
 
 
-@njit(cache=True)
+@compiled
 def choose_ways(network: Network, order: Indices) -> tuple[Whole, Indices]:
     """The best way through each stroke for a given order, by dynamic programming over the order.
 
@@ -41,7 +41,7 @@ def choose_ways(network: Network, order: Indices) -> tuple[Whole, Indices]:
     return length, chosen
 
 
-@njit(cache=True)
+@compiled
 def route_length(network: Network, order: Indices, chosen: Indices) -> Whole:
     """Micrometres of air travel of an order (strokes by position) with the chosen ways (by stroke)."""
     total = 0
@@ -50,7 +50,7 @@ def route_length(network: Network, order: Indices, chosen: Indices) -> Whole:
     return total
 
 
-@njit(cache=True)
+@compiled
 def solve_small(network: Network) -> Indices:
     """The best order of a few strokes (Held and Karp's dynamic programme over sets of strokes).
 
@@ -84,7 +84,7 @@ def solve_small(network: Network) -> Indices:
     return order
 
 
-@njit(cache=True)
+@compiled
 def start_order(network: Network) -> tuple[Indices, Whole]:
     """Always the nearest stroke next, from the start.
 

@@ -4,11 +4,11 @@ import math
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from geometry.arrays import Indices, Points
+from geometry.coverage.compiled import compiled, quick
 
 Whole: TypeAlias = Any  # an integer in compiled code, where numpy's types cannot tell a number from an array
 
@@ -19,10 +19,6 @@ distances, so that turning the board does not flip one."""
 NEIGHBOURS = 16
 TABLE_LIMIT = 1500
 """Up to so many ways all distances are kept in a table; above it they are computed when asked for."""
-
-
-quick = njit(cache=True, _nrt=False)  # pyright: ignore[reportCallIssue]
-"""Compiles what makes no arrays: without the counting of references to those it is handed it takes half the time."""
 
 
 class Network(NamedTuple):
@@ -103,7 +99,7 @@ def build_network(entries: tuple[Points, ...], exits: tuple[Points, ...], start:
     )
 
 
-@njit(cache=True)
+@compiled
 def _tabulate(entry: Points, leave: Points) -> NDArray[np.int64]:
     table = np.empty((len(entry), len(entry)), dtype=np.int64)
     for a in range(len(entry)):
@@ -112,7 +108,7 @@ def _tabulate(entry: Points, leave: Points) -> NDArray[np.int64]:
     return table
 
 
-@njit(cache=True)
+@compiled
 def _pair_mirrors(entry: Points, leave: Points, first: Indices) -> Indices:
     mirror = np.full(len(entry), -1, dtype=np.int64)
     for s in range(len(first) - 1):
@@ -149,7 +145,7 @@ def _nearest(from_points: Points, to_points: Points, stroke: Indices) -> Indices
     return near
 
 
-@njit(cache=True)
+@compiled
 def _keep_nearest(
     from_points: Points, to_points: Points, stroke: Indices, asked: tuple[Indices, Indices, Indices]
 ) -> NDArray[np.bool_]:

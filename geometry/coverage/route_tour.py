@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from geometry.arrays import Indices
-from geometry.coverage.route_network import Network, Whole, leg, quick
+from geometry.coverage.compiled import compiled, quick
+from geometry.coverage.route_network import Network, Whole, leg
 
 
 class Tour(NamedTuple):
@@ -26,7 +26,7 @@ class Tour(NamedTuple):
     """(n + 2,) what the legs up to each position would cost more in the opposite sense; all 0 unless skewed"""
 
 
-@njit(cache=True)
+@compiled
 def new_tour(network: Network, order: Indices, way: Indices) -> Tour:
     """A tour from the strokes by position and their ways by stroke."""
     tour = Tour(np.append(order, order[0]), np.argsort(order), way.copy(), np.zeros(len(order), dtype=np.int64))
