@@ -14,6 +14,8 @@ from geometry.coverage.route_tour import Tour, at, new_tour
 
 MOST_EXACT = 9
 """Up to so many strokes the best order is found by dynamic programming"""
+FEW = 40
+"""Up to so many strokes the order is to be the best one; beyond, within two per cent of it"""
 WARMTH = 1.0
 """By how much a repaired order may be longer than the one before at first, in mean legs; it falls to 0"""
 LONGEST_KICKED = 26
@@ -50,7 +52,9 @@ def usual_kicks(network: Network) -> int:
     kicks = min(10 * count**2, 600_000 // count + 8 * count)
     # every change of a skewed route brings the skew of all that follows up to date
     kicks //= 1 + count // 300 if network.skewed else 1
-    return kicks // 3 if _is_choosy(network) else kicks
+    if _is_choosy(network):  # a kick takes longer where ways are chosen anew
+        kicks //= 3 if count <= FEW else 5
+    return kicks
 
 
 def _is_choosy(network: Network) -> bool:
