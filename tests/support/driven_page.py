@@ -37,9 +37,12 @@ def open_chromium() -> Iterator[Browser]:
 
 
 class DrivenPage:
-    """One tab; each has a browser profile of its own unless a page of one is given."""
+    """One tab; each has a browser profile of its own unless a page of one is given.
 
-    def __init__(self, browser: Browser, url: str, page: Page | None = None) -> None:
+    A scene of few pixels is drawn quickly without a graphics card; pictures need a sharpness of 1.
+    """
+
+    def __init__(self, browser: Browser, url: str, page: Page | None = None, sharpness: float = 0.25) -> None:
         width, height = WINDOW
         self.page = page or browser.new_page(viewport={"width": width, "height": height}, accept_downloads=True)
         self.page.set_default_timeout(WAIT_MS)
@@ -48,7 +51,7 @@ class DrivenPage:
         self.page.on("console", lambda message: self.said.append(f"{message.type}: {message.text}"))
         self.page.on("pageerror", lambda error: self.said.append(f"error: {error}"))
         self.page.on("request", lambda request: self.asked.append(request.url))
-        self.page.goto(url, wait_until="domcontentloaded")
+        self.page.goto(f"{url}/?fixedDpr={sharpness}", wait_until="domcontentloaded")
         self.wait_until_planned()
 
     @property
@@ -71,11 +74,13 @@ class DrivenPage:
 
     def wait_for_another_time(self, than: str) -> str:
         """Wait for the result of an edit, and return the new time."""
-        self.page.wait_for_function("than => document.querySelector('[data-total]').innerText !== than", arg=than)
+        self.page.wait_for_function(
+            "than => (document.querySelector('[data-total]')?.innerText ?? than) !== than", arg=than
+        )
         return self.time_text
 
     def wait_for_time(self, text: str) -> None:
-        self.page.wait_for_function("text => document.querySelector('[data-total]').innerText === text", arg=text)
+        self.page.wait_for_function("text => document.querySelector('[data-total]')?.innerText === text", arg=text)
 
     def wait_for_input(self, label: str, check: str, wanted: str = "") -> None:
         """Wait until the value of an input satisfies a JavaScript function of it and of what is wanted."""
