@@ -16,8 +16,8 @@ MOST_ROWS = 200
 _WILD = "*?["
 _WORD = re.compile(r"[^\s+/,;:()'\"]+")
 _CELL = "padding:1px 8px 1px 0;white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
-_HEADINGS = (("Part", "left"), ("Package", "left"), ("Class", "left"), ("Height (mm)", "right"))
-_WIDTHS = ("17%", "40%", "24%", "19%")
+_HEADINGS = (("Part", "left"), ("Package", "left"), ("Class", "left"), ("Height", "right"))
+_WIDTHS = ("16%", "39%", "24%", "21%")
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ def _worst(findings: Sequence[Finding]) -> Severity | None:
 
 def _row(row: Row, *, marked: bool) -> str:
     component = row.component
-    texts = (component.name, component.package, row.component_class, f"{component.height_mm:.2f}")
+    texts = (component.name, component.package, row.component_class, f"{component.height_mm:.2f} mm")
     name = f"font-weight:600;color:{SEVERITY_COLOURS[row.worst]}" if row.worst else ""
     styles = (name, "", "", "text-align:right")
     cells = "".join(

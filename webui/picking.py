@@ -1,17 +1,18 @@
-"""What a click meets: the body under it, or the stroke in front of it. Board frame, millimetres."""
+"""What a click meets: the body under it, or the strokes in front of that. Board frame, millimetres."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from boards.board import Board
-from geometry.arrays import Indices, Points, Triangles
-from webui.layers.ground import body_of_triangle
+from boards.board import Board, Body
+from geometry.arrays import Points, Scalars, Triangles
 from webui.layers.strokes import StrokeLine
 
 _PARALLEL = 1e-12
-_NEAR = 0.008
-"""How far beside a stroke a click still means it, as a share of its distance from the eye: about 8 pixels."""
+_NEAR = 0.005
+"""How far beside a stroke a click still means it, as a share of its distance from the eye: about 6 pixels."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,23 +29,22 @@ class Hit:
 class Target:
     """A board laid out for many rays."""
 
-    patches: Triangles
-    owner: Indices
-    """(n,) body of each patch."""
-    names: tuple[str, ...]
+    bodies: tuple[Body, ...]
+    low: Points
+    """(n, 3) lowest corner of the box around each body."""
+    high: Points
 
 
 def target_of(board: Board) -> Target:
     """Lay a board out for rays."""
-    return Target(
-        patches=np.concatenate([body.patches for body in board.bodies]),
-        owner=body_of_triangle(board),
-        names=tuple(body.name for body in board.bodies),
-    )
+    bodies = tuple(body for body in board.bodies if len(body.patches))
+    low = [body.patches.min(axis=(0, 1)) for body in bodies]
+    high = [body.patches.max(axis=(0, 1)) for body in bodies]
+    return Target(bodies, np.array(low).reshape(-1, 3), np.array(high).reshape(-1, 3))
 
 
 def first_hit(target: Target, origin: Points, direction: Points) -> Hit | None:
-    """Find the first body along a ray (Moeller and Trumbore 1997, all patches at once).
+    """Find the first body along a ray; of two in one place the first of the file.
 
     Args:
         target: What the ray may meet.
@@ -52,26 +52,17 @@ def first_hit(target: Target, origin: Points, direction: Points) -> Hit | None:
         direction: (3,) its direction, of any length.
     """
     along = direction / np.linalg.norm(direction)
-    corner, first, second = target.patches[:, 0], *np.moveaxis(target.patches[:, 1:] - target.patches[:, :1], 1, 0)
-    across = np.cross(along, second)
-    volume = np.einsum("ij,ij->i", first, across)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inverse = np.where(np.abs(volume) > _PARALLEL, 1.0 / volume, np.nan)
-    away = origin - corner
-    u = np.einsum("ij,ij->i", away, across) * inverse
-    over = np.cross(away, first)
-    v = over @ along * inverse
-    distance = np.einsum("ij,ij->i", second, over) * inverse
-    inside = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)
-    if not inside.any():
-        return None
-    nearest = int(np.argmin(np.where(inside, distance, np.inf)))
-    length = float(distance[nearest])
-    return Hit(target.names[target.owner[nearest]], origin + length * along, length)
+    best: Hit | None = None
+    for index in np.flatnonzero(_boxes_met(target, origin, along)):
+        body = target.bodies[int(index)]
+        length = _distance(body.patches, origin, along)
+        if length < (np.inf if best is None else best.distance_mm):
+            best = Hit(body.name, origin + length * along, length)
+    return best
 
 
-def nearest_stroke(lines: list[StrokeLine], origin: Points, direction: Points, before_mm: float) -> StrokeLine | None:
-    """Find the stroke that a ray passes by most closely, in front of what it meets.
+def strokes_at(lines: Sequence[StrokeLine], origin: Points, direction: Points, before_mm: float) -> tuple[str, ...]:
+    """Name the makers of the strokes that a ray passes by closely, in front of what it meets; the closest first.
 
     Args:
         lines: Strokes that are shown.
@@ -80,26 +71,61 @@ def nearest_stroke(lines: list[StrokeLine], origin: Points, direction: Points, b
         before_mm: Strokes farther away than this are hidden.
     """
     if not lines:
-        return None
+        return ()
     along = direction / np.linalg.norm(direction)
     segments = [line.segments for line in lines]
-    owner = np.repeat(np.arange(len(lines)), [len(each) for each in segments])
     ends = np.concatenate(segments)
     begin, run = ends[:, 0] - origin, ends[:, 1] - ends[:, 0]
     share, depth = _closest(begin, run, along)
     gap = np.linalg.norm(begin + share[:, None] * run - depth[:, None] * along, axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         apart = np.where((depth > 0) & (depth < before_mm), gap / depth, np.inf)
-    best = int(np.argmin(apart))
-    return lines[int(owner[best])] if apart[best] < _NEAR else None
+    firsts = np.cumsum([0, *(len(each) for each in segments[:-1])])
+    closest = np.minimum.reduceat(apart, firsts)
+    order = np.argsort(np.round(closest / _NEAR, 3), kind="stable")
+    return tuple(dict.fromkeys(lines[int(index)].made_by for index in order if closest[index] < _NEAR))
 
 
-def _closest(begin: Points, run: Points, along: Points) -> tuple[Points, Points]:
+def choose_stroke(makers: Sequence[str], selected: str) -> str:
+    """Choose one of the makers under a click: the closest; click after click, the next that lies there too."""
+    if selected not in makers:
+        return makers[0] if makers else ""
+    around = sorted(makers)
+    return around[(around.index(selected) + 1) % len(around)]
+
+
+def _boxes_met(target: Target, origin: Points, along: Points) -> NDArray[np.bool_]:
+    """Say which boxes a ray passes through (slabs: Kay and Kajiya 1986)."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        one, other = (target.low - origin) / along, (target.high - origin) / along
+        enter = np.fmax.reduce(np.fmin(one, other), axis=1)
+        leave = np.fmin.reduce(np.fmax(one, other), axis=1)
+    return (enter <= leave + 1e-9) & (leave > 0)
+
+
+def _distance(patches: Triangles, origin: Points, along: Points) -> float:
+    """How far along a ray of unit direction it first meets a patch, else infinity (Moeller and Trumbore 1997)."""
+    corner = patches[:, 0]
+    first, second = patches[:, 1] - corner, patches[:, 2] - corner
+    across = np.cross(along, second)
+    volume = np.einsum("ij,ij->i", first, across)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        inverse = np.where(np.abs(volume) > _PARALLEL, 1.0 / volume, np.nan)
+    away = origin - corner
+    over = np.cross(away, first)
+    u = np.einsum("ij,ij->i", away, across) * inverse
+    v = over @ along * inverse
+    distance = np.einsum("ij,ij->i", second, over) * inverse
+    inside = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)
+    return float(np.min(distance, where=inside, initial=np.inf))
+
+
+def _closest(begin: Points, run: Points, along: Points) -> tuple[Scalars, Scalars]:
     """(n,) shares of segments, and lengths along the ray from its origin, where the two are closest."""
     square = np.einsum("ij,ij->i", run, run)
     mixed, shadow = run @ along, begin @ along
     cross = square - mixed**2
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         share = np.where(cross > _PARALLEL, (mixed * shadow - np.einsum("ij,ij->i", run, begin)) / cross, 0.0)
     share = np.clip(share, 0.0, 1.0)
     return share, shadow + share * mixed

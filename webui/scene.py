@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 import viser
 
-from boards.board import Board, Component
+from boards.board import Board, Component, Side
 from geometry.arrays import Points
 from rulesengine.pipeline import Run
 from webui.camera import Camera
@@ -19,7 +19,7 @@ from webui.layers.timeline import Span, spray_spans
 from webui.lighting import light_scene
 from webui.page import Page
 from webui.palette import ACCENT
-from webui.picking import Target, first_hit, nearest_stroke, target_of
+from webui.picking import Target, choose_stroke, first_hit, strokes_at, target_of
 from webui.session import Session
 
 _M = 0.001
@@ -100,26 +100,29 @@ class Scene:
         if self.click_taker is not None:
             self.click_taker(origin, direction)
             return
-        hit = first_hit(self._target, origin, direction) if self._target is not None else None
+        hit = None if self._target is None else first_hit(self._target, origin, direction)
         shown = [line for line in self.strokes if line.place not in self.view.hidden]
-        stroke = nearest_stroke(shown, origin, direction, np.inf if hit is None else hit.distance_mm)
+        makers = strokes_at(shown, origin, direction, np.inf if hit is None else hit.distance_mm)
+        if makers:
+            self._page.select(made_by=choose_stroke(makers, self._page.session.selection.made_by))
+            return
         parts = {component.name for component in self._page.session.board.components}
-        if stroke is not None:
-            self._page.select(made_by=stroke.made_by)
-        else:
-            self._page.select(component=hit.body if hit is not None and hit.body in parts else "")
+        self._page.select(component=hit.body if hit is not None and hit.body in parts else "")
 
     def point_on_board(self, origin: Points, direction: Points) -> tuple[float, float] | None:
-        """Where a ray meets the plane of the board's top, mm; nowhere if it runs away from it."""
+        """Where a ray meets the board or what stands on it, else the plane of its top, mm; nowhere if it runs away."""
+        hit = None if self._target is None else first_hit(self._target, origin, direction)
+        if hit is not None:
+            return round(float(hit.point[0]), 2), round(float(hit.point[1]), 2)
         down = self._page.session.board.top_z_mm - float(origin[2])
         if direction[2] == 0 or down / float(direction[2]) < 0:
             return None
         x, y, _ = (float(value) for value in origin + direction * (down / float(direction[2])))
         return round(x, 2), round(y, 2)
 
-    def look_at_board(self) -> None:
-        """Look at the whole board and the room in which the nozzle moves, from the front, from above."""
-        self._camera.fly_to(*_room(self._page.session.board))
+    def look_at_board(self, side: Side = "top") -> None:
+        """Look at the whole board and the room in which the nozzle moves, from the front."""
+        self._camera.fly_to(*_room(self._page.session.board, side), from_below=side == "bottom")
 
     def look_at(self, component: Component, board: Board) -> None:
         """Fly to a component."""
@@ -198,9 +201,10 @@ class Scene:
         self._drawn[name] = glb
 
 
-def _room(board: Board) -> tuple[Points, Points]:
-    """Lowest and highest corner, mm, of a board and some of the room above it where paths run."""
+def _room(board: Board, side: Side = "top") -> tuple[Points, Points]:
+    """Lowest and highest corner, mm, of a board and some of the room over one side where paths run."""
     x_min, y_min, x_max, y_max = board.outline.bounds
-    tallest = max((each.height_mm for each in board.components if each.side == "top"), default=0.0)
-    above = max(tallest, min(_NOZZLE_MM, (x_max - x_min + y_max - y_min) / 4))
-    return np.array([x_min, y_min, board.bottom_z_mm]), np.array([x_max, y_max, board.top_z_mm + above])
+    tallest = max((each.height_mm for each in board.components if each.side == side), default=0.0)
+    room = max(tallest, min(_NOZZLE_MM, x_max - x_min, y_max - y_min))
+    above, below = (room, 0.0) if side == "top" else (0.0, room)
+    return np.array([x_min, y_min, board.bottom_z_mm - below]), np.array([x_max, y_max, board.top_z_mm + above])

@@ -11,7 +11,7 @@ from recipes.load import load_recipe
 from rulesengine.commands.writing import program_bytes
 from rulesengine.pipeline import run
 from webui.layers.strokes import stroke_lines
-from webui.picking import first_hit, nearest_stroke, target_of
+from webui.picking import first_hit, strokes_at, target_of
 
 pytestmark = [
     pytest.mark.slow,
@@ -36,7 +36,7 @@ def visible_component(board, lines, camera):
         place = np.array([middle.x, middle.y, board.top_z_mm + component.height_mm])
         origin, direction = ray_to(camera, place)
         hit = first_hit(target, origin, direction)
-        if hit is not None and hit.body == component.name and nearest_stroke(lines, origin, direction, np.inf) is None:
+        if hit is not None and hit.body == component.name and not strokes_at(lines, origin, direction, np.inf):
             return component.name, place
     raise AssertionError
 

@@ -1,11 +1,15 @@
 """A click meets what is in front."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from tiny_session import tiny_session
 
 from webui.layers.strokes import stroke_lines
-from webui.picking import first_hit, nearest_stroke, target_of
+from webui.picking import choose_stroke, first_hit, strokes_at, target_of
 
 DOWN = np.array([0.0, 0.0, -1.0])
 
@@ -28,18 +32,57 @@ def test_a_ray_beside_the_board_or_away_from_it_meets_nothing():
     assert first_hit(target, np.array([5.0, 5.0, 100.0]), -DOWN) is None
 
 
+def test_of_two_bodies_the_nearer_is_met_from_either_side():
+    session = tiny_session()
+    target = target_of(session.board)
+    middle = session.board.components[0].footprint.representative_point()
+    above = first_hit(target, np.array([middle.x, middle.y, 50.0]), DOWN)
+    below = first_hit(target, np.array([middle.x, middle.y, -50.0]), -DOWN)
+    assert above.body == session.board.components[0].name
+    assert below.body == next(body.name for body in session.board.bodies if body.role == "board")
+    assert below.point[2] == pytest.approx(session.board.bottom_z_mm)
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    spot=st.tuples(st.floats(0, 30), st.floats(0, 20)),
+    lean=st.tuples(st.floats(-1, 1), st.floats(-1, 1)),
+    shift=st.tuples(*3 * [st.integers(-500, 500)]),
+)
+def test_boxes_leave_out_nothing_that_the_ray_meets_and_the_hit_moves_with_the_board(spot, lean, shift):
+    board = tiny_session().board
+    direction = np.array([*lean, -1.0])
+    origin = np.array([*spot, 0.0]) - 80.0 * direction
+    hit = first_hit(target_of(board), origin, direction)
+    whole = replace(board.bodies[0], patches=np.concatenate([body.patches for body in board.bodies]))
+    slow = first_hit(target_of(replace(board, bodies=(whole,))), origin, direction)
+    assert (hit is None) == (slow is None)
+    moved = tuple(replace(body, patches=body.patches + np.array(shift)) for body in board.bodies)
+    there = first_hit(target_of(replace(board, bodies=moved)), origin + shift, direction)
+    if hit is not None:
+        assert hit.distance_mm == pytest.approx(slow.distance_mm)
+        assert there is None or abs(there.distance_mm - hit.distance_mm) < 1e-6 or there.body != hit.body
+
+
 def test_a_click_on_a_stroke_means_it_and_one_beside_it_does_not():
     lines = stroke_lines(tiny_session().run.plan)
     line = lines[-1]
     begin, end = line.segments[0]
     point = begin + 0.4 * (end - begin)
     eye = point + np.array([0.0, 0.0, 200.0])
-    found = nearest_stroke(lines, eye, point - eye, np.inf)
-    assert found is not None
-    away = np.linalg.norm(np.cross(found.segments[:, 1] - found.segments[:, 0], point - found.segments[:, 0]), axis=1)
-    lengths = np.linalg.norm(found.segments[:, 1] - found.segments[:, 0], axis=1)
-    assert (away / np.maximum(lengths, 1e-9)).min() < 1e-6
-    assert nearest_stroke(lines, eye - 50 * DOWN, np.array([1.0, 0.0, 0.0]), np.inf) is None
+    assert line.made_by in strokes_at(lines, eye, point - eye, np.inf)
+    aside = np.cross(end - begin, DOWN) / np.linalg.norm(end - begin)
+    assert strokes_at([line], eye, DOWN + 0.004 * aside, np.inf) == (line.made_by,)
+    assert strokes_at([line], eye, DOWN + 0.006 * aside, np.inf) == ()
+    assert strokes_at(lines, eye + np.array([0, 0, 50]), np.array([1.0, 0.0, 0.0]), np.inf) == ()
+
+
+def test_the_closest_stroke_comes_first():
+    lines = stroke_lines(tiny_session().run.plan)
+    first = replace(lines[0], points=np.array([[0.0, 0.0, 50.0], [10.0, 0.0, 50.0]]), made_by="near")
+    second = replace(lines[0], points=np.array([[0.0, 0.4, 50.0], [10.0, 0.4, 50.0]]), made_by="far")
+    eye = np.array([5.0, 0.1, 250.0])
+    assert strokes_at([second, first], eye, DOWN, np.inf) == ("near", "far")
 
 
 def test_a_stroke_behind_the_board_is_not_meant():
@@ -47,6 +90,18 @@ def test_a_stroke_behind_the_board_is_not_meant():
     begin, end = lines[0].segments[0]
     point = (begin + end) / 2
     eye = point + np.array([0.0, 0.0, 50.0])
-    assert nearest_stroke(lines, eye, DOWN, 49.0) is None
-    assert nearest_stroke(lines, eye, DOWN, 51.0) is not None
-    assert nearest_stroke([], eye, DOWN, 51.0) is None
+    assert strokes_at(lines, eye, DOWN, 49.0) == ()
+    assert strokes_at(lines, eye, DOWN, 51.0) != ()
+    assert strokes_at([], eye, DOWN, 51.0) == ()
+
+
+def test_click_after_click_goes_through_all_that_lies_there():
+    makers = ("b", "c", "a")
+    chosen = choose_stroke(makers, "")
+    seen = [chosen]
+    for _ in range(3):
+        chosen = choose_stroke(makers, chosen)
+        seen.append(chosen)
+    assert seen == ["b", "c", "a", "b"]
+    assert choose_stroke((), "a") == ""
+    assert choose_stroke(("x",), "x") == "x"

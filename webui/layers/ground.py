@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from boards.board import Board
-from geometry.arrays import Indices, Points
+from geometry.arrays import Points, Scalars
 from rulesengine.classify import Classified
 from webui.layers.glb import Colours, triangles_glb
 from webui.palette import BOARD, COMPONENT, FIXTURE, of_names, of_values
@@ -16,6 +16,7 @@ ColourBy: TypeAlias = Literal["class", "height", "package", "nothing"]
 Tints: TypeAlias = dict[str, tuple[int, int, int]]
 
 _OVER_MM = 0.02
+_PALER = 0.35
 _REMEMBERED = 8
 
 
@@ -71,13 +72,8 @@ def tint_components(board: Board, classified: tuple[Classified, ...], by: Colour
             return _by_height(board)
         case "nothing":
             return {}, {}
-    legend = of_names([kind[each.name] for each in board.components if each.name in kind])
+    legend = _softened([kind[each.name] for each in board.components if each.name in kind])
     return {name: legend[value] for name, value in kind.items() if value in legend}, legend
-
-
-def body_of_triangle(board: Board) -> Indices:
-    """(n,) which body each of the board's triangles belongs to, in the order in which they are drawn."""
-    return np.repeat(np.arange(len(board.bodies)), [len(body.patches) for body in board.bodies])
 
 
 def _by_height(board: Board) -> tuple[Tints, Tints]:
@@ -94,7 +90,12 @@ def _by_height(board: Board) -> tuple[Tints, Tints]:
     return tints, legend
 
 
-def _triple(colour: Colours) -> tuple[int, int, int]:
+def _softened(names: list[str]) -> Tints:
+    """Give each name a colour, paler than those of strokes, which run in front of it."""
+    return {name: _triple(np.array(colour) * (1 - _PALER) + 255 * _PALER) for name, colour in of_names(names).items()}
+
+
+def _triple(colour: Colours | Scalars) -> tuple[int, int, int]:
     red, green, blue = (int(channel) for channel in colour)
     return red, green, blue
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import viser
 
-from boards.board import Board
+from boards.board import Board, Side
 from boards.load import board_library, load_board
 from geometry.progress import Progress
 from webui.component_card import board_html
@@ -19,6 +19,7 @@ from webui.stroke_card import legend_html
 from webui.work import Worker
 
 _COLOURS: dict[str, ColourBy] = {"Nothing": "nothing", "Class": "class", "Height": "height", "Package": "package"}
+_SIDES: dict[str, Side] = {"Top side": "top", "Bottom side": "bottom"}
 _LIBRARY_HALF = ".emp"
 """An IDF board comes in two files; this one holds the heights and is no board."""
 
@@ -48,13 +49,13 @@ class BoardPanel:
         self._card = gui.add_html("")
         self._by = gui.add_dropdown("Colour by", tuple(_COLOURS), hint="What the colours of the parts tell apart.")
         self._legend = gui.add_html("")
-        self._reset = gui.add_button("Show the whole board", color="gray")
+        self._whole = gui.add_button_group("Look at", tuple(_SIDES), hint="The whole board, from above or from below.")
         self._choice.on_update(lambda event: self._choose(event.target.value, by_hand=event.client is not None))
         self._upload.on_upload(lambda event: self._import(event.target.value))
         self._sheet.on_upload(lambda event: self._join(event.target.value))
         self._cancel.on_click(lambda _: self._stop())
         self._by.on_update(lambda event: self._colour(event.target.value))
-        self._reset.on_click(lambda _: scene.look_at_board())
+        self._whole.on_click(lambda event: scene.look_at_board(_SIDES[event.target.value]))
         page.on_close(self._loader.close)
 
     def show(self, session: Session, before: Session | None) -> None:
