@@ -11,6 +11,8 @@ from geometry.arrays import Points, Scalars, Triangles
 from webui.layers.strokes import StrokeLine
 
 _PARALLEL = 1e-12
+_ROUNDING_MM = 1e-6
+"""Boxes are a little larger than bodies, so that a ray along a face meets both."""
 _NEAR = 0.005
 """How far beside a stroke a click still means it, as a share of its distance from the eye: about 6 pixels."""
 
@@ -38,8 +40,8 @@ class Target:
 def target_of(board: Board) -> Target:
     """Lay a board out for rays."""
     bodies = tuple(body for body in board.bodies if len(body.patches))
-    low = [body.patches.min(axis=(0, 1)) for body in bodies]
-    high = [body.patches.max(axis=(0, 1)) for body in bodies]
+    low = [body.patches.min(axis=(0, 1)) - _ROUNDING_MM for body in bodies]
+    high = [body.patches.max(axis=(0, 1)) + _ROUNDING_MM for body in bodies]
     return Target(bodies, np.array(low).reshape(-1, 3), np.array(high).reshape(-1, 3))
 
 
@@ -100,7 +102,7 @@ def _boxes_met(target: Target, origin: Points, along: Points) -> NDArray[np.bool
         one, other = (target.low - origin) / along, (target.high - origin) / along
         enter = np.fmax.reduce(np.fmin(one, other), axis=1)
         leave = np.fmin.reduce(np.fmax(one, other), axis=1)
-    return (enter <= leave + 1e-9) & (leave > 0)
+    return (enter <= leave) & (leave > 0)
 
 
 def _distance(patches: Triangles, origin: Points, along: Points) -> float:
