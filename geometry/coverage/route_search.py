@@ -20,7 +20,7 @@ WARMTH = 1.0
 """By how much a repaired order may be longer than the one before at first, in mean legs; it falls to 0"""
 LONGEST_KICKED = 26
 """Strokes in each of the three runs that a kick exchanges, at most"""
-SLACK = 2.0
+SLACK = 8.0
 """By how much a change may lengthen the route before the ways around it are chosen anew, in mean legs"""
 
 
@@ -53,7 +53,7 @@ def usual_kicks(network: Network) -> int:
     # every change of a skewed route brings the skew of all that follows up to date
     kicks //= 1 + count // 300 if network.skewed else 1
     if _is_choosy(network):  # a kick takes longer where ways are chosen anew
-        kicks //= 3 if count <= FEW else 5
+        kicks //= 3 if count <= FEW else 10
     return kicks
 
 
