@@ -1,6 +1,6 @@
 """The order of strokes against OR-Tools and against long runs of our own, for random strokes and for those of boards.
 
-Run: ``OMP_NUM_THREADS=1 python benchmarks/route.py [--seconds 60] [BOARD.tri ...]``
+Run: ``OMP_NUM_THREADS=1 python benchmarks/route.py [--seconds 60] [--random 40 150 ...] [BOARD.tri ...]``
 
 A board stands for the strokes whose order the planner is free to choose with the recipe smt-aqueous. OR-Tools is its
 routing solver, guided local search, each way through a stroke a node and exactly one of them visited. The best known is
@@ -104,6 +104,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("boards", nargs="*", type=Path)
     parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--random", nargs="*", type=int, default=[40, 150, 500, 2000])
     asked = parser.parse_args()
     warm, start = random_strokes(12)
     shortest_route(warm, start)
@@ -114,7 +115,7 @@ def main() -> None:
     for path in asked.boards:
         for choices, start in board_strokes(path):
             compare(path.stem, choices, start, asked.seconds)
-    for count in (40, 150, 500, 2000):
+    for count in asked.random:
         compare("random", *random_strokes(count), asked.seconds)
 
 
