@@ -12,15 +12,15 @@ ACCENT = (200, 68, 44)
 INK = (34, 48, 58)
 QUIET = (150, 160, 168)
 TRANSFER = (170, 178, 184)
-BOARD = (124, 146, 135)
+BOARD = (128, 150, 132)
 FIXTURE = (110, 116, 124)
-COMPONENT = (198, 202, 207)
+COMPONENT = (204, 205, 206)
 NAMED = (
     (43, 108, 163), (47, 143, 126), (192, 138, 46), (125, 90, 155),
     (95, 125, 47), (155, 90, 110), (70, 130, 150), (140, 105, 80),
 )  # fmt: skip
 """For functions, classes, templates: in their order, over again when there are more."""
-_SCALE = np.array([(38, 70, 131), (42, 125, 142), (92, 166, 110), (222, 176, 72), (196, 78, 48)], dtype=np.float64)
+_SCALE = np.array([(38, 70, 131), (42, 125, 142), (92, 166, 110), (226, 184, 84)], dtype=np.float64)
 
 
 def of_names(names: Sequence[str]) -> dict[str, tuple[int, int, int]]:
@@ -29,7 +29,7 @@ def of_names(names: Sequence[str]) -> dict[str, tuple[int, int, int]]:
 
 
 def of_values(values: Scalars, low: float, high: float) -> Colours:
-    """(n, 3) colours from cold (low) to warm (high)."""
+    """(n, 3) colours from dark and cold (low) to light and warm (high); none is like the accent."""
     share = np.clip((values - low) / max(high - low, 1e-9), 0.0, 1.0) * (len(_SCALE) - 1)
     stops = np.arange(len(_SCALE))
     return np.column_stack([np.interp(share, stops, channel) for channel in _SCALE.T]).astype(np.uint8)

@@ -202,9 +202,10 @@ class Scene:
 
 
 def _room(board: Board, side: Side = "top") -> tuple[Points, Points]:
-    """Lowest and highest corner, mm, of a board and some of the room over one side where paths run."""
+    """Lowest and highest corner, mm, of a board and, over its top, some of the room where paths run."""
     x_min, y_min, x_max, y_max = board.outline.bounds
     tallest = max((each.height_mm for each in board.components if each.side == side), default=0.0)
+    if side == "bottom":
+        return np.array([x_min, y_min, board.bottom_z_mm - tallest]), np.array([x_max, y_max, board.top_z_mm])
     room = max(tallest, min(_NOZZLE_MM, x_max - x_min, y_max - y_min))
-    above, below = (room, 0.0) if side == "top" else (0.0, room)
-    return np.array([x_min, y_min, board.bottom_z_mm - below]), np.array([x_max, y_max, board.top_z_mm + above])
+    return np.array([x_min, y_min, board.bottom_z_mm]), np.array([x_max, y_max, board.top_z_mm + room])

@@ -37,8 +37,8 @@ def small_page(session, project=None):
 
 def find(page, label, at=-1):
     """The newest input of a label, or an earlier one."""
-    found = [handle for handle in inputs(page) if handle.label == label]
-    assert found, f"no input {label!r} among {[handle.label for handle in inputs(page)]}"
+    found = [handle for handle in inputs(page) if getattr(handle, "label", None) == label]
+    assert found, f"no input {label!r} among {[getattr(handle, 'label', None) for handle in inputs(page)]}"
     return found[at]
 
 

@@ -12,6 +12,8 @@ from geometry.arrays import Points
 Colours = NDArray[np.uint8]
 """(n, 3) red, green, blue."""
 
+_EXPOSURE = 0.52
+"""Light falls from so many sides that colours would be washed out."""
 _LINES, _TRIANGLES = 1, 4
 _FLOAT, _BYTE, _VERTEX_DATA = 5126, 5121, 34962
 
@@ -33,7 +35,7 @@ def triangles_glb(corners: Points, colours: Colours) -> bytes:
         corners: (3 n, 3) corners of each triangle in turn, counterclockwise seen from outside.
         colours: (3 n, 3) at each of them.
     """
-    surface = {"metallicFactor": 0.0, "roughnessFactor": 0.9}
+    surface = {"metallicFactor": 0.0, "roughnessFactor": 0.9, "baseColorFactor": [_EXPOSURE] * 3 + [1.0]}
     return _glb(corners, colours, _TRIANGLES, [{"doubleSided": True, "pbrMetallicRoughness": surface}])
 
 
