@@ -15,6 +15,9 @@ _FOV = float(np.radians(40))
 _PANELS_PX = 2 * 364
 """What stands beside the scene takes this much of the window; the browser says so only some time later."""
 _NARROWEST = 0.4
+_CLEAR = 0.45
+"""Share of the way from the eye to what is looked at in which nothing is shown: paths there would hide all the rest."""
+_SAME = 0.1
 _FLIGHT_S, _STEPS = 0.4, 12
 
 
@@ -29,10 +32,10 @@ class Camera:
         self._window_px = client.camera.image_width
         with client.atomic():
             client.camera.fov = _FOV
-            client.camera.near = 0.001
             client.camera.min_orbit_distance = 0.002
             client.camera.max_orbit_distance = 10.0
             client.camera.up_direction = (0.0, 0.0, 1.0)
+        client.camera.on_update(lambda _: self._clear_the_way())
 
     def show_at_once(self, low: Points, high: Points) -> None:
         """Look at a box from above, without a flight.
@@ -54,6 +57,13 @@ class Camera:
         """
         end = frame_box(low, high, self._lens(), from_below=from_below)
         threading.Thread(target=self._fly, args=(self._take_off(), end), name="flight", daemon=True).start()
+
+    def _clear_the_way(self) -> None:
+        """Begin to show things nearer to the eye the nearer it is to what it looks at."""
+        camera = self._client.camera
+        near = _CLEAR * float(np.linalg.norm(np.array(camera.look_at) - np.array(camera.position)))
+        if near > 0 and abs(camera.near / near - 1.0) > _SAME:
+            camera.near = near
 
     def _lens(self) -> Lens:
         camera = self._client.camera
@@ -81,3 +91,4 @@ class Camera:
         with self._client.atomic():
             self._client.camera.position = pose.eye * _M
             self._client.camera.look_at = pose.target * _M
+            self._clear_the_way()

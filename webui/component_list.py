@@ -17,7 +17,7 @@ _WILD = "*?["
 _WORD = re.compile(r"[^\s+/,;:()'\"]+")
 _CELL = "padding:1px 8px 1px 0;white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
 _HEADINGS = (("Part", "left"), ("Package", "left"), ("Class", "left"), ("Height", "right"))
-_WIDTHS = ("16%", "39%", "24%", "21%")
+_WIDTHS = ("18%", "37%", "24%", "21%")
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from webui.session import Session
 
 _M = 0.001
 """The scene is in metres: a browser clips scenes of hundreds of units."""
-_NEAREST_MM = 12.0
+_NEAREST_MM = 15.0
 """Half of the least that is looked at: smaller parts are seen with their neighbours."""
 _ROOM = 3.0
 """How much more than a component is looked at."""
