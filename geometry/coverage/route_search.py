@@ -53,7 +53,7 @@ def usual_kicks(network: Network) -> int:
     # every change of a skewed route brings the skew of all that follows up to date
     kicks //= 1 + count // 300 if network.skewed else 1
     if _is_choosy(network):  # a kick takes longer where ways are chosen anew
-        kicks //= 3 if count <= FEW else 10
+        kicks = kicks // 3 if count <= FEW else max(kicks // 10, min(10 * count, 2000))
     return kicks
 
 
