@@ -150,6 +150,10 @@ class DrivenPage:
             self.page.wait_for_timeout(400)
 
     def picture(self, file: Path) -> None:
+        """Take a picture as it is when the scene has faded in, which takes minutes without a graphics card."""
+        self.page.evaluate("document.querySelectorAll('canvas').forEach(each => { each.style.opacity = '1'; })")
+        self.page.mouse.move(WINDOW[0] / 2, 10)  # away from fields that would show their hints
+        self.page.wait_for_timeout(500)
         self.page.screenshot(path=file)
 
 

@@ -1,0 +1,130 @@
+"""Draw the pictures of ``docs/guide.md``: go the guide's way through the real page and take one at each step.
+
+Run it with ``python tools/make_guide.py`` and look at the pictures in ``docs/images/guide-*.png``. It needs chromium.
+"""
+
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+
+from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium  # noqa: E402
+
+from webui.app import open_session, serve  # noqa: E402
+from webui.project import open_project  # noqa: E402
+
+IMAGES = ROOT / "docs" / "images"
+SETTLE_MS = 2500
+PORT = 8170
+
+
+def open_page(_tab: DrivenPage) -> None:
+    """The page as it opens."""
+
+
+def look_at_board(tab: DrivenPage) -> None:
+    """What was understood of the board, its parts coloured by class."""
+    tab.tab("Board")
+    tab.choose("Colour by", "Class")
+
+
+def look_at_component(tab: DrivenPage) -> None:
+    """One part and its card."""
+    tab.tab("Components")
+    tab.choose("Go to", "U1")
+
+
+def edit_recipe(tab: DrivenPage) -> None:
+    """A slower path around the parts."""
+    before = tab.time_text
+    tab.edit("around", "Speed (mm/s)", "30")
+    tab.wait_for_another_time(before)
+
+
+def look_at_paths(tab: DrivenPage) -> None:
+    """The strokes, one of them selected."""
+    tab.tab("Board")
+    tab.press("Top side")
+    tab.tab("Paths")
+    tab.press("Next")
+
+
+def play(tab: DrivenPage) -> None:
+    """The program in the middle of its way."""
+    tab.choose("Speed (x)", "20")
+    tab.press("Play")
+    tab.wait_for_input("Time (s)", "value => Number(value) > 150")
+    tab.press("Pause")
+
+
+def look_at_findings(tab: DrivenPage) -> None:
+    """The first finding and its place."""
+    tab.tab("Recipe")
+    tab.tab("Findings")
+    for _ in range(5):  # the first that is about one part
+        tab.press("Next")
+        tab.page.wait_for_timeout(500)
+
+
+def save(tab: DrivenPage) -> None:
+    """The recipe's text under a name of its own."""
+    tab.tab("YAML")
+    tab.press("Save as…")
+    tab.type("File", "my-board")
+    tab.page.get_by_text("saved", exact=True).wait_for()
+    tab.tab("Board")
+    tab.press("Top side")
+
+
+def compare(tab: DrivenPage) -> None:
+    """The recipe as it began beside the edited one."""
+    tab.tab("Compare")
+    tab.choose("With", "smt-aqueous")
+    tab.see("Total time")
+
+
+def download(tab: DrivenPage) -> None:
+    """What can be taken along."""
+    tab.tab("Out")
+
+
+STEPS: dict[str, Callable[[DrivenPage], None]] = {
+    "open": open_page,
+    "board": look_at_board,
+    "component": look_at_component,
+    "recipe": edit_recipe,
+    "paths": look_at_paths,
+    "playback": play,
+    "findings": look_at_findings,
+    "save": save,
+    "compare": compare,
+    "out": download,
+}
+
+
+def draw_guide(folder: Path) -> None:
+    """Take a picture of each step.
+
+    Raises:
+        RuntimeError: the page complained about something on the way.
+    """
+    with tempfile.TemporaryDirectory() as project, open_chromium() as browser:
+        server = serve(open_session("smt-demo", "smt-aqueous"), open_project(Path(project)), "127.0.0.1", PORT)
+        tab = DrivenPage(browser, server.address, sharpness=1.0)
+        tab.dismiss_notice()
+        for name, step in STEPS.items():
+            step(tab)
+            tab.page.wait_for_timeout(SETTLE_MS)
+            tab.picture(folder / f"guide-{name}.png")
+        server.stop()
+    if tab.errors:
+        raise RuntimeError("\n".join(tab.errors))
+
+
+if __name__ == "__main__":
+    if CHROMIUM is None:
+        sys.exit(NO_CHROMIUM)
+    draw_guide(Path(sys.argv[1]) if sys.argv[1:] else IMAGES)
