@@ -13,7 +13,7 @@ from webui.work import Worker
 _RATES = ("1", "2", "5", "10", "20", "50")
 _FIRST = next(iter(KINDS))
 _HINTS = {
-    "Program (.wash)": "What a robot's post or washboard show reads.",
+    "Program (.wash)": "The timed program; washboard show reads it.",
     "Picture (PNG)": "Board, paths and heights on one sheet.",
     "Picture (SVG)": "The same, to be enlarged or edited.",
     "Report (JSON)": "Totals, classes, components and findings as data.",
