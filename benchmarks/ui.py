@@ -35,15 +35,13 @@ FIELDS = {"speed_mm_s": "Speed (mm/s)", "height_mm": "Height (mm)", "tilt_deg": 
 REPEATS = 5
 WATCH = """() => {
   window.begun = 0; window.taken = 0;
+  const total = () => document.querySelector('[data-total]')?.textContent;
   document.addEventListener('keydown', event => {
     if (event.key !== 'Enter') return;
     window.begun = performance.now(); window.taken = 0;
-    const planned = () => document.body.innerText.includes('Planned in');
-    const total = () => document.querySelector('[data-total]')?.innerText;
-    let left = false; const before = total();
+    const before = total();
     const watcher = new MutationObserver(() => {
-      left = left || !planned() || total() !== before;
-      if (left && planned()) { window.taken = performance.now() - window.begun; watcher.disconnect(); }
+      if (total() !== before) { window.taken = performance.now() - window.begun; watcher.disconnect(); }
     });
     watcher.observe(document.body, {subtree: true, childList: true, characterData: true});
   }, true);
