@@ -41,9 +41,8 @@ def ui(
         if server.port != port:
             console.print(f"Port {port} is in use.")
         if not is_loopback(host):
-            console.print(
-                f"[bold red]Everyone in this network can read and write {escape(str(project.folder))}.[/bold red]"
-            )
+            warning = f"Everyone in this network can read and write {escape(str(project.folder))}."
+            console.print(f"[bold red]{warning}[/bold red]", soft_wrap=True)
         console.print(f"Washboard is at {server.address} (Ctrl-C ends it)")
         with suppress(KeyboardInterrupt):
             server.viser.sleep_forever()
