@@ -38,13 +38,13 @@ def ui(
         session = open_session(board, recipe)
         server = serve(session, project, host, port)
         console = open_console()
-        if server.port != port:
-            console.print(f"Port {port} is in use.")
-        if not is_loopback(host):
-            warning = f"Everyone in this network can read and write {escape(str(project.folder))}."
-            console.print(f"[bold red]{warning}[/bold red]", soft_wrap=True)
-        console.print(f"Washboard is at {server.address} (Ctrl-C ends it)")
         with suppress(KeyboardInterrupt):
+            if server.port != port:
+                console.print(f"Port {port} is in use.")
+            if not is_loopback(host):
+                warning = f"Everyone in this network can read and write {escape(str(project.folder))}."
+                console.print(f"[bold red]{warning}[/bold red]", soft_wrap=True)
+            console.print(f"Washboard is at {server.address} (Ctrl-C ends it)")
             server.viser.sleep_forever()
         server.stop()
         console.print("Stopped.")

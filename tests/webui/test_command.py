@@ -5,6 +5,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import urllib.request
 
 import pytest
@@ -28,6 +29,7 @@ def read_until_ready(process):
 
 
 def end(process):
+    time.sleep(0.5)  # an interrupt in the middle of a line would have it printed twice
     process.send_signal(signal.SIGINT)
     out, errors = process.communicate(timeout=WAIT_S)
     assert process.returncode == 0

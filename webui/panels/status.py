@@ -29,7 +29,9 @@ class StatusPanel:
         self._html = gui.add_html("")
         self._button = gui.add_button(_CANCEL, visible=False, color="gray", hint="Give up planning, or plan again.")
         self._button.on_click(lambda _: self._press())
+        self._patience = self._new_patience()
         page.on_progress(self._tell)
+        page.on_close(lambda: self._patience.cancel())
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
@@ -42,10 +44,17 @@ class StatusPanel:
     def _tell(self, what: str, done: float) -> None:
         self._what, self._share = what, done
         if what == "planning" and done == 0.0:
-            threading.Timer(_PATIENCE_S, self._offer_to_cancel).start()
+            self._patience.cancel()
+            self._patience = self._new_patience()
+            self._patience.start()
         if what != "done":  # then the run itself is about to be shown
             with self._page.client.atomic():
                 self.show(self._page.session, None)
+
+    def _new_patience(self) -> threading.Timer:
+        timer = threading.Timer(_PATIENCE_S, self._offer_to_cancel)
+        timer.daemon = True
+        return timer
 
     def _offer_to_cancel(self) -> None:
         if not self._page.session.planned:
