@@ -65,14 +65,14 @@ def facts_html(facts: Iterable[tuple[str, str]]) -> str:
     return f'<table style="border-collapse:collapse;font-size:12px">{rows}</table>'
 
 
-def findings_html(findings: Sequence[Finding]) -> str:
+def findings_html(findings: Sequence[Finding], most: int = _MOST_FINDINGS) -> str:
     """Write the first findings, and how many more there are."""
     shown = "".join(
         f'<div style="margin-top:4px;padding-left:7px;border-left:3px solid {SEVERITY_COLOURS[finding.severity]};'
         f'overflow-wrap:anywhere">{escape(finding.message)}</div>'
-        for finding in findings[:_MOST_FINDINGS]
+        for finding in findings[:most]
     )
-    more = len(findings) - _MOST_FINDINGS
+    more = len(findings) - most
     return shown + (f'<div style="color:{to_hex(QUIET)}">and {more} more</div>' if more > 0 else "")
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from geometry.finding import Finding
+from webui.component_card import findings_html
 from webui.layers.markers import COLOURS
 from webui.layers.strokes import StrokeLine, Tint
 from webui.layers.timeline import Span, clock, spray_spans
@@ -11,7 +11,6 @@ from webui.origin import recipe_line
 from webui.palette import ACCENT, INK, QUIET, to_hex
 from webui.session import Session
 
-_SEVERITY = {"error": "#a3202a", "warning": "#8a5a00", "info": to_hex(QUIET)}
 _MOST_FINDINGS = 4
 
 
@@ -71,7 +70,7 @@ def card_html(session: Session, lines: Sequence[StrokeLine]) -> str:
     )
     _, _, name = made_by.partition("/")
     title = escape(name.replace("/", " \N{MIDDLE DOT} ") or made_by)
-    found = _findings([finding for finding in session.run.findings if finding.made_by == made_by])
+    found = findings_html([finding for finding in session.run.findings if finding.made_by == made_by], _MOST_FINDINGS)
     return _box(
         f'<div style="font-weight:600;color:{to_hex(ACCENT)};overflow-wrap:anywhere">{title}</div>'
         f'<table style="border-collapse:collapse;font-size:12px">{rows}</table>{found}'
@@ -110,16 +109,6 @@ def _range(values: Sequence[float], unit: str) -> str:
     low, high = f"{min(values):.4g}", f"{max(values):.4g}"
     space = "" if unit in ("", "\N{DEGREE SIGN}") else " "
     return f"{low}{space}{unit}" if low == high else f"{low} to {high}{space}{unit}"
-
-
-def _findings(findings: Sequence[Finding]) -> str:
-    shown = "".join(
-        f'<div style="margin-top:4px;padding-left:7px;border-left:3px solid {_SEVERITY[finding.severity]}">'
-        f"{escape(finding.message)}</div>"
-        for finding in findings[:_MOST_FINDINGS]
-    )
-    more = len(findings) - _MOST_FINDINGS
-    return shown + (f"<div>and {more} more</div>" if more > 0 else "")
 
 
 def _box(inner: str) -> str:

@@ -42,15 +42,6 @@ def choose_ways(network: Network, order: Indices) -> tuple[Whole, Indices]:
 
 
 @compiled
-def route_length(network: Network, order: Indices, chosen: Indices) -> Whole:
-    """Micrometres of air travel of an order (strokes by position) with the chosen ways (by stroke)."""
-    total = 0
-    for position in range(len(order) - 1):
-        total += leg(network, chosen[order[position]], chosen[order[position + 1]])
-    return total
-
-
-@compiled
 def solve_small(network: Network) -> Indices:
     """The best order of a few strokes (Held and Karp's dynamic programme over sets of strokes).
 
