@@ -1,0 +1,1 @@
+"""Whether a robot can do it: cells, kinematics, collisions, joint motion. Metres and radians stay in here."""
