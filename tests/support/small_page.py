@@ -4,6 +4,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
+import rich
 import viser
 
 from webui.page import Page
@@ -12,6 +13,7 @@ from webui.page import Page
 @dataclass
 class Client:
     gui: viser.GuiApi
+    scene: viser.SceneApi
     atomic: object
     said: list[str] = field(default_factory=list)
 
@@ -28,11 +30,14 @@ class SmallPage(Page):
 
 @contextmanager
 def small_page(session, project=None):
+    console = rich.get_console()
+    loud, console.quiet = console.quiet, True  # viser prints a box at the start and a line at the end
     server = viser.ViserServer(host="127.0.0.1", port=8127, verbose=False)
     try:
-        yield SmallPage(Client(server.gui, server.atomic), project, session)
+        yield SmallPage(Client(server.gui, server.scene, server.atomic), project, session)
     finally:
         server.stop()
+        console.quiet = loud
 
 
 def find(page, label, at=-1):

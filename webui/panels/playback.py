@@ -128,7 +128,10 @@ class PlaybackPanel:
             self._slider.max = round(playable.end_s, 1)
             self._slider.disabled = False
             self._strip.content = playable.strip
+            playing = self._player.playing  # pressed meanwhile
             self._player.load(playable.end_s)
+            if playing:
+                self._player.play()
             self._name_button()
 
     def _forget(self) -> None:
