@@ -1,9 +1,9 @@
-import itertools
 import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+from step_writer import Placed, StepWriter
 
 from boards.board import Body
 from boards.errors import BoardError
@@ -11,94 +11,6 @@ from boards.formats.scene import read_scene
 from boards.formats.step_products import Structure, name_products, read_structure
 from boards.formats.tree import Node
 from geometry.finding import Finding
-
-Vector = tuple[float, float, float]
-Placed = tuple[str, str, Vector, Vector]  # instance, product, size, place of the middle of its underside
-
-HEAD = (
-    "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n"
-    "FILE_SCHEMA(('AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }'));\nENDSEC;\nDATA;\n"
-)
-TAIL = "ENDSEC;\nEND-ISO-10303-21;\n"
-
-
-class StepWriter:
-    """Writes an assembly of boxes as AP214 faceted solids."""
-
-    def __init__(self) -> None:
-        self.lines: list[str] = []
-        application = self.add("APPLICATION_CONTEXT('mechanical design')")
-        self.product_context = self.add(f"PRODUCT_CONTEXT('',{application},'mechanical')")
-        self.design = self.add(f"PRODUCT_DEFINITION_CONTEXT('part definition',{application},'design')")
-        length = self.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))")
-        angle = self.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))")
-        solid = self.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())")
-        self.context = self.add(
-            f"(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT(({length},{angle},{solid}))"
-            "REPRESENTATION_CONTEXT('',''))"
-        )
-        self.origin = self.axes((0, 0, 0), (0, 0, 1), (1, 0, 0))
-
-    def add(self, text: str) -> str:
-        self.lines.append(f"#{len(self.lines) + 1}={text};")
-        return f"#{len(self.lines)}"
-
-    def vector(self, kind: str, values: Vector) -> str:
-        return self.add(f"{kind}('',({','.join(f'{value:.6f}' for value in values)}))")
-
-    def axes(self, at: Vector, z: Vector, x: Vector) -> str:
-        place = self.vector("CARTESIAN_POINT", at)
-        return self.add(f"AXIS2_PLACEMENT_3D('',{place},{self.vector('DIRECTION', z)},{self.vector('DIRECTION', x)})")
-
-    def box(self, size: Vector) -> str:
-        half = np.array([size[0] / 2, size[1] / 2, 0.0])
-        corners: dict[tuple[int, ...], str] = {
-            corner: self.vector("CARTESIAN_POINT", tuple(np.array(corner) * size - half))
-            for corner in itertools.product((0, 1), repeat=3)
-        }
-        faces: list[str] = []
-        for axis, end in itertools.product(range(3), (0, 1)):
-            ring: list[str] = []
-            for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))[:: 1 if end else -1]:
-                corner = [0, 0, 0]
-                corner[axis], corner[(axis + 1) % 3], corner[(axis + 2) % 3] = end, a, b
-                ring.append(corners[corner[0], corner[1], corner[2]])
-            loop = self.add(f"POLY_LOOP('',({','.join(ring)}))")
-            bound = self.add(f"FACE_OUTER_BOUND('',{loop},.T.)")
-            unit = np.eye(3)
-            foot = unit[axis] * (end * size[axis] - half[axis])
-            plane = self.add(f"PLANE('',{self.axes(tuple(foot), tuple(unit[axis]), tuple(unit[(axis + 1) % 3]))})")
-            faces.append(self.add(f"FACE_SURFACE('',({bound}),{plane},.T.)"))
-        shell = self.add(f"CLOSED_SHELL('',({','.join(faces)}))")
-        return self.add(f"FACETED_BREP('',{shell})")
-
-    def product(self, name: str, kind: str, items: str) -> tuple[str, str]:
-        product = self.add(f"PRODUCT('{name}','{name}','',({self.product_context}))")
-        formation = self.add(f"PRODUCT_DEFINITION_FORMATION('','',{product})")
-        definition = self.add(f"PRODUCT_DEFINITION('design','',{formation},{self.design})")
-        shape = self.add(f"PRODUCT_DEFINITION_SHAPE('','',{definition})")
-        representation = self.add(f"{kind}('',({items}),{self.context})")
-        self.add(f"SHAPE_DEFINITION_REPRESENTATION({shape},{representation})")
-        return definition, representation
-
-    def write(self, parts: list[Placed]) -> str:
-        top, top_shape = self.product("card", "SHAPE_REPRESENTATION", self.origin)
-        made: dict[str, tuple[str, str]] = {}
-        for number, (instance, name, size, at) in enumerate(parts):
-            if name not in made:
-                made[name] = self.product(name, "FACETED_BREP_SHAPE_REPRESENTATION", f"{self.origin},{self.box(size)}")
-            definition, shape = made[name]
-            use = self.add(f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{number}','{instance}','',{top},{definition},$)")
-            use_shape = self.add(f"PRODUCT_DEFINITION_SHAPE('','',{use})")
-            target = self.axes(at, (0, 0, 1), (1, 0, 0))
-            move = self.add(f"ITEM_DEFINED_TRANSFORMATION('','',{self.origin},{target})")
-            relation = self.add(
-                f"(REPRESENTATION_RELATIONSHIP('','',{shape},{top_shape})"
-                f"REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION({move})SHAPE_REPRESENTATION_RELATIONSHIP())"
-            )
-            self.add(f"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION({relation},{use_shape})")
-        return HEAD + "\n".join(self.lines) + "\n" + TAIL
-
 
 PARTS: list[Placed] = [
     ("R2", "R_0603", (1.6, 0.8, 0.5), (-8, 5, 1.6)),
