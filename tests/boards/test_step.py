@@ -3,7 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from step_writer import Placed, StepWriter
+from step_writer import HEAD, Placed, StepWriter
 
 from boards.board import Body
 from boards.errors import BoardError
