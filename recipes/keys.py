@@ -1,33 +1,26 @@
-"""Which keys a recipe knows: the JSON schema of the model, asked by YAML path."""
+"""Which keys a file knows: the JSON schema of its model, asked by YAML path."""
 
 import difflib
 from collections.abc import Iterable
-from functools import cache
-from typing import Any, TypeAlias, cast
+from typing import Any, cast
 
+from recipes.document import RECIPE, Document, Schema
 from recipes.located import YamlPath
-from recipes.recipe import Recipe
-
-Schema: TypeAlias = dict[str, Any]
 
 
-@cache
-def model_schema() -> Schema:
-    """JSON schema of a complete recipe, as pydantic makes it."""
-    return Recipe.model_json_schema(by_alias=True)
-
-
-def known_keys(path: YamlPath, data: Any) -> dict[str, Schema]:
+def known_keys(path: YamlPath, data: Any, document: Document = RECIPE) -> dict[str, Schema]:
     """Give the keys of the specification at a path, by name; empty where names are free.
 
     Args:
-        path: From the top of the recipe.
-        data: The recipe's plain values, which say what path class a template is of.
+        path: From the top of the file.
+        data: Its plain values, which say what kind something is of, such as the path class of a template.
+        document: What kind of file it is.
     """
-    node = _resolve(model_schema(), data)
+    whole = document.schema()
+    node = _resolve(whole, data, whole)
     for key in path:
         data = _inner(data, key)
-        node = _resolve(_member(node, str(key)), data)
+        node = _resolve(_member(node, str(key)), data, whole)
     return cast("dict[str, Schema]", node.get("properties", {}))
 
 
@@ -58,18 +51,18 @@ def _member(node: Schema, key: str) -> Schema:
     return cast(Schema, items) if isinstance(items, dict) else {}
 
 
-def _resolve(node: Schema, data: Any) -> Schema:
+def _resolve(node: Schema, data: Any, whole: Schema) -> Schema:
     """Follow references and choose the branch of a union that the data is meant for."""
     if "discriminator" in node:
         choice = node["discriminator"]
         tag = cast(Any, data).get(choice["propertyName"]) if isinstance(data, dict) else None
         reference = choice["mapping"].get(tag) if isinstance(tag, str) else None
-        return {} if reference is None else _resolve({"$ref": reference}, data)
+        return {} if reference is None else _resolve({"$ref": reference}, data, whole)
     if "anyOf" in node and isinstance(data, dict):
         for branch in node["anyOf"]:
             if "$ref" in branch or branch.get("type") == "object":
-                return _resolve(branch, data)
+                return _resolve(branch, data, whole)
     if "$ref" in node:
         name = str(node["$ref"]).rsplit("/", 1)[-1]
-        return _resolve(model_schema()["$defs"][name], data)
+        return _resolve(whole["$defs"][name], data, whole)
     return node

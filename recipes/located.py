@@ -14,7 +14,8 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
 
-from recipes.errors import RecipeError
+from geometry.errors import JobError
+from recipes.document import RECIPE, Document
 
 Scalar: TypeAlias = str | int | float | bool | None
 Key: TypeAlias = str | int
@@ -27,9 +28,9 @@ _TAG = "tag:yaml.org,2002:"
 _HINTS = (
     ("found character '\\t'", "a tab cannot be used here; indent with spaces"),
     ("found undefined alias", "{problem}; put text that begins with * in quotes"),
-    ("but found another document", "a recipe is one document; remove the line ---"),
+    ("but found another document", "a {noun} is one document; remove the line ---"),
     ("mapping values are not allowed here", "{problem}; quote text that holds a colon, or check the indentation"),
-    ("could not determine a constructor", "tags are not allowed in a recipe"),
+    ("could not determine a constructor", "tags are not allowed in a {noun}"),
 )
 
 
@@ -84,48 +85,59 @@ def spell_path(path: YamlPath) -> str:
     return text
 
 
-def read_yaml(text: str, file: Path | str) -> Located:
+def read_yaml(text: str, file: Path | str, document: Document = RECIPE) -> Located:
     """Read one YAML mapping.
 
+    Args:
+        text: YAML.
+        file: What to call it in errors.
+        document: What kind of file it is.
+
     Raises:
-        RecipeError: not YAML, not a mapping, a key that stands twice, a tag, or a tree that is too large or too deep.
+        JobError: the document's own: not YAML, not a mapping, a key that stands twice, a tag, or a tree that is too
+            large or too deep.
     """
+    noun = document.noun
     if len(text) > _LARGEST_TEXT:
-        raise RecipeError(f"{len(text):,} characters are too many; a recipe has at most {_LARGEST_TEXT:,}", file=file)
+        message = f"{len(text):,} characters are too many; a {noun} has at most {_LARGEST_TEXT:,}"
+        raise document.error(message, file=file)
     yaml = YAML(typ="safe", pure=True)
     yaml.composer.warn_double_anchors = False  # YAML 1.2 allows an anchor to be set anew
     try:
         node = cast("Node | None", yaml.compose(text))
-        root = None if node is None else _Tree(yaml, str(file)).build(node, Mark(str(file), _line(node)), 0)
+        root = None if node is None else _Tree(yaml, str(file), document).build(node, Mark(str(file), _line(node)), 0)
     except ReaderError as error:
         line = text.count("\n", 0, cast(int, error.position)) + 1
-        raise RecipeError("a character that YAML does not allow; remove it", file=file, line=line) from None
+        raise document.error("a character that YAML does not allow; remove it", file=file, line=line) from None
     except MarkedYAMLError as error:
-        raise _explain(error, file) from None
+        raise _explain(error, file, document) from None
     except RecursionError:
-        raise RecipeError(f"nested more than {_DEEPEST} deep; a recipe needs far less", file=file) from None
+        raise document.error(f"nested more than {_DEEPEST} deep; a {noun} needs far less", file=file) from None
     except (YAMLError, ValueError) as error:
-        raise RecipeError(f"not valid YAML: {error}", file=file) from None
+        raise document.error(f"not valid YAML: {error}", file=file) from None
     if root is None or root.value is None:
-        raise RecipeError("the file is empty; a recipe begins with `recipe: NAME`", file=file)
+        raise document.error(f"the file is empty; a {noun} begins with `{document.begins}`", file=file)
     if not isinstance(root.value, dict):
-        message = "a recipe is a mapping of keys; it begins with `recipe: NAME`"
-        raise RecipeError(message, file=file, line=root.mark.line)
+        message = f"a {noun} is a mapping of keys; it begins with `{document.begins}`"
+        raise document.error(message, file=file, line=root.mark.line)
     return root
 
 
 class _Tree:
     """Builds the tree of one file; it counts what it builds because aliases can multiply it without end."""
 
-    def __init__(self, yaml: YAML, file: str) -> None:
+    def __init__(self, yaml: YAML, file: str, document: Document) -> None:
         self._constructor = yaml.constructor
         self._file = file
+        self._document = document
         self._count = 0
 
     def build(self, node: Node, mark: Mark, depth: int) -> Located:
         self._count += 1
         if self._count > _MOST_VALUES:
-            raise self._error(f"expands to more than {_MOST_VALUES:,} values; a recipe needs far less", mark.line)
+            raise self._error(
+                f"expands to more than {_MOST_VALUES:,} values; a {self._document.noun} needs far less", mark.line
+            )
         if depth > _DEEPEST:
             raise self._error(f"nested more than {_DEEPEST} deep; an alias may hold itself", mark.line)
         if isinstance(node, MappingNode) and node.tag == _TAG + "map":
@@ -135,7 +147,7 @@ class _Tree:
             return Located([self.build(item, self._mark(item), depth + 1) for item in items], mark)
         if isinstance(node, ScalarNode):
             return Located(self._scalar(node), mark)
-        raise self._error(f"tag {node.tag} is not allowed in a recipe", _line(node))
+        raise self._error(f"tag {node.tag} is not allowed in a {self._document.noun}", _line(node))
 
     def _mapping(self, node: MappingNode, depth: int) -> dict[str, Located]:
         """Keys in the order of the file; what a merge key brings stands where the merge key stands."""
@@ -182,7 +194,7 @@ class _Tree:
                 raise self._error(f"{str(node.value)[:40]!r} cannot be read as {kind}", _line(node)) from None
         if kind in ("str", "timestamp", "value", "merge"):
             return self._printable(str(node.value), node)
-        raise self._error(f"tag {node.tag} is not allowed in a recipe", _line(node))
+        raise self._error(f"tag {node.tag} is not allowed in a {self._document.noun}", _line(node))
 
     def _printable(self, text: str, node: Node) -> str:
         if any(0xD800 <= ord(letter) <= 0xDFFF for letter in text):
@@ -192,23 +204,23 @@ class _Tree:
     def _mark(self, node: Node) -> Mark:
         return Mark(self._file, _line(node))
 
-    def _error(self, message: str, line: int) -> RecipeError:
-        return RecipeError(message, file=self._file, line=line)
+    def _error(self, message: str, line: int) -> JobError:
+        return self._document.error(message, file=self._file, line=line)
 
 
 def _line(node: Node) -> int:
     return int(cast(Any, node).start_mark.line) + 1
 
 
-def _explain(error: MarkedYAMLError, file: Path | str) -> RecipeError:
+def _explain(error: MarkedYAMLError, file: Path | str, document: Document) -> JobError:
     """Say what ruamel found in one sentence, with what to do where it is known."""
     problem = str(error.problem or error.context or "it cannot be read")
     mark = error.problem_mark or error.context_mark
     line = None if mark is None else int(mark.line) + 1
     for start, hint in _HINTS:
         if problem.startswith(start):
-            return RecipeError(hint.format(problem=problem), file=file, line=line)
+            return document.error(hint.format(problem=problem, noun=document.noun), file=file, line=line)
     context = f", {error.context}" if error.context and error.problem else ""
     begin = error.context_mark
     begins = "" if not context or begin is None else f" that begins on line {int(begin.line) + 1}"
-    return RecipeError(f"not valid YAML: {problem}{context}{begins}", file=file, line=line)
+    return document.error(f"not valid YAML: {problem}{context}{begins}", file=file, line=line)

@@ -1,4 +1,4 @@
-"""What is wrong with a recipe, in an engineer's words: pydantic's errors translated, all problems in one error."""
+"""What is wrong with a YAML file, in an engineer's words: pydantic's errors translated, all problems in one error."""
 
 import difflib
 import re
@@ -8,7 +8,7 @@ from typing import Any, cast
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from recipes.errors import RecipeError
+from recipes.document import RECIPE, Document
 from recipes.keys import known_keys, name_nearest
 from recipes.located import Key, Located, YamlPath, spell_path
 
@@ -37,7 +37,7 @@ _BOUNDS = {
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One thing that must be changed before the recipe can be used."""
+    """One thing that must be changed before the file can be used."""
 
     path: YamlPath
     message: str
@@ -51,11 +51,11 @@ class _Complaint:
     """Whether one branch of a union complains; another may suit the value better."""
 
 
-def raise_problems(problems: list[Problem], root: Located) -> None:
+def raise_problems(problems: list[Problem], root: Located, document: Document = RECIPE) -> None:
     """Raise one error for all problems: the first in the order of the files, then the others in short.
 
     Raises:
-        RecipeError: there is at least one problem.
+        JobError: the document's own, if there is at least one problem.
     """
     if not problems:
         return
@@ -67,14 +67,14 @@ def raise_problems(problems: list[Problem], root: Located) -> None:
         listed = [f"  {m.file}:{m.line}: {spell_path(p.path)}: {p.message}" for m, p in others[:_LISTED]]
         more = [] if len(others) <= _LISTED else [f"  … and {len(others) - _LISTED} more"]
         message = "\n".join([f"{message}\nand {len(others)} more:", *listed, *more])
-    raise RecipeError(message, path=spell_path(first.path), file=mark.file, line=mark.line)
+    raise document.error(message, path=spell_path(first.path), file=mark.file, line=mark.line)
 
 
-def translate(error: ValidationError, root: Located) -> list[Problem]:
+def translate(error: ValidationError, root: Located, document: Document = RECIPE) -> list[Problem]:
     """Turn pydantic's errors into problems whose paths are those of the YAML file."""
     located = [_locate(details, root) for details in error.errors(include_url=False)]
     data = root.plain()
-    misspelt = {_meant(each, data) for each in located if each.error["type"] == "extra_forbidden"}
+    misspelt = {_meant(each, data, document) for each in located if each.error["type"] == "extra_forbidden"}
     complaints = [each for each in located if each.error["type"] != "missing" or each.path not in misspelt]
     problems: dict[YamlPath, Problem] = {}
     for complaint in complaints:
@@ -84,14 +84,15 @@ def translate(error: ValidationError, root: Located) -> list[Problem]:
                 continue
             problem = Problem(complaint.path, _say_union(rivals))
         else:
-            problem = _say(complaint, data)
+            problem = _say(complaint, data, document)
         problems.setdefault(problem.path, problem)
     return list(problems.values())
 
 
-def _meant(complaint: _Complaint, data: Any) -> YamlPath:
+def _meant(complaint: _Complaint, data: Any, document: Document) -> YamlPath:
     """Give the path of the key that an unknown one was probably meant to be; that one is not missing, then."""
-    near = difflib.get_close_matches(str(complaint.path[-1]), known_keys(complaint.path[:-1], data), n=1)
+    known = known_keys(complaint.path[:-1], data, document)
+    near = difflib.get_close_matches(str(complaint.path[-1]), known, n=1)
     return (*complaint.path[:-1], *near)
 
 
@@ -132,7 +133,7 @@ def _want(error: ErrorDetails) -> str:
     return _WANTED[error["type"]]
 
 
-def _say(complaint: _Complaint, data: Any) -> Problem:
+def _say(complaint: _Complaint, data: Any, document: Document) -> Problem:
     """Write one complaint for a person; its path may move to the key that has to be changed."""
     path, error, context = complaint.path, complaint.error, complaint.error.get("ctx", {})
     outer, key = path[:-1], path[-1] if path else ""
@@ -140,10 +141,10 @@ def _say(complaint: _Complaint, data: Any) -> Problem:
         case "missing" if isinstance(key, int):
             return Problem(outer, f"needs a value number {key + 1}")
         case "missing":
-            description = known_keys(outer, data).get(str(key), {}).get("description", "")
+            description = known_keys(outer, data, document).get(str(key), {}).get("description", "")
             return Problem(path, f"is missing. {description}".rstrip())
         case "extra_forbidden":
-            return Problem(path, f"unknown key; {name_nearest(str(key), known_keys(outer, data))}")
+            return Problem(path, f"unknown key; {name_nearest(str(key), known_keys(outer, data, document))}")
         case "union_tag_invalid":
             known = [tag.strip(" '") for tag in str(context["expected_tags"]).split(",")]
             tag_path = (*path, str(context["discriminator"]).strip("'"))

@@ -3,7 +3,7 @@
 import json
 from typing import Any, cast
 
-from recipes.keys import Schema, model_schema
+from recipes.document import Schema, model_schema
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _OVERRIDE = "Override"

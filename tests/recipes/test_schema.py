@@ -8,7 +8,8 @@ import jsonschema
 import pytest
 from ruamel.yaml import YAML
 
-from recipes.keys import known_keys, model_schema, name_nearest
+from recipes.document import model_schema
+from recipes.keys import known_keys, name_nearest
 from recipes.load import recipe_library
 from recipes.schema import recipe_keys, recipe_schema
 
