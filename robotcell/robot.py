@@ -102,7 +102,7 @@ def flange_poses(robot: Robot, q: Joints) -> Poses:
     return link_poses(robot, q)[:, -1] @ robot.T_link_flange
 
 
-def jacobians(robot: Robot, q: Joints, T_flange_tcp: Poses | None = None) -> Jacobians:  # noqa: N803
+def jacobians(robot: Robot, q: Joints, T_flange_tcp: Poses | None = None) -> Jacobians:
     """Give the geometric Jacobians of a point on the flange: (n, 6, dof), base frame, linear rows first.
 
     Args:
