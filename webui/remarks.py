@@ -5,7 +5,7 @@ from html import escape
 
 from geometry.errors import JobError
 from recipes.errors import RecipeError
-from webui.palette import ACCENT, to_hex
+from webui.palette import ACCENT, INK, to_hex
 
 
 def reason_of(error: JobError, at: str = "") -> str:
@@ -31,3 +31,8 @@ def remark_html(reason: str) -> str:
         f'<div role="alert" style="margin:-2px 10px 8px 10px;padding:4px 8px;font-size:12px;line-height:1.4;'
         f'color:{colour};border-left:3px solid {colour};overflow-wrap:anywhere">{lines}</div>'
     )
+
+
+def note_html(text: str) -> str:
+    """Write what somebody should know, quietly, aligned with the inputs."""
+    return f'<div style="margin:0 10px 6px;font-size:12px;line-height:1.4;color:{to_hex(INK)}">{escape(text)}</div>'

@@ -9,8 +9,9 @@ from recipes.located import YamlPath
 from recipes.tree import Tree
 from webui.answers import changes
 from webui.fields import Field, Shown
-from webui.remarks import remark_html
+from webui.remarks import note_html, remark_html
 
+NOT_APPLIED = "Not applied yet: press Enter or Apply."
 _NOT_STATED = "not stated"
 _LAST = 1e9
 """Order of what stands below all inputs."""
@@ -32,7 +33,8 @@ class SpecForm:
         self._remark: viser.GuiHtmlHandle | None = None
         self._form = gui.add_form(None)
         with self._form:
-            self._apply = gui.add_button("Apply", order=_LAST)
+            self._note = gui.add_html(note_html(NOT_APPLIED), order=_LAST - 0.5, visible=False)
+            self._apply = gui.add_button("Apply", order=_LAST, color="gray")
         self._apply.on_click(lambda _: self._form.submit())
         self._form.on_submit(lambda _: self._send())
 
@@ -41,16 +43,18 @@ class SpecForm:
         before, self._fields, self._stated = self._fields, fields, stated
         if _shape(before) != _shape(fields):
             self._build(before)
-            return
-        for old, field, handle in zip(before, fields, self._inputs, strict=True):
-            if old.value != field.value:
-                handle.value = _shown(field, field.value)
+        else:
+            for old, field, handle in zip(before, fields, self._inputs, strict=True):
+                if old.value != field.value:
+                    handle.value = _shown(field, field.value)
+        self._mark()
 
     def reset(self) -> None:
         """Show what the recipe says, whatever was typed, and no remark."""
         self._take_back()
         for field, handle in zip(self._fields, self._inputs, strict=True):
             handle.value = _shown(field, field.value)
+        self._mark()
 
     def refuse(self, field: Field | None, reason: str) -> None:
         """Say why the answers were not taken, at the field or below all of them."""
@@ -60,6 +64,14 @@ class SpecForm:
         order = _LAST - 1 if at is None else float(self._inputs[at].order) + 0.5
         with place:
             self._remark = self._gui.add_html(remark_html(reason), order=order)
+
+    def _mark(self) -> None:
+        """Say whether something is typed that the recipe does not say."""
+        inputs = zip(self._fields, self._inputs, strict=False)  # while it is typed, others may be built
+        typed = any(_answer(field, handle) != field.value for field, handle in inputs)
+        if typed != self._note.visible:
+            self._note.visible = typed
+            self._apply.color = None if typed else "gray"
 
     def _send(self) -> None:
         shown = [_answer(field, handle) for field, handle in zip(self._fields, self._inputs, strict=True)]
@@ -91,6 +103,8 @@ class SpecForm:
                 self._folders[group] = self._gui.add_folder(group, expand_by_default=group in _used(self._fields))
                 with self._folders[group]:
                     self._inputs += [self._add(field) for field in members]
+        for handle in self._inputs:
+            handle.on_update(lambda _: self._mark())
         self._apply.visible = bool(self._fields)
 
     def _add(self, field: Field) -> _Input:

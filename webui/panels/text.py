@@ -9,7 +9,7 @@ from webui.page import Page
 from webui.palette import ACCENT, INK, QUIET, to_hex
 from webui.panels.question import Question
 from webui.project import Project
-from webui.remarks import reason_of, remark_html
+from webui.remarks import note_html, reason_of, remark_html
 from webui.scene import Scene
 from webui.session import Change, Session
 
@@ -26,6 +26,7 @@ div:has(> .{_MARK}) + div textarea {{
 }}
 </style><div class="{_MARK}"></div>"""
 """The text that follows takes the height of the page and the width of the panel."""
+_TYPED = "Not applied yet: press Apply text, or Revert."
 _MEANWHILE = "The recipe was changed elsewhere since. Apply text replaces it by this text, Revert shows it."
 
 
@@ -43,10 +44,12 @@ class TextPanel:
         gui.add_html(_STYLE)
         self._text = gui.add_text("YAML", "", multiline=True)
         self._remark = gui.add_html("", visible=False)
+        self._note = gui.add_html(note_html(_TYPED), visible=False)
         with gui.add_folder(None):
             texts = gui.add_button_group("Text", (_APPLY, _REVERT), hint="What was typed above.")
         for group in (files, edits, texts):
             group.on_click(lambda event: self.do(event.target.value))
+        self._text.on_update(lambda _: self._mark())
         gui.add_command(_SAVE, hotkey="S", modifier="cmd/ctrl").on_trigger(lambda _: self.do(_SAVE))
         gui.add_command(_UNDO, hotkey="Z", modifier="cmd/ctrl").on_trigger(lambda _: self.do(_UNDO))
         gui.add_command(_REDO, hotkey="Z", modifier="cmd/ctrl+shift").on_trigger(lambda _: self.do(_REDO))
@@ -62,6 +65,7 @@ class TextPanel:
             self._say("")
         elif session.document.text != before.document.text:
             self._say(_MEANWHILE)
+        self._mark()
 
     def do(self, what: str) -> None:
         """Do what a button says."""
@@ -82,6 +86,10 @@ class TextPanel:
                 self._ask_name()
             case _:
                 self._ask_file()
+
+    def _mark(self) -> None:
+        """Say whether a text is typed that is not that of the recipe; a remark says more."""
+        self._note.visible = self._text.value != self._page.session.document.text and not self._remark.visible
 
     def _save(self) -> None:
         document = self._page.session.document
@@ -115,6 +123,7 @@ class TextPanel:
     def _say(self, remark: str) -> None:
         self._remark.content = remark_html(remark)
         self._remark.visible = bool(remark)
+        self._mark()
 
 
 def line_of(error: JobError) -> str:
