@@ -31,6 +31,8 @@ class Document:
     """Such as ``"recipe"``."""
     begins: str
     """Its first line, such as ``"recipe: NAME"``."""
+    listed_by: str
+    """The command that lists the library."""
     error: Say
     schema: Callable[[], Schema]
     """Gives the JSON schema of a complete one, as pydantic makes it."""
@@ -42,4 +44,4 @@ def model_schema() -> Schema:
     return Recipe.model_json_schema(by_alias=True)
 
 
-RECIPE = Document("recipe", "recipe: NAME", RecipeError, model_schema)
+RECIPE = Document("recipe", "recipe: NAME", "washboard recipe list", RecipeError, model_schema)

@@ -1,10 +1,8 @@
 """Reading recipes: from the library by name, from a file, or from text."""
 
-import difflib
 import hashlib
 import json
 import os
-import stat
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,13 +11,13 @@ from pydantic import ValidationError
 
 from recipes.consistency import find_problems
 from recipes.errors import RecipeError
+from recipes.files import find_file, is_bare, read_text
 from recipes.inherit import inherit
 from recipes.located import Located, read_yaml
 from recipes.problems import raise_problems, translate
 from recipes.recipe import Recipe
 
 _LIBRARY = Path(__file__).parent / "library"
-_LARGEST_FILE = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,21 +112,7 @@ def find_recipe(source: str | Path) -> Path:
     Raises:
         RecipeError: a bare name that is neither in the library nor a file.
     """
-    library = recipe_library()
-    if isinstance(source, str) and source in library:
-        return library[source]
-    path = Path(source)
-    if _is_bare(str(source)) and not os.path.lexists(path):
-        near = difflib.get_close_matches(str(source), library, n=1)
-        hint = f" Did you mean {near[0]!r}?" if near else ""
-        names = ", ".join(library)
-        raise RecipeError(f"no recipe {str(source)!r}.{hint} The library has {names}; or give the path of a file.")
-    return path
-
-
-def _is_bare(name: str) -> bool:
-    """Tell a name from a path."""
-    return bool(name) and "\0" not in name and not Path(name).suffix and name == Path(name).name
+    return find_file(source, recipe_library())
 
 
 def _read_extended(name: str, where: Located) -> Located:
@@ -136,35 +120,10 @@ def _read_extended(name: str, where: Located) -> Located:
     say = partial(RecipeError, path="extends", file=where.mark.file, line=where.mark.line)
     try:
         path = recipe_library().get(name)
-        if path is None and _is_bare(name):
+        if path is None and is_bare(name):
             find_recipe(name)
         path = path or Path(os.path.normpath(Path(where.mark.file).parent / name))
         text = read_text(path)
     except RecipeError as error:
         raise say(str(error)) from None
     return read_yaml(text, path)
-
-
-def read_text(path: Path) -> str:
-    """Read a UTF-8 file of a sensible size.
-
-    Raises:
-        RecipeError: it cannot be read as text.
-    """
-    try:
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode):
-            raise RecipeError("is not a file; give the path of a recipe in YAML", file=path)
-        if status.st_size > _LARGEST_FILE:
-            message = f"{status.st_size:,} bytes are too many; a recipe has at most {_LARGEST_FILE:,}"
-            raise RecipeError(message, file=path)
-        content = path.read_bytes()
-    except FileNotFoundError:
-        raise RecipeError("no such file; `washboard recipe list` shows the library", file=path) from None
-    except (OSError, ValueError) as error:
-        raise RecipeError(f"cannot be read: {getattr(error, 'strerror', None) or error}", file=path) from None
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise RecipeError("is not UTF-8 text; save it as UTF-8", file=path, line=line) from None

@@ -14,7 +14,9 @@ from recipes.located import Key, Located, YamlPath, spell_path
 
 _LISTED = 10
 _NAME_RULE = "a name begins with a letter and holds letters, digits and _ . - only"
-_BRANCH = re.compile(r"(constrained-)?(float|int)$|(dict|literal)\[")  # how pydantic tags the branches of a union
+_BRANCH = re.compile(
+    r"(constrained-)?(float|int|str)$|(dict|literal)\[|[A-Z]\w+$"
+)  # pydantic's tags of a union's branches
 _WANTED = {
     "float_type": "a number",
     "int_type": "a whole number",
@@ -122,8 +124,8 @@ def _is_of_type(complaint: _Complaint) -> bool:
 
 
 def _say_union(complaints: list[_Complaint]) -> str:
-    wanted = list(dict.fromkeys(_want(complaint.error) for complaint in complaints))
-    listed = " or ".join("a mapping by class" if want == "a mapping" else want for want in wanted)
+    wanted = [_want(each.error) + " by class" * (each.error["type"] == "dict_type") for each in complaints]
+    listed = " or ".join(dict.fromkeys(wanted))
     return f"must be {listed}, not {_show(complaints[0].error['input'])}"
 
 

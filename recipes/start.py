@@ -6,7 +6,8 @@ import re
 from pathlib import Path
 
 from recipes.errors import RecipeError
-from recipes.load import find_recipe, read_recipe_text, read_text, recipe_library
+from recipes.files import read_text
+from recipes.load import find_recipe, read_recipe_text, recipe_library
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]*")
 
