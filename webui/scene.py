@@ -20,6 +20,7 @@ from webui.lighting import light_scene
 from webui.page import Page
 from webui.palette import ACCENT
 from webui.picking import Target, choose_stroke, first_hit, strokes_at, target_of
+from webui.robot_view import RobotView
 from webui.session import Session
 
 _M = 0.001
@@ -68,6 +69,7 @@ class Scene:
         self._handles: dict[str, viser.GlbHandle] = {}
         self._drawn: dict[str, bytes] = {}
         self._label: viser.LabelHandle | None = None
+        self.robot = RobotView(self._api)
 
     def show(self, session: Session, before: Session | None) -> None:
         """Redraw what changed."""
@@ -77,6 +79,8 @@ class Scene:
             self._draw_ground(session)
         elif self.view.components_by == "class" and session.run is not before.run:
             self._draw_ground(session)
+        if session.cell is not self.robot.cell:
+            self.robot.show_cell(session.cell)
         if before is None or session.run is not before.run:
             self.strokes = [] if session.run is None else strokes.stroke_lines(session.run.plan)
             self.spans = [] if session.run is None else self._spans(session.run)
@@ -123,6 +127,12 @@ class Scene:
     def look_at_board(self, side: Side = "top") -> None:
         """Look at the whole board and the room in which the nozzle moves, from the front."""
         self._camera.fly_to(*_room(self._page.session.board, side), from_below=side == "bottom")
+
+    def look_at_cell(self) -> None:
+        """Look at the robot as it stands and at the board."""
+        low, high = _room(self._page.session.board)
+        robot_low, robot_high = self.robot.bounds_mm() or (low, high)
+        self._camera.fly_to(np.minimum(low, robot_low), np.maximum(high, robot_high))
 
     def look_at(self, component: Component, board: Board) -> None:
         """Fly to a component."""

@@ -8,6 +8,7 @@ from recipes.load import LoadedRecipe
 from recipes.located import YamlPath
 from recipes.recipe import Recipe
 from recipes.tree import Tree
+from robotcell.cell import Cell
 from rulesengine.pipeline import Run
 from webui import rewrite
 from webui.document import Document
@@ -37,6 +38,9 @@ class Session:
     compared: Run | None = None
     """A run of another recipe on the same board, to compare with."""
     selection: Selection = Selection()
+    cell_name: str = ""
+    """As the project lists it; empty while no robot is looked at."""
+    cell: Cell | None = None
 
     @property
     def recipe(self) -> Recipe:
