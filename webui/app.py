@@ -2,7 +2,6 @@
 
 import errno
 import ipaddress
-import secrets
 import socket
 from contextlib import suppress
 from dataclasses import dataclass
@@ -14,14 +13,16 @@ import viser
 from boards.load import load_board
 from geometry.errors import JobError
 from webui.document import open_document
+from webui.drafts import Drafts
 from webui.layout import lay_out
 from webui.page import Page
+from webui.panels.unsaved import Unsaved
 from webui.project import Project
 from webui.session import Session
 from webui.sessions import Sessions
+from webui.visitor import recognise
+from webui.watch import Watch
 
-_BROWSER_KEY = "browser"
-_ANSWER_S = 5.0
 _MOST_PORTS = 100
 _LAST_PORT = 65535
 _ALL = ("0.0.0.0", "::")
@@ -37,6 +38,7 @@ class Server:
 
     viser: viser.ViserServer
     sessions: Sessions
+    watch: Watch
     host: str
     port: int
     """The port it listens at; another one than was asked for if that was in use."""
@@ -49,6 +51,7 @@ class Server:
 
     def stop(self) -> None:
         """End it; what was under way is given up."""
+        self.watch.stop()
         self.sessions.close()
         self.viser.stop()
 
@@ -72,19 +75,19 @@ def serve(first: Session, project: Project, host: str, port: int) -> Server:
     free = free_port(host, port)
     rich.get_console().quiet = True  # viser prints a box at the start and a line at the end; ours says what matters
     server = viser.ViserServer(host=host, port=free, label="Washboard", verbose=False)
-    sessions = Sessions(first)
+    sessions, drafts = Sessions(first), Drafts(project.folder)
 
     def connect(client: viser.ClientHandle) -> None:
-        browser = _browser_of(client)
-        page = Page(client, project, sessions.take(browser))
-        sessions.enter(browser, client.client_id, page)
-        page.open(lay_out(page))
+        visitor = recognise(client)
+        page = Page(client, project, sessions.take(visitor.browser, visitor.tab))
+        sessions.enter(visitor.browser, client.client_id, page, visitor.tab)
+        page.open([*lay_out(page), Unsaved(page, drafts, visitor)])
         if client.client_id not in server.get_clients():  # it left meanwhile
             sessions.leave(client.client_id)
 
     server.on_client_connect(connect)
     server.on_client_disconnect(lambda client: sessions.leave(client.client_id))
-    return Server(server, sessions, host, server.get_port())
+    return Server(server, sessions, Watch(sessions.pages), host, server.get_port())
 
 
 def free_port(host: str, port: int) -> int:
@@ -125,19 +128,3 @@ def _try_to_listen(host: str, port: int) -> None:
         tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         tried.bind(address)
         tried.listen()
-
-
-def _browser_of(client: viser.ClientHandle) -> str:
-    """Recognise a browser by what was written into its storage the first time.
-
-    Returns:
-        A name that tells it from others; empty for those that keep nothing.
-    """
-    try:
-        name = client.local_storage.get_item(_BROWSER_KEY, timeout=_ANSWER_S)
-    except (RuntimeError, TimeoutError):  # it blocks storage, or has left
-        return ""
-    if name is None:
-        name = secrets.token_urlsafe(12)
-        client.local_storage.set_item(_BROWSER_KEY, name)
-    return name

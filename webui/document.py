@@ -59,12 +59,16 @@ class Document:
             return self
         return replace(self, text=self.future[0], past=(*self.past, self.text), future=self.future[1:])
 
+    def on_disk(self) -> str | None:
+        """Read what the file says now; nothing where it cannot be read."""
+        try:
+            return read_text(self.file)
+        except RecipeError:
+            return None
+
     def changed_on_disk(self) -> bool:
         """Say whether somebody else wrote the file since it was opened or saved here."""
-        try:
-            return read_text(self.file) != self.saved
-        except RecipeError:
-            return True
+        return self.on_disk() != self.saved
 
     def reload(self) -> "Document":
         """Take over what the file says now; it can be undone.

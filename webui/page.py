@@ -43,6 +43,7 @@ class Page:
         self._planner: Worker[Run] = Worker(self._tell)
         self._progress: list[Progress] = []
         self._endings: list[Callable[[], None]] = []
+        self._looks: list[Callable[[], None]] = []
         self._closed = False
 
     def open(self, panels: list[Panel]) -> None:
@@ -66,6 +67,16 @@ class Page:
     def on_close(self, end: Callable[[], None]) -> None:
         """Have somebody told that the browser is gone."""
         self._endings.append(end)
+
+    def on_look(self, look: Callable[[], None]) -> None:
+        """Have somebody look, now and then, at what may have changed outside the page."""
+        self._looks.append(look)
+
+    def look(self) -> None:
+        """See what changed outside the page."""
+        with self._lock:
+            for look in [] if self._closed else self._looks:
+                look()
 
     def on_progress(self, tell: Progress) -> None:
         """Have somebody told how far planning is."""

@@ -12,12 +12,28 @@ _MOST_LEFT = 8
 _MOST_BROWSERS = 64
 
 
+@dataclass(frozen=True, slots=True)
+class _Tab:
+    """A page that is open."""
+
+    name: str
+    page: Page
+
+
+@dataclass(frozen=True, slots=True)
+class _Left:
+    """What a page did when it was left."""
+
+    name: str
+    session: Session
+
+
 @dataclass(slots=True)
 class _Browser:
     """What one browser has open, and what it left; it may have several tabs."""
 
-    pages: dict[int, Page] = field(default_factory=dict[int, Page])
-    left: list[Session] = field(default_factory=list[Session])
+    pages: dict[int, _Tab] = field(default_factory=dict[int, _Tab])
+    left: list[_Left] = field(default_factory=list[_Left])
     handed_on: list[Session] = field(default_factory=list[Session])
     """What new tabs began with while others were open."""
 
@@ -31,25 +47,29 @@ class Sessions:
         self._browsers: OrderedDict[str, _Browser] = OrderedDict()
         self._lock = threading.Lock()
 
-    def take(self, browser: str) -> Session:
-        """Give a browser the session that it left last, else that of its newest tab, else the first one.
+    def take(self, browser: str, tab: str = "") -> Session:
+        """Give a tab the session that it left; another one what its browser left last, else that of the newest tab.
 
         A lost connection is noticed late: the page comes again while its old connection still counts as a tab.
         """
         with self._lock:
             known = self._known(browser)
-            if known.left:
-                return known.left.pop()
+            own = [each for each in known.left if tab and each.name == tab]
+            still = [client for client, each in known.pages.items() if tab and each.name == tab]
+            if own or (known.left and not still):
+                found = (own or known.left)[-1]
+                known.left.remove(found)
+                return found.session
             if known.pages:
-                session = known.pages[max(known.pages)].session
+                session = known.pages[max(still or known.pages)].page.session
                 known.handed_on.append(session)
                 return session
             return self._first
 
-    def enter(self, browser: str, client_id: int, page: Page) -> None:
+    def enter(self, browser: str, client_id: int, page: Page, tab: str = "") -> None:
         """Remember that a page is open."""
         with self._lock:
-            self._known(browser).pages[client_id] = page
+            self._known(browser).pages[client_id] = _Tab(tab, page)
 
     def leave(self, client_id: int) -> None:
         """Close a page and keep what it did for the next time, unless another tab went on with just that."""
@@ -57,18 +77,21 @@ class Sessions:
             known = next((each for each in self._browsers.values() if client_id in each.pages), None)
             if known is None:
                 return
-            page = known.pages.pop(client_id)
-            if not any(page.session is each for each in known.handed_on):
-                known.left = [*known.left, page.session][-_MOST_LEFT:]
+            tab = known.pages.pop(client_id)
+            if not any(tab.page.session is each for each in known.handed_on):
+                known.left = [*known.left, _Left(tab.name, tab.page.session)][-_MOST_LEFT:]
             if not known.pages:
                 known.handed_on.clear()
-        page.close()
+        tab.page.close()
+
+    def pages(self) -> list[Page]:
+        """All pages that are open."""
+        with self._lock:
+            return [tab.page for known in self._browsers.values() for tab in known.pages.values()]
 
     def close(self) -> None:
         """Give up what is under way on all pages."""
-        with self._lock:
-            pages = [page for known in self._browsers.values() for page in known.pages.values()]
-        for page in pages:
+        for page in self.pages():
             page.close()
 
     def _known(self, browser: str) -> _Browser:

@@ -28,9 +28,9 @@ def speed_set(session: Session, speed: int) -> Session:
     return session.set_value(("templates", "edge", "speed_mm_s"), speed)
 
 
-def enter(sessions: Sessions, browser: str, client_id: int) -> Tab:
-    tab = Tab(sessions.take(browser))
-    sessions.enter(browser, client_id, cast("Page", tab))
+def enter(sessions: Sessions, browser: str, client_id: int, name: str = "") -> Tab:
+    tab = Tab(sessions.take(browser, name))
+    sessions.enter(browser, client_id, cast("Page", tab), name)
     return tab
 
 
@@ -74,6 +74,33 @@ def test_tabs_of_one_browser_go_their_own_ways(first: Session) -> None:
     sessions.leave(2)
     back = {id(enter(sessions, "anna", client).session) for client in (3, 4)}
     assert back == {id(one.session), id(two.session)}
+
+
+@pytest.mark.parametrize("order", [("one", "two"), ("two", "one")])
+def test_tabs_that_reload_at_once_get_back_their_own(first: Session, order: tuple[str, str]) -> None:
+    sessions = Sessions(first)
+    tabs = {name: enter(sessions, "anna", client, name) for client, name in enumerate(("one", "two"))}
+    tabs["one"].session, tabs["two"].session = speed_set(first, 41), speed_set(first, 42)
+    sessions.leave(0)
+    sessions.leave(1)
+    for client, name in enumerate(order, 3):
+        assert enter(sessions, "anna", client, name).session is tabs[name].session
+
+
+def test_a_tab_whose_old_connection_still_counts_goes_on_with_its_own(first: Session) -> None:
+    sessions = Sessions(first)
+    one, two, three = (enter(sessions, "anna", client, name) for client, name in enumerate(("one", "two", "three")))
+    one.session, two.session, three.session = (speed_set(first, speed) for speed in (41, 42, 43))
+    sessions.leave(2)
+    assert enter(sessions, "anna", 4, "one").session is one.session
+
+
+def test_a_new_tab_takes_up_what_a_closed_one_left(first: Session) -> None:
+    sessions = Sessions(first)
+    closed = enter(sessions, "anna", 1, "one")
+    closed.session = speed_set(first, 41)
+    sessions.leave(1)
+    assert enter(sessions, "anna", 2, "two").session is closed.session
 
 
 def test_a_stranger_sees_nothing_of_others(first: Session) -> None:

@@ -42,11 +42,12 @@ class Question:
                 self._choice = self._gui.add_dropdown(label, tuple(options), hint=hint)
         return self
 
-    def answers(self, answers: Mapping[str, Callable[[str, str], Change]]) -> None:
+    def answers(self, answers: Mapping[str, Callable[[str, str], Change]], otherwise: str = "Cancel") -> None:
         """Add a button for each answer and one that gives up; Enter is the first answer.
 
         Args:
             answers: Label of a button to the edit it makes, from the text and the choice as they stand.
+            otherwise: Label of the button that changes nothing.
         """
         first = next(iter(answers.values()))
         self._form.on_submit(lambda _: self._give(first))
@@ -54,13 +55,13 @@ class Question:
             for index, (label, answer) in enumerate(answers.items()):
                 button = self._gui.add_button(label, color=None if index == 0 else QUIET)
                 button.on_click(lambda _, answer=answer: self._give(answer))
-            self._gui.add_button("Cancel", color=QUIET).on_click(lambda _: self._close())
+            self._gui.add_button(otherwise, color=QUIET).on_click(lambda _: self.close())
 
     def _give(self, answer: Callable[[str, str], Change]) -> None:
         name = "" if self._name is None else self._name.value.strip()
         choice = "" if self._choice is None else self._choice.value
         if self._page.attempt(answer(name, choice), self._refuse):
-            self._close()
+            self.close()
 
     def _refuse(self, error: JobError) -> None:
         if self._remark is not None:
@@ -68,6 +69,7 @@ class Question:
         with self._form:
             self._remark = self._gui.add_html(remark_html(reason_of(error)))
 
-    def _close(self) -> None:
+    def close(self) -> None:
+        """Ask no longer."""
         if not self._window.closed:
             self._window.close()

@@ -50,6 +50,10 @@ class TextPanel:
         for group in (files, edits, texts):
             group.on_click(lambda event: self.do(event.target.value))
         self._text.on_update(lambda _: self._mark())
+        self._seen = ""
+        """What the file said when it was last asked about."""
+        self._asked: Question | None = None
+        page.on_look(self._look)
         gui.add_command(_SAVE, hotkey="S", modifier="cmd/ctrl").on_trigger(lambda _: self.do(_SAVE))
         gui.add_command(_UNDO, hotkey="Z", modifier="cmd/ctrl").on_trigger(lambda _: self.do(_UNDO))
         gui.add_command(_REDO, hotkey="Z", modifier="cmd/ctrl+shift").on_trigger(lambda _: self.do(_REDO))
@@ -103,6 +107,20 @@ class TextPanel:
             )
         elif self._page.attempt(saved):
             self._page.say("Saved", str(document.file))
+
+    def _look(self) -> None:
+        """Ask what to do when somebody else wrote the file; once for each time."""
+        document = self._page.session.document
+        text = document.on_disk()
+        if text is None or text in (document.saved, self._seen):
+            return
+        self._seen = text
+        if self._asked is not None:
+            self._asked.close()
+        unsaved = " You have unsaved changes; Undo brings them back." if document.dirty else ""
+        note = f"{document.file.name} was changed by somebody else.{unsaved}"
+        self._asked = Question(self._page, "Changed on disk", note)
+        self._asked.answers({"Load what it says": lambda _name, _choice: reloaded}, "Keep this text")
 
     def _ask_name(self) -> None:
         document = self._page.session.document
