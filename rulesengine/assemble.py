@@ -27,6 +27,8 @@ class Assembly:
     pose: Pose
     items: list[PlanItem] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
+    settled: bool = True
+    """Whether all orders so far are those that the full effort finds."""
 
     def command(self, keyword: str, *arguments: str, made_by: str) -> None:
         """Add an instruction to the cell."""

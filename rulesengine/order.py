@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geometry.arrays import Points
-from geometry.coverage.route import Choices, shortest_route
+from geometry.coverage.route import Choices, Effort, shortest_route
 from geometry.finding import Finding
+from geometry.progress import Progress
 from rulesengine.stroke import Stroke, StrokeSet
 
 _AS_NEAR_MM = 1e-3
@@ -21,9 +22,13 @@ class Ordered:
 
     strokes: tuple[Stroke, ...]
     findings: tuple[Finding, ...]
+    settled: bool = True
+    """Whether the full effort would give the same."""
 
 
-def order_strokes(strokes: StrokeSet, start: Points, made_by: str) -> Ordered:
+def order_strokes(
+    strokes: StrokeSet, start: Points, made_by: str, effort: Effort = "full", progress: Progress | None = None
+) -> Ordered:
     """Fix order, beginnings and senses, as far as the set leaves them open, from a starting point (3,)."""
     todo = list(strokes.strokes)
     if strokes.freedom == "either_end" and len(todo) > 1:
@@ -39,11 +44,11 @@ def order_strokes(strokes: StrokeSet, start: Points, made_by: str) -> Ordered:
         tuple(stroke.tcp[[begin for begin, _ in way]] for stroke, way in zip(todo, ways, strict=True)),
         tuple(stroke.tcp[[end for _, end in way]] for stroke, way in zip(todo, ways, strict=True)),
     )
-    route = shortest_route(choices, start)
+    route = shortest_route(choices, start, effort=effort, progress=progress)
     done = tuple(
         _begun(todo[index], ways[index][choice]) for index, choice in zip(route.order, route.choice, strict=True)
     )
-    return Ordered(done, _gain(route.length_mm, route.given_length_mm, len(todo), made_by))
+    return Ordered(done, _gain(route.length_mm, route.given_length_mm, len(todo), made_by), route.settled)
 
 
 def _in_turn(todo: list[Stroke], start: Points) -> tuple[Stroke, ...]:

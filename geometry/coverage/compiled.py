@@ -10,8 +10,11 @@ R = TypeVar("R")
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a function at its first call, and keep the result beside the module or in the user's cache."""
-    return _compile(function, {})
+    """Compile a function at its first call, and keep the result beside the module or in the user's cache.
+
+    Other threads go on while it runs.
+    """
+    return _compile(function, {"nogil": True})
 
 
 def quick(function: Callable[P, R]) -> Callable[P, R]:

@@ -1,11 +1,16 @@
 """The order of strokes with the least travel between them (open rural postman with a choice of ways)."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from geometry.arrays import Points
+from geometry.memory import Memory
+from geometry.progress import Progress
+
+Effort: TypeAlias = Literal["sketch", "full"]
+"""A sketch is made in a moment: an order that is repaired, without the search for a better one."""
 
 _REMEMBERED = 64
 
@@ -36,9 +41,22 @@ class Route:
     """From the start through all strokes to the end, without the strokes themselves."""
     given_length_mm: float
     """The same for the strokes in the order they were given, with the best ways for that order."""
+    settled: bool = True
+    """Whether this is what the full effort finds; a sketch may be settled too."""
 
 
-def shortest_route(choices: Choices, start: Points, end: Points | None = None) -> Route:
+_routes: Memory[Route] = Memory(_REMEMBERED)
+"""Settled routes, so that an edit that moves no stroke does not search again."""
+
+
+def shortest_route(
+    choices: Choices,
+    start: Points,
+    end: Points | None = None,
+    *,
+    effort: Effort = "full",
+    progress: Progress | None = None,
+) -> Route:
     """Order the strokes so that the straight legs between them are short: optimal in practice for a few dozen.
 
     Legs count in whole micrometres and ties go to the lower number, so the route turns and moves with its strokes.
@@ -48,6 +66,8 @@ def shortest_route(choices: Choices, start: Points, end: Points | None = None) -
         choices: the strokes, mm.
         start: (3,) where the nozzle is, mm.
         end: (3,) where it has to go at last, or ``None`` if the route may stop anywhere.
+        effort: a sketch is the settled route where that is remembered or found at once.
+        progress: is told how far the search is; it may end the search by raising something.
 
     Returns:
         A route that is never longer than the best one in the given order.
@@ -57,42 +77,32 @@ def shortest_route(choices: Choices, start: Points, end: Points | None = None) -
         return Route((), (), length, length)
     counts = tuple(len(entry) for entry in choices.entries)
     places = np.concatenate([*choices.entries, *choices.exits, start[None], *([] if end is None else [end[None]])])
-    return _remembered(counts, end is not None, places.astype(np.float64).tobytes())
-
-
-@lru_cache(maxsize=_REMEMBERED)
-def _remembered(counts: tuple[int, ...], has_end: bool, content: bytes) -> Route:
-    """Find the route; the last ones are remembered, so that an edit that moves no stroke does not search again.
-
-    Args:
-        counts: Ways of each stroke.
-        has_end: Whether the last point is where the nozzle has to go at last.
-        content: (2 m + 1 or 2, 3) float64: m entries, m exits, start, end.
-    """
-    places = np.frombuffer(content).reshape(-1, 3)
-    total = sum(counts)
-    borders = np.cumsum(counts)[:-1]
-    entries = tuple(np.split(places[:total], borders))
-    exits = tuple(np.split(places[total : 2 * total], borders))
-    return _find_route(entries, exits, places[2 * total], places[-1] if has_end else None)
+    question = counts, end is not None, places.astype(np.float64).tobytes()
+    known = _routes.find(question)
+    if known is not None:
+        return known
+    route = _find_route(choices, (start, end), effort, progress)
+    return _routes.keep(question, route) if route.settled else route
 
 
 def forget_routes() -> None:
     """Search again the next time: for those who measure the search."""
-    _remembered.cache_clear()
+    _routes.forget()
 
 
-def _find_route(entries: tuple[Points, ...], exits: tuple[Points, ...], start: Points, end: Points | None) -> Route:
+def _find_route(
+    choices: Choices, ends: tuple[Points, Points | None], effort: Effort, progress: Progress | None
+) -> Route:
     # numba takes a moment to load: only those who plan should wait for it
     from geometry.coverage.route_exact import choose_ways
     from geometry.coverage.route_network import MICRONS_PER_MM, build_network
-    from geometry.coverage.route_search import search_order
+    from geometry.coverage.route_search import is_kicked, search_order
 
-    network = build_network(entries, exits, start, end)
-    count = len(entries)
+    network = build_network(choices.entries, choices.exits, *ends)
+    count = len(choices.entries)
     given = np.array([count, *range(count), count + 1])
     given_um, given_ways = choose_ways(network, given)
-    order = search_order(network)
+    order = search_order(network, 1.0 if effort == "full" else 0.0, progress=progress)
     length_um, ways = choose_ways(network, order)
     if length_um >= given_um:
         order, ways, length_um = given, given_ways, given_um
@@ -102,4 +112,5 @@ def _find_route(entries: tuple[Points, ...], exits: tuple[Points, ...], start: P
         choice=tuple((ways[strokes] - network.first[strokes]).tolist()),
         length_mm=length_um / MICRONS_PER_MM,
         given_length_mm=given_um / MICRONS_PER_MM,
+        settled=effort == "full" or not is_kicked(network),
     )

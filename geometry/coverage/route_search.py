@@ -1,6 +1,7 @@
 """Look for a good order: disturb it, repair it, and keep what is shorter, again and again."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from geometry.coverage.route_desk import Desk, do_turn, keep, look_at, new_desk,
 from geometry.coverage.route_exact import choose_ways, solve_small, start_order
 from geometry.coverage.route_network import Network, Whole, leg
 from geometry.coverage.route_tour import Tour, at, new_tour
+from geometry.progress import Progress
 
 MOST_EXACT = 9
 """Up to so many strokes the best order is found by dynamic programming"""
@@ -22,28 +24,54 @@ LONGEST_KICKED = 26
 """Strokes in each of the three runs that a kick exchanges, at most"""
 SLACK = 8.0
 """By how much a change may lengthen the route before the ways around it are chosen anew, in mean legs"""
+ROUNDS = 50
+"""After each of so many parts of the kicks a search says how far it is"""
 
 
-def search_order(network: Network, effort: float = 1.0, seed: int = 0) -> Indices:
+class Search(NamedTuple):
+    """A search under way."""
+
+    tour: Tour
+    desk: Desk
+    dice: Indices
+    """The last pseudo-random number"""
+    best: Indices
+    """The shortest order so far"""
+    length: Indices
+    """Micrometres of the tour, and of the shortest order so far"""
+
+
+def search_order(network: Network, effort: float = 1.0, seed: int = 0, progress: Progress | None = None) -> Indices:
     """A good order of the strokes, the best one for a few.
 
     Args:
         network: the strokes.
-        effort: how often to kick, as a multiple of the usual number.
+        effort: how often to kick, as a multiple of the usual number; with 0 the first order is only repaired.
         seed: of the pseudo-random numbers.
+        progress: is told how far the kicks are; it may end the search by raising something.
 
     Returns:
         Strokes by position, from the start's to the end's.
     """
-    count = len(network.first) - 3
-    if count <= MOST_EXACT and (1 << count) * int(network.first[count]) ** 2 < 10_000_000:
+    if _is_small(network):
         return solve_small(network)
     order, length = start_order(network)
-    if count < 3:  # too few to kick, with too many ways for the dynamic programme
+    if not is_kicked(network):
         return _best_of_two(network, order)
-    mean = max(1.0, length / (count + 1))
+    mean = max(1.0, length / (len(network.first) - 2))
     slack = round(SLACK * mean) if _is_choosy(network) else 0
-    return kick_often(network, order, round(effort * usual_kicks(network)), (WARMTH * mean, slack), seed)
+    return _kick_often(network, order, round(effort * usual_kicks(network)), (WARMTH * mean, slack), seed, progress)
+
+
+def is_kicked(network: Network) -> bool:
+    """Whether an order is looked for by kicks, which take most of the time; others are as short as they get."""
+    return len(network.first) - 3 >= 3 and not _is_small(network)
+
+
+def _is_small(network: Network) -> bool:
+    """Whether the dynamic programme takes a moment only."""
+    count = len(network.first) - 3
+    return count <= MOST_EXACT and (1 << count) * int(network.first[count]) ** 2 < 10_000_000
 
 
 def usual_kicks(network: Network) -> int:
@@ -67,35 +95,58 @@ def _best_of_two(network: Network, order: Indices) -> Indices:
     return min(order, other, key=lambda tried: int(choose_ways(network, tried)[0]))
 
 
-@compiled
-def kick_often(network: Network, order: Indices, kicks: Whole, leave: tuple[float, Whole], seed: Whole) -> Indices:
-    """Kick and repair an order; what is longer by too much is taken back (Martin, Otto and Felten 1991).
-
-    ``leave`` holds the warmth and the slack, in micrometres.
-    """
+def _kick_often(
+    network: Network, order: Indices, kicks: int, leave: tuple[float, int], seed: int, progress: Progress | None
+) -> Indices:
+    """Kick and repair an order, some kicks at a time."""
     warmth, slack = leave
     length, way = choose_ways(network, order)
-    tour, desk = new_tour(network, order, way), new_desk(len(order), slack)
-    for position in range(len(order)):
-        look_at(tour, desk, position)
-    while desk.mark[1] > 0:
-        length += descend(network, tour, desk)
-        keep(desk)
-    best, best_order = length, order.copy()
-    best_order[:] = tour.order[:-1]
-    dice = np.array([2463534242 ^ seed])
-    for count in range(kicks):
-        change = kick(network, tour, desk, dice) + descend(network, tour, desk)
-        allowed = -warmth * (1 - count / kicks) * math.log(draw(dice) / 4294967296.0)
+    search = Search(
+        tour=new_tour(network, order, way),
+        desk=new_desk(len(order), slack),
+        dice=np.array([2463534242 ^ seed]),
+        best=np.array(order),
+        length=np.array([length, length]),
+    )
+    repair(network, search)
+    step = max(1, math.ceil(kicks / ROUNDS))
+    for begin in range(0, kicks, step):
+        if progress is not None:
+            progress(f"refining the order of {len(order) - 2} strokes", begin / kicks)
+        kick_on(network, search, (begin, min(begin + step, kicks), kicks), warmth)
+    return search.best
+
+
+@compiled
+def repair(network: Network, search: Search) -> None:
+    """Shorten the first order until no change near to any stroke makes it shorter."""
+    for position in range(len(search.best)):
+        look_at(search.tour, search.desk, position)
+    while search.desk.mark[1] > 0:
+        search.length[0] += descend(network, search.tour, search.desk)
+        keep(search.desk)
+    search.length[1] = search.length[0]
+    search.best[:] = search.tour.order[:-1]
+
+
+@compiled
+def kick_on(network: Network, search: Search, kicks: tuple[Whole, Whole, Whole], warmth: float) -> None:
+    """Kick and repair; what is longer by too much is taken back (Martin, Otto and Felten 1991).
+
+    ``kicks`` holds the number of the first one, that of the one after the last, and how many there are altogether.
+    """
+    tour, desk, length = search.tour, search.desk, search.length
+    for count in range(kicks[0], kicks[1]):
+        change = kick(network, tour, desk, search.dice) + descend(network, tour, desk)
+        allowed = -warmth * (1 - count / kicks[2]) * math.log(draw(search.dice) / 4294967296.0)
         if change > allowed:
             take_back(network, tour, desk)
             continue
         keep(desk)
-        length += change
-        if length < best:
-            best = length
-            best_order[:] = tour.order[:-1]
-    return best_order
+        length[0] += change
+        if length[0] < length[1]:
+            length[1] = length[0]
+            search.best[:] = tour.order[:-1]
 
 
 @quick

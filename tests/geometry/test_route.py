@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from ortools.sat.python import cp_model
 
-from geometry.coverage.route import Choices, shortest_route
+from geometry.coverage.route import Choices, forget_routes, shortest_route
 
 KINDS = ("segments", "rings", "clustered", "collinear", "fixed", "mixed")
 PROVABLE = {"rings": 10, "collinear": 30}
@@ -233,3 +233,42 @@ def test_few_strokes_with_very_many_ways(count):
     rings = tuple(flat(np.stack((np.cos(angle) + 10 * n, np.sin(angle)), axis=1)) for n in range(1, count + 1))
     route = shortest_route(Choices(rings, rings), np.array([0.0, 0.0, 40.0]))
     assert route.length_mm == pytest.approx([9, 19][count - 1], abs=0.01)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_sketch_is_a_route_that_is_no_longer_than_the_given_one_nor_shorter_than_the_full_one(kind):
+    choices = strokes_of(kind, 30, 1)
+    forget_routes()
+    sketch, full = (shortest_route(choices, START, effort=effort) for effort in ("sketch", "full"))
+    assert sorted(sketch.order) == list(range(30))
+    assert full.length_mm <= sketch.length_mm <= sketch.given_length_mm
+    assert full.settled
+    assert not sketch.settled
+
+
+def test_a_sketch_is_the_route_itself_where_that_is_known_or_found_at_once():
+    known, few = strokes_of("segments", 30, 1), strokes_of("segments", 5, 1)
+    forget_routes()
+    route = shortest_route(known, START)
+    assert shortest_route(known, START, effort="sketch") == route
+    sketch = shortest_route(few, START, effort="sketch")
+    assert sketch.settled
+    forget_routes()
+    assert shortest_route(few, START) == sketch
+
+
+def test_whoever_is_told_how_far_the_search_is_may_end_it():
+    def stop(what, done):
+        told.append((what, done))
+        if done >= 0.5:
+            raise InterruptedError
+
+    choices, told = strokes_of("rings", 30, 2), []
+    forget_routes()
+    with pytest.raises(InterruptedError):
+        shortest_route(choices, START, progress=stop)
+    assert 20 <= len(told) <= 30
+    assert {what for what, _ in told} == {"refining the order of 30 strokes"}
+    whole = shortest_route(choices, START, progress=lambda *_: None)
+    forget_routes()
+    assert shortest_route(choices, START) == whole
