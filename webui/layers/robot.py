@@ -24,6 +24,8 @@ _FACES = np.array([
 class JointMotion:
     """How the joints stand at each move of a program; rad or m."""
 
+    times: Scalars
+    """(m,) program time of each move, s, not decreasing."""
     clock: Scalars
     """(m,) time of each move without the waits before it, s, not decreasing."""
     joints: Joints
@@ -54,6 +56,7 @@ def joint_motion(program: TimedProgram, joints: Joints) -> JointMotion:
     times = np.array([item.time_s for item in program.instructions if isinstance(item, MoveTo)], dtype=np.float64)
     taken = [(each.time_s, int(each.arguments[2])) for each in program.instructions if _takes_tool(each)]
     return JointMotion(
+        times=times,
         clock=np.maximum.accumulate(times - _waited(ends, held, times)),
         joints=joints,
         wait_ends=ends,
