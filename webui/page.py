@@ -11,6 +11,8 @@ import viser
 
 from geometry.errors import JobError
 from geometry.progress import Progress
+from programs.plan import Plan
+from recipes.recipe import Recipe
 from rulesengine.pipeline import Run, run
 from webui.project import Project
 from webui.session import Change, Selection, Session
@@ -41,6 +43,8 @@ class Page:
         self._panels: list[Panel] = []
         self._lock = threading.RLock()
         self._planner: Worker[Run] = Worker(self._tell)
+        self._planning: Recipe | None = None
+        """What is being planned."""
         self._progress: list[Progress] = []
         self._endings: list[Callable[[], None]] = []
         self._looks: list[Callable[[], None]] = []
@@ -102,10 +106,11 @@ class Page:
                     return False
                 self.report(error)
                 return False
-            self.show(session)
             if session.planned:
-                self._planner.cancel()  # what an undone edit asked for is no longer wanted
-            else:
+                self._give_up()  # what an undone edit asked for is no longer wanted
+                session = replace(session, sketch=None)
+            self.show(session)
+            if not session.planned:
                 self.plan()
             return True
 
@@ -127,16 +132,25 @@ class Page:
 
     def plan(self) -> None:
         """Plan the session's recipe beside the page; what comes later replaces it."""
-        recipe, board, begun = self.session.recipe, self.session.board, time.perf_counter()
+        recipe, board, before = self.session.recipe, self.session.board, self.session.run
+        begun, self._planning = time.perf_counter(), recipe
         self._tell("planning", 0.0)
         self._planner.start(
-            lambda tell: run(recipe, board, tell), lambda done: self._planned(done, begun), self._not_planned
+            lambda tell: run(recipe, board, tell, lambda plan: self._sketched(plan, recipe), before),
+            lambda done: self._planned(done, begun),
+            self._not_planned,
         )
 
     def cancel(self) -> None:
         """Give up planning; the last run stays in sight."""
+        with self._lock:
+            self._give_up()
+            self._tell("cancelled", 1.0)
+            self.show(replace(self.session, sketch=None))
+
+    def _give_up(self) -> None:
         self._planner.cancel()
-        self._tell("cancelled", 1.0)
+        self._planning = None
 
     def refuse(self, message: str) -> None:
         """Say why something was not done."""
@@ -152,14 +166,22 @@ class Page:
                 panel.show(self.session, self._shown)
         self._shown = self.session
 
+    def _sketched(self, plan: Plan, recipe: Recipe) -> None:
+        """Show a first plan, unless planning was given up meanwhile."""
+        with self._lock:
+            if self._planning is recipe:
+                self.show(replace(self.session, sketch=plan))
+
     def _planned(self, done: Run, begun: float) -> None:
         with self._lock:
             if done.recipe == self.session.recipe and done.board is self.session.board:
                 self.planned_s = time.perf_counter() - begun
-                self.show(replace(self.session, run=done))
+                self.show(replace(self.session, run=done, sketch=None))
 
     def _not_planned(self, error: Exception) -> None:
-        self._tell("not planned", 1.0)
+        with self._lock:
+            self._tell("not planned", 1.0)
+            self.show(replace(self.session, sketch=None))
         self.report(error)
 
     def report(self, error: Exception) -> None:

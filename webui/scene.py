@@ -81,11 +81,11 @@ class Scene:
             self._draw_ground(session)
         if session.cell is not self.robot.cell:
             self.robot.show_cell(session.cell)
-        if before is None or session.run is not before.run:
-            self.strokes = [] if session.run is None else strokes.stroke_lines(session.run.plan)
+        if before is None or session.plan is not before.plan:
+            self.strokes = [] if session.plan is None else strokes.stroke_lines(session.plan)
             self.spans = [] if session.run is None else self._spans(session.run)
             self._draw_strokes(session)
-        if before is None or session.selection != before.selection or session.run is not before.run:
+        if before is None or session.selection != before.selection or session.plan is not before.plan:
             self._draw_selection(session)
 
     def change_view(self, view: View) -> None:
@@ -157,14 +157,14 @@ class Scene:
         self._put("/board", painted.glb)
 
     def _draw_strokes(self, session: Session) -> None:
-        run, size = session.run, board_size_mm(session.board)
+        plan, size = session.plan, board_size_mm(session.board)
         tints, self.legends["strokes"] = strokes.tint_strokes(self.strokes, self.view.strokes_by, self.spans)
         shown = [index for index, line in enumerate(self.strokes) if line.place not in self.view.hidden]
         lines = [self.strokes[index] for index in shown]
         self._put("/strokes", strokes.strokes_glb(lines, [tints[index] for index in shown], line_width_mm(size)))
-        transfers = self.view.transfers and run is not None
-        self._put("/transfers", strokes.transfers_glb(run.plan, self.view.hidden) if transfers and run else b"")
-        found = find_markers(run.plan) if self.view.markers and run is not None else []
+        transfers = self.view.transfers and plan is not None
+        self._put("/transfers", strokes.transfers_glb(plan, self.view.hidden) if transfers and plan else b"")
+        found = find_markers(plan) if self.view.markers and plan is not None else []
         seen = [marker for marker in found if marker.made_by not in self.view.hidden]
         self._put("/markers", markers_glb(seen, size / 260))
 
@@ -201,7 +201,7 @@ class Scene:
 
     def _put(self, name: str, glb: bytes) -> None:
         """Show what is there under a name, in place of what was shown before."""
-        if self._drawn.get(name, b"") is glb:
+        if self._drawn.get(name, b"") == glb:
             return
         handle = self._handles.pop(name, None)
         if handle is not None:

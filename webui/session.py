@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from boards.board import Board
+from programs.plan import Plan
 from recipes.load import LoadedRecipe
 from recipes.located import YamlPath
 from recipes.recipe import Recipe
@@ -35,6 +36,8 @@ class Session:
     """What the document says."""
     run: Run | None = None
     """Newest run; ``run.recipe`` may be older than the document while the next one is planned."""
+    sketch: Plan | None = None
+    """A first plan of the recipe as it is edited now, while the best order of its strokes is searched for."""
     compared: Run | None = None
     """A run of another recipe on the same board, to compare with."""
     selection: Selection = Selection()
@@ -46,6 +49,11 @@ class Session:
     def recipe(self) -> Recipe:
         """The recipe as it is edited now."""
         return self.loaded.recipe
+
+    @property
+    def plan(self) -> Plan | None:
+        """The newest plan: a sketch is newer than the run."""
+        return self.run.plan if self.sketch is None and self.run is not None else self.sketch
 
     @property
     def planned(self) -> bool:
@@ -64,7 +72,7 @@ class Session:
 
     def with_board(self, name: str, board: Board) -> "Session":
         """Look at another board; runs on the old one are gone."""
-        return replace(self, board_name=name, board=board, run=None, compared=None, selection=Selection())
+        return replace(self, board_name=name, board=board, run=None, sketch=None, compared=None, selection=Selection())
 
     def edited(self, text: str) -> "Session":
         """Give the recipe another text.

@@ -1,5 +1,6 @@
 """What a page does with edits and plans; nobody is connected to it."""
 
+import threading
 import time
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
@@ -7,8 +8,10 @@ from dataclasses import dataclass, field, replace
 import pytest
 from tiny_session import tiny_session
 
+from programs.errors import ProgramError
 from recipes.errors import RecipeError
 from webui import page as pages
+from webui.downloads import make_download
 from webui.page import Page
 
 WAIT_S = 30.0
@@ -125,6 +128,81 @@ def test_a_cancelled_plan_leaves_the_last_one_in_sight_and_can_be_made_again(pag
     wait_until_planned(page)
 
 
+class Sketching:
+    """Plans in two rounds: shows a sketch, and waits until it may go on."""
+
+    def __init__(self, monkeypatch):
+        self.go_on, self.sketches, self._run = threading.Event(), [], pages.run
+        monkeypatch.setattr(pages, "run", self.run)
+
+    def run(self, recipe, board, tell, sketched, before):
+        done = self._run(recipe, board, tell, sketched, before)
+        self.sketches.append(replace(done.plan))
+        sketched(self.sketches[-1])
+        while not self.go_on.wait(0.01):
+            tell("refining", 0.5)
+        return done
+
+
+def wait_for_sketch(page):
+    end = time.monotonic() + WAIT_S
+    while page.session.sketch is None:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_a_sketch_is_shown_until_the_run_comes(page, monkeypatch):
+    sketching, first = Sketching(monkeypatch), page.session
+    page.attempt(lambda session: session.set_value(SPEED, 33))
+    wait_for_sketch(page)
+    assert page.session.plan is sketching.sketches[0]
+    assert page.session.run is first.run
+    assert not page.session.planned
+    sketching.go_on.set()
+    wait_until_planned(page)
+    assert page.session.sketch is None
+    assert page.session.plan is page.session.run.plan
+
+
+def test_nothing_but_the_recipe_is_downloaded_while_a_sketch_is_shown(page, monkeypatch):
+    Sketching(monkeypatch)
+    page.attempt(lambda session: session.set_value(SPEED, 33))
+    wait_for_sketch(page)
+    with pytest.raises(ProgramError, match="not planned yet"):
+        make_download("Program (.wash)", page.session, (), 1.0, lambda *_: None)
+    assert b"33" in make_download("Recipe (YAML)", page.session, (), 1.0, lambda *_: None).content
+
+
+@pytest.mark.parametrize("give_up", [Page.cancel, lambda page: page.attempt(lambda session: undone(session))])
+def test_a_sketch_goes_when_its_search_is_given_up(page, monkeypatch, give_up):
+    sketching, first = Sketching(monkeypatch), page.session
+    page.attempt(lambda session: session.set_value(SPEED, 33))
+    wait_for_sketch(page)
+    give_up(page)
+    assert page.session.sketch is None
+    assert page.session.plan is first.run.plan
+    page._sketched(sketching.sketches[0], page.session.recipe)  # one that comes too late
+    assert page.session.sketch is None
+
+
+def test_a_sketch_goes_when_the_run_fails(page, monkeypatch):
+    def fail(_recipe, _board, _tell, sketched, before):
+        sketched(before.plan)
+        raise RecipeError("there is nothing to spray")
+
+    monkeypatch.setattr(pages, "run", fail)
+    page.attempt(lambda session: session.set_value(SPEED, 33))
+    end = time.monotonic() + WAIT_S
+    while not page.client.said:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    assert page.session.sketch is None
+
+
+def undone(session):
+    return session.with_document(session.document.undone())
+
+
 def test_a_plan_that_fails_says_why(page, monkeypatch):
     def fail(*_):
         raise RecipeError("there is nothing to spray")
@@ -158,7 +236,7 @@ def test_a_page_that_closed_while_it_was_built_shows_nothing():
     assert ended == [True]
 
 
-def forever(_recipe, _board, tell):
+def forever(_recipe, _board, tell, *_):
     while True:
         time.sleep(0.01)
         tell("planning", 0.5)
