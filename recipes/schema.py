@@ -4,6 +4,7 @@ import json
 from typing import Any, cast
 
 from recipes.document import Schema, model_schema
+from recipes.tables import require_kind, write_tables
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _OVERRIDE = "Override"
@@ -29,7 +30,7 @@ def recipe_schema() -> str:
     A file that extends another one states only what it changes, so nothing is required of it and ``null`` removes.
     """
     whole = model_schema()
-    parts = {name: _require_kind(part) for name, part in cast("dict[str, Schema]", whole["$defs"]).items()}
+    parts = {name: require_kind(part) for name, part in cast("dict[str, Schema]", whole["$defs"]).items()}
     parts["Recipe"] = {key: value for key, value in whole.items() if key != "$defs"}
     overrides = {name + _OVERRIDE: _loosen(part) for name, part in parts.items()}
     schema = {
@@ -43,12 +44,6 @@ def recipe_schema() -> str:
         "$defs": {**parts, **overrides},
     }
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
-
-
-def _require_kind(part: Schema) -> Schema:
-    """Require the key that tells the kind: to pydantic it has a default, but a file must state it."""
-    kinds = [key for key, schema in cast("dict[str, Schema]", part["properties"]).items() if "const" in schema]
-    return {**part, "required": [*kinds, *part.get("required", [])]} if kinds else part
 
 
 def _loosen(value: Any) -> Any:
@@ -79,68 +74,7 @@ def _or_null(schema: Schema) -> Schema:
 
 def recipe_keys() -> str:
     """Write every key of a recipe as Markdown: one table for each part, with defaults and what each key means."""
-    parts = {name: _require_kind(part) for name, part in cast("dict[str, Schema]", model_schema()["$defs"]).items()}
+    parts = {name: require_kind(part) for name, part in cast("dict[str, Schema]", model_schema()["$defs"]).items()}
     parts["Recipe"] = model_schema()
-    lines = ["# Every key of a recipe", "", "Made by `washboard recipe keys`; units are in the names.", ""]
-    for title, names in _SECTIONS.items():
-        for name in names:
-            part = parts[name]
-            lines += [f"## {_entitle(title, part)}", "", str(part["description"]), ""]
-            lines += ["| key | takes | default | meaning |", "|---|---|---|---|"]
-            required = cast("list[str]", part.get("required", []))
-            rows = cast("dict[str, Schema]", part["properties"])
-            for key in sorted(rows, key=lambda key: "const" not in rows[key]):
-                default = "needed" if key in required else _show_default(rows[key])
-                lines.append(f"| `{key}` | {_takes(rows[key])} | {default} | {_describe(rows[key], parts)} |")
-            lines.append("")
-    return "\n".join(lines)
-
-
-def _entitle(title: str, part: Schema) -> str:
-    kinds = [schema["const"] for schema in cast("dict[str, Schema]", part["properties"]).values() if "const" in schema]
-    return f"{title}: {kinds[0]}" if kinds else title
-
-
-def _describe(schema: Schema, parts: dict[str, Schema]) -> str:
-    """Pydantic drops the description of a key where the part it refers to has the same."""
-    if "description" in schema:
-        return str(schema["description"])
-    return str(parts[str(schema["$ref"]).rsplit("/", 1)[-1]]["description"])
-
-
-def _show_default(schema: Schema) -> str:
-    default = schema.get("default")
-    if default in (None, [], ""):
-        return "none"
-    if isinstance(default, dict):
-        return "see there"
-    return f"`{default:g}`" if isinstance(default, float) else f"`{json.dumps(default)}`".replace('"', "")
-
-
-def _takes(schema: Schema) -> str:
-    """Say in a few words what a key takes."""
-    if "anyOf" in schema:
-        return " or ".join(_takes(branch) for branch in schema["anyOf"] if branch.get("type") != "null")
-    if "enum" in schema:
-        return ", ".join(f"`{choice}`" for choice in schema["enum"])
-    if "const" in schema:
-        return f"`{schema['const']}`"
-    if "$ref" in schema:
-        return "mapping"
-    match schema.get("type"):
-        case "number" | "integer":
-            return ("number" if schema["type"] == "number" else "whole number") + _bounds(schema)
-        case "array":
-            return "list"
-        case "object":
-            return "mapping by class" if "additionalProperties" in schema else "mapping by name"
-        case "boolean":
-            return "true or false"
-        case _:
-            return "text"
-
-
-def _bounds(schema: Schema) -> str:
-    words = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
-    bounds = [f"{sign} {schema[key]:g}" for key, sign in words.items() if key in schema]
-    return " " + ", ".join(bounds) if bounds else ""
+    heading = "# Every key of a recipe\n\nMade by `washboard recipe keys`; units are in the names."
+    return write_tables(heading, parts, _SECTIONS)
