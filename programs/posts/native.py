@@ -1,12 +1,14 @@
 """The native program, ``.wash``: the one dialect that is also read back."""
 
+from dataclasses import replace
+
 from programs.columns import Columns, columns_of, rounded
 from programs.errors import ProgramError
 from programs.posts.native_reader import BEGIN, END, FIXED_HEADER, MAGIC, parse
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Wait
 from programs.soundness import first_fault
 
-__all__ = ["parse", "render"]
+__all__ = ["parse", "render", "render_line"]
 
 _COMMENT_COLUMN = 56
 """Where the recipe path begins; longer lines are followed by three spaces and then their own."""
@@ -26,6 +28,12 @@ def render(program: TimedProgram) -> str:
         place = "" if fault.index is None else f" at instruction {fault.index + 1}"
         raise ProgramError(f"this program cannot be written{place}: {fault.message}")
     return "\n".join([*_header(program), BEGIN, *_body(program.instructions, columns), END, ""])
+
+
+def render_line(program: TimedProgram, index: int) -> str:
+    """Write one instruction of a program as its line of the file."""
+    alone = replace(program, instructions=program.instructions[index : index + 1])
+    return _body(alone.instructions, rounded(columns_of(alone)))[0]
 
 
 def _header(program: TimedProgram) -> list[str]:

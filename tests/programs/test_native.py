@@ -41,6 +41,13 @@ def test_what_is_written_is_read_and_written_the_same(program: TimedProgram) -> 
     assert native.render(native.parse(text)) == text
 
 
+@settings(deadline=None, max_examples=30)
+@given(program=programs())
+def test_a_line_written_alone_is_that_of_the_file(program: TimedProgram) -> None:
+    alone = [native.render_line(program, index) for index in range(len(program.instructions))]
+    assert native.render(program).split("\n")[-2 - len(alone) : -2] == alone
+
+
 @settings(deadline=None, max_examples=60)
 @given(program=programs())
 def test_reading_gives_the_program_rounded(program: TimedProgram) -> None:

@@ -12,6 +12,7 @@ def drawn():
 
 @pytest.fixture
 def player(drawn):
+    assert until(lambda: not players())  # of other tests: they end when they wake up next
     player = Player(drawn.append)
     yield player
     player.pause()

@@ -1,5 +1,7 @@
 """Play the program: nozzle, cone and wave front as the playback says."""
 
+import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from html import escape
 
@@ -8,13 +10,12 @@ import viser
 from geometry.arrays import Scalars
 from programs.errors import ProgramError
 from programs.playback import Timeline, build_timeline
-from programs.posts.native import BEGIN, render
-from programs.program import TimedProgram
+from programs.posts.native import render_line
 from recipes.load import LoadedRecipe
 from rulesengine.pipeline import Run
 from webui.layers.nozzle import Moment, moment
 from webui.layers.strokes import tint_functions
-from webui.layers.timeline import clock_html, cursor_html, event_times, step_event, strip_html
+from webui.layers.timeline import STRIP_PX, clock_html, cursor_html, event_times, step_event, strip_html
 from webui.origin import recipe_line
 from webui.page import Page
 from webui.palette import INK, QUIET, to_hex
@@ -24,6 +25,8 @@ from webui.session import Session
 from webui.tool_view import ToolView
 from webui.work import Worker
 
+_QUIET_S = 1.0
+"""A run is laid out when it was the newest one for so long, so that edits in a row cost nothing here."""
 _RATES = ("0.1", "0.2", "0.5", "1", "2", "5", "10", "20", "50")
 _PLAY, _PAUSE, _BACK, _ON = "Play", "Pause", "Previous event", "Next event"
 
@@ -37,8 +40,6 @@ class Playable:
     timeline: Timeline
     end_s: float
     events: Scalars
-    lines: tuple[str, ...]
-    """Each instruction as the native file writes it."""
     strip: str
 
 
@@ -52,23 +53,12 @@ def lay_out_run(run: Run, loaded: LoadedRecipe) -> Playable:
     if end_s <= 0:
         raise ProgramError("the program takes no time; there is nothing to play.")
     strip = strip_html(timeline, end_s, tint_functions(run.recipe))
-    return Playable(run, loaded, timeline, end_s, event_times(run.program), instruction_lines(run.program), strip)
-
-
-def instruction_lines(program: TimedProgram) -> tuple[str, ...]:
-    """Write each instruction as the native file does.
-
-    Raises:
-        ProgramError: the program is one that cannot be written.
-    """
-    lines = render(program).splitlines()
-    begin = lines.index(BEGIN) + 1
-    return tuple(lines[begin : begin + len(program.instructions)])
+    return Playable(run, loaded, timeline, end_s, event_times(run.program), strip)
 
 
 def now_html(playable: Playable, shown: Moment, now_s: float) -> str:
     """Say what happens at a moment: the clock, what runs, and which line of the recipe asked for it."""
-    line = playable.lines[shown.instruction].partition(";")[0].rstrip()
+    line = render_line(playable.run.program, shown.instruction).partition(";")[0].rstrip()
     place = recipe_line(playable.loaded, shown.made_by)
     doing = f"{shown.function}, {shown.speed_mm_s:.0f} mm/s, jet {'on' if len(shown.rim) else 'off'}"
     return (
@@ -90,6 +80,15 @@ class PlaybackPanel:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
         self._playable: Playable | None = None
+        """The newest run, as soon as it is laid out."""
+        self._newest: Session | None = None
+        """What it is a run of."""
+        self._begun: Session | None = None
+        """What is being laid out, or was last."""
+        self._wish = _nothing
+        """What to do as soon as it is."""
+        self._lock = threading.RLock()
+        self._quiet = threading.Timer(_QUIET_S, self._lay_out)
         self._tool = ToolView(page.client.scene, {})
         gui = page.client.gui
         self._now = gui.add_html(_waiting_html())
@@ -111,32 +110,61 @@ class PlaybackPanel:
         self._rate.on_update(lambda event: self._set_rate(event.target.value))
 
     def show(self, session: Session, before: Session | None) -> None:
-        """Take up a new run; a moment that it still has stays."""
-        run, loaded = session.run, session.loaded
-        if before is not None and run is before.run:
+        """Take up a new run; it is laid out when somebody wants to see it, or nothing happens for a while."""
+        if before is not None and session.run is before.run:
             return
         self._player.pause()
-        if run is None:
+        if session.run is None:
             self._forget()
-        else:
+            return
+        with self._lock:
+            self._worker.cancel()
+            self._playable, self._newest, self._wish = None, session, _nothing
+            self._quiet.cancel()
+            self._quiet = threading.Timer(_QUIET_S, self._lay_out)
+            self._quiet.daemon = True
+            self._quiet.start()
+        self._cursor.content = veil_html() if self._strip.content else ""
+        self._name_button()
+
+    def _lay_out(self) -> None:
+        """Prepare the newest run, beside the page."""
+        with self._lock:
+            self._quiet.cancel()
+            session = self._newest
+            if session is None or session.run is None or session is self._begun:
+                return
+            self._begun, run, loaded = session, session.run, session.loaded
             self._worker.start(lambda _tell: lay_out_run(run, loaded), self._take, self._fail)
 
     def _take(self, playable: Playable) -> None:
-        with self._page.client.atomic():
+        with self._lock, self._page.client.atomic():
+            if self._newest is None or playable.run is not self._newest.run:
+                return
             self._playable = playable
             self._tool.recolour(tint_functions(playable.run.recipe))
             self._slider.max = round(playable.end_s, 1)
             self._slider.disabled = False
             self._strip.content = playable.strip
-            playing = self._player.playing  # pressed meanwhile
             self._player.load(playable.end_s)
-            if playing:
-                self._player.play()
+            wish, self._wish = self._wish, _nothing
+            wish()
             self._name_button()
 
+    def _when_ready(self, do: Callable[[], None]) -> None:
+        """Do something to the newest program: now, or as soon as it is laid out, which then begins at once."""
+        with self._lock:
+            if self._playable is not None:
+                do()
+                return
+            self._wish = do
+        self._lay_out()
+
     def _forget(self) -> None:
-        self._worker.cancel()
-        self._playable = None
+        with self._lock:
+            self._quiet.cancel()
+            self._worker.cancel()
+            self._playable, self._newest, self._wish = None, None, _nothing
         self._player.load(0.0)
         self._tool.hide()
         self._slider.disabled = True
@@ -147,32 +175,39 @@ class PlaybackPanel:
         self._page.refuse(str(error))
 
     def _press(self, button: str) -> None:
-        playable = self._playable
-        if playable is None:
-            return
-        match button:
-            case "Play":
-                self._player.play()
-            case "Pause":
-                self._player.pause()
-            case _:
-                self._player.pause()
-                self._player.seek(step_event(playable.events, self._player.now_s, 1 if button == _ON else -1))
+        if button == _PAUSE:
+            self._player.pause()
+            self._name_button()
+        else:
+            self._when_ready(self._play if button == _PLAY else lambda: self._step(1 if button == _ON else -1))
+
+    def _play(self) -> None:
+        self._player.play()
+        self._name_button()
+
+    def _step(self, steps: int) -> None:
+        self._player.pause()
+        if self._playable is not None:
+            self._player.seek(step_event(self._playable.events, self._player.now_s, steps))
         self._name_button()
 
     def _scrub(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         if event.client is not None:
-            self._player.seek(event.target.value)
+            wanted = event.target.value
+            self._when_ready(lambda: self._player.seek(wanted))
 
     def _set_rate(self, rate: str) -> None:
         self._player.rate = float(rate)
 
     def _close(self) -> None:
+        self._quiet.cancel()
         self._player.pause()
         self._worker.close()
 
     def _name_button(self) -> None:
-        self._buttons.options = (_BACK, _PAUSE if self._player.playing else _PLAY, _ON)
+        options = (_BACK, _PAUSE if self._player.playing else _PLAY, _ON)
+        if tuple(self._buttons.options) != options:
+            self._buttons.options = options
 
     def _draw(self, now_s: float) -> None:
         playable = self._playable
@@ -186,6 +221,18 @@ class PlaybackPanel:
             self._slider.value = round(min(now_s, playable.end_s), 1)
             if now_s >= playable.end_s:
                 self._name_button()
+
+
+def veil_html() -> str:
+    """Fade the strip that stands above: it is that of an older program."""
+    return (
+        '<div style="position:relative;height:0;margin:0 12px"><div style="position:absolute;left:0;right:0;'
+        f'top:-{STRIP_PX}px;height:{STRIP_PX}px;background:#ffffffb8"></div></div>'
+    )
+
+
+def _nothing() -> None:
+    pass
 
 
 def _waiting_html() -> str:
