@@ -3,6 +3,7 @@
 import errno
 import ipaddress
 import socket
+import threading
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -79,13 +80,15 @@ def serve(first: Session, project: Project, host: str, port: int) -> Server:
 
     def connect(client: viser.ClientHandle) -> None:
         visitor = recognise(client)
+        if client.client_id not in server.get_clients():
+            return
         page = Page(client, project, sessions.take(visitor.browser, visitor.tab))
         sessions.enter(visitor.browser, client.client_id, page, visitor.tab)
         page.open([*lay_out(page), Unsaved(page, drafts, visitor)])
         if client.client_id not in server.get_clients():  # it left meanwhile
             sessions.leave(client.client_id)
 
-    server.on_client_connect(connect)
+    server.on_client_connect(lambda client: threading.Thread(target=connect, args=(client,), daemon=True).start())
     server.on_client_disconnect(lambda client: sessions.leave(client.client_id))
     return Server(server, sessions, Watch(sessions.pages), host, server.get_port())
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import viser
 
 _BROWSER = "browser"
-_ANSWER_S = 5.0
 _TAB_S = 2.0
 _LOOK_AGAIN_S = 0.03
 _TAB_HTML = (
@@ -28,15 +27,18 @@ class Visitor:
 
 
 def recognise(client: viser.ClientHandle) -> Visitor:
-    """Recognise a browser and its tab by what was written into their storage the first time."""
+    """Recognise a browser and its tab by what was written into their storage the first time.
+
+    A tab that nobody sees answers when somebody looks at it: that is waited for, unless it leaves.
+    """
     browser = _browser_of(client)
     return Visitor(browser, _tab_of(client) if browser else "")
 
 
 def _browser_of(client: viser.ClientHandle) -> str:
     try:
-        name = client.local_storage.get_item(_BROWSER, timeout=_ANSWER_S)
-    except (RuntimeError, TimeoutError):  # it blocks storage, or has left
+        name = client.local_storage.get_item(_BROWSER)
+    except RuntimeError:  # it blocks storage, or has left
         return ""
     if name is None:
         name = secrets.token_urlsafe(12)
@@ -51,9 +53,9 @@ def _tab_of(client: viser.ClientHandle) -> str:
     try:
         while name is None and time.monotonic() < end:
             time.sleep(_LOOK_AGAIN_S)
-            name = client.local_storage.get_item(f"tab-{new}", timeout=_ANSWER_S)
+            name = client.local_storage.get_item(f"tab-{new}")
         client.local_storage.remove_item(f"tab-{new}")
-    except (RuntimeError, TimeoutError):
+    except RuntimeError:
         return ""
     finally:
         asked.remove()

@@ -7,6 +7,7 @@ import pytest
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium
 from tiny_session import tiny_session
 
+from recipes.load import find_recipe
 from webui import page as pages
 from webui.app import serve
 from webui.project import open_project
@@ -16,6 +17,8 @@ pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM),
 ]
 WAIT_S = 30.0
+HIDDEN_MS = 7000
+"""Longer than the server would wait for an answer."""
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +52,60 @@ def test_two_browsers_do_not_disturb_each_other_and_reload_at_once(browser, star
     assert anna.errors == bert.errors == []
 
 
+def test_two_tabs_of_one_browser_that_reload_at_once_keep_their_own(browser, start_server):
+    server = start_server("tiny", "rinse-only")
+    profile = browser.new_context(viewport={"width": 1400, "height": 900})
+    one, two = (DrivenPage(browser, server.address, profile.new_page()) for _ in range(2))
+    at_first = one.time_text
+    template = tiny_session_template(server)
+    one.edit(template, "Speed (mm/s)", "21")
+    two.edit(template, "Speed (mm/s)", "63")
+    times = [tab.wait_for_another_time(at_first) for tab in (one, two)]
+    assert len(set(times)) == 2
+    for first, last in ((one, two), (two, one)):
+        first.page.reload(wait_until="commit")
+        last.page.reload(wait_until="commit")
+        for tab, text in zip((one, two), times, strict=True):
+            tab.page.bring_to_front()  # a tab that nobody sees does nothing
+            tab.wait_for_time(text)
+    server.viser._websock_server.disconnect_all_clients()
+    one.page.wait_for_timeout(HIDDEN_MS)
+    one.page.bring_to_front()
+    one.wait_for_time(times[0])
+    assert one.errors == two.errors == []
+
+
+def test_edits_that_were_not_saved_are_offered_after_the_server_was_started_again(browser, start_server):
+    server = start_server("tiny", "rinse-only")
+    profile = browser.new_context(viewport={"width": 1400, "height": 900})
+    tab = DrivenPage(browser, server.address, profile.new_page())
+    at_first = tab.time_text
+    tab.edit(tiny_session_template(server), "Speed (mm/s)", "21")
+    edited = tab.wait_for_another_time(at_first)
+    tab.page.close()
+    server.stop()
+    again = start_server("tiny", "rinse-only")
+    assert DrivenPage(browser, again.address).page.get_by_text("Unsaved edits").count() == 0
+    tab = DrivenPage(browser, again.address, profile.new_page())
+    tab.see("The server ended before your edits of rinse-only.yaml were saved.")
+    assert tab.time_text == at_first
+    tab.press("Restore them")
+    tab.wait_for_time(edited)
+
+
+def test_a_file_that_changes_on_the_disk_is_noticed(browser, start_server, tmp_path):
+    file = tmp_path / "mine.yaml"
+    text = find_recipe("rinse-only").read_text().replace("recipe: rinse-only", "recipe: mine")
+    file.write_text(text)
+    tab = DrivenPage(browser, start_server("tiny", str(file)).address)
+    file.write_text(text.replace("recipe: mine", "# by somebody else\nrecipe: mine"))
+    tab.see("mine.yaml was changed by somebody else.")
+    tab.press("Load what it says")
+    tab.tab("YAML")
+    tab.page.wait_for_function("document.querySelector('textarea')?.value.includes('# by somebody else')")
+    assert tab.errors == []
+
+
 def test_a_lost_connection_loses_no_edit(browser, start_server):
     server = start_server("tiny", "rinse-only")
     tab = DrivenPage(browser, server.address)
@@ -65,12 +122,12 @@ def test_a_lost_connection_loses_no_edit(browser, start_server):
 def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_path, monkeypatch):
     begun, plan = [], pages.run
 
-    def slow(recipe, board, tell):
+    def slow(recipe, board, tell, *more):
         begun.append(True)
         for step in range(60):
             time.sleep(0.1)
             tell("planning slowly", step / 60)
-        return plan(recipe, board, tell)
+        return plan(recipe, board, tell, *more)
 
     monkeypatch.setattr(pages, "run", slow)
     server = serve(replace(tiny_session(), run=None), open_project(tmp_path), "127.0.0.1", 8150)
@@ -92,11 +149,11 @@ def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_pat
 def test_a_long_plan_can_be_cancelled_and_the_page_answers_meanwhile(browser, tmp_path, monkeypatch):
     plan = pages.run
 
-    def slow(recipe, board, tell):
+    def slow(recipe, board, tell, *more):
         for step in range(600):
             time.sleep(0.1)
             tell("planning slowly", step / 600)
-        return plan(recipe, board, tell)
+        return plan(recipe, board, tell, *more)
 
     server = serve(tiny_session(), open_project(tmp_path), "127.0.0.1", 8150)
     try:
