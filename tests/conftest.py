@@ -18,6 +18,7 @@ def golden(request: pytest.FixtureRequest) -> Callable[[str, str], None]:
     def compare(name: str, text: str) -> None:
         path = GOLDEN / name
         if update:
+            path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(text.encode())
         assert path.exists(), f"{path} is missing: run pytest --update-golden and review the file"
         assert text == path.read_bytes().decode(), f"{name} has changed: if it should, run pytest --update-golden"

@@ -1,0 +1,115 @@
+"""What a robot program must know of the cell it runs in: frames, tools, valves, channels. Millimetres, seconds."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+from programs.pose import IDENTITY, Pose
+
+ChannelKind: TypeAlias = Literal["digital", "group", "analog"]
+JointKind: TypeAlias = Literal["revolute", "prismatic"]
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One output of the controller, by the name and the number that its I/O configuration gives it."""
+
+    kind: ChannelKind
+    name: str
+    """For languages that call signals by name, such as ``doWash``."""
+    number: int
+    """For languages that number them, such as ``DO[3]``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """An output and the value it is given: 0 or 1, a whole number, or volts and the like as the channel counts."""
+
+    channel: Channel
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """The output that carries a quantity of the recipe: the channel is given ``scale * quantity + offset``."""
+
+    channel: Channel
+    scale: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """The analog input that shows a quantity: the quantity is ``scale * reading + offset``."""
+
+    name: str
+    number: int
+    scale: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Valve:
+    """The output that opens a nozzle, and how the jet follows it."""
+
+    channel: Channel
+    open_lag_s: float
+    """From the signal to the full jet."""
+    close_lag_s: float
+    """From the signal to no jet."""
+    min_pulse_s: float = 0.0
+    """The valve follows no signal, on or off, that is shorter."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """A nozzle on the flange."""
+
+    name: str
+    T_flange_tcp: Pose
+    """The orifice: +Z along the jet, +X the nozzle's reference azimuth."""
+    mass_kg: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A moving joint; angles in radians, lengths in millimetres."""
+
+    name: str
+    kind: JointKind
+
+
+_NO_OUTPUTS: Mapping[str, tuple[Assignment, ...]] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Installation:
+    """One cell as a program sees it. What is not mapped here becomes a comment in the program, and a finding."""
+
+    cell: str
+    robot: str
+    T_base_board: Pose
+    """Where the board's CAD frame is, seen from the robot's base: the work object."""
+    tools: Mapping[int, Tool]
+    """By the number in ``NOZZLE name TOOL number``."""
+    valves: Mapping[str, Valve]
+    """By the nozzle's name."""
+    functions: Mapping[str, tuple[Assignment, ...]] = field(default_factory=lambda: _NO_OUTPUTS)
+    """What ``FUNCTION name`` sets."""
+    solutions: Mapping[str, tuple[Assignment, ...]] = field(default_factory=lambda: _NO_OUTPUTS)
+    """What ``SOLUTION name`` sets."""
+    settings: Mapping[str, Setting] = field(default_factory=dict[str, Setting])
+    """What ``SET key value`` sets."""
+    grips: Mapping[str, tuple[Assignment, ...]] = field(default_factory=lambda: _NO_OUTPUTS)
+    """What ``GRIP open`` and ``GRIP close`` set."""
+    sensors: Mapping[str, Sensor] = field(default_factory=dict[str, Sensor])
+    """What shows the quantity of ``UNTIL key``."""
+    placements: Mapping[str, Pose] = field(default_factory=dict[str, Pose])
+    """``T_base_board`` after ``CALL name`` has moved the board, such as ``flip_to_bottom``."""
+    joints: tuple[Joint, ...] = ()
+    home: tuple[float, ...] = ()
+    """Joint values where a program begins and ends, radians or millimetres; empty if the cell has none."""
+
+    def tool(self, number: int) -> Tool:
+        """Give a tool; one that the cell lacks is the flange itself."""
+        return self.tools.get(number) or Tool(f"tool{number}", IDENTITY)

@@ -1,0 +1,221 @@
+"""Whether a program's text does what was planned."""
+
+from dataclasses import dataclass, field
+from math import degrees
+from typing import TypeAlias
+
+from programs.installation import Channel, Installation
+from programs.motion import (
+    Call,
+    EndRepeat,
+    Event,
+    Line,
+    MotionProgram,
+    Note,
+    Pause,
+    Reach,
+    Repeat,
+    Step,
+    Switch,
+    UseBoard,
+    UseTool,
+)
+from programs.pose import Pose, angle, between, distance
+from programs.posts.rebuilt import (
+    ReadBoard,
+    ReadCall,
+    ReadEndRepeat,
+    ReadLine,
+    ReadPause,
+    ReadReach,
+    ReadRepeat,
+    ReadSignal,
+    ReadStep,
+    ReadSwitch,
+    ReadTool,
+    Rebuilt,
+)
+
+POSE_MM, POSE_DEG = 0.01, 0.01
+EVENT_MM, EVENT_S = 0.5, 0.002
+_PAUSE_S = 0.006
+"""FANUC and others count pauses in hundredths."""
+_SPEED_SHARE, _SPEED_MM_S = 0.01, 1.0
+_MOST_DIFFERENCES = 20
+
+_Fired: TypeAlias = tuple[ReadSignal, float, float]
+"""A signal, and from where to where on the planned line the line that carries it goes."""
+
+
+def compare(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation) -> tuple[str, ...]:
+    """Say where a program that was read back differs from the motion it was made from; nothing if it does the same.
+
+    Poses are to agree within 0.01 mm and 0.01 degrees at the end and in the middle of every line that was read, and
+    signals to leave within 2 ms, or within 0.5 mm of the jet's place.
+
+    Args:
+        rebuilt: What the reader found.
+        motion: What ``make_motion`` gave, before it was lowered.
+        installation: The cell.
+    """
+    judge = _Judge(installation, rebuilt.steps)
+    for step in motion.steps:
+        judge.step(step)
+        if len(judge.differences) >= _MOST_DIFFERENCES:
+            return tuple(judge.differences)
+    if judge.next() is not None:
+        judge.differ(f"{len(rebuilt.steps) - judge.at} steps too many, the first {rebuilt.steps[judge.at]}", "")
+    return tuple(judge.differences)
+
+
+@dataclass(slots=True)
+class _Judge:
+    """Two programs side by side."""
+
+    installation: Installation
+    read: tuple[ReadStep, ...]
+    at: int = 0
+    read_tool: ReadTool | None = None
+    read_board: ReadBoard | None = None
+    planned_tool: UseTool | None = None
+    planned_board: UseBoard | None = None
+    tools: dict[int, str] = field(default_factory=dict[int, str])
+    differences: list[str] = field(default_factory=list[str])
+
+    def differ(self, message: str, made_by: str) -> None:
+        """Note a difference."""
+        self.differences.append(f"{made_by or 'program'}: {message} (read step {self.at})")
+
+    def next(self) -> ReadStep | None:
+        """Look at the next step that was read, and note tools and boards on the way to it."""
+        while self.at < len(self.read) and isinstance(found := self.read[self.at], ReadTool | ReadBoard):
+            if isinstance(found, ReadTool):
+                self.read_tool = found
+            else:
+                self.read_board = found
+            self.at += 1
+        return self.read[self.at] if self.at < len(self.read) else None
+
+    def step(self, step: Step) -> None:
+        """Match one step of the plan."""
+        match step:
+            case Note():
+                pass
+            case UseTool():
+                self.planned_tool = step
+            case UseBoard():
+                self.planned_board = step
+            case Line():
+                self.line(step)
+            case _:
+                found = self.next()
+                self.at += 1
+                if not _same_step(step, found):
+                    self.differ(f"planned {step}, read {found}", step.made_by)
+                if isinstance(step, Reach):
+                    self.frames(step)
+
+    def frames(self, step: Reach) -> None:
+        """Compare tool and board: the tool by where its orifice is, and by its name wherever it is used."""
+        tool, board = self.planned_tool, self.planned_board
+        if tool is not None and self.read_tool is not None:
+            label, place = self.read_tool.label, self.read_tool.T_flange_tcp
+            known = self.tools.setdefault(tool.number, label) == label
+            if not known or len(set(self.tools.values())) < len(self.tools):
+                self.differ(f"tool {label} is used for another tool than before", step.made_by)
+            planned = self.installation.tool(tool.number).T_flange_tcp
+            if place is not None and not _same_pose(place, planned):
+                self.differ(f"tool {label} is at {place}, planned {planned}", step.made_by)
+        place = self.read_board.T_base_board if self.read_board is not None else None
+        if place is not None and board is not None and not _same_pose(place, board.T_base_board):
+            self.differ(f"the board is at {place}, planned {board.T_base_board}", step.made_by)
+
+    def line(self, line: Line) -> None:
+        """Match one line with the lines that it was divided into."""
+        done, begin, fired = 0.0, line.start, list[_Fired]()
+        while done < 1.0:
+            found = self.next()
+            if isinstance(found, ReadSwitch) and len(fired) < len(line.events):
+                fired.append((ReadSignal(found.channel, found.value, 0.0, 0.0), done, done))
+            elif isinstance(found, ReadLine):
+                end = _share_of(line, found.target, done)
+                self.part(line, found, (begin, done, end))
+                fired += [(signal, done, end) for signal in found.signals]
+                done, begin = end, found.target
+            else:
+                self.differ(f"planned a line, read {found}", line.made_by)
+                return
+            self.at += 1
+        while isinstance(found := self.next(), ReadSwitch) and len(fired) < len(line.events):
+            fired.append((ReadSignal(found.channel, found.value, 0.0, 0.0), 1.0, 1.0))
+            self.at += 1
+        self.signals(line, fired)
+
+    def part(self, line: Line, found: ReadLine, way: tuple[Pose, float, float]) -> None:
+        """Check the end and the middle of a line that was read, its speed and whether it stops."""
+        begin, first, last = way
+        for what, planned, actual in (
+            ("ends", line.pose_at(last), found.target),
+            ("is half way", line.pose_at(0.5 * (first + last)), between(begin, found.target, 0.5)),
+        ):
+            if not _same_pose(planned, actual):
+                self.differ(f"the line {what} at {actual}, planned {planned}", line.made_by)
+        asked = line.speed_mm_s
+        if asked and abs(found.speed_mm_s - asked) > max(_SPEED_MM_S, _SPEED_SHARE * asked):
+            self.differ(f"speed {found.speed_mm_s:g}, planned {asked:g} mm/s", line.made_by)
+        if last == 1.0 and found.stops != (line.blend_mm == 0.0):
+            self.differ(f"the line {'stops' if found.stops else 'does not stop'}", line.made_by)
+
+    def signals(self, line: Line, fired: list[_Fired]) -> None:
+        """Check what switches on a line, and when."""
+        if len(fired) != len(line.events):
+            self.differ(f"{len(fired)} signals on the line, planned {len(line.events)}", line.made_by)
+            return
+        for (signal, first, last), event in zip(fired, line.events, strict=True):
+            if not _is_channel(signal.channel, event.channel) or abs(signal.value - event.value) > 1e-6:
+                self.differ(f"signal {signal}, planned {event}", event.made_by)
+            place = first + signal.share * (last - first)
+            late_s = line.course.second_at(place) + signal.offset_s - event.signal_s
+            if not _in_time(late_s, event):
+                self.differ(f"signal {1e3 * late_s:.1f} ms late, {late_s * event.speed_mm_s:.2f} mm", event.made_by)
+
+
+def _in_time(late_s: float, event: Event) -> bool:
+    return abs(late_s) <= EVENT_S + 1e-6 or abs(late_s) * event.speed_mm_s <= EVENT_MM
+
+
+def _share_of(line: Line, target: Pose, done: float) -> float:
+    """How far along a planned line a pose is; 1 unless the line was divided there."""
+    if _same_pose(target, line.target):
+        return 1.0
+    way = distance(line.start, line.target)
+    goes = way > 0.05
+    share = distance(line.start, target) / way if goes else angle(line.start, target) / max(line.angle_rad, 1e-9)
+    return share if done < share < 1.0 else 1.0
+
+
+def _same_step(step: Step, found: ReadStep | None) -> bool:
+    match step, found:
+        case Reach(), ReadReach():
+            return _same_pose(step.target, found.target)
+        case Pause(), ReadPause():
+            return abs(step.duration_s - found.duration_s) <= _PAUSE_S
+        case Switch(), ReadSwitch():
+            return _is_channel(found.channel, step.channel) and abs(step.value - found.value) <= 1e-3
+        case Call(), ReadCall():
+            return bool(found.label)
+        case Repeat(), ReadRepeat():
+            looks = step.sensor is not None and found.least is not None
+            return step.count == found.count and (not looks or abs((found.least or 0.0) - step.least) <= 1e-3)
+        case EndRepeat(), ReadEndRepeat():
+            return True
+        case _:
+            return False
+
+
+def _is_channel(label: str, channel: Channel) -> bool:
+    return label in (channel.name, f"{channel.kind} {channel.number}")
+
+
+def _same_pose(one: Pose, other: Pose) -> bool:
+    return distance(one, other) <= POSE_MM and degrees(angle(one, other)) <= POSE_DEG

@@ -1,0 +1,35 @@
+"""Every language a program can be exported in, by name."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from programs.events import Capability, Lowered
+from programs.installation import Installation
+from programs.posts import abb, abb_reader
+from programs.posts.rebuilt import Rebuilt
+
+ProgramFiles: TypeAlias = Mapping[str, str]
+"""Text by file name, the one to start with first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """One controller's language: how it is written and read, and what it can time."""
+
+    title: str
+    render: Callable[[Lowered, Installation], ProgramFiles]
+    """Pure: the same motion and cell give the same bytes."""
+    read: Callable[[ProgramFiles], Rebuilt]
+    capability: Capability
+    longest_line: int
+    """Characters; a test holds every program to it."""
+    notes: str
+    """What the integrator has to know, one or two sentences."""
+    needs_joints: bool = False
+    """Whether the joint motion has to be known."""
+
+
+DIALECTS: Mapping[str, Dialect] = {
+    "abb": Dialect(abb.TITLE, abb.render, abb_reader.read, abb.CAPABILITY, abb.LONGEST_LINE, abb.NOTES),
+}

@@ -1,0 +1,26 @@
+"""What every exported program says about itself, whatever the language's comments look like."""
+
+from programs.events import Capability, Lowered
+from programs.installation import Installation
+from programs.posts.wording import plain
+
+
+def heading(lowered: Lowered, installation: Installation, capability: Capability, title: str) -> tuple[str, ...]:
+    """Give the lines of a program's header without comment marks: printable ASCII, of any length.
+
+    It has no date and no path, so that the same program gives the same bytes.
+    """
+    motion, error = lowered.motion, lowered.error
+    origin = motion.origin
+    lines = (
+        f"{title}, written by Washboard",
+        f"Board  {origin.board}  sha256 {origin.board_sha256}",
+        f"Recipe {origin.recipe}  sha256 {origin.recipe_sha256}",
+        f"Cell   {installation.cell}  robot {installation.robot}",
+        f"Planned time {motion.duration_s:.1f} s, each loop once",
+        f"Worst event error {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"
+        + (f" ({error.made_by})" if error.made_by else ""),
+        f"Controller class {capability.controller_class}; cycle {1e3 * capability.cycle_s:g} ms is in the error",
+        *(f"{finding.severity}: {finding.message}" for finding in motion.findings if finding.severity != "info"),
+    )
+    return tuple(plain(line) for line in lines)

@@ -1,0 +1,98 @@
+"""Leaving out samples that lie on a line: the compiled part."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.arrays import Indices, Points, Quaternions
+from geometry.coverage.compiled import compiled
+
+_LARGEST_TURN_DEG = 170.0
+"""A turn this far in one line could go either way round."""
+_BACK = 1.0
+"""Tolerances that the motion may seem to run back by rounding."""
+
+
+@compiled
+def thin(tcp: Points, quaternion: Quaternions, forced: NDArray[np.bool_], tolerance: float) -> Indices:
+    """Choose samples (n,) greedily: each line goes as far as every sample on its way is within the tolerance.
+
+    Args:
+        tcp: (n, 3) mm.
+        quaternion: (n, 4)
+        forced: (n,) samples that remain in any case; the first and the last among them.
+        tolerance: mm and degrees, at the same share of the line.
+    """
+    count = len(tcp)
+    kept = np.empty(count, dtype=np.int64)
+    kept[0] = 0
+    number, first = 1, 0
+    while first < count - 1:
+        limit = first + 1
+        while not forced[limit]:
+            limit += 1
+        good, step = first + 1, 1
+        while good < limit:
+            reach = min(good + step, limit)
+            if not _is_straight(tcp, quaternion, first, reach, tolerance):
+                bad = reach
+                while bad - good > 1:
+                    middle = (good + bad) // 2
+                    if _is_straight(tcp, quaternion, first, middle, tolerance):
+                        good = middle
+                    else:
+                        bad = middle
+                break
+            good = reach
+            step *= 2
+        kept[number] = good
+        number += 1
+        first = good
+    return kept[:number].copy()
+
+
+@compiled
+def _is_straight(tcp: Points, quaternion: Quaternions, first: int, last: int, tolerance: float) -> bool:
+    """Whether all samples between lie on the line, in order."""
+    chord = np.empty(6)
+    run = np.empty(6)
+    _run(tcp, quaternion, first, last, chord)
+    if chord[3] ** 2 + chord[4] ** 2 + chord[5] ** 2 > _LARGEST_TURN_DEG**2:
+        return False
+    squared = np.sum(chord**2)
+    if squared == 0.0:
+        return last == first + 1
+    back = _BACK * tolerance / np.sqrt(squared)
+    done = 0.0
+    for at in range(first + 1, last):
+        _run(tcp, quaternion, first, at, run)
+        share = 0.0
+        for axis in range(6):
+            share += run[axis] * chord[axis] / squared
+        if share < done - back or share > 1.0 + back:
+            return False
+        done = min(max(done, share), 1.0)
+        place = turn = 0.0
+        for axis in range(3):
+            place += (run[axis] - done * chord[axis]) ** 2
+            turn += (run[axis + 3] - done * chord[axis + 3]) ** 2
+        if place > tolerance**2 or turn > tolerance**2:
+            return False
+    return True
+
+
+@compiled
+def _run(tcp: Points, quaternion: Quaternions, first: int, last: int, run: NDArray[np.float64]) -> None:
+    """Six coordinates of a sample seen from another: mm, and axis times angle in degrees."""
+    for axis in range(3):
+        run[axis] = tcp[last, axis] - tcp[first, axis]
+    a, b, c, d = quaternion[first]
+    w, x, y, z = quaternion[last]
+    real = a * w + b * x + c * y + d * z
+    i = a * x - b * w - c * z + d * y
+    j = a * y + b * z - c * w - d * x
+    k = a * z - b * y + c * x - d * w
+    if real < 0.0:
+        real, i, j, k = -real, -i, -j, -k
+    sine = np.sqrt(i * i + j * j + k * k)
+    scale = np.degrees(2.0 * np.arctan2(sine, real)) / sine if sine > 1e-12 else 0.0
+    run[3], run[4], run[5] = i * scale, j * scale, k * scale

@@ -1,0 +1,50 @@
+"""Cells as robot programs see them, for tests."""
+
+import math
+
+from programs.installation import Assignment, Channel, Installation, Joint, Sensor, Setting, Tool, Valve
+from programs.pose import Pose
+
+WASH = Channel("digital", "doWash", 1)
+AIR = Channel("digital", "doAir", 2)
+GRIPPER = Channel("digital", "doGripper", 3)
+MEDIUM = Channel("group", "goMedium", 1)
+PRESSURE = Channel("analog", "aoPressure", 1)
+HEAT = Channel("analog", "aoHeat", 2)
+
+RING = Valve(WASH, open_lag_s=0.04, close_lag_s=0.02, min_pulse_s=0.03)
+KNIFE = Valve(AIR, open_lag_s=0.1, close_lag_s=0.05, min_pulse_s=0.05)
+
+_HALF = math.radians(15)
+
+
+def small_cell() -> Installation:
+    """Two nozzles at an angle on the flange, a board that lies askew, an output for each word of the library recipe."""
+    return Installation(
+        cell="bench",
+        robot="arm",
+        T_base_board=Pose((400.0, -120.5, 35.25), (math.cos(_HALF), 0.0, 0.0, math.sin(_HALF))),
+        tools={
+            1: Tool("ring60", Pose((0.0, 30.0, 142.5), (0.9238795, 0.0, 0.3826834, 0.0)), mass_kg=0.8),
+            2: Tool("knife", Pose((0.0, -45.0, 120.0), (0.9238795, 0.0, -0.3826834, 0.0)), mass_kg=1.1),
+        },
+        valves={"ring60": RING, "knife": KNIFE},
+        functions=dict.fromkeys(("clean", "rinse", "dry"), ()),
+        solutions={
+            "saponifier-15": (Assignment(MEDIUM, 1.0),),
+            "di-water": (Assignment(MEDIUM, 2.0),),
+            "hot-air": (Assignment(MEDIUM, 3.0),),
+        },
+        settings={"pressure_bar": Setting(PRESSURE, 2.0, 0.5), "temperature_c": Setting(HEAT, 0.1)},
+        grips={"open": (Assignment(GRIPPER, 0.0),), "close": (Assignment(GRIPPER, 1.0),)},
+        sensors={"resistivity_mohm_cm": Sensor("aiResistivity", 1, 2.0)},
+        placements={"flip_to_bottom": Pose((400.0, 120.0, 60.0), (0.0, 1.0, 0.0, 0.0))},
+        joints=tuple(Joint(f"j{number}", "revolute") for number in range(1, 7)),
+        home=(0.0, -0.5, 0.6, 0.0, 1.2, 0.0),
+    )
+
+
+def bare_cell() -> Installation:
+    """Nothing but the tools and the valves."""
+    cell = small_cell()
+    return Installation("bare", cell.robot, cell.T_base_board, cell.tools, cell.valves)
