@@ -10,13 +10,19 @@ from webui.panels.output import OutputPanel
 from webui.panels.paths import PathsPanel
 from webui.panels.playback import PlaybackPanel
 from webui.panels.recipe import RecipePanel
+from webui.panels.robot import RobotPanel
 from webui.panels.status import StatusPanel
 from webui.panels.text import TextPanel
 from webui.scene import Scene
 
 _SIDE_PX = 360
 _STATUS_PX = 300
-_LEFT = (("Board", BoardPanel), ("Components", ComponentsPanel), ("Findings", FindingsPanel))
+_LEFT = (
+    ("Board", BoardPanel),
+    ("Components", ComponentsPanel),
+    ("Findings", FindingsPanel),
+    ("Robot", RobotPanel),
+)
 _RIGHT = (
     ("Recipe", RecipePanel),
     ("YAML", TextPanel),

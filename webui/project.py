@@ -9,6 +9,7 @@ from pathlib import Path, PurePath
 from boards.load import SUFFIXES, board_library
 from geometry.errors import JobError
 from recipes.load import recipe_library
+from robotcell.load import LoadedCell, cell_library, read_cell
 from rulesengine.output import OutputError, write_bytes_atomically
 
 _LARGEST_UPLOAD = 200_000_000
@@ -20,6 +21,7 @@ _LONGEST_FILE = 200
 """Bytes of an uploaded file's name: file systems take 255, and what is written goes by a longer name for a moment."""
 _NAME = re.compile(r"\w[\w .+@()-]*")
 _RECIPES = (".yaml", ".yml")
+_CELL, _HEAD = re.compile(rb"^cell\s*:", re.MULTILINE), 20_000
 
 
 class ProjectError(JobError):
@@ -50,6 +52,19 @@ class Project:
     def recipes(self) -> list[str]:
         """Names to choose from: library recipes first, then files of the folder, relative to it."""
         return [*recipe_library(), *self._files(_RECIPES)]
+
+    def cells(self) -> list[str]:
+        """Names to choose from: library cells first, then files of the folder that say they are cells."""
+        return [*cell_library(), *(name for name in self._files(_RECIPES) if _says_cell(self.folder / name))]
+
+    def open_cell(self, name: str) -> LoadedCell:
+        """Read a cell by a name that a browser sent.
+
+        Raises:
+            ProjectError: it is outside the folder.
+            CellError: it cannot be used.
+        """
+        return read_cell(name if name in cell_library() else self.locate(name))
 
     def locate(self, name: str) -> Path:
         """Find the file of a name that a browser sent; it need not be there yet.
@@ -146,6 +161,15 @@ def open_project(folder: Path) -> Project:
     if not folder.is_dir():
         raise ProjectError(f"{folder}: no such folder; name the one that holds your boards and recipes.")
     return Project(folder.resolve())
+
+
+def _says_cell(path: Path) -> bool:
+    """Say whether a YAML file has the key that every cell has, without reading it as a whole."""
+    try:
+        with path.open("rb") as file:
+            return _CELL.search(file.read(_HEAD)) is not None
+    except OSError:
+        return False
 
 
 def _can_name(name: str) -> bool:

@@ -79,8 +79,8 @@ class Scene:
             self._draw_ground(session)
         elif self.view.components_by == "class" and session.run is not before.run:
             self._draw_ground(session)
-        if session.cell is not self.robot.cell:
-            self.robot.show_cell(session.cell)
+        if before is None or session.cell is not before.cell:
+            self.robot.show_cell(None if session.cell is None else session.cell.cell)
         if before is None or session.plan is not before.plan:
             self.strokes = [] if session.plan is None else strokes.stroke_lines(session.plan)
             self.spans = [] if session.run is None else self._spans(session.run)

@@ -9,7 +9,7 @@ from recipes.load import LoadedRecipe
 from recipes.located import YamlPath
 from recipes.recipe import Recipe
 from recipes.tree import Tree
-from robotcell.cell import Cell
+from robotcell.load import LoadedCell
 from rulesengine.pipeline import Run
 from webui import rewrite
 from webui.document import Document
@@ -43,7 +43,7 @@ class Session:
     selection: Selection = Selection()
     cell_name: str = ""
     """As the project lists it; empty while no robot is looked at."""
-    cell: Cell | None = None
+    cell: LoadedCell | None = None
 
     @property
     def recipe(self) -> Recipe:
@@ -73,6 +73,10 @@ class Session:
     def with_board(self, name: str, board: Board) -> "Session":
         """Look at another board; runs on the old one are gone."""
         return replace(self, board_name=name, board=board, run=None, sketch=None, compared=None, selection=Selection())
+
+    def with_cell(self, name: str, cell: LoadedCell | None) -> "Session":
+        """Look at another robot, or at none."""
+        return replace(self, cell_name=name, cell=cell)
 
     def edited(self, text: str) -> "Session":
         """Give the recipe another text.
