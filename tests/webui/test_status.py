@@ -1,11 +1,17 @@
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
+import viser
+from small_page import small_page
 
 from geometry.finding import Finding
 from rulesengine.pipeline import run
 from webui.app import open_session
-from webui.panels.status import status_html
+from webui.panels import status
+from webui.panels.status import StatusPanel, status_html
+from webui.scene import Scene
 from webui.session import Session
 
 
@@ -64,3 +70,27 @@ def test_unsaved_changes_are_marked(planned: Session) -> None:
 def test_names_cannot_become_markup(planned: Session) -> None:
     nasty = replace(planned, board=replace(planned.board, name="<img src=x>"))
     assert "<img" not in status_html(nasty, None, "", 0.0)
+
+
+def test_what_lasts_no_longer_than_a_moment_is_not_mentioned(planned: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s = [100.0]
+    monkeypatch.setattr(status, "time", SimpleNamespace(monotonic=lambda: now_s[0]))
+    with small_page(edited(planned)) as page:
+        panel = StatusPanel(page, cast(Scene, None))
+        page.open([panel])
+        html = cast(viser.GuiHtmlHandle, panel._html)
+
+        def told(after_s: float, what: str, share: float) -> str:
+            now_s[0] += after_s
+            page._tell(what, share)
+            return html.content
+
+        assert "Planning\N{HORIZONTAL ELLIPSIS} 0%" in told(0.0, "planning", 0.0)
+        assert "Planning\N{HORIZONTAL ELLIPSIS} 0%" in told(0.03, "planning rinse", 0.1)
+        assert "Refining\N{HORIZONTAL ELLIPSIS} 20%" in told(0.08, "refining", 0.2)
+        assert "20%" in told(0.02, "refining", 0.25)
+        assert "30%" in told(0.09, "refining", 0.3)
+        assert "Timing\N{HORIZONTAL ELLIPSIS} 60%" in told(0.01, "timing", 0.6)
+        assert "Cancelled" in told(0.01, "cancelled", 1.0)
+        assert "Planning" in told(0.01, "planning", 0.0)
+        page.close()

@@ -1,6 +1,7 @@
 """What is planned, how far planning is, and what comes out: always in sight."""
 
 import threading
+import time
 from collections import Counter
 from html import escape
 
@@ -14,6 +15,8 @@ from webui.session import Session
 _CANCEL, _PLAN = "Cancel", "Plan"
 _PATIENCE_S = 0.5
 """A plan that is quicker than this offers no button: it would only flicker."""
+_PACE_S = 0.1
+"""What lasts no longer is not mentioned, and how far the same work is not said more often."""
 _STOPPED = ("cancelled", "not planned")
 _SEVERITIES = ("error", "warning")
 
@@ -25,6 +28,7 @@ class StatusPanel:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
         self._what, self._share = "", 0.0
+        self._begun_s, self._told_s = 0.0, 0.0
         gui = page.client.gui
         self._html = gui.add_html("")
         self._button = gui.add_button(_CANCEL, visible=False, color="gray", hint="Give up planning, or plan again.")
@@ -42,12 +46,17 @@ class StatusPanel:
             self._button.visible = stopped and not session.planned
 
     def _tell(self, what: str, done: float) -> None:
+        begins, same, now_s = what == "planning" and done == 0.0, what == self._what, time.monotonic()
         self._what, self._share = what, done
-        if what == "planning" and done == 0.0:
+        if begins:
+            self._begun_s = now_s
             self._patience.cancel()
             self._patience = self._new_patience()
             self._patience.start()
-        if what != "done":  # then the run itself is about to be shown
+        since_s = now_s - (self._told_s if same else self._begun_s)
+        # When it is done the run itself is about to be shown.
+        if begins or what in _STOPPED or (what != "done" and since_s > _PACE_S):
+            self._told_s = now_s
             with self._page.client.atomic():
                 self.show(self._page.session, None)
 
