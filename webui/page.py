@@ -14,6 +14,7 @@ from geometry.progress import Progress
 from programs.plan import Plan
 from recipes.recipe import Recipe
 from rulesengine.pipeline import Run, run
+from webui.garbage import set_aside
 from webui.project import Project
 from webui.session import Change, Selection, Session
 from webui.work import Worker
@@ -176,7 +177,10 @@ class Page:
         with self._lock:
             if done.recipe == self.session.recipe and done.board is self.session.board:
                 self.planned_s = time.perf_counter() - begun
+                fresh = self.session.run is None
                 self.show(replace(self.session, run=done, sketch=None))
+                if fresh:  # edits follow
+                    set_aside()
 
     def _not_planned(self, error: Exception) -> None:
         with self._lock:
