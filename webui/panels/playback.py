@@ -15,7 +15,7 @@ from recipes.load import LoadedRecipe
 from rulesengine.pipeline import Run
 from webui.layers.nozzle import Moment, moment
 from webui.layers.strokes import tint_functions
-from webui.layers.timeline import STRIP_PX, clock_html, cursor_html, event_times, step_event, strip_html
+from webui.layers.timeline import SEEK_STYLE, STRIP_PX, clock_html, cursor_html, event_times, step_event, strip_html
 from webui.origin import recipe_line
 from webui.page import Page
 from webui.palette import INK, QUIET, to_hex
@@ -94,8 +94,10 @@ class PlaybackPanel:
         self._now = gui.add_html(_waiting_html())
         self._strip = gui.add_html("")
         self._cursor = gui.add_html("")
+        gui.add_html(SEEK_STYLE)
+        hint = "Moment that is shown; click or drag in the strip."
         self._slider = gui.add_slider(
-            "Time (s)", min=0.0, max=1.0, step=0.1, initial_value=0.0, disabled=True, hint="Moment that is shown."
+            "Time (s)", min=0.0, max=1.0, step=0.1, initial_value=0.0, disabled=True, hint=hint
         )
         self._buttons = gui.add_button_group("Go", (_BACK, _PLAY, _ON))
         self._rate = gui.add_dropdown(
