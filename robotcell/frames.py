@@ -69,7 +69,7 @@ def say_direction(direction: NDArray[np.float64]) -> str:
 
 
 def _frame(what: str, T_cell_this: NDArray[np.float64], name: str) -> Frame:
-    looks = f"{name} {say_direction(T_cell_this[:3, 2])}, x {say_direction(T_cell_this[:3, 0])}"
+    looks = f"{name} {say_direction(T_cell_this[:3, 2])}, x along {say_direction(T_cell_this[:3, 0])}"
     return Frame(what, _place(T_cell_this[:3, 3]), looks)
 
 

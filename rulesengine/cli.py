@@ -7,7 +7,7 @@ from typing import Annotated, TextIO, cast
 
 import typer
 
-from rulesengine.commands import board, demo, plan, recipe
+from rulesengine.commands import board, cell, demo, plan, recipe
 from rulesengine.commands import show as program
 from rulesengine.errors import UsageError, job_errors, say_misused
 
@@ -25,6 +25,7 @@ app.command("classify")(plan.classify)
 app.command("demo")(demo.demo)
 app.add_typer(board.app, name="board")
 app.add_typer(recipe.app, name="recipe")
+app.add_typer(cell.app, name="cell")
 
 
 def _version(wanted: bool) -> None:

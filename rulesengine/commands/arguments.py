@@ -7,6 +7,7 @@ import typer
 
 import boards
 import recipes
+import robotcell
 
 
 def complete_board(incomplete: str) -> list[str]:
@@ -19,6 +20,12 @@ def complete_board(incomplete: str) -> list[str]:
 def complete_recipe(incomplete: str) -> list[str]:
     """Names of the library's recipes; the shell itself offers files."""
     library = Path(recipes.__path__[0]) / "library"
+    return sorted(file.stem for file in library.glob("*.yaml") if file.stem.startswith(incomplete))
+
+
+def complete_cell(incomplete: str) -> list[str]:
+    """Names of the library's cells; the shell itself offers files."""
+    library = Path(robotcell.__path__[0]) / "library" / "cells"
     return sorted(file.stem for file in library.glob("*.yaml") if file.stem.startswith(incomplete))
 
 
@@ -35,6 +42,10 @@ RecipeSource = Annotated[
     typer.Argument(
         help="Recipe file, or the name of a library recipe.", metavar="RECIPE", autocompletion=complete_recipe
     ),
+]
+CellSource = Annotated[
+    str,
+    typer.Argument(help="Cell file, or the name of a library cell.", metavar="CELL", autocompletion=complete_cell),
 ]
 Parts = Annotated[
     Path | None, typer.Option("--parts", help="Placement or BOM table (CSV) to join to the board.", metavar="CSV")

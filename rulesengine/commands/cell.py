@@ -1,0 +1,77 @@
+"""``washboard cell``: look at the robot cells, check one, get its schema."""
+
+from typing import Annotated
+
+import typer
+
+from rulesengine.commands.arguments import CellSource, complete_board
+from rulesengine.errors import job_errors
+
+app = typer.Typer(help="Look at robot cells, check one, get the schema.", no_args_is_help=True)
+
+
+@app.command("list")
+def list_cells() -> None:
+    """List the cells and the robots that come with Washboard."""
+    with job_errors():
+        from robotcell.load import cell_library, read_cell
+        from robotcell.robots import read_robot_file, robot_library
+
+        cells = {name: read_cell(name).spec.description for name in cell_library()}
+        robots = {name: read_robot_file(name)[1].description for name in robot_library()}
+        width = max(map(len, (*cells, *robots)), default=0)
+        for title, entries in (("cells", cells), ("robots", robots)):
+            typer.echo(title)
+            for name, description in entries.items():
+                typer.echo(f"  {name:<{width}}  {description}")
+
+
+@app.command()
+def show(
+    source: CellSource,
+    board: Annotated[
+        str | None,
+        typer.Option(
+            "--board", help="Board to lay in; its corners are shown.", metavar="BOARD", autocompletion=complete_board
+        ),
+    ] = None,
+) -> None:
+    """Show a cell: joints and limits, where its frames lie, tools, fixtures, channels; then what is probably not meant.
+
+    [dim]washboard cell show ur5e-bench --board smt-demo[/dim]
+    """
+    with job_errors():
+        from robotcell.check import check_cell
+        from robotcell.frames import frame_card
+        from robotcell.load import read_cell
+        from rulesengine.commands.cell_card import print_cell
+        from rulesengine.commands.loading import read_board
+        from rulesengine.commands.terminal import open_console
+        from rulesengine.summary import print_findings
+
+        loaded = read_cell(source)
+        laid_in = None if board is None else read_board(board, None)
+        console = open_console()
+        print_cell(console, loaded, frame_card(loaded.cell, laid_in))
+        print_findings(console, check_cell(loaded.cell, laid_in))
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON schema; an editor that knows it completes keys and marks mistakes.
+
+    [dim]washboard cell schema > cell.schema.json[/dim]
+    """
+    with job_errors():
+        from robotcell.schema import cell_schema
+
+        typer.echo(cell_schema().encode(), nl=False)  # UTF-8 whatever the terminal speaks
+
+
+@app.command()
+def keys() -> None:
+    """Print every key of a cell with its default and meaning, as Markdown."""
+    with job_errors():
+        from robotcell.schema import cell_keys
+
+        typer.echo(cell_keys().encode(), nl=False)
