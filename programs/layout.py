@@ -1,6 +1,7 @@
 """A timed program cut where the robot has to stand: stretches of motion, pauses, commands, wishes for the jet."""
 
 from dataclasses import dataclass, field
+from math import dist
 from typing import TypeAlias
 
 import numpy as np
@@ -16,6 +17,8 @@ _STILL_MM, _STILL_RAD = 1e-6, 1e-6
 """Samples nearer than this are one pose."""
 _SHORTEST_HOLD_S = 0.02
 """A pose held for less is the slow beginning or end of a motion, rounded."""
+_MOVES_THE_ARM = ("NOZZLE", "CALL")
+"""Commands after which the same pose of the orifice may be another one of the arm: that of the next move."""
 _JUMP_S = 1e-4
 """A move that takes no time is given this: nothing moves at once."""
 
@@ -62,7 +65,8 @@ def lay_out(program: TimedProgram, joints: NDArray[np.float64]) -> Layout:
     """
     cuts = [item for item in program.instructions if isinstance(item, Wait | Command)]
     states = play(build_timeline(program), np.array([item.time_s for item in cuts]))
-    layer = _Layer(states, joints)
+    moves = (item for item in program.instructions if isinstance(item, MoveTo))
+    layer = _Layer(states, joints, [(*move.position, *move.quaternion) for move in moves])
     for instruction in program.instructions:
         match instruction:
             case MoveTo():
@@ -84,13 +88,15 @@ class _Layer:
     states: ToolStates
     """At every wait and command, in order."""
     joints: NDArray[np.float64]
+    targets: list[tuple[float, ...]]
+    """Poses of all moves."""
     items: list[Item] = field(default_factory=list[Item])
     makers: dict[str, int] = field(default_factory=dict[str, int])
     times: list[float] = field(default_factory=list[float])
     poses: list[tuple[float, ...]] = field(default_factory=list[tuple[float, ...]])
     maker: list[int] = field(default_factory=list[int])
-    node: list[int] = field(default_factory=list[int])
-    """Row of the joints that belongs to each sample."""
+    node: list[float] = field(default_factory=list[float])
+    """Row of the joints that belongs to each sample; between two rows where it lies between two moves."""
     wanted: list[Wanted] = field(default_factory=list[Wanted])
     asked: int = 0
     """How many waits and commands are behind."""
@@ -118,6 +124,8 @@ class _Layer:
         self.items.append(command)
         if pose:
             self.sample(command.time_s, pose, command.made_by)
+            if command.keyword in _MOVES_THE_ARM and self.moved < len(self.targets):
+                self.node[-1] = float(self.moved)
 
     def want(self, switch: SetNozzle) -> None:
         """Remember what is wanted of the jet until the stretch is cut."""
@@ -140,7 +148,13 @@ class _Layer:
         self.times.append(time_s)
         self.poses.append(pose)
         self.maker.append(self.makers.setdefault(made_by, len(self.makers)))
-        self.node.append(max(self.moved - 1, 0))
+        self.node.append(self.row_of(pose))
+
+    def row_of(self, pose: tuple[float, ...]) -> float:
+        """Say which row of the joints belongs to a pose between the last move and the next."""
+        before, after = self.targets[self.moved - 1], self.targets[min(self.moved, len(self.targets) - 1)]
+        done, left = dist(before, pose), dist(pose, after)
+        return self.moved - 1 + (done / (done + left) if done > _STILL_MM else 0.0)
 
     def cut(self) -> None:
         """End the stretch; what was wanted during it follows it."""
@@ -168,13 +182,19 @@ def _stretch(layer: _Layer) -> list[Item]:
         if len(rows) > 1 or not items:
             clock = _rising(times[rows], ends=float(times[last]))
             maker = np.array(layer.maker)[rows]
-            node = np.array(layer.node)[rows]
-            items.append(Track(clock, poses[rows, :3], quaternion[rows], maker, layer.joints[node]))
+            joints = _between_rows(layer.joints, np.array(layer.node)[rows])
+            items.append(Track(clock, poses[rows, :3], quaternion[rows], maker, joints))
         if last < len(times) - 1:
             hold = Hold(float(times[last]), float(times[last + 1] - times[last]), makers[layer.maker[last + 1]])
             items.append(hold)
         first = last + 1
     return items
+
+
+def _between_rows(joints: NDArray[np.float64], node: NDArray[np.float64]) -> NDArray[np.float64]:
+    low = np.floor(node).astype(np.int64)
+    high = np.minimum(low + 1, len(joints) - 1)
+    return joints[low] + (node - low)[:, None] * (joints[high] - joints[low])
 
 
 def _rising(times: NDArray[np.float64], ends: float) -> NDArray[np.float64]:

@@ -161,9 +161,13 @@ class _Judge:
             if not _same_pose(planned, actual):
                 self.differ(f"the line {what} at {actual}, planned {planned}", line.made_by)
         asked = line.speed_mm_s
-        if asked and abs(found.speed_mm_s - asked) > max(_SPEED_MM_S, _SPEED_SHARE * asked):
+        if (
+            asked
+            and found.speed_mm_s is not None
+            and abs(found.speed_mm_s - asked) > max(_SPEED_MM_S, _SPEED_SHARE * asked)
+        ):
             self.differ(f"speed {found.speed_mm_s:g}, planned {asked:g} mm/s", line.made_by)
-        if last == 1.0 and found.stops != (line.blend_mm == 0.0):
+        if last == 1.0 and found.stops is not None and found.stops != (line.blend_mm == 0.0):
             self.differ(f"the line {'stops' if found.stops else 'does not stop'}", line.made_by)
 
     def signals(self, line: Line, fired: list[_Fired]) -> None:
@@ -188,9 +192,9 @@ def _share_of(line: Line, target: Pose, done: float) -> float:
     """How far along a planned line a pose is; 1 unless the line was divided there."""
     if _same_pose(target, line.target):
         return 1.0
-    way = distance(line.start, line.target)
-    goes = way > 0.05
-    share = distance(line.start, target) / way if goes else angle(line.start, target) / max(line.angle_rad, 1e-9)
+    way, turn = line.length_mm, line.angle_rad
+    goes = way > degrees(turn)  # whichever is the finer measure of how much is done
+    share = distance(line.start, target) / way if goes else angle(line.start, target) / max(turn, 1e-9)
     return share if done < share < 1.0 else 1.0
 
 

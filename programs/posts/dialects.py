@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 from programs.events import Capability, Lowered
 from programs.installation import Installation
-from programs.posts import abb, abb_reader
+from programs.posts import abb, abb_reader, joint_table, joint_table_reader
 from programs.posts.rebuilt import Rebuilt
 
 ProgramFiles: TypeAlias = Mapping[str, str]
@@ -32,4 +32,13 @@ class Dialect:
 
 DIALECTS: Mapping[str, Dialect] = {
     "abb": Dialect(abb.TITLE, abb.render, abb_reader.read, abb.CAPABILITY, abb.LONGEST_LINE, abb.NOTES),
+    "joint-table": Dialect(
+        joint_table.TITLE,
+        joint_table.render,
+        joint_table_reader.read,
+        joint_table.CAPABILITY,
+        joint_table.LONGEST_LINE,
+        joint_table.NOTES,
+        needs_joints=True,
+    ),
 }

@@ -25,9 +25,10 @@ class ReadLine:
 
     target: Pose
     """T_board_tool."""
-    stops: bool
-    speed_mm_s: float
-    """0 if it turns on the spot."""
+    stops: bool | None
+    """``None`` where the language states times."""
+    speed_mm_s: float | None
+    """0 if it turns on the spot; ``None`` where the language states times."""
     signals: tuple[ReadSignal, ...] = ()
 
 

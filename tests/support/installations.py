@@ -47,4 +47,4 @@ def small_cell() -> Installation:
 def bare_cell() -> Installation:
     """Nothing but the tools and the valves."""
     cell = small_cell()
-    return Installation("bare", cell.robot, cell.T_base_board, cell.tools, cell.valves)
+    return Installation("bare", cell.robot, cell.T_base_board, cell.tools, cell.valves, joints=cell.joints)

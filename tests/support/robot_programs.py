@@ -6,11 +6,12 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from small_plans import JET, LIMITS, Axes, down, leaning, pause, plan_of, random_plan, spray, transfer
 
 from boards.load import load_board
 from programs.plan import Command, Jet, PlanItem, SprayPass, Transfer
-from programs.program import SetNozzle, TimedProgram
+from programs.program import MoveTo, SetNozzle, TimedProgram
 from recipes.load import load_recipe
 from rulesengine.pipeline import run
 from rulesengine.timing import time_plan
@@ -146,6 +147,12 @@ def at_random() -> TimedProgram:
 def planned() -> TimedProgram:
     """The smallest sample board with the library's recipe."""
     return run(load_recipe("smt-aqueous"), load_board(Path("tiny"))).program
+
+
+def joints_of(program: TimedProgram) -> NDArray[np.float64]:
+    """Some six joints that move as the orifice does: (moves, 6)."""
+    moves = [(*move.position, *move.quaternion) for move in program.instructions if isinstance(move, MoveTo)]
+    return np.array(moves)[:, [0, 1, 2, 4, 5, 6]] * [0.01, 0.01, 0.01, 1.0, 1.0, 1.0]
 
 
 def replace_jet(item: SprayPass) -> SprayPass:
