@@ -6,6 +6,7 @@ nodes rather than from the loaded values, because aliases and merge keys would h
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeAlias, cast
 
@@ -101,11 +102,9 @@ def read_yaml(text: str, file: Path | str, document: Document = RECIPE) -> Locat
     if len(text) > _LARGEST_TEXT:
         message = f"{len(text):,} characters are too many; a {noun} has at most {_LARGEST_TEXT:,}"
         raise document.error(message, file=file)
-    yaml = YAML(typ="safe", pure=True)
-    yaml.composer.warn_double_anchors = False  # YAML 1.2 allows an anchor to be set anew
     try:
-        node = cast("Node | None", yaml.compose(text))
-        root = None if node is None else _Tree(yaml, str(file), document).build(node, Mark(str(file), _line(node)), 0)
+        node = _compose(text)
+        root = None if node is None else _Tree(str(file), document).build(node, Mark(str(file), _line(node)), 0)
     except ReaderError as error:
         line = text.count("\n", 0, cast(int, error.position)) + 1
         raise document.error("a character that YAML does not allow; remove it", file=file, line=line) from None
@@ -123,11 +122,19 @@ def read_yaml(text: str, file: Path | str, document: Document = RECIPE) -> Locat
     return root
 
 
+@lru_cache(maxsize=2)
+def _compose(text: str) -> Node | None:
+    """Compose a text, and remember it: who writes a value reads the new text to check it, and again as a recipe."""
+    yaml = YAML(typ="safe", pure=True)
+    yaml.composer.warn_double_anchors = False  # YAML 1.2 allows an anchor to be set anew
+    return cast("Node | None", yaml.compose(text))
+
+
 class _Tree:
     """Builds the tree of one file; it counts what it builds because aliases can multiply it without end."""
 
-    def __init__(self, yaml: YAML, file: str, document: Document) -> None:
-        self._constructor = yaml.constructor
+    def __init__(self, file: str, document: Document) -> None:
+        self._constructor = YAML(typ="safe", pure=True).constructor
         self._file = file
         self._document = document
         self._count = 0
