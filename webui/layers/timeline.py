@@ -14,14 +14,15 @@ from webui.palette import ACCENT, INK, QUIET, to_hex
 STRIP_PX = 66
 _MARK = "washboard-seek"
 SEEK_STYLE = f"""<style>
-div:has(> .{_MARK}) + div {{ position: relative; }}
+div:has(> .{_MARK}) + div {{ position: relative; padding-top: 6px; }}
 div:has(> .{_MARK}) + div .mantine-Slider-root {{
   position: absolute; left: 12px; right: 12px; top: -{STRIP_PX}px; height: {STRIP_PX}px; padding: 0; z-index: 2;
+  overflow: hidden;
 }}
 div:has(> .{_MARK}) + div :is(.mantine-Slider-trackContainer, .mantine-Slider-track) {{ height: {STRIP_PX}px; }}
 div:has(> .{_MARK}) + div .mantine-Slider-trackContainer {{ cursor: pointer; }}
 div:has(> .{_MARK}) + div .mantine-Slider-track {{ opacity: 0; }}
-div:has(> .{_MARK}) + div .mantine-NumberInput-root {{ width: 100% !important; margin-left: 0; }}
+div:has(> .{_MARK}) + div .mantine-NumberInput-root {{ width: 100% !important; margin-left: 0 !important; }}
 </style><div class="{_MARK}"></div>"""
 """The slider that follows lies unseen over the strip that stands above: there one clicks and drags."""
 _COLUMNS = 600

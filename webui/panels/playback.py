@@ -95,10 +95,7 @@ class PlaybackPanel:
         self._strip = gui.add_html("")
         self._cursor = gui.add_html("")
         gui.add_html(SEEK_STYLE)
-        hint = "Moment that is shown; click or drag in the strip."
-        self._slider = gui.add_slider(
-            "Time (s)", min=0.0, max=1.0, step=0.1, initial_value=0.0, disabled=True, hint=hint
-        )
+        self._slider = gui.add_slider("Time (s)", min=0.0, max=1.0, step=0.1, initial_value=0.0, disabled=True)
         self._buttons = gui.add_button_group("Go", (_BACK, _PLAY, _ON))
         self._rate = gui.add_dropdown(
             "Speed (x)", _RATES, initial_value="5", hint="How many times faster than the robot."
