@@ -55,6 +55,13 @@ def test_what_is_stopped_says_that_the_paths_are_older(planned: Session, fresh: 
     assert "recipe before" not in status_html(fresh, None, what, 1.0)
 
 
+def test_a_sketch_says_that_its_order_is_being_refined(planned: Session) -> None:
+    assert planned.run is not None
+    session = replace(edited(planned), sketch=planned.run.plan)
+    assert "Refining the order\N{HORIZONTAL ELLIPSIS} 30%" in status_html(session, 0.3, "planning dry", 0.3)
+    assert "Refining" not in status_html(edited(planned), 0.3, "planning dry", 0.3)
+
+
 def test_errors_are_in_sight(planned: Session) -> None:
     assert planned.run is not None
     findings = (Finding("a", "error", ""), Finding("b", "warning", ""), Finding("b", "warning", ""))

@@ -86,6 +86,8 @@ def status_html(session: Session, planned_s: float | None, what: str, share: flo
     elif what in _STOPPED:
         older = " The paths are those of the recipe before." if run is not None else ""
         rows += [_line(f"{what.capitalize()}.{older}", ACCENT), _bar(None)]
+    elif session.sketch is not None:
+        rows += [_line(f"Refining the order\N{HORIZONTAL ELLIPSIS} {share:.0%}", mark="data-sketch"), _bar(share)]
     else:
         rows += [_line(f"{what.capitalize() or 'Planning'}\N{HORIZONTAL ELLIPSIS} {share:.0%}"), _bar(share)]
     return f'<div style="margin:2px 12px 6px;color:{to_hex(INK)};font-size:13px;line-height:1.5">{"".join(rows)}</div>'
@@ -117,8 +119,8 @@ def _findings(run: Run) -> str:
     return f"{', '.join(told).capitalize()}." if told else "No errors or warnings."
 
 
-def _line(text: str, colour: tuple[int, int, int] = QUIET) -> str:
-    return f'<div style="font-size:12px;color:{to_hex(colour)}">{escape(text)}</div>'
+def _line(text: str, colour: tuple[int, int, int] = QUIET, mark: str = "data-state") -> str:
+    return f'<div {mark} style="font-size:12px;color:{to_hex(colour)}">{escape(text)}</div>'
 
 
 def _bar(share: float | None) -> str:
