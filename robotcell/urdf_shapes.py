@@ -1,4 +1,4 @@
-"""What can collide in a URDF: boxes, cylinders, spheres, capsules and meshes of its links."""
+"""What can collide in a URDF: boxes, cylinders, spheres and meshes of its links."""
 
 from pathlib import Path
 
@@ -64,13 +64,11 @@ def _read_shape(geometry: Element) -> Shape:
             return Capsule(_sizes(shape, "radius", 1)[0], 0.0)
         case "cylinder":
             return Mesh(cylinder_triangles(_sizes(shape, "radius", 1)[0], _sizes(shape, "length", 1)[0]))
-        case "capsule":
-            return Capsule(_sizes(shape, "radius", 1)[0], _sizes(shape, "length", 1)[0])
         case "mesh":
             scale = read_numbers(shape, "scale", 3) if "scale" in shape.attributes else np.ones(3)
             return Mesh(read_mesh(_find_mesh(shape)) * scale)
         case _:
-            raise shape.error("is not a shape that is known: box, sphere, cylinder, capsule, mesh")
+            raise shape.error("is not a shape that is known: box, sphere, cylinder, mesh")
 
 
 def _sizes(shape: Element, name: str, count: int) -> list[float]:
