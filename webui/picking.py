@@ -63,7 +63,9 @@ def first_hit(target: Target, origin: Points, direction: Points) -> Hit | None:
     return best
 
 
-def strokes_at(lines: Sequence[StrokeLine], origin: Points, direction: Points, before_mm: float) -> tuple[str, ...]:
+def strokes_at(
+    lines: Sequence[StrokeLine], origin: Points, direction: Points, before_mm: float, within_mm: float = 0.0
+) -> tuple[str, ...]:
     """Name the makers of the strokes that a ray passes by closely, in front of what it meets; the closest first.
 
     Args:
@@ -71,6 +73,7 @@ def strokes_at(lines: Sequence[StrokeLine], origin: Points, direction: Points, b
         origin: (3,) where the ray begins.
         direction: (3,) its direction, of any length.
         before_mm: Strokes farther away than this are hidden.
+        within_mm: Strokes so near to the ray are meant too, also where that is many pixels.
     """
     if not lines:
         return ()
@@ -81,11 +84,12 @@ def strokes_at(lines: Sequence[StrokeLine], origin: Points, direction: Points, b
     share, depth = _closest(begin, run, along)
     gap = np.linalg.norm(begin + share[:, None] * run - depth[:, None] * along, axis=1)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        apart = np.where((depth > 0) & (depth < before_mm), gap / depth, np.inf)
+        reach = np.maximum(_NEAR * depth, within_mm)
+        apart = np.where((depth > 0) & (depth < before_mm), gap / reach, np.inf)
     firsts = np.cumsum([0, *(len(each) for each in segments[:-1])])
     closest = np.minimum.reduceat(apart, firsts)
-    order = np.argsort(np.round(closest / _NEAR, 3), kind="stable")
-    return tuple(dict.fromkeys(lines[int(index)].made_by for index in order if closest[index] < _NEAR))
+    order = np.argsort(np.round(closest, 3), kind="stable")
+    return tuple(dict.fromkeys(lines[int(index)].made_by for index in order if closest[index] < 1.0))
 
 
 def choose_stroke(makers: Sequence[str], selected: str) -> str:

@@ -29,6 +29,7 @@ _NEAREST_MM = 15.0
 """Half of the least that is looked at: smaller parts are seen with their neighbours."""
 _ROOM = 3.0
 """How much more than a component is looked at."""
+_NEAR_STROKE_MM = 2.0
 _NOZZLE_MM = 50.0
 """Paths run about so high above a board."""
 
@@ -70,6 +71,7 @@ class Scene:
         self._drawn: dict[str, bytes] = {}
         self._label: viser.LabelHandle | None = None
         self.robot = RobotView(self._api)
+        self._followers: list[Callable[[float], None]] = []
 
     def show(self, session: Session, before: Session | None) -> None:
         """Redraw what changed."""
@@ -106,12 +108,29 @@ class Scene:
             return
         hit = None if self._target is None else first_hit(self._target, origin, direction)
         shown = [line for line in self.strokes if line.place not in self.view.hidden]
-        makers = strokes_at(shown, origin, direction, np.inf if hit is None else hit.distance_mm)
+        before_mm = np.inf if hit is None else hit.distance_mm
+        parts = {component.name for component in self._page.session.board.components}
+        part = hit.body if hit is not None and hit.body in parts else ""
+        makers = strokes_at(shown, origin, direction, before_mm)
+        if not makers and not part:  # nothing else can be meant there
+            makers = strokes_at(shown, origin, direction, before_mm, _NEAR_STROKE_MM)
         if makers:
             self._page.select(made_by=choose_stroke(makers, self._page.session.selection.made_by))
-            return
-        parts = {component.name for component in self._page.session.board.components}
-        self._page.select(component=hit.body if hit is not None and hit.body in parts else "")
+        else:
+            self._page.select(component=part)
+
+    def on_moment(self, follow: Callable[[float], None]) -> None:
+        """Have somebody told which moment of the program the playback shows, s."""
+        self._followers.append(follow)
+
+    def show_moment(self, now_s: float) -> None:
+        """Show what stands where at a moment of the program, s; the nozzle itself is the playback's."""
+        for follow in self._followers:
+            follow(now_s)
+
+    def draw_over(self, name: str, glb: bytes) -> None:
+        """Draw a layer of somebody else's, mm in the board frame, in place of the one of that name; no bytes, no layer."""
+        self._put(name, glb)
 
     def point_on_board(self, origin: Points, direction: Points) -> tuple[float, float] | None:
         """Where a ray meets the board or what stands on it, else the plane of its top, mm; nowhere if it runs away."""

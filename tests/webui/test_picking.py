@@ -85,6 +85,19 @@ def test_a_click_on_a_stroke_means_it_and_one_beside_it_does_not():
     assert strokes_at(lines, eye + np.array([0, 0, 50]), np.array([1.0, 0.0, 0.0]), np.inf) == ()
 
 
+def test_a_click_so_many_millimetres_beside_a_stroke_means_it_from_wherever_it_is_seen():
+    line = stroke_lines(tiny_session().run.plan)[-1]
+    begin, end = line.segments[0]
+    point = begin + 0.4 * (end - begin)
+    aside = np.cross(end - begin, DOWN) / np.linalg.norm(end - begin)
+    for height in (20.0, 100.0):
+        for gap, meant in ((1.9, (line.made_by,)), (2.1, ())):
+            eye = point + gap * aside - height * DOWN
+            assert strokes_at([line], eye, DOWN, np.inf, 2.0) == meant
+    eye = point + 2.1 * aside - 1000.0 * DOWN
+    assert strokes_at([line], eye, DOWN, np.inf, 2.0) == (line.made_by,), "few pixels are near, whatever they measure"
+
+
 def test_the_closest_stroke_comes_first():
     lines = stroke_lines(tiny_session().run.plan)
     first = replace(lines[0], points=np.array([[0.0, 0.0, 50.0], [10.0, 0.0, 50.0]]), made_by="near")
