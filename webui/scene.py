@@ -129,7 +129,7 @@ class Scene:
             follow(now_s)
 
     def draw_over(self, name: str, glb: bytes) -> None:
-        """Draw a layer of somebody else's, mm in the board frame, in place of the one of that name; no bytes, no layer."""
+        """Draw a layer of a panel, mm in the board frame, in place of the one of that name; no bytes, no layer."""
         self._put(name, glb)
 
     def point_on_board(self, origin: Points, direction: Points) -> tuple[float, float] | None:

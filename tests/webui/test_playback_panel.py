@@ -3,6 +3,7 @@ import time
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
 from small_page import find, press, small_page
@@ -49,7 +50,7 @@ def laid_out(monkeypatch):
 @contextmanager
 def open_panel(session):
     with small_page(session) as page:
-        panel = PlaybackPanel(page, None)
+        panel = PlaybackPanel(page, SimpleNamespace(show_moment=lambda _: None))
         panel.show(session, None)
         yield page, panel
         page.close()

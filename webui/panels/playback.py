@@ -215,6 +215,7 @@ class PlaybackPanel:
         shown = moment(playable.timeline, playable.run.recipe, playable.run.board, now_s)
         with self._page.client.atomic():
             self._tool.show(shown)
+            self._scene.show_moment(now_s)
             self._now.content = now_html(playable, shown, now_s)
             self._cursor.content = cursor_html(now_s, playable.end_s)
             self._slider.value = round(min(now_s, playable.end_s), 1)

@@ -2,7 +2,10 @@
 
 from html import escape
 
+from robotcell.check import check_cell
+from robotcell.frames import frame_card
 from robotcell.load import LoadedCell
+from webui.frame_card import frames_html
 from webui.page import Page
 from webui.palette import INK, QUIET, to_hex
 from webui.scene import Scene
@@ -28,12 +31,17 @@ class RobotPanel:
         self._about = gui.add_html("")
         self._look = gui.add_button_group("Look at", (_CELL, _BOARD), visible=False, hint="Where the camera stands.")
         self._seen = gui.add_checkbox("Show the robot", True, visible=False, hint="It stays where it is when hidden.")
+        self._folder = gui.add_folder("Frames", visible=False)
+        with self._folder:
+            self._frames = gui.add_html("")
         self._choice.on_update(lambda event: self._choose(event.target.value, by_hand=event.client is not None))
         self._look.on_click(lambda event: self._fly(event.target.value))
         self._seen.on_update(lambda event: self._hide_or_show(seen=event.target.value))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
+        if before is None or session.cell is not before.cell or session.board is not before.board:
+            self._show_frames(session)
         if before is not None and session.cell is before.cell:
             return
         names, wanted = self._names(session), session.cell_name or _NONE
@@ -45,6 +53,12 @@ class RobotPanel:
         self._look.visible = self._seen.visible = session.cell is not None
         if session.cell is not None:
             self._hide_or_show(seen=self._seen.value)
+
+    def _show_frames(self, session: Session) -> None:
+        self._folder.visible = session.cell is not None
+        if session.cell is not None:
+            cell, board = session.cell.cell, session.board
+            self._frames.content = frames_html(frame_card(cell, board), check_cell(cell, board))
 
     def _names(self, session: Session) -> tuple[str, ...]:
         return tuple(dict.fromkeys([_NONE, *self._page.project.cells(), session.cell_name or _NONE]))
