@@ -63,7 +63,7 @@ def kinematics_of(robot: Robot) -> Kinematics:
         arm = recognise(zero_of(robot))
         if arm is not None:
             return Kinematics(robot, chain, arm, 8)
-        return Kinematics(robot, chain, prepare_general(robot), MOST_BRANCHES)
+        return Kinematics(robot, chain, prepare_general(robot, chain), MOST_BRANCHES)
     gantry = recognise_gantry(zero_of(robot)) if kinds == "SSSTT" else None
     if gantry is None:
         raise CellError(_why_not(robot, kinds))

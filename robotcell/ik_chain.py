@@ -95,4 +95,6 @@ def add_step(pose: Poses, step: Poses, moved: NDArray[np.float64]) -> None:
                 pose[row, 0] * step[0, column] + pose[row, 1] * step[1, column] + pose[row, 2] * step[2, column]
             )
         moved[row, 3] += pose[row, 3]
-    pose[:3] = moved
+    for row in range(3):
+        for column in range(4):
+            pose[row, column] = moved[row, column]

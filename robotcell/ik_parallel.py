@@ -4,9 +4,10 @@ The order of the steps is that of the Cairo paper, and of what is known for Univ
 where axes 5 and 6 meet, joints 5 and 6 and the sum of 2, 3 and 4 from the orientation, joints 2 and 3 from what is left
 in the plane.
 
-Where joint 1 or joint 6 turns freely (axes 5 and 6 meet above axis 1; axis 6 parallel to axes 2 to 4) what the plane is
-left with depends on the angle chosen. The two branches then search a half turn each, nearest to the preferred angle and
-to its opposite first, for the angle that leaves most configurations: no pose nearby has more.
+Where joint 1 or joint 6 turns freely (axes 5 and 6 meet above axis 1; axis 6 parallel to axes 2 to 4) what is left in
+the plane depends on the angle chosen. Each of the two branches then has a half turn for itself, around the preferred
+angle and around its opposite, as the branches of every pose nearby lie opposite each other. Joint 6 takes the middle of
+that half turn, or of the part of it that can be reached; joint 1 the angle that leaves most configurations of 32 tried.
 """
 
 import math
@@ -17,6 +18,7 @@ from geometry.arrays import Indices
 from geometry.coverage.compiled import compiled
 from robotcell.ik_chain import Chain, Matrix, Row, add_step
 from robotcell.ik_forms import ParallelArm
+from robotcell.ik_loose import choose_total
 from robotcell.ik_settle import settle
 from robotcell.ik_steps import (
     LOOSE,
@@ -92,20 +94,14 @@ def _below_shoulder(arm: ParallelArm, turned: Matrix, place: tuple[float, float]
     count = 0
     for side in range(2):
         found, lean = lean_of(turned, side)
-        tries = TRIES if found == LOOSE else 1
-        for number in range(tries):
-            if found == LOOSE:
-                last = _tried(preferred[5] + side * math.pi, number)
-                first = first_from_last(turned, last)
-            else:
-                first = first_turn(turned, side)
-                last = last_turn(turned, first)
-            bent = _bend(arm, first - arm.turn, place, preferred[1], rows[side::2])
-            if bent > 0:
-                rows[side::2, 4] = lean - arm.lean
-                rows[side::2, 5] = last
-                count += bent
-                break
+        if found == LOOSE:
+            middle = first_from_last(turned, preferred[5] + side * math.pi) - arm.turn
+            first = choose_total(arm, place, middle) + arm.turn
+        else:
+            first = first_turn(turned, side)
+        count += _bend(arm, first - arm.turn, place, preferred[1], rows[side::2])
+        rows[side::2, 4] = lean - arm.lean
+        rows[side::2, 5] = last_turn(turned, first)
     return count
 
 
@@ -123,6 +119,8 @@ def _bend(arm: ParallelArm, total: float, place: tuple[float, float], preferred:
             rows[elbow, 2] = arm.signs[2] * second
             rows[elbow, 3] = arm.signs[3] * (total - first - second)
             count += 1
+        else:
+            rows[elbow] = np.nan
     return count
 
 

@@ -12,11 +12,17 @@ from robotcell.ik_chain import Matrix
 from robotcell.ik_forms import Bend
 
 SLACK = 1e-9
-"""m: a pose that lies so little out of reach is taken to lie on the border"""
+"""m: a pose that lies so near the border of reach, on either side, is taken to lie on it, where two branches are one"""
 FREE = 1e-9
 """m or rad: nearer than so to a singular pose a joint turns freely"""
 NOWHERE, FIXED, LOOSE = 0, 1, 2
 """What a step found: no angle, one angle, or that any angle will do"""
+
+
+@compiled
+def _room(less: float, more: float) -> float:
+    """How much is left between two lengths: nothing if hardly anything."""
+    return more - less if more - less > SLACK else 0.0
 
 
 @compiled
@@ -37,7 +43,7 @@ def turn_to_plane(x: float, z: float, aside: float, side: int) -> tuple[int, flo
         return LOOSE, 0.0, 0.0
     if away > radius + SLACK:
         return NOWHERE, 0.0, 0.0
-    root = math.sqrt(max(0.0, (radius - away) * (radius + away)))
+    root = math.sqrt(_room(away, radius) * (radius + away))
     sign = 1.0 - 2.0 * side
     return FIXED, math.atan2(x, z) + sign * math.atan2(root, aside), -sign * root
 
@@ -62,8 +68,8 @@ def bend_to(bend: Bend, x: float, y: float, side: int, loose: float) -> tuple[in
     least = abs(a - b)
     if reach > a + b + SLACK or reach < least - SLACK:
         return NOWHERE, 0.0, 0.0
-    outer = max(0.0, (a + b - reach) * (a + b + reach))
-    inner = max(0.0, (reach - least) * (reach + least))
+    outer = _room(reach, a + b) * (a + b + reach)
+    inner = _room(least, reach) * (reach + least)
     between = (1.0 - 2.0 * side) * 2.0 * math.atan2(math.sqrt(outer), math.sqrt(inner))
     second = between - (bend.angles[1] - bend.angles[0])
     if reach < FREE:
