@@ -1,11 +1,10 @@
 """Downloads: program, picture, a playback that opens without a server."""
 
-import viser
-
 from rulesengine.summary import amount
 from webui.downloads import KINDS, Download, forbidding, make_download
 from webui.page import Page
 from webui.palette import INK, QUIET, to_hex
+from webui.panels.allowance import Allowance
 from webui.scene import Scene
 from webui.session import Session
 from webui.work import Worker
@@ -30,7 +29,6 @@ class OutputPanel:
         self._page, self._scene = page, scene
         self._worker: Worker[Download] = Worker(self._tell)
         page.on_close(self._worker.close)
-        self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
         gui = page.client.gui
         self._state = gui.add_html("")
         self._kind = gui.add_dropdown("File", tuple(KINDS), hint="What to download.")
@@ -39,7 +37,7 @@ class OutputPanel:
             "Speed (x)", _RATES, initial_value="10", visible=False, hint="How many times faster than the robot."
         )
         self._button = gui.add_button("Download", hint="The same bytes as the command line writes.")
-        self._allow = gui.add_folder("In spite of errors", visible=False)
+        self._allowance = Allowance(gui)
         self._kind.on_update(lambda event: self._choose(event.target.value))
         self._button.on_click(lambda _: self._make())
 
@@ -49,12 +47,7 @@ class OutputPanel:
             return
         rules = forbidding(session.run)
         self._state.content = _state_html(rules)
-        if list(rules) != list(self._boxes):
-            for box in self._boxes.values():
-                box.remove()
-            with self._allow:
-                self._boxes = {rule: self._page.client.gui.add_checkbox(rule, False) for rule in rules}
-            self._allow.visible = bool(rules)
+        self._allowance.offer(rules)
 
     def _choose(self, kind: str) -> None:
         self._hint.content = _note_html(_HINTS[kind], QUIET)
@@ -62,7 +55,7 @@ class OutputPanel:
 
     def _make(self) -> None:
         session, kind, rate = self._page.session, self._kind.value, float(self._rate.value)
-        allowed = tuple(rule for rule, box in self._boxes.items() if box.value)
+        allowed = self._allowance.rules
         self._button.disabled = True
         self._worker.start(lambda tell: make_download(kind, session, allowed, rate, tell), self._send, self._fail)
 
