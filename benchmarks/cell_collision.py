@@ -131,7 +131,7 @@ def compare(name: str, collider: Collider, q: Joints) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser()
-    parser.add_argument("board", nargs="?", type=Path, default=Path("demo"))
+    parser.add_argument("board", nargs="?", type=Path, default=Path("smt-demo"))
     parser.add_argument("--robot", default="ur5e")
     parser.add_argument("--rows", type=int, default=4000)
     arguments = parser.parse_args()

@@ -52,6 +52,12 @@ def flying_poses(q):
     return poses
 
 
+def scattered(seed, count=60, spread=0.12):
+    """Rows of the flyer near the origin, in any orientation."""
+    rng = np.random.default_rng(seed)
+    return np.hstack([rng.uniform(-spread, spread, (count, 3)), rng.uniform(-np.pi, np.pi, (count, 3))])
+
+
 def planar_arm(*bodies, lengths=(0.5, 0.4)):
     """Turns about z in the plane z = 0, links along x; bodies[i] are those of link i."""
     joints = tuple(joint("revolute", (0, 0, 1), at(x)) for x in (0.0, *lengths))
