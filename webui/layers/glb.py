@@ -15,7 +15,7 @@ Colours = NDArray[np.uint8]
 _EXPOSURE = 0.52
 """Light falls from so many sides that colours would be washed out."""
 _LINES, _TRIANGLES = 1, 4
-_FLOAT, _BYTE, _VERTEX_DATA = 5126, 5121, 34962
+_FLOAT, _BYTE, _INT, _VERTEX_DATA, _INDEX_DATA = 5126, 5121, 5125, 34962, 34963
 
 
 def lines_glb(ends: Points, colours: Colours) -> bytes:
@@ -29,14 +29,40 @@ def lines_glb(ends: Points, colours: Colours) -> bytes:
 
 
 def triangles_glb(corners: Points, colours: Colours) -> bytes:
-    """Write separate triangles, lit from both sides and flat.
+    """Write triangles, lit from both sides and flat; corners in one place and colour are written once.
+
+    A browser works out a flat triangle's normal from the picture, so triangles can share corners and stay flat.
 
     Args:
         corners: (3 n, 3) corners of each triangle in turn, counterclockwise seen from outside.
         colours: (3 n, 3) at each of them.
     """
     surface = {"metallicFactor": 0.0, "roughnessFactor": 0.9, "baseColorFactor": [_EXPOSURE] * 3 + [1.0]}
-    return _glb(corners, colours, _TRIANGLES, [{"doubleSided": True, "pbrMetallicRoughness": surface}])
+    kept, index = shared_corners(corners, colours)
+    materials = [{"doubleSided": True, "pbrMetallicRoughness": surface}]
+    return _glb(corners[kept], colours[kept], _TRIANGLES, materials, index)
+
+
+def shared_corners(corners: Points, colours: Colours) -> tuple[NDArray[np.intp], NDArray[np.uint32]]:
+    """Find corners that are the same in the precision of a browser.
+
+    Args:
+        corners: (n, 3)
+        colours: (n, 3)
+
+    Returns:
+        (m,) which of them to keep, the first of each; (n,) place of each corner among those.
+    """
+    place = np.ascontiguousarray(corners + 0.0, dtype=np.float32).view(np.uint32)  # + 0.0: there is no minus zero
+    rows = np.column_stack([place, np.asarray(colours, dtype=np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)])
+    order = np.lexsort(rows.T)
+    fresh = np.concatenate([np.ones(min(len(rows), 1), bool), (rows[order[1:]] != rows[order[:-1]]).any(axis=1)])
+    group = np.empty(len(rows), dtype=np.int64)
+    group[order] = np.cumsum(fresh) - 1
+    kept = order[fresh]  # the sort is stable: the first of each
+    ranks = np.empty(len(kept), dtype=np.uint32)
+    ranks[np.argsort(kept)] = np.arange(len(kept), dtype=np.uint32)
+    return np.sort(kept), ranks[group]
 
 
 def flat_triangles_glb(corners: Points, colours: Colours) -> bytes:
@@ -49,7 +75,13 @@ def flat_triangles_glb(corners: Points, colours: Colours) -> bytes:
     return _glb(corners, colours, _TRIANGLES, [{"doubleSided": True, "extensions": {"KHR_materials_unlit": {}}}])
 
 
-def _glb(points: Points, colours: Colours, mode: int, materials: list[dict[str, Any]]) -> bytes:
+def _glb(
+    points: Points,
+    colours: Colours,
+    mode: int,
+    materials: list[dict[str, Any]],
+    index: NDArray[np.uint32] | None = None,
+) -> bytes:
     """One mesh of one primitive (glTF 2.0, binary container); nothing at all where there are no points."""
     if len(points) == 0:
         return b""
@@ -81,6 +113,13 @@ def _glb(points: Points, colours: Colours, mode: int, materials: list[dict[str, 
             {"bufferView": 1, "componentType": _BYTE, "normalized": True, "count": len(place), "type": "VEC4"},
         ],
     }
+    if index is not None:
+        document["meshes"][0]["primitives"][0]["indices"] = 2
+        document["accessors"].append({"bufferView": 2, "componentType": _INT, "count": len(index), "type": "SCALAR"})
+        view = {"buffer": 0, "byteOffset": len(binary), "byteLength": index.nbytes, "target": _INDEX_DATA}
+        document["bufferViews"].append(view)
+        binary += index.tobytes()
+        document["buffers"][0]["byteLength"] = len(binary)
     return _container(document, binary)
 
 
