@@ -17,6 +17,7 @@ TOLERANCE = 0.004
 _REST_SHARE, _REST_FLOOR = 0.25, 0.6
 """A motion rests at a sample if, carried on to it, its speed falls below this share of the last mean speed, plus mm/s
 or deg/s that the rounding of two samples can pretend."""
+_ALIKE = 3.0
 _LEVEL_SHARE, _LEVEL_FLOOR = 0.02, 0.5
 """What speeds on one level may differ by."""
 _LEVEL_S = 0.04
@@ -97,8 +98,13 @@ def _rests(rates: Scalars, lasting: Scalars) -> Flags:
         return rests
     slope = np.diff(rates) / (0.5 * (lasting[1:] + lasting[:-1]))
     before, after = np.full(count, np.inf), np.full(count, np.inf)
-    before[2:] = rates[1:] + 0.5 * slope * lasting[1:] - _REST_SHARE * rates[1:]
-    after[:-2] = rates[:-1] - 0.5 * slope * lasting[:-1] - _REST_SHARE * rates[:-1]
+    # Over a segment much longer than its neighbour the speed is level: a slope between the two says nothing about it.
+    before[2:] = np.where(
+        lasting[1:] <= _ALIKE * lasting[:-1], (1.0 - _REST_SHARE) * rates[1:] + 0.5 * slope * lasting[1:], np.inf
+    )
+    after[:-2] = np.where(
+        lasting[:-1] <= _ALIKE * lasting[1:], (1.0 - _REST_SHARE) * rates[:-1] - 0.5 * slope * lasting[:-1], np.inf
+    )
     carried = np.minimum(before, after)
     inner = np.flatnonzero(carried[1:-1] <= _REST_FLOOR) + 1
     # A stop whose neighbours are slow too is one stop, at the slowest of them.

@@ -143,7 +143,6 @@ def at_random() -> TimedProgram:
     return time_plan(plan_of(*begin(), *random_plan(5, 25).items), LIMITS)
 
 
-@cache
 def planned() -> TimedProgram:
     """The smallest sample board with the library's recipe."""
     return run(load_recipe("smt-aqueous"), load_board(Path("tiny"))).program
@@ -160,7 +159,7 @@ def replace_jet(item: SprayPass) -> SprayPass:
 
 
 PROGRAMS: dict[str, Callable[[], TimedProgram]] = {
-    made.__name__: made
+    made.__name__: cache(made)
     for made in (three_speeds, short_strokes, in_flight, loop, two_tools, bottom, odd_names, at_random, planned)
 }
 """By name; a dialect has to say all of them."""

@@ -2,10 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import pytest
+from hypothesis import given, settings
 from installations import bare_cell, small_cell
 from robot_programs import PROGRAMS, joints_of, three_speeds
+from small_programs import programs
 
 from programs.events import lower
 from programs.export import Exported, export
@@ -20,9 +23,10 @@ CASES = [pytest.param(name, made, id=f"{name}-{made}") for name in DIALECTS for 
 NAMED = pytest.mark.parametrize("name", list(DIALECTS))
 
 
-def motion_of(name: str, made: str, cell: Installation) -> MotionProgram:
+@cache
+def motion_of(made: str, with_joints: bool) -> MotionProgram:
     program = PROGRAMS[made]()
-    return make_motion(program, cell, joints_of(program) if DIALECTS[name].needs_joints else None)
+    return make_motion(program, small_cell(), joints_of(program) if with_joints else None)
 
 
 def exported(name: str, program: TimedProgram, cell: Installation | None = None) -> Exported:
@@ -33,27 +37,28 @@ def exported(name: str, program: TimedProgram, cell: Installation | None = None)
 @pytest.mark.parametrize(("name", "made"), CASES)
 def test_what_is_written_is_read_back_as_planned(name: str, made: str) -> None:
     dialect, cell = DIALECTS[name], small_cell()
-    motion = motion_of(name, made, cell)
+    motion = motion_of(made, dialect.needs_joints)
     files = dialect.render(lower(motion, dialect.capability), cell)
     assert compare(dialect.read(files), motion, cell) == ()
 
 
 @pytest.mark.parametrize(("name", "made"), CASES)
 def test_every_file_is_ascii_and_no_line_is_too_long(name: str, made: str) -> None:
-    files = exported(name, PROGRAMS[made]()).files
+    dialect = DIALECTS[name]
+    files = dialect.render(lower(motion_of(made, dialect.needs_joints), dialect.capability), small_cell())
     assert files
     for file, text in files.items():
         assert file.isascii()
         assert "/" not in file
         assert text.isascii()
-        assert max(len(line) for line in text.splitlines()) <= DIALECTS[name].longest_line
+        assert max(len(line) for line in text.splitlines()) <= dialect.longest_line
         assert text.endswith("\n")
 
 
 @NAMED
 def test_a_known_joint_motion_changes_nothing_that_is_sprayed(name: str) -> None:
-    dialect, cell, program = DIALECTS[name], small_cell(), PROGRAMS["two_tools"]()
-    motion = make_motion(program, cell, joints_of(program))
+    dialect, cell = DIALECTS[name], small_cell()
+    motion = motion_of("two_tools", True)
     files = dialect.render(lower(motion, dialect.capability), cell)
     assert compare(dialect.read(files), motion, cell) == ()
 
@@ -83,3 +88,13 @@ def test_a_small_program_reads_as_an_integrator_would_want_it(name: str, golden:
     program = replace(PROGRAMS["loop"](), findings=())
     for file, text in exported(name, program).files.items():
         golden(f"posts/{name}/{file}", text)
+
+
+@NAMED
+@settings(deadline=None, max_examples=15)
+@given(program=programs())
+def test_any_sound_program_is_read_back_as_planned(name: str, program: TimedProgram) -> None:
+    dialect, cell = DIALECTS[name], small_cell()
+    motion = make_motion(program, cell, joints_of(program) if dialect.needs_joints else None)
+    files = dialect.render(lower(motion, dialect.capability), cell)
+    assert compare(dialect.read(files), motion, cell) == ()
