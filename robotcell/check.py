@@ -16,8 +16,8 @@ _MM = 1e3
 _SMALLEST_M = 3e-3
 """No tool is so short and no fixture so small: the number was probably metres."""
 _LARGEST_M = 20.0
-_IN_THE_WAY_DEG = 5.0
-_FREE_M = 2e-3
+_AHEAD_M = 0.02
+"""What lies farther in front of an orifice, on the axis of its jet, is hit."""
 
 
 def check_cell(cell: Cell, board: Board | None) -> tuple[Finding, ...]:
@@ -49,9 +49,9 @@ def _check_tool(tool: Tool) -> Iterator[Finding]:
         return
     T_tcp_flange = inverse(tool.T_flange_tcp)
     for body in tool.bodies:
-        x, y, z = (corners_of(body) @ T_tcp_flange[:3, :3].T + T_tcp_flange[:3, 3]).T
-        allowed = _FREE_M + np.tan(np.radians(_IN_THE_WAY_DEG)) * z
-        if np.any((z > _FREE_M) & (np.hypot(x, y) < allowed)):
+        corners = corners_of(body) @ T_tcp_flange[:3, :3].T + T_tcp_flange[:3, 3]
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        if high[2] > _AHEAD_M and np.all((low < 0.0) & (high > 0.0) | [False, False, True]):
             message = (
                 f"the jet of {tool.name} hits its own {body.name}; check xyz_mm and rpy_deg, and where {body.name} is"
             )

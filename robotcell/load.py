@@ -67,6 +67,16 @@ def read_cell(source: str | Path) -> LoadedCell:
     return read_cell_text(read_text(path, CELL), file=path)
 
 
+def describe_cell(source: str | Path) -> str:
+    """Give what a cell's file says that it is, without reading the robot and the meshes that it names.
+
+    Raises:
+        CellError: the file cannot be found or read as a cell.
+    """
+    path = find_file(source, cell_library(), CELL)
+    return _read_spec(read_yaml(read_text(path, CELL), path, CELL)).description
+
+
 def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
     """Read a cell from its text.
 
@@ -78,13 +88,7 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
         CellError: it cannot be used.
     """
     root = read_yaml(text, file, CELL)
-    try:
-        # JSON is what makes pydantic strict about types while lists still become tuples.
-        spec = CellSpec.model_validate_json(json.dumps(root.plain()), strict=True)
-    except ValidationError as error:
-        raise_problems(translate(error, root, CELL), root, CELL)
-        raise AssertionError("a refused cell has a problem") from error
-    raise_problems(find_problems(spec), root, CELL)
+    spec = _read_spec(root)
     robot = _build_robot(spec, root)
     raise_problems(find_home_problems(spec, robot), root, CELL)
     units = np.array([1e-3 if joint.kind == "prismatic" else math.pi / 180 for joint in robot.joints])
@@ -108,6 +112,17 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
     )
     placements = {name: _place_board(hold, root, ("placements", name)) for name, hold in spec.placements.items()}
     return LoadedCell(cell, spec, root, placements)
+
+
+def _read_spec(root: Located) -> CellSpec:
+    try:
+        # JSON is what makes pydantic strict about types while lists still become tuples.
+        spec = CellSpec.model_validate_json(json.dumps(root.plain()), strict=True)
+    except ValidationError as error:
+        raise_problems(translate(error, root, CELL), root, CELL)
+        raise AssertionError("a refused cell has a problem") from error
+    raise_problems(find_problems(spec), root, CELL)
+    return spec
 
 
 def _build_robot(spec: CellSpec, root: Located) -> Robot:

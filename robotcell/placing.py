@@ -11,8 +11,8 @@ from robotcell.shapes import place_pose
 from robotcell.spec import Hold, PointPair, Touched
 
 _MM = 1e-3
-_THINNEST_MM = 2.0
-"""Height of the triangle of three points, below which their plane is not known."""
+_THINNEST = 0.02
+"""Height of the triangle of three points to its longest side, below which their plane is not known well."""
 _UNITS = ((1000.0, "metres"), (25.4, "inches"), (1 / 1000.0, "micrometres"), (1 / 25.4, "thousandths of an inch"))
 
 
@@ -67,7 +67,7 @@ def _fit(pairs: list[PointPair], largest_mm: float) -> Poses:
 def _check_plane(points: NDArray[np.float64], where: str) -> None:
     doubled = float(np.linalg.norm(np.cross(points[1] - points[0], points[2] - points[0])))
     longest = max(math.dist(a, b) for a, b in combinations(points.tolist(), 2))
-    if longest == 0.0 or doubled / longest < _THINNEST_MM:
+    if doubled <= _THINNEST * longest**2:
         raise PlacingError(f"the three points lie on one line {where}; choose three corners")
 
 

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from recipes.files import find_file, read_text
 from recipes.keys import name_nearest
-from recipes.located import Located, YamlPath, read_yaml
+from recipes.located import Located, YamlPath, read_yaml, spell_path
 from recipes.problems import Problem, raise_problems, translate
 from robotcell.documents import ROBOT
 from robotcell.errors import CellError
@@ -67,13 +67,13 @@ def build_robot(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) ->
     Raises:
         CellError: the URDF cannot be used, or the limits do not fit its joints.
     """
-    mark = root.at((*path, "urdf")).mark
+    mark, spelt = root.at((*path, "urdf")).mark, spell_path((*path, "urdf"))
     if "\0" in spec.urdf:
-        raise CellError("cannot be the name of a file", path="urdf", file=mark.file, line=mark.line)
+        raise CellError("cannot be the name of a file", path=spelt, file=mark.file, line=mark.line)
     try:
         robot = read_urdf(folder / spec.urdf, base_link=spec.base_link, flange_link=spec.flange_link)
     except CellError as error:
-        raise CellError(str(error), path="urdf", file=mark.file, line=mark.line) from None
+        raise CellError(str(error), path=spelt, file=mark.file, line=mark.line) from None
     return limit_joints(robot, spec.joints, root, (*path, "joints"))
 
 

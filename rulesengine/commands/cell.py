@@ -14,10 +14,10 @@ app = typer.Typer(help="Look at robot cells, check one, get the schema.", no_arg
 def list_cells() -> None:
     """List the cells and the robots that come with Washboard."""
     with job_errors():
-        from robotcell.load import cell_library, read_cell
+        from robotcell.load import cell_library, describe_cell
         from robotcell.robots import read_robot_file, robot_library
 
-        cells = {name: read_cell(name).spec.description for name in cell_library()}
+        cells = {name: describe_cell(name) for name in cell_library()}
         robots = {name: read_robot_file(name)[1].description for name in robot_library()}
         width = max(map(len, (*cells, *robots)), default=0)
         for title, entries in (("cells", cells), ("robots", robots)):
