@@ -119,7 +119,7 @@ def _findings(run: Run) -> str:
     return f"{', '.join(told).capitalize()}." if told else "No errors or warnings."
 
 
-def _line(text: str, colour: tuple[int, int, int] = QUIET, mark: str = "data-state") -> str:
+def _line(text: str, colour: tuple[int, int, int] = QUIET, mark: str = "data-progress") -> str:
     return f'<div {mark} style="font-size:12px;color:{to_hex(colour)}">{escape(text)}</div>'
 
 
