@@ -27,7 +27,7 @@ def write_large_board(file: Path) -> Path:
     size = (COLUMNS * PITCH_MM[0] + 5.0, ROWS * PITCH_MM[1] + 5.0)
     outline = rectangle(size, (size[0] / 2, size[1] / 2))
     sample = Sample("large", outline, holes=(), bottom=-1.6, top=0.0, places=_places())
-    file.write_text(write_tri([_finer(body) for body in assemble(sample)]))
+    file.write_text(write_tri([finer(body) for body in assemble(sample)]))
     return file
 
 
@@ -42,7 +42,7 @@ def _places() -> tuple[Place, ...]:
     return (*chips, *companions[:COMPANIONS])
 
 
-def _finer(body):
+def finer(body):
     """Divide each patch into four of the same shape."""
     a, b, c = np.moveaxis(body.patches, 1, 0)
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2

@@ -53,6 +53,13 @@ def play_for_a_moment(tab):
     tab.press("Pause")
 
 
+def go_to_the_middle(tab):
+    strip = tab.page.locator(".mantine-Slider-trackContainer").first.bounding_box()
+    tab.page.mouse.click(strip["x"] + strip["width"] / 2, strip["y"] + strip["height"] / 2)
+    end = "Number(document.querySelector('.mantine-Slider-thumb').getAttribute('aria-valuemax'))"
+    tab.wait_for_input("Time (s)", f"value => Math.abs(Number(value) / {end} - 0.5) < 0.01")
+
+
 def click_a_component(tab, server, board, recipe):
     lines = stroke_lines(run(recipe, board).plan)
     name, place = visible_component(board, lines, camera_of(server))
@@ -108,6 +115,7 @@ def test_from_a_board_to_a_program(start_server, tmp_path):
         tab.edit("around", "Speed (mm/s)", "30")
         slower = tab.wait_for_another_time(unedited)
         play_for_a_moment(tab)
+        go_to_the_middle(tab)
         click_a_component(tab, server, board, load_recipe("smt-aqueous"))
         draw_a_line(tab, server, board)
         tab.wait_for_another_time(slower)
