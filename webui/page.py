@@ -9,6 +9,7 @@ from typing import Protocol
 
 import viser
 
+from boards.board import Board
 from geometry.errors import JobError
 from geometry.progress import Progress
 from programs.plan import Plan
@@ -44,7 +45,7 @@ class Page:
         self._panels: list[Panel] = []
         self._lock = threading.RLock()
         self._planner: Worker[Run] = Worker(self._tell)
-        self._planning: Recipe | None = None
+        self._planning: tuple[Recipe, Board] | None = None
         """What is being planned."""
         self._progress: list[Progress] = []
         self._endings: list[Callable[[], None]] = []
@@ -111,7 +112,7 @@ class Page:
                 self._give_up()  # what an undone edit asked for is no longer wanted
                 session = replace(session, sketch=None)
             self.show(session)
-            if not session.planned:
+            if not (session.planned or self._is_planning(session)):
                 self.plan()
             return True
 
@@ -134,7 +135,7 @@ class Page:
     def plan(self) -> None:
         """Plan the session's recipe beside the page; what comes later replaces it."""
         recipe, board, before = self.session.recipe, self.session.board, self.session.run
-        begun, self._planning = time.perf_counter(), recipe
+        begun, self._planning = time.perf_counter(), (recipe, board)
         self._tell("planning", 0.0)
         self._planner.start(
             lambda tell: run(recipe, board, tell, lambda plan: self._sketched(plan, recipe), before),
@@ -148,6 +149,12 @@ class Page:
             self._give_up()
             self._tell("cancelled", 1.0)
             self.show(replace(self.session, sketch=None))
+
+    def _is_planning(self, session: Session) -> bool:
+        if self._planning is None:
+            return False
+        recipe, board = self._planning
+        return recipe == session.recipe and board is session.board
 
     def _give_up(self) -> None:
         self._planner.cancel()
@@ -170,7 +177,7 @@ class Page:
     def _sketched(self, plan: Plan, recipe: Recipe) -> None:
         """Show a first plan, unless planning was given up meanwhile."""
         with self._lock:
-            if self._planning is recipe:
+            if self._planning is not None and self._planning[0] is recipe:
                 self.show(replace(self.session, sketch=plan))
 
     def _planned(self, done: Run, begun: float) -> None:
@@ -184,6 +191,7 @@ class Page:
 
     def _not_planned(self, error: Exception) -> None:
         with self._lock:
+            self._planning = None
             self._tell("not planned", 1.0)
             self.show(replace(self.session, sketch=None))
         self.report(error)

@@ -164,6 +164,18 @@ def test_a_sketch_is_shown_until_the_run_comes(page, monkeypatch):
     assert page.session.plan is page.session.run.plan
 
 
+def test_what_is_no_edit_of_the_recipe_does_not_begin_anew(page, monkeypatch):
+    sketching = Sketching(monkeypatch)
+    page.attempt(lambda session: session.set_value(SPEED, 33))
+    wait_for_sketch(page)
+    page.attempt(lambda session: replace(session, compared=session.run))
+    assert page.session.sketch is sketching.sketches[0]
+    sketching.go_on.set()
+    wait_until_planned(page)
+    assert page.session.compared is not None
+    assert len(sketching.sketches) == 1
+
+
 def test_nothing_but_the_recipe_is_downloaded_while_a_sketch_is_shown(page, monkeypatch):
     Sketching(monkeypatch)
     page.attempt(lambda session: session.set_value(SPEED, 33))
