@@ -10,18 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Quaternions, Scalars
-from geometry.frames import rotation_angles, rotation_vectors
+from geometry.frames import rotation_vectors
 
 TOLERANCE = 0.004
 """mm and degrees that a sample may be off the line that replaces it."""
 _REST_SHARE, _REST_FLOOR = 0.25, 0.6
-"""A motion rests at a sample if, carried on to it, its speed falls below this share of the last mean speed, plus mm/s
-or deg/s that the rounding of two samples can pretend."""
+"""A motion rests at a sample if, carried on to it, its speed falls below this share of the mean speed of the segment
+beside it; mm/s or deg/s that the rounding of two samples can pretend do not count."""
+_SHARP_RAD = np.radians(45.0)
 _ALIKE = 3.0
 _LEVEL_SHARE, _LEVEL_FLOOR = 0.02, 0.5
 """What speeds on one level may differ by."""
-_LEVEL_S = 0.04
-"""What lasts less is no level."""
+_LEVEL_S, _LONG_S = 0.04, 0.25
+"""What lasts less is no level; what lasts longer is one also beside a segment that is not much shorter."""
 _DIP_SHARE, _DIP_FLOOR = 0.15, 3.0
 """A dip of the speed between two rises is one if it is deeper than this."""
 
@@ -43,11 +44,10 @@ class Track:
     joints: NDArray[np.float64]
     """(n, dof); dof is 0 where they are not known."""
 
-    def rates(self) -> Scalars:
-        """(n - 1,) combined speed of each segment, mm/s and deg/s together."""
-        way = np.linalg.norm(np.diff(self.tcp, axis=0), axis=1)
-        turn = np.degrees(rotation_angles(self.quaternion[:-1], self.quaternion[1:]))
-        return np.hypot(way, turn) / np.diff(self.times)
+    def steps(self) -> NDArray[np.float64]:
+        """(n - 1, 6) way and turn of each segment: mm, axis times degrees."""
+        turn = np.degrees(rotation_vectors(self.quaternion[:-1], self.quaternion[1:]))
+        return np.hstack((np.diff(self.tcp, axis=0), turn))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,8 +61,10 @@ class Vertices:
 
 def find_vertices(track: Track) -> Vertices:
     """Choose the fewest samples whose straight connections pass every sample within the tolerance."""
-    rates, lasting = track.rates(), np.diff(track.times)
-    rests = _rests(rates, lasting)
+    steps, lasting = track.steps(), np.diff(track.times)
+    lengths = np.linalg.norm(steps, axis=1)
+    rates = lengths / lasting
+    rests = _rests(rates, lasting, _bends(steps, lengths))
     forced = rests.copy()
     forced[1:-1] |= np.diff(track.maker[1:]) != 0
     borders = np.flatnonzero(rests)
@@ -89,29 +91,43 @@ def shares_along(track: Track, first: int, last: int) -> Scalars:
     return shares
 
 
-def _rests(rates: Scalars, lasting: Scalars) -> Flags:
+def _rests(rates: Scalars, lasting: Scalars, bends: Scalars) -> Flags:
     """At which samples the motion comes to rest: both ends, and where its speed, carried on, vanishes."""
     count = len(rates) + 1
     rests = np.zeros(count, dtype=np.bool_)
     rests[[0, -1]] = True
     if len(rates) < 2:
         return rests
-    slope = np.diff(rates) / (0.5 * (lasting[1:] + lasting[:-1]))
-    before, after = np.full(count, np.inf), np.full(count, np.inf)
-    # Over a segment much longer than its neighbour the speed is level: a slope between the two says nothing about it.
-    before[2:] = np.where(
-        lasting[1:] <= _ALIKE * lasting[:-1], (1.0 - _REST_SHARE) * rates[1:] + 0.5 * slope * lasting[1:], np.inf
-    )
-    after[:-2] = np.where(
-        lasting[:-1] <= _ALIKE * lasting[1:], (1.0 - _REST_SHARE) * rates[:-1] - 0.5 * slope * lasting[:-1], np.inf
-    )
-    carried = np.minimum(before, after)
-    inner = np.flatnonzero(carried[1:-1] <= _REST_FLOOR) + 1
-    # A stop whose neighbours are slow too is one stop, at the slowest of them.
+    change = np.diff(rates) / (lasting[1:] + lasting[:-1])  # half the slope
+    left = np.ones((2, count))  # of the speed of the segment before, and of the one after
+    left[0, 2:] = _left_at_end(rates[1:], change * lasting[1:], lasting[1:] <= _ALIKE * lasting[:-1])
+    left[1, :-2] = _left_at_end(rates[:-1], -change * lasting[:-1], lasting[:-1] <= _ALIKE * lasting[1:])
+    least, most = left.min(axis=0), left.max(axis=0)
+    sharp = bends > _SHARP_RAD
+    # Nothing turns sharply in full flight; on a straight way both sides have to agree.
+    inner = np.flatnonzero((np.where(sharp, least, most) <= _REST_SHARE)[1:-1]) + 1
+    # A stop whose neighbours are slow too is one stop: at the sharpest corner, or where both sides agree best.
     for group in np.split(inner, np.flatnonzero(np.diff(inner) > 1) + 1):
         if len(group):
-            rests[group[int(np.argmin(np.round(carried[group], 3)))]] = True
+            score = np.where(sharp[group], -np.round(bends[group], 2), np.round(most[group] + least[group], 3))
+            rests[group[int(np.argmin(score))]] = True
     return rests
+
+
+def _bends(steps: NDArray[np.float64], lengths: Scalars) -> Scalars:
+    """By how much the motion changes its direction at each sample (n,), way and turn together: radians."""
+    ways = steps / np.maximum(lengths, 1e-12)[:, None]
+    cosine = np.einsum("ij,ij->i", ways[:-1], ways[1:])
+    return np.concatenate(([0.0], np.arccos(np.clip(cosine, -1.0, 1.0)), [0.0]))
+
+
+def _left_at_end(rates: Scalars, change: Scalars, alike: Flags) -> Scalars:
+    """What is left of the mean speed of a segment at one end of it, carried on from its neighbour on the other.
+
+    Over a segment much longer than its neighbour the speed is level: a slope between the two says nothing about it.
+    """
+    left = np.maximum(rates + change - _REST_FLOOR, 0.0) / np.maximum(rates, 1e-9)
+    return np.where(alike, left, 1.0)
 
 
 def _speed_borders(rates: list[float], lasting: list[float]) -> set[int]:
@@ -122,12 +138,12 @@ def _speed_borders(rates: list[float], lasting: list[float]) -> set[int]:
     """
     borders = _dips(rates)
     for first, last in _levels(rates, lasting):
-        level = max(rates[first:last])
-        margin = _LEVEL_FLOOR + _LEVEL_SHARE * level
-        if first > 0 and rates[first - 1] > level + margin:
-            borders.add(first)
-        if last < len(rates) and rates[last] > level + margin:
-            borders.add(last)
+        fast = max(rates[first:last]) * (1.0 + _LEVEL_SHARE) + _LEVEL_FLOOR
+        length_s = sum(lasting[first:last])
+        for beside, border in ((first - 1, first), (last, last)):
+            is_level = length_s >= _LONG_S or length_s >= _ALIKE * lasting[beside % len(lasting)]
+            if 0 <= beside < len(rates) and is_level and rates[beside] > fast:
+                borders.add(border)
     return borders
 
 

@@ -4,6 +4,8 @@ from programs.events import Capability, Lowered
 from programs.installation import Installation
 from programs.posts.wording import plain
 
+_MOST_FINDINGS = 12
+
 
 def heading(lowered: Lowered, installation: Installation, capability: Capability, title: str) -> tuple[str, ...]:
     """Give the lines of a program's header without comment marks: printable ASCII, of any length.
@@ -12,6 +14,7 @@ def heading(lowered: Lowered, installation: Installation, capability: Capability
     """
     motion, error = lowered.motion, lowered.error
     origin = motion.origin
+    said = [f"{finding.severity}: {finding.message}" for finding in motion.findings if finding.severity != "info"]
     lines = (
         f"{title}, written by Washboard",
         f"Board  {origin.board}  sha256 {origin.board_sha256}",
@@ -21,6 +24,7 @@ def heading(lowered: Lowered, installation: Installation, capability: Capability
         f"Worst event error {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"
         + (f" ({error.made_by})" if error.made_by else ""),
         f"Controller class {capability.controller_class}; cycle {1e3 * capability.cycle_s:g} ms is in the error",
-        *(f"{finding.severity}: {finding.message}" for finding in motion.findings if finding.severity != "info"),
+        *said[:_MOST_FINDINGS],
+        *([f"and {len(said) - _MOST_FINDINGS} findings more"] if len(said) > _MOST_FINDINGS else []),
     )
     return tuple(plain(line) for line in lines)

@@ -154,3 +154,12 @@ def test_the_last_bits_of_a_stop_do_not_matter() -> None:
     rng = np.random.default_rng(3)
     assert rests(np.zeros(81)) == [0, 40, 80]
     assert rests(np.round(rng.uniform(-5e-4, 5e-4, 81), 4)) == [0, 40, 80]
+
+
+def test_a_slow_start_behind_a_corner_is_no_second_stop() -> None:
+    """Joint limits make a robot start gently: the first samples after the corner are slow and far apart in time."""
+    y = [0.0, 0.0, 0.0, 0.0, 0.0, 0.015, 0.062, 0.139, 0.247, 0.385, 0.555, 0.755]
+    x = [-0.9, -0.55, -0.25, -0.06, 0.0] + [0.0] * 7
+    times = np.cumsum([0.0, 0.02, 0.02, 0.02, 0.026, 0.026, 0.016, 0.008, 0.008, 0.008, 0.008, 0.008])
+    vertices = find_vertices(track(times.tolist(), x, y))
+    assert vertices.kept[vertices.rests].tolist() == [0, 4, 11]
