@@ -88,8 +88,8 @@ def _swings(zero: Zero, tip: Poses, asked: Poses, second: Values) -> Values:
     loose = _is_along(axis, asked[:, :3, 2])
     now = np.where(loose[:, None], _turned(zero.axes[4], second, tip[:3, 0]), now)
     goal = np.where(loose[:, None], asked[:, :3, 0], asked[:, :3, 2])
-    flat = np.sum(now * goal, axis=1) - (now @ axis) * (goal @ axis)
-    return np.arctan2(np.cross(now, goal) @ axis, flat)
+    now, goal = np.cross(axis, now), np.cross(axis, goal)  # what lies across the axis, however little it is
+    return np.arctan2(np.cross(now, goal) @ axis, np.sum(now * goal, axis=1))
 
 
 def _opposite(axis: Values, wanted: Vectors, side: int) -> Values:

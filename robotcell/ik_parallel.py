@@ -7,7 +7,7 @@ in the plane.
 Where joint 1 or joint 6 turns freely (axes 5 and 6 meet above axis 1; axis 6 parallel to axes 2 to 4) what is left in
 the plane depends on the angle chosen. Each of the two branches then has a half turn for itself, around the preferred
 angle and around its opposite, as the branches of every pose nearby lie opposite each other. Joint 6 takes the middle of
-that half turn, or of the part of it that can be reached; joint 1 the angle that leaves most configurations of 32 tried.
+that half turn, or of the part of it that can be reached; joint 1 that angle of 512 that leaves most configurations.
 """
 
 import math
@@ -33,7 +33,7 @@ from robotcell.ik_steps import (
 )
 from robotcell.robot import Joints, Poses
 
-TRIES = 32
+TRIES = 512
 """Angles of a half turn that are tried for a joint that turns freely"""
 
 
