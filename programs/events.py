@@ -191,7 +191,7 @@ def _said(line: Line, event: Event, capability: Capability) -> Event:
 
 def _divided_where_wanted(line: Line, capability: Capability) -> Iterator[Line]:
     """Divide a line where its jets are wanted; each signal leaves so long before the end of a part."""
-    shares = _inner({event.share for event in line.events})
+    shares = _inner({_part_end(line, number, capability) for number in range(len(line.events))})
     left = list(line.events)
     begin_s = 0.0
     for part in split_line(line, shares, _division_blend(line, shares)):
@@ -200,6 +200,22 @@ def _divided_where_wanted(line: Line, capability: Capability) -> Iterator[Line]:
         left = left[len(mine) :]
         yield replace(part, events=tuple(_before_end(event, begin_s, end_s, capability) for event in mine))
         begin_s = end_s
+
+
+def _part_end(line: Line, number: int, capability: Capability) -> float:
+    """Where the part ends whose end a signal counts from, as a share of the line.
+
+    That is where the jet is wanted, or near to it, whole steps after the signal. No part has more signals than allowed.
+    """
+    event, step = line.events[number], capability.step_s
+    lead = (line.course.second_at(event.share) - event.signal_s) / step
+    after = line.events[number + capability.most_events :][:1]
+    most = ((after[0].signal_s if after else line.duration_s) - event.signal_s - 2 * _MOMENT_S) / step
+    late_s = abs(round(lead) - lead) * step
+    is_near = event.share == 1.0 and min(late_s / _COARSE_S, late_s * event.speed_mm_s / _COARSE_MM) < 1.0
+    if (late_s < _MOMENT_S or is_near) and (lead <= most or not after):
+        return event.share
+    return line.course.share_at(event.signal_s + max(min(round(lead), math.floor(most)), 0) * step)
 
 
 def _before_end(event: Event, begin_s: float, end_s: float, capability: Capability) -> Event:
