@@ -1,0 +1,89 @@
+"""Moves from joints to joints, with the jet off: to another configuration, another tool, home. Metres, radians."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from geometry.arrays import Scalars
+from robotcell.cell import Cell
+from robotcell.course import Flags
+from robotcell.robot import Joints, Robot
+
+SHARE = 0.5
+"""Of the joints' greatest speeds and accelerations that such moves take."""
+_SAMPLE_S = 0.04
+
+Blocked: TypeAlias = Callable[[Joints, Joints, int], Flags]
+"""Takes (k, dof) joints before and after and the tool's index; says (k,) whether the straight way between collides."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointMove:
+    """A move through joint rows, straight from one to the next, at rest at each."""
+
+    way: Joints
+    """(k, dof) k >= 2"""
+
+
+def find_move(cell: Cell, begin: Joints, end: Joints, tools: tuple[int, int], blocked: Blocked) -> JointMove | None:
+    """Find a move that collides with nothing: straight, or by way of home; ``None`` if these collide.
+
+    Args:
+        cell: Whose home.
+        begin: (dof,)
+        end: (dof,)
+        tools: Index of the tool before and after: it is changed at the beginning, or at home if the way leads there.
+        blocked: Tells what collides.
+    """
+    for way, carried in _ways(cell, begin, end, tools):
+        legs = [
+            blocked(way[index : index + 1], way[index + 1 : index + 2], tool)[0] for index, tool in enumerate(carried)
+        ]
+        if not any(legs):
+            return JointMove(way)
+    return None
+
+
+def _ways(cell: Cell, begin: Joints, end: Joints, tools: tuple[int, int]) -> list[tuple[Joints, list[int]]]:
+    home = cell.home
+    like_begin, like_end = home.copy(), home.copy()
+    like_begin[0], like_end[0] = begin[0], end[0]
+    before, after = tools
+    return [
+        (np.stack((begin, end)), [after]),
+        (np.stack((begin, home, end)), [before, after]),
+        (np.stack((begin, like_begin, home, like_end, end)), [before, before, after, after]),
+    ]
+
+
+def time_move(robot: Robot, move: JointMove) -> tuple[Scalars, Joints]:
+    """Sample a move: times (k,) from 0 and joints (k, dof), ends included; trapezoids of speed from rest to rest."""
+    times, rows, clock = [np.zeros(1)], [move.way[:1]], 0.0
+    for begin, end in zip(move.way[:-1], move.way[1:], strict=True):
+        far = np.abs(end - begin)
+        if far.max() < 1e-9:
+            continue
+        speed = min(SHARE * joint.speed / way for joint, way in zip(robot.joints, far.tolist(), strict=True) if way > 0)
+        push = min(
+            SHARE * joint.acceleration / way for joint, way in zip(robot.joints, far.tolist(), strict=True) if way > 0
+        )
+        at, share = _trapezoid(speed, push)
+        times.append(clock + at[1:])
+        rows.append(begin + share[1:, None] * (end - begin))
+        clock += float(at[-1])
+    return np.concatenate(times), np.concatenate(rows)
+
+
+def _trapezoid(speed: float, push: float) -> tuple[Scalars, Scalars]:
+    """Times and shares of the way, from rest to rest, for a way of length 1."""
+    ramp = min(speed / push, float(np.sqrt(1.0 / push)))
+    top = ramp * push
+    cruise = max(0.0, 1.0 / top - ramp)
+    total = 2.0 * ramp + cruise
+    at = np.linspace(0.0, total, max(4, int(np.ceil(total / _SAMPLE_S)) + 1))
+    at = np.unique(np.round(np.concatenate((at, np.array([ramp, ramp + cruise]))), 12)).astype(np.float64)
+    up, down = np.minimum(at, ramp), np.maximum(at - ramp - cruise, 0.0)
+    share = 0.5 * push * up**2 + top * np.clip(at - ramp, 0.0, cruise) + top * down - 0.5 * push * down**2
+    return at, np.asarray(np.clip(share, 0.0, 1.0), dtype=np.float64)

@@ -1,0 +1,251 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from tracked import MADE_BY, line_program, moves_of, rates, reached_mm
+
+from programs.playback import playback
+from programs.posts import native
+from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
+from robotcell.cell import Cell
+from robotcell.errors import CellError
+from robotcell.load import read_cell
+from robotcell.poses import pose
+from robotcell.robot import Body, Box
+from robotcell.track import CellReport, Terms, terms_of, track
+
+ROUND = Terms(round_nozzles=frozenset({"ring60"}))
+ARMS = ["ur5e-bench", "kr6-bench", "gantry"]
+
+
+def cell_of(name: str) -> Cell:
+    return read_cell(name).cell
+
+
+def with_board(cell: Cell, *xyz: float, rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Cell:
+    return dataclasses.replace(cell, T_cell_board=pose(xyz, (0, 0, 0)) @ cell.T_cell_board @ pose((0, 0, 0), rpy))
+
+
+def rules(report: CellReport) -> set[str]:
+    return {finding.rule for finding in report.findings}
+
+
+def message(report: CellReport, rule: str) -> str:
+    return next(finding.message for finding in report.findings if finding.rule == rule)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_the_joints_bring_the_orifice_where_the_program_says(name: str) -> None:
+    program = line_program()
+    report = track(program, cell_of(name), None, terms=ROUND)
+    assert report.possible
+    assert rules(report) <= {"board-not-checked", "speed-not-held", "home-blocked"}
+    moves = moves_of(report.program)
+    assert report.joints.shape == (len(moves), report.cell.robot.dof)
+    places, jets = reached_mm(report)
+    np.testing.assert_allclose(places, [move.position for move in moves], atol=1e-4)
+    np.testing.assert_allclose(jets, np.tile([0.0, 0.0, -1.0], (len(jets), 1)), atol=1e-6)
+
+
+def test_asked_places_are_kept_and_others_lie_between_them() -> None:
+    program = line_program()
+    report = track(program, cell_of("ur5e-bench"), None, terms=ROUND)
+    places = [move.position for move in moves_of(report.program)]
+    at = 0
+    for move in moves_of(program):
+        at += next(index for index, place in enumerate(places[at:]) if np.allclose(place, move.position, atol=1e-5))
+    others = [item for item in report.program.instructions if not isinstance(item, MoveTo)]
+    asked = [item for item in program.instructions if not isinstance(item, MoveTo)]
+    assert [dataclasses.replace(item, time_s=0.0) for item in others] == [
+        dataclasses.replace(item, time_s=0.0) for item in asked
+    ]
+
+
+def test_a_robot_that_is_quick_enough_keeps_the_programs_own_time() -> None:
+    program = line_program(speed=20.0, accelerate=200.0)
+    report = track(program, cell_of("kr6-bench"), None, terms=ROUND)
+    assert report.program.totals.duration_s == pytest.approx(program.totals.duration_s, abs=1e-6)
+    assert "speed-not-held" not in rules(report)
+
+
+def slow(cell: Cell, share: float) -> Cell:
+    joints = tuple(
+        dataclasses.replace(joint, speed=joint.speed * share, acceleration=joint.acceleration * share)
+        for joint in cell.robot.joints
+    )
+    return dataclasses.replace(cell, robot=dataclasses.replace(cell.robot, joints=joints))
+
+
+@pytest.mark.parametrize("share", [0.2, 0.05])
+def test_a_slow_robot_takes_longer_keeps_its_limits_and_is_reported(share: float) -> None:
+    program = line_program(speed=120.0)
+    cell = slow(cell_of("ur5e-bench"), share)
+    report = track(program, cell, None, terms=ROUND)
+    assert report.program.totals.duration_s > program.totals.duration_s + 0.01
+    speed, acceleration = rates(report)
+    assert (np.abs(speed) <= np.array([joint.speed for joint in cell.robot.joints]) * 1.01).all()
+    assert (np.abs(acceleration) <= np.array([joint.acceleration for joint in cell.robot.joints]) * 1.06).all()
+    found = [finding for finding in report.findings if finding.rule == "speed-not-held"]
+    assert found
+    assert found[0].made_by == MADE_BY
+    assert found[0].severity == "warning"
+    assert any(joint.name in found[0].message for joint in cell.robot.joints)
+
+
+def test_the_jet_goes_on_and_off_at_the_same_places() -> None:
+    program = line_program(speed=120.0)
+    report = track(program, slow(cell_of("ur5e-bench"), 0.1), None, terms=ROUND)
+
+    def switched(told: TimedProgram) -> np.ndarray:
+        times = np.array([item.time_s for item in told.instructions if isinstance(item, SetNozzle)])
+        return playback(told, times).tcp
+
+    np.testing.assert_allclose(switched(report.program), switched(program), atol=1e-3)
+    wait = next(item for item in report.program.instructions if isinstance(item, Wait))
+    after = next(move for move in moves_of(report.program) if move.time_s > wait.time_s + 1e-9)
+    assert after.time_s >= wait.time_s + 0.3 - 1e-6
+
+
+def test_what_the_robot_does_is_a_sound_program() -> None:
+    report = track(line_program(speed=120.0), slow(cell_of("ur5e-bench"), 0.1), None, terms=ROUND)
+    text = native.render(report.program)
+    assert native.render(native.parse(text)) == text
+    litres = dict(report.program.totals.liquid_l)["clean"]
+    assert litres == pytest.approx(report.program.totals.spray_s / report.asked.totals.spray_s)
+
+
+def test_the_same_input_gives_the_same_result() -> None:
+    first, second = (track(line_program(), cell_of("ur5e-bench"), None, terms=ROUND) for _ in range(2))
+    assert first.joints.tobytes() == second.joints.tobytes()
+    assert first.program == second.program
+    assert first.findings == second.findings
+
+
+def test_cell_and_board_moved_together_change_nothing() -> None:
+    cell = cell_of("ur5e-bench")
+    moved = pose((3.0, -2.0, 0.5), (0.0, 0.0, 0.7))
+    fixtures = tuple(dataclasses.replace(body, T_carrier_shape=moved @ body.T_carrier_shape) for body in cell.fixtures)
+    other = dataclasses.replace(
+        cell, T_cell_base=moved @ cell.T_cell_base, T_cell_board=moved @ cell.T_cell_board, fixtures=fixtures
+    )
+    one, two = (track(line_program(), each, None, terms=ROUND) for each in (cell, other))
+    np.testing.assert_allclose(two.joints, one.joints, atol=1e-8)
+
+
+def test_a_nozzle_that_is_not_round_keeps_its_azimuth() -> None:
+    report = track(line_program(nozzle="knife", tool=2), cell_of("ur5e-bench"), None, terms=ROUND)
+    spraying = False
+    checked = 0
+    for item in report.program.instructions:
+        if isinstance(item, SetNozzle):
+            spraying = item.spraying
+        elif isinstance(item, MoveTo) and spraying:
+            assert item.quaternion == pytest.approx((0.0, 1.0, 0.0, 0.0), abs=1e-7)
+            checked += 1
+    assert checked > 100
+
+
+def test_a_change_of_tool_is_a_joint_move_at_rest() -> None:
+    first = line_program()
+    end = first.instructions[-1].time_s
+    back = [
+        Command(end, "NOZZLE", ("knife", "TOOL", "2"), "sequence[1]"),
+        MoveTo(end + 1.0, (40.0, 40.0, 110.0), (0.0, 1.0, 0.0, 0.0), 40.0, "sequence[1]"),
+    ]
+    program = dataclasses.replace(
+        first,
+        instructions=(*first.instructions, *back),
+        totals=dataclasses.replace(first.totals, duration_s=end + 1.0, moves=first.totals.moves + 1),
+    )
+    report = track(program, cell_of("ur5e-bench"), None, terms=ROUND)
+    assert report.possible
+    change = next(
+        index
+        for index, item in enumerate(report.program.instructions)
+        if isinstance(item, Command) and item.arguments[0] == "knife"
+    )
+    moves_before = sum(isinstance(item, MoveTo) for item in report.program.instructions[:change])
+    np.testing.assert_allclose(report.joints[moves_before], report.joints[moves_before - 1], atol=1e-9)
+    steps = np.abs(np.diff(report.joints, axis=0)).max()
+    assert steps < 0.25
+    assert native.render(report.program)
+
+
+def test_too_far_says_how_far_and_where_the_board_would_have_to_be() -> None:
+    report = track(line_program(), with_board(cell_of("ur5e-bench"), 0.5, 0.0, 0.0), None, terms=ROUND)
+    assert not report.possible
+    assert report.program is report.asked
+    worst = next(finding for finding in report.findings if finding.rule == "out-of-reach")
+    assert worst.severity == "error"
+    assert worst.where is not None
+    assert "nearer to the robot" in worst.message
+    assert "board moved by -" in message(report, "cell-remedy")
+
+
+def test_a_wall_in_the_way_is_named() -> None:
+    cell = cell_of("ur5e-bench")
+    wall = Body("wall", Box((0.02, 0.6, 0.6)), pose((0.44, 0.0, 0.47), (0, 0, 0)))
+    report = track(line_program(), dataclasses.replace(cell, fixtures=(*cell.fixtures, wall)), None, terms=ROUND)
+    assert "wall" in message(report, "collision")
+    assert any(finding.severity == "error" for finding in report.findings)
+
+
+def test_a_tcp_turned_by_half_a_turn_is_recognised() -> None:
+    cell = cell_of("ur5e-bench")
+    tools = tuple(
+        dataclasses.replace(tool, T_flange_tcp=tool.T_flange_tcp @ pose((0, 0, 0), (np.pi, 0, 0)))
+        for tool in cell.tools
+    )
+    report = track(line_program(), dataclasses.replace(cell, tools=tools), None, terms=ROUND)
+    assert "with the TCP turned by 180 degrees" in message(report, "cell-remedy")
+
+
+def test_metres_for_millimetres_are_recognised() -> None:
+    cell = cell_of("ur5e-bench")
+    wrong = cell.T_cell_board.copy()
+    wrong[:3, 3] *= 1e-3
+    report = track(line_program(), dataclasses.replace(cell, T_cell_board=wrong), None, terms=ROUND)
+    assert "metres were written for millimetres" in message(report, "cell-remedy")
+
+
+def test_a_board_upside_down_is_recognised() -> None:
+    report = track(
+        line_program(), with_board(cell_of("ur5e-bench"), 0.0, 0.1, 0.0, rpy=(np.pi, 0, 0)), None, terms=ROUND
+    )
+    assert "turned over" in message(report, "cell-remedy")
+
+
+def test_joint_limits_are_told_apart_from_reach() -> None:
+    cell = cell_of("ur5e-bench")
+    joints = list(cell.robot.joints)
+    joints[2] = dataclasses.replace(joints[2], lowest=-0.3, highest=0.3)
+    robot = dataclasses.replace(cell.robot, joints=tuple(joints))
+    report = track(line_program(), dataclasses.replace(cell, robot=robot), None, terms=ROUND)
+    found = message(report, "joint-limit")
+    assert joints[2].name in found
+    assert "degrees" in found
+
+
+def test_a_tool_that_the_cell_does_not_have_is_an_error() -> None:
+    with pytest.raises(CellError, match="asks for tool 7"):
+        track(line_program(tool=7), cell_of("ur5e-bench"), None)
+
+
+def test_a_board_that_is_turned_over_needs_a_place() -> None:
+    program = line_program()
+    flip = Command(program.instructions[-1].time_s, "CALL", ("flip_to_bottom",), "sequence[1]/turn")
+    with pytest.raises(CellError, match=r"placements\.flip_to_bottom"):
+        track(dataclasses.replace(program, instructions=(*program.instructions, flip)), cell_of("ur5e-bench"), None)
+
+
+def test_terms_come_from_the_cells_file() -> None:
+    loaded = read_cell("ur5e-bench")
+    terms = terms_of(loaded, lean=0.1)
+    assert "ring60" in terms.round_nozzles
+    assert "knife" not in terms.round_nozzles
+    assert terms.lean == 0.1
+
+
+def test_without_a_board_the_report_says_so() -> None:
+    report = track(line_program(), cell_of("ur5e-bench"), None, terms=ROUND)
+    assert "--board" in message(report, "board-not-checked")
