@@ -32,12 +32,6 @@ def lines_of(track: Track, makers: tuple[str, ...]) -> list[Line]:
     ]
 
 
-def poses_of(track: Track) -> list[Pose]:
-    """Give the samples of a track as poses."""
-    rows = np.hstack((track.tcp, track.quaternion)).tolist()
-    return [Pose((x, y, z), (a, b, c, d)) for x, y, z, a, b, c, d in rows]
-
-
 def _rates(track: Track) -> NDArray[np.float64]:
     """(n - 1, 2) speed of the orifice and rate of the turn of each segment: mm/s, rad/s."""
     way = np.linalg.norm(np.diff(track.tcp, axis=0), axis=1)
@@ -47,7 +41,7 @@ def _rates(track: Track) -> NDArray[np.float64]:
 
 def _line(track: Track, first: int, last: int, rates: NDArray[np.float64], makers: tuple[str, ...]) -> Line:
     """Draw the line between two samples; it ends with a stop."""
-    start, target = (_pose(track, at) for at in (first, last))
+    start, target = (pose_of(track, at) for at in (first, last))
     speed, turn = rates[first:last].max(axis=0).tolist()
     course = Course(
         seconds=track.times[first : last + 1] - track.times[first],
@@ -67,7 +61,8 @@ def _line(track: Track, first: int, last: int, rates: NDArray[np.float64], maker
     )
 
 
-def _pose(track: Track, at: int) -> Pose:
+def pose_of(track: Track, at: int) -> Pose:
+    """Give a sample of a track as a pose."""
     x, y, z = track.tcp[at].tolist()
     a, b, c, d = track.quaternion[at].tolist()
     return Pose((x, y, z), (a, b, c, d))

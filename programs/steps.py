@@ -9,7 +9,7 @@ from geometry.finding import Finding
 from programs.errors import ProgramError
 from programs.installation import Assignment, Installation
 from programs.layout import Hold, Layout, Wanted, lay_out
-from programs.lines import lines_of, poses_of
+from programs.lines import lines_of, pose_of
 from programs.motion import (
     Call,
     EndRepeat,
@@ -120,16 +120,16 @@ class _Teller:
 
     def drive(self, track: Track) -> None:
         """Tell the lines of a track."""
-        makers, poses = self.layout.makers, poses_of(track)
+        makers, several = self.layout.makers, len(track.times) > 1
         self.now = float(track.times[0])
-        self.pose, self.joints = poses[0], tuple(track.joints[0].tolist())
-        self.reach(makers[track.maker[min(1, len(poses) - 1)]])
-        if len(poses) > 1:
+        self.pose, self.joints = pose_of(track, 0), tuple(track.joints[0].tolist())
+        self.reach(makers[track.maker[int(several)]])
+        if several:
             for line in lines_of(track, makers):
                 self.now = line.time_s
                 self.add(line)
         self.now = float(track.times[-1])
-        self.pose, self.joints = poses[-1], tuple(track.joints[-1].tolist())
+        self.pose, self.joints = pose_of(track, -1), tuple(track.joints[-1].tolist())
 
     def want(self, wanted: Wanted) -> None:
         """Find the step that runs at the time of a wish."""

@@ -22,6 +22,7 @@ from programs.motion import (
     UseTool,
 )
 from programs.pose import Pose
+from programs.posts.abb_data import NO_AXES, RESERVED, jointtarget, pose_data
 from programs.posts.chapters import Chapter, Part, divide
 from programs.posts.heading import heading
 from programs.posts.wording import cut, fixed, make_name, short
@@ -45,7 +46,6 @@ MOST_STEPS = 2000
 _LONGEST_NAME = 32
 _ZONES = ((5.0, "z5"), (1.0, "z1"), (0.0, "z0"))
 """Predefined zones by their radius; z0 is 0.3 mm, and the controller shrinks a zone that has no room."""
-_NO_AXES = "[9E9,9E9,9E9,9E9,9E9,9E9]"
 _REACH_SPEED = "s100"
 
 
@@ -53,8 +53,8 @@ def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
     """Write a program: one module, or a module for each part and a ``.pgf`` that lists them."""
     parts = divide(lowered.motion, MOST_STEPS)
     chapters = [part for part in parts if isinstance(part, Chapter)]
-    name = make_name(lowered.motion.origin.board, _LONGEST_NAME - 6)
-    writer = _Writer(installation, {name.lower(), "main", "define_events"})
+    name = make_name(lowered.motion.origin.board, _LONGEST_NAME - 6, RESERVED)
+    writer = _Writer(installation, {name.lower(), *RESERVED})
     for step in lowered.motion.steps:
         if isinstance(step, Call):
             writer.name("call", step.name, step.name)  # before our own routines take names
@@ -118,7 +118,7 @@ class _Writer:
         """Name a target."""
         self.target_count += 1
         name = f"p{self.target_count}"
-        self.targets.append(f"LOCAL CONST robtarget {name}:=[{_pose(pose)[1:-1]},[0,0,0,0],{_NO_AXES}];")
+        self.targets.append(f"LOCAL CONST robtarget {name}:=[{pose_data(pose)[1:-1]},[0,0,0,0],{NO_AXES}];")
         return name
 
     def speed(self, line: Line) -> str:
@@ -180,7 +180,7 @@ def _instructions(writer: _Writer, step: Step) -> Iterable[str]:
         case Reach():
             writer.speeds[_REACH_SPEED] = "[100,500,5000,1000]"
             if step.joints:
-                joints = _jointtarget(step.joints, writer.installation)
+                joints = jointtarget(step.joints, writer.installation)
                 yield f"MoveAbsJ {joints}\\NoEOffs,{_REACH_SPEED},fine,{writer.frames};"
             move = "MoveL" if step.joints else "MoveJ"
             yield f"{move} {writer.target(step.target)},{_REACH_SPEED},fine,{writer.frames};"
@@ -259,32 +259,15 @@ def _data(writer: _Writer) -> list[str]:
     for name, tool in writer.tools.items():
         middle_mm = max(0.5 * tool.T_flange_tcp.position[2], 1.0)  # a centre of gravity at 0 is refused
         weight = f"[{short(tool.mass_kg, 3)},[0,0,{fixed(middle_mm, 1)}],[1,0,0,0],0,0,0]"
-        lines.append(f"PERS tooldata {name}:=[TRUE,{_pose(tool.T_flange_tcp)},{weight}];")
+        lines.append(f"PERS tooldata {name}:=[TRUE,{pose_data(tool.T_flange_tcp)},{weight}];")
     for name, place in writer.boards.items():
-        lines.append(f'PERS wobjdata {name}:=[FALSE,TRUE,"",{_pose(place)},[[0,0,0],[1,0,0,0]]];')
+        lines.append(f'PERS wobjdata {name}:=[FALSE,TRUE,"",{pose_data(place)},[[0,0,0],[1,0,0,0]]];')
     if writer.installation.home:
-        lines.append(f"CONST jointtarget jHome:={_jointtarget(writer.installation.home, writer.installation)};")
+        lines.append(f"CONST jointtarget jHome:={jointtarget(writer.installation.home, writer.installation)};")
     lines += [f"CONST speeddata {name}:={value};" for name, value in writer.speeds.items()]
     lines += [f"VAR triggdata {name};" for name in writer.events.values()]
     lines += [f"VAR num nLoop{number}:=0;" for number in range(1, writer.loops + 1)]
     return lines
-
-
-def _jointtarget(joints: tuple[float, ...], installation: Installation) -> str:
-    """Degrees and mm; up to six joints are the robot's, what follows are external axes."""
-    kinds = [joint.kind for joint in installation.joints] or ["revolute"] * len(joints)
-    values = [
-        fixed(math.degrees(value) if kind == "revolute" else value, 4)
-        for value, kind in zip(joints, kinds, strict=True)
-    ]
-    robot = [*values[:6], *["0"] * (6 - len(values[:6]))]
-    outside = [*values[6:12], *["9E9"] * (6 - len(values[6:12]))]
-    return f"[[{','.join(robot)}],[{','.join(outside)}]]"
-
-
-def _pose(pose: Pose) -> str:
-    position = ",".join(fixed(value, 3) for value in pose.position)
-    return f"[[{position}],[{','.join(fixed(value, 7) for value in pose.quaternion)}]]"
 
 
 def _module(name: str, lines: list[str]) -> str:

@@ -100,6 +100,15 @@ def test_a_long_program_is_divided_into_modules_that_a_list_names() -> None:
     assert compare(abb_reader.read(files), motion, small_cell()) == ()
 
 
+@pytest.mark.parametrize("board", ["Main", "module", "test"])
+def test_a_board_may_have_the_name_of_a_word_of_the_language(board: str) -> None:
+    motion = program(*READY, line(pose(0), pose(9), 10.0))
+    named = replace(motion, origin=replace(motion.origin, board=board))
+    files = abb.render(lower(named, abb.CAPABILITY), small_cell())
+    assert list(files) == [f"{board}_2.mod"]
+    assert compare(abb_reader.read(files), named, small_cell()) == ()
+
+
 def test_names_of_any_tools_are_kept_apart() -> None:
     cell = small_cell()
     tools = {number: replace(tool, name="Düse 60°") for number, tool in cell.tools.items()}
