@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.frames import rotation_angles
-from programs.motion import SAME_MM, Course, Line
+from programs.motion import SAME_MM, Course, Line, split_line
 from programs.pose import Pose
 from programs.tracks import Track, find_vertices, shares_along
 
 BLEND_ERROR_MM = 0.05
 """How far a corner may be cut."""
 _WIDEST_MM, _NARROWEST_MM = 5.0, 0.01
+_LARGEST_TURN_RAD = math.radians(170.0)
 _ROOM = 0.4
 """Share of either line that a zone may take, so that two zones never meet."""
 
@@ -26,10 +27,11 @@ def lines_of(track: Track, makers: tuple[str, ...]) -> list[Line]:
     rates = _rates(track)
     lines = [_line(track, first, last, rates, makers) for first, last in pairwise(kept)]
     stops = vertices.rests[1:].tolist()
-    return [
+    passed = [
         line if stop else replace(line, blend_mm=_zone(line, after))
         for line, stop, after in zip(lines, stops, [*lines[1:], lines[-1]], strict=True)
     ]
+    return [part for line in passed for part in _without_half_turns(line)]
 
 
 def _rates(track: Track) -> NDArray[np.float64]:
@@ -66,6 +68,11 @@ def pose_of(track: Track, at: int) -> Pose:
     x, y, z = track.tcp[at].tolist()
     a, b, c, d = track.quaternion[at].tolist()
     return Pose((x, y, z), (a, b, c, d))
+
+
+def _without_half_turns(line: Line) -> list[Line]:
+    """Divide a line on which the tool turns about half way round: controllers would choose the way by themselves."""
+    return split_line(line, (0.5,), _NARROWEST_MM) if line.angle_rad > _LARGEST_TURN_RAD else [line]
 
 
 def _zone(line: Line, after: Line) -> float:

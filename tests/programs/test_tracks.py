@@ -7,6 +7,7 @@ from installations import small_cell
 from numpy.typing import NDArray
 from robot_programs import PROGRAMS
 from small_plans import LIMITS, leaning, moved, plan_of, random_plan, spray, transfer
+from small_programs import program_of
 
 from geometry.frames import rotation_angles
 from programs.motion import Line, MotionProgram
@@ -163,3 +164,15 @@ def test_a_slow_start_behind_a_corner_is_no_second_stop() -> None:
     times = np.cumsum([0.0, 0.02, 0.02, 0.02, 0.026, 0.026, 0.016, 0.008, 0.008, 0.008, 0.008, 0.008])
     vertices = find_vertices(track(times.tolist(), x, y))
     assert vertices.kept[vertices.rests].tolist() == [0, 4, 11]
+
+
+def test_half_a_turn_is_divided_so_that_its_way_is_stated() -> None:
+    program = program_of(
+        MoveTo(0.0, (0.0, 0.0, 50.0), (0.0, 1.0, 0.0, 0.0), 0.0, "s"),
+        MoveTo(1.0, (0.0, 0.0, 50.0), (0.0, 0.0, 1.0, 0.0), 0.0, "s"),
+    )
+    one, other = make_motion(program, small_cell()).lines
+    assert math.degrees(one.angle_rad) == pytest.approx(90.0)
+    assert math.degrees(other.angle_rad) == pytest.approx(90.0)
+    assert one.blend_mm > 0.0
+    assert one.duration_s == pytest.approx(0.5)
