@@ -34,5 +34,9 @@ def remark_html(reason: str) -> str:
 
 
 def note_html(text: str) -> str:
-    """Write what somebody should know, quietly, aligned with the inputs."""
-    return f'<div style="margin:0 10px 6px;font-size:12px;line-height:1.4;color:{to_hex(INK)}">{escape(text)}</div>'
+    """Write what somebody should know, quietly, aligned with the inputs; it stays in sight where there are many."""
+    return (
+        "<style>div:has(> .washboard-note) { position: sticky; bottom: 0; z-index: 3; background: #fff; }</style>"
+        '<div class="washboard-note" style="margin:0 10px;padding:4px 0 6px;font-size:12px;line-height:1.4;'
+        f'color:{to_hex(INK)}">{escape(text)}</div>'
+    )
