@@ -9,7 +9,9 @@ from boards.board import Board
 from geometry.arrays import Indices, Scalars
 from programs.program import Command, TimedProgram
 from robotcell.cell import Cell
+from robotcell.clearance import Clearance, clearance
 from robotcell.collision import Collider, build_collider, collides, first_pairs, with_board_at
+from robotcell.contacts import Touch
 from robotcell.course import Course, Flags
 from robotcell.ik import solve
 from robotcell.joint_move import Blocked
@@ -56,6 +58,17 @@ class Questions:
         """Name the first pair of bodies that collides at joints (dof,)."""
         touch = first_pairs(self.colliders[placement], q[None], self.cell.tools[tool].number)[0]
         return None if touch is None else (touch.body, touch.other)
+
+    def nearest(self, q: Joints, course: Course, sample: Indices) -> Clearance:
+        """Measure the clearance of joints (k, dof) at samples (k,) of a course."""
+        distances = np.zeros(len(q))
+        touches: list[Touch | None] = [None] * len(q)
+        for at, carried, place in _groups(course.tool[sample], course.placement[sample]):
+            found = clearance(self.colliders[place], q[at], self.cell.tools[carried].number)
+            distances[at] = found.distances
+            for row, touch in zip(at.tolist(), found.touches, strict=True):
+                touches[row] = touch
+        return Clearance(distances, tuple(touches))
 
     def blocked(self, placement: int) -> Blocked:
         """Give the question whether straight ways collide, with the board at one of its placements."""

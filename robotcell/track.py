@@ -12,6 +12,7 @@ from geometry.finding import Finding, worst_first
 from geometry.progress import Progress, part_of
 from programs.program import TimedProgram
 from robotcell.cell import Cell
+from robotcell.clearance import Clearance
 from robotcell.course import Course, Flags, course_of
 from robotcell.explain import Scene, breaks, collisions, leaning, nearly_singular, slowness, unreachable
 from robotcell.follow import Followed
@@ -24,6 +25,9 @@ from robotcell.remedies import find_remedy, places_of, share_reached
 from robotcell.retell import retell
 from robotcell.robot import Joints, Poses
 from robotcell.singularity import singularity
+
+_LOOKED_AT = 600
+"""Moves whose clearance is measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +57,10 @@ class CellReport:
     """(moves,) w, the manipulability."""
     condition: Scalars
     """(moves,) inverse condition."""
+    clearance: Clearance
+    """Of some of the moves: how near robot and tool come to board and fixtures."""
+    clearance_at: Indices
+    """Which moves these are."""
     findings: tuple[Finding, ...]
 
     @property
@@ -127,8 +135,17 @@ def _refused(ask: Questions, board: Board | None, found: Motion) -> CellReport:
 
 def _without_motion(ask: Questions, findings: list[Finding]) -> CellReport:
     none = np.zeros(0)
-    joints = np.zeros((0, ask.cell.robot.dof))
-    return CellReport(ask.cell, ask.program, ask.program, joints, none, none, worst_first(findings))
+    return CellReport(
+        cell=ask.cell,
+        asked=ask.program,
+        program=ask.program,
+        joints=np.zeros((0, ask.cell.robot.dof)),
+        singularity=none,
+        condition=none,
+        clearance=Clearance(none, ()),
+        clearance_at=np.zeros(0, dtype=np.int64),
+        findings=worst_first(findings),
+    )
 
 
 def _told(ask: Questions, board: Board | None, found: Motion) -> CellReport:
@@ -145,7 +162,19 @@ def _told(ask: Questions, board: Board | None, found: Motion) -> CellReport:
         findings += _remedy(ask.cell, board, done.course, found.nodes.sample, found.hits)
     findings += [*_home(ask, done), *leaning(scene, done), *nearly_singular(scene, at_sample), *slowness(scene, timing)]
     findings += [] if board is not None else [_without_board(ask.program)]
-    return CellReport(ask.cell, ask.program, told.program, told.joints, w, condition, worst_first(findings))
+    own = np.flatnonzero(own)
+    looked_at = own[np.unique(np.linspace(0, len(own) - 1, _LOOKED_AT).astype(np.int64))]
+    return CellReport(
+        cell=ask.cell,
+        asked=ask.program,
+        program=told.program,
+        joints=told.joints,
+        singularity=w,
+        condition=condition,
+        clearance=ask.nearest(told.joints[looked_at], done.course, told.row_of[looked_at]),
+        clearance_at=looked_at,
+        findings=worst_first(findings),
+    )
 
 
 def _cuts(found: Motion) -> Flags:
