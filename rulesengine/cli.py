@@ -7,7 +7,7 @@ from typing import Annotated, TextIO, cast
 
 import typer
 
-from rulesengine.commands import board, cell, demo, plan, recipe
+from rulesengine.commands import board, cell, check, demo, export, plan, recipe
 from rulesengine.commands import show as program
 from rulesengine.errors import UsageError, job_errors, say_misused
 
@@ -22,6 +22,8 @@ app = typer.Typer(
 app.command("plan")(plan.plan)
 app.command("show")(program.show)
 app.command("classify")(plan.classify)
+app.command("check")(check.check)
+app.command("export")(export.export)
 app.command("demo")(demo.demo)
 app.add_typer(board.app, name="board")
 app.add_typer(recipe.app, name="recipe")

@@ -117,7 +117,7 @@ def write_run(
     if output is not None and stops:
         if report_file is not None:
             write_bytes_atomically(report_file, told)
-        raise ProgramError(_why_not(stops), file=output)
+        raise ProgramError(reason_not_to(stops), file=output)
     contents: list[tuple[Path, bytes]] = []
     if output is not None:
         contents.append((output, program_bytes(run)))
@@ -142,7 +142,8 @@ def report_bytes(run: "Run") -> bytes:
     return text.encode("utf-8", errors="replace")
 
 
-def _why_not(stops: Sequence[Finding]) -> str:
+def reason_not_to(stops: Sequence[Finding]) -> str:
+    """Say which findings forbid that something is written, and what can be done."""
     rules = list(dict.fromkeys(finding.rule for finding in stops))
     first = stops[0]
     return (
