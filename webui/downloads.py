@@ -3,9 +3,10 @@
 import re
 import threading
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+from geometry.finding import Finding
 from geometry.progress import Progress
 from programs.errors import ProgramError
 from rulesengine.commands.writing import program_bytes, report_bytes
@@ -51,13 +52,13 @@ def make_download(kind: str, session: Session, allowed: Collection[str], rate: f
     """
     suffix = KINDS[kind]
     if suffix == ".yaml":
-        return Download(f"{_plain(session.document.file.stem)}.yaml", session.document.text.encode())
+        return Download(f"{plain_name(session.document.file.stem)}.yaml", session.document.text.encode())
     run = session.run
     if run is None or not session.planned:
         raise ProgramError("the recipe as it is now is not planned yet; wait until it is, or mend what stops it.")
     tell(f"making {kind}", 0.0)
-    content = _content(suffix, run, allowed, rate, tell)
-    return Download(f"{_plain(run.board.name)}-{_plain(run.recipe.recipe)}{suffix}", content)
+    content = _playback(session, run, rate, tell) if suffix == ".html" else _content(suffix, run, allowed)
+    return Download(f"{plain_name(run.board.name)}-{plain_name(run.recipe.recipe)}{suffix}", content)
 
 
 def forbidding(run: Run | None) -> dict[str, int]:
@@ -65,17 +66,19 @@ def forbidding(run: Run | None) -> dict[str, int]:
     return dict(Counter(finding.rule for finding in blocking(run.findings, ()))) if run is not None else {}
 
 
-def _content(suffix: str, run: Run, allowed: Collection[str], rate: float, tell: Progress) -> bytes:
+def _playback(session: Session, run: Run, rate: float, tell: Progress) -> bytes:
+    from webui.recording import record
+
+    return record(session.played or run, rate, tell, session.check).encode()
+
+
+def _content(suffix: str, run: Run, allowed: Collection[str]) -> bytes:
     match suffix:
         case ".wash":
-            _refuse_errors(run, allowed)
+            refuse_errors(run.findings, allowed)
             return program_bytes(run)
         case ".json":
             return report_bytes(run)
-        case ".html":
-            from webui.recording import record
-
-            return record(run, rate, tell).encode()
         case _:
             from rulesengine.picture import draw_plan
 
@@ -83,8 +86,17 @@ def _content(suffix: str, run: Run, allowed: Collection[str], rate: float, tell:
                 return draw_plan(run.board, run.program, suffix)
 
 
-def _refuse_errors(run: Run, allowed: Collection[str]) -> None:
-    stops = blocking(run.findings, tuple(allowed))
+def refuse_errors(findings: Sequence[Finding], allowed: Collection[str]) -> None:
+    """Refuse a program whose findings forbid it.
+
+    Args:
+        findings: All of them.
+        allowed: Rules whose errors do not forbid a program.
+
+    Raises:
+        ProgramError: an error is left.
+    """
+    stops = blocking(findings, tuple(allowed))
     if stops:
         first = stops[0]
         raise ProgramError(
@@ -94,6 +106,6 @@ def _refuse_errors(run: Run, allowed: Collection[str]) -> None:
         )
 
 
-def _plain(name: str) -> str:
+def plain_name(name: str) -> str:
     """Leave of a name what can stand in a file's name everywhere."""
     return _ODD.sub("-", name).strip("-.")[:80] or "board"

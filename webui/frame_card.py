@@ -8,14 +8,21 @@ from robotcell.frames import Frame
 from webui.finding_list import SEVERITY_COLOURS
 from webui.palette import INK, QUIET, to_hex
 
+_BOX = f"margin:0 12px;font-size:12px;line-height:1.4;color:{to_hex(INK)}"
 
-def frames_html(frames: Sequence[Frame], findings: Sequence[Finding]) -> str:
-    """List frames with their places and directions, to be compared with the real cell; mistakes come first."""
+
+def mistakes_html(findings: Sequence[Finding]) -> str:
+    """Say what in a cell is probably not meant; nothing where all is well."""
+    items = "".join(_mistake_html(finding) for finding in worst_first(findings))
+    return f'<div style="{_BOX}">{items}</div>' if items else ""
+
+
+def frames_html(frames: Sequence[Frame]) -> str:
+    """List frames with their places and directions, to be compared with the real cell."""
     rows = "".join(_row_html(frame) for frame in frames)
     return (
-        f'<div style="margin:0 12px;font-size:12px;line-height:1.4;color:{to_hex(INK)}">'
-        f"{''.join(_mistake_html(finding) for finding in worst_first(findings))}"
-        f'<div style="color:{to_hex(QUIET)};margin-bottom:4px">x, y, z (mm) in the cell; its z is up.</div>'
+        f'<div style="{_BOX}"><div style="color:{to_hex(QUIET)};margin-bottom:4px">'
+        "x, y, z (mm) in the cell; its z is up.</div>"
         f'<table style="width:100%;border-collapse:collapse;font-variant-numeric:tabular-nums">{rows}</table></div>'
     )
 

@@ -9,6 +9,7 @@ from webui.panels.findings import FindingsPanel
 from webui.panels.output import OutputPanel
 from webui.panels.paths import PathsPanel
 from webui.panels.playback import PlaybackPanel
+from webui.panels.program import ProgramPanel
 from webui.panels.recipe import RecipePanel
 from webui.panels.robot import RobotPanel
 from webui.panels.status import StatusPanel
@@ -29,6 +30,7 @@ _RIGHT = (
     ("Paths", PathsPanel),
     ("Compare", ComparePanel),
     ("Out", OutputPanel),
+    ("Program", ProgramPanel),
 )
 
 

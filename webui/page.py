@@ -116,6 +116,11 @@ class Page:
                 self.plan()
             return True
 
+    def remember(self, change: Change) -> None:
+        """Change what the session knows besides board and recipe: nothing is planned anew."""
+        with self._lock:
+            self.show(change(self.session))
+
     def show(self, session: Session) -> None:
         """Show a session as it is."""
         with self._lock:

@@ -9,7 +9,6 @@ from html import escape
 from typing import TypeAlias
 
 from geometry.finding import Finding
-from geometry.progress import Progress
 from programs.errors import ProgramError
 from programs.events import EventError, lower
 from programs.export import find_dialect
@@ -56,9 +55,7 @@ class Written:
     """Whether it is known which text is which motion in space."""
 
 
-def write_program(
-    program: TimedProgram, installation: Installation, dialect: str, joints: Joints | None, tell: Progress
-) -> Written:
+def write_program(program: TimedProgram, installation: Installation, dialect: str, joints: Joints | None) -> Written:
     """Write a program in a robot's language, and find out which text is which line.
 
     Raises:
@@ -67,9 +64,7 @@ def write_program(
     language = find_dialect(dialect)
     if language.needs_joints and joints is None:
         raise ProgramError(f"{language.title} is made of joint values; check the program in the tab Robot first.")
-    tell("making lines", 0.1)
     lowered = lower(make_motion(program, installation, joints), language.capability)
-    tell("writing", 0.6)
     content = language.render(lowered, installation)
     moves = tuple(step for step in lowered.motion.steps if isinstance(step, Line | Reach))
     files = match_lines(content, moves, _MOVES.get(dialect, _NEVER))

@@ -1,7 +1,7 @@
 """A playback in one HTML file that opens without a server and without a network."""
 
 import threading
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -14,12 +14,15 @@ from geometry.progress import Progress
 from programs.errors import ProgramError
 from programs.playback import build_timeline
 from rulesengine.pipeline import Run
+from webui.checked import Checked
 from webui.layers.ground import ground_glb
 from webui.layers.nozzle import moment
 from webui.layers.ribbons import board_size_mm, line_width_mm
+from webui.layers.robot import joints_at, tool_at
 from webui.layers.strokes import stroke_lines, strokes_glb, tint_functions, tint_strokes, transfers_glb
 from webui.layers.timeline import clock
 from webui.lighting import light_scene
+from webui.robot_view import RobotView
 from webui.tool_view import ToolView
 
 _ONE_AT_A_TIME = threading.Lock()
@@ -30,13 +33,14 @@ _STAMPS = 400
 """How often the time that is written in the scene changes."""
 
 
-def record(run: Run, rate: float = 10.0, tell: Progress | None = None) -> str:
+def record(run: Run, rate: float = 10.0, tell: Progress | None = None, checked: Checked | None = None) -> str:
     """Record a whole program, played at some speed, with its board and paths.
 
     Args:
         run: What to play.
         rate: How many times faster than the robot; > 0.
         tell: Is told how far the recording is.
+        checked: What came of the check of just this program: then its robot is seen too.
 
     Returns:
         An HTML document that needs nothing else.
@@ -51,8 +55,9 @@ def record(run: Run, rate: float = 10.0, tell: Progress | None = None) -> str:
         _look_at(server, run.board)
         _draw_still(server.scene, run)
         recording = server.get_scene_serializer()
-        times = frame_times(end_s, rate)
-        for lasting in _play(server.scene, run, times, tell or _tell_nobody):
+        move = _robot_mover(server.scene, checked)
+        for now_s, lasting in _play(server.scene, run, frame_times(end_s, rate), tell or _tell_nobody):
+            move(now_s)
             recording.insert_sleep(lasting / rate)
         return recording.as_html()
 
@@ -63,8 +68,8 @@ def frame_times(end_s: float, rate: float) -> Scalars:
     return np.linspace(0.0, end_s, count + 1)
 
 
-def _play(api: viser.SceneApi, run: Run, times: Scalars, tell: Progress) -> Iterator[float]:
-    """Draw moment after moment; after each, say how long it stays."""
+def _play(api: viser.SceneApi, run: Run, times: Scalars, tell: Progress) -> Iterator[tuple[float, float]]:
+    """Draw moment after moment; after each, say when it is and how long it stays."""
     timeline = build_timeline(run.program)
     tool = ToolView(api, tint_functions(run.recipe))
     low_x, low_y, _, _ = run.board.outline.bounds
@@ -77,7 +82,20 @@ def _play(api: viser.SceneApi, run: Run, times: Scalars, tell: Progress) -> Iter
         tool.show(shown)
         if index % every == 0:
             stamp.text = f"{shown.function} {clock(now_s)}".strip()
-        yield lasting
+        yield now_s, lasting
+
+
+def _robot_mover(api: viser.SceneApi, checked: Checked | None) -> Callable[[float], None]:
+    """Draw the robot, if there is one; the answer moves it to where it is at a time."""
+    if checked is None or checked.motion is None:
+        return _stay
+    view, motion = RobotView(api), checked.motion
+    view.show_cell(checked.cell.cell)
+    return lambda now_s: view.stand(joints_at(motion, np.array([now_s]))[0], tool_at(motion, now_s))
+
+
+def _stay(_now_s: float) -> None:
+    pass
 
 
 def _draw_still(api: viser.SceneApi, run: Run) -> None:

@@ -15,6 +15,7 @@ from webui.layers import ground, strokes
 from webui.layers.glb import flat_triangles_glb
 from webui.layers.markers import find_markers, markers_glb
 from webui.layers.ribbons import bars, board_size_mm, line_width_mm, unlike_segments
+from webui.layers.robot import joints_at, tool_at
 from webui.layers.timeline import Span, spray_spans
 from webui.lighting import light_scene
 from webui.page import Page
@@ -71,6 +72,8 @@ class Scene:
         self._drawn: dict[str, bytes] = {}
         self._label: viser.LabelHandle | None = None
         self.robot = RobotView(self._api)
+        self.seek: Callable[[float], None] = self.show_moment
+        """Goes to a moment of the program, s; the playback takes it over."""
         self._followers: list[Callable[[float], None]] = []
 
     def show(self, session: Session, before: Session | None) -> None:
@@ -125,6 +128,9 @@ class Scene:
 
     def show_moment(self, now_s: float) -> None:
         """Show what stands where at a moment of the program, s; the nozzle itself is the playback's."""
+        check = self._page.session.check
+        if check is not None and check.motion is not None:
+            self.robot.stand(joints_at(check.motion, np.array([now_s]))[0], tool_at(check.motion, now_s))
         for follow in self._followers:
             follow(now_s)
 
@@ -162,9 +168,9 @@ class Scene:
         half = np.array([around, around, 0.0])
         self._camera.fly_to(middle - half, middle + half, from_below=component.side == "bottom")
 
-    def look_at_place(self, place: tuple[float, float, float]) -> None:
-        """Fly to a place, mm, from the side of the board on which it is."""
-        board, half = self._page.session.board, np.array([_NEAREST_MM, _NEAREST_MM, 0.0])
+    def look_at_place(self, place: tuple[float, float, float], around_mm: float = _NEAREST_MM) -> None:
+        """Fly to a place, mm, from the side of the board on which it is, and see so much to each side of it."""
+        board, half = self._page.session.board, np.array([around_mm, around_mm, 0.0])
         below = place[2] < (board.top_z_mm + board.bottom_z_mm) / 2
         self._camera.fly_to(np.array(place) - half, np.array(place) + half, from_below=below)
 

@@ -12,6 +12,7 @@ from recipes.tree import Tree
 from robotcell.load import LoadedCell
 from rulesengine.pipeline import Run
 from webui import rewrite
+from webui.checked import Checked
 from webui.document import Document
 
 
@@ -44,6 +45,8 @@ class Session:
     cell_name: str = ""
     """As the project lists it; empty while no robot is looked at."""
     cell: LoadedCell | None = None
+    checked: Checked | None = None
+    """What came of the newest check in a cell; it may be of an older run or of another cell."""
 
     @property
     def recipe(self) -> Recipe:
@@ -60,6 +63,21 @@ class Session:
         """Say whether the run shows the recipe as it is edited now, on this board."""
         return self.run is not None and self.run.recipe == self.recipe and self.run.board is self.board
 
+    @property
+    def check(self) -> Checked | None:
+        """What came of the check of just this program in just this cell, if it was checked."""
+        checked = self.checked
+        same = checked is not None and checked.run is self.run and checked.cell is self.cell
+        return checked if same and self.planned else None
+
+    @property
+    def played(self) -> Run | None:
+        """The run as it is played: as the robot does it, where that was checked."""
+        check = self.check
+        if check is None or check.motion is None:
+            return self.run
+        return replace(check.run, program=check.program)
+
     def with_document(self, document: Document) -> "Session":
         """Edit another text.
 
@@ -72,11 +90,24 @@ class Session:
 
     def with_board(self, name: str, board: Board) -> "Session":
         """Look at another board; runs on the old one are gone."""
-        return replace(self, board_name=name, board=board, run=None, sketch=None, compared=None, selection=Selection())
+        return replace(
+            self,
+            board_name=name,
+            board=board,
+            run=None,
+            sketch=None,
+            compared=None,
+            checked=None,
+            selection=Selection(),
+        )
 
     def with_cell(self, name: str, cell: LoadedCell | None) -> "Session":
         """Look at another robot, or at none."""
         return replace(self, cell_name=name, cell=cell)
+
+    def with_check(self, checked: Checked) -> "Session":
+        """Remember what came of a check; of which run and cell it is, it says itself."""
+        return replace(self, checked=checked)
 
     def edited(self, text: str) -> "Session":
         """Give the recipe another text.

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 from small_page import find, press, small_page
+from small_scene import SmallScene
 from tiny_session import tiny_session
 
 from programs.errors import ProgramError
@@ -28,7 +29,7 @@ from webui.program_text import (
 
 def written(dialect="abb"):
     installation = installation_of(read_cell("ur5e-bench"))
-    return write_program(tiny_session().run.program, installation, dialect, None, lambda _what, _done: None)
+    return write_program(tiny_session().run.program, installation, dialect, None)
 
 
 @pytest.mark.parametrize("dialect", [name for name, each in DIALECTS.items() if not each.needs_joints])
@@ -106,21 +107,13 @@ def test_a_motion_is_drawn_with_its_tool_and_nothing_for_nothing():
     assert 0 < len(motion_glb(reach, 0.5)) < len(motion_glb(line, 0.5))
 
 
-class Drawn:
-    def __init__(self, strokes):
-        self.strokes, self.layers = strokes, {}
-
-    def draw_over(self, name, glb):
-        self.layers[name] = glb
-
-
 def test_the_text_follows_the_stroke_and_the_stroke_the_text():
     files = written().files
     maker = "sequence[0]/around/J1"
     session = tiny_session()
     stroke = type("Stroke", (), {"made_by": maker})()
     with small_page(replace(session)) as page:
-        scene = Drawn([stroke])
+        scene = SmallScene(page, [stroke])
         preview = TextPreview(page, scene)
         page._panels = []
         preview.open(files, "")

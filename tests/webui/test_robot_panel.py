@@ -3,32 +3,16 @@ from types import SimpleNamespace
 
 from shown_cell import shown_cell
 from small_page import find, press, small_page
+from small_scene import SmallScene
 from tiny_session import tiny_session
 
 from robotcell.load import cell_library
 from webui.panels.robot import RobotPanel, about_html
 from webui.project import open_project
-from webui.robot_view import RobotView
-
-
-class Looked:
-    """A scene that remembers where it was to look."""
-
-    def __init__(self, page):
-        self.robot, self.at = RobotView(page.client.scene), []
-
-    def look_at_cell(self):
-        self.at.append("cell")
-
-    def look_at_board(self):
-        self.at.append("board")
-
-    def show(self, session, _before):
-        self.robot.show_cell(None if session.cell is None else session.cell.cell)
 
 
 def opened(page):
-    scene = Looked(page)
+    scene = SmallScene(page)
     panel = RobotPanel(page, scene)
     page.open([scene, panel])
     return scene
@@ -49,7 +33,7 @@ def test_a_cell_of_the_library_or_of_the_folder_is_chosen_and_given_up_again(tmp
         press(page, "Cell", "none")
         assert page.session.cell is None
         assert scene.robot.cell is None
-        assert scene.at == ["cell", "board"]
+        assert scene.looked == ["cell", "board"]
 
 
 def test_a_cell_that_cannot_be_used_says_why_and_changes_nothing(tmp_path):

@@ -38,7 +38,10 @@ class Curve:
 
 
 def joint_curves(robot: Robot, motion: JointMotion, quantity: Quantity) -> list[Curve]:
-    """Give a quantity of each joint; speeds hold between samples, accelerations at them, as finite differences.
+    """Give a quantity of each joint; speeds and accelerations are those between two samples.
+
+    Speeds are means, accelerations the changes between the slopes of parabolas through three samples each: exact for a
+    joint that speeds up evenly, also where samples are not evenly apart.
 
     Args:
         robot: Knows the limits.
@@ -47,9 +50,9 @@ def joint_curves(robot: Robot, motion: JointMotion, quantity: Quantity) -> list[
     """
     times = key_times(motion)
     rows = joints_at(motion, times)
+    if quantity == "acceleration" and len(times) > 2:
+        rows = np.asarray(np.gradient(rows, times, axis=0, edge_order=2), dtype=np.float64)
     if quantity != "position":
-        times, rows = _differences(times, rows)
-    if quantity == "acceleration":
         times, rows = _differences(times, rows)
     return [
         _curve(joint, quantity, times, column) for joint, column in zip(robot.joints, rows.T, strict=True) if len(times)

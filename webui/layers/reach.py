@@ -6,24 +6,27 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.arrays import Points, Scalars
+from geometry.arrays import Scalars
 from programs.playback import build_timeline, play
 from programs.program import MoveTo, TimedProgram
 from robotcell.cell import Cell
 from robotcell.robot import Joints, Robot
 from robotcell.singularity import singularity
+from webui.checked import Checked
 from webui.layers.glb import flat_triangles_glb
 from webui.layers.ground import Tints
 from webui.layers.ribbons import bars
 from webui.layers.robot import JointMotion, tool_at
+from webui.nearness import clearances_mm
 from webui.palette import of_values
 
-Metric: TypeAlias = Literal["manipulability", "inverse condition", "limits"]
+Metric: TypeAlias = Literal["manipulability", "inverse condition", "limits", "clearance"]
 
 METRICS: dict[str, Metric] = {
     "Manipulability": "manipulability",
     "Inverse condition": "inverse condition",
     "Joint limits": "limits",
+    "Clearance (mm)": "clearance",
 }
 """As they are called on the page."""
 _STEP_MM = 3.0
@@ -40,6 +43,45 @@ class Reached:
     """(k, 2, 3) begin and end of each piece."""
     move: NDArray[np.intp]
     """(k,) the ``MoveTo`` with which each ends, counted among moves."""
+
+
+@dataclass(frozen=True, slots=True)
+class Worst:
+    """Where the least value is first."""
+
+    place_mm: tuple[float, float, float]
+    time_s: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Painted:
+    """The sprayed paths in the colours of a metric."""
+
+    glb: bytes
+    legend: Tints
+    worst: Worst | None
+
+
+def paint_reach(metric: Metric, check: Checked, width_mm: float) -> Painted:
+    """Colour what is sprayed by a metric; nothing where the robot cannot do it.
+
+    Args:
+        metric: What to measure.
+        check: What came of the check.
+        width_mm: Of the lines of paths.
+
+    Raises:
+        CellError: distances need what ``washboard[robot]`` installs, and that is missing.
+    """
+    if check.motion is None:
+        return Painted(b"", {}, None)
+    reached = reached_path(check.program)
+    if metric == "clearance":
+        values = clearances_mm(check.cell.cell, check.run.board, check.motion, reached.move)
+    else:
+        values = measure(metric, check.cell.cell, check.motion, reached.move)
+    glb, legend = reach_glb(reached, values, width_mm)
+    return Painted(glb, legend, _worst(reached, values, check.motion) if len(values) else None)
 
 
 def reached_path(program: TimedProgram) -> Reached:
@@ -64,7 +106,7 @@ def measure(metric: Metric, cell: Cell, motion: JointMotion, rows: NDArray[np.in
     """Measure (k,) postures of a motion; more is better.
 
     Args:
-        metric: What to measure.
+        metric: What to measure, other than the clearance.
         cell: Whose robot it is.
         motion: How the joints stand at each move.
         rows: (k,) which moves.
@@ -111,6 +153,7 @@ def reach_glb(reached: Reached, values: Scalars, width_mm: float) -> tuple[bytes
     return glb, legend
 
 
-def worst_place(reached: Reached, values: Scalars) -> Points:
-    """(3,) mm, where the least value is first."""
-    return reached.segments[int(np.argmin(values)), 1]
+def _worst(reached: Reached, values: Scalars, motion: JointMotion) -> Worst:
+    least = int(np.argmin(values))
+    x, y, z = reached.segments[least, 1].tolist()
+    return Worst((x, y, z), float(motion.times[reached.move[least]]))

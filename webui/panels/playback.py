@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
 import viser
@@ -107,10 +107,11 @@ class PlaybackPanel:
         self._buttons.on_click(lambda event: self._press(event.target.value))
         self._slider.on_update(self._scrub)
         self._rate.on_update(lambda event: self._set_rate(event.target.value))
+        scene.seek = self._seek
 
     def show(self, session: Session, before: Session | None) -> None:
         """Take up a new run; it is laid out when somebody wants to see it, or nothing happens for a while."""
-        if before is not None and session.run is before.run:
+        if before is not None and session.run is before.run and session.check is before.check:
             return
         self._player.pause()
         if session.run is None:
@@ -118,7 +119,7 @@ class PlaybackPanel:
             return
         with self._lock:
             self._worker.cancel()
-            self._playable, self._newest, self._wish = None, session, _nothing
+            self._playable, self._newest, self._wish = None, replace(session, run=session.played), _nothing
             self._quiet.cancel()
             self._quiet = threading.Timer(_QUIET_S, self._lay_out)
             self._quiet.daemon = True
@@ -192,8 +193,10 @@ class PlaybackPanel:
 
     def _scrub(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         if event.client is not None:
-            wanted = event.target.value
-            self._when_ready(lambda: self._player.seek(wanted))
+            self._seek(event.target.value)
+
+    def _seek(self, time_s: float) -> None:
+        self._when_ready(lambda: self._player.seek(time_s))
 
     def _set_rate(self, rate: str) -> None:
         self._player.rate = float(rate)

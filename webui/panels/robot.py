@@ -5,9 +5,12 @@ from html import escape
 from robotcell.check import check_cell
 from robotcell.frames import frame_card
 from robotcell.load import LoadedCell
-from webui.frame_card import frames_html
+from webui.frame_card import frames_html, mistakes_html
 from webui.page import Page
 from webui.palette import INK, QUIET, to_hex
+from webui.panels.check import CheckCard
+from webui.panels.joints import JointsCard
+from webui.panels.reach import ReachCard
 from webui.scene import Scene
 from webui.session import Session
 
@@ -29,9 +32,11 @@ class RobotPanel:
             hint="Robot, tools and what stands around: samples, then your folder.",
         )
         self._about = gui.add_html("")
+        self._mistakes = gui.add_html("")
         self._look = gui.add_button_group("Look at", (_CELL, _BOARD), visible=False, hint="Where the camera stands.")
         self._seen = gui.add_checkbox("Show the robot", True, visible=False, hint="It stays where it is when hidden.")
-        self._folder = gui.add_folder("Frames", visible=False)
+        self._cards = (CheckCard(page, scene), ReachCard(page, scene), JointsCard(page, scene))
+        self._folder = gui.add_folder("Frames", visible=False, expand_by_default=False)
         with self._folder:
             self._frames = gui.add_html("")
         self._choice.on_update(lambda event: self._choose(event.target.value, by_hand=event.client is not None))
@@ -40,6 +45,8 @@ class RobotPanel:
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
+        for card in self._cards:
+            card.show(session, before)
         if before is None or session.cell is not before.cell or session.board is not before.board:
             self._show_frames(session)
         if before is not None and session.cell is before.cell:
@@ -56,9 +63,11 @@ class RobotPanel:
 
     def _show_frames(self, session: Session) -> None:
         self._folder.visible = session.cell is not None
+        self._mistakes.content = ""
         if session.cell is not None:
             cell, board = session.cell.cell, session.board
-            self._frames.content = frames_html(frame_card(cell, board), check_cell(cell, board))
+            self._frames.content = frames_html(frame_card(cell, board))
+            self._mistakes.content = mistakes_html(check_cell(cell, board))
 
     def _names(self, session: Session) -> tuple[str, ...]:
         return tuple(dict.fromkeys([_NONE, *self._page.project.cells(), session.cell_name or _NONE]))

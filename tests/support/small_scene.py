@@ -1,0 +1,33 @@
+"""A scene without a camera: it remembers where it was to look, what was drawn, and which moments were asked for."""
+
+from webui.robot_view import RobotView
+
+
+class SmallScene:
+    def __init__(self, page, strokes=()):
+        self.robot, self.strokes = RobotView(page.client.scene), list(strokes)
+        self.looked, self.layers, self.sought, self.followers = [], {}, [], []
+
+    def show(self, session, before):
+        if before is None or session.cell is not before.cell:
+            self.robot.show_cell(None if session.cell is None else session.cell.cell)
+
+    def on_moment(self, follow):
+        self.followers.append(follow)
+
+    def seek(self, time_s):
+        self.sought.append(time_s)
+        for follow in self.followers:
+            follow(time_s)
+
+    def draw_over(self, name, glb):
+        self.layers[name] = glb
+
+    def look_at_cell(self):
+        self.looked.append("cell")
+
+    def look_at_board(self):
+        self.looked.append("board")
+
+    def look_at_place(self, place, around_mm=15.0):
+        self.looked.append((place, around_mm))

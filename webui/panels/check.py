@@ -1,0 +1,222 @@
+"""Whether the robot can do the program: the check, what came of it, and where."""
+
+from html import escape
+
+import numpy as np
+import viser
+
+from geometry.errors import JobError
+from geometry.finding import Finding
+from programs.program import MoveTo
+from webui.checked import Checked, check_program
+from webui.finding_list import findings_html, name_findings, tally
+from webui.layers.near_mark import near_glb
+from webui.nearness import Near, moment_of, near_at
+from webui.page import Page
+from webui.palette import ACCENT, INK, QUIET, to_hex
+from webui.remarks import remark_html
+from webui.scene import Scene
+from webui.session import Session
+from webui.work import Worker
+
+_NONE: str = "none"
+_BACK, _ON, _NEAREST = "Previous", "Next", "Nearest"
+_CHECK, _CANCEL = "Check", "Cancel"
+_LAYER = "/near"
+_AROUND_MM = 150.0
+"""What is seen to each side where bodies touch: enough to recognise them."""
+
+
+class CheckCard:
+    """Whether the robot can do the program: the check, what came of it, and where."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the elements in the container that is open; they are seen where there is a cell."""
+        self._page, self._scene = page, scene
+        self._names: dict[str, Finding] = {}
+        self._chosen: Finding | None = None
+        self._remark = ""
+        self._worker: Worker[Checked] = Worker(self._tell)
+        page.on_close(self._worker.close)
+        gui = page.client.gui
+        self._folder = gui.add_folder("Check", visible=False)
+        with self._folder:
+            self._button = gui.add_button(_CHECK, hint="Finds how the joints move, and what keeps the robot from it.")
+            self._state = gui.add_html("")
+            self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+                "Go to",
+                _NOTHING,
+                visible=False,
+                hint="Shows the place, who asked for it, and the robot at that moment.",
+            )
+            self._steps = gui.add_button_group(
+                "Step", (_BACK, _ON, _NEAREST), visible=False, hint="Through the findings; where bodies are nearest."
+            )
+            self._list = gui.add_html("")
+        self._button.on_click(lambda _: self._press())
+        self._choice.on_update(lambda event: self._go(event.target.value, by_hand=event.client is not None))
+        self._steps.on_click(lambda event: self._step(event.target.value))
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        if before is None or session.cell is not before.cell or session.run is not before.run:
+            self._remark = ""
+        if before is not None and session.cell is before.cell and session.check is before.check:
+            return
+        self._folder.visible = session.cell is not None
+        self._show_state(session)
+        self._chosen = None
+        self._unmark()
+        self._list_findings(session)
+
+    def _press(self) -> None:
+        if self._button.label == _CANCEL:
+            self._worker.cancel()
+            self._rest()
+            return
+        session = self._page.session
+        run, cell = session.run, session.cell
+        if run is None or cell is None or not session.planned:
+            self._page.refuse("The recipe as it is now is not planned yet; wait until it is.")
+            return
+        self._button.label, self._remark = _CANCEL, ""
+        self._worker.start(lambda tell: check_program(run, cell, tell), self._take, self._fail)
+
+    def _take(self, checked: Checked) -> None:
+        self._button.label = _CHECK
+        self._page.remember(lambda session: session.with_check(checked))
+
+    def _fail(self, error: Exception) -> None:
+        if isinstance(error, JobError):
+            self._remark = remark_html(str(error))
+        else:
+            self._page.report(error)
+        self._rest()
+
+    def _rest(self) -> None:
+        with self._page.client.atomic():
+            self._button.label = _CHECK
+            self._show_state(self._page.session)
+
+    def _tell(self, what: str, done: float) -> None:
+        if done < 1.0 and self._button.label == _CANCEL:
+            self._state.content = progress_html(what, done)
+
+    def _show_state(self, session: Session) -> None:
+        self._state.content = self._remark or state_html(session)
+
+    def _list_findings(self, session: Session) -> None:
+        findings = session.check.findings if session.check is not None else ()
+        self._names = name_findings(findings)
+        options = (_NONE, *self._names)
+        if tuple(self._choice.options) != options:
+            self._choice.options = options
+        self._choice.value = next((name for name, each in self._names.items() if each is self._chosen), _NONE)
+        self._choice.visible = self._steps.visible = session.check is not None
+        self._list.content = findings_html(findings, session.loaded, self._chosen) if session.check is not None else ""
+
+    def _step(self, button: str) -> None:
+        if button == _NEAREST:
+            self._show_nearest()
+            return
+        names = list(self._names)
+        if names:
+            here = names.index(self._choice.value) if self._choice.value in names else -1 if button == _ON else 0
+            self._go(names[(here + (1 if button == _ON else -1)) % len(names)], by_hand=True)
+
+    def _go(self, name: str, *, by_hand: bool) -> None:
+        """Show what a finding is about: place, maker, the robot at that moment, what it touches there."""
+        if not by_hand:
+            return
+        session = self._page.session
+        self._chosen = self._names.get(name)
+        with self._page.client.atomic():
+            self._list_findings(session)
+            self._unmark()
+        if self._chosen is not None:
+            self._look_at(self._chosen, session.check)
+
+    def _look_at(self, finding: Finding, check: Checked | None) -> None:
+        near = None
+        if check is not None and check.motion is not None and finding.where is not None:
+            time_s = when(finding, check)
+            self._scene.seek(time_s)
+            if finding.rule == "collision":
+                near = near_at(check.cell.cell, check.run.board, check.motion, time_s)
+        if near is not None:
+            self._mark(near, finding.made_by)
+            return
+        if finding.where is not None:
+            self._scene.look_at_place(finding.where)
+        self._page.select(made_by=finding.made_by)
+
+    def _show_nearest(self) -> None:
+        check = self._page.session.check
+        if check is None or check.nearest is None:
+            self._page.say("Nothing is near", "Robot and tool keep clear of board and fixtures all the time.")
+            return
+        self._scene.seek(check.nearest.time_s)
+        self._unmark()
+        self._mark(check.nearest, "")
+
+    def _mark(self, near: Near, made_by: str) -> None:
+        """Draw two bodies in red, and the line between their nearest points."""
+        with self._page.client.atomic():
+            self._scene.robot.mark({near.body, near.other})
+            self._scene.draw_over(_LAYER, near_glb(near))
+        x, y, z = near.points.mean(axis=0).tolist()
+        self._scene.look_at_place((x, y, z), _AROUND_MM)
+        parts = {component.name for component in self._page.session.board.components}
+        self._page.select(component=near.other if near.other in parts else "", made_by=made_by)
+
+    def _unmark(self) -> None:
+        self._scene.robot.mark(())
+        self._scene.draw_over(_LAYER, b"")
+
+
+def when(finding: Finding, check: Checked) -> float:
+    """Say when the robot is where a finding is, s; 0 where nothing moves."""
+    moves = [item for item in check.program.instructions if isinstance(item, MoveTo)]
+    if check.motion is None or finding.where is None:
+        return 0.0
+    places = np.array([move.position for move in moves])
+    makers = tuple(move.made_by for move in moves)
+    return moment_of(check.motion, places, makers, finding.made_by, np.array(finding.where))
+
+
+def state_html(session: Session) -> str:
+    """Say whether the program as it is now was checked in this cell, and what came of it at one glance."""
+    check = session.check
+    if check is None:
+        older = session.checked is not None and session.checked.run.board is session.board
+        text = "The program or the cell changed since it was checked." if older else "Not checked yet."
+        return _box_html(f'<div style="color:{to_hex(QUIET)}">{text}</div>')
+    done = "The robot can do it." if check.motion is not None else "The robot cannot do it."
+    if any(finding.severity == "error" for finding in check.findings):
+        done = "The robot cannot do it as it is."
+    rows = "".join(
+        f'<tr><td style="color:{to_hex(QUIET)};padding:1px 12px 1px 0;vertical-align:top">{escape(name)}</td>'
+        f"<td>{escape(text)}</td></tr>"
+        for name, text in check.facts
+    )
+    head = f'<div style="font-weight:600">{done} <span style="font-weight:400;color:{to_hex(QUIET)}">'
+    return _box_html(
+        f"{head}{tally(check.findings).capitalize()}.</span></div>"
+        f'<table style="border-collapse:collapse;margin-top:2px">{rows}</table>'
+    )
+
+
+def progress_html(what: str, done: float) -> str:
+    """Say how far the check is."""
+    return _box_html(
+        f'<div style="color:{to_hex(QUIET)}">{escape(what.capitalize())}\N{HORIZONTAL ELLIPSIS} {done:.0%}</div>'
+        '<div style="height:3px;border-radius:2px;margin-top:4px;background:#e6eaed"><div style="height:3px;'
+        f'border-radius:2px;width:{100 * min(max(done, 0.03), 1.0):.0f}%;background:{to_hex(ACCENT)}"></div></div>'
+    )
+
+
+def _box_html(inner: str) -> str:
+    return f'<div style="margin:2px 12px 4px;font-size:12px;line-height:1.45;color:{to_hex(INK)}">{inner}</div>'
+
+
+_NOTHING: tuple[str, ...] = (_NONE,)
