@@ -13,7 +13,7 @@ EXACT = 1e-8
 """m + rad: what is nearer is left as it is. Closed forms are; the axes of a rounded URDF file are not quite square"""
 ACCEPTED = 5e-7
 """m + rad: what is farther is no solution"""
-SAME = 1e-5
+SAME = 1e-6
 """rad or m: rows that differ by less in every joint are one; where branches meet, a root's rounding is most of it"""
 DAMPING = 1e-8
 """Of the normal equations, whose unit is a metre and a radian: keeps steps at singular poses short"""

@@ -12,7 +12,9 @@ from robotcell.ik_chain import Matrix
 from robotcell.ik_forms import Bend
 
 SLACK = 1e-9
-"""m: a pose that lies so near the border of reach, on either side, is taken to lie on it, where two branches are one"""
+"""m: a pose that lies so little out of reach is taken to lie on the border"""
+MERGED = 1e-13
+"""m: so near the border of reach two branches are one; they would differ by 1e-6 rad at most, for rounding alone"""
 FREE = 1e-9
 """m or rad: nearer than so to a singular pose a joint turns freely"""
 NOWHERE, FIXED, LOOSE = 0, 1, 2
@@ -22,7 +24,7 @@ NOWHERE, FIXED, LOOSE = 0, 1, 2
 @compiled
 def _room(less: float, more: float) -> float:
     """How much is left between two lengths: nothing if hardly anything."""
-    return more - less if more - less > SLACK else 0.0
+    return more - less if more - less > MERGED else 0.0
 
 
 @compiled

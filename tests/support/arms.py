@@ -1,17 +1,14 @@
 """Arms to try kinematics with, and what judges them: a search from many places that knows no closed form."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-import robotcell
 from robotcell.robot import Joint, Joints, Poses, Robot, flange_poses, jacobians
-from robotcell.urdf import read_urdf
+from robotcell.robots import load_robot, robot_library
 
-ROBOTS = Path(robotcell.__file__).parent / "library" / "robots"
-LIBRARY = sorted(path.name for path in ROBOTS.iterdir() if path.is_dir())
+LIBRARY = list(robot_library())
 QUARTER = np.pi / 2
 UR5 = (
     (QUARTER, 0, 0.089159),
@@ -26,7 +23,7 @@ UR5 = (
 @cache
 def library_robot(name: str) -> Robot:
     """Read a robot of the library."""
-    return read_urdf(ROBOTS / name / f"{name}.urdf")
+    return load_robot(name)
 
 
 def dh_arm(name: str, *rows: tuple[float, float, float]) -> Robot:
