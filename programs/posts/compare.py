@@ -21,7 +21,9 @@ from programs.motion import (
     UseTool,
 )
 from programs.pose import Pose, angle, between, distance
+from programs.posts.axes import AXIS_DEG, AXIS_MM, in_controller_units, place_on, units_of
 from programs.posts.rebuilt import (
+    Axes,
     ReadBoard,
     ReadCall,
     ReadEndRepeat,
@@ -51,7 +53,8 @@ def compare(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
     """Say where a program that was read back differs from the motion it was made from; nothing if it does the same.
 
     Poses are to agree within 0.01 mm and 0.01 degrees at the end and in the middle of every line that was read, and
-    signals to leave within 2 ms, or within 0.5 mm of the jet's place.
+    signals to leave within 2 ms, or within 0.5 mm of the jet's place. Where the text says axes instead of poses they
+    are to lie on the planned joint motion within 0.004 mm and 0.002 degrees, at those ends and middles.
 
     Args:
         rebuilt: What the reader found.
@@ -79,6 +82,8 @@ class _Judge:
     read_board: ReadBoard | None = None
     planned_tool: UseTool | None = None
     planned_board: UseBoard | None = None
+    axes: Axes | None = None
+    """Where the last motion that was read as axes ended."""
     tools: dict[int, str] = field(default_factory=dict[int, str])
     differences: list[str] = field(default_factory=list[str])
 
@@ -110,7 +115,9 @@ class _Judge:
             case _:
                 found = self.next()
                 self.at += 1
-                if not _same_step(step, found):
+                if isinstance(found, ReadReach) and isinstance(found.target, Axes):
+                    self.axes = found.target
+                if not _same_step(step, found, self.installation):
                     self.differ(f"planned {step}, read {found}", step.made_by)
                 if isinstance(step, Reach):
                     self.frames(step)
@@ -138,10 +145,10 @@ class _Judge:
             if isinstance(found, ReadSwitch) and len(fired) < len(line.events):
                 fired.append((ReadSignal(found.channel, found.value, 0.0, 0.0), done, done))
             elif isinstance(found, ReadLine):
-                end = _share_of(line, found.target, done)
-                self.part(line, found, (begin, done, end))
+                target, end = self.locate(line, found.target, done)
+                self.part(line, found, (begin, done, target, end))
                 fired += [(signal, done, end) for signal in found.signals]
-                done, begin = end, found.target
+                done, begin = end, target
             else:
                 self.differ(f"planned a line, read {found}", line.made_by)
                 return
@@ -151,22 +158,35 @@ class _Judge:
             self.at += 1
         self.signals(line, fired)
 
-    def part(self, line: Line, found: ReadLine, way: tuple[Pose, float, float]) -> None:
+    def locate(self, line: Line, target: Pose | Axes, done: float) -> tuple[Pose, float]:
+        """Find how far along a planned line a target is; axes have to lie on the planned motion, half way too."""
+        if isinstance(target, Pose):
+            return target, _share_of(line, target, done)
+        units = units_of(self.installation)
+        share, off = place_on(line.course, units, target.values, done)
+        before = self.axes.values if self.axes is not None else target.values
+        half_way = tuple(0.5 * (a + b) for a, b in zip(before, target.values, strict=True))
+        off = max(off, place_on(line.course, units, half_way, done)[1])
+        if off > 1.0:
+            allowed = f"{AXIS_MM:g} mm or {AXIS_DEG:g} degrees"
+            self.differ(f"the axes are {off:.1f} times {allowed} off the planned motion at {target}", line.made_by)
+        self.axes = target
+        return line.pose_at(share), share
+
+    def part(self, line: Line, found: ReadLine, way: tuple[Pose, float, Pose, float]) -> None:
         """Check the end and the middle of a line that was read, its speed and whether it stops."""
-        begin, first, last = way
+        begin, first, target, last = way
         for what, planned, actual in (
-            ("ends", line.pose_at(last), found.target),
-            ("is half way", line.pose_at(0.5 * (first + last)), between(begin, found.target, 0.5)),
+            ("ends", line.pose_at(last), target),
+            ("is half way", line.pose_at(0.5 * (first + last)), between(begin, target, 0.5)),
         ):
             if not _same_pose(planned, actual):
                 self.differ(f"the line {what} at {actual}, planned {planned}", line.made_by)
-        asked = line.speed_mm_s
-        if (
-            asked
-            and found.speed_mm_s is not None
-            and abs(found.speed_mm_s - asked) > max(_SPEED_MM_S, _SPEED_SHARE * asked)
-        ):
-            self.differ(f"speed {found.speed_mm_s:g}, planned {asked:g} mm/s", line.made_by)
+        asked, speed_mm_s = line.speed_mm_s, found.speed_mm_s
+        if found.duration_s is not None:
+            speed_mm_s = (last - first) * line.length_mm / found.duration_s
+        if asked and speed_mm_s is not None and abs(speed_mm_s - asked) > max(_SPEED_MM_S, _SPEED_SHARE * asked):
+            self.differ(f"speed {speed_mm_s:g}, planned {asked:g} mm/s", line.made_by)
         if last == 1.0 and found.stops is not None and found.stops != (line.blend_mm == 0.0):
             self.differ(f"the line {'stops' if found.stops else 'does not stop'}", line.made_by)
 
@@ -198,10 +218,12 @@ def _share_of(line: Line, target: Pose, done: float) -> float:
     return share if done < share < 1.0 else 1.0
 
 
-def _same_step(step: Step, found: ReadStep | None) -> bool:
+def _same_step(step: Step, found: ReadStep | None, installation: Installation) -> bool:
     match step, found:
-        case Reach(), ReadReach():
-            return _same_pose(step.target, found.target)
+        case Reach(), ReadReach(target=Axes(values=axes)):
+            return _same_axes(step.joints, axes, installation)
+        case Reach(), ReadReach(target=Pose() as target):
+            return _same_pose(step.target, target)
         case Pause(), ReadPause():
             return abs(step.duration_s - found.duration_s) <= _PAUSE_S
         case Switch(), ReadSwitch():
@@ -219,6 +241,11 @@ def _same_step(step: Step, found: ReadStep | None) -> bool:
 
 def _is_channel(label: str, channel: Channel) -> bool:
     return label in (channel.name, f"{channel.kind} {channel.number}")
+
+
+def _same_axes(joints: tuple[float, ...], axes: tuple[float, ...], installation: Installation) -> bool:
+    planned = in_controller_units(joints, installation)
+    return len(planned) == len(axes) and all(abs(a - b) <= 0.001 for a, b in zip(planned, axes, strict=True))
 
 
 def _same_pose(one: Pose, other: Pose) -> bool:

@@ -6,7 +6,14 @@ from typing import TypeAlias
 
 from programs.events import Capability, Lowered
 from programs.installation import Installation
-from programs.posts import abb, abb_reader, joint_table, joint_table_reader
+from programs.posts import (
+    abb,
+    abb_reader,
+    joint_table,
+    joint_table_reader,
+    linuxcnc,
+    linuxcnc_reader,
+)
 from programs.posts.rebuilt import Rebuilt
 
 ProgramFiles: TypeAlias = Mapping[str, str]
@@ -32,6 +39,15 @@ class Dialect:
 
 DIALECTS: Mapping[str, Dialect] = {
     "abb": Dialect(abb.TITLE, abb.render, abb_reader.read, abb.CAPABILITY, abb.LONGEST_LINE, abb.NOTES),
+    "linuxcnc": Dialect(
+        linuxcnc.TITLE,
+        linuxcnc.render,
+        linuxcnc_reader.read,
+        linuxcnc.CAPABILITY,
+        linuxcnc.LONGEST_LINE,
+        linuxcnc.NOTES,
+        needs_joints=True,
+    ),
     "joint-table": Dialect(
         joint_table.TITLE,
         joint_table.render,

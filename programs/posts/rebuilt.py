@@ -20,23 +20,33 @@ class ReadSignal:
 
 
 @dataclass(frozen=True, slots=True)
-class ReadLine:
-    """A straight line."""
+class Axes:
+    """Where the axes are, in languages that say that instead of a pose."""
 
-    target: Pose
+    values: tuple[float, ...]
+    """In the order of the cell's joints, degrees or mm."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadLine:
+    """A straight line, or a part of one that is straight in the axes."""
+
+    target: Pose | Axes
     """T_board_tool."""
     stops: bool | None
     """``None`` where the language states times."""
     speed_mm_s: float | None
     """0 if it turns on the spot; ``None`` where the language states times."""
     signals: tuple[ReadSignal, ...] = ()
+    duration_s: float | None = None
+    """At full speed, where the language states that in place of the speed."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReadReach:
     """A joint motion to a pose."""
 
-    target: Pose
+    target: Pose | Axes
 
 
 @dataclass(frozen=True, slots=True)
