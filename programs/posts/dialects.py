@@ -9,10 +9,16 @@ from programs.installation import Installation
 from programs.posts import (
     abb,
     abb_reader,
+    fanuc,
+    fanuc_reader,
     joint_table,
     joint_table_reader,
+    kuka,
+    kuka_reader,
     linuxcnc,
     linuxcnc_reader,
+    ur,
+    ur_reader,
 )
 from programs.posts.rebuilt import Rebuilt
 
@@ -39,6 +45,8 @@ class Dialect:
 
 DIALECTS: Mapping[str, Dialect] = {
     "abb": Dialect(abb.TITLE, abb.render, abb_reader.read, abb.CAPABILITY, abb.LONGEST_LINE, abb.NOTES),
+    "fanuc": Dialect(fanuc.TITLE, fanuc.render, fanuc_reader.read, fanuc.CAPABILITY, fanuc.LONGEST_LINE, fanuc.NOTES),
+    "kuka": Dialect(kuka.TITLE, kuka.render, kuka_reader.read, kuka.CAPABILITY, kuka.LONGEST_LINE, kuka.NOTES),
     "linuxcnc": Dialect(
         linuxcnc.TITLE,
         linuxcnc.render,
@@ -48,6 +56,7 @@ DIALECTS: Mapping[str, Dialect] = {
         linuxcnc.NOTES,
         needs_joints=True,
     ),
+    "ur": Dialect(ur.TITLE, ur.render, ur_reader.read, ur.CAPABILITY, ur.LONGEST_LINE, ur.NOTES),
     "joint-table": Dialect(
         joint_table.TITLE,
         joint_table.render,

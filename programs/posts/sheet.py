@@ -1,0 +1,46 @@
+"""A page of text beside a program whose language has no room for what the integrator has to know."""
+
+from collections.abc import Sequence
+
+from programs.events import Capability, Lowered
+from programs.installation import Channel, Installation
+from programs.motion import Line, MotionProgram, Repeat, Switch
+from programs.posts.heading import heading
+from programs.posts.wording import cut, short
+
+_WIDTH = 110
+
+
+def sheet(
+    lowered: Lowered, installation: Installation, capability: Capability, title: str, words: Sequence[str]
+) -> str:
+    """Write the page: the header of every program, what the language needs, the channels in use.
+
+    Args:
+        lowered: The program.
+        installation: The cell.
+        capability: Of the language.
+        title: Of the language.
+        words: What the language needs: its tables, units and registers.
+    """
+    lines = [*heading(lowered, installation, capability, title), "", *words, "", *channel_lines(lowered.motion)]
+    return "".join(f"{cut(line, _WIDTH)}\n" for line in lines)
+
+
+def channel_lines(motion: MotionProgram) -> tuple[str, ...]:
+    """Say which outputs and inputs a program uses."""
+    outputs: dict[Channel, None] = {}
+    inputs: dict[str, None] = {}
+    for step in motion.steps:
+        match step:
+            case Switch():
+                outputs[step.channel] = None
+            case Line():
+                outputs |= {event.channel: None for event in step.events}
+            case Repeat() if step.sensor is not None:
+                sensor = step.sensor
+                reading = f"{step.key} = {short(sensor.scale, 6)} * reading + {short(sensor.offset, 6)}"
+                inputs[f"analog input {sensor.number}  {sensor.name}: {reading}"] = None
+            case _:
+                pass
+    return (*(f"{channel.kind} output {channel.number}  {channel.name}" for channel in outputs), *inputs)

@@ -1,0 +1,48 @@
+/PROG  TINY
+/ATTR
+OWNER		= MNEDITOR;
+COMMENT		= "Washboard";
+PROG_SIZE	= 0;
+FILE_NAME	= ;
+VERSION		= 0;
+LINE_COUNT	= 21;
+MEMORY_SIZE	= 0;
+PROTECT		= READ_WRITE;
+TCD:  STACK_SIZE	= 0,
+      TASK_PRIORITY	= 50,
+      TIME_SLICE	= 0,
+      BUSY_LAMP_OFF	= 0,
+      ABORT_REQUEST	= 0,
+      PAUSE_REQUEST	= 0;
+DEFAULT_GROUP	= 1,*,*,*,*;
+CONTROL_CODE	= 00000000 00000000;
+/MN
+   1:  !Washboard: board tiny ;
+   2:  !recipe smt-aqueous ;
+   3:  !cell bench ;
+   4:  !Event error 0.04 mm, 8.0 ms ;
+   5:  !Frames: TINY_FR or TINY.txt ;
+   6:  UFRAME_NUM=1 ;
+   7:  UTOOL_NUM=1 ;
+   8:J P[1] 10% FINE ;
+   9:  CALL TINY_01 ;
+  10:  !until resistivity_mohm_cm >= 1 ;
+  11:  R[91]=0 ;
+  12:  LBL[1] ;
+  13:  R[91]=R[91]+1 ;
+  14:  CALL TINY_02 ;
+  15:  R[90]=AI[1]*2 ;
+  16:  R[90]=R[90]+0 ;
+  17:  IF R[91]<4 AND R[90]<1,JMP LBL[1] ;
+  18:  CALL TINY_03 ;
+  19:  UFRAME_NUM=1 ;
+  20:  UTOOL_NUM=1 ;
+  21:J P[1] 10% FINE ;
+/POS
+P[1]{
+   GP1:
+	UF : 1, UT : 1,
+	J1 =     0.0000 deg,	J2 =   -28.6479 deg,	J3 =    63.0254 deg,
+	J4 =     0.0000 deg,	J5 =    68.7549 deg,	J6 =     0.0000 deg
+};
+/END

@@ -1,0 +1,58 @@
+/PROG  TINY_02
+/ATTR
+OWNER		= MNEDITOR;
+COMMENT		= "Washboard";
+PROG_SIZE	= 0;
+FILE_NAME	= ;
+VERSION		= 0;
+LINE_COUNT	= 13;
+MEMORY_SIZE	= 0;
+PROTECT		= READ_WRITE;
+TCD:  STACK_SIZE	= 0,
+      TASK_PRIORITY	= 50,
+      TIME_SLICE	= 0,
+      BUSY_LAMP_OFF	= 0,
+      ABORT_REQUEST	= 0,
+      PAUSE_REQUEST	= 0;
+DEFAULT_GROUP	= 1,*,*,*,*;
+CONTROL_CODE	= 00000000 00000000;
+/MN
+   1:  !clean ;
+   2:  UFRAME_NUM=1 ;
+   3:  UTOOL_NUM=1 ;
+   4:  DO[1]=ON ;
+   5:  !s/pass ;
+   6:  WAIT .04(sec) ;
+   7:L P[1] 60mm/sec FINE TB .02sec,DO[1]=OFF ;
+   8:  !s/transfer ;
+   9:L P[2] 63mm/sec FINE TB .04sec,DO[1]=ON ;
+  10:  !s/pass ;
+  11:L P[3] 60mm/sec FINE TB .02sec,DO[1]=OFF ;
+  12:  !s/transfer ;
+  13:L P[4] 63mm/sec FINE ;
+/POS
+P[1]{
+   GP1:
+	UF : 1, UT : 1,		CONFIG : 'N U T, 0, 0, 0',
+	X =    40.000  mm,	Y =     0.000  mm,	Z =    50.000  mm,
+	W =   180.0000 deg,	P =     0.0000 deg,	R =     0.0000 deg
+};
+P[2]{
+   GP1:
+	UF : 1, UT : 1,		CONFIG : 'N U T, 0, 0, 0',
+	X =    40.000  mm,	Y =    10.000  mm,	Z =    50.000  mm,
+	W =   180.0000 deg,	P =     0.0000 deg,	R =     0.0000 deg
+};
+P[3]{
+   GP1:
+	UF : 1, UT : 1,		CONFIG : 'N U T, 0, 0, 0',
+	X =     0.000  mm,	Y =    10.000  mm,	Z =    50.000  mm,
+	W =   180.0000 deg,	P =     0.0000 deg,	R =     0.0000 deg
+};
+P[4]{
+   GP1:
+	UF : 1, UT : 1,		CONFIG : 'N U T, 0, 0, 0',
+	X =     0.000  mm,	Y =     0.000  mm,	Z =    50.000  mm,
+	W =   180.0000 deg,	P =     0.0000 deg,	R =     0.0000 deg
+};
+/END
