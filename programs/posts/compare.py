@@ -40,6 +40,8 @@ from programs.posts.rebuilt import (
 
 POSE_MM, POSE_DEG = 0.01, 0.01
 EVENT_MM, EVENT_S = 0.5, 0.002
+_DIGIT = 2e-3
+"""mm and degrees that written digits may shift a pose by."""
 _PAUSE_S = 0.006
 """FANUC and others count pauses in hundredths."""
 _SPEED_SHARE, _SPEED_MM_S = 0.01, 1.0
@@ -128,7 +130,7 @@ class _Judge:
         if tool is not None and self.read_tool is not None:
             label, place = self.read_tool.label, self.read_tool.T_flange_tcp
             known = self.tools.setdefault(tool.number, label) == label
-            if not known or len(set(self.tools.values())) < len(self.tools):
+            if not known or (place is None and len(set(self.tools.values())) < len(self.tools)):
                 self.differ(f"tool {label} is used for another tool than before", step.made_by)
             planned = self.installation.tool(tool.number).T_flange_tcp
             if place is not None and not _same_pose(place, planned):
@@ -161,7 +163,8 @@ class _Judge:
     def locate(self, line: Line, target: Pose | Axes, done: float) -> tuple[Pose, float]:
         """Find how far along a planned line a target is; axes have to lie on the planned motion, half way too."""
         if isinstance(target, Pose):
-            return target, _share_of(line, target, done)
+            reached = _same_pose(target, line.target) and not self.goes_nearer(line, target)
+            return target, 1.0 if reached else _share_of(line, target, done)
         units = units_of(self.installation)
         share, off = place_on(line.course, units, target.values, done)
         before = self.axes.values if self.axes is not None else target.values
@@ -172,6 +175,14 @@ class _Judge:
             self.differ(f"the axes are {off:.1f} times {allowed} off the planned motion at {target}", line.made_by)
         self.axes = target
         return line.pose_at(share), share
+
+    def goes_nearer(self, line: Line, target: Pose) -> bool:
+        """Whether a target just before a line's end is not yet the end: a division may lie that near to it."""
+        after = (step for step in self.read[self.at + 1 : self.at + 3] if not isinstance(step, ReadSwitch))
+        following = next(after, None)
+        if not isinstance(following, ReadLine) or not isinstance(following.target, Pose):
+            return False
+        return _apart(following.target, line.target) + _DIGIT < _apart(target, line.target)
 
     def part(self, line: Line, found: ReadLine, way: tuple[Pose, float, Pose, float]) -> None:
         """Check the end and the middle of a line that was read, its speed and whether it stops."""
@@ -210,8 +221,6 @@ def _in_time(late_s: float, event: Event) -> bool:
 
 def _share_of(line: Line, target: Pose, done: float) -> float:
     """How far along a planned line a pose is; 1 unless the line was divided there."""
-    if _same_pose(target, line.target):
-        return 1.0
     way, turn = line.length_mm, line.angle_rad
     goes = way > degrees(turn)  # whichever is the finer measure of how much is done
     share = distance(line.start, target) / way if goes else angle(line.start, target) / max(turn, 1e-9)
@@ -246,6 +255,11 @@ def _is_channel(label: str, channel: Channel) -> bool:
 def _same_axes(joints: tuple[float, ...], axes: tuple[float, ...], installation: Installation) -> bool:
     planned = in_controller_units(joints, installation)
     return len(planned) == len(axes) and all(abs(a - b) <= 0.001 for a, b in zip(planned, axes, strict=True))
+
+
+def _apart(one: Pose, other: Pose) -> float:
+    """Millimetres or degrees between two poses, whichever are more."""
+    return max(distance(one, other), degrees(angle(one, other)))
 
 
 def _same_pose(one: Pose, other: Pose) -> bool:
