@@ -1,12 +1,11 @@
 """What came of trying a program in a robot cell, as one frozen value."""
 
 from dataclasses import dataclass
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from geometry.arrays import Scalars
 from geometry.finding import Finding
-from geometry.progress import Progress, part_of
+from geometry.progress import Progress
 from programs.program import TimedProgram
 from robotcell.load import LoadedCell
 from robotcell.robot import Robot
@@ -14,12 +13,10 @@ from rulesengine.pipeline import Run
 from rulesengine.summary import clock
 from webui.layers.joint_plots import Quantity, joint_curves, use_of
 from webui.layers.robot import JointMotion, joint_motion
-from webui.nearness import Near, find_nearest
+from webui.nearness import Near, nearest_of
 
-_TRACKING = 0.9
-"""Share of the work that finding the joint motion is."""
-_LOOKED_AT = 400
-"""Postures whose distance to other bodies is measured."""
+if TYPE_CHECKING:
+    from robotcell.track import CellReport
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,47 +25,53 @@ class Checked:
 
     run: Run
     cell: LoadedCell
-    program: TimedProgram
-    """As the robot does it; as planned where it cannot."""
+    report: "CellReport"
     motion: JointMotion | None
     """``None`` where the robot cannot do it."""
-    findings: tuple[Finding, ...]
-    """Worst first."""
-    nearest: Near | None
-    """Where robot or tool come nearest to something; ``None`` where nothing is near."""
-    facts: tuple[tuple[str, str], ...]
-    """What to know of it at one glance: a name and a text each."""
+
+    @property
+    def program(self) -> TimedProgram:
+        """As the robot does it; as planned where it cannot."""
+        return self.report.program
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What keeps the robot from it, and what it does otherwise than planned; worst first."""
+        return self.report.findings
 
 
-def check_program(run: Run, cell: LoadedCell, tell: Progress) -> Checked:
-    """Try a program in a cell.
+def check_program(run: Run, cell: LoadedCell, tell: Progress, lean: float = 0.0) -> Checked:
+    """Try a program in a cell, as the command line does.
 
     Args:
         run: Its program, and the board for collisions.
         cell: The cell.
         tell: Is told how far it is.
+        lean: rad that the jet may lean while it sprays, where nothing else is clear.
 
     Raises:
         JobError: the cell cannot be used with this program, or what ``washboard[robot]`` installs is missing.
     """
     from robotcell.track import terms_of, track
 
-    report = track(run.program, cell.cell, run.board, terms=terms_of(cell), progress=part_of(tell, 0.0, _TRACKING))
-    if not report.possible:
-        return Checked(run, cell, report.program, None, report.findings, None, ())
-    motion = joint_motion(report.program, report.joints)
-    tell("measuring distances", _TRACKING)
-    rows = np.unique(np.linspace(0, len(motion.times) - 1, _LOOKED_AT).astype(np.intp))
-    nearest = find_nearest(cell.cell, run.board, motion, rows)
-    facts = {
-        "Time": _time(run.program.totals.duration_s, report.program.totals.duration_s),
-        "Speed": _hardest(cell.cell.robot, motion, "speed"),
-        "Acceleration": _hardest(cell.cell.robot, motion, "acceleration"),
-        "Nearest": _nearest(nearest),
+    report = track(run.program, cell.cell, run.board, terms=terms_of(cell, lean), progress=tell)
+    return Checked(run, cell, report, joint_motion(report.program, report.joints) if report.possible else None)
+
+
+def facts_of(checked: Checked) -> dict[str, str]:
+    """Say what to know of a check at one glance: a name and a text each; nothing where nothing moves."""
+    report, motion = checked.report, checked.motion
+    if motion is None:
+        return {}
+    robot = report.cell.robot
+    return {
+        "Time": _time(report.asked.totals.duration_s, report.program.totals.duration_s),
+        "Speed": _hardest(robot, motion, "speed"),
+        "Acceleration": _hardest(robot, motion, "acceleration"),
+        "Nearest": _nearest(nearest_of(report, motion)),
         "Manipulability": _least(report.singularity, "at the least"),
         "Condition": _least(report.condition, "inverse, at the least"),
     }
-    return Checked(run, cell, report.program, motion, report.findings, nearest, tuple(facts.items()))
 
 
 def _time(asked_s: float, taken_s: float) -> str:

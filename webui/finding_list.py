@@ -68,6 +68,19 @@ def findings_html(findings: Sequence[Finding], loaded: LoadedRecipe, chosen: Fin
     )
 
 
+def kinds_html(findings: Sequence[Finding], loaded: LoadedRecipe, chosen: Finding | None) -> str:
+    """List the first finding of each rule, how many more there are of it, and the chosen one, marked."""
+    counts = Counter((finding.severity, finding.rule) for finding in findings)
+    firsts: dict[tuple[Severity, str], int] = {}
+    for index, finding in enumerate(findings):
+        firsts.setdefault((finding.severity, finding.rule), index)
+    shown = [index for index, each in enumerate(findings) if each is chosen or index in firsts.values()]
+    items = "".join(_item(at + 1, findings[at], loaded, marked=findings[at] is chosen) for at in shown)
+    more = [f"{count - 1} more {rule}" for (_, rule), count in counts.items() if count > 1]
+    rest = f'<div style="color:{to_hex(QUIET)}">and {escape(", ".join(more))}</div>' if more else ""
+    return f'<div style="margin:4px 12px;font-size:12px;line-height:1.45;color:{to_hex(INK)}">{items}{rest}</div>'
+
+
 def _item(number: int, finding: Finding, loaded: LoadedRecipe, *, marked: bool) -> str:
     colour = SEVERITY_COLOURS[finding.severity]
     edge = to_hex(ACCENT) if marked else colour

@@ -16,6 +16,7 @@ from webui.layers.robot import JointMotion, joints_at, tool_at
 if TYPE_CHECKING:
     from robotcell.collision import Collider
     from robotcell.contacts import Touch
+    from robotcell.track import CellReport
 
 _MM = 1000.0
 
@@ -34,24 +35,17 @@ class Near:
     """(2, 3) nearest point of either, board frame, mm."""
 
 
-def find_nearest(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[np.intp]) -> Near | None:
-    """Find where robot or tool come nearest to board or fixtures, among some moves; nowhere if all is far.
-
-    Args:
-        cell: The cell.
-        board: The board in it.
-        motion: How the joints stand at each move.
-        rows: (k,) the moves to look at.
-
-    Raises:
-        CellError: what ``washboard[robot]`` installs is missing.
-    """
-    touches, _ = _clearance(cell, board, motion, rows)
-    met = [(touch, row) for touch, row in zip(touches, rows.tolist(), strict=True) if touch is not None]
+def nearest_of(report: "CellReport", motion: JointMotion) -> Near | None:
+    """Give where robot or tool come nearest to board or fixtures; nothing if all is far."""
+    met = [
+        (touch, row)
+        for touch, row in zip(report.clearance.touches, report.clearance_at.tolist(), strict=True)
+        if touch is not None
+    ]
     if not met:
         return None
-    touch, row = min(met, key=lambda each: each[0].distance)
-    return _near(cell, touch, float(motion.times[row]))
+    touch, row = min(met, key=lambda each: round(each[0].distance, 6))
+    return _near(report.cell, touch, float(motion.times[row]))
 
 
 def clearances_mm(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[np.intp]) -> Scalars:
@@ -66,7 +60,15 @@ def clearances_mm(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[n
     Raises:
         CellError: what ``washboard[robot]`` installs is missing.
     """
-    return _clearance(cell, board, motion, rows)[1] * _MM
+    from robotcell.clearance import clearance
+
+    collider = _collider(cell, board)
+    tools = np.array([tool_at(motion, float(time_s)) for time_s in motion.times[rows]], dtype=np.int64)
+    distances = np.zeros(len(rows))
+    for tool in np.unique(tools).tolist():
+        mine = tools == tool
+        distances[mine] = clearance(collider, motion.joints[rows[mine]], tool).distances
+    return distances * _MM
 
 
 def near_at(cell: Cell, board: Board, motion: JointMotion, time_s: float) -> Near | None:
@@ -96,25 +98,6 @@ def moment_of(motion: JointMotion, places: Points, makers: tuple[str, ...], made
     own = np.array([maker == made_by for maker in makers], dtype=np.bool_)
     away = np.linalg.norm(places - where, axis=1)
     return float(motion.times[int(np.argmin(np.where(own | ~own.any(), away, np.inf)))])
-
-
-def _clearance(
-    cell: Cell, board: Board, motion: JointMotion, rows: NDArray[np.intp]
-) -> tuple["list[Touch | None]", Scalars]:
-    """Ask for the clearance at (k,) moves, with the tool that is carried at each: nearest pairs and distances, m."""
-    from robotcell.clearance import clearance
-
-    collider = _collider(cell, board)
-    tools = np.array([tool_at(motion, float(time_s)) for time_s in motion.times[rows]], dtype=np.int64)
-    touches: list[Touch | None] = [None] * len(rows)
-    distances = np.zeros(len(rows))
-    for tool in np.unique(tools).tolist():
-        mine = np.flatnonzero(tools == tool)
-        near = clearance(collider, motion.joints[rows[mine]], tool)
-        distances[mine] = near.distances
-        for index, touch in zip(mine.tolist(), near.touches, strict=True):
-            touches[index] = touch
-    return touches, distances
 
 
 @lru_cache(maxsize=2)

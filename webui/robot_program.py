@@ -38,7 +38,7 @@ def make_program(session: Session, dialect: str, tell: Progress) -> Made:
     """Write the program of a session for the robot of its cell; it is checked first if it was not.
 
     Raises:
-        JobError: there is no such program yet, or the robot cannot do it, or it cannot be written.
+        JobError: there is no such program yet, or it cannot be written.
     """
     run, cell = session.run, session.cell
     if cell is None:
@@ -46,9 +46,7 @@ def make_program(session: Session, dialect: str, tell: Progress) -> Made:
     if run is None or not session.planned:
         raise ProgramError("the recipe as it is now is not planned yet; wait until it is, or mend what stops it.")
     checked = session.check or check_program(run, cell, part_of(tell, 0.0, _CHECKING))
-    if checked.motion is None:
-        raise ProgramError(f"the robot of {cell.cell.name} cannot do the program; the tab Robot says why.")
-    joints = exported_joints(cell.cell.robot, checked.motion.joints)
+    joints = None if checked.motion is None else exported_joints(cell.cell.robot, checked.motion.joints)
     tell("writing", _CHECKING)
     return Made(checked, write_program(checked.program, installation_of(cell), dialect, joints))
 

@@ -12,15 +12,16 @@ from tiny_session import tiny_session
 from geometry.errors import JobError
 from geometry.finding import Finding
 from programs.program import MoveTo
+from robotcell.clearance import Clearance
+from robotcell.contacts import Touch
 from robotcell.errors import CellError
 from robotcell.load import read_cell
 from robotcell.poses import inverse, pose
 from robotcell.robot import Body, Box, flange_poses
-from webui.checked import check_program
+from webui.checked import check_program, facts_of
 from webui.layers.near_mark import near_glb
 from webui.layers.reach import METRICS, paint_reach
-from webui.layers.robot import joints_at
-from webui.nearness import Near, find_nearest, near_at
+from webui.nearness import Near, near_at, nearest_of
 from webui.panels import check
 from webui.panels.check import state_html, when
 from webui.panels.robot import RobotPanel
@@ -35,6 +36,11 @@ def quiet(_what, _done):
 @cache
 def tried(cell="ur5e-bench"):
     return check_program(tiny_session().run, read_cell(cell), quiet)
+
+
+def finding_only(*findings):
+    done = tried()
+    return replace(done, report=replace(done.report, findings=findings))
 
 
 def walled():
@@ -60,7 +66,7 @@ def test_a_robot_that_can_do_it_goes_where_the_nozzle_goes():
         onto = inverse(cell.T_cell_board) @ cell.T_cell_base
         away = [np.linalg.norm(1000 * (onto @ tip)[:3, 3] - moves[index].position) for tip in tips]
         assert min(away) < 0.01
-    facts = dict(done.facts)
+    facts = facts_of(done)
     assert "of its limit" in facts["Speed"]
     assert "planned" in facts["Time"]
 
@@ -81,25 +87,29 @@ def test_a_check_counts_for_its_program_and_its_cell_alone():
 
 
 def test_an_error_is_said_at_one_glance():
-    wrong = replace(tried(), findings=(Finding("collision", "error", "wall"),))
+    wrong = finding_only(Finding("collision", "error", "wall"))
     session = replace(tiny_session(), cell=wrong.cell).with_check(wrong)
     assert "cannot do it as it is" in state_html(session)
-    assert "The robot cannot do it." in state_html(session.with_check(replace(wrong, motion=None, findings=())))
+    assert "The robot cannot do it." in state_html(session.with_check(replace(finding_only(), motion=None)))
 
 
 def test_bodies_that_touch_are_named_with_their_nearest_points():
     done = tried()
     free = near_at(done.cell.cell, done.run.board, done.motion, 20.0)
-    tip = joints_at(done.motion, np.array([20.0]))
     assert free is None or free.distance_mm > 0
     wall = near_at(walled().cell, done.run.board, done.motion, 20.0)
     assert wall is not None
     assert "wall" in (wall.body, wall.other)
-    nearest = find_nearest(walled().cell, done.run.board, done.motion, np.arange(0, len(done.motion.times), 50))
-    assert nearest.distance_mm == pytest.approx(0.0, abs=0.1)
-    assert np.isfinite(nearest.points).all()
-    assert len(near_glb(nearest)) > 1000
-    assert tip.shape == (1, 6)
+    assert wall.distance_mm == pytest.approx(0.0, abs=0.1)
+    assert np.isfinite(wall.points).all()
+    assert len(near_glb(wall)) > 1000
+    touches = (None, Touch("lance", "table", 0.007, np.zeros((2, 3))), Touch("lance", "J1", 0.004, np.zeros((2, 3))))
+    report = replace(
+        done.report, clearance=Clearance(np.array([0.02, 0.007, 0.004]), touches), clearance_at=np.array([0, 5, 9])
+    )
+    nearest = nearest_of(report, done.motion)
+    assert (nearest.other, nearest.time_s) == ("J1", done.motion.times[9])
+    np.testing.assert_allclose(nearest.points, 1000 * np.tile(inverse(done.cell.cell.T_cell_board)[:3, 3], (2, 1)))
 
 
 def test_a_place_is_found_at_the_moment_of_its_own_stroke():
@@ -147,7 +157,7 @@ def wait_for(condition):
 
 def test_check_tells_how_far_it_is_and_what_came_of_it(tmp_path, monkeypatch):
     done = tried()
-    monkeypatch.setattr(check, "check_program", lambda run, cell, tell: replace(done, run=run, cell=cell))
+    monkeypatch.setattr(check, "check_program", lambda run, cell, *_: replace(done, run=run, cell=cell))
     with opened(tiny_session(), tmp_path) as (page, scene, _):
         press(page, "Cell", "ur5e-bench")
         assert not find(page, "Go to").visible
@@ -159,7 +169,7 @@ def test_check_tells_how_far_it_is_and_what_came_of_it(tmp_path, monkeypatch):
         press(page, "Go to", names[1])
         assert scene.sought == [when(done.findings[0], done)]
         assert page.session.selection.made_by == done.findings[0].made_by
-        press(page, "Colour paths by", "Joint limits")
+        press(page, "Colour by", "Joint limits")
         wait_for(lambda: len(scene.layers.get("/reach", b"")) > 0)
         press(page, "Cell", "gantry")
         assert scene.layers["/reach"] == b""
@@ -171,9 +181,8 @@ def test_a_collision_shows_the_pair_in_red(tmp_path, monkeypatch):
     place = next(item.position for item in done.program.instructions if isinstance(item, MoveTo))
     finding = Finding("collision", "error", "lance collides with J1", "sequence[0]/edge", place)
     near = Near(1.0, "lance", "J1", 0.0, np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 4.0]]))
-    monkeypatch.setattr(
-        check, "check_program", lambda run, cell, _t: replace(done, run=run, cell=cell, findings=(finding,))
-    )
+    wrong = finding_only(finding)
+    monkeypatch.setattr(check, "check_program", lambda run, cell, *_: replace(wrong, run=run, cell=cell))
     monkeypatch.setattr(check, "near_at", lambda *_: near)
     with opened(tiny_session(), tmp_path) as (page, scene, _):
         press(page, "Cell", "ur5e-bench")
@@ -187,7 +196,7 @@ def test_a_collision_shows_the_pair_in_red(tmp_path, monkeypatch):
 
 
 def test_what_is_missing_or_wrong_is_said_in_the_tab(tmp_path, monkeypatch):
-    def fail(_run, _cell, _tell):
+    def fail(*_):
         raise CellError("checking for collisions needs `pip install washboard[robot]`")
 
     monkeypatch.setattr(check, "check_program", fail)
@@ -202,7 +211,7 @@ def test_what_is_missing_or_wrong_is_said_in_the_tab(tmp_path, monkeypatch):
 def test_a_check_that_is_given_up_leaves_nothing(tmp_path, monkeypatch):
     begun = []
 
-    def slow(_run, _cell, tell):
+    def slow(_run, _cell, tell, _lean):
         begun.append(True)
         while True:
             time.sleep(0.01)

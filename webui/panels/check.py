@@ -8,10 +8,10 @@ import viser
 from geometry.errors import JobError
 from geometry.finding import Finding
 from programs.program import MoveTo
-from webui.checked import Checked, check_program
-from webui.finding_list import findings_html, name_findings, tally
+from webui.checked import Checked, check_program, facts_of
+from webui.finding_list import kinds_html, name_findings, tally
 from webui.layers.near_mark import near_glb
-from webui.nearness import Near, moment_of, near_at
+from webui.nearness import Near, moment_of, near_at, nearest_of
 from webui.page import Page
 from webui.palette import ACCENT, INK, QUIET, to_hex
 from webui.remarks import remark_html
@@ -41,6 +41,14 @@ class CheckCard:
         gui = page.client.gui
         self._folder = gui.add_folder("Check", visible=False)
         with self._folder:
+            self._lean = gui.add_number(
+                "Tilt band (\N{DEGREE SIGN})",
+                0.0,
+                min=0.0,
+                max=45.0,
+                step=1.0,
+                hint="The jet may lean so far while it sprays, where nothing else is clear.",
+            )
             self._button = gui.add_button(_CHECK, hint="Finds how the joints move, and what keeps the robot from it.")
             self._state = gui.add_html("")
             self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
@@ -80,7 +88,8 @@ class CheckCard:
             self._page.refuse("The recipe as it is now is not planned yet; wait until it is.")
             return
         self._button.label, self._remark = _CANCEL, ""
-        self._worker.start(lambda tell: check_program(run, cell, tell), self._take, self._fail)
+        lean = np.radians(self._lean.value)
+        self._worker.start(lambda tell: check_program(run, cell, tell, lean), self._take, self._fail)
 
     def _take(self, checked: Checked) -> None:
         self._button.label = _CHECK
@@ -113,7 +122,7 @@ class CheckCard:
             self._choice.options = options
         self._choice.value = next((name for name, each in self._names.items() if each is self._chosen), _NONE)
         self._choice.visible = self._steps.visible = session.check is not None
-        self._list.content = findings_html(findings, session.loaded, self._chosen) if session.check is not None else ""
+        self._list.content = kinds_html(findings, session.loaded, self._chosen) if session.check is not None else ""
 
     def _step(self, button: str) -> None:
         if button == _NEAREST:
@@ -152,12 +161,13 @@ class CheckCard:
 
     def _show_nearest(self) -> None:
         check = self._page.session.check
-        if check is None or check.nearest is None:
+        near = None if check is None or check.motion is None else nearest_of(check.report, check.motion)
+        if near is None:
             self._page.say("Nothing is near", "Robot and tool keep clear of board and fixtures all the time.")
             return
-        self._scene.seek(check.nearest.time_s)
+        self._scene.seek(near.time_s)
         self._unmark()
-        self._mark(check.nearest, "")
+        self._mark(near, "")
 
     def _mark(self, near: Near, made_by: str) -> None:
         """Draw two bodies in red, and the line between their nearest points."""
@@ -197,7 +207,7 @@ def state_html(session: Session) -> str:
     rows = "".join(
         f'<tr><td style="color:{to_hex(QUIET)};padding:1px 12px 1px 0;vertical-align:top">{escape(name)}</td>'
         f"<td>{escape(text)}</td></tr>"
-        for name, text in check.facts
+        for name, text in facts_of(check).items()
     )
     head = f'<div style="font-weight:600">{done} <span style="font-weight:400;color:{to_hex(QUIET)}">'
     return _box_html(
