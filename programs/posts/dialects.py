@@ -19,6 +19,8 @@ from programs.posts import (
     linuxcnc_reader,
     ur,
     ur_reader,
+    yaskawa,
+    yaskawa_reader,
 )
 from programs.posts.rebuilt import Rebuilt
 
@@ -57,6 +59,14 @@ DIALECTS: Mapping[str, Dialect] = {
         needs_joints=True,
     ),
     "ur": Dialect(ur.TITLE, ur.render, ur_reader.read, ur.CAPABILITY, ur.LONGEST_LINE, ur.NOTES),
+    "yaskawa": Dialect(
+        yaskawa.TITLE,
+        yaskawa.render,
+        yaskawa_reader.read,
+        yaskawa.CAPABILITY,
+        yaskawa.LONGEST_LINE,
+        yaskawa.NOTES,
+    ),
     "joint-table": Dialect(
         joint_table.TITLE,
         joint_table.render,

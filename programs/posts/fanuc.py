@@ -28,7 +28,7 @@ from programs.posts.corners import follow, goes_on
 from programs.posts.fanuc_text import assign, configure, hundredths, operand, program_text, remark
 from programs.posts.numbering import Frames, Tables, number_frames, table_lines
 from programs.posts.reading import split_wait
-from programs.posts.sheet import sheet
+from programs.posts.sheet import sheet, short_heading
 from programs.posts.wording import fixed, make_name, short
 
 TITLE = "FANUC TP"
@@ -71,14 +71,8 @@ def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
         if isinstance(step, Call):
             writer.call(step.name)  # before our own programs take names
     routines = [_routine(writer, part) for part in parts if isinstance(part, Chapter)]
-    error, frames_name = lowered.error, writer.routine_name(0, "FR")
-    head = [
-        f"Washboard: board {lowered.motion.origin.board}",
-        f"recipe {lowered.motion.origin.recipe}",
-        f"cell {installation.cell}",
-        f"Event error {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms",
-        f"Frames: {frames_name} or {name}.txt",
-    ]
+    frames_name = writer.routine_name(0, "FR")
+    head = short_heading(lowered, installation, f"{name}.txt")
     words = [*table_lines(tables, "UTOOL", "UFRAME"), *_USES]
     main, home = _main(writer, parts)
     files = {f"{name}.ls": program_text(name, [*map(remark, head), *main], home)}
@@ -89,6 +83,7 @@ def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
 
 
 _USES = (
+    "The program that ends in FR enters these frames in the controller's tables; run it once, or enter your own",
     f"R[{_COUNTER}] and up count loops, R[{_READING}] holds a reading, PR[{_POSITION}] is used to enter the frames",
     "W, P, R turn about the fixed x, then y, then z axis; points are in the board's CAD frame",
     "Speeds are whole mm/sec, rounded down; an output's TB counts from the end of its motion, in hundredths",

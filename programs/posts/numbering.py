@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from programs.installation import Installation, Tool
-from programs.motion import MotionProgram, UseBoard, UseTool
+from programs.motion import Line, MotionProgram, Reach, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.angles import fixed_xyz
 from programs.posts.chapters import Chapter, Part
@@ -85,7 +85,8 @@ def part_at_boards(parts: tuple[Part, ...]) -> tuple[Part, ...]:
 
 
 def _pieces(chapter: Chapter) -> list[Chapter]:
-    cuts = [at for at, step in enumerate(chapter.steps) if isinstance(step, UseBoard) and at > 0]
+    first = next((at for at, step in enumerate(chapter.steps) if isinstance(step, Line | Reach)), len(chapter.steps))
+    cuts = [at for at, step in enumerate(chapter.steps) if isinstance(step, UseBoard) and at > first]
     pieces: list[Chapter] = []
     tool, board = chapter.tool, chapter.board
     for begin, end in zip([0, *cuts], [*cuts, len(chapter.steps)], strict=True):

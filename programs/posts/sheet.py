@@ -27,6 +27,18 @@ def sheet(
     return "".join(f"{cut(line, _WIDTH)}\n" for line in lines)
 
 
+def short_heading(lowered: Lowered, installation: Installation, page: str) -> tuple[str, ...]:
+    """Give the lines of a header for comments of some 30 characters, the rest being on a page."""
+    origin, error = lowered.motion.origin, lowered.error
+    return (
+        f"Washboard: board {origin.board}",
+        f"recipe {origin.recipe}",
+        f"cell {installation.cell}",
+        f"Event error {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms",
+        f"Frames: see {page}",
+    )
+
+
 def channel_lines(motion: MotionProgram) -> tuple[str, ...]:
     """Say which outputs and inputs a program uses."""
     outputs: dict[Channel, None] = {}

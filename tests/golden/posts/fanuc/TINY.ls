@@ -21,7 +21,7 @@ CONTROL_CODE	= 00000000 00000000;
    2:  !recipe smt-aqueous ;
    3:  !cell bench ;
    4:  !Event error 0.04 mm, 8.0 ms ;
-   5:  !Frames: TINY_FR or TINY.txt ;
+   5:  !Frames: see TINY.txt ;
    6:  UFRAME_NUM=1 ;
    7:  UTOOL_NUM=1 ;
    8:J P[1] 10% FINE ;
