@@ -33,6 +33,9 @@ _RIGHT = (
     ("Program", ProgramPanel),
 )
 
+_NARROW_TABS = "<style>[data-dock-strip] > [data-dock-tab]{padding:0 0.6em !important}</style>"
+"""Six of them stand in a line."""
+
 
 def lay_out(page: Page) -> list[Panel]:
     """Build a page: what is looked at on the left, what is edited on the right, results and playback over the scene."""
@@ -41,6 +44,7 @@ def lay_out(page: Page) -> list[Panel]:
     scene = Scene(page)
     panels: list[Panel] = [scene]
     panels.append(StatusPanel(page, scene))
+    gui.add_html(_NARROW_TABS)
     left = gui.add_panel()
     for label, kind in _LEFT:
         with left.add_tab(label):
