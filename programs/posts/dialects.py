@@ -9,6 +9,8 @@ from programs.installation import Installation
 from programs.posts import (
     abb,
     abb_reader,
+    epson,
+    epson_reader,
     fanuc,
     fanuc_reader,
     joint_table,
@@ -67,6 +69,7 @@ DIALECTS: Mapping[str, Dialect] = {
         yaskawa.LONGEST_LINE,
         yaskawa.NOTES,
     ),
+    "epson": Dialect(epson.TITLE, epson.render, epson_reader.read, epson.CAPABILITY, epson.LONGEST_LINE, epson.NOTES),
     "joint-table": Dialect(
         joint_table.TITLE,
         joint_table.render,
