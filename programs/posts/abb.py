@@ -1,7 +1,7 @@
 """ABB RAPID: outputs on the path by ``TriggL``, timed by the controller itself."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from programs.events import Capability, Lowered
@@ -49,19 +49,40 @@ _ZONES = ((5.0, "z5"), (1.0, "z1"), (0.0, "z0"))
 _REACH_SPEED = "s100"
 
 
+@dataclass(frozen=True, slots=True)
+class Words:
+    """What the RAPID of another option says in another way."""
+
+    title: str
+    capability: Capability
+    move: str
+    """A motion in a line that switches nothing."""
+    set_output: Callable[[Channel, float], str]
+    """Change an output, in program order."""
+    data: tuple[str, ...] = ()
+    """More declarations."""
+
+
 def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
     """Write a program: one module, or a module for each part and a ``.pgf`` that lists them."""
+    return render_with(lowered, installation, Words(TITLE, CAPABILITY, "MoveL", set_output))
+
+
+def render_with(lowered: Lowered, installation: Installation, words: Words) -> dict[str, str]:
+    """Write a program in the words of an option."""
     parts = divide(lowered.motion, MOST_STEPS)
     chapters = [part for part in parts if isinstance(part, Chapter)]
     name = make_name(lowered.motion.origin.board, _LONGEST_NAME - 6, RESERVED)
-    writer = _Writer(installation, {name.lower(), *RESERVED})
+    writer = _Writer(installation, words, {name.lower(), *RESERVED})
     for step in lowered.motion.steps:
         if isinstance(step, Call):
             writer.name("call", step.name, step.name)  # before our own routines take names
     routines = {chapter.number: _routine(writer, chapter) for chapter in chapters}
     main = _main(writer, parts)
-    head = [f"! {cut(line, LONGEST_LINE - 4)}" for line in heading(lowered, installation, CAPABILITY, TITLE)]
-    data = [*head, "! Units: mm, s, mm/s, deg/s; targets in the board's CAD frame.", *_data(writer), ""]
+    head = [
+        f"! {cut(line, LONGEST_LINE - 4)}" for line in heading(lowered, installation, words.capability, words.title)
+    ]
+    data = [*head, "! Units: mm, s, mm/s, deg/s; targets in the board's CAD frame.", *_data(writer), *words.data, ""]
     if sum(len(chapter.steps) for chapter in chapters) <= MOST_STEPS:
         targets = [line for number in routines for line in routines[number][0]]
         bodies = [line for number in routines for line in routines[number][1]]
@@ -79,6 +100,7 @@ class _Writer:
     """The names given so far, and the tool and board in use."""
 
     installation: Installation
+    words: Words
     taken: set[str]
     names: dict[tuple[str, object], str] = field(default_factory=dict[tuple[str, object], str])
     speeds: dict[str, str] = field(default_factory=dict[str, str])
@@ -174,7 +196,7 @@ def _instructions(writer: _Writer, step: Step) -> Iterable[str]:
             ways = [writer.target(step.target), writer.speed(step)]
             triggers = [writer.event(event) for event in step.events]
             named = [f"\\T{n}:={trigger}" for n, trigger in enumerate(triggers[1:], start=2)]
-            move = "TriggL" if triggers else "MoveL"
+            move = "TriggL" if triggers else writer.words.move
             first = "".join([f",{trigger}" for trigger in triggers[:1]] + named)
             yield f"{move} {','.join(ways)}{first},{zone},{writer.frames};"
         case Reach():
@@ -187,7 +209,7 @@ def _instructions(writer: _Writer, step: Step) -> Iterable[str]:
         case Pause():
             yield f"WaitTime {fixed(step.duration_s, 3)};"
         case Switch():
-            yield _switch(step.channel, step.value)
+            yield writer.words.set_output(step.channel, step.value)
         case UseTool() | UseBoard():
             writer.use(step)
         case Call():
@@ -198,7 +220,8 @@ def _instructions(writer: _Writer, step: Step) -> Iterable[str]:
             raise AssertionError("loops are in main")
 
 
-def _switch(channel: Channel, value: float) -> str:
+def set_output(channel: Channel, value: float) -> str:
+    """Change an output when the robot comes to the instruction."""
     return f"{_SETTERS[channel.kind]} {channel.name},{short(value, 6)};"
 
 

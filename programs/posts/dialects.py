@@ -8,7 +8,11 @@ from programs.events import Capability, Lowered
 from programs.installation import Installation
 from programs.posts import (
     abb,
+    abb_paint,
+    abb_paint_reader,
     abb_reader,
+    denso,
+    denso_reader,
     epson,
     epson_reader,
     fanuc,
@@ -49,6 +53,14 @@ class Dialect:
 
 DIALECTS: Mapping[str, Dialect] = {
     "abb": Dialect(abb.TITLE, abb.render, abb_reader.read, abb.CAPABILITY, abb.LONGEST_LINE, abb.NOTES),
+    "abb-paint": Dialect(
+        abb_paint.TITLE,
+        abb_paint.render,
+        abb_paint_reader.read,
+        abb_paint.CAPABILITY,
+        abb_paint.LONGEST_LINE,
+        abb_paint.NOTES,
+    ),
     "fanuc": Dialect(fanuc.TITLE, fanuc.render, fanuc_reader.read, fanuc.CAPABILITY, fanuc.LONGEST_LINE, fanuc.NOTES),
     "kuka": Dialect(kuka.TITLE, kuka.render, kuka_reader.read, kuka.CAPABILITY, kuka.LONGEST_LINE, kuka.NOTES),
     "linuxcnc": Dialect(
@@ -70,6 +82,7 @@ DIALECTS: Mapping[str, Dialect] = {
         yaskawa.NOTES,
     ),
     "epson": Dialect(epson.TITLE, epson.render, epson_reader.read, epson.CAPABILITY, epson.LONGEST_LINE, epson.NOTES),
+    "denso": Dialect(denso.TITLE, denso.render, denso_reader.read, denso.CAPABILITY, denso.LONGEST_LINE, denso.NOTES),
     "joint-table": Dialect(
         joint_table.TITLE,
         joint_table.render,
