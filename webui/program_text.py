@@ -3,7 +3,7 @@
 import io
 import re
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import TypeAlias
@@ -20,10 +20,17 @@ from robotcell.robot import Joints
 from webui.palette import ACCENT, INK, QUIET, to_hex
 
 PAGE_LINES = 40
-_MOVES: Mapping[str, re.Pattern[str]] = {
+TELLS_MOVES: Mapping[str, re.Pattern[str]] = {
     "abb": re.compile(r"\s*(MoveL|MoveJ|TriggL) p\d"),
+    "epson": re.compile(r"\s*(Move|Go) XY\("),
+    "fanuc": re.compile(r"\s*\d+:L P\["),
+    "kuka": re.compile(r"\s*(LIN|PTP) P\d"),
+    "ur": re.compile(r"\s*movel\("),
+    "yaskawa": re.compile(r"MOV[LJ] C\d"),
 }
-"""How a motion to a pose is told in each language."""
+"""How one motion to a pose is told; a language that tells one in several texts, or others likewise, is left out."""
+_MAKER = re.compile(r"sequence\[\d+\][^\s;,)]*")
+"""How languages cite who asked for what follows."""
 _NEVER = re.compile(r"(?!)")
 _CHOSEN, _SELECTED = "#f6d9d1", "#fbf1ee"
 _ZIP_TIME = (1980, 1, 1, 0, 0, 0)
@@ -38,7 +45,9 @@ class TextFile:
     name: str
     lines: tuple[str, ...]
     moves: tuple[Move | None, ...]
-    """How each of them moves, where it does."""
+    """How each of them moves, where that is known."""
+    makers: tuple[str, ...]
+    """Who asked for each of them; empty where nobody did, or it is not known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,7 +61,7 @@ class Written:
     findings: tuple[Finding, ...]
     error: EventError
     tells_places: bool
-    """Whether it is known which text is which motion in space."""
+    """Whether it is known which text is which motion in space; if not, only which stroke it belongs to."""
 
 
 def write_program(program: TimedProgram, installation: Installation, dialect: str, joints: Joints | None) -> Written:
@@ -67,34 +76,61 @@ def write_program(program: TimedProgram, installation: Installation, dialect: st
     lowered = lower(make_motion(program, installation, joints), language.capability)
     content = language.render(lowered, installation)
     moves = tuple(step for step in lowered.motion.steps if isinstance(step, Line | Reach))
-    files = match_lines(content, moves, _MOVES.get(dialect, _NEVER))
+    files = match_lines(content, moves, TELLS_MOVES.get(dialect, _NEVER))
     tells = any(move is not None for file in files for move in file.moves)
     return Written(dialect, files, content, lowered.motion.findings, lowered.error, tells)
 
 
 def match_lines(content: Mapping[str, str], moves: tuple[Move, ...], pattern: re.Pattern[str]) -> tuple[TextFile, ...]:
-    """Give each text that tells a motion its place in space; none at all if their numbers differ."""
+    """Give each text that tells a motion its place in space; only its maker if their numbers differ."""
     split = {name: tuple(text.splitlines()) for name, text in content.items()}
     found = sum(pattern.match(text) is not None for lines in split.values() for text in lines)
-    left = iter(moves if found == len(moves) else ())
-    return tuple(
-        TextFile(name, lines, tuple(next(left, None) if pattern.match(text) else None for text in lines))
-        for name, lines in split.items()
-    )
+    if found != len(moves) or not moves:
+        known = tuple(dict.fromkeys(move.made_by for move in moves))
+        return tuple(
+            TextFile(name, lines, (None,) * len(lines), cited_makers(lines, known)) for name, lines in split.items()
+        )
+    left = iter(moves)
+    files: list[TextFile] = []
+    for name, lines in split.items():
+        own = tuple(next(left) if pattern.match(text) else None for text in lines)
+        files.append(TextFile(name, lines, own, tuple("" if move is None else move.made_by for move in own)))
+    return tuple(files)
+
+
+def cited_makers(lines: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
+    """Say who asked for each text: the one who was cited last, who may have been cut short."""
+    makers: list[str] = []
+    maker = ""
+    for text in lines:
+        cited = _MAKER.search(text)
+        if cited is not None:
+            maker = cited[0] if cited[0] in known else _whole(cited[0].removesuffix("..."), known)
+        makers.append(maker)
+    return tuple(makers)
+
+
+def _whole(begin: str, known: Sequence[str]) -> str:
+    return next((each for each in known if each.startswith(begin)), "")
 
 
 def find_text(files: tuple[TextFile, ...], made_by: str) -> tuple[int, int] | None:
     """Where a stroke is told first: index of the file, and number of the line from 1; nowhere if it is not."""
     for index, file in enumerate(files):
-        for number, move in enumerate(file.moves, start=1):
-            if move is not None and move.made_by == made_by:
-                return index, number
+        if made_by and made_by in file.makers:
+            return index, file.makers.index(made_by) + 1
     return None
 
 
 def next_move(file: TextFile, number: int, steps: int) -> int:
-    """Number of the next text that moves (steps = 1) or of the one before (-1); stays where there is none."""
+    """Number of the next text that moves, or else begins a stroke (steps = 1), or of the one before (-1), if any."""
     numbers = range(number + 1, len(file.lines) + 1) if steps > 0 else range(number - 1, 0, -1)
+    if not any(file.moves):
+        makers = file.makers
+        return next(
+            (each for each in numbers if makers[each - 1] and makers[each - 2 : each - 1] != (makers[each - 1],)),
+            number,
+        )
     return next((each for each in numbers if file.moves[each - 1] is not None), number)
 
 
@@ -108,7 +144,7 @@ def page_html(file: TextFile, number: int, made_by: str) -> str:
     """
     first = (min(max(number, 1), max(len(file.lines), 1)) - 1) // PAGE_LINES * PAGE_LINES
     rows = [
-        _line_html(at, text, _ground(at == number, _is_of(file.moves[at - 1], made_by)))
+        _line_html(at, text, _ground(at == number, bool(made_by) and file.makers[at - 1] == made_by))
         for at, text in enumerate(file.lines[first : first + PAGE_LINES], start=first + 1)
     ]
     return (
@@ -125,10 +161,6 @@ def zip_bytes(content: Mapping[str, str]) -> bytes:
         for name, text in content.items():
             archive.writestr(zipfile.ZipInfo(name, _ZIP_TIME), text.encode("ascii"), zipfile.ZIP_DEFLATED)
     return packed.getvalue()
-
-
-def _is_of(move: Move | None, made_by: str) -> bool:
-    return move is not None and bool(made_by) and move.made_by == made_by
 
 
 def _ground(chosen: bool, selected: bool) -> str:

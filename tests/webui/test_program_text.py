@@ -2,6 +2,7 @@ import io
 import re
 import zipfile
 from dataclasses import replace
+from functools import cache
 
 import pytest
 from small_page import find, press, small_page
@@ -10,14 +11,19 @@ from tiny_session import tiny_session
 
 from programs.errors import ProgramError
 from programs.motion import Line, Reach
+from programs.plan import SprayPass
 from programs.posts.dialects import DIALECTS
 from robotcell.installing import installation_of
 from robotcell.load import read_cell
+from rulesengine.exporting import write_tracked
+from webui.checked import check_program
 from webui.layers.motion_mark import motion_glb
 from webui.panels.text_preview import TextPreview
 from webui.program_text import (
     PAGE_LINES,
+    TELLS_MOVES,
     TextFile,
+    cited_makers,
     find_text,
     match_lines,
     next_move,
@@ -25,6 +31,7 @@ from webui.program_text import (
     write_program,
     zip_bytes,
 )
+from webui.robot_program import exported_joints
 
 
 def written(dialect="abb"):
@@ -32,12 +39,22 @@ def written(dialect="abb"):
     return write_program(tiny_session().run.program, installation, dialect, None)
 
 
-@pytest.mark.parametrize("dialect", [name for name, each in DIALECTS.items() if not each.needs_joints])
+@cache
+def tracked():
+    return check_program(tiny_session().run, read_cell("ur5e-bench"), lambda _what, _done: None)
+
+
+def tracked_text(dialect):
+    done = tracked()
+    joints = exported_joints(done.cell.cell.robot, done.motion.joints)
+    return write_program(done.program, installation_of(done.cell), dialect, joints)
+
+
+@pytest.mark.parametrize("dialect", sorted(set(DIALECTS) & set(TELLS_MOVES)))
 def test_text_and_place_belong_together(dialect):
-    """Where the text states coordinates, they are those of the place; the reader judges the order."""
-    done = written(dialect)
-    if not done.tells_places:
-        pytest.skip(f"{dialect} does not say yet how its motions are told")
+    """What the language's own reader finds in the text, motion by motion, is where the page shows it."""
+    done = tracked_text(dialect)
+    assert done.tells_places
     moves = [move for file in done.files for move in file.moves if move is not None]
     read = [step.target for step in DIALECTS[dialect].read(done.content).steps if hasattr(step, "target")]
     assert len(moves) == len(read)
@@ -45,15 +62,31 @@ def test_text_and_place_belong_together(dialect):
         assert move.target.position == pytest.approx(target.position, abs=0.02)
 
 
-def test_every_stroke_of_the_plan_is_found_in_the_text_and_leads_back():
-    done, session = written(), tiny_session()
-    makers = {item.made_by for item in session.run.plan.items if hasattr(item, "jet") and hasattr(item, "tcp")}
+@pytest.mark.parametrize("dialect", list(DIALECTS))
+def test_every_sprayed_stroke_is_found_in_every_language(dialect):
+    done = tracked_text(dialect)
+    makers = {item.made_by for item in tiny_session().run.plan.items if isinstance(item, SprayPass)}
     assert len(makers) > 5
     for made_by in makers:
         index, number = find_text(done.files, made_by)
-        assert done.files[index].moves[number - 1].made_by == made_by
-        assert find_text(done.files[:index], made_by) is None
+        assert done.files[index].makers[number - 1] == made_by
+
+
+@pytest.mark.parametrize("dialect", ["abb", "fanuc"])
+def test_the_page_writes_what_the_command_line_writes(dialect):
+    done = tracked()
+    assert dict(write_tracked(done.report, done.cell, dialect).files) == dict(tracked_text(dialect).content)
+
+
+def test_the_first_text_of_a_stroke_is_found_and_leads_back():
+    done = written()
+    for file in done.files:
+        for number, move in enumerate(file.moves, start=1):
+            assert file.makers[number - 1] == ("" if move is None else move.made_by)
+    index, number = find_text(done.files, "sequence[0]/around/J1")
+    assert "sequence[0]/around/J1" not in done.files[index].makers[: number - 1]
     assert find_text(done.files, "nobody") is None
+    assert find_text(done.files, "") is None
 
 
 def test_stepping_goes_from_motion_to_motion_and_stays_at_the_ends():
@@ -70,14 +103,18 @@ def test_stepping_goes_from_motion_to_motion_and_stays_at_the_ends():
 def test_text_that_cannot_be_matched_is_shown_without_places():
     line = next(move for move in written().files[0].moves if isinstance(move, Line))
     pattern = re.compile("GO")
-    assert match_lines({"a": "GO 1\nGO 2\n"}, (line,), pattern)[0].moves == (None, None)
+    cited = match_lines({"a": f"GO 1\n! {line.made_by} \nGO 2\n"}, (line,), pattern)[0]
+    assert cited.moves == (None, None, None)
+    assert cited.makers == ("", line.made_by, line.made_by)
+    assert next_move(cited, 1, 1) == 2
     assert match_lines({"a": "x\nGO 1\n", "b": "GO 2\n"}, (line, line), pattern)[1].moves == (line,)
 
 
 def test_a_page_marks_its_line_tints_the_stroke_and_takes_text_for_text():
     line = next(move for move in written().files[0].moves if isinstance(move, Line))
     lines = tuple(f"<{number}>" for number in range(1, 101))
-    file = TextFile("a", lines, tuple(line if 50 <= number < 60 else None for number in range(1, 101)))
+    own = tuple(line if 50 <= number < 60 else None for number in range(1, 101))
+    file = TextFile("a", lines, own, tuple("" if move is None else move.made_by for move in own))
     html = page_html(file, 55, line.made_by)
     numbers = [int(each) for each in re.findall(r"&lt;(\d+)&gt;", html)]
     assert numbers == list(range(PAGE_LINES + 1, 2 * PAGE_LINES + 1))
@@ -133,3 +170,9 @@ def test_the_text_follows_the_stroke_and_the_stroke_the_text():
         assert find(page, "Line").value == len(files[0].lines)
         preview.open((), "")
         assert not preview.find(maker)
+
+
+def test_a_maker_that_was_cut_short_is_the_first_that_begins_so():
+    known = ("sequence[0]/edge", "sequence[0]/around/U1+U2+U3", "sequence[0]/around/U1+U2+U4")
+    lines = ["x", "'sequence[0]/around/U1+...", "y", "1,2,sequence[0]/edge", "(sequence[9]/other)"]
+    assert cited_makers(lines, known) == ("", known[1], known[1], known[0], "")

@@ -59,8 +59,7 @@ class TextPreview:
         """Go where a stroke is told, unless it is told in the line that is shown; say whether there is such a place."""
         if not self._files:
             return False
-        move = self._shown.moves[self._number - 1]
-        if move is not None and move.made_by == made_by:
+        if made_by and self._shown.makers[self._number - 1] == made_by:
             self._go(self._number)
             return True
         place = find_text(self._files, made_by)
@@ -93,9 +92,9 @@ class TextPreview:
         """Go to a line; the stroke that it is a part of is selected everywhere."""
         with self._page.client.atomic():
             self._go(number)
-        move = self._shown.moves[self._number - 1]
-        if move is not None and any(stroke.made_by == move.made_by for stroke in self._scene.strokes):
-            self._page.select(made_by=move.made_by)
+        maker = self._shown.makers[self._number - 1]
+        if any(stroke.made_by == maker for stroke in self._scene.strokes):
+            self._page.select(made_by=maker)
 
     def _go(self, number: int) -> None:
         file = self._shown
