@@ -11,6 +11,8 @@ from programs.posts import (
     abb_paint,
     abb_paint_reader,
     abb_reader,
+    denso,
+    denso_reader,
     epson,
     epson_reader,
     fanuc,
@@ -80,6 +82,7 @@ DIALECTS: Mapping[str, Dialect] = {
         yaskawa.NOTES,
     ),
     "epson": Dialect(epson.TITLE, epson.render, epson_reader.read, epson.CAPABILITY, epson.LONGEST_LINE, epson.NOTES),
+    "denso": Dialect(denso.TITLE, denso.render, denso_reader.read, denso.CAPABILITY, denso.LONGEST_LINE, denso.NOTES),
     "joint-table": Dialect(
         joint_table.TITLE,
         joint_table.render,
