@@ -13,6 +13,7 @@ import viser
 
 from boards.load import load_board
 from geometry.errors import JobError
+from robotcell.load import read_cell
 from webui.document import open_document
 from webui.drafts import Drafts
 from webui.layout import lay_out
@@ -57,14 +58,20 @@ class Server:
         self.viser.stop()
 
 
-def open_session(board: str, recipe: str) -> Session:
+def open_session(board: str, recipe: str, cell: str = "") -> Session:
     """Load what a page begins with.
+
+    Args:
+        board: File, or name of a sample.
+        recipe: The same.
+        cell: The same; empty for no robot.
 
     Raises:
         JobError: one of them cannot be used.
     """
     document = open_document(recipe)
-    return Session(board_name=board, board=load_board(Path(board)), document=document, loaded=document.read())
+    session = Session(board_name=board, board=load_board(Path(board)), document=document, loaded=document.read())
+    return session.with_cell(cell, read_cell(cell)) if cell else session
 
 
 def serve(first: Session, project: Project, host: str, port: int) -> Server:

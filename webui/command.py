@@ -7,13 +7,22 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from rulesengine.commands.arguments import BoardSource, RecipeSource
+from rulesengine.commands.arguments import BoardSource, RecipeSource, complete_cell
 from rulesengine.errors import job_errors
 
 
 def ui(
     board: BoardSource = "smt-demo",
     recipe: RecipeSource = "smt-aqueous",
+    cell: Annotated[
+        str,
+        typer.Option(
+            "--cell",
+            help="Robot cell to begin with: a file, or a name of the library.",
+            metavar="CELL",
+            autocompletion=complete_cell,
+        ),
+    ] = "",
     folder: Annotated[
         Path, typer.Option("--folder", help="Project folder: the page reads and writes nothing outside.", metavar="DIR")
     ] = Path(),
@@ -27,7 +36,7 @@ def ui(
     """Open the page in which recipes are edited and paths are looked at.
 
     [dim]washboard ui
-    washboard ui board.step my-recipe.yaml --port 9000[/dim]
+    washboard ui board.step my-recipe.yaml --cell ur5e-bench --port 9000[/dim]
     """
     with job_errors():
         from rulesengine.commands.terminal import open_console
@@ -35,7 +44,7 @@ def ui(
         from webui.project import open_project
 
         project = open_project(folder)
-        session = open_session(board, recipe)
+        session = open_session(board, recipe, cell)
         server = serve(session, project, host, port)
         console = open_console()
         with suppress(KeyboardInterrupt):

@@ -169,7 +169,7 @@ def test_check_tells_how_far_it_is_and_what_came_of_it(tmp_path, monkeypatch):
         press(page, "Go to", names[1])
         assert scene.sought == [when(done.findings[0], done)]
         assert page.session.selection.made_by == done.findings[0].made_by
-        press(page, "Colour by", "Joint limits")
+        press(page, "Metric", "Joint limits")
         wait_for(lambda: len(scene.layers.get("/reach", b"")) > 0)
         press(page, "Cell", "gantry")
         assert scene.layers["/reach"] == b""

@@ -83,3 +83,12 @@ def test_what_cannot_be_is_one_clear_error(tmp_path, options, reason):
     assert errors.startswith("error: ")
     assert reason in errors
     assert errors.count("\n") == 1
+
+
+def test_a_cell_that_there_is_not_is_named_and_nothing_is_served(tmp_path):
+    process = start(tmp_path, "--cell", "nope")
+    out, errors = process.communicate(timeout=WAIT_S)
+    assert process.returncode != 0
+    assert "nope" in errors
+    assert "ur5e-bench" in errors
+    assert "Washboard is at" not in out

@@ -24,7 +24,7 @@ class ReachCard:
         self._folder = gui.add_folder("Reach", visible=False)
         with self._folder:
             self._metric = gui.add_dropdown(
-                "Colour by", (_PLAIN, *METRICS), hint="What is sprayed; dark is worse, light is better."
+                "Metric", (_PLAIN, *METRICS), hint="What is sprayed; dark is worse, light is better."
             )
             self._legend = gui.add_html("")
             self._worst = gui.add_button("Go to the worst", visible=False, color="gray")
