@@ -23,6 +23,8 @@ from programs.posts import (
     kuka_reader,
     linuxcnc,
     linuxcnc_reader,
+    melfa,
+    melfa_reader,
     ur,
     ur_reader,
     yaskawa,
@@ -83,6 +85,7 @@ DIALECTS: Mapping[str, Dialect] = {
     ),
     "epson": Dialect(epson.TITLE, epson.render, epson_reader.read, epson.CAPABILITY, epson.LONGEST_LINE, epson.NOTES),
     "denso": Dialect(denso.TITLE, denso.render, denso_reader.read, denso.CAPABILITY, denso.LONGEST_LINE, denso.NOTES),
+    "melfa": Dialect(melfa.TITLE, melfa.render, melfa_reader.read, melfa.CAPABILITY, melfa.LONGEST_LINE, melfa.NOTES),
     "joint-table": Dialect(
         joint_table.TITLE,
         joint_table.render,

@@ -35,7 +35,7 @@ CAPABILITY = Capability(
     says="percent",
     cycle_s=0.002,  # assumed
     step_percent=1.0,
-    most_events=8,  # 16 statements of parallel processing at most, and an event takes two
+    most_events=16,  # Dn may appear 16 times in one statement (SPEL+ reference for RC800)
     step_mm_s=0.1,
 )
 MOST_STEPS = 1500
