@@ -166,8 +166,7 @@ def _line(writer: _Writer, line: Line) -> Iterable[str]:
     after = writer.following.get(id(line))
     lengths = (0.0 if on_the_spot else line.length_mm, after.length_mm if after is not None else 0.0)
     blend = f"r={metres(rest_blend(line.blend_mm, lengths))}"
-    seconds = max(line.angle_rad / max(line.turn_rad_s, 1e-3), 0.01)
-    pace = f"t={fixed(seconds, 3)}" if on_the_spot else f"v={metres(line.speed_mm_s)}"
+    pace = f"t={fixed(max(line.duration_s, 0.01), 3)}" if on_the_spot else f"v={metres(line.speed_mm_s)}"
     yield f"movel(pose_trans(board, {pose_text(line.target)}), {_ACCELERATION}, {pace}, {blend})"
     yield from (f"set_out({output(event.channel, event.value)})" for event in late)
     if line.events and line.blend_mm == 0.0 and not on_the_spot:
