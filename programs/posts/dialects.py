@@ -27,6 +27,8 @@ from programs.posts import (
     melfa_reader,
     ur,
     ur_reader,
+    val3,
+    val3_reader,
     yaskawa,
     yaskawa_reader,
 )
@@ -86,6 +88,7 @@ DIALECTS: Mapping[str, Dialect] = {
     "epson": Dialect(epson.TITLE, epson.render, epson_reader.read, epson.CAPABILITY, epson.LONGEST_LINE, epson.NOTES),
     "denso": Dialect(denso.TITLE, denso.render, denso_reader.read, denso.CAPABILITY, denso.LONGEST_LINE, denso.NOTES),
     "melfa": Dialect(melfa.TITLE, melfa.render, melfa_reader.read, melfa.CAPABILITY, melfa.LONGEST_LINE, melfa.NOTES),
+    "val3": Dialect(val3.TITLE, val3.render, val3_reader.read, val3.CAPABILITY, val3.LONGEST_LINE, val3.NOTES),
     "joint-table": Dialect(
         joint_table.TITLE,
         joint_table.render,
