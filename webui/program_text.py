@@ -20,6 +20,8 @@ from robotcell.robot import Joints
 from webui.palette import ACCENT, INK, QUIET, to_hex
 
 PAGE_LINES = 40
+_LEAD = 6
+"""Lines that are shown before the chosen one."""
 TELLS_MOVES: Mapping[str, re.Pattern[str]] = {
     "abb": re.compile(r"\s*(MoveL|MoveJ|TriggL) p\d"),
     "epson": re.compile(r"\s*(Move|Go) XY\("),
@@ -135,17 +137,19 @@ def next_move(file: TextFile, number: int, steps: int) -> int:
 
 
 def page_html(file: TextFile, number: int, made_by: str) -> str:
-    """Show the page of a file on which a line is: that line marked, and those of a stroke tinted.
+    """Show a page of a file around a line: that line marked, and those of a stroke tinted.
 
     Args:
         file: What to show.
         number: The line, from 1.
         made_by: The stroke that is selected; empty for none.
     """
-    first = (min(max(number, 1), max(len(file.lines), 1)) - 1) // PAGE_LINES * PAGE_LINES
+    first = min(max(number - 1 - _LEAD, 0), max(len(file.lines) - PAGE_LINES, 0))
+    shown = file.lines[first : first + PAGE_LINES]
+    indent = min((len(text) - len(text.lstrip()) for text in shown if text.strip()), default=0)
     rows = [
-        _line_html(at, text, _ground(at == number, bool(made_by) and file.makers[at - 1] == made_by))
-        for at, text in enumerate(file.lines[first : first + PAGE_LINES], start=first + 1)
+        _line_html(at, text[indent:], _ground(at == number, bool(made_by) and file.makers[at - 1] == made_by))
+        for at, text in enumerate(shown, start=first + 1)
     ]
     return (
         '<div style="margin:2px 10px;border:1px solid #dfe4e8;border-radius:3px;overflow-x:auto;font-family:monospace;'

@@ -191,8 +191,24 @@ def test_a_collision_shows_the_pair_in_red(tmp_path, monkeypatch):
         press(page, "Go to", find(page, "Go to").options[1])
         assert page.session.selection.component == "J1"
         assert len(scene.layers["/near"]) > 0
+        assert scene.looked[-1][0] == (1.0, 2.0, 3.5)
         press(page, "Go to", "none")
         assert scene.layers["/near"] == b""
+
+
+def test_what_is_out_of_reach_is_looked_at_with_the_robot(tmp_path, monkeypatch):
+    far = replace(
+        finding_only(Finding("out-of-reach", "error", "too far", "sequence[0]/edge", (1.0, 2.0, 3.0))), motion=None
+    )
+    monkeypatch.setattr(check, "check_program", lambda run, cell, *_: replace(far, run=run, cell=cell))
+    with opened(tiny_session(), tmp_path) as (page, scene, _):
+        press(page, "Cell", "ur5e-bench")
+        press(page, "Check")
+        wait_for(lambda: find(page, "Go to").visible)
+        press(page, "Step", "Next")
+        assert scene.looked == ["cell", "cell"]
+        assert scene.sought == []
+        assert page.session.selection.made_by == "sequence[0]/edge"
 
 
 def test_what_is_missing_or_wrong_is_said_in_the_tab(tmp_path, monkeypatch):

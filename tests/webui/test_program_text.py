@@ -117,11 +117,13 @@ def test_a_page_marks_its_line_tints_the_stroke_and_takes_text_for_text():
     file = TextFile("a", lines, own, tuple("" if move is None else move.made_by for move in own))
     html = page_html(file, 55, line.made_by)
     numbers = [int(each) for each in re.findall(r"&lt;(\d+)&gt;", html)]
-    assert numbers == list(range(PAGE_LINES + 1, 2 * PAGE_LINES + 1))
+    assert numbers == list(range(49, 49 + PAGE_LINES))
     assert "<55>" not in html
     assert html.count("#f6d9d1") == 1
     assert html.count("#fbf1ee") == 9
     assert "#fbf1ee" not in page_html(file, 55, "")
+    ends = [re.findall(r"&lt;(\d+)&gt;", page_html(file, number, "")) for number in (1, 100)]
+    assert [(shown[0], shown[-1]) for shown in ends] == [("1", str(PAGE_LINES)), (str(101 - PAGE_LINES), "100")]
 
 
 def test_the_same_files_are_packed_into_the_same_bytes():

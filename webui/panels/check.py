@@ -23,7 +23,7 @@ _NONE: str = "none"
 _BACK, _ON, _NEAREST = "Previous", "Next", "Nearest"
 _CHECK, _CANCEL = "Check", "Cancel"
 _LAYER = "/near"
-_AROUND_MM = 150.0
+_AROUND_MM = 250.0
 """What is seen to each side where bodies touch: enough to recognise them."""
 
 
@@ -155,7 +155,9 @@ class CheckCard:
         if near is not None:
             self._mark(near, finding.made_by)
             return
-        if finding.where is not None:
+        if check is not None and check.motion is None:
+            self._scene.look_at_cell()
+        elif finding.where is not None:
             self._scene.look_at_place(finding.where)
         self._page.select(made_by=finding.made_by)
 
