@@ -1,14 +1,16 @@
 """From a posture at each node to the joints at every sample: the same branch all along."""
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
 from robotcell.course import Course, Flags
-from robotcell.layers import Nodes, Postures, leant, solve_by_tool, within_limits
-from robotcell.robot import Joints, Poses, Robot
+from robotcell.joint_range import unwound
+from robotcell.layers import Nodes, Postures, leant, solve_by_tool
+from robotcell.robot import Joint, Joints, Poses, Robot
 from robotcell.search import Choice, Layers
 
 _CALM_S = 0.5
@@ -53,19 +55,26 @@ class Wanted:
     """(k - 1,)"""
 
 
-def chosen_postures(layers: Layers, choice: Choice, nodes: Nodes) -> Wanted:
-    """Give the postures of a choice as they stand."""
+def chosen_postures(robot: Robot, layers: Layers, choice: Choice, nodes: Nodes, wraps: Flags) -> Wanted:
+    """Give the postures of a choice: joints that wrap (dof,) go on past whole turns until they leap."""
     azimuth = layers.azimuth[choice.state]
     steps = np.diff(azimuth)
     steps -= 2.0 * np.pi * np.round(steps / (2.0 * np.pi) - 1e-9)
     return Wanted(
         sample=nodes.sample,
         until=nodes.until,
-        q=layers.q[choice.state],
+        q=_wound(robot, layers.q[choice.state], choice.leaps, wraps),
         azimuth=np.concatenate((azimuth[:1], azimuth[0] + np.cumsum(steps))),
         lean=layers.lean[choice.state],
         leaps=choice.leaps,
     )
+
+
+def overwound(robot: Robot, wanted: Wanted) -> Indices:
+    """Give the joints that were wound up beyond their limits."""
+    low = np.array([joint.lowest for joint in robot.joints])
+    high = np.array([joint.highest for joint in robot.joints])
+    return np.flatnonzero(((wanted.q < low - 1e-6) | (wanted.q > high + 1e-6)).any(axis=0))
 
 
 def smooth(wanted: Wanted, course: Course, pinned: Flags) -> Wanted:
@@ -107,8 +116,7 @@ def follow(robot: Robot, wanted: Wanted, course: Course, postures: Postures) -> 
     share = np.where(inner, (course.times - begin) / np.where(end > begin, end - begin, 1.0), 0.0)
     skipped = inner & np.append(wanted.leaps, False)[before]
     share[skipped] = 0.0
-    way = _shortest(robot, wanted.q[after] - wanted.q[before])
-    reference = wanted.q[before] + share[:, None] * way
+    reference = wanted.q[before] + share[:, None] * (wanted.q[after] - wanted.q[before])
     azimuth = wanted.azimuth[before] + share * (wanted.azimuth[after] - wanted.azimuth[before])
     azimuth = np.where(course.free, azimuth, 0.0)
     lean = wanted.lean[before] + share[:, None] * (wanted.lean[after] - wanted.lean[before])
@@ -119,51 +127,43 @@ def follow(robot: Robot, wanted: Wanted, course: Course, postures: Postures) -> 
     begins = np.zeros(len(number), dtype=np.int64)
     begins[wanted.sample[1:][wanted.leaps]] = 1
     piece = np.cumsum(begins)
-    return Followed(course, _wound(robot, q, piece), poses, azimuth, lean, piece, lost & ~skipped)
+    return Followed(course, q, poses, azimuth, lean, piece, lost & ~skipped)
 
 
 def _nearest(robot: Robot, poses: Poses, tool: Indices, reference: Joints, postures: Postures) -> tuple[Joints, Flags]:
     """Solve poses (k, 4, 4); give the branch next to a reference row, and where there is none within the limits."""
-    q, _ = solve_by_tool(poses, tool, postures)
-    count, branches, dof = q.shape
-    fitted, inside = within_limits(robot, q.reshape(-1, dof))
-    fitted, inside = fitted.reshape(count, branches, dof), inside.reshape(count, branches)
-    off = _shortest(robot, fitted - reference[:, None])
-    far = np.where(inside, np.max(np.abs(np.nan_to_num(off)), axis=2), np.inf)
+    found, _ = solve_by_tool(poses, tool, postures)
+    fitted = unwound(robot, found, reference[:, None])
+    far = np.max(np.abs(fitted - reference[:, None]), axis=2)
+    far = np.where(np.isfinite(far), far, np.inf)
+    row = np.arange(len(poses))
     best = np.argmin(np.round(far, 9), axis=1)
-    row = np.arange(count)
     lost = ~np.isfinite(far[row, best])
     return np.where(lost[:, None], reference, fitted[row, best]), lost
-
-
-def _shortest(robot: Robot, way: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Take whole turns out of differences (..., dof) of joints that may go round."""
-    return way - 2.0 * np.pi * np.where(_wrapping(robot), np.round(np.nan_to_num(way) / (2.0 * np.pi)), 0.0)
-
-
-def _wrapping(robot: Robot) -> Flags:
-    spans = np.array([joint.highest - joint.lowest for joint in robot.joints])
-    turning = np.array([joint.kind == "revolute" for joint in robot.joints])
-    return turning & (spans >= 2.0 * np.pi - 1e-6)
 
 
 def _far(robot: Robot, one: Joints, other: Joints) -> Scalars:
     """Greatest difference (k,) of the turning joints of two rows."""
     turning = np.array([joint.kind == "revolute" for joint in robot.joints])
-    return np.max(np.abs(_shortest(robot, one - other)) * turning, axis=1, initial=0.0)
+    return np.max(np.abs(one - other) * turning, axis=1, initial=0.0)
 
 
-def _wound(robot: Robot, q: Joints, piece: Indices) -> Joints:
-    """Let turning joints go on past whole turns within each piece, and begin it where it stays within the limits."""
+def _wound(robot: Robot, q: Joints, leaps: Flags, wraps: Flags) -> Joints:
+    """Let joints go on past whole turns between leaps, and begin each piece where it stays within the limits."""
     wound = q.copy()
-    edges = np.flatnonzero(np.diff(np.concatenate(([-1], piece, [-1]))))
-    for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-        for index in np.flatnonzero(_wrapping(robot)).tolist():
+    edges = [0, *(np.flatnonzero(leaps) + 1).tolist(), len(q)]
+    for a, b in pairwise(edges):
+        for index in np.flatnonzero(wraps).tolist():
             joint = robot.joints[index]
             going = np.unwrap(q[a:b, index])
-            came = wound[a - 1, index] if a > 0 else 0.5 * (joint.lowest + joint.highest)
-            wound[a:b, index] = going + _turns(going, joint.lowest, joint.highest, float(np.nan_to_num(came)))
+            came = wound[a - 1, index] if a > 0 else _middle(joint)
+            wound[a:b, index] = going + _turns(going, joint.lowest, joint.highest, float(came))
     return wound
+
+
+def _middle(joint: Joint) -> float:
+    bounded = np.isfinite(joint.lowest) and np.isfinite(joint.highest)
+    return 0.5 * (joint.lowest + joint.highest) if bounded else 0.0
 
 
 def _turns(going: Scalars, lowest: float, highest: float, came: float) -> float:

@@ -28,34 +28,40 @@ class JointMove:
 
 
 def find_move(cell: Cell, begin: Joints, end: Joints, tools: tuple[int, int], blocked: Blocked) -> JointMove | None:
-    """Find a move that collides with nothing: straight, or by way of home; ``None`` if these collide.
+    """Find a move that collides with nothing: straight, over lifted postures, by way of home; else ``None``.
 
     Args:
         cell: Whose home.
-        begin: (dof,)
-        end: (dof,)
+        begin: (k, dof) where it begins, and how it may be lifted from there.
+        end: (k, dof) where it ends, and how it may be lifted from there.
         tools: Index of the tool before and after: it is changed at the beginning, or at home if the way leads there.
         blocked: Tells what collides.
     """
     for way, carried in _ways(cell, begin, end, tools):
-        legs = [
-            blocked(way[index : index + 1], way[index + 1 : index + 2], tool)[0] for index, tool in enumerate(carried)
-        ]
+        legs = (blocked(way[at : at + 1], way[at + 1 : at + 2], tool)[0] for at, tool in enumerate(carried))
         if not any(legs):
             return JointMove(way)
     return None
 
 
 def _ways(cell: Cell, begin: Joints, end: Joints, tools: tuple[int, int]) -> list[tuple[Joints, list[int]]]:
-    home = cell.home
-    like_begin, like_end = home.copy(), home.copy()
-    like_begin[0], like_end[0] = begin[0], end[0]
+    """Ways (k, dof) with the tool on each leg, the simplest first."""
+    home = cell.home[None]
     before, after = tools
-    return [
-        (np.stack((begin, end)), [after]),
-        (np.stack((begin, home, end)), [before, after]),
-        (np.stack((begin, like_begin, home, like_end, end)), [before, before, after, after]),
-    ]
+    down = end[::-1]
+    ways = [(np.concatenate((begin[:1], end[:1])), [after])]
+    for lift in range(2, max(len(begin), len(end)) + 1):
+        way = np.concatenate((begin[:lift], down[-lift:]))
+        ways.append((way, [after] * (len(way) - 1)))
+    for lift in (1, len(begin)):
+        up, back = begin[:lift], down[-lift:]
+        over, under = home.copy(), home.copy()
+        over[0, 0], under[0, 0] = up[-1, 0], back[0, 0]
+        for middle in ((home, home), (np.concatenate((up[-1:], over, home)), np.concatenate((home, under, back[:1])))):
+            out, come = np.concatenate((up, middle[0])), np.concatenate((middle[1], back))
+            way = np.concatenate((out, come))
+            ways.append((way, [before] * (len(out) - 1) + [after] * len(come)))
+    return ways
 
 
 def time_move(robot: Robot, move: JointMove) -> tuple[Scalars, Joints]:

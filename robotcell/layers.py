@@ -1,7 +1,7 @@
 """What the robot could do at each node of a course: every branch, at every azimuth and lean that is allowed."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -11,7 +11,7 @@ from geometry.arrays import Indices, Scalars
 from robotcell.cell import Cell
 from robotcell.course import Course, Flags
 from robotcell.ik_chain import chain_of
-from robotcell.robot import Joints, Poses, Robot
+from robotcell.robot import Joint, Joints, Poses, Robot
 from robotcell.search import FOLLOW, MAY_LEAP, MUST_LEAP, Layers, Paces, Steps
 from robotcell.singular import manipulability
 
@@ -26,9 +26,15 @@ AZIMUTHS = 18
 """Tried about the jet where it is free."""
 _LIMIT_S = 0.02
 """What being at a joint's limit costs, in seconds for each node; half way to it next to nothing."""
-_SINGULAR_S = 2e-4
+_SINGULAR_S = 1e-3
 """What a singular posture costs at a tenth of the greatest manipulability; four times as much at half of that."""
 _MOST_SINGULAR_S = 0.5
+_MOST_TURNS = 3
+_SLACK = 0.45
+"""rad that a joint may turn from node to node where the course itself hardly turns."""
+_HALF_TURN = 3.0
+_WINDOW = np.radians(50.0)
+"""The tool turns about its jet no more than this from node to node."""
 _LEAN_S = 1.0
 """What a radian of lean costs for each node: more than anything but a collision."""
 
@@ -57,12 +63,13 @@ class Asked:
     """(k,) the same for the same azimuth and lean."""
 
 
-def nodes_of(course: Course) -> Nodes:
-    """Choose the nodes of a course."""
+def nodes_of(course: Course, dof: int) -> Nodes:
+    """Choose the nodes of a course; five axes have more: they turn far for a jet that hardly does, in few states."""
+    finer = 1.0 if dof >= 6 else 5.0
     places = course.T_base_tcp[:, :3, 3]
     angles = _turn_between(course.T_base_tcp)
     way = np.maximum(np.linalg.norm(np.diff(places, axis=0), axis=1) / NODE_M, angles / NODE_RAD)
-    passed = np.floor(np.round(np.concatenate(([0.0], np.cumsum(way))), 6))
+    passed = np.floor(np.round(np.concatenate(([0.0], np.cumsum(finer * way))), 6))
     switched = np.diff(course.wet.astype(np.int8)) != 0
     chosen = np.concatenate(([True], np.diff(passed) > 0)) | course.changed | course.held
     chosen[1:] |= switched | course.held[:-1]
@@ -132,8 +139,7 @@ def states_of(robot: Robot, course: Course, nodes: Nodes, asked: Asked, postures
     fresh = _distinct(node, joints) if robot.dof < 6 else np.arange(len(node))
     node, joints, azimuth, lean = node[fresh], joints[fresh], azimuth[fresh], asked.lean[row[fresh]]
     first = np.searchsorted(node, np.arange(len(nodes.sample) + 1))
-    tool = course.tool[nodes.sample[node]]
-    cost = state_costs(robot, joints, tool) + _LEAN_S * np.linalg.norm(lean, axis=1)
+    cost = state_costs(robot, joints) + _LEAN_S * np.linalg.norm(lean, axis=1)
     layers = Layers(first, np.ascontiguousarray(joints), azimuth, np.ascontiguousarray(lean), cost)
     return States(layers, node, (asked.label[row] * q.shape[1] + branch)[fresh])
 
@@ -158,18 +164,34 @@ def within_limits(robot: Robot, q: Joints) -> tuple[Joints, Flags]:
     low = np.array([joint.lowest for joint in robot.joints])
     high = np.array([joint.highest for joint in robot.joints])
     turning = np.array([joint.kind == "revolute" for joint in robot.joints])
-    middle = np.where(np.isfinite(low) & np.isfinite(high), 0.5 * (low + high), 0.0)
+    middle = np.array([_middle(joint) for joint in robot.joints])
     shifts = np.where(turning, np.round((q - middle) / (2.0 * np.pi) - 1e-12), 0.0)
     shifted = q - 2.0 * np.pi * shifts
     return shifted, np.asarray(((shifted >= low - 1e-9) & (shifted <= high + 1e-9)).all(axis=1))
 
 
-def state_costs(robot: Robot, joints: Joints, tool: Indices) -> Scalars:
+def with_windings(robot: Robot, states: States, joints: Iterable[int]) -> tuple[States, Indices]:
+    """Give states with every whole turn of some joints that their limits allow, and which state each was made of."""
+    layers = states.layers
+    q, parent = layers.q, np.arange(len(layers.q))
+    for index in joints:
+        joint = robot.joints[index]
+        turns = np.arange(-_MOST_TURNS, _MOST_TURNS + 1)
+        turned = q[:, index, None] + 2.0 * np.pi * turns
+        row, column = np.nonzero((turned >= joint.lowest - 1e-9) & (turned <= joint.highest + 1e-9))
+        q = q[row]
+        q[:, index] = turned[row, column]
+        parent = parent[row]
+    node = states.node[parent]
+    first = np.searchsorted(node, np.arange(len(layers.first)))
+    made = Layers(first, q, layers.azimuth[parent], layers.lean[parent], layers.cost[parent])
+    return States(made, node, states.label[parent]), parent
+
+
+def state_costs(robot: Robot, joints: Joints) -> Scalars:
     """Seconds (m,) that states are as bad as: near a limit, near a singular posture."""
-    low = np.array([joint.lowest for joint in robot.joints])
-    high = np.array([joint.highest for joint in robot.joints])
-    bounded = np.isfinite(low) & np.isfinite(high)
-    middle, half = np.where(bounded, 0.5 * (low + high), 0.0), np.where(bounded, 0.5 * (high - low), np.inf)
+    middle = np.array([_middle(joint) for joint in robot.joints])
+    half = np.array([joint.highest for joint in robot.joints]) - middle
     cost = _LIMIT_S * np.sum(((joints - middle) / half) ** 8, axis=1)
     if robot.dof < 6 or len(joints) == 0:
         return cost  # five axes have no posture in which a jet's direction is lost for good: steps tell it
@@ -177,6 +199,16 @@ def state_costs(robot: Robot, joints: Joints, tool: Indices) -> Scalars:
     w = manipulability(chain.steps, chain.turns, joints)
     share = w / max(float(w.max()), 1e-12)
     return cost + np.minimum(_SINGULAR_S * (0.1 / np.maximum(share, 1e-6)) ** 2, _MOST_SINGULAR_S)
+
+
+def near_home(cell: Cell, states: States) -> States:
+    """Let the first and the last node cost what the ways from and to home take."""
+    layers = states.layers
+    cost = layers.cost.copy()
+    seconds = np.array([1.0 / joint.speed for joint in cell.robot.joints])
+    for begin, end in ((0, layers.first[1]), (layers.first[-2], layers.first[-1])):
+        cost[begin:end] += np.max(np.abs(layers.q[begin:end] - cell.home) * seconds, axis=1, initial=0.0)
+    return replace(states, layers=layers._replace(cost=cost))
 
 
 def steps_of(course: Course, nodes: Nodes, cell: Cell) -> Steps:
@@ -187,8 +219,11 @@ def steps_of(course: Course, nodes: Nodes, cell: Cell) -> Steps:
     kind = np.full(len(lasting), FOLLOW, dtype=np.int64)
     kind[leap_places(course, nodes, cell.T_cell_base)] = MAY_LEAP
     kind[course.changed[sample[1:]]] = MUST_LEAP
-    window = np.full(len(lasting), np.radians(50.0) if cell.robot.dof >= 6 else np.pi + 1e-6)
-    return Steps(lasting, kind, 0.45 + 1.5 * angle, window)
+    if cell.robot.dof >= 6:
+        slack, turning = _SLACK + 1.5 * angle, np.full(len(angle), 1.5)
+        return Steps(lasting, kind, slack, np.full(len(angle), _WINDOW), turning)
+    # Five axes have to turn far where the jet is nearly along the first of them, and go over in both of their branches.
+    return Steps(lasting, kind, np.full(len(angle), _HALF_TURN), np.full(len(angle), 4.0), np.zeros(len(angle)))
 
 
 def leap_places(course: Course, nodes: Nodes, T_cell_base: Poses) -> Indices:
@@ -202,11 +237,23 @@ def leap_places(course: Course, nodes: Nodes, T_cell_base: Poses) -> Indices:
     return np.array([a + int(np.argmax(height[a:b])) for a, b in stretches], dtype=np.int64)
 
 
-def paces_of(robot: Robot) -> Paces:
-    """Say what the joints can do."""
+def paces_of(robot: Robot, wound: Iterable[int] = ()) -> Paces:
+    """Say what the joints can do.
+
+    Args:
+        robot: Whose.
+        wound: Joints whose states tell their whole turns: they go straight from one to the next.
+    """
     turns = np.array([joint.kind == "revolute" for joint in robot.joints])
     span = np.array([joint.highest - joint.lowest for joint in robot.joints])
-    return Paces(np.array([1.0 / joint.speed for joint in robot.joints]), turns & (span >= 2.0 * np.pi - 1e-6), turns)
+    wraps = turns & (span >= 2.0 * np.pi - 1e-6)
+    wraps[list(wound)] = False
+    return Paces(np.array([1.0 / joint.speed for joint in robot.joints]), wraps, turns)
+
+
+def _middle(joint: Joint) -> float:
+    """Middle of a joint's limits; 0 if it turns without end."""
+    return 0.5 * (joint.lowest + joint.highest) if np.isfinite(joint.highest - joint.lowest) else 0.0
 
 
 def _turn_between(poses: Poses) -> Scalars:

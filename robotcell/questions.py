@@ -15,9 +15,14 @@ from robotcell.contacts import Touch
 from robotcell.course import Course, Flags
 from robotcell.ik import solve
 from robotcell.joint_move import Blocked
+from robotcell.joint_range import unwound
 from robotcell.poses import inverse
 from robotcell.robot import Joints, Poses
 from robotcell.sweep import collides_between
+
+_LIFTS_M = np.array([0.02, 0.04, 0.07, 0.1, 0.15])
+_SMALL = 0.6
+"""rad or m: what a joint may go for a step of lifting."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +74,21 @@ class Questions:
             for row, touch in zip(at.tolist(), found.touches, strict=True):
                 touches[row] = touch
         return Clearance(distances, tuple(touches))
+
+    def raised(self, q: Joints, T_base_tcp: Poses, tool: int) -> Joints:
+        """Give joints (k, dof) that lift the tool step by step from where it is, as far as the robot goes on."""
+        up = np.linalg.inv(self.cell.T_cell_base)[:3, 2]
+        lifted = np.repeat(T_base_tcp[None], len(_LIFTS_M), axis=0)
+        lifted[:, :3, 3] += _LIFTS_M[:, None] * up
+        rows = [q]
+        for pose in lifted:
+            found = unwound(self.cell.robot, self.postures(pose[None], tool)[0][0], rows[-1])
+            far = np.max(np.abs(found - rows[-1]), axis=1)
+            far = np.where(np.isfinite(far), far, np.inf)
+            if far.min() > _SMALL:
+                break
+            rows.append(found[int(np.argmin(far))])
+        return np.stack(rows)
 
     def blocked(self, placement: int) -> Blocked:
         """Give the question whether straight ways collide, with the board at one of its placements."""

@@ -17,7 +17,7 @@ from robotcell.poses import pose
 from robotcell.robot import Poses
 
 _AZIMUTHS = 8
-_SHIFTS_MM = (20.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0)
+_SHIFTS_MM = (20.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0, 600.0, 800.0, 1200.0)
 _YAWS_DEG = (15.0, 30.0, 45.0, 90.0, 135.0, 180.0)
 _MOST_PLACES = 40
 

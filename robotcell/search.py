@@ -27,9 +27,6 @@ _SHARE = 0.8
 _LEAST_S = 0.02
 _TIE = 1e-9
 """s: what costs so little more is as good; the first is taken."""
-_FREE_TURN = 1.5
-"""rad that a joint may turn for each radian that the tool turns about its jet."""
-
 FOLLOW, MAY_LEAP, MUST_LEAP = 0, 1, 2
 """What may be done between two layers: follow the course, change the configuration too, or that in any case."""
 
@@ -60,6 +57,8 @@ class Steps(NamedTuple):
     """(n - 1,) rad that a joint may turn while the course is followed."""
     window: Scalars
     """(n - 1,) rad that the tool may turn about its jet."""
+    turning: Scalars
+    """(n - 1,) rad that a joint may turn more for each radian that the tool turns about its jet."""
 
 
 class Paces(NamedTuple):
@@ -113,7 +112,7 @@ def _kinds(layers: Layers, steps: Steps, paces: Paces, state: Indices) -> tuple[
     turn = np.diff(layers.azimuth[state])
     turn = np.abs(turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi)))
     widest = np.max(way, axis=1, where=paces.turns, initial=0.0)
-    leaves = (widest > steps.slack + _FREE_TURN * turn + 1e-9) | (turn > steps.window + 1e-9)
+    leaves = (widest > steps.slack + steps.turning * turn + 1e-9) | (turn > steps.window + 1e-9)
     return leaves | (steps.kind == MUST_LEAP), leaves & (steps.kind == FOLLOW)
 
 
@@ -165,7 +164,7 @@ def _step(
     follows = turn <= window + _TIE
     if kind == FOLLOW and not follows:
         return 2.0 * TORN_S
-    most = slack + _FREE_TURN * turn + _TIE
+    most = slack + steps[node, 4] * turn + _TIE
     slowest, squared, widest = 0.0, 0.0, 0.0
     for joint in range(dof):
         way = abs(table[state, joint] - table[before, joint])

@@ -105,7 +105,7 @@ def track(
     found = find_motion(ask, course, allowed.lean, part_of(tell, 0.0, 0.9))
     if isinstance(found, OutOfReach):
         report = _impossible(ask, course, board, found)
-    elif len(found.torn) or len(found.blocked):
+    elif len(found.torn) or len(found.blocked) or len(found.lost):
         report = _refused(ask, board, found)
     else:
         tell("timing the joints", 0.9)
@@ -190,7 +190,8 @@ def _home(ask: Questions, done: Followed) -> list[Finding]:
     findings: list[Finding] = []
     for sample, text in ((0, "from home to the beginning"), (len(done.q) - 1, "from the end back home")):
         tool, placement = int(done.course.tool[sample]), int(done.course.placement[sample])
-        move = find_move(ask.cell, ask.cell.home, done.q[sample], (tool, tool), ask.blocked(placement))
+        ends = ask.cell.home[None], ask.raised(done.q[sample], done.T_base_tcp[sample], tool)
+        move = find_move(ask.cell, *ends, (tool, tool), ask.blocked(placement))
         if move is None:
             message = f"the straight joint move {text} collides; choose another home, or go there by hand."
             scene = Scene(ask, done.course)
