@@ -91,6 +91,38 @@ def download(tab: DrivenPage) -> None:
     tab.tab("Out")
 
 
+def check_robot(tab: DrivenPage) -> None:
+    """The robot of a cell in the middle of the program, and what came of the check."""
+    tab.tab("Compare")
+    tab.choose("With", "nothing")
+    tab.tab("Robot")
+    tab.choose("Cell", "ur5e-bench")
+    tab.press("Check")
+    tab.see("The robot can do it")
+    tab.press("Play")
+    tab.wait_for_input("Time (s)", "value => Number(value) > 40")
+    tab.press("Pause")
+    tab.press("Whole cell")
+
+
+def look_at_reach(tab: DrivenPage) -> None:
+    """How well the robot reaches each part of the paths, and what its joints do."""
+    tab.press("Board")
+    tab.choose("Metric", "Manipulability")
+    tab.choose("Show", "Speed")
+    tab.page.mouse.move(150, 600)
+    tab.page.mouse.wheel(0, 5000)  # to the end of the tab
+
+
+def write_robot_program(tab: DrivenPage) -> None:
+    """The text of the robot's program at the stroke that is selected."""
+    tab.tab("Paths")
+    tab.press("Next")
+    tab.tab("Program")
+    tab.press("Write")
+    tab.see("TriggL")
+
+
 STEPS: dict[str, Callable[[DrivenPage], None]] = {
     "open": open_page,
     "board": look_at_board,
@@ -102,6 +134,9 @@ STEPS: dict[str, Callable[[DrivenPage], None]] = {
     "save": save,
     "compare": compare,
     "out": download,
+    "robot": check_robot,
+    "reach": look_at_reach,
+    "program": write_robot_program,
 }
 
 
