@@ -24,10 +24,14 @@ _LEAD = 6
 """Lines that are shown before the chosen one."""
 TELLS_MOVES: Mapping[str, re.Pattern[str]] = {
     "abb": re.compile(r"\s*(MoveL|MoveJ|TriggL) p\d"),
+    "abb-paint": re.compile(r"\s*(MoveL|MoveJ|PaintL) p\d"),
+    "denso": re.compile(r"\s*Move [LP], @\d P\("),
     "epson": re.compile(r"\s*(Move|Go) XY\("),
     "fanuc": re.compile(r"\s*\d+:L P\["),
     "kuka": re.compile(r"\s*(LIN|PTP) P\d"),
+    "melfa": re.compile(r"\d+ (Mvs|Mov) P\d"),
     "ur": re.compile(r"\s*movel\("),
+    "val3": re.compile(r"\s*(nId=)?move[lj]\(p\w*\["),
     "yaskawa": re.compile(r"MOV[LJ] C\d"),
 }
 """How one motion to a pose is told; a language that tells one in several texts, or others likewise, is left out."""
