@@ -71,7 +71,9 @@ def test_every_robot_has_all_its_limits_and_says_where_they_come_from(name: str)
     robot = load_robot(name)
     assert robot.name == name
     for joint in robot.joints:
-        assert np.isfinite([joint.lowest, joint.highest, joint.speed, joint.acceleration]).all()
+        endless = (name, joint.name) == ("gantry", "C")  # laps around a component with the jet on wind it up
+        assert np.isfinite([joint.lowest, joint.highest]).all() != endless
+        assert np.isfinite([joint.speed, joint.acceleration]).all()
         assert joint.lowest < 0 < joint.highest
     text = robot_library()[name].read_text("utf-8")
     assert re.search("assumed|chosen", text)
