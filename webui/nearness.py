@@ -48,8 +48,8 @@ def nearest_of(report: "CellReport", motion: JointMotion) -> Near | None:
     return _near(report.cell, touch, float(motion.times[row]))
 
 
-def clearances_mm(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[np.intp]) -> Scalars:
-    """(k,) how near robot or tool are to board or fixtures at some moves, mm; what is far is all the same.
+def clearances_mm(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[np.intp]) -> tuple[Scalars, float]:
+    """(k,) how near robot or tool are to board or fixtures at some moves, mm; and how far they are at most told apart.
 
     Args:
         cell: The cell.
@@ -60,7 +60,7 @@ def clearances_mm(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[n
     Raises:
         CellError: what ``washboard[robot]`` installs is missing.
     """
-    from robotcell.clearance import clearance
+    from robotcell.clearance import FARTHEST, clearance
 
     collider = _collider(cell, board)
     tools = np.array([tool_at(motion, float(time_s)) for time_s in motion.times[rows]], dtype=np.int64)
@@ -68,7 +68,7 @@ def clearances_mm(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[n
     for tool in np.unique(tools).tolist():
         mine = tools == tool
         distances[mine] = clearance(collider, motion.joints[rows[mine]], tool).distances
-    return distances * _MM
+    return distances * _MM, FARTHEST * _MM
 
 
 def near_at(cell: Cell, board: Board, motion: JointMotion, time_s: float) -> Near | None:

@@ -61,7 +61,7 @@ def test_colours_go_from_the_least_to_the_most():
     reached = reached_path(program)
     for metric in set(METRICS.values()) - {"clearance"}:
         values = measure(metric, cell, motion, reached.move)
-        glb, legend = reach_glb(reached, values, 0.5)
+        glb, legend = reach_glb(reached, values, (float(values.min()), float(values.max())), 0.5)
         assert len(glb) > 1000
         assert next(iter(legend)) == f"{values.min():.3g}"
         assert list(legend)[-1] == f"{values.max():.3g}"
@@ -74,4 +74,4 @@ def test_a_program_that_sprays_nothing_has_nothing_to_colour():
     )
     reached = reached_path(dry)
     assert reached.segments.shape == (0, 2, 3)
-    assert reach_glb(reached, np.empty(0), 0.5) == (b"", {})
+    assert reach_glb(reached, np.empty(0), (0.0, 1.0), 0.5)[0] == b""

@@ -76,12 +76,17 @@ def paint_reach(metric: Metric, check: Checked, width_mm: float) -> Painted:
     if check.motion is None:
         return Painted(b"", {}, None)
     reached = reached_path(check.program)
+    if not len(reached.move):
+        return Painted(b"", {}, None)
     if metric == "clearance":
-        values = clearances_mm(check.cell.cell, check.run.board, check.motion, reached.move)
+        values, farthest = clearances_mm(check.cell.cell, check.run.board, check.motion, reached.move)
+        glb, legend = reach_glb(reached, values, (0.0, farthest), width_mm)
+        far = f"{farthest:.3g}"
+        legend = {f"{mark} or more" if mark == far else mark: tint for mark, tint in legend.items()}
     else:
         values = measure(metric, check.cell.cell, check.motion, reached.move)
-    glb, legend = reach_glb(reached, values, width_mm)
-    return Painted(glb, legend, _worst(reached, values, check.motion) if len(values) else None)
+        glb, legend = reach_glb(reached, values, (float(values.min()), float(values.max())), width_mm)
+    return Painted(glb, legend, _worst(reached, values, check.motion) if np.ptp(values) > 0 else None)
 
 
 def reached_path(program: TimedProgram) -> Reached:
@@ -133,19 +138,17 @@ def limit_shares(robot: Robot, joints: Joints) -> Scalars:
     return room.min(axis=1) if bounded.any() else np.ones(len(joints))
 
 
-def reach_glb(reached: Reached, values: Scalars, width_mm: float) -> tuple[bytes, Tints]:
+def reach_glb(reached: Reached, values: Scalars, scale: tuple[float, float], width_mm: float) -> tuple[bytes, Tints]:
     """Draw pieces in the colours of their values, over the lines of the paths; and the legend.
 
     Args:
         reached: The pieces.
         values: (k,) of each.
+        scale: What is dark, and what is light.
         width_mm: Of the lines of paths.
     """
-    if not len(values):
-        return b"", {}
-    low, high = float(values.min()), float(values.max())
-    marks = np.linspace(low, high, _MARKS)
-    colours = of_values(np.concatenate([values, marks]), low, high)
+    marks = np.linspace(*scale, _MARKS)
+    colours = of_values(np.concatenate([values, marks]), *scale)
     glb = flat_triangles_glb(*bars(reached.segments, colours[: len(values)], _WIDER * width_mm))
     legend = {
         f"{mark:.3g}": (int(r), int(g), int(b)) for mark, (r, g, b) in zip(marks, colours[len(values) :], strict=True)

@@ -10,6 +10,7 @@ from webui.work import Worker
 
 _PLAIN: str = "The recipe"
 _LAYER = "/reach"
+_AROUND_MM = 60.0
 
 
 class ReachCard:
@@ -58,7 +59,7 @@ class ReachCard:
         painted = self._painted
         if painted is not None and painted.worst is not None:
             self._scene.seek(painted.worst.time_s)
-            self._scene.look_at_place(painted.worst.place_mm)
+            self._scene.look_at_place(painted.worst.place_mm, _AROUND_MM)
 
     def _tell(self, what: str, done: float) -> None:
         pass
