@@ -16,6 +16,8 @@ BOARD = (128, 150, 132)
 FIXTURE = (110, 116, 124)
 COMPONENT = (204, 205, 206)
 ROBOT = (186, 193, 199)
+TOOL = (96, 112, 124)
+"""What the flange carries."""
 STAND = (206, 209, 211)
 """What stands around a robot."""
 COLLIDING = (163, 32, 42)

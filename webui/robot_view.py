@@ -11,7 +11,7 @@ from robotcell.poses import inverse
 from robotcell.robot import Body, Poses, link_poses
 from webui.layers.robot import bodies_glb, placed_triangles
 from webui.layers.strokes import Tint
-from webui.palette import ACCENT, COLLIDING, ROBOT, STAND
+from webui.palette import COLLIDING, ROBOT, STAND, TOOL
 
 _MM = 1000.0
 _NOBODY: frozenset[str] = frozenset()
@@ -102,7 +102,7 @@ class RobotView:
         flange = _link_name(cell.robot.dof)
         groups: dict[str, tuple[Sequence[Body], Tint]] = {"/cell/fixtures": (cell.fixtures, STAND)}
         groups |= {f"{_link_name(link)}/body": (bodies, ROBOT) for link, bodies in enumerate(cell.robot.bodies)}
-        groups |= {f"{flange}/tool_{tool.number}/body": (tool.bodies, ACCENT) for tool in cell.tools}
+        groups |= {f"{flange}/tool_{tool.number}/body": (tool.bodies, TOOL) for tool in cell.tools}
         for name, (bodies, tint) in groups.items():
             names = {body.name for body in bodies}
             if marked_before is not None and names & marked_before == names & self._marked:
