@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
 from geometry.finding import Finding, Severity
+from robotcell.attempt import Motion
 from robotcell.course import Course, Flags
 from robotcell.follow import Followed
 from robotcell.joint_range import is_inside
 from robotcell.layers import AZIMUTHS, leant
-from robotcell.motion import Motion
 from robotcell.pace import Pace
 from robotcell.questions import Questions
 from robotcell.robot import Robot

@@ -11,6 +11,7 @@ from geometry.arrays import Indices, Scalars
 from geometry.finding import Finding, worst_first
 from geometry.progress import Progress, part_of
 from programs.program import TimedProgram
+from robotcell.attempt import Motion
 from robotcell.cell import Cell
 from robotcell.clearance import Clearance
 from robotcell.course import Course, Flags, course_of
@@ -18,7 +19,7 @@ from robotcell.explain import Scene, breaks, collisions, leaning, nearly_singula
 from robotcell.follow import Followed
 from robotcell.joint_move import find_move
 from robotcell.load import LoadedCell
-from robotcell.motion import Motion, OutOfReach, find_motion
+from robotcell.motion import OutOfReach, find_motion
 from robotcell.pace import pace
 from robotcell.questions import Questions, ask_of
 from robotcell.remedies import find_remedy, places_of, share_reached
