@@ -124,8 +124,12 @@ class _Layer:
         self.items.append(command)
         if pose:
             self.sample(command.time_s, pose, command.made_by)
-            if command.keyword in _MOVES_THE_ARM and self.moved < len(self.targets):
+            if command.keyword in _MOVES_THE_ARM and self.stays(pose):
                 self.node[-1] = float(self.moved)
+
+    def stays(self, pose: tuple[float, ...]) -> bool:
+        """Whether the next move is to the pose reached."""
+        return self.moved < len(self.targets) and _apart(self.targets[self.moved], pose) <= _STILL_MM
 
     def want(self, switch: SetNozzle) -> None:
         """Remember what is wanted of the jet until the stretch is cut."""
@@ -153,7 +157,7 @@ class _Layer:
     def row_of(self, pose: tuple[float, ...]) -> float:
         """Say which row of the joints belongs to a pose between the last move and the next."""
         before, after = self.targets[self.moved - 1], self.targets[min(self.moved, len(self.targets) - 1)]
-        done, left = dist(before, pose), dist(pose, after)
+        done, left = _apart(before, pose), _apart(pose, after)
         return self.moved - 1 + (done / (done + left) if done > _STILL_MM else 0.0)
 
     def cut(self) -> None:
@@ -163,6 +167,12 @@ class _Layer:
             self.times, self.poses, self.maker, self.node = [], [], [], []
         self.items += self.wanted
         self.wanted = []
+
+
+def _apart(one: tuple[float, ...], other: tuple[float, ...]) -> float:
+    """How far two poses are from each other, in mm and units of a quaternion, whichever sign that has."""
+    x, y, z, *turn = other
+    return min(dist(one, other), dist(one, (x, y, z, *(-value for value in turn))))
 
 
 def _stretch(layer: _Layer) -> list[Item]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from small_plans import JET, LIMITS, Axes, down, leaning, pause, plan_of, random_plan, spray, transfer
 
 from boards.load import load_board
+from geometry.frames import align_signs
 from programs.plan import Command, Jet, PlanItem, SprayPass, Transfer
 from programs.program import MoveTo, SetNozzle, TimedProgram
 from recipes.load import load_recipe
@@ -150,8 +151,9 @@ def planned() -> TimedProgram:
 
 def joints_of(program: TimedProgram) -> NDArray[np.float64]:
     """Some six joints that move as the orifice does: (moves, 6)."""
-    moves = [(*move.position, *move.quaternion) for move in program.instructions if isinstance(move, MoveTo)]
-    return np.array(moves)[:, [0, 1, 2, 4, 5, 6]] * [0.01, 0.01, 0.01, 1.0, 1.0, 1.0]
+    moves = [move for move in program.instructions if isinstance(move, MoveTo)]
+    turns = align_signs(np.array([move.quaternion for move in moves]))
+    return np.hstack((0.01 * np.array([move.position for move in moves]), turns[:, 1:]))
 
 
 def replace_jet(item: SprayPass) -> SprayPass:

@@ -279,8 +279,8 @@ def test_linuxcnc_repeats_a_loop_while_the_input_shows_too_little(tmp_path: Path
 
 @NEEDS_RS274
 def test_linuxcnc_finds_the_files_of_a_long_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(linuxcnc, "MOST_STEPS", 20)
-    plan, cell = PROGRAMS["at_random"](), replace(small_cell(), home=())
+    monkeypatch.setattr(linuxcnc, "MOST_STEPS", 4)
+    plan, cell = PROGRAMS["in_flight"](), replace(small_cell(), home=())
     files = linuxcnc.render(lower(make_motion(plan, cell, joints_of(plan)), linuxcnc.CAPABILITY), cell)
     assert len(files) > 3
     assert_same(canonical(interpret(files, tmp_path)), expected(linuxcnc_reader.read(files).steps, "XYZABC"))
