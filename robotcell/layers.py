@@ -22,6 +22,9 @@ differs from the asked azimuth about the jet."""
 NODE_M = 8e-3
 NODE_RAD = np.radians(12.0)
 """Nodes are about this far apart, and at every rest, change of tool, and switch of the jet."""
+_MOST_POSES = 300_000
+"""Asked at all nodes together; of a longer program fewer azimuths are tried, but not fewer than"""
+_FEWEST_AZIMUTHS = 6
 AZIMUTHS = 18
 """Tried about the jet where it is free."""
 _LIMIT_S = 0.02
@@ -33,7 +36,7 @@ _MOST_TURNS = 3
 _SLACK = 0.45
 """rad that a joint may turn from node to node where the course itself hardly turns."""
 _HALF_TURN = 3.0
-_WINDOW = np.radians(50.0)
+_WINDOW = np.radians(62.0)
 """The tool turns about its jet no more than this from node to node."""
 _LEAN_S = 1.0
 """What a radian of lean costs for each node: more than anything but a collision."""
@@ -79,8 +82,9 @@ def nodes_of(course: Course, dof: int) -> Nodes:
     ends = np.maximum.accumulate(np.where(np.concatenate(([False], course.held[:-1])), np.arange(len(chosen)), 0))
     until = np.maximum(begins, ends[np.append(begins[1:] - 1, len(chosen) - 1)])
     until = np.where(course.held[begins], until, begins)
-    azimuths = np.where(_free_all_along(course, begins, until), AZIMUTHS, 1)
-    return Nodes(begins, until, azimuths)
+    free = _free_all_along(course, begins, until)
+    tried = int(np.clip(_MOST_POSES // max(int(free.sum()), 1), _FEWEST_AZIMUTHS, AZIMUTHS))
+    return Nodes(begins, until, np.where(free, tried, 1))
 
 
 def _free_all_along(course: Course, begins: Indices, until: Indices) -> Flags:

@@ -1,0 +1,195 @@
+"""Turning boards over, repeating, winding up, leaning: what a robot has to do besides going along."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from small_programs import program_of
+from tracked import line_program, moves_of
+
+from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram
+from robotcell.cell import Cell
+from robotcell.load import read_cell
+from robotcell.poses import pose
+from robotcell.robot import Body, Box
+from robotcell.track import Terms, track
+
+ROUND = Terms(round_nozzles=frozenset({"ring60"}))
+
+
+def leaning(azimuth: float, tilt: float = math.radians(35)) -> tuple[float, float, float, float]:
+    """Jet leaning towards a direction, the tool's azimuth kept: down, then tipped about a level axis."""
+    x, y = -math.sin(azimuth), math.cos(azimuth)  # axis of the tip: at right angles to the direction
+    half = -tilt / 2
+    w, i, j = math.cos(half), x * math.sin(half), y * math.sin(half)
+    # (w, i, j, 0) times the half turn about x (0, 1, 0, 0)
+    return (-i, w, 0.0, -j)
+
+
+def laps(count: int, strokes: int = 1) -> TimedProgram:
+    """Round a circle with the jet leaning inwards, lap after lap with the jet on, in one stroke or several."""
+    told: list[Instruction] = [Command(0.0, "NOZZLE", ("ring60", "TOOL", "1"), "sequence[0]")]
+    now = 0.0
+    for stroke in range(strokes):
+        if stroke:
+            told.append(SetNozzle(now, False, "sequence[0]/around/U1"))
+            top = next(item for item in reversed(told) if isinstance(item, MoveTo))
+            for height in (*np.linspace(0, 30, 16)[1:], *np.linspace(30, 0, 16)[1:]):
+                now += 0.05
+                x, y, z = top.position
+                told.append(
+                    MoveTo(now, (x, y, z + float(height)), top.quaternion, 40.0, "sequence[0]/around/U1/transfer")
+                )
+        for step in range(count * 120 + 1):
+            angle = 2 * math.pi * step / 120
+            place = (80 + 20 * math.cos(angle), 50 + 20 * math.sin(angle), 50.0)
+            told.append(MoveTo(now, place, leaning(angle + math.pi), 21.0, "sequence[0]/around/U1"))
+            if step == 0:
+                told.append(SetNozzle(now, True, "sequence[0]/around/U1"))
+            now += 0.05
+        now -= 0.05
+    told.append(SetNozzle(now, False, "sequence[0]/around/U1"))
+    return program_of(*told)
+
+
+def limited(cell: Cell, name: str, turns: float) -> Cell:
+    joints = tuple(
+        dataclasses.replace(joint, lowest=-2 * math.pi * turns, highest=2 * math.pi * turns)
+        if joint.name == name
+        else joint
+        for joint in cell.robot.joints
+    )
+    return dataclasses.replace(cell, robot=dataclasses.replace(cell.robot, joints=joints))
+
+
+def test_the_helper_leans_the_jet_where_it_says() -> None:
+    w, x, y, z = leaning(0.3)
+    jet = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
+    across = math.sin(math.radians(35))
+    assert jet == pytest.approx((across * math.cos(0.3), across * math.sin(0.3), -math.cos(math.radians(35))))
+
+
+def test_an_arm_goes_round_without_winding_up_where_the_nozzle_is_round() -> None:
+    report = track(laps(4), read_cell("ur5e-bench").cell, None, terms=ROUND)
+    assert report.possible
+    assert np.ptp(report.joints, axis=0).max() < 2 * math.pi
+
+
+def test_a_gantry_that_turns_without_end_turns_with_each_lap() -> None:
+    cell = read_cell("gantry").cell
+    report = track(laps(3), cell, None, terms=ROUND)
+    assert report.possible
+    turning = [joint.name for joint in cell.robot.joints].index("C")
+    assert np.ptp(report.joints[:, turning]) == pytest.approx(3 * 2 * math.pi, abs=0.3)
+
+
+def test_too_many_laps_with_the_jet_on_cannot_be_done_with_a_limited_head() -> None:
+    report = track(laps(4), limited(read_cell("gantry").cell, "C", 1.0), None, terms=ROUND)
+    assert not report.possible
+    found = next(finding for finding in report.findings if finding.rule == "configuration-jump")
+    assert found.severity == "error"
+    assert found.made_by == "sequence[0]/around/U1"
+
+
+def test_a_limited_head_unwinds_while_the_jet_is_off() -> None:
+    cell = limited(read_cell("gantry").cell, "C", 1.0)
+    report = track(laps(1, strokes=4), cell, None, terms=ROUND)
+    assert report.possible, report.findings
+    turning = [joint.name for joint in cell.robot.joints].index("C")
+    assert np.abs(report.joints[:, turning]).max() <= 2 * math.pi + 1e-6
+    spraying = False
+    before: np.ndarray | None = None
+    for item, q in zip(moves_with_jet(report.program), report.joints, strict=True):
+        if spraying and before is not None:
+            assert np.abs(q - before).max() < 0.3  # nothing jumps while it sprays
+        spraying, before = item, q
+
+
+def moves_with_jet(program: TimedProgram) -> list[bool]:
+    """Whether the jet is on after each move."""
+    told: list[bool] = []
+    on = False
+    for item in program.instructions:
+        if isinstance(item, SetNozzle):
+            on = item.spraying
+            if told:
+                told[-1] = on
+        elif isinstance(item, MoveTo):
+            told.append(on)
+    return told
+
+
+def test_a_repeated_part_ends_in_the_posture_in_which_it_begins() -> None:
+    program = line_program()
+    end = program.instructions[-1].time_s
+    x, y, z = moves_of(program)[0].position
+    last = moves_of(program)[-1].position
+    back: list[Instruction] = []
+    for share in np.linspace(0, 1, 30)[1:]:
+        place = tuple(float(a + share * (b - a)) for a, b in zip(last, (x, y, z), strict=True))
+        back.append(MoveTo(end + share, (place[0], place[1], place[2]), (0.0, 1.0, 0.0, 0.0), 60.0, "sequence[0]/park"))
+    begin = Command(0.0, "REPEAT", ("4", "UNTIL", "resistivity_mohm_cm", ">=", "1.0"), "sequence[0]")
+    instructions = list(program.instructions)
+    first = next(index for index, item in enumerate(instructions) if isinstance(item, MoveTo))
+    looped = program_of(
+        *instructions[: first + 1],
+        begin,
+        *instructions[first + 1 :],
+        *back,
+        Command(end + 1.0, "ENDREPEAT", (), "sequence[0]"),
+    )
+    for name in ("ur5e-bench", "gantry"):
+        report = track(looped, read_cell(name).cell, None, terms=ROUND)
+        np.testing.assert_allclose(report.joints[-1], report.joints[0], atol=1e-6)
+
+
+def test_a_board_that_is_turned_over_is_sprayed_where_it_then_is() -> None:
+    cell = read_cell("ur5e-bench").cell
+    first = line_program()
+    end = first.instructions[-1].time_s
+    below = -61.6
+    around = [(40.0, 40.0, 110.0), (40.0, 180.0, 110.0), (40.0, 180.0, -110.0), (40.0, 40.0, -110.0)]
+    turning: list[Instruction] = [Command(end, "CALL", ("flip_to_bottom",), "sequence[1]/turn")]
+    turning += [
+        MoveTo(
+            end + 1.0 + step,
+            place,
+            (1.0, 0.0, 0.0, 0.0) if step > 1 else (0.0, 1.0, 0.0, 0.0),
+            100.0,
+            "sequence[1]/turn",
+        )
+        for step, place in enumerate(around)
+    ]
+    now = end + 4.0
+    spray = [
+        MoveTo(now + 0.5 + 0.1 * k, (40.0 + k, 40.0, below), (1.0, 0, 0, 0), 50.0, "sequence[1]/sweep")
+        for k in range(9)
+    ]
+    program = program_of(*first.instructions, *turning, *spray)
+    turned = cell.T_cell_board @ pose((0.0, 0.09, -0.0016), (math.pi, 0.0, 0.0))
+    terms = dataclasses.replace(ROUND, placements={"flip_to_bottom": turned})
+    report = track(program, cell, None, terms=terms)
+    assert report.possible, report.findings
+    from robotcell.robot import flange_poses
+
+    tip = (cell.T_cell_base @ flange_poses(cell.robot, report.joints[-1:]) @ cell.tools[0].T_flange_tcp)[0]
+    np.testing.assert_allclose(tip[:3, 3], (turned @ [0.048, 0.04, below * 1e-3, 1.0])[:3], atol=1e-6)
+    assert tip[2, 2] == pytest.approx(-1.0, abs=1e-6)  # down onto the side that is up now
+    assert tip[2, 3] > cell.T_cell_board[2, 3]
+
+
+def test_the_jet_leans_within_the_band_only_where_it_must() -> None:
+    cell = read_cell("kr6-bench").cell
+    blocked = Body("post", Box((0.006, 0.012, 0.19)), cell.T_cell_board @ pose((0.05, -0.011, 0.125), (0, 0, 0)))
+    cell = dataclasses.replace(cell, fixtures=(*cell.fixtures, blocked))
+    straight = track(line_program(), cell, None, terms=ROUND)
+    assert any(finding.rule == "collision" for finding in straight.findings)
+    leaning_ = track(line_program(), cell, None, terms=dataclasses.replace(ROUND, lean=math.radians(20)))
+    assert not any(finding.rule == "collision" for finding in leaning_.findings), leaning_.findings
+    told = next(finding for finding in leaning_.findings if finding.rule == "jet-leant")
+    assert "degrees" in told.message
+    jets = np.array([move.quaternion for move in moves_of(leaning_.program)])
+    tilt = np.degrees(np.arccos(np.clip(2 * (jets[:, 1] ** 2 + jets[:, 2] ** 2) - 1, -1, 1)))
+    assert tilt.max() <= 41.0
+    assert (tilt < 0.1).any()
