@@ -24,6 +24,12 @@ _LEAST_S = 1e-6
 _ROUNDING = 1.02
 """By how much a program's own timing may seem to break a limit: its positions are rounded to a micrometre."""
 _GAP_S = 1.0
+_TURN_S = 0.08
+"""s of the program for which a joint that turns back, or begins to move, hardly moves."""
+_TIGHTENED = 12
+"""How often a run is timed anew at most."""
+_TOLERATED = 1.05
+"""By how much the differences of a new timing may seem to break a limit: a kink of the path lies between samples."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,7 +70,7 @@ def pace(robot: Robot, times: Scalars, q: Joints, cuts: Flags) -> Pace:
     changed = lasting.copy()
     slow = [run for run in runs if _breaks(times, q, cuts, run, limits)]
     if slow:
-        for (a, b), seconds in zip(slow, _slow_down(times, q, cuts, slow, limits), strict=True):
+        for (a, b), seconds in zip(slow, _settle(times, q, cuts, slow, limits), strict=True):
             changed[a:b] = seconds
     share = np.where(moving & (changed > _LEAST_S), lasting / np.maximum(changed, _LEAST_S), 1.0)
     joint, by_speed = _causes(q, changed, limits)
@@ -109,9 +115,41 @@ def _stops(cuts: Flags, run: tuple[int, int]) -> tuple[bool, bool]:
     return bool(a > 0 and cuts[a - 1]), bool(b < len(cuts) and cuts[b])
 
 
-def _slow_down(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]], limits: _Limits) -> list[Scalars]:
-    """Seconds of the intervals of each run; all runs go to toppra in one call, apart where that fails."""
-    parts = [_stage_rows(times, q, cuts, run, limits) for run in runs]
+def _settle(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]], limits: _Limits) -> list[Scalars]:
+    """Seconds of the intervals of each run.
+
+    A stage takes its changes of rate as if the clock ran evenly about a sample. Where it slows down within one sample
+    the same change happens in less time: there the clock is held back until the joints' own differences are right.
+    """
+    ceilings = [np.ones(b - a + 1) for a, b in runs]
+    todo = list(range(len(runs)))
+    found = [np.empty(0)] * len(runs)
+    for _ in range(_TIGHTENED):
+        squared = _slow_down([_stages(times, q, cuts, runs[at], limits, ceilings[at]) for at in todo])
+        again: list[int] = []
+        for at, x in zip(todo, squared, strict=True):
+            a, b = runs[at]
+            found[at] = _seconds(np.diff(times[a : b + 1]), x)
+            excess = _excess(found[at], q[a : b + 1], limits)
+            if excess.max() > _TOLERATED:
+                again.append(at)
+                worst = np.maximum(excess, np.maximum(np.append(excess[1:], 0.0), np.append(0.0, excess[:-1])))
+                lower = x / np.maximum(worst, 1.0)
+                ceilings[at] = np.where(worst > _TOLERATED, np.minimum(ceilings[at], lower), ceilings[at])
+        if not again:
+            break
+        todo = again
+    return found
+
+
+def _excess(seconds: Scalars, q: Joints, limits: _Limits) -> Scalars:
+    """(k + 1,) greatest share of its acceleration that a joint (k + 1, dof) needs at each end of k intervals."""
+    _, _, changes = _rates(np.concatenate(([0.0], np.cumsum(seconds))), q, (0, len(seconds)))
+    return np.max(np.abs(changes) / limits.acceleration, axis=1)
+
+
+def _slow_down(parts: list["_Rows"]) -> list[Scalars]:
+    """Squared rates of the clock at the samples of each run; all go to toppra in one call, apart where that fails."""
     lengths = np.concatenate([part.length for part in parts])
     squared = _call_toppra(
         np.concatenate([part.a for part in parts]),
@@ -120,16 +158,11 @@ def _slow_down(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int
         np.concatenate(([0.0], np.cumsum(lengths)[:-1])),
     )
     if not np.all(np.isfinite(squared)):
-        if len(runs) == 1:
-            return [_cautious(times, q, runs[0], limits)]
-        return [_slow_down(times, q, cuts, [run], limits)[0] for run in runs]
-    result: list[Scalars] = []
-    begin = 0
-    for part, (a, b) in zip(parts, runs, strict=True):
-        inner = squared[begin + 1 : begin + 2 + b - a]
-        begin += len(part.length)
-        result.append(_seconds(np.diff(times[a : b + 1]), inner))
-    return result
+        if len(parts) == 1:
+            return [parts[0].even]
+        return [_slow_down([part])[0] for part in parts]
+    ends = np.cumsum([len(part.length) for part in parts])
+    return [inner[1:] for inner in np.split(squared, ends[:-1])]
 
 
 def _seconds(lasting: Scalars, squared: Scalars) -> Scalars:
@@ -145,9 +178,11 @@ class _Rows:
     a: NDArray[np.float64]
     b: NDArray[np.float64]
     highest: Scalars
+    even: Scalars
+    """Squared rates (k + 1,) of a clock that runs evenly, so slowly that nothing is broken: where there is no other."""
 
 
-def _stage_rows(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], limits: _Limits) -> _Rows:
+def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], limits: _Limits, ceiling: Scalars) -> _Rows:
     """Rows ``a u + b x <= 1`` (m, 4 dof) that hold at both ends of each stage, and bounds (m,) of x."""
     lasting, rates, changes = _rates(times, q, run)
     pull, begin, end = (
@@ -161,6 +196,7 @@ def _stage_rows(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], li
     with np.errstate(divide="ignore"):
         cap = np.minimum(1.0, ((limits.speed / np.abs(rates)) ** 2).min(axis=1))
     highest = np.minimum(np.concatenate((cap[:1], cap)), np.concatenate((cap, cap[-1:])))
+    highest = np.minimum(highest, _where_a_joint_turns_back(rates, changes, limits))
     stops = _stops(cuts, run)
     if stops[0] and not _rests(rates[0]):
         highest[0] = 0.0
@@ -171,8 +207,22 @@ def _stage_rows(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], li
         length=np.concatenate(([_GAP_S], lasting, [_GAP_S])),
         a=np.concatenate((idle, a, idle)),
         b=np.concatenate((idle, b, idle)),
-        highest=np.concatenate(([0.0], highest)),
+        highest=np.concatenate(([0.0], np.minimum(highest, ceiling))),
+        even=np.full(len(highest), _even(rates, changes, limits)),
     )
+
+
+def _where_a_joint_turns_back(rates: NDArray[np.float64], changes: NDArray[np.float64], limits: _Limits) -> Scalars:
+    """Give the highest x (k + 1,) at samples where a joint hardly moves, so that u cannot help it: d x <= acceleration.
+
+    Without it toppra may begin such a place too fast and then has to creep: Pham, "A general, fast, and robust
+    implementation of the time-optimal path parameterization algorithm" (2014), on zero-inertia points.
+    """
+    around = np.minimum(np.abs(np.concatenate((rates[:1], rates))), np.abs(np.concatenate((rates, rates[-1:]))))
+    slow = around <= _TURN_S * np.abs(changes)
+    with np.errstate(divide="ignore"):
+        most = np.where(slow, limits.acceleration / np.abs(changes), np.inf)
+    return most.min(axis=1)
 
 
 def _call_toppra(a: NDArray[np.float64], b: NDArray[np.float64], highest: Scalars, grid: Scalars) -> Scalars:
@@ -215,12 +265,11 @@ def _call_toppra(a: NDArray[np.float64], b: NDArray[np.float64], highest: Scalar
     return np.full(len(grid), np.nan) if speeds is None else np.asarray(speeds, dtype=np.float64) ** 2
 
 
-def _cautious(times: Scalars, q: Joints, run: tuple[int, int], limits: _Limits) -> Scalars:
-    """Slow a whole run down evenly, so far that nothing is broken anywhere."""
-    lasting, rates, changes = _rates(times, q, run)
+def _even(rates: NDArray[np.float64], changes: NDArray[np.float64], limits: _Limits) -> float:
+    """Squared rate of a clock that runs evenly, so slowly that nothing is broken anywhere."""
     too_fast = float(np.max(np.abs(rates) / limits.speed))
-    too_hard = float(np.sqrt(np.max(np.abs(changes) / limits.acceleration)))
-    return lasting * max(1.0, too_fast, too_hard)
+    too_hard = float(np.max(np.abs(changes) / limits.acceleration))
+    return 1.0 / max(1.0, too_fast**2, too_hard)
 
 
 def _causes(q: Joints, lasting: Scalars, limits: _Limits) -> tuple[Indices, Flags]:
