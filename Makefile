@@ -37,7 +37,7 @@ $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.installed: $(VENV)/bin/python pyproject.toml
-	$(PIP) --editable .
+	$(PIP) --editable ".[robot]"
 	touch $@
 
 $(VENV)/.dev-installed: $(VENV)/bin/python pyproject.toml

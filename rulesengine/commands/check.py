@@ -11,8 +11,6 @@ from rulesengine.commands.arguments import CellSource, Parts, complete_board
 from rulesengine.errors import job_errors
 
 if TYPE_CHECKING:
-    from boards.board import Board
-    from programs.program import TimedProgram
     from robotcell.track import CellReport
 
 _FOUND = 1
@@ -73,7 +71,7 @@ def check(
         from robotcell.load import read_cell
         from robotcell.track import terms_of, track
         from rulesengine.commands.cell_report import print_cell_report
-        from rulesengine.commands.loading import progress_bar
+        from rulesengine.commands.loading import progress_bar, read_board_of
         from rulesengine.commands.terminal import open_console
         from rulesengine.commands.writing import check_apart
         from rulesengine.drawing import check_suffix
@@ -85,7 +83,7 @@ def check(
                 check_suffix(path.suffix)
         check_apart((program, cell, board, parts), [*reports, *([] if output is None else [output])])
         loaded, asked = read_cell(cell), load_program(program)
-        made_for = _board_of(asked, program, board, parts)
+        made_for = read_board_of(asked, program, board, parts)
         with progress_bar() as tell:
             terms = terms_of(loaded, lean=math.radians(tilt_band))
             done = track(asked, loaded.cell, made_for, terms=terms, progress=tell)
@@ -120,17 +118,3 @@ def _write(done: "CellReport", reports: list[Path], output: Path | None) -> list
     for path, content in contents:
         write_bytes_atomically(path, content)
     return [path for path, _ in contents]
-
-
-def _board_of(asked: "TimedProgram", file: Path, board: str | None, parts: Path | None) -> "Board | None":
-    """Read the board that was named, or find the one that the program was made for."""
-    from rulesengine.commands.loading import progress_bar, read_board
-    from rulesengine.made_for import find_board
-
-    if board is None:
-        with progress_bar() as tell:
-            return find_board(asked, file, tell)
-    found = read_board(board, parts)
-    if found.sha256 != asked.origin.board_sha256:
-        typer.echo(f"warning: {found.name} is not quite the board this program was made for. Plan it again.", err=True)
-    return found

@@ -10,8 +10,6 @@ from rulesengine.commands.arguments import Parts, complete_board, complete_cell
 from rulesengine.errors import job_errors
 
 if TYPE_CHECKING:
-    from boards.board import Board
-    from programs.program import TimedProgram
     from rulesengine.exporting import CellExport
 
 
@@ -41,7 +39,8 @@ def export(
         str | None,
         typer.Option(
             "--board",
-            help="Board the program was made for, to look for collisions; a sample is found by itself.",
+            help="Board the program was made for, to look for collisions; found by itself among the samples and beside "
+            "the program.",
             metavar="BOARD",
             autocompletion=complete_board,
         ),
@@ -65,7 +64,7 @@ def export(
         from programs.export import find_dialect
         from programs.load import load_program
         from robotcell.load import read_cell
-        from rulesengine.commands.loading import progress_bar
+        from rulesengine.commands.loading import progress_bar, read_board_of
         from rulesengine.commands.writing import check_apart, check_folder
         from rulesengine.exporting import export_in_cell
 
@@ -76,10 +75,10 @@ def export(
             check_folder(output)
         elif output is not None:
             check_apart((program, cell, board, parts), [output])
-        loaded, lies_in = read_cell(cell), load_program(program)
-        made_for = _board_of(lies_in, board, parts)
+        lies_in, asked = read_cell(cell), load_program(program)
+        made_for = read_board_of(asked, program, board, parts)
         with progress_bar() as tell:
-            done = export_in_cell(lies_in, loaded, dialect, made_for, tell)
+            done = export_in_cell(asked, lies_in, dialect, made_for, tell)
         _write(done, dialect, output, allow or [])
 
 
@@ -136,17 +135,3 @@ def _list() -> None:
     width = max(map(len, DIALECTS))
     for name, language in DIALECTS.items():
         typer.echo(f"{name:<{width}}  {language.title}, class {language.capability.controller_class}. {language.notes}")
-
-
-def _board_of(loaded: "TimedProgram", board: str | None, parts: Path | None) -> "Board | None":
-    """Read the board that was named, or the sample that the program names; none if it is not at hand."""
-    from boards.load import board_library
-    from rulesengine.commands.loading import read_board
-
-    named = board or loaded.origin.board
-    if board is None and named not in board_library():
-        return None
-    found = read_board(named, parts)
-    if found.sha256 != loaded.origin.board_sha256:
-        typer.echo(f"warning: {found.name} is not quite the board this program was made for. Plan it again.", err=True)
-    return found

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
 from rich import progress
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
@@ -14,6 +15,7 @@ from boards.load import load_board
 from geometry.progress import Progress, part_of
 
 if TYPE_CHECKING:
+    from programs.program import TimedProgram
     from rulesengine.pipeline import Run
 
 
@@ -40,6 +42,23 @@ def read_board(board: str, parts: Path | None) -> Board:
     """
     with progress_bar() as tell:
         return load_board(Path(board), parts, tell)
+
+
+def read_board_of(program: "TimedProgram", file: Path, board: str | None, parts: Path | None) -> Board | None:
+    """Load the board that was named, or look for the one that a program was made for; ``None`` if it is not at hand.
+
+    Raises:
+        BoardError: the one that was named cannot be used.
+    """
+    from rulesengine.made_for import find_board
+
+    if board is None:
+        with progress_bar() as tell:
+            return find_board(program, file, tell)
+    found = read_board(board, parts)
+    if found.sha256 != program.origin.board_sha256:
+        typer.echo(f"warning: {found.name} is not quite the board this program was made for. Plan it again.", err=True)
+    return found
 
 
 def read_and_run(board: str, recipe: str, parts: Path | None) -> "Run":
