@@ -84,6 +84,8 @@ def smooth(wanted: Wanted, course: Course, pinned: Flags) -> Wanted:
     """
     from scipy.linalg import solveh_banded
 
+    if len(wanted.sample) == 1:
+        return wanted
     gaps = np.maximum(course.times[wanted.sample[1:]] - course.times[wanted.until[:-1]], 1e-3)
     weight = np.zeros(len(wanted.sample))
     weight[:-1] += 0.5 * gaps

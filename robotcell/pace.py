@@ -24,7 +24,7 @@ _LEAST_S = 1e-6
 _ROUNDING = 1.02
 """By how much a program's own timing may seem to break a limit: its positions are rounded to a micrometre."""
 _GAP_S = 1.0
-_TURN_S = 0.08
+_TURN_S = 0.02
 """s of the program for which a joint that turns back, or begins to move, hardly moves."""
 _TIGHTENED = 12
 """How often a run is timed anew at most."""
