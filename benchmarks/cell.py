@@ -1,119 +1,27 @@
-"""Time the search for a robot's motion; compare its result with toppra's bound for the same joint path.
+"""The robot cell in one run: joints found, collisions looked for, and a whole program carried out.
 
-Run: ``OMP_NUM_THREADS=1 python benchmarks/cell.py [BOARD [RECIPE [CELL ...]]]``
+Run: ``OMP_NUM_THREADS=1 python benchmarks/cell.py [BOARD [CELL ...]]``
+
+Three parts that also run by themselves: ``cell_ik.py`` against EAIK called bare, ``cell_collision.py`` against
+pinocchio and coal called bare, ``cell_track.py`` against the program's own time and toppra's bound.
 """
 
 import sys
-import time
-from pathlib import Path
 
-import numpy as np
-import toppra
-from numpy.typing import NDArray
-from toppra.algorithm import TOPPRA
-from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraintVarying
-
-from boards.load import load_board
-from programs.program import TimedProgram
-from recipes.load import load_recipe
-from robotcell.cell import Cell
-from robotcell.load import read_cell
-from robotcell.rates import rates_of
-from robotcell.track import CellReport, terms_of, track
-from rulesengine.pipeline import run
-
-toppra.setup_logging("ERROR")
-RUNS = 60
-"""Runs from rest to rest that are compared: those that take the robot longest."""
+import cell_collision
+import cell_ik
+import cell_track
 
 
-def main() -> None:
-    words = sys.argv[1:]
-    board = load_board(Path(words[0] if words else "smt-demo"))
-    planned = run(load_recipe(words[1] if len(words) > 1 else "smt-aqueous"), board)
-    for name in words[2:] or ["ur5e-bench", "kr6-bench", "gantry"]:
-        loaded = read_cell(name)
-        track(planned.program, loaded.cell, None, terms=terms_of(loaded))  # compiles, and fills the caches
-        begin = time.perf_counter()
-        report = track(planned.program, loaded.cell, board, terms=terms_of(loaded))
-        took = time.perf_counter() - begin
-        asked = planned.program.totals.duration_s
-        print(f"{board.name} in {name}: {took:.1f} s for a program of {asked:.0f} s, 1 / {asked / took:.0f}")
-        if not report.possible:
-            print("  cannot be done:", report.findings[0].message)
-            continue
-        ours, bound = compare(planned.program, report)
-        print(f"  the robot takes {report.program.totals.duration_s:.1f} s; its {RUNS} longest runs {ours:.2f} s,")
-        print(f"  toppra's bound for their joint paths {bound:.2f} s: {ours / bound:.3f} times as long")
-
-
-def compare(asked: TimedProgram, report: CellReport) -> tuple[float, float]:
-    """Seconds of the longest runs, ours and toppra's, for the same joints and no faster than the program anywhere."""
-    rates = rates_of(report.program, report.joints)
-    rest = np.abs(rates.speed).max(axis=1) < 1e-9
-    edges = np.flatnonzero(np.diff(np.concatenate(([True], rest, [True])).astype(int)))
-    runs = [(a, b) for a, b in zip(edges[0::2], edges[1::2], strict=True) if b - a > 20]
-    runs.sort(key=lambda pair: rates.times[pair[0]] - rates.times[pair[1]])
-    clock = program_clock(asked, report, rates.times)
-    ours = bound = 0.0
-    for a, b in runs[:RUNS]:
-        least = bound_of(report.cell, rates.q[a : b + 1], np.diff(clock[a : b + 1]))
-        if least is not None:
-            ours += float(rates.times[b] - rates.times[a])
-            bound += least
-    return ours, bound
-
-
-def program_clock(asked: TimedProgram, report: CellReport, times: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The program's own time at each of the robot's times: moves that both have stand at the same places."""
-    from programs.program import MoveTo
-
-    old = [(item.position, item.time_s) for item in asked.instructions if isinstance(item, MoveTo)]
-    new = [(item.position, item.time_s) for item in report.program.instructions if isinstance(item, MoveTo)]
-    pairs: list[tuple[float, float]] = []
-    at = 0
-    for place, time_s in old:
-        while at < len(new) and max(abs(a - b) for a, b in zip(new[at][0], place, strict=True)) > 1e-5:
-            at += 1
-        if at == len(new):
-            break
-        pairs.append((new[at][1], time_s))
-        at += 1
-    table = np.array(pairs)
-    return np.interp(times, table[:, 0], table[:, 1])
-
-
-def bound_of(cell: Cell, q: NDArray[np.float64], lasting: NDArray[np.float64]) -> float | None:
-    """Least time from rest to rest along rows of joints, in no interval faster than the program."""
-    steps = np.linalg.norm(np.diff(q, axis=0), axis=1)
-    kept = np.concatenate(([True], steps > 1e-7))
-    if kept.sum() < 5 or np.any(lasting <= 0):
-        return None
-    s = np.concatenate(([0.0], np.cumsum(steps)))
-    fastest = steps / lasting
-    path = toppra.SplineInterpolator(s[kept], q[kept])
-    speed = np.array([joint.speed for joint in cell.robot.joints])
-    push = np.array([joint.acceleration for joint in cell.robot.joints])
-
-    def highest(place: float) -> NDArray[np.float64]:
-        """Speeds of the joints at a place of the path, where the program's own pace is the limit too."""
-        interval = int(np.clip(np.searchsorted(s, place, side="right") - 1, 0, len(steps) - 1))
-        near = fastest[max(interval - 1, 0) : interval + 2].max()
-        own = np.abs(path(place, 1)) * near + 1e-9
-        limit = np.minimum(speed, own)
-        return np.stack((-limit, limit), axis=1)
-
-    grid = np.unique(np.concatenate((s[kept], 0.5 * (s[kept][1:] + s[kept][:-1]))))
-    solver = TOPPRA(
-        [JointVelocityConstraintVarying(highest), JointAccelerationConstraint(np.stack((-push, push), axis=1))],
-        path,
-        gridpoints=grid,
-        solver_wrapper="seidel",
-        parametrizer="ParametrizeConstAccel",
-    )
-    trajectory = solver.compute_trajectory(0.0, 0.0)
-    return None if trajectory is None else float(trajectory.duration)
+def main(words: list[str]) -> None:
+    board = words[:1] or ["smt-demo"]
+    print("joints")
+    cell_ik.main(["--counted", "0"])
+    print("\ncollisions")
+    cell_collision.main(board)
+    print("\nmotion")
+    cell_track.main([*board, "smt-aqueous", *words[1:]])
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -8,6 +8,7 @@ tilted up to 30 degrees, as in a program. Ways go from a row at work some way of
 """
 
 import argparse
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -129,12 +130,12 @@ def compare(name: str, collider: Collider, q: Joints) -> None:
     )
 
 
-def main() -> None:
+def main(words: list[str]) -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("board", nargs="?", type=Path, default=Path("smt-demo"))
     parser.add_argument("--robot", default="ur5e")
     parser.add_argument("--rows", type=int, default=4000)
-    arguments = parser.parse_args()
+    arguments = parser.parse_args(words)
     board, robot = load_board(arguments.board), load_robot(arguments.robot)
     cell = wash_cell(robot)
     begin = time.perf_counter()
@@ -161,4 +162,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])
