@@ -1,7 +1,7 @@
 """A timed program cut where the robot has to stand: stretches of motion, pauses, commands, wishes for the jet."""
 
 from dataclasses import dataclass, field
-from math import dist
+from math import dist, inf
 from typing import TypeAlias
 
 import numpy as np
@@ -17,8 +17,6 @@ _STILL_MM, _STILL_RAD = 1e-6, 1e-6
 """Samples nearer than this are one pose."""
 _SHORTEST_HOLD_S = 0.02
 """A pose held for less is the slow beginning or end of a motion, rounded."""
-_MOVES_THE_ARM = ("NOZZLE", "CALL")
-"""Commands after which the same pose of the orifice may be another one of the arm: that of the next move."""
 _JUMP_S = 1e-4
 """A move that takes no time is given this: nothing moves at once."""
 
@@ -65,8 +63,9 @@ def lay_out(program: TimedProgram, joints: NDArray[np.float64]) -> Layout:
     """
     cuts = [item for item in program.instructions if isinstance(item, Wait | Command)]
     states = play(build_timeline(program), np.array([item.time_s for item in cuts]))
-    moves = (item for item in program.instructions if isinstance(item, MoveTo))
-    layer = _Layer(states, joints, [(*move.position, *move.quaternion) for move in moves])
+    moves = [item for item in program.instructions if isinstance(item, MoveTo)]
+    targets, due = [(*move.position, *move.quaternion) for move in moves], [move.time_s for move in moves]
+    layer = _Layer(states, joints, targets, [*due, inf])
     for instruction in program.instructions:
         match instruction:
             case MoveTo():
@@ -90,6 +89,8 @@ class _Layer:
     joints: NDArray[np.float64]
     targets: list[tuple[float, ...]]
     """Poses of all moves."""
+    due: list[float]
+    """Times of all moves, then infinity."""
     items: list[Item] = field(default_factory=list[Item])
     makers: dict[str, int] = field(default_factory=dict[str, int])
     times: list[float] = field(default_factory=list[float])
@@ -98,6 +99,8 @@ class _Layer:
     node: list[float] = field(default_factory=list[float])
     """Row of the joints that belongs to each sample; between two rows where it lies between two moves."""
     wanted: list[Wanted] = field(default_factory=list[Wanted])
+    tool: str = ""
+    """Number of the tool that is carried."""
     asked: int = 0
     """How many waits and commands are behind."""
     moved: int = 0
@@ -122,14 +125,12 @@ class _Layer:
         pose = self.arrive(command.time_s, command.made_by)
         self.cut()
         self.items.append(command)
-        if pose:
+        before = self.tool
+        self.tool = command.arguments[2] if command.keyword == "NOZZLE" else before
+        at_once = self.due[self.moved] < command.time_s + 0.5 * TICK_S
+        # Another orifice, or a board that was moved: where it is now, only a move at the same time says.
+        if pose and not (at_once and (command.keyword == "CALL" or self.tool != before)):
             self.sample(command.time_s, pose, command.made_by)
-            if command.keyword in _MOVES_THE_ARM and self.stays(pose):
-                self.node[-1] = float(self.moved)
-
-    def stays(self, pose: tuple[float, ...]) -> bool:
-        """Whether the next move is to the pose reached."""
-        return self.moved < len(self.targets) and _apart(self.targets[self.moved], pose) <= _STILL_MM
 
     def want(self, switch: SetNozzle) -> None:
         """Remember what is wanted of the jet until the stretch is cut."""
@@ -138,10 +139,10 @@ class _Layer:
             self.cut()
 
     def arrive(self, time_s: float, made_by: str) -> tuple[float, ...]:
-        """Lay the pose at the time of a wait or a command; give it, empty before the first move."""
+        """Lay the pose at the time of a wait or a command; give it, empty where only the next move says it."""
         at = self.asked
         self.asked += 1
-        if not self.moved:
+        if not self.times:
             return ()
         if time_s > self.times[-1] + TICK_S:
             self.sample(time_s, (*self.states.tcp[at].tolist(), *self.states.quaternion[at].tolist()), made_by)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
 from geometry.frames import align_signs
-from programs.program import Instruction, MoveTo, TimedProgram, Totals, Wait
+from programs.program import Command, Instruction, MoveTo, TimedProgram, Totals, Wait
 from programs.summary import by_function
 from robotcell.cell import Cell
 from robotcell.follow import Followed
@@ -135,15 +135,26 @@ def _keep_asked(
 
 
 def _others(program: TimedProgram, done: Followed, clock: Scalars) -> list[tuple[int, Instruction]]:
-    """Give every other instruction its new time, with its index."""
+    """Give every other instruction its new time, with its index.
+
+    What stands with a change of the tool, or a turn of the board, is told when the robot leaves for it. A wait, or the
+    jet, that comes after the change, and what follows on that, is told when the robot is there.
+    """
     course = done.course
     told: list[tuple[int, Instruction]] = []
     last = len(course.times) - 1
+    left_for, there = -1, -1
     for index, item in enumerate(program.instructions):
         if isinstance(item, MoveTo):
             continue
-        following = int(np.searchsorted(course.instruction, index, side="left"))
-        told.append((index, replace(item, time_s=_time_at(course.times, clock, min(following, last), item.time_s))))
+        following = min(int(np.searchsorted(course.instruction, index, side="left")), last)
+        at = _time_at(course.times, clock, following, item.time_s)
+        if course.changed[following]:
+            is_later = not isinstance(item, Command) or item.time_s > course.times[following] + 1e-9
+            there = following if left_for == following and is_later else there
+            left_for = following if isinstance(item, Command) and item.keyword in ("NOZZLE", "CALL") else left_for
+            at = max(float(clock[following]), at) if there == following else float(clock[following - 1])
+        told.append((index, replace(item, time_s=at)))
     return told
 
 

@@ -33,6 +33,21 @@ io:
     resistivity_mohm_cm: {input: aiRes, number: 3, scale: 2}
 """
 
+TWO_TCPS = (
+    CELL.replace("cell: small", "cell: two-tcps")
+    .replace(
+        "fixtures:",
+        """  2:
+    name: knife
+    tcp: {xyz_mm: [0, -60, 120], rpy_deg: [25, 0, 0]}
+    bodies:
+      pipe: {kind: capsule, from_mm: [0, 0, 0], to_mm: [0, -45, 100], radius_mm: 8}
+fixtures:""",
+    )
+    .replace("clean: {doRing: 0}", "clean: {goSolution: 1}")
+)
+"""Two tools whose orifices are 85 mm and 25 degrees apart."""
+
 LINKS = "".join(f'<link name="{name}"/>' for name in ("foot", "slide", "hand"))
 JOINTS = """
 <joint name="S" type="prismatic"><parent link="foot"/><child link="slide"/><origin xyz="0 0 0.5"/><axis xyz="0 0 1"/>

@@ -1,0 +1,162 @@
+"""A tool with another TCP: the orifice jumps when the tool is changed, the arm does not."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from robot_programs import two_tools
+from small_cells import TWO_TCPS
+from small_programs import program_of
+from tracked import HEIGHT, line_program, moves_of
+
+from programs.events import lower
+from programs.installation import Installation
+from programs.motion import Line, MotionProgram, Reach, UseTool
+from programs.playback import playback
+from programs.pose import Pose, angle, distance
+from programs.posts import native
+from programs.posts.compare import compare
+from programs.posts.dialects import DIALECTS
+from programs.program import Command, Instruction, MoveTo, TimedProgram, Wait
+from programs.steps import make_motion
+from robotcell.installing import installation_of, to_pose
+from robotcell.load import read_cell_text
+from robotcell.poses import inverse
+from robotcell.robot import flange_poses
+from robotcell.track import CellReport, Terms, track
+
+LOADED = read_cell_text(TWO_TCPS)
+CELL = LOADED.cell
+TERMS = Terms(round_nozzles=frozenset({"ring60"}))
+
+
+@cache
+def tracked() -> CellReport:
+    return track(two_tools(), CELL, None, terms=TERMS)
+
+
+@cache
+def installed() -> Installation:
+    return installation_of(LOADED)
+
+
+def motion_of(report: CellReport) -> MotionProgram:
+    return make_motion(report.program, installed(), report.joints)
+
+
+def tools_of(program: TimedProgram) -> list[int]:
+    """The tool that is carried at each move."""
+    tools: list[int] = []
+    carried = 0
+    for item in program.instructions:
+        if isinstance(item, Command) and item.keyword == "NOZZLE":
+            carried = int(item.arguments[2])
+        elif isinstance(item, MoveTo):
+            tools.append(carried)
+    return tools
+
+
+def seen(q: tuple[float, ...], tool: int) -> Pose:
+    """Where joints bring the orifice of a tool, in the board frame."""
+    base = inverse(CELL.T_cell_board) @ CELL.T_cell_base
+    tcp = next(each.T_flange_tcp for each in CELL.tools if each.number == tool)
+    return to_pose(base @ flange_poses(CELL.robot, np.array([q]))[0] @ tcp)
+
+
+def test_joints_and_poses_agree_with_the_tool_that_is_carried() -> None:
+    report = tracked()
+    assert report.possible
+    moves, tools = moves_of(report.program), tools_of(report.program)
+    assert set(tools) == {1, 2}
+    for move, tool, q in zip(moves, tools, report.joints.tolist(), strict=True):
+        there = seen(tuple(q), tool)
+        assert distance(there, Pose(move.position, move.quaternion)) < 1e-3
+        assert angle(there, Pose(move.position, move.quaternion)) < 1e-5
+
+
+def test_the_orifice_jumps_and_the_joints_do_not() -> None:
+    report = tracked()
+    moves, tools = moves_of(report.program), tools_of(report.program)
+    changes = np.flatnonzero(np.diff(tools)) + 1
+    assert len(changes) == 2
+    for at in changes.tolist():
+        np.testing.assert_allclose(report.joints[at], report.joints[at - 1], atol=1e-9)
+        assert moves[at].time_s == pytest.approx(moves[at - 1].time_s)
+        assert np.linalg.norm(np.subtract(moves[at].position, moves[at - 1].position)) > 50
+
+
+def test_what_the_controller_is_told_is_where_the_arm_is() -> None:
+    """Every reach and every line ends where its joints bring the orifice of the tool in use, and begins so too."""
+    tool, reached = 0, 0
+    for step in motion_of(tracked()).steps:
+        if isinstance(step, UseTool):
+            tool = step.number
+        elif isinstance(step, Reach):
+            reached += 1
+            assert distance(seen(step.joints, tool), step.target) < 1e-3
+        elif isinstance(step, Line):
+            for q, pose in ((step.course.joints[0], step.start), (step.course.joints[-1], step.target)):
+                assert distance(seen(tuple(q.tolist()), tool), pose) < 1e-3
+    assert reached == 3
+
+
+def test_no_line_is_driven_in_no_time() -> None:
+    lines = motion_of(tracked()).lines
+    assert min(line.duration_s for line in lines) > 2e-4
+    assert max(line.length_mm / line.duration_s for line in lines) < 1000
+
+
+@pytest.mark.parametrize("name", list(DIALECTS))
+def test_every_language_says_a_change_of_tools_as_planned(name: str) -> None:
+    dialect = DIALECTS[name]
+    report = tracked()
+    joints = report.joints if dialect.needs_joints else None
+    motion = make_motion(report.program, installed(), joints)
+    files = dialect.render(lower(motion, dialect.capability), installed())
+    assert compare(dialect.read(files), motion, installed()) == ()
+
+
+def test_the_file_says_the_same_change() -> None:
+    report = tracked()
+    read = native.parse(native.render(report.program))
+    again = replace(report, program=read)
+    targets = [
+        [step.target.position for step in motion_of(each).steps if isinstance(step, Reach)] for each in (report, again)
+    ]
+    np.testing.assert_allclose(targets[0], targets[1], atol=1e-3)
+
+
+def after_a_line(*told: Instruction) -> TimedProgram:
+    """A line with the first tool, then something else; times count from the line's end, poses are below the last."""
+    program = line_program()
+    end_s = program.totals.duration_s
+    top = moves_of(program)[-1]
+    later = [replace(item, time_s=item.time_s + end_s) for item in told]
+    x, y, _ = top.position
+    down = replace(top, time_s=later[-1].time_s + 2.0, position=(x, y, HEIGHT))
+    return program_of(*program.instructions, *later, down, liquid=(("clean", 1.0),))
+
+
+@pytest.mark.parametrize("after_s", [0.0, 0.5])
+def test_a_wait_after_the_change_begins_when_the_tool_is_there(after_s: float) -> None:
+    change = Command(0.0, "NOZZLE", ("knife", "TOOL", "2"), "sequence[1]")
+    asked = after_a_line(change, Wait(after_s, 1.0, "sequence[1]"))
+    program = track(asked, CELL, None, terms=TERMS).program
+    native.parse(native.render(program))  # refuses a wait that is cut short
+    wait = next(item for item in program.instructions if isinstance(item, Wait) and item.made_by == "sequence[1]")
+    held = playback(program, np.linspace(wait.time_s + 1e-3, wait.time_s + wait.duration_s - 1e-3, 5)).tcp
+    assert np.ptp(held, axis=0).max() < 1e-3
+    begin_s = line_program().totals.duration_s + after_s
+    np.testing.assert_allclose(held[0], playback(asked, np.array([begin_s + 0.5])).tcp[0], atol=1e-3)
+
+
+def test_a_tool_that_is_changed_some_time_after_the_last_move_is_changed_before_the_next() -> None:
+    program = line_program()
+    top = moves_of(program)[-1]
+    end_s = program.totals.duration_s
+    change = Command(end_s + 0.5, "NOZZLE", ("knife", "TOOL", "2"), "sequence[1]")
+    held = replace(top, time_s=end_s + 1.0)
+    report = track(program_of(*program.instructions, change, held, liquid=(("clean", 1.0),)), CELL, None, terms=TERMS)
+    for move, tool, q in zip(moves_of(report.program), tools_of(report.program), report.joints.tolist(), strict=True):
+        assert distance(seen(tuple(q), tool), Pose(move.position, move.quaternion)) < 1e-3
