@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Literal, TypeAlias
 
 from geometry.finding import Finding
+from programs.analog import IN_OWN_UNIT, Counting, find_out_of_range
 from programs.motion import SAME_MM, Event, Line, MotionProgram, Reference, Repeat, Step, Switch, split_line
 
 Saying: TypeAlias = Literal["distance and time", "distance", "time", "percent", "boundary", "stop"]
@@ -54,6 +55,8 @@ class Capability:
     """Smallest step of a commanded speed."""
     reads_sensors: bool = True
     """Whether a loop can look at an analog input."""
+    analog: Counting = IN_OWN_UNIT
+    """How it counts analog channels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,10 +92,11 @@ def lower(motion: MotionProgram, capability: Capability) -> Lowered:
             steps += lowered
             errors += _error_of(step, lowered, capability)
         else:
-            steps.append(_without_sensor(step, findings) if not capability.reads_sensors else step)
+            steps.append(step if capability.reads_sensors else _without_sensor(step, findings))
     if capability.says == "stop" and (count := sum(len(line.events) for line in motion.lines)):
         message = f"this controller stops for an output: the robot stands {count} times where the jet begins or ends."
         findings.append(Finding("stops-for-output", "warning", message))
+    findings += find_out_of_range(steps, capability.analog)
     worst = max(errors, key=lambda error: (round(error.distance_mm, 6), round(error.time_s, 9)))
     return Lowered(replace(motion, steps=tuple(steps), findings=(*motion.findings, *findings)), worst)
 
@@ -236,8 +240,7 @@ def _divided_at_signals(line: Line) -> Iterator[Line]:
 
 
 def _at_end_of(part: Line, event: Event, reference: Reference) -> Event:
-    share = 1.0 if reference == "end" else 0.0
-    signal_s = share * part.duration_s
+    share, signal_s = (1.0, part.duration_s) if reference == "end" else (0.0, 0.0)
     return replace(event, reference=reference, share=share, offset_mm=0.0, offset_s=0.0, signal_s=signal_s)
 
 
@@ -285,8 +288,7 @@ def _inner(shares: set[float]) -> tuple[float, ...]:
 
 
 def _division_blend(line: Line, shares: tuple[float, ...]) -> float:
-    cuts = (0.0, *shares, 1.0)
-    shortest = min(b - a for a, b in pairwise(cuts))
+    shortest = min(b - a for a, b in pairwise((0.0, *shares, 1.0)))
     return max(min(_DIVISION_BLEND_MM, 0.4 * shortest * line.length_mm), 0.01)
 
 
@@ -295,6 +297,4 @@ def _stepped_down(value: float, step: float) -> float:
 
     A plateau of 40 mm/s reads 39.98 where its time was rounded up: what is nearly a step is one.
     """
-    if value <= 0.0:
-        return 0.0
-    return max(math.floor(value / step + _NEARLY), 1) * step
+    return max(math.floor(value / step + _NEARLY), 1) * step if value > 0.0 else 0.0

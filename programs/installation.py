@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 from programs.pose import IDENTITY, Pose
 
 ChannelKind: TypeAlias = Literal["digital", "group", "analog"]
+AnalogUnit: TypeAlias = Literal["V", "mA"]
 JointKind: TypeAlias = Literal["revolute", "prismatic"]
 
 
@@ -19,11 +20,17 @@ class Channel:
     """For languages that call signals by name, such as ``doWash``."""
     number: int
     """For languages that number them, such as ``DO[3]``."""
+    full_scale: float = 10.0
+    """The most that an analog channel carries, in its unit; how a language counts that is up to its post."""
+    unit: AnalogUnit = "V"
+    """Of an analog channel."""
+    counts: int = 0
+    """Its number at full scale in languages of whole numbers; 0 for what is usual in the language."""
 
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
-    """An output and the value it is given: 0 or 1, a whole number, or volts and the like as the channel counts."""
+    """An output and the value it is given: 0 or 1, a whole number, or an analog channel's volts or mA."""
 
     channel: Channel
     value: float
@@ -31,7 +38,7 @@ class Assignment:
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """The output that carries a quantity of the recipe: the channel is given ``scale * quantity + offset``."""
+    """The output that carries a quantity of the recipe: ``scale * quantity + offset``, in volts or mA if analog."""
 
     channel: Channel
     scale: float = 1.0
@@ -40,12 +47,17 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """The analog input that shows a quantity: the quantity is ``scale * reading + offset``."""
+    """The analog input that shows a quantity: ``scale * reading + offset``, the reading in its unit."""
 
     name: str
     number: int
     scale: float = 1.0
     offset: float = 0.0
+    full_scale: float = 10.0
+    """The most that it reads, in its unit."""
+    unit: AnalogUnit = "V"
+    counts: int = 0
+    """As with an output."""
 
 
 @dataclass(frozen=True, slots=True)

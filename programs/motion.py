@@ -137,6 +137,8 @@ class Switch:
     channel: Channel
     value: float
     made_by: str
+    what: str = ""
+    """The words that ask for it, such as ``pressure_bar = 3.500``; empty for a valve."""
 
 
 @dataclass(frozen=True, slots=True)

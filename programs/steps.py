@@ -183,7 +183,7 @@ class _Teller:
         if assignments is None:
             self.unmapped(what, made_by)
             return
-        self.add(*(Switch(each.channel, each.value, made_by) for each in assignments))
+        self.add(*(Switch(each.channel, each.value, made_by, what) for each in assignments))
 
     def unmapped(self, what: str, made_by: str) -> None:
         """Say that something stays a comment."""
@@ -201,7 +201,8 @@ class _Teller:
         if setting is None:
             self.unmapped(f"SET {key}", made_by)
             return
-        self.add(Switch(setting.channel, round(setting.scale * quantity + setting.offset, 6), made_by))
+        given = round(setting.scale * quantity + setting.offset, 6)
+        self.add(Switch(setting.channel, given, made_by, f"{key} = {quantity:g}"))
 
     def mount(self, nozzle: str, number: int, made_by: str) -> None:
         """Use a nozzle, and its tool if it is another one."""

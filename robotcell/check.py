@@ -9,6 +9,7 @@ from boards.board import Board
 from geometry.finding import Finding
 from robotcell.cell import Cell, Tool
 from robotcell.frames import board_corners
+from robotcell.io_spec import InputOutput
 from robotcell.poses import inverse
 from robotcell.robot import Body, Box, Capsule, Mesh
 
@@ -18,17 +19,22 @@ _SMALLEST_M = 3e-3
 _LARGEST_M = 20.0
 _AHEAD_M = 0.02
 """What lies farther in front of an orifice, on the axis of its jet, is hit."""
+_NO_CHANNELS = InputOutput()
 
 
-def check_cell(cell: Cell, board: Board | None) -> tuple[Finding, ...]:
+def check_cell(cell: Cell, board: Board | None, io: InputOutput = _NO_CHANNELS) -> tuple[Finding, ...]:
     """Find the classical mistakes. ``made_by`` is the place in the cell's file.
 
-    Rules: ``tcp-units``, ``tcp-turned``, ``jet-hits-tool``, ``fixture-units``, ``board-upside-down``,
-    ``board-out-of-reach`` and, with a board, ``fixture-in-board``.
+    What a quantity of a recipe asks of a channel is known when a program is exported; what the cell's own words set is
+    known here.
+
+    Rules: ``analog-out-of-range``, ``tcp-units``, ``tcp-turned``, ``jet-hits-tool``, ``fixture-units``,
+    ``board-upside-down``, ``board-out-of-reach`` and, with a board, ``fixture-in-board``.
     """
     findings = [finding for tool in cell.tools for finding in _check_tool(tool)]
     findings += _check_fixtures(cell)
     findings += _check_board(cell, board)
+    findings += _check_channels(io)
     return tuple(findings)
 
 
@@ -99,6 +105,21 @@ def _check_room(cell: Cell, board: Board) -> Iterator[Finding]:
         if np.all(corners.min(axis=0) < high) and np.all(corners.max(axis=0) > low):
             message = f"{body.name} reaches into the box around {board.name}; lower the one or raise the other"
             yield Finding("fixture-in-board", "warning", message, f"fixtures.{body.name}")
+
+
+def _check_channels(io: InputOutput) -> Iterator[Finding]:
+    words = [("functions", io.functions), ("solutions", io.solutions)]
+    words += [("grip", {"open": io.grip.open, "close": io.grip.close})]
+    for kind, sets in words:
+        for word, values in sets.items():
+            for name, value in values.items():
+                output = io.outputs[name]
+                if output.kind == "analog" and abs(value) > output.full_scale:
+                    goes = f"full scale is {output.full_scale:g} {output.unit}"
+                    message = (
+                        f"{word} sets {name} (analog output {output.number}) to {value:g} {output.unit}; its {goes}"
+                    )
+                    yield Finding("analog-out-of-range", "error", message, f"io.{kind}.{word}.{name}")
 
 
 def longest_reach(cell: Cell) -> float:

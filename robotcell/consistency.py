@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from recipes.keys import name_nearest
 from recipes.located import YamlPath
 from recipes.problems import Problem
-from robotcell.io_spec import Output, Outputs
+from robotcell.io_spec import InputOutput, Output, Outputs
 from robotcell.robot import Robot
 from robotcell.spec import CellSpec
 
@@ -16,7 +16,7 @@ _SLACK = 1e-9
 def find_problems(spec: CellSpec) -> list[Problem]:
     """Find channels that are not there, values that a channel cannot take, numbers that stand twice."""
     outputs = spec.io.outputs
-    problems = list(_find_twins(outputs))
+    problems = [*_find_twins(outputs), *_find_scales(spec.io)]
     for name, nozzle in spec.nozzles.items():
         path: YamlPath = ("nozzles", name, "valve")
         problems += _check_name(nozzle.valve, outputs, path)
@@ -58,6 +58,14 @@ def _find_twins(outputs: dict[str, Output]) -> Iterator[Problem]:
         if other != name:
             message = f"{output.kind} output {output.number} is {other} already; each has its own number"
             yield Problem(("io", "outputs", name, "number"), message)
+
+
+def _find_scales(io: InputOutput) -> Iterator[Problem]:
+    """A channel of mA cannot mean the full scale that one of volts has if nothing is said."""
+    for kind, channels in (("outputs", io.outputs), ("sensors", io.sensors)):
+        for name, channel in channels.items():
+            if channel.unit == "mA" and "full_scale" not in channel.model_fields_set:
+                yield Problem(("io", kind, name, "unit"), "mA needs a full_scale too, such as full_scale: 20")
 
 
 def _check_name(name: str, outputs: dict[str, Output], path: YamlPath) -> Iterator[Problem]:

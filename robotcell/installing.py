@@ -18,7 +18,10 @@ _MM = 1e3
 def installation_of(loaded: LoadedCell) -> Installation:
     """Give what the posts need of a cell."""
     cell, spec = loaded.cell, loaded.spec
-    channels = {name: Channel(output.kind, name, output.number) for name, output in spec.io.outputs.items()}
+    channels = {
+        name: Channel(output.kind, name, output.number, output.full_scale, output.unit, output.counts)
+        for name, output in spec.io.outputs.items()
+    }
 
     def assign(outputs: Outputs) -> tuple[Assignment, ...]:
         return tuple(Assignment(channels[name], value) for name, value in outputs.items())
@@ -43,7 +46,8 @@ def installation_of(loaded: LoadedCell) -> Installation:
         },
         grips={"open": assign(spec.io.grip.open), "close": assign(spec.io.grip.close)},
         sensors={
-            key: Sensor(each.input, each.number, each.scale, each.offset) for key, each in spec.io.sensors.items()
+            key: Sensor(each.input, each.number, each.scale, each.offset, each.full_scale, each.unit, each.counts)
+            for key, each in spec.io.sensors.items()
         },
         placements={name: to_pose(T_base_cell @ placed) for name, placed in loaded.placements.items()},
         joints=tuple(Joint(joint.name, joint.kind) for joint in cell.robot.joints),

@@ -14,17 +14,27 @@ class Output(Spec):
     """An output of the controller."""
 
     kind: Literal["digital", "group", "analog"] = Field(
-        description="digital: 0 or 1; group: several bits that hold a whole number; analog: volts and the like."
+        description="digital: 0 or 1; group: several bits that hold a whole number; analog: volts or mA."
     )
     number: int = Field(ge=0, le=65535, description="That languages use which number them, such as DO[3].")
-    unit: str = Field(default="", description="What an analog output counts in, such as V; for people.")
+    full_scale: float = Field(
+        default=10.0, gt=0, description="The most that an analog output carries, in its unit; 20 for one of mA."
+    )
+    unit: Literal["V", "mA"] = Field(
+        default="V", description="Of an analog output. How a language counts volts is not stated here."
+    )
+    counts: int = Field(
+        default=0,
+        ge=0,
+        description="Its number at full scale in languages of whole ones: FANUC, Denso, Mitsubishi; 0: the usual.",
+    )
 
 
 class Setting(Spec):
     """How a quantity of the recipe is sent to an output."""
 
     output: Name = Field(description="Under io.outputs.")
-    scale: float = Field(default=1.0, description="The output is given scale * quantity + offset.")
+    scale: float = Field(default=1.0, description="The output is given scale * quantity + offset, in its unit.")
     offset: float = Field(default=0.0, description="Likewise.")
 
 
@@ -33,7 +43,14 @@ class Sensor(Spec):
 
     input: Name = Field(description="Its name in the controller.")
     number: int = Field(ge=0, le=65535, description="Its number.")
-    scale: float = Field(default=1.0, description="The quantity is scale * reading + offset.")
+    full_scale: float = Field(default=10.0, gt=0, description="The most that it reads, in its unit; 20 for one of mA.")
+    unit: Literal["V", "mA"] = Field(default="V", description="Of the reading.")
+    counts: int = Field(
+        default=0,
+        ge=0,
+        description="Its number at full scale in languages of whole ones, as with an output.",
+    )
+    scale: float = Field(default=1.0, description="The quantity is scale * reading + offset, the reading in its unit.")
     offset: float = Field(default=0.0, description="Likewise.")
 
 

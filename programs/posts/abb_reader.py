@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from programs.errors import ProgramError
 from programs.pose import Pose, distance
+from programs.posts.reading import read_repeat
 from programs.posts.rebuilt import (
     ReadBoard,
     ReadCall,
@@ -13,7 +14,6 @@ from programs.posts.rebuilt import (
     ReadLine,
     ReadPause,
     ReadReach,
-    ReadRepeat,
     ReadSignal,
     ReadStep,
     ReadSwitch,
@@ -100,8 +100,7 @@ class _Machine:
         elif match := _SETTER.fullmatch(statement):
             self.steps.append(ReadSwitch(match[1], float(match[2])))
         elif match := _LOOP.fullmatch(statement):
-            least = None if match[3] is None else float(match[5])
-            self.steps.append(ReadRepeat(int(match[2]), least))
+            self.steps.append(read_repeat(match[2], match.groups()[2:]))
         elif statement == "ENDWHILE":
             self.steps.append(ReadEndRepeat())
         elif statement.startswith("WaitTime "):

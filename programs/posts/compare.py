@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from math import degrees
 from typing import TypeAlias
 
+from programs.analog import Counting
 from programs.installation import Channel, Installation
 from programs.motion import (
     Call,
@@ -63,7 +64,7 @@ def compare(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
         motion: What ``make_motion`` gave, before it was lowered.
         installation: The cell.
     """
-    judge = _Judge(installation, rebuilt.steps)
+    judge = _Judge(installation, rebuilt.analog, rebuilt.steps)
     for step in motion.steps:
         judge.step(step)
         if len(judge.differences) >= _MOST_DIFFERENCES:
@@ -78,6 +79,7 @@ class _Judge:
     """Two programs side by side."""
 
     installation: Installation
+    analog: Counting
     read: tuple[ReadStep, ...]
     at: int = 0
     read_tool: ReadTool | None = None
@@ -119,7 +121,7 @@ class _Judge:
                 self.at += 1
                 if isinstance(found, ReadReach) and isinstance(found.target, Axes):
                     self.axes = found.target
-                if not _same_step(step, found, self.installation):
+                if not _same_step(step, found, self.installation, self.analog):
                     self.differ(f"planned {step}, read {found}", step.made_by)
                 if isinstance(step, Reach):
                     self.frames(step)
@@ -207,7 +209,9 @@ class _Judge:
             self.differ(f"{len(fired)} signals on the line, planned {len(line.events)}", line.made_by)
             return
         for (signal, first, last), event in zip(fired, line.events, strict=True):
-            if not _is_channel(signal.channel, event.channel) or abs(signal.value - event.value) > 1e-6:
+            if not _is_channel(signal.channel, event.channel) or not _same_value(
+                event.channel, event.value, signal.value, self.analog
+            ):
                 self.differ(f"signal {signal}, planned {event}", event.made_by)
             place = first + signal.share * (last - first)
             late_s = line.course.second_at(place) + signal.offset_s - event.signal_s
@@ -227,7 +231,7 @@ def _share_of(line: Line, target: Pose, done: float) -> float:
     return share if done < share < 1.0 else 1.0
 
 
-def _same_step(step: Step, found: ReadStep | None, installation: Installation) -> bool:
+def _same_step(step: Step, found: ReadStep | None, installation: Installation, analog: Counting) -> bool:
     match step, found:
         case Reach(), ReadReach(target=Axes(values=axes)):
             return _same_axes(step.joints, axes, installation)
@@ -236,16 +240,34 @@ def _same_step(step: Step, found: ReadStep | None, installation: Installation) -
         case Pause(), ReadPause():
             return abs(step.duration_s - found.duration_s) <= _PAUSE_S
         case Switch(), ReadSwitch():
-            return _is_channel(found.channel, step.channel) and abs(step.value - found.value) <= 1e-3
+            return _is_channel(found.channel, step.channel) and _same_value(
+                step.channel, step.value, found.value, analog
+            )
         case Call(), ReadCall():
             return bool(found.label)
         case Repeat(), ReadRepeat():
-            looks = step.sensor is not None and found.least is not None
-            return step.count == found.count and (not looks or abs((found.least or 0.0) - step.least) <= 1e-3)
+            return step.count == found.count and _same_condition(step, found, analog)
         case EndRepeat(), ReadEndRepeat():
             return True
         case _:
             return False
+
+
+def _same_value(channel: Channel, planned: float, read: float, analog: Counting) -> bool:
+    """Whether an output is given what was planned; an analog one as the volts at its terminal."""
+    if channel.kind != "analog":
+        return abs(planned - read) <= 1e-6
+    return abs(planned - analog.value(channel, read)) <= analog.tolerance(channel)
+
+
+def _same_condition(step: Repeat, found: ReadRepeat, analog: Counting) -> bool:
+    """Whether a loop that looks at its input ends at the same volts."""
+    if step.sensor is None or found.least is None:
+        return True
+    pairs = [(found.least, step.least)]
+    if found.reading is not None:
+        pairs += zip(found.reading, analog.reading(step.sensor), strict=True)
+    return all(abs(read - planned) <= 1e-6 * max(1.0, abs(planned)) for read, planned in pairs)
 
 
 def _is_channel(label: str, channel: Channel) -> bool:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from programs.analog import Counting
 from programs.events import Capability, Lowered
 from programs.installation import Channel, Installation
 from programs.motion import Call, EndRepeat, Line, Note, Pause, Reach, Repeat, Switch, UseBoard, UseTool
@@ -27,10 +28,12 @@ TITLE = "Denso PacScript"
 NOTES = (
     "For RC8 and newer; outputs by Next and Arrive. Speeds are percents: put 100 divided by the arm's greatest speeds "
     "into PER_MM_S and PER_DEG_S, and run at ExtSpeed 100. Corners are passed from 1 mm before them or more. "
-    "Groups are IOB, analog values IOW in thousandths."
+    "Groups are IOB, analog channels IOW, 10000 at full scale."
 )
 LONGEST_LINE = 200
 """Assumed."""
+ANALOG = Counting(full=10_000.0, step=1.0)
+"""Words of 16 bits; that they count 10,000 at full scale is assumed: the module and its configuration decide."""
 CAPABILITY = Capability(
     controller_class=2,
     says="percent",
@@ -38,6 +41,7 @@ CAPABILITY = Capability(
     step_percent=1.0,
     most_events=8,  # assumed
     step_mm_s=0.1,
+    analog=ANALOG,
 )
 MOST_STEPS = 1000
 """Of a program. Assumed."""
@@ -166,7 +170,7 @@ def _output(channel: Channel, value: float) -> str:
         case "group":
             return f"IOB[{channel.number}] = {round(value)}"
         case "analog":
-            return f"IOW[{channel.number}] = {round(1e3 * value)}"
+            return f"IOW[{channel.number}] = {round(ANALOG.count(channel, value))}"
 
 
 def _main(writer: _Writer, parts: tuple[Part, ...]) -> list[str]:
@@ -203,9 +207,9 @@ def _calls(writer: _Writer, parts: tuple[Part, ...]) -> Iterator[str]:
                 number, loop = loops.pop()
                 indent = "  " * len(loops)
                 if loop.sensor is not None:
-                    reading = f"{short(1e-3 * loop.sensor.scale, 9)} * IOW[{loop.sensor.number}]"
-                    offset = short(loop.sensor.offset, 6)
-                    yield f"{indent}  If {reading} + {offset} >= {short(loop.least, 6)} Then Exit For"
+                    scale, offset = ANALOG.reading(loop.sensor)
+                    reading = f"{short(scale, 9)} * IOW[{loop.sensor.number}] + {short(offset, 9)}"
+                    yield f"{indent}  If {reading} >= {short(loop.least, 6)} Then Exit For"
                 yield f"{indent}Next nLoop{number}"
 
 

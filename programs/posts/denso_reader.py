@@ -7,14 +7,14 @@ from dataclasses import dataclass, field, replace
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.angles import from_fixed_xyz
-from programs.posts.reading import Arm
+from programs.posts.denso import ANALOG
+from programs.posts.reading import Arm, read_repeat
 from programs.posts.rebuilt import (
     ReadBoard,
     ReadCall,
     ReadEndRepeat,
     ReadLine,
     ReadPause,
-    ReadRepeat,
     ReadSignal,
     ReadSwitch,
     ReadTool,
@@ -33,7 +33,7 @@ _ARRIVE = re.compile(r"Arrive (\d+)")
 _DELAY = re.compile(r"Delay (\d+)")
 _CALL = re.compile(r"Call (\w+)")
 _FOR = re.compile(r"For nLoop(\d+) = 1 To (\d+)")
-_EXIT = re.compile(rf"If {_NUMBER} \* IOW\[\d+\] \+ {_NUMBER} >= ({_NUMBER}) Then Exit For")
+_EXIT = re.compile(rf"If ({_NUMBER}) \* IOW\[\d+\] \+ ({_NUMBER}) >= ({_NUMBER}) Then Exit For")
 _NEXT = re.compile(r"Next nLoop\d+")
 _DEFINED = re.compile(rf"#Define (?:PER_MM_S|PER_DEG_S) {_NUMBER}")
 _IGNORED = re.compile(r"Dim nLoop\d+ As Integer|TakeArm Keep = 0|GiveArm|Speed 100|Accel 100, 100")
@@ -60,7 +60,7 @@ class _Controller:
                 if not end:
                     raise ProgramError(f"{line} has no Next.")
                 looks = _EXIT.fullmatch(lines[end - 1])
-                self.arm.steps.append(ReadRepeat(int(match[2]), float(looks[1]) if looks else None))
+                self.arm.steps.append(read_repeat(match[2], looks.groups() if looks else ()))
             else:
                 self.execute(line)
 
@@ -129,9 +129,7 @@ class _Controller:
         word, bit, group, number, value = match.groups()
         channel, said = f"digital {bit}", float(word == "Set")
         if group:
-            channel, said = f"group {number}", float(value)
-        if group == "IOW":
-            channel, said = f"analog {number}", float(value) / 1e3
+            channel, said = f"{'analog' if group == 'IOW' else 'group'} {number}", float(value)
         last = self.arm.steps[-1] if self.arm.steps else None
         if not self.moving or not isinstance(last, ReadLine):
             self.arm.steps.append(ReadSwitch(channel, said))
@@ -154,7 +152,7 @@ def read(files: Mapping[str, str]) -> Rebuilt:
     if "Main" not in controller.subs:
         raise ProgramError("there is no Sub Main.")
     controller.run("Main")
-    return Rebuilt(tuple(controller.arm.steps))
+    return Rebuilt(tuple(controller.arm.steps), ANALOG)
 
 
 def _load(controller: _Controller, text: str, main: str) -> None:

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.angles import from_fixed_xyz
-from programs.posts.reading import Arm
+from programs.posts.reading import Arm, read_repeat
 from programs.posts.rebuilt import (
     ReadBoard,
     ReadCall,
     ReadEndRepeat,
     ReadPause,
-    ReadRepeat,
     ReadSignal,
     ReadSwitch,
     ReadTool,
@@ -32,7 +31,9 @@ _TOOL = re.compile(r"Tool (\d+)")
 _CALL = re.compile(r"Call (\w+)")
 _PARALLEL = re.compile(rf"D(\d+); {_OUTPUT}(?:; |$)")
 _SWITCH = re.compile(_OUTPUT)
-_WHILE = re.compile(rf"Loop While (nLoop\d+) < (\d+)(?: And {_NUMBER} \* AIO_In\(\d+\) \+ {_NUMBER} < ({_NUMBER}))?")
+_WHILE = re.compile(
+    rf"Loop While (nLoop\d+) < (\d+)(?: And ({_NUMBER}) \* AIO_In\(\d+\) \+ ({_NUMBER}) < ({_NUMBER}))?"
+)
 _COUNT = re.compile(r"nLoop(\d+) = (?:0|nLoop\1 \+ 1)")
 _IGNORED = re.compile(rf"Integer nLoop\d+|Motor On|Power High|Speed \d+|(?:Accel|AccelS|AccelR) {_NUMBER}, {_NUMBER}")
 
@@ -61,7 +62,7 @@ class _Controller:
         end = next((found for line in rest if (found := _WHILE.fullmatch(line)) and found[1] == counter), None)
         if end is None:
             raise ProgramError("a Do has no Loop.")
-        self.arm.steps.append(ReadRepeat(int(end[2]), float(end[3]) if end[3] else None))
+        self.arm.steps.append(read_repeat(end[2], end.groups()[2:]))
 
     def execute(self, line: str) -> None:
         """Execute one statement."""

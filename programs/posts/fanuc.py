@@ -25,7 +25,7 @@ from programs.pose import Pose
 from programs.posts.angles import fixed_xyz
 from programs.posts.chapters import Chapter, Part, divide
 from programs.posts.corners import follow, goes_on
-from programs.posts.fanuc_text import assign, configure, hundredths, operand, program_text, remark
+from programs.posts.fanuc_text import ANALOG, assign, configure, hundredths, operand, program_text, remark
 from programs.posts.numbering import Frames, Tables, number_frames, table_lines
 from programs.posts.reading import split_wait
 from programs.posts.sheet import sheet, short_heading
@@ -34,7 +34,7 @@ from programs.posts.wording import fixed, make_name, short
 TITLE = "FANUC TP"
 NOTES = (
     "ASCII programs for R-30iA and newer (option ASCII Upload). Run the program that ends in FR once, or enter your "
-    "own UFRAME and UTOOL; the .txt says which. Group and analog outputs count as the controller does."
+    "own UFRAME and UTOOL; the .txt says which. Analog channels count 2000 at full scale."
 )
 LONGEST_LINE = 120
 CAPABILITY = Capability(
@@ -45,6 +45,7 @@ CAPABILITY = Capability(
     step_s=0.01,  # TB has two decimals
     step_mm_s=1.0,  # whole mm/sec
     most_events=1,  # one TB on a motion
+    analog=ANALOG,
 )
 MOST_STEPS = 800
 """Of a program, of which each motion is an instruction and a position. Assumed; the memory is the limit."""
@@ -257,10 +258,10 @@ def _again(number: int, step: Repeat) -> list[str]:
     condition = f"R[{_COUNTER - 1 + number}]<{step.count}"
     if step.sensor is None:
         return [f"IF {condition},JMP LBL[{number}]"]
-    reading = f"R[{_READING}]"
+    reading, (scale, offset) = f"R[{_READING}]", ANALOG.reading(step.sensor)
     return [
-        f"{reading}=AI[{step.sensor.number}]*{operand(step.sensor.scale)}",
-        f"{reading}={reading}+{operand(step.sensor.offset)}",
+        f"{reading}=AI[{step.sensor.number}]*{operand(scale, 9)}",
+        f"{reading}={reading}+{operand(offset, 9)}",
         f"IF {condition} AND {reading}<{operand(step.least)},JMP LBL[{number}]",
     ]
 

@@ -8,6 +8,7 @@ from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.angles import from_fixed_xyz
 from programs.posts.fanuc import LONGEST_WAIT_S
+from programs.posts.fanuc_text import ANALOG
 from programs.posts.reading import Arm
 from programs.posts.rebuilt import (
     ReadBoard,
@@ -151,7 +152,9 @@ def _repeat(instructions: list[str], label: str) -> ReadRepeat:
         elif (match := _AGAIN.fullmatch(instruction)) and match[4] == label:
             if match[3] is not None and (scale is None or offset is None):
                 raise ProgramError(f"the loop at LBL[{label}] does not read its input.")
-            return ReadRepeat(int(match[2]), None if match[3] is None else float(match[3]))
+            if match[3] is None or scale is None or offset is None:
+                return ReadRepeat(int(match[2]), None)
+            return ReadRepeat(int(match[2]), float(match[3]), (scale, offset))
     raise ProgramError(f"nothing jumps to LBL[{label}].")
 
 
@@ -171,7 +174,7 @@ def read(files: Mapping[str, str]) -> Rebuilt:
         if any(_ENTERED.fullmatch(instruction) for instruction in controller.programs[name].instructions):
             controller.run(name)
     controller.run(names[0])
-    return Rebuilt(tuple(controller.arm.steps))
+    return Rebuilt(tuple(controller.arm.steps), ANALOG)
 
 
 def _load(name: str, text: str) -> _Program:

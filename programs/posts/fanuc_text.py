@@ -3,9 +3,12 @@
 import math
 from collections.abc import Sequence
 
+from programs.analog import Counting
 from programs.installation import Channel
 from programs.posts.wording import cut, fixed, short
 
+ANALOG = Counting(full=2000.0, step=1.0)
+"""AI and AO are whole numbers: users cite the manual of the AAD04A, 2000 for 10 V. Assumed of other modules."""
 _LONGEST_REMARK = 32
 _MOTIONS = ("J P", "L P")
 
@@ -21,9 +24,9 @@ def hundredths(seconds: float) -> str:
     return text if text == "0.00" else text.removeprefix("0")
 
 
-def operand(value: float) -> str:
+def operand(value: float, digits: int = 6) -> str:
     """Write a number; a negative one stands in brackets."""
-    text = short(value, 6)
+    text = short(value, digits)
     return f"({text})" if text.startswith("-") else text
 
 
@@ -35,7 +38,7 @@ def assign(channel: Channel, value: float) -> str:
         case "group":
             return f"GO[{channel.number}]={operand(value)}"
         case "analog":
-            return f"AO[{channel.number}]={operand(value)}"
+            return f"AO[{channel.number}]={operand(ANALOG.count(channel, value))}"
 
 
 def configure(degrees: Sequence[float]) -> str:

@@ -1,5 +1,6 @@
 """What every exported program says about itself, whatever the language's comments look like."""
 
+from programs.analog import analog_channels
 from programs.events import Capability, Lowered
 from programs.installation import Installation
 from programs.posts.wording import plain
@@ -24,6 +25,7 @@ def heading(lowered: Lowered, installation: Installation, capability: Capability
         f"Worst event error {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"
         + (f" ({error.made_by})" if error.made_by else ""),
         f"Controller class {capability.controller_class}; cycle {1e3 * capability.cycle_s:g} ms is in the error",
+        *(f"Analog {capability.analog.describe(channel)}" for channel in analog_channels(motion.steps)),
         *said[:_MOST_FINDINGS],
         *([f"and {len(said) - _MOST_FINDINGS} findings more"] if len(said) > _MOST_FINDINGS else []),
     )

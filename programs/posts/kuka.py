@@ -24,7 +24,7 @@ from programs.motion import (
 from programs.pose import Pose
 from programs.posts.chapters import Chapter, Part, divide
 from programs.posts.heading import heading
-from programs.posts.kuka_text import assign, axes, data_list, frame, operand, source
+from programs.posts.kuka_text import ANALOG, assign, axes, data_list, frame, operand, source
 from programs.posts.wording import cut, fixed, make_name, short
 
 TITLE = "KUKA KRL"
@@ -41,6 +41,7 @@ CAPABILITY = Capability(
     step_mm=0.01,
     step_mm_s=0.1,
     most_events=8,  # integrators report eight triggers at work at once
+    analog=ANALOG,
 )
 MOST_STEPS = 1500
 """Of a module: about 4,500 lines of .src. Assumed; nobody states a limit."""
@@ -243,8 +244,8 @@ def _loop(step: Repeat, counter: str) -> list[str]:
 def _until(step: Repeat, counter: str) -> list[str]:
     if step.sensor is None:
         return [f"UNTIL {counter}>={step.count}"]
-    sensor = step.sensor
-    reading = f"{operand(sensor.scale)}*$ANIN[{sensor.number}]+{operand(sensor.offset)}"
+    scale, offset = ANALOG.reading(step.sensor)
+    reading = f"{operand(scale, 9)}*$ANIN[{step.sensor.number}]+{operand(offset, 9)}"
     return [f"UNTIL ({counter}>={step.count}) OR ({reading}>={operand(step.least)})"]
 
 

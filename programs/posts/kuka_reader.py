@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.angles import from_fixed_xyz
-from programs.posts.reading import Arm
+from programs.posts.kuka_text import ANALOG
+from programs.posts.reading import Arm, read_repeat
 from programs.posts.rebuilt import (
     ReadBoard,
     ReadCall,
@@ -140,9 +141,8 @@ def _repeat(statements: list[str]) -> ReadRepeat:
     for statement in statements:
         depth += (statement == "REPEAT") - statement.startswith("UNTIL ")
         if depth == 0 and (match := _UNTIL.fullmatch(statement)):
-            alone, count, scale, offset, least = match.groups()
-            del scale, offset
-            return ReadRepeat(int(alone or count), None if least is None else float(least))
+            alone, count, *condition = match.groups()
+            return read_repeat(alone or count, condition)
     raise ProgramError("a REPEAT has no UNTIL.")
 
 
@@ -160,7 +160,7 @@ def read(files: Mapping[str, str]) -> Rebuilt:
         lines = [line.partition(";")[0].strip() for line in text.splitlines()]
         _load(controller, module, [line for line in lines if line])
     controller.run(next(iter(controller.routines)))
-    return Rebuilt(tuple(controller.arm.steps))
+    return Rebuilt(tuple(controller.arm.steps), ANALOG)
 
 
 def _load(controller: _Controller, module: str, lines: list[str]) -> None:

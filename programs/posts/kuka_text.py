@@ -3,10 +3,14 @@
 import math
 from collections.abc import Sequence
 
+from programs.analog import Counting
 from programs.installation import Channel, Installation
 from programs.pose import Pose
 from programs.posts.angles import fixed_xyz
 from programs.posts.wording import fixed, short
+
+ANALOG = Counting(full=1.0)
+"""``$ANOUT`` and ``$ANIN`` count from -1 to 1 of full scale."""
 
 
 def assign(channel: Channel, value: float) -> str:
@@ -17,12 +21,12 @@ def assign(channel: Channel, value: float) -> str:
         case "group":
             return f"{channel.name}={short(value, 6)}"
         case "analog":
-            return f"$ANOUT[{channel.number}]={short(value, 6)}"
+            return f"$ANOUT[{channel.number}]={short(ANALOG.count(channel, value), 6)}"
 
 
-def operand(value: float) -> str:
+def operand(value: float, digits: int = 6) -> str:
     """Write a number; a negative one stands in brackets."""
-    text = short(value, 6)
+    text = short(value, digits)
     return f"({text})" if text.startswith("-") else text
 
 

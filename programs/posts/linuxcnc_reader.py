@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from programs.errors import ProgramError
 from programs.posts.linuxcnc import GROUP_BASE
 from programs.posts.linuxcnc_axes import SYSTEMS
+from programs.posts.reading import read_repeat
 from programs.posts.rebuilt import (
     Axes,
     ReadBoard,
@@ -36,7 +37,7 @@ _CALL = re.compile(r"o<(\w+)> call")
 _COUNTED = re.compile(r"(o\d+) repeat \[(\d+)\]")
 _LOOP = re.compile(r"(o\d+) do")
 _WHILE = re.compile(
-    rf"(o\d+) while \[\[#<loop\d+> LT (\d+)\] AND \[\[{_NUMBER} \* #5399 \+ {_NUMBER}\] LT ({_NUMBER})\]\]"
+    rf"(o\d+) while \[\[#<loop\d+> LT (\d+)\] AND \[\[({_NUMBER}) \* #5399 \+ ({_NUMBER})\] LT ({_NUMBER})\]\]"
 )
 _IGNORED = re.compile(r"|G21 G90 G17 G40 G49 G80|M2|M66 E\d+ L0|#<loop\d+> = .*")
 _WORD = re.compile(rf"([XYZABCUVW])({_NUMBER})")
@@ -101,7 +102,7 @@ class _Interpreter:
             if end is None:
                 raise ProgramError(f"{block} has no end.")
             self.loops.append(end[0])
-            self.steps.append(ReadRepeat(int(end[2]), float(end[3])))
+            self.steps.append(read_repeat(end[2], end.groups()[2:]))
         elif self.loops and block == self.loops[-1]:
             self.loops.pop()
             self.steps.append(ReadEndRepeat())

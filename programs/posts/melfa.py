@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
+from programs.analog import Counting
 from programs.events import Capability, Lowered
 from programs.installation import Channel, Installation
 from programs.motion import Call, EndRepeat, Line, Note, Pause, Reach, Repeat, Switch, UseBoard, UseTool
@@ -16,16 +17,19 @@ from programs.posts.wording import cut, fixed, make_name, short
 TITLE = "Mitsubishi MELFA-BASIC"
 NOTES = (
     "For CR750, CR800 and the like; outputs by Wth at the beginning of a move. Base is the robot seen from the board; "
-    "the controller keeps Base and Tool, so main ends with the defaults. Groups are M_Outb, analog values M_Outw in "
-    "thousandths. Where joints are not known structure flag 7 is assumed."
+    "the controller keeps Base and Tool, so main ends with the defaults. Groups are M_Outb, analog channels M_Outw, "
+    "10000 at full scale. Where joints are not known structure flag 7 is assumed."
 )
 LONGEST_LINE = 127
 """Characters of a step (manual of CR1D)."""
+ANALOG = Counting(full=10_000.0, step=1.0)
+"""Words of 16 bits; that they count 10,000 at full scale is assumed: the module and its configuration decide."""
 CAPABILITY = Capability(
     controller_class=3,
     says="boundary",
     cycle_s=0.0071,  # assumed: the motion cycle of CR750; CR800 has half of it
     step_mm_s=0.1,
+    analog=ANALOG,
 )
 MOST_STEPS = 2000
 """Of a program: below 8,000 of the 32,767 step numbers. Assumed."""
@@ -172,7 +176,7 @@ def _output(channel: Channel, value: float) -> str:
         case "group":
             return f"M_Outb({channel.number})={round(value)}"
         case "analog":
-            return f"M_Outw({channel.number})={round(1e3 * value)}"
+            return f"M_Outw({channel.number})={round(ANALOG.count(channel, value))}"
 
 
 def _main(head: list[str], parts: tuple[Part, ...], names: _Names, installation: Installation) -> str:
@@ -199,8 +203,9 @@ def _calls(parts: tuple[Part, ...], names: _Names) -> Iterator[str]:
                 number, loop = loops.pop()
                 goes_on = f"M{number}<{loop.count}"
                 if loop.sensor is not None:
-                    reading = f"{short(1e-3 * loop.sensor.scale, 9)}*M_Inw({loop.sensor.number})"
-                    goes_on += f" And ({reading}+{short(loop.sensor.offset, 6)})<{short(loop.least, 6)}"
+                    scale, offset = ANALOG.reading(loop.sensor)
+                    reading = f"{short(scale, 9)}*M_Inw({loop.sensor.number})+{short(offset, 9)}"
+                    goes_on += f" And ({reading})<{short(loop.least, 6)}"
                 yield f"If {goes_on} Then GoTo *LOOP{number}"
 
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from programs.errors import ProgramError
 from programs.pose import Pose, inverse
 from programs.posts.angles import from_fixed_xyz
-from programs.posts.reading import Arm
+from programs.posts.melfa import ANALOG
+from programs.posts.reading import Arm, read_repeat
 from programs.posts.rebuilt import (
     ReadBoard,
     ReadCall,
     ReadEndRepeat,
     ReadPause,
-    ReadRepeat,
     ReadSwitch,
     ReadTool,
     Rebuilt,
@@ -34,7 +34,7 @@ _FRAME = re.compile(r"(Tool|Base) (P\w+)")
 _CALL = re.compile(r'CallP "(\w+)"')
 _LABEL = re.compile(r"\*LOOP(\d+)")
 _BACK = re.compile(
-    rf"If M(\d+)<(\d+)(?: And \({_NUMBER}\*M_Inw\(\d+\)\+{_NUMBER}\)<({_NUMBER}))? Then GoTo \*LOOP(\d+)"
+    rf"If M(\d+)<(\d+)(?: And \(({_NUMBER})\*M_Inw\(\d+\)\+({_NUMBER})\)<({_NUMBER}))? Then GoTo \*LOOP(\d+)"
 )
 _IGNORED = re.compile(r"Ovrd 100|JOvrd \d+|M\d+=0|M(\d+)=M\1\+1|End")
 _KINDS = {"M_Out": "digital", "M_Outb": "group", "M_Outw": "analog"}
@@ -77,10 +77,10 @@ class _Controller:
         for at, step in enumerate(program.steps):
             if match := _LABEL.fullmatch(step):
                 rest = (found for line in program.steps[at:] if (found := _BACK.fullmatch(line)))
-                end = next((found for found in rest if found[4] == match[1]), None)
+                end = next((found for found in rest if found[6] == match[1]), None)
                 if end is None or end[1] != match[1]:
                     raise ProgramError(f"nothing goes back to {step}.")
-                self.arm.steps.append(ReadRepeat(int(end[2]), float(end[3]) if end[3] else None))
+                self.arm.steps.append(read_repeat(end[2], end.groups()[2:5]))
             else:
                 self.execute(program, step)
 
@@ -141,7 +141,7 @@ def read(files: Mapping[str, str]) -> Rebuilt:
     for name, text in files.items():
         controller.programs[name.removesuffix(".prg")] = _load(text)
     controller.run(next(iter(controller.programs)))
-    return Rebuilt(tuple(controller.arm.steps))
+    return Rebuilt(tuple(controller.arm.steps), ANALOG)
 
 
 def _load(text: str) -> _Program:
@@ -161,5 +161,4 @@ def _load(text: str) -> _Program:
 
 
 def _switched(word: str, number: str, value: str) -> ReadSwitch:
-    scale = 1e-3 if word == "M_Outw" else 1.0
-    return ReadSwitch(f"{_KINDS[word]} {number}", scale * float(value))
+    return ReadSwitch(f"{_KINDS[word]} {number}", float(value))

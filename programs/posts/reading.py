@@ -1,5 +1,6 @@
 """The robot of a reader: what it has done so far, and where it is."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from programs.errors import ProgramError
@@ -9,6 +10,7 @@ from programs.posts.rebuilt import (
     ReadLine,
     ReadPause,
     ReadReach,
+    ReadRepeat,
     ReadSignal,
     ReadStep,
     ReadTool,
@@ -75,6 +77,20 @@ class Arm:
 
 def _is_whole(value: float) -> bool:
     return value > 0.5 and abs(value - round(value)) < 1e-9
+
+
+def read_repeat(count: str, condition: Sequence[str | None]) -> ReadRepeat:
+    """Begin a loop.
+
+    Args:
+        count: How often at most.
+        condition: Scale, offset and least value of the quantity as they were read; nothing where it only counts.
+    """
+    numbers = [float(number) for number in condition if number is not None]
+    if len(numbers) < 3:
+        return ReadRepeat(int(count), None)
+    scale, offset, least = numbers
+    return ReadRepeat(int(count), least, (scale, offset))
 
 
 def split_wait(seconds: float, longest_s: float, digits: int) -> list[float]:

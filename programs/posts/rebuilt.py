@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from programs.analog import IN_OWN_UNIT, Counting
 from programs.pose import Pose
 
 
@@ -95,6 +96,8 @@ class ReadRepeat:
     count: int
     least: float | None
     """The quantity, in its own unit, that ends it; ``None`` where it only counts."""
+    reading: tuple[float, float] | None = None
+    """Scale and offset that turn the input's number into the quantity; ``None`` where the text does not say them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,3 +115,5 @@ class Rebuilt:
     """A program as its text says it."""
 
     steps: tuple[ReadStep, ...]
+    analog: Counting = IN_OWN_UNIT
+    """How its analog values and readings count."""

@@ -23,13 +23,14 @@ from programs.pose import Pose
 from programs.posts.chapters import Chapter, Part, divide
 from programs.posts.corners import follow
 from programs.posts.heading import heading
-from programs.posts.ur_text import WATCHER, joints_text, metres, output, pose_text, rest_blend
+from programs.posts.ur_text import ANALOG, WATCHER, joints_text, metres, output, pose_text, rest_blend
 from programs.posts.wording import cut, fixed, make_name, short
 
 TITLE = "URScript"
 NOTES = (
-    "For PolyScope 5; a thread watches the path. Analog outputs count from 0 to 1, group outputs are integer output "
-    "registers. Several files: one Script node for each, the numbered ones before the main one."
+    "For PolyScope 5; a thread watches the path. Analog outputs count from 0 to 1, inputs in volts or amperes; "
+    "group outputs are integer output registers. Several files: one Script node for each, the numbered ones before the "
+    "main one."
 )
 LONGEST_LINE = 200
 CAPABILITY = Capability(
@@ -40,6 +41,7 @@ CAPABILITY = Capability(
     step_mm=0.001,
     step_mm_s=0.1,
     most_events=8,
+    analog=ANALOG,
 )
 MOST_STEPS = 1500
 """Of a script file. Assumed; nobody states a limit, and larger scripts take long to load."""
@@ -198,8 +200,8 @@ def _main(writer: _Writer, parts: tuple[Part, ...]) -> list[str]:
 def _loop(step: Repeat, counter: str) -> list[str]:
     looks = ""
     if step.sensor is not None:
-        reading = f"{short(step.sensor.scale, 6)}*get_standard_analog_in({step.sensor.number})"
-        reading += f"+{short(step.sensor.offset, 6)}"
+        scale, offset = ANALOG.reading(step.sensor)
+        reading = f"{short(scale, 9)}*get_standard_analog_in({step.sensor.number})+{short(offset, 9)}"
         looks = f" and ({counter} == 0 or {reading} < {short(step.least, 6)})"
     return [
         f"# until {cut(step.key, 40)} >= {short(step.least, 6)}, {step.count} times at most",

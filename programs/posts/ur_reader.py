@@ -7,19 +7,18 @@ from dataclasses import dataclass, field
 from programs.errors import ProgramError
 from programs.pose import Pose, distance
 from programs.posts.angles import from_rotation_vector
-from programs.posts.reading import Arm
+from programs.posts.reading import Arm, read_repeat
 from programs.posts.rebuilt import (
     ReadBoard,
     ReadCall,
     ReadEndRepeat,
     ReadPause,
-    ReadRepeat,
     ReadSignal,
     ReadSwitch,
     ReadTool,
     Rebuilt,
 )
-from programs.posts.ur_text import KINDS, WATCHER
+from programs.posts.ur_text import ANALOG, KINDS, WATCHER
 
 _N = r"(-?\d+(?:\.\d+)?)"
 _POSE = rf"p\[{_N},{_N},{_N},{_N},{_N},{_N}\]"
@@ -69,7 +68,7 @@ class _Controller:
         elif match := re.fullmatch(rf"sleep\({_N}\)", statement):
             self.arm.steps.append(ReadPause(float(match[1])))
         elif match := _LOOP.fullmatch(statement):
-            self.arm.steps.append(ReadRepeat(int(match[2]), None if match[5] is None else float(match[5])))
+            self.arm.steps.append(read_repeat(match[2], match.groups()[2:]))
         elif statement == "end":
             self.arm.steps.append(ReadEndRepeat())
         else:
@@ -141,7 +140,7 @@ def read(files: Mapping[str, str]) -> Rebuilt:
     controller = _Controller()
     _load(controller, statements)
     controller.run(next(iter(controller.routines)))
-    return Rebuilt(tuple(controller.arm.steps))
+    return Rebuilt(tuple(controller.arm.steps), ANALOG)
 
 
 def _statements(lines: list[str]) -> Iterator[str]:

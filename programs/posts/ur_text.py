@@ -2,6 +2,7 @@
 
 import math
 
+from programs.analog import Counting
 from programs.installation import Channel
 from programs.pose import Pose
 from programs.posts.angles import rotation_vector
@@ -11,6 +12,9 @@ QUEUE = 16
 """Outputs that may wait at once: those of a line, and the last of the line before, whose blend has begun."""
 _NARROWEST_MM = 0.001
 """A blend that is written as 0 is a stop."""
+ANALOG = Counting(full=1.0, least=0.0, zero_ma=4.0, reads_amperes=True)
+"""By the script manual of the e-Series outputs take a level from 0 to 1, where 1 is 10 V or, in the domain of currents,
+20 mA, and inputs are read in volts or amperes. That 0 is 4 mA then is what users of the RTDE interface were told."""
 KINDS = {"digital": 0, "group": 1, "analog": 2}
 
 WATCHER = f"""\
@@ -102,7 +106,8 @@ def metres(millimetres: float) -> str:
 
 def output(channel: Channel, value: float) -> str:
     """Write what an output is given: kind, number, value."""
-    return f"{KINDS[channel.kind]}, {channel.number}, {short(value, 6)}"
+    count = ANALOG.count(channel, value) if channel.kind == "analog" else value
+    return f"{KINDS[channel.kind]}, {channel.number}, {short(count, 6)}"
 
 
 def rest_blend(blend_mm: float, lengths: tuple[float, float]) -> float:

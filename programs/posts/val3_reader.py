@@ -8,14 +8,13 @@ from xml.etree import ElementTree
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.angles import from_moving_xyz
-from programs.posts.reading import Arm
+from programs.posts.reading import Arm, read_repeat
 from programs.posts.rebuilt import (
     ReadBoard,
     ReadCall,
     ReadEndRepeat,
     ReadLine,
     ReadPause,
-    ReadRepeat,
     ReadSwitch,
     ReadTool,
     Rebuilt,
@@ -28,7 +27,7 @@ _TRIGGER = re.compile(rf"call trigger\(nId,(\d+),({_NUMBER})\)")
 _SWITCH = re.compile(rf"(?:(do\d+)=(true|false)|(?:dioSet|aioSet)\(([ga]o\d+),({_NUMBER})\))")
 _DELAY = re.compile(rf"delay\(({_NUMBER})\)")
 _CALL = re.compile(r"call (\w+)\(\)")
-_UNTIL = re.compile(rf"until (nLoop\d+)>=(\d+)(?: or {_NUMBER}\*aioGet\(ai\d+\)\+{_NUMBER}>=({_NUMBER}))?")
+_UNTIL = re.compile(rf"until (nLoop\d+)>=(\d+)(?: or ({_NUMBER})\*aioGet\(ai\d+\)\+({_NUMBER})>=({_NUMBER}))?")
 _SETTER = re.compile(r"if x_nOutput==(\d+)\s+(?:(do\d+)=x_nValue!=0|(?:dioSet|aioSet)\(([ga]o\d+),x_nValue\))\s+endIf")
 _IGNORED = re.compile(
     r"nHead=0|nTail=0|nLoop(\d+)=(?:0|nLoop\1\+1)|do|taskCreateSync \"watch\",0\.004,bOverrun,watch\(\)|"
@@ -59,7 +58,7 @@ class _Controller:
                 end = next((found for found in ends if found[1] == counter), None)
                 if end is None:
                     raise ProgramError("a do has no until.")
-                self.arm.steps.append(ReadRepeat(int(end[2]), float(end[3]) if end[3] else None))
+                self.arm.steps.append(read_repeat(end[2], end.groups()[2:]))
             self.execute(line)
 
     def execute(self, line: str) -> None:

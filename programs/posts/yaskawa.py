@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
+from programs.analog import Counting
 from programs.errors import ProgramError
 from programs.events import Capability, Lowered
 from programs.installation import Channel, Installation
@@ -36,6 +37,8 @@ NOTES = (
     "lists. The first motion is a MOVJ from wherever the robot is."
 )
 LONGEST_LINE = 120
+ANALOG = Counting(step=1e-3)
+"""AOUT takes volts."""
 CAPABILITY = Capability(
     controller_class=1,
     says="time",
@@ -44,6 +47,7 @@ CAPABILITY = Capability(
     step_s=0.01,  # T has two decimals; DIS would be exact only where the robot does not slow down
     most_events=1,  # ENWAIT lets one instruction go ahead
     step_mm_s=0.1,
+    analog=ANALOG,
     reads_sensors=False,  # analog inputs come by an option, and each by its own
 )
 MOST_STEPS = 1000
@@ -219,7 +223,7 @@ def _assign(channel: Channel, value: float) -> str:
         case "group":
             return f"DOUT OG#({channel.number}) {short(value, 6)}"
         case "analog":
-            return f"AOUT AO#({channel.number}) {short(value, 3)}"
+            return f"AOUT AO#({channel.number}) {short(ANALOG.count(channel, value), 3)}"
 
 
 def _main(writer: _Writer, parts: tuple[Part, ...]) -> list[str]:

@@ -18,7 +18,7 @@ from programs.posts.rebuilt import (
     ReadTool,
     Rebuilt,
 )
-from programs.posts.yaskawa import LONGEST_WAIT_S
+from programs.posts.yaskawa import ANALOG, LONGEST_WAIT_S
 
 _N = r"(-?\d+(?:\.\d+)?)"
 _MOVE = re.compile(rf"MOVL (C\d{{5}}) (VR?)={_N} (PL=[01]|CR=[\d.]+)(?: ENWAIT T={_N})?")
@@ -125,7 +125,7 @@ def read(files: Mapping[str, str]) -> Rebuilt:
             name = file.removesuffix(".JBI")
             controller.jobs[name] = _load(name, text)
     controller.run(next(iter(controller.jobs)))
-    return Rebuilt(tuple(controller.arm.steps))
+    return Rebuilt(tuple(controller.arm.steps), ANALOG)
 
 
 def _load(name: str, text: str) -> _Job:

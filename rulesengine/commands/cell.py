@@ -53,7 +53,7 @@ def show(
         laid_in = None if board is None else read_board(board, None)
         console = open_console()
         print_cell(console, loaded, frame_card(loaded.cell, laid_in))
-        print_findings(console, check_cell(loaded.cell, laid_in))
+        print_findings(console, check_cell(loaded.cell, laid_in, loaded.spec.io))
 
 
 @app.command()

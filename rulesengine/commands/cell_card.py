@@ -8,7 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from robotcell.frames import Frame
-from robotcell.io_spec import Outputs
+from robotcell.io_spec import Output, Outputs
 from robotcell.load import LoadedCell
 from robotcell.robot import Body, Box, Capsule, Joint
 
@@ -64,13 +64,20 @@ def _channels(loaded: LoadedCell) -> Table:
     for name, outputs in spec.io.solutions.items():
         _row(table, f"SOLUTION {name}", _values(outputs))
     for key, setting in spec.io.settings.items():
-        _row(table, f"SET {key}", f"{setting.output} = {setting.scale:g} * {key} + {setting.offset:g}")
+        output = spec.io.outputs[setting.output]
+        value = f"{setting.scale:g} * {key} + {setting.offset:g}"
+        _row(table, f"SET {key}", f"{setting.output} = {value}{_range(output) if output.kind == 'analog' else ''}")
     for name, outputs in (("open", spec.io.grip.open), ("close", spec.io.grip.close)):
         if outputs:
             _row(table, f"GRIP {name}", _values(outputs))
     for key, sensor in spec.io.sensors.items():
-        _row(table, f"UNTIL {key}", f"{key} = {sensor.scale:g} * {sensor.input} + {sensor.offset:g}")
+        value = f"{sensor.scale:g} * {sensor.input} + {sensor.offset:g}"
+        _row(table, f"UNTIL {key}", f"{key} = {value}; {sensor.input} in {sensor.unit}, at most {sensor.full_scale:g}")
     return table
+
+
+def _range(output: Output) -> str:
+    return f" {output.unit}, at most {output.full_scale:g}"
 
 
 def _values(outputs: Outputs) -> str:

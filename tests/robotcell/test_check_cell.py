@@ -90,3 +90,16 @@ def test_the_frame_card_says_where_things_are_and_look() -> None:
 def test_directions_in_words() -> None:
     assert say_direction(np.array([0.0, 0.0, -1.0])) == "down"
     assert say_direction(np.array([np.cos(0.2), np.sin(0.2), 0.0])) == "+x, 11.5 degrees off"
+
+
+def test_a_word_that_sets_a_channel_beyond_its_full_scale() -> None:
+    def found(value: float) -> list[tuple[str, str, str]]:
+        loaded = read_cell_text(CELL.replace("{goSolution: 2}", f"{{goSolution: 2, aoPressure: {value:g}}}"))
+        findings = check_cell(loaded.cell, None, loaded.spec.io)
+        return [(finding.rule, finding.message, finding.made_by) for finding in findings]
+
+    assert found(10.0) == []
+    ((rule, message, made_by),) = found(12.0)
+    assert rule == "analog-out-of-range"
+    assert message == "di-water sets aoPressure (analog output 1) to 12 V; its full scale is 10 V"
+    assert made_by == "io.solutions.di-water.aoPressure"

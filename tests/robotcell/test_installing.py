@@ -50,7 +50,18 @@ def test_channels_are_told_by_name_and_number() -> None:
     assert (choice.channel.kind, choice.channel.name, choice.value) == ("group", "goSolution", 2)
     setting = installation.settings["pressure_bar"]
     assert (setting.channel.name, setting.scale, setting.offset) == ("aoPressure", 0.5, 0.0)
+    assert (setting.channel.full_scale, setting.channel.unit) == (10.0, "V")
     sensor = installation.sensors["resistivity_mohm_cm"]
     assert (sensor.name, sensor.number, sensor.scale) == ("aiRes", 3, 2.0)
     assert [installation.grips[state][0].value for state in ("open", "close")] == [1, 0]
+    assert (sensor.full_scale, sensor.unit) == (10.0, "V")
     np.testing.assert_allclose(matrix(installation.placements["flip_to_bottom"])[:3, 2], [0, 0, -1], atol=1e-12)
+
+
+def test_channels_of_current_keep_their_full_scale() -> None:
+    text = CELL.replace("analog, number: 1}", "analog, number: 1, full_scale: 20, unit: mA}")
+    text = text.replace("number: 3, scale", "number: 3, full_scale: 24, unit: mA, counts: 4096, scale")
+    installation = installation_of(read_cell_text(text))
+    channel, sensor = installation.settings["pressure_bar"].channel, installation.sensors["resistivity_mohm_cm"]
+    assert (channel.full_scale, channel.unit) == (20.0, "mA")
+    assert (sensor.full_scale, sensor.unit, sensor.counts) == (24.0, "mA", 4096)

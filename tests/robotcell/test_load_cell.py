@@ -111,6 +111,11 @@ def test_a_board_that_is_turned_over_has_a_place_of_its_own() -> None:
         ("{goSolution: 2}", "{goSolution: 2.5}", "io.solutions.di-water.goSolution", "a whole number from 0"),
         ("output: aoPressure", "output: aoPress", "io.settings.pressure_bar.output", "did you mean 'aoPressure'"),
         ("kind: group, number: 1", "kind: digital, number: 1", "io.outputs.goSolution.number", "is doRing already"),
+        ("analog, number: 1", "analog, number: 1, unit: mA", "io.outputs.aoPressure.unit", "full_scale: 20"),
+        ("number: 3,", "number: 3, unit: mA,", "io.sensors.resistivity_mohm_cm.unit", "mA needs a full_scale too"),
+        ("number: 3,", "number: 3, unit: bar,", "io.sensors.resistivity_mohm_cm.unit", "known: V, mA"),
+        ("number: 3,", "number: 3, full_scale: 0,", "io.sensors.resistivity_mohm_cm.full_scale", "must be above 0"),
+        ("number: 3,", "number: 3, full_scale: .inf,", "io.sensors.resistivity_mohm_cm.full_scale", "number"),
         ("cell: small", "cell: 1small", "cell", "a name begins with a letter"),
     ],
 )

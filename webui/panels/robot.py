@@ -65,9 +65,9 @@ class RobotPanel:
         self._folder.visible = session.cell is not None
         self._mistakes.content = ""
         if session.cell is not None:
-            cell, board = session.cell.cell, session.board
+            cell, board, io = session.cell.cell, session.board, session.cell.spec.io
             self._frames.content = frames_html(frame_card(cell, board))
-            self._mistakes.content = mistakes_html(check_cell(cell, board))
+            self._mistakes.content = mistakes_html(check_cell(cell, board, io))
 
     def _names(self, session: Session) -> tuple[str, ...]:
         return tuple(dict.fromkeys([_NONE, *self._page.project.cells(), session.cell_name or _NONE]))

@@ -67,6 +67,7 @@ MISTAKES: dict[str, tuple[str, type, Callable[[Any], ReadStep | None]]] = {
     "board": ("bottom", ReadBoard, lambda step: replace(step, T_base_board=compose(step.T_base_board, ASIDE))),
     "call missing": ("bottom", ReadCall, lambda _: None),
     "count": ("loop", ReadRepeat, lambda step: replace(step, count=step.count + 1)),
+    "reading": ("loop", ReadRepeat, lambda step: replace(step, reading=(0.2, 0.0))),
     "limit": ("loop", ReadRepeat, lambda step: replace(step, least=step.least + 0.5)),
     "end of loop missing": ("loop", ReadEndRepeat, lambda _: None),
 }

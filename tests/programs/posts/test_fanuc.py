@@ -133,7 +133,7 @@ def test_a_loop_reads_its_input_before_it_jumps() -> None:
     motion = program(*READY, *turns)
     files = written(motion)
     main = instructions(files["TINY.ls"])
-    at = main.index("R[90]=AI[1]*2")
+    at = main.index("R[90]=AI[1]*0.01")
     assert main[at + 1 : at + 3] == ["R[90]=R[90]+(-0.5)", "IF R[91]<4 AND R[90]<(-1.5),JMP LBL[1]"]
     assert compare(fanuc_reader.read(files), motion, cell) == ()
 

@@ -96,7 +96,7 @@ def test_the_first_motion_is_by_joints_even_without_a_home() -> None:
 
 def test_a_loop_asks_the_sensor_after_each_turn() -> None:
     lines = export(PROGRAMS["loop"](), small_cell(), "kuka").files["tiny.src"].splitlines()
-    assert "UNTIL (nLoop1>=4) OR (2*$ANIN[1]+0>=1)" in [each.strip() for each in lines]
+    assert "UNTIL (nLoop1>=4) OR (20*$ANIN[1]+0>=1)" in [each.strip() for each in lines]
     counted = export(PROGRAMS["loop"](), replace(small_cell(), sensors={}), "kuka").files["tiny.src"].splitlines()
     assert "UNTIL nLoop1>=4" in [each.strip() for each in counted]
 

@@ -5,6 +5,8 @@
 ' Planned time 3.6 s, each loop once
 ' Worst event error 0.04 mm, 22.0 ms at planned speeds (s/pass)
 ' Controller class 2; cycle 2 ms is in the error
+' Analog aoPressure: 0 V is 0, 10 V is 10
+' Analog aiResistivity: 0 V is 0, 10 V is 10
 ' Output aoPressure: analog 1
 ' Output doWash: digital 1
 ' Output goMedium: group 1

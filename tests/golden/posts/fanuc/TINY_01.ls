@@ -26,7 +26,7 @@ CONTROL_CODE	= 00000000 00000000;
    7:  !solution saponifier-15 ;
    8:  GO[1]=1 ;
    9:  !pressure_bar = 3.500 ;
-  10:  AO[1]=7.5 ;
+  10:  AO[1]=1500 ;
   11:  !s/transfer ;
   12:J P[1] 10% FINE ;
   13:L P[2] 163mm/sec FINE ;
