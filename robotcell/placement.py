@@ -6,12 +6,15 @@ height, and keeps the direction in which the board lies. The paper of Maribor ma
 mean hides single bad points, so that the least is what is maximised if nothing else is asked.
 """
 
-from dataclasses import dataclass
+import heapq
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.progress import Progress, part_of
 from robotcell.cell import Cell
 from robotcell.collision import Collider, with_board_at
 from robotcell.poses import inverse, pose
@@ -20,7 +23,13 @@ from robotcell.robot import Poses
 
 Criterion: TypeAlias = Literal["least", "mean"]
 
+Room: TypeAlias = Callable[[Poses], bool]
+
 _AZIMUTHS = 8
+_COUNTS = np.array([8, 12, 4])
+"""Places of the grid along distance, yaw, height."""
+_STARTS = 3
+"""Places of the grid from which the search goes on."""
 _FINEST = np.array([1e-3, np.radians(0.5), 1e-3])
 """Steps at which the search ends: distance, yaw, height."""
 
@@ -47,7 +56,8 @@ class Placement:
 
     T_cell_board: Poses
     value: float
-    """Of the criterion; negative if not every point is reached: minus the share that is not."""
+    """Of the criterion; above -1 but negative if a point is worse than the floor; -1 minus the share of points that are
+    not reached; -3 where the board has no room."""
     least: float
     mean: float
     branch: int
@@ -74,44 +84,128 @@ class _Task:
     targets: Targets
     wish: Wish
     collider: Collider | None
+    room: Room | None = None
+
+
+_NO_ROOM = _Score(-3.0, -np.inf, -np.inf, 0)
 
 
 def find_placement(
     cell: Cell, targets: Targets, wish: Wish | None = None, collider: Collider | None = None
 ) -> Placement:
-    """Search a place for the board: a grid, then ever smaller steps from its best places. Nothing is random.
+    """Search a place for the board; see ``find_placements``, of which it is the first."""
+    return find_placements(cell, targets, wish, collider)[0]
+
+
+def find_placements(
+    cell: Cell,
+    targets: Targets,
+    wish: Wish | None = None,
+    collider: Collider | None = None,
+    *,
+    room: Room | None = None,
+    progress: Progress | None = None,
+) -> tuple[Placement, ...]:
+    """Search places for the board: a grid, then ever smaller steps from its best places. Nothing is random.
+
+    The place where the cell holds the board is one that is begun with, if it is as wished.
 
     Args:
         cell: The cell; its board lies in the direction that is kept.
         targets: What is to be reached, all of it in one configuration.
         wish: What is looked for.
         collider: If given, postures that collide do not count.
+        room: Says of a T_cell_board (4, 4) whether the board has room there; everywhere if left out.
+        progress: Told about long work.
+
+    Returns:
+        One to four, best first, none twice.
     """
-    task = _Task(cell, targets, wish or Wish(), collider)
+    task, tell = _Task(cell, targets, wish or Wish(), collider, room), progress or _keep_quiet
     low, high = _bounds(task.wish)
-    counts = np.where(high > low, [8, 12, 4], 1)
-    # The middles of equal spans: a whole turn of yaw does not meet its own beginning.
-    axes = [a + (b - a) * (np.arange(count) + 0.5) / count for a, b, count in zip(low, high, counts, strict=True)]
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    scores = [_score(task, place) for place in grid]
-    order = np.argsort([-round(score.value, 9) for score in scores], kind="stable")
-    tried = len(grid)
-    best, place = scores[int(order[0])], grid[int(order[0])]
-    for start in order[:3].tolist():
-        found, at, more = _descend(task, grid[start], scores[start], (high - low) / counts)
+    counts = np.where(high > low, _COUNTS, 1)
+    starts, tried = _starts(task, counts, part_of(tell, 0.0, 0.4))
+    found: list[tuple[_Score, NDArray[np.float64]]] = []
+    for number, (score, start) in enumerate(starts):
+        tell("looking for better places nearby", 0.4 + 0.6 * number / len(starts))
+        better, at, more = _descend(task, start, score, (high - low) / counts)
         tried += more
-        if found.value > best.value + 1e-12:
-            best, place = found, at
+        if not any(np.all(np.abs(at - other) <= 4.0 * _FINEST) for _, other in found):
+            found.append((better, at))
+    found.sort(key=lambda pair: -round(pair[0].value, 9))
+    tell("places found", 1.0)
+    return tuple(_placement(task, place, score, tried) for score, place in found)
+
+
+def judge_placement(
+    cell: Cell, targets: Targets, wish: Wish | None = None, collider: Collider | None = None
+) -> Placement:
+    """Judge the place where the cell holds the board; arguments as for ``find_placements``."""
+    task = _Task(cell, targets, wish or Wish(), collider)
+    here = _here(task)
+    return _placement(task, here, _score(task, here), 1)
+
+
+def _keep_quiet(what: str, done: float) -> None:
+    """Tell nobody."""
+
+
+def _placement(task: _Task, place: NDArray[np.float64], score: _Score, tried: int) -> Placement:
     return Placement(
         T_cell_board=_placed(task, place),
-        value=best.value,
-        least=best.least,
-        mean=best.mean,
-        branch=best.branch,
+        value=score.value,
+        least=score.least,
+        mean=score.mean,
+        branch=score.branch,
         distance=float(place[0]),
         yaw=float(place[1]),
         tried=tried,
     )
+
+
+def _here(task: _Task) -> NDArray[np.float64]:
+    """Give distance, yaw and height of the board where the cell holds it."""
+    return np.array([float(np.linalg.norm(_middle(task)[:2])), 0.0, 0.0])
+
+
+def _starts(
+    task: _Task, counts: NDArray[np.int64], tell: Progress
+) -> tuple[list[tuple[_Score, NDArray[np.float64]]], int]:
+    """Give the place of now and the best of a grid that are no neighbours, and how many places were looked at.
+
+    Collisions only take postures away: what a place is worth without looking for them is a bound, and only the places
+    whose bound is best are looked at again.
+    """
+    low, high = _bounds(task.wish)
+    # The middles of equal spans: a whole turn of yaw does not meet its own beginning.
+    axes = [a + (b - a) * (np.arange(count) + 0.5) / count for a, b, count in zip(low, high, counts, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    steps = np.stack(np.unravel_index(np.arange(len(grid)), counts), axis=-1)
+    queue: list[tuple[float, int, _Score | None]] = []
+    for index, place in enumerate(grid):
+        tell("looking at places for the board", index / len(grid))
+        queue.append((-round(_bound(task, place).value, 9), index, None))
+    heapq.heapify(queue)
+    here = _here(task)
+    chosen: list[int] = []
+    starts = [(_score(task, here), here)] if np.all((here >= low) & (here <= high)) else []
+    while queue and len(chosen) < _STARTS:
+        _, index, score = heapq.heappop(queue)
+        if any(_are_neighbours(steps[index], steps[other], counts) for other in chosen):
+            continue
+        if score is None:
+            score = _score(task, grid[index])
+            heapq.heappush(queue, (-round(score.value, 9), index, score))
+        else:
+            chosen.append(index)
+            starts.append((score, grid[index]))
+    return starts, len(grid) + len(starts) - len(chosen)
+
+
+def _are_neighbours(one: NDArray[np.int64], other: NDArray[np.int64], counts: NDArray[np.int64]) -> bool:
+    apart = np.abs(one - other)
+    apart[1] = min(apart[1], counts[1] - apart[1])
+    return bool(np.all(apart <= 1))
 
 
 def _bounds(wish: Wish) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -132,8 +226,10 @@ def _descend(
             for sign in (1.0, -1.0):
                 near = place.copy()
                 near[axis] = np.clip(near[axis] + sign * step[axis], low[axis], high[axis])
-                other = _score(task, near)
                 tried += 1
+                if _bound(task, near).value <= score.value + 1e-12:
+                    continue
+                other = _score(task, near)
                 if other.value > score.value + 1e-12:
                     place, score, moved = near, other, True
         if not moved:
@@ -144,20 +240,37 @@ def _descend(
 def _placed(task: _Task, place: NDArray[np.float64]) -> Poses:
     """(4, 4) T_cell_board with the middle of the targets at a distance from the base's axis, turned and lifted."""
     T_base_board = inverse(task.cell.T_cell_base) @ task.cell.T_cell_board
-    centre = task.targets.T_board_tcp[:, :3, 3].mean(axis=0)
-    middle = (T_base_board @ np.append(centre, 1.0))[:3]
+    middle = _middle(task)
     away = np.array([middle[0], middle[1], 0.0])
     length = float(np.linalg.norm(away))
     away = away / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
     goal = away * place[0] + np.array([0.0, 0.0, middle[2] + place[2]])
     turned = T_base_board @ pose((0, 0, 0), (0, 0, float(place[1])))
-    turned[:3, 3] += goal - (turned @ np.append(centre, 1.0))[:3]
+    turned[:3, 3] += goal - (turned @ np.append(_centre(task), 1.0))[:3]
     return task.cell.T_cell_base @ turned
+
+
+def _centre(task: _Task) -> NDArray[np.float64]:
+    """(3,) the middle of the targets, board frame."""
+    return task.targets.T_board_tcp[:, :3, 3].mean(axis=0)
+
+
+def _middle(task: _Task) -> NDArray[np.float64]:
+    """(3,) where that is as the cell holds the board, base frame."""
+    T_base_board = inverse(task.cell.T_cell_base) @ task.cell.T_cell_board
+    return (T_base_board @ np.append(_centre(task), 1.0))[:3]
+
+
+def _bound(task: _Task, place: NDArray[np.float64]) -> _Score:
+    """Give a score that the place does not surpass: collisions are not looked for where that can be left out."""
+    return _score(task if task.wish.metric == "clearance" else replace(task, collider=None), place)
 
 
 def _score(task: _Task, place: NDArray[np.float64]) -> _Score:
     """Judge a place by the best single configuration."""
     T_cell_board = _placed(task, place)
+    if task.room is not None and not task.room(T_cell_board):
+        return _NO_ROOM
     found = postures_at(task.cell, T_cell_board, task.targets, _AZIMUTHS)
     collider = None if task.collider is None else with_board_at(task.collider, T_cell_board)
     if collider is not None:
