@@ -12,7 +12,7 @@ from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgr
 from robotcell.cell import Cell
 from robotcell.load import read_cell
 from robotcell.poses import pose
-from robotcell.robot import Body, Box
+from robotcell.robot import Body, Box, Capsule
 from robotcell.track import Terms, track
 
 ROUND = Terms(round_nozzles=frozenset({"ring60"}))
@@ -179,10 +179,20 @@ def test_a_board_that_is_turned_over_is_sprayed_where_it_then_is() -> None:
     assert tip[2, 3] > cell.T_cell_board[2, 3]
 
 
+def with_straight_lance(cell: Cell) -> Cell:
+    """A cone that cannot be turned out of the way about its jet."""
+    cone, *others = cell.tools
+    lance = Body("lance", Capsule(0.009, 0.115), pose((0, 0, 0.0975), (0, 0, 0)))
+    nozzle = Body("nozzle", Capsule(0.007, 0.018), pose((0, 0, 0.164), (0, 0, 0)))
+    kept = [body for body in cone.bodies if body.name in ("changer", "hose")]
+    straight = dataclasses.replace(cone, T_flange_tcp=pose((0, 0, 0.18), (0, 0, 0)), bodies=(*kept, lance, nozzle))
+    return dataclasses.replace(cell, tools=(straight, *others))
+
+
 def test_the_jet_leans_within_the_band_only_where_it_must() -> None:
     cell = read_cell("kr6-bench").cell
     blocked = Body("post", Box((0.006, 0.012, 0.19)), cell.T_cell_board @ pose((0.05, -0.011, 0.125), (0, 0, 0)))
-    cell = dataclasses.replace(cell, fixtures=(*cell.fixtures, blocked))
+    cell = with_straight_lance(dataclasses.replace(cell, fixtures=(*cell.fixtures, blocked)))
     straight = track(line_program(), cell, None, terms=ROUND)
     assert any(finding.rule == "collision" for finding in straight.findings)
     leaning_ = track(line_program(), cell, None, terms=dataclasses.replace(ROUND, lean=math.radians(20)))
