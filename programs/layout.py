@@ -113,7 +113,8 @@ class _Layer:
 
     def wait(self, wait: Wait) -> None:
         """Hold the pose reached, then go on from it."""
-        pose = self.arrive(wait.time_s, wait.made_by)
+        done = self.is_due(wait.time_s + wait.duration_s)
+        pose = self.arrive(wait.time_s, wait.made_by, self.targets[self.moved] if done else ())
         self.cut()
         if wait.duration_s > 0:
             self.items.append(Hold(wait.time_s, wait.duration_s, wait.made_by))
@@ -122,14 +123,15 @@ class _Layer:
 
     def command(self, command: Command) -> None:
         """Stand while a command is carried out."""
-        pose = self.arrive(command.time_s, command.made_by)
+        tool = command.arguments[2] if command.keyword == "NOZZLE" else self.tool
+        done = self.is_due(command.time_s)
+        # Another orifice, or a board that was moved: where it is now, only a move at the same time says.
+        elsewhere = done and (command.keyword == "CALL" or tool != self.tool)
+        self.tool = tool
+        pose = self.arrive(command.time_s, command.made_by, self.targets[self.moved] if done and not elsewhere else ())
         self.cut()
         self.items.append(command)
-        before = self.tool
-        self.tool = command.arguments[2] if command.keyword == "NOZZLE" else before
-        at_once = self.due[self.moved] < command.time_s + 0.5 * TICK_S
-        # Another orifice, or a board that was moved: where it is now, only a move at the same time says.
-        if pose and not (at_once and (command.keyword == "CALL" or self.tool != before)):
+        if pose and not elsewhere:
             self.sample(command.time_s, pose, command.made_by)
 
     def want(self, switch: SetNozzle) -> None:
@@ -138,14 +140,25 @@ class _Layer:
         if not self.times:
             self.cut()
 
-    def arrive(self, time_s: float, made_by: str) -> tuple[float, ...]:
-        """Lay the pose at the time of a wait or a command; give it, empty where only the next move says it."""
+    def is_due(self, time_s: float) -> bool:
+        """Whether the next move is done by then, but for less than a file can tell."""
+        return self.due[self.moved] < time_s + 0.5 * TICK_S
+
+    def arrive(self, time_s: float, made_by: str, target: tuple[float, ...]) -> tuple[float, ...]:
+        """Lay the pose at the time of a wait or a command; give it, empty where only the next move says it.
+
+        Args:
+            time_s: When.
+            made_by: Who asked for it.
+            target: Where the next move ends, if that is all but reached.
+        """
         at = self.asked
         self.asked += 1
         if not self.times:
             return ()
         if time_s > self.times[-1] + TICK_S:
-            self.sample(time_s, (*self.states.tcp[at].tolist(), *self.states.quaternion[at].tolist()), made_by)
+            there = (*self.states.tcp[at].tolist(), *self.states.quaternion[at].tolist())
+            self.sample(time_s, target or there, made_by)
         return self.poses[-1]
 
     def sample(self, time_s: float, pose: tuple[float, ...], made_by: str) -> None:

@@ -5,7 +5,7 @@ import pytest
 from robot_steps import DOWN, ORIGIN
 
 from programs.layout import lay_out
-from programs.program import Command, Instruction, MoveTo, TimedProgram, Totals
+from programs.program import Command, Instruction, MoveTo, TimedProgram, Totals, Wait
 from programs.tracks import Track
 
 
@@ -54,6 +54,13 @@ def test_another_tool_with_a_move_later_begins_where_the_orifice_was() -> None:
     change = Command(1.0, "NOZZLE", ("knife", "TOOL", "2"), "s")
     tracks = tracks_of(move(0.0, 0.0), move(1.0, 10.0), change, move(2.0, 80.0))
     assert tracks[-1].tcp[:, 0].tolist() == [10.0, 80.0]
+
+
+@pytest.mark.parametrize("at", [Command(1.99999, "FUNCTION", ("clean",), "s"), Wait(1.99999, 0.5, "s")])
+def test_what_comes_just_before_the_end_of_a_move_comes_at_its_end(at: Command | Wait) -> None:
+    held = 0.5 if isinstance(at, Wait) else 0.0
+    tracks = tracks_of(move(0.0, 0.0), at, move(2.0 + held, 10.0), move(3.0 + held, 20.0))
+    assert [track.tcp[:, 0].tolist() for track in tracks] == [[0.0, 10.0], [10.0, 20.0]]
 
 
 def test_the_sign_of_a_quaternion_says_nothing_about_the_joints() -> None:
