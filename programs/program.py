@@ -48,6 +48,9 @@ class Command:
     made_by: str
 
 
+TILT_BAND = "tilt_band_deg"
+"""Key of the SET that grants a robot a lean of the jet while it sprays; no output belongs to it."""
+
 Instruction: TypeAlias = MoveTo | SetNozzle | Wait | Command
 
 

@@ -25,7 +25,7 @@ from programs.motion import (
     UseTool,
 )
 from programs.pose import Pose
-from programs.program import Command, MoveTo, TimedProgram
+from programs.program import TILT_BAND, Command, MoveTo, TimedProgram
 from programs.soundness import TICK_S
 from programs.tracks import Track
 from programs.valves import Wish, open_valves
@@ -193,6 +193,8 @@ class _Teller:
     def set(self, key: str, value: str, made_by: str) -> None:
         """Set the output that carries a quantity, or say what it should be."""
         self.add(Note(f"{key} = {value}", made_by))
+        if key == TILT_BAND:  # what the robot may do, not what the cell does
+            return
         setting = self.installation.settings.get(key)
         try:
             quantity = float(value)

@@ -69,6 +69,10 @@ class Limits(Spec):
     transfer_speed_mm_s: PositiveFloat = Field(
         default=250, description="Between passes; never above the function's maximum either."
     )
+    tilt_band_deg: Annotated[float, Field(ge=0, le=45)] = Field(
+        default=0,
+        description="How far the jet may lean from what is asked while it sprays, where a robot collides otherwise.",
+    )
     blend_mm: NonNegativeFloat = Field(
         default=0.5, description="How far a corner may be cut so that the nozzle need not stop."
     )

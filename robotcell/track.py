@@ -10,7 +10,8 @@ from boards.board import Board
 from geometry.arrays import Indices, Scalars
 from geometry.finding import Finding, worst_first
 from geometry.progress import Progress, part_of
-from programs.program import TimedProgram
+from programs.errors import ProgramError
+from programs.program import TILT_BAND, Command, TimedProgram
 from robotcell.attempt import Motion
 from robotcell.cell import Cell
 from robotcell.clearance import Clearance
@@ -27,6 +28,7 @@ from robotcell.retell import retell
 from robotcell.robot import Joints, Poses
 from robotcell.singularity import singularity
 
+_MOST_LEAN_DEG = 45.0
 _LOOKED_AT = 600
 """Moves whose clearance is measured."""
 
@@ -40,7 +42,7 @@ class Terms:
     placements: Mapping[str, Poses] = field(default_factory=lambda: MappingProxyType({}))
     """T_cell_board (4, 4) after ``CALL name``, by that name."""
     lean: float = 0.0
-    """rad that the jet may lean while it sprays where nothing else is clear: the tilt band."""
+    """rad that the jet may lean while it sprays where nothing else is clear, if the program itself grants less."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,9 +103,10 @@ def track(
     """
     allowed, tell = terms or Terms(), progress or _keep_quiet
     tell("laying out the course", 0.0)
+    lean = max(allowed.lean, granted_lean(program))
     course = course_of(program, cell, allowed.round_nozzles, allowed.placements)
     ask = ask_of(program, cell, board, [cell.T_cell_board, *allowed.placements.values()])
-    found = find_motion(ask, course, allowed.lean, part_of(tell, 0.0, 0.9))
+    found = find_motion(ask, course, lean, part_of(tell, 0.0, 0.9))
     if isinstance(found, OutOfReach):
         report = _impossible(ask, course, board, found)
     elif len(found.torn) or len(found.blocked) or len(found.lost):
@@ -113,6 +116,26 @@ def track(
         report = _told(ask, board, found)
     tell("robot checked", 1.0)
     return report
+
+
+def granted_lean(program: TimedProgram) -> float:
+    """Give the tilt band that a program's recipe grants, rad; the least where it states several, 0 where none.
+
+    Raises:
+        ProgramError: what the program says is no angle from 0 to 45 degrees.
+    """
+    stated = [
+        item.arguments[1]
+        for item in program.instructions
+        if isinstance(item, Command) and item.keyword == "SET" and item.arguments[0] == TILT_BAND
+    ]
+    try:
+        degrees = [float(text) for text in stated]
+    except ValueError:
+        degrees = [np.nan]
+    if not all(0.0 <= each <= _MOST_LEAN_DEG for each in degrees):
+        raise ProgramError(f"SET {TILT_BAND} needs a number from 0 to {_MOST_LEAN_DEG:g}; found {', '.join(stated)}.")
+    return float(np.radians(min(degrees, default=0.0)))
 
 
 def _keep_quiet(what: str, done: float) -> None:

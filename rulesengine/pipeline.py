@@ -10,7 +10,7 @@ from geometry.coverage.route import Effort
 from geometry.finding import Finding, worst_first
 from geometry.progress import Progress, part_of
 from programs.plan import Dwell, Jet, Origin, Plan, SprayPass
-from programs.program import TimedProgram
+from programs.program import TILT_BAND, TimedProgram
 from recipes.check import check_recipe
 from recipes.errors import RecipeError
 from recipes.load import recipe_sha256
@@ -168,6 +168,8 @@ def _announce(job: Job, assembly: Assembly, step: Step, made_by: str) -> None:
     assembly.command("SET", "pressure_bar", f"{function.pressure_bar:.3f}", made_by=made_by)
     if function.temperature_c is not None:
         assembly.command("SET", "temperature_c", f"{function.temperature_c:.3f}", made_by=made_by)
+    if job.recipe.limits.tilt_band_deg > 0:
+        assembly.command("SET", TILT_BAND, f"{job.recipe.limits.tilt_band_deg:.3f}", made_by=made_by)
 
 
 def _jet(recipe: Recipe, step: Step) -> Jet:

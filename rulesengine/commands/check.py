@@ -49,7 +49,8 @@ def check(
         float,
         typer.Option(
             "--tilt-band",
-            help="Degrees that the jet may lean while it sprays, where nothing else is clear.",
+            help="Degrees that the jet may lean while it sprays, where nothing else is clear, if the recipe grants "
+            "less.",
             min=0,
             max=45,
         ),

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from installations import bare_cell, small_cell
@@ -44,6 +46,14 @@ def test_what_the_cell_lacks_is_said_by_name() -> None:
     for what in ("FUNCTION clean", "SOLUTION saponifier-15", "SET pressure_bar", "resistivity_mohm_cm"):
         assert what in said
     assert all(finding.severity == "warning" for finding in done.findings if finding.rule == "no-channel")
+
+
+def test_a_tilt_band_needs_no_channel() -> None:
+    plain = PROGRAMS["loop"]()
+    grant = Command(0.0, "SET", ("tilt_band_deg", "5.000"), "s")
+    granted = replace(plain, instructions=(grant, *plain.instructions))
+    assert export(granted, bare_cell(), "abb").findings == export(plain, bare_cell(), "abb").findings
+    assert any("tilt_band_deg = 5.000" in text for text in export(granted, bare_cell(), "abb").files.values())
 
 
 def test_a_program_that_moves_before_it_names_a_nozzle_is_an_error() -> None:

@@ -8,6 +8,7 @@ import pytest
 from small_programs import program_of
 from tracked import line_program, moves_of
 
+from programs.errors import ProgramError
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram
 from robotcell.cell import Cell
 from robotcell.load import read_cell
@@ -189,6 +190,17 @@ def with_straight_lance(cell: Cell) -> Cell:
     return dataclasses.replace(cell, tools=(straight, *others))
 
 
+def granting(program: TimedProgram, degrees: str) -> TimedProgram:
+    grant = Command(0.0, "SET", ("tilt_band_deg", degrees), "sequence[0]")
+    return dataclasses.replace(program, instructions=(grant, *program.instructions))
+
+
+@pytest.mark.parametrize("degrees", ["wide", "-1", "46"])
+def test_a_tilt_band_that_is_none_is_refused(degrees: str) -> None:
+    with pytest.raises(ProgramError, match="SET tilt_band_deg needs a number from 0 to 45"):
+        track(granting(line_program(), degrees), read_cell("ur5e-bench").cell, None, terms=ROUND)
+
+
 def test_the_jet_leans_within_the_band_only_where_it_must() -> None:
     cell = read_cell("kr6-bench").cell
     blocked = Body("post", Box((0.006, 0.012, 0.19)), cell.T_cell_board @ pose((0.05, -0.011, 0.125), (0, 0, 0)))
@@ -197,6 +209,8 @@ def test_the_jet_leans_within_the_band_only_where_it_must() -> None:
     assert any(finding.rule == "collision" for finding in straight.findings)
     leaning_ = track(line_program(), cell, None, terms=dataclasses.replace(ROUND, lean=math.radians(20)))
     assert not any(finding.rule == "collision" for finding in leaning_.findings), leaning_.findings
+    granted = granting(line_program(), "20.000")
+    np.testing.assert_array_equal(track(granted, cell, None, terms=ROUND).joints, leaning_.joints)
     told = next(finding for finding in leaning_.findings if finding.rule == "jet-leant")
     assert "degrees" in told.message
     jets = np.array([move.quaternion for move in moves_of(leaning_.program)])

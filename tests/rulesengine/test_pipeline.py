@@ -43,6 +43,16 @@ def test_commands_come_in_order_and_nothing_moves_before_them():
     assert all(isinstance(item, Command) for item in plan.items[: len(words)])
 
 
+def test_a_granted_tilt_band_is_said_in_every_step():
+    limits = load_recipe("smt-aqueous").limits.model_copy(update={"tilt_band_deg": 12.5})
+    plan = make_plan(recipe_of(step("edge"), step("edge", function="rinse"), limits=limits), board_of())
+    granted = [item for item in plan.items if isinstance(item, Command) and item.arguments[:1] == ("tilt_band_deg",)]
+    assert [(item.keyword, item.arguments[1], item.made_by) for item in granted] == [
+        ("SET", "12.500", "sequence[0]"),
+        ("SET", "12.500", "sequence[1]"),
+    ]
+
+
 def test_everything_is_attributed_to_a_step_and_a_template_of_it():
     recipe = load_recipe("smt-aqueous")
     done = run(recipe, board_of(part("U1", 20, 20, 10, 10), part("C1", 60, 20, 2, 1)))
