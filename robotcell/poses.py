@@ -30,3 +30,15 @@ def inverse(T: Poses) -> Poses:
     result[:3, :3] = T[:3, :3].T
     result[:3, 3] = -T[:3, :3].T @ T[:3, 3]
     return result
+
+
+def roll_pitch_yaw(T: Poses) -> tuple[float, float, float]:
+    """Give the turns of a (4, 4) pose as ``pose`` takes them, radians; roll 0 where x points straight up or down.
+
+    Roll and yaw turn about the same line there, so that only their sum or difference is known.
+    """
+    level = float(np.hypot(T[0, 0], T[1, 0]))
+    pitch = float(np.arctan2(-T[2, 0], level))
+    if level < 1e-9:
+        return 0.0, pitch, float(np.arctan2(-T[0, 1], T[1, 1]))
+    return float(np.arctan2(T[2, 1], T[2, 2])), pitch, float(np.arctan2(T[1, 0], T[0, 0]))

@@ -1,13 +1,14 @@
-"""``washboard cell``: look at the robot cells, check one, get its schema."""
+"""``washboard cell``: look at the robot cells, place a board in one, get the schema."""
 
 from typing import Annotated
 
 import typer
 
 from rulesengine.commands.arguments import CellSource, complete_board
+from rulesengine.commands.cell_place import place
 from rulesengine.errors import job_errors
 
-app = typer.Typer(help="Look at robot cells, check one, get the schema.", no_args_is_help=True)
+app = typer.Typer(help="Look at robot cells, place a board in one, get the schema.", no_args_is_help=True)
 
 
 @app.command("list")
@@ -54,6 +55,9 @@ def show(
         console = open_console()
         print_cell(console, loaded, frame_card(loaded.cell, laid_in))
         print_findings(console, check_cell(loaded.cell, laid_in, loaded.spec.io))
+
+
+app.command()(place)
 
 
 @app.command()
