@@ -15,13 +15,16 @@ demo: $(VENV)/.installed
 test: check
 	$(BIN)/pytest -q -n 2 -m slow
 
-# The dry plan compiles the hot loops once, so that the two test processes find them in the cache.
+# The dry runs compile the hot loops once, so that the two test processes find them in the cache.
 check: $(VENV)/.dev-installed
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
 	$(BIN)/washboard plan smt-demo > $(VENV)/warm.log
+	$(BIN)/washboard plan tiny --output $(VENV)/warm.wash > $(VENV)/warm.log
+	$(BIN)/washboard check $(VENV)/warm.wash ur5e-bench > $(VENV)/warm.log
+	$(BIN)/washboard check $(VENV)/warm.wash gantry > $(VENV)/warm.log
 	$(BIN)/pytest -q -n 2 -m "not slow"
 
 # Pictures and printed output in README.md and two of the docs, made anew by running the product.

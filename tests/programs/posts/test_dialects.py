@@ -14,6 +14,7 @@ from programs.events import lower
 from programs.export import Exported, export
 from programs.installation import Installation
 from programs.motion import MotionProgram
+from programs.posts import native
 from programs.posts.compare import compare
 from programs.posts.dialects import DIALECTS
 from programs.program import TimedProgram
@@ -92,7 +93,7 @@ def test_a_small_program_reads_as_an_integrator_would_want_it(name: str, golden:
 
 @NAMED
 @settings(deadline=None, max_examples=15)
-@given(program=programs())
+@given(program=programs().map(lambda program: native.parse(native.render(program))))  # as a file holds it
 def test_any_sound_program_is_read_back_as_planned(name: str, program: TimedProgram) -> None:
     dialect, cell = DIALECTS[name], small_cell()
     motion = make_motion(program, cell, joints_of(program) if dialect.needs_joints else None)
