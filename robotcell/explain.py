@@ -193,7 +193,7 @@ def breaks(scene: Scene, motion: Motion) -> list[Finding]:
         )
         findings.append(Finding("transfer-blocked", "error", text, scene.made_by(sample), scene.place(sample)))
     for made_by, members in scene.grouped(motion.lost):
-        text = f"no posture goes on from the one before it at {len(members)} points, within the joints' limits."
+        text = f"no posture goes on from the one before it at {_points(len(members))}, within the joints' limits."
         findings.append(Finding("jump", "error", text, made_by, scene.place(int(members[0]))))
     return findings
 
@@ -251,8 +251,12 @@ def nearly_singular(scene: Scene, condition: Scalars) -> list[Finding]:
     for made_by, members in scene.grouped(near):
         worst = int(members[np.argmin(condition[members])])
         text = (
-            f"near a singular posture at {len(members)} points, inverse condition {condition[worst]:.4f} at the worst: "
+            f"near a singular posture at {_points(len(members))}, inverse condition {condition[worst]:.4f} at the worst: "
             "the joints move much for little. Move or turn the board."
         )
         findings.append(Finding("near-singular", "warning", text, made_by, scene.place(worst)))
     return findings
+
+
+def _points(count: int) -> str:
+    return f"{count} point" if count == 1 else f"{count} points"

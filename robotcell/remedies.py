@@ -109,15 +109,15 @@ def _postures(cell: Cell, places: Places) -> list[NDArray[np.float64]]:
 def _mistakes(cell: Cell) -> Iterator[_Change]:
     """The classical mistakes, undone."""
     for axis, turn in (("X", (np.pi, 0.0, 0.0)), ("Y", (0.0, np.pi, 0.0))):
-        yield _Change(
-            f"with the TCP turned by 180 degrees about its own {axis}", _with_tcp(cell, pose((0, 0, 0), turn))
-        )
+        turned = tuple(replace(tool, T_flange_tcp=tool.T_flange_tcp @ pose((0, 0, 0), turn)) for tool in cell.tools)
+        yield from _with_tools(cell, turned, f"turned by 180 degrees about its own {axis}")
     for axis, turn in (("X", (np.pi, 0.0, 0.0)), ("Y", (0.0, np.pi, 0.0))):
         text = f"with the board turned over about its own {axis} (it may be upside down)"
         yield _Change(text, replace(cell, T_cell_board=cell.T_cell_board @ pose((0, 0, 0), turn)))
     for factor, text in ((1000.0, "metres were written for millimetres"), (1e-3, "millimetres were taken for metres")):
         yield _Change(f"with the board's place times {factor:g} ({text})", _scaled_board(cell, factor))
-        yield _Change(f"with the TCP's place on the flange times {factor:g} ({text})", _scaled_tcp(cell, factor))
+        scaled = tuple(replace(tool, T_flange_tcp=_scaled(tool.T_flange_tcp, factor)) for tool in cell.tools)
+        yield from _with_tools(cell, scaled, f"{factor:g} times as far from the flange ({text})")
     for degrees in (180.0, 90.0, -90.0):
         turned = cell.T_cell_base @ pose((0, 0, 0), (0, 0, np.radians(degrees)))
         yield _Change(
@@ -146,21 +146,16 @@ def _shifts(cell: Cell) -> Iterator[_Change]:
         yield _Change(text, replace(cell, T_cell_board=moved))
 
 
-def _with_tcp(cell: Cell, turn: Poses) -> Cell:
-    tools = tuple(replace(tool, T_flange_tcp=tool.T_flange_tcp @ turn) for tool in cell.tools)
-    return replace(cell, tools=tools)
+def _with_tools(cell: Cell, others: tuple[Tool, ...], text: str) -> Iterator[_Change]:
+    """All tools otherwise, and each of several alone."""
+    yield _Change(f"with the TCP {text}", replace(cell, tools=others))
+    for index, other in enumerate(others if len(others) > 1 else ()):
+        tools = (*cell.tools[:index], other, *cell.tools[index + 1 :])
+        yield _Change(f"with the TCP of tool {other.number} ({other.name}) {text}", replace(cell, tools=tools))
 
 
 def _scaled_board(cell: Cell, factor: float) -> Cell:
     return replace(cell, T_cell_board=_scaled(cell.T_cell_board, factor))
-
-
-def _scaled_tcp(cell: Cell, factor: float) -> Cell:
-    return replace(cell, tools=tuple(_scaled_tool(tool, factor) for tool in cell.tools))
-
-
-def _scaled_tool(tool: Tool, factor: float) -> Tool:
-    return replace(tool, T_flange_tcp=_scaled(tool.T_flange_tcp, factor))
 
 
 def _scaled(T: Poses, factor: float) -> Poses:

@@ -14,6 +14,7 @@ from programs.errors import ProgramError
 from programs.program import TILT_BAND, Command, TimedProgram
 from robotcell.attempt import Motion
 from robotcell.cell import Cell
+from robotcell.check import check_cell
 from robotcell.clearance import Clearance
 from robotcell.course import Course, Flags, course_of
 from robotcell.explain import Scene, breaks, collisions, leaning, nearly_singular, slowness, unreachable
@@ -146,7 +147,7 @@ def _impossible(ask: Questions, course: Course, board: Board | None, found: OutO
     samples = found.nodes.sample[found.empty]
     findings = unreachable(Scene(ask, course), samples)
     findings += _remedy(ask.cell, board, course, found.nodes.sample, samples)
-    return _without_motion(ask, findings)
+    return _without_motion(ask, [*check_cell(ask.cell, board), *findings])
 
 
 def _refused(ask: Questions, board: Board | None, found: Motion) -> CellReport:
@@ -154,7 +155,7 @@ def _refused(ask: Questions, board: Board | None, found: Motion) -> CellReport:
     findings = [*breaks(scene, found), *collisions(scene, found)]
     if len(found.hits):
         findings += _remedy(ask.cell, board, found.done.course, found.nodes.sample, found.hits)
-    return _without_motion(ask, findings)
+    return _without_motion(ask, [*check_cell(ask.cell, board), *findings])
 
 
 def _without_motion(ask: Questions, findings: list[Finding]) -> CellReport:

@@ -200,6 +200,20 @@ def test_a_tcp_turned_by_half_a_turn_is_recognised() -> None:
     assert "with the TCP turned by 180 degrees" in message(report, "cell-remedy")
 
 
+def test_one_tcp_of_two_turned_by_half_a_turn_is_recognised() -> None:
+    cell = cell_of("ur5e-bench")
+    first, *others = cell.tools
+    turned = dataclasses.replace(first, T_flange_tcp=first.T_flange_tcp @ pose((0, 0, 0), (np.pi, 0, 0)))
+    plain = line_program()
+    change = Command(plain.totals.duration_s, "NOZZLE", ("knife", "TOOL", "2"), "s")
+    last = moves_of(plain)[-1]
+    again = [dataclasses.replace(last, time_s=last.time_s + k, position=(20.0 + 10 * k, 20.0, 60.0)) for k in (1, 2)]
+    program = dataclasses.replace(plain, instructions=(*plain.instructions, change, *again))
+    report = track(program, dataclasses.replace(cell, tools=(turned, *others)), None, terms=ROUND)
+    assert "with the TCP of tool 1 (cone) turned by 180 degrees" in message(report, "cell-remedy")
+    assert message(report, "tcp-turned").startswith("the jet of cone points back at the flange")
+
+
 def test_metres_for_millimetres_are_recognised() -> None:
     cell = cell_of("ur5e-bench")
     wrong = cell.T_cell_board.copy()
