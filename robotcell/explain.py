@@ -251,8 +251,8 @@ def nearly_singular(scene: Scene, condition: Scalars) -> list[Finding]:
     for made_by, members in scene.grouped(near):
         worst = int(members[np.argmin(condition[members])])
         text = (
-            f"near a singular posture at {_points(len(members))}, inverse condition {condition[worst]:.4f} at the worst: "
-            "the joints move much for little. Move or turn the board."
+            f"near a singular posture at {_points(len(members))}, inverse condition {condition[worst]:.4f} at the "
+            "worst: the joints move much for little. Move or turn the board."
         )
         findings.append(Finding("near-singular", "warning", text, made_by, scene.place(worst)))
     return findings
