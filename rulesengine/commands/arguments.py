@@ -47,6 +47,16 @@ CellSource = Annotated[
     str,
     typer.Argument(help="Cell file, or the name of a library cell.", metavar="CELL", autocompletion=complete_cell),
 ]
+MadeFor = Annotated[
+    str | None,
+    typer.Option(
+        "--board",
+        help="Board the program was made for, to look for collisions; found by itself among the samples and beside the "
+        "program.",
+        metavar="BOARD",
+        autocompletion=complete_board,
+    ),
+]
 Parts = Annotated[
     Path | None, typer.Option("--parts", help="Placement or BOM table (CSV) to join to the board.", metavar="CSV")
 ]

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from rulesengine.commands.arguments import CellSource, Parts, complete_board
+from rulesengine.commands.arguments import CellSource, MadeFor, Parts
 from rulesengine.errors import job_errors
 
 if TYPE_CHECKING:
@@ -25,16 +25,7 @@ _METRICS: "dict[str, Metric]" = {
 def place(
     program: Annotated[Path, typer.Argument(help="Native program.", metavar="PROGRAM.wash")],
     cell: CellSource,
-    board: Annotated[
-        str | None,
-        typer.Option(
-            "--board",
-            help="Board the program was made for, to look for collisions; found by itself among the samples and beside "
-            "the program.",
-            metavar="BOARD",
-            autocompletion=complete_board,
-        ),
-    ] = None,
+    board: MadeFor = None,
     parts: Parts = None,
     metric: Annotated[
         Literal["w", "condition", "limits", "clearance"],

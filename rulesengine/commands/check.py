@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rulesengine.commands.arguments import CellSource, Parts, complete_board
+from rulesengine.commands.arguments import CellSource, MadeFor, Parts
 from rulesengine.errors import job_errors
 
 if TYPE_CHECKING:
@@ -21,16 +21,7 @@ _PICTURES = (".png", ".svg")
 def check(
     program: Annotated[Path, typer.Argument(help="Native program.", metavar="PROGRAM.wash")],
     cell: CellSource,
-    board: Annotated[
-        str | None,
-        typer.Option(
-            "--board",
-            help="Board the program was made for, to look for collisions; found by itself among the samples and beside "
-            "the program.",
-            metavar="BOARD",
-            autocompletion=complete_board,
-        ),
-    ] = None,
+    board: MadeFor = None,
     parts: Parts = None,
     report: Annotated[
         list[Path] | None,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from geometry.errors import JobError
-from rulesengine.commands.arguments import Parts, complete_board, complete_cell
+from rulesengine.commands.arguments import MadeFor, Parts, complete_cell
 from rulesengine.errors import job_errors
 
 if TYPE_CHECKING:
@@ -35,16 +35,7 @@ def export(
         Path | None,
         typer.Option("--output", "-o", help="File to write; a folder where there are several.", metavar="OUT"),
     ] = None,
-    board: Annotated[
-        str | None,
-        typer.Option(
-            "--board",
-            help="Board the program was made for, to look for collisions; found by itself among the samples and beside "
-            "the program.",
-            metavar="BOARD",
-            autocompletion=complete_board,
-        ),
-    ] = None,
+    board: MadeFor = None,
     parts: Parts = None,
     allow: Annotated[
         list[str] | None,
