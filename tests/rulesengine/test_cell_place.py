@@ -41,7 +41,7 @@ def test_a_board_out_of_reach_is_placed_over_its_own_file_where_that_is_named(pr
     assert looked.code == 0
     assert cell.read_text("utf-8") == text
     assert "0% reached" in looked.out
-    assert "refused: out-of-reach" in looked.out
+    assert "refused: board-out-of-reach" in looked.out
     assert washboard("cell", "place", program, cell, "--metric", "limits", "--of", "mean", "-o", cell).code == 0
     hold = read_cell(cell).spec.board
     assert hold.pose is not None
