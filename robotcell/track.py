@@ -30,8 +30,6 @@ from robotcell.robot import Joints, Poses
 from robotcell.singularity import singularity
 
 _MOST_LEAN_DEG = 45.0
-_LOOKED_AT = 600
-"""Moves whose clearance is measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +60,7 @@ class CellReport:
     condition: Scalars
     """(moves,) inverse condition."""
     clearance: Clearance
-    """Of some of the moves: how near robot and tool come to board and fixtures."""
+    """How near robot and tool come to board and fixtures, at every move that is not part of a joint move."""
     clearance_at: Indices
     """Which moves these are."""
     findings: tuple[Finding, ...]
@@ -187,8 +185,7 @@ def _told(ask: Questions, board: Board | None, found: Motion) -> CellReport:
         findings += _remedy(ask.cell, board, done.course, found.nodes.sample, found.hits)
     findings += [*_home(ask, done), *leaning(scene, done), *nearly_singular(scene, at_sample), *slowness(scene, timing)]
     findings += [] if board is not None else [_without_board(ask.program)]
-    own = np.flatnonzero(own)
-    looked_at = own[np.unique(np.linspace(0, len(own) - 1, _LOOKED_AT).astype(np.int64))]
+    looked_at = np.flatnonzero(own)
     return CellReport(
         cell=ask.cell,
         asked=ask.program,
