@@ -70,7 +70,7 @@ def test_turning_the_whole_cell_turns_the_place_and_nothing_else() -> None:
 def test_a_board_out_of_reach_is_brought_into_it() -> None:
     loaded = read_cell_text(CELL.replace("[400, -50, 150]}", "[1900, -50, 150]}"))
     found = find_place(line_program(), loaded, None)
-    assert found.now.stopped_by == ("out-of-reach",)
+    assert set(found.now.stopped_by) == {"board-out-of-reach", "out-of-reach"}
     assert found.now.placement.value == -2.0
     assert found.best is not None
     assert found.best.placement.distance < 1.0
