@@ -1,13 +1,11 @@
 """ABB RAPID: outputs on the path by ``TriggL``, timed by the controller itself."""
 
-import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from programs.events import Capability, Lowered
 from programs.installation import Channel, Installation, Tool
 from programs.motion import (
-    SAME_MM,
     Call,
     EndRepeat,
     Event,
@@ -23,8 +21,9 @@ from programs.motion import (
 )
 from programs.pose import Pose
 from programs.posts.abb_data import NO_AXES, RESERVED, jointtarget, pose_data
-from programs.posts.chapters import Chapter, Part, divide
+from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.heading import heading
+from programs.posts.routines import Names, tell_steps, turn_limit, turns_on_the_spot
 from programs.posts.wording import cut, fixed, make_name, short
 
 TITLE = "ABB RAPID"
@@ -73,10 +72,8 @@ def render_with(lowered: Lowered, installation: Installation, words: Words) -> d
     parts = divide(lowered.motion, MOST_STEPS)
     chapters = [part for part in parts if isinstance(part, Chapter)]
     name = make_name(lowered.motion.origin.board, _LONGEST_NAME - 6, RESERVED)
-    writer = _Writer(installation, words, {name.lower(), *RESERVED})
-    for step in lowered.motion.steps:
-        if isinstance(step, Call):
-            writer.name("call", step.name, step.name)  # before our own routines take names
+    writer = _Writer(installation, words, Names(_LONGEST_NAME, {name.lower(), *RESERVED}))
+    writer.names.reserve_calls(lowered.motion)
     routines = {chapter.number: _routine(writer, chapter) for chapter in chapters}
     main = _main(writer, parts)
     head = [
@@ -101,8 +98,7 @@ class _Writer:
 
     installation: Installation
     words: Words
-    taken: set[str]
-    names: dict[tuple[str, object], str] = field(default_factory=dict[tuple[str, object], str])
+    names: Names
     speeds: dict[str, str] = field(default_factory=dict[str, str])
     events: dict[str, str] = field(default_factory=dict[str, str])
     tools: dict[str, Tool] = field(default_factory=dict[str, Tool])
@@ -113,22 +109,14 @@ class _Writer:
     target_count: int = 0
     loops: int = 0
 
-    def name(self, kind: str, key: object, wanted: str) -> str:
-        """Give a thing the same name each time, unlike all others."""
-        if (kind, key) not in self.names:
-            chosen = make_name(wanted, _LONGEST_NAME, self.taken)
-            self.taken.add(chosen.lower())
-            self.names[kind, key] = chosen
-        return self.names[kind, key]
-
     def use(self, step: UseTool | UseBoard) -> None:
         """Use another tool or board from now on."""
         if isinstance(step, UseTool):
             tool = self.installation.tool(step.number)
-            self.tool = self.name("tool", step.number, f"t_{tool.name}")
+            self.tool = self.names.give("tool", step.number, f"t_{tool.name}")
             self.tools[self.tool] = tool
         else:
-            self.board = self.name("board", step.placement, f"w_{step.placement or 'board'}")
+            self.board = self.names.give("board", step.placement, f"w_{step.placement or 'board'}")
             self.boards[self.board] = step.T_base_board
 
     @property
@@ -145,11 +133,9 @@ class _Writer:
 
     def speed(self, line: Line) -> str:
         """Name the speed of a line: the TCP's, and the turn's where it decides."""
-        on_the_spot = line.length_mm <= SAME_MM
-        turn = math.degrees(line.turn_rad_s)
-        turning = max(math.ceil(10.0 * turn if on_the_spot else 11.0 * turn) / 10.0, 0.1)
-        rate = short(turning, 1) if math.degrees(line.angle_rad) > 0.5 or on_the_spot else "500"
-        speed = "100" if on_the_spot else short(line.speed_mm_s, 1)
+        turn = turn_limit(line)
+        rate = "500" if turn is None else short(turn, 1)
+        speed = "100" if turns_on_the_spot(line) else short(line.speed_mm_s, 1)
         name = f"s{speed}_r{rate}".replace(".", "p").replace("_r500", "")
         self.speeds[name] = f"[{speed},{rate},5000,1000]"
         return name
@@ -173,19 +159,13 @@ _SETTERS = {"digital": "SetDO", "group": "SetGO", "analog": "SetAO"}
 def _routine(writer: _Writer, chapter: Chapter) -> tuple[list[str], list[str]]:
     """Targets and instructions of a chapter."""
     writer.targets = []
-    body: list[str] = []
-    maker = ""
-    for step in chapter.steps:
-        if step.made_by != maker and isinstance(step, Line | Reach | Pause):
-            maker = step.made_by
-            body.append(f"! {cut(maker, 100)}")
-        body += _instructions(writer, step)
+    body = tell_steps(chapter.steps, lambda maker: f"! {cut(maker, 100)}", lambda step: _instructions(writer, step))
     name = _routine_name(writer, chapter)
     return writer.targets, [f"PROC {name}()", *(f"  {line}" for line in body), "ENDPROC", ""]
 
 
 def _routine_name(writer: _Writer, chapter: Chapter) -> str:
-    return writer.name("routine", chapter.number, f"{make_name(chapter.title, 20)}_{chapter.number:02d}")
+    return writer.names.give("routine", chapter.number, f"{make_name(chapter.title, 20)}_{chapter.number:02d}")
 
 
 def _instructions(writer: _Writer, step: Step) -> Iterable[str]:
@@ -213,7 +193,7 @@ def _instructions(writer: _Writer, step: Step) -> Iterable[str]:
         case UseTool() | UseBoard():
             writer.use(step)
         case Call():
-            yield f"{writer.name('call', step.name, step.name)};"
+            yield f"{writer.names.give('call', step.name, step.name)};"
         case Note():
             yield f"! {cut(step.text, 100)}"
         case Repeat() | EndRepeat():
@@ -229,19 +209,15 @@ def _main(writer: _Writer, parts: tuple[Part, ...]) -> list[str]:
     """Write main, and the routine that defines the events."""
     home = _home(writer)
     body = ["ConfJ\\Off;", "ConfL\\Off;", "define_events;", *home]
-    loops: list[str] = []
-    for part in parts:
+    for indent, part in nest(parts):
         match part:
             case Chapter():
-                body.append(f"{'  ' * len(loops)}{_routine_name(writer, part)};")
-            case Repeat():
-                writer.loops += 1
-                counter = f"nLoop{writer.loops}"
-                body += [f"{'  ' * len(loops)}{line}" for line in _loop(part, counter)]
-                loops.append(counter)
-            case EndRepeat():
-                loops.pop()
-                body.append(f"{'  ' * len(loops)}ENDWHILE")
+                body.append(f"{indent}{_routine_name(writer, part)};")
+            case Begin(number, loop):
+                writer.loops = number
+                body += [f"{indent}{line}" for line in _loop(loop, f"nLoop{number}")]
+            case End():
+                body.append(f"{indent}ENDWHILE")
     events = [said.format(name) for said, name in writer.events.items()]
     return [
         "PROC main()",

@@ -26,6 +26,42 @@ Part: TypeAlias = Chapter | Repeat | EndRepeat
 """What main does: run a chapter, or begin or end a loop around some."""
 
 
+@dataclass(frozen=True, slots=True)
+class Begin:
+    """Where a loop of main begins."""
+
+    number: int
+    """From 1, in the order of the program."""
+    step: Repeat
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """Where a loop of main ends."""
+
+    number: int
+    step: Repeat
+    """How it began."""
+
+
+def nest(parts: tuple[Part, ...]) -> Iterator[tuple[str, Chapter | Begin | End]]:
+    """Number the loops of main and tell each end its beginning; with the indentation at which each part stands."""
+    begun: list[Begin] = []
+    count = 0
+    for part in parts:
+        indent = "  " * len(begun)
+        match part:
+            case Chapter():
+                yield indent, part
+            case Repeat():
+                count += 1
+                begun.append(Begin(count, part))
+                yield indent, begun[-1]
+            case EndRepeat():
+                loop = begun.pop()
+                yield indent[2:], End(loop.number, loop.step)
+
+
 def divide(motion: MotionProgram, most_steps: int) -> tuple[Part, ...]:
     """Divide a program at loops, at functions, and where the robot stands when a routine has grown long.
 

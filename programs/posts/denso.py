@@ -9,7 +9,7 @@ from programs.installation import Channel, Installation
 from programs.motion import Call, EndRepeat, Line, Note, Pause, Reach, Repeat, Switch, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.angles import fixed_xyz
-from programs.posts.chapters import Chapter, Part, divide
+from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.heading import heading
 from programs.posts.routines import (
     Names,
@@ -81,9 +81,7 @@ def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
     name = make_name(lowered.motion.origin.board, _LONGEST_NAME, _WORDS)
     names = Names(_LONGEST_NAME, {*_WORDS, name.lower()})
     writer = _Writer(installation, names, number_slots(lowered.motion, _MOST_FRAMES))
-    for step in lowered.motion.steps:
-        if isinstance(step, Call):
-            names.give("call", step.name, step.name)  # before our own subprograms take names
+    names.reserve_calls(lowered.motion)
     bodies = {names.routine(chapter): _body(writer, chapter) for chapter in chapters}
     head = [*heading(lowered, installation, CAPABILITY, TITLE), *outputs_of(lowered.motion)]
     head.append("Units: mm, degrees; positions in the board's CAD frame (Work), RX RY RZ about the fixed x, y, z.")
@@ -191,21 +189,15 @@ def _main(writer: _Writer, parts: tuple[Part, ...]) -> list[str]:
 
 
 def _calls(writer: _Writer, parts: tuple[Part, ...]) -> Iterator[str]:
-    count, loops = 0, list[tuple[int, Repeat]]()
-    for part in parts:
-        indent = "  " * len(loops)
+    for indent, part in nest(parts):
         match part:
             case Chapter():
                 yield f"{indent}Call {writer.names.routine(part)}"
-            case Repeat():
-                count += 1
-                loops.append((count, part))
-                said = f"until {cut(part.key, 40)} >= {short(part.least, 6)}, {part.count} times at most"
+            case Begin(number, loop):
+                said = f"until {cut(loop.key, 40)} >= {short(loop.least, 6)}, {loop.count} times at most"
                 yield f"{indent}{_comment(said)}"
-                yield f"{indent}For nLoop{count} = 1 To {part.count}"
-            case EndRepeat():
-                number, loop = loops.pop()
-                indent = "  " * len(loops)
+                yield f"{indent}For nLoop{number} = 1 To {loop.count}"
+            case End(number, loop):
                 if loop.sensor is not None:
                     scale, offset = ANALOG.reading(loop.sensor)
                     reading = f"{short(scale, 9)} * IOW[{loop.sensor.number}] + {short(offset, 9)}"

@@ -8,7 +8,7 @@ from programs.installation import Channel, Installation
 from programs.motion import Call, EndRepeat, Event, Line, Note, Pause, Reach, Repeat, Switch, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.angles import fixed_xyz
-from programs.posts.chapters import Chapter, Part, divide
+from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.heading import heading
 from programs.posts.routines import (
     Names,
@@ -71,9 +71,7 @@ def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
     chapters = [part for part in parts if isinstance(part, Chapter)]
     names = Names(_LONGEST_NAME, set(_WORDS))
     writer = _Writer(installation, names, number_slots(lowered.motion, _MOST_FRAMES))
-    for step in lowered.motion.steps:
-        if isinstance(step, Call):
-            writer.names.give("call", step.name, step.name)  # before our own functions take names
+    names.reserve_calls(lowered.motion)
     functions = {writer.names.routine(chapter): _function(writer, chapter) for chapter in chapters}
     head = [*heading(lowered, installation, CAPABILITY, TITLE), *outputs_of(lowered.motion)]
     head.append("Units: mm, mm/s, deg/s; points in the board's CAD frame (Local), U V W about z, y', x''.")
@@ -193,21 +191,16 @@ def _main(writer: _Writer, parts: tuple[Part, ...]) -> list[str]:
 
 
 def _calls(writer: _Writer, parts: tuple[Part, ...]) -> Iterator[str]:
-    count, loops = 0, list[tuple[int, Repeat]]()
-    for part in parts:
-        indent = "  " * len(loops)
+    for indent, part in nest(parts):
         match part:
             case Chapter():
                 yield f"{indent}Call {writer.names.routine(part)}"
-            case Repeat():
-                count += 1
-                loops.append((count, part))
-                said = f"until {cut(part.key, 40)} >= {short(part.least, 6)}, {part.count} times at most"
+            case Begin(number, loop):
+                said = f"until {cut(loop.key, 40)} >= {short(loop.least, 6)}, {loop.count} times at most"
                 yield f"{indent}{_comment(said)}"
-                yield from (f"{indent}nLoop{count} = 0", f"{indent}Do", f"{indent}  nLoop{count} = nLoop{count} + 1")
-            case EndRepeat():
-                number, loop = loops.pop()
-                yield f"{'  ' * len(loops)}Loop While {_goes_on(loop, number)}"
+                yield from (f"{indent}nLoop{number} = 0", f"{indent}Do", f"{indent}  nLoop{number} = nLoop{number} + 1")
+            case End(number, loop):
+                yield f"{indent}Loop While {_goes_on(loop, number)}"
 
 
 def _goes_on(loop: Repeat, number: int) -> str:

@@ -8,7 +8,6 @@ from programs.errors import ProgramError
 from programs.events import Capability, Lowered
 from programs.installation import Installation
 from programs.motion import (
-    SAME_MM,
     Call,
     EndRepeat,
     Line,
@@ -23,11 +22,12 @@ from programs.motion import (
 )
 from programs.pose import Pose
 from programs.posts.angles import fixed_xyz
-from programs.posts.chapters import Chapter, Part, divide
+from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.corners import follow, goes_on
 from programs.posts.fanuc_text import ANALOG, assign, configure, hundredths, operand, program_text, remark
 from programs.posts.numbering import Frames, Tables, number_frames, table_lines
 from programs.posts.reading import split_wait
+from programs.posts.routines import tell_steps, turns_on_the_spot
 from programs.posts.sheet import sheet, short_heading
 from programs.posts.wording import fixed, make_name, short
 
@@ -107,7 +107,6 @@ class _Writer:
     positions: list[str] = field(default_factory=list[str])
     count: int = 0
     configuration: str = "N U T, 0, 0, 0"
-    loops: int = 0
 
     def __post_init__(self) -> None:
         self.frames = Frames(self.tables)
@@ -160,12 +159,7 @@ def _routine(writer: _Writer, chapter: Chapter) -> tuple[str, list[str], list[st
     body = [remark(chapter.title)]
     body += [f"UFRAME_NUM={writer.frames.board}"] if chapter.board is not None else []
     body += [f"UTOOL_NUM={writer.frames.tool}"] if chapter.tool is not None else []
-    maker = ""
-    for step in chapter.steps:
-        if step.made_by != maker and isinstance(step, Line | Reach | Pause):
-            maker = step.made_by
-            body.append(remark(maker))
-        body += _instructions(writer, step)
+    body += tell_steps(chapter.steps, remark, lambda step: _instructions(writer, step))
     return writer.routine_name(chapter.number), body, writer.positions
 
 
@@ -209,7 +203,7 @@ def _line(writer: _Writer, line: Line) -> str:
             f"{line.made_by}: two outputs change at one moment, and FANUC times one on a motion. "
             "Give the valve a shortest pulse, or part the two."
         )
-    if line.length_mm <= SAME_MM:
+    if turns_on_the_spot(line):
         speed = f"{max(math.floor(math.degrees(line.turn_rad_s) + 0.3), 1)}deg/sec"
     else:
         speed = f"{round(line.speed_mm_s)}mm/sec"
@@ -231,19 +225,16 @@ def _termination(line: Line, after: Line | None) -> str:
 def _main(writer: _Writer, parts: tuple[Part, ...]) -> tuple[list[str], list[str]]:
     """Write what the main program does, labels and jumps make the loops; and its one position, if it has a home."""
     body: list[str] = []
-    loops: list[tuple[int, Repeat]] = []
-    for part in parts:
+    for _, part in nest(parts):
         match part:
             case Chapter():
                 body.append(f"CALL {writer.routine_name(part.number)}")
-            case Repeat():
-                writer.loops += 1
-                loops.append((writer.loops, part))
-                register = f"R[{_COUNTER - 1 + writer.loops}]"
-                body.append(remark(f"until {part.key} >= {short(part.least, 6)}"))
-                body += [f"{register}=0", f"LBL[{writer.loops}]", f"{register}={register}+1"]
-            case EndRepeat():
-                body += _again(*loops.pop())
+            case Begin(number, loop):
+                register = f"R[{_COUNTER - 1 + number}]"
+                body.append(remark(f"until {loop.key} >= {short(loop.least, 6)}"))
+                body += [f"{register}=0", f"LBL[{number}]", f"{register}={register}+1"]
+            case End(number, loop):
+                body += _again(number, loop)
     if not writer.installation.home:
         return body, []
     writer.positions, writer.count = [], 0

@@ -1,13 +1,11 @@
 """KUKA KRL: outputs on the path by ``TRIGGER``, timed by the controller itself."""
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from programs.events import Capability, Lowered
 from programs.installation import Installation, Tool
 from programs.motion import (
-    SAME_MM,
     Call,
     EndRepeat,
     Event,
@@ -22,9 +20,10 @@ from programs.motion import (
     UseTool,
 )
 from programs.pose import Pose
-from programs.posts.chapters import Chapter, Part, divide
+from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.heading import heading
 from programs.posts.kuka_text import ANALOG, assign, axes, data_list, frame, operand, source
+from programs.posts.routines import Names, tell_steps, turn_limit, turns_on_the_spot
 from programs.posts.wording import cut, fixed, make_name, short
 
 TITLE = "KUKA KRL"
@@ -57,10 +56,8 @@ def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
     parts = divide(lowered.motion, MOST_STEPS)
     chapters = [part for part in parts if isinstance(part, Chapter)]
     name = make_name(lowered.motion.origin.board, _LONGEST_NAME - 5, _RESERVED)
-    writer = _Writer(installation, name, {name.lower(), *_RESERVED})
-    for step in lowered.motion.steps:
-        if isinstance(step, Call):
-            writer.name("call", step.name, step.name)  # before our own routines take names
+    writer = _Writer(installation, name, Names(_LONGEST_NAME, {name.lower(), *_RESERVED}))
+    writer.names.reserve_calls(lowered.motion)
     routines = [_routine(writer, chapter) for chapter in chapters]
     main = _main(writer, parts)
     head = [f"; {cut(line, LONGEST_LINE - 4)}" for line in heading(lowered, installation, CAPABILITY, TITLE)]
@@ -94,8 +91,7 @@ class _Writer:
 
     installation: Installation
     program: str
-    taken: set[str]
-    names: dict[tuple[str, object], str] = field(default_factory=dict[tuple[str, object], str])
+    names: Names
     tools: dict[str, Tool] = field(default_factory=dict[str, Tool])
     boards: dict[str, Pose] = field(default_factory=dict[str, Pose])
     settings: dict[str, str] = field(default_factory=dict[str, str])
@@ -103,23 +99,15 @@ class _Writer:
     point_count: int = 0
     loops: int = 0
 
-    def name(self, kind: str, key: object, wanted: str) -> str:
-        """Give a thing the same name each time, unlike all others."""
-        if (kind, key) not in self.names:
-            chosen = make_name(wanted, _LONGEST_NAME, self.taken)
-            self.taken.add(chosen.lower())
-            self.names[kind, key] = chosen
-        return self.names[kind, key]
-
     def use(self, step: UseTool | UseBoard) -> list[str]:
         """Use another tool or board from now on. The names are global, so they begin with the program's."""
         prefix = self.program[:10]
         if isinstance(step, UseTool):
             tool = self.installation.tool(step.number)
-            name = self.name("tool", step.number, f"{prefix}_t_{tool.name}")
+            name = self.names.give("tool", step.number, f"{prefix}_t_{tool.name}")
             self.tools[name] = tool
-            return [f"$TOOL={name}", f"$LOAD={self.name('load', step.number, f'{prefix}_l_{tool.name}')}"]
-        name = self.name("board", step.placement, f"{prefix}_b_{step.placement or 'board'}")
+            return [f"$TOOL={name}", f"$LOAD={self.names.give('load', step.number, f'{prefix}_l_{tool.name}')}"]
+        name = self.names.give("board", step.placement, f"{prefix}_b_{step.placement or 'board'}")
         self.boards[name] = step.T_base_board
         return [f"$BASE=$ROBROOT:{name}"]
 
@@ -143,18 +131,13 @@ def _routine(writer: _Writer, chapter: Chapter) -> _Routine:
     body: list[str] = []
     for step in (chapter.board, chapter.tool):
         body += writer.use(step) if step is not None else []
-    maker = ""
-    for step in chapter.steps:
-        if step.made_by != maker and isinstance(step, Line | Reach | Pause):
-            maker = step.made_by
-            body.append(f"; {cut(maker, 100)}")
-        body += _instructions(writer, step)
+    body += tell_steps(chapter.steps, lambda maker: f"; {cut(maker, 100)}", lambda step: _instructions(writer, step))
     return _Routine(_routine_name(writer, chapter), writer.points, body)
 
 
 def _routine_name(writer: _Writer, chapter: Chapter) -> str:
     wanted = f"{make_name(f'{writer.program}_{chapter.title}', _LONGEST_NAME - 6)}_{chapter.number:02d}"
-    return writer.name("routine", chapter.number, wanted)
+    return writer.names.give("routine", chapter.number, wanted)
 
 
 def _instructions(writer: _Writer, step: Step) -> Iterable[str]:
@@ -175,7 +158,7 @@ def _instructions(writer: _Writer, step: Step) -> Iterable[str]:
         case UseTool() | UseBoard():
             yield from writer.use(step)
         case Call():
-            yield f"{writer.name('call', step.name, step.name)}( )"
+            yield f"{writer.names.give('call', step.name, step.name)}( )"
         case Note():
             yield f"; {cut(step.text, 100)}"
         case Repeat() | EndRepeat():
@@ -193,19 +176,17 @@ def _reach(writer: _Writer, step: Reach) -> Iterable[str]:
 
 def _speeds(writer: _Writer, line: Line) -> Iterable[str]:
     """Set the speed of the TCP in m/s, and that of the turn in degrees/s, each where it matters."""
-    on_the_spot, turn = line.length_mm <= SAME_MM, math.degrees(line.turn_rad_s)
-    if not on_the_spot:
+    if not turns_on_the_spot(line):
         yield from writer.set("$VEL.CP", short(line.speed_mm_s / 1000.0, 6))
-    rate = _ORI_DEG_S
-    if on_the_spot or math.degrees(line.angle_rad) > 0.5:
-        rate = max(math.ceil(10.0 * turn if on_the_spot else 11.0 * turn) / 10.0, 0.1)
+    turn = turn_limit(line)
+    rate = _ORI_DEG_S if turn is None else turn
     yield from writer.set("$VEL.ORI1", short(rate, 1))
     yield from writer.set("$VEL.ORI2", short(rate, 1))
 
 
 def _trigger(line: Line, event: Event) -> str:
     """Say when an output changes: so many mm from the end of the next motion, so many ms from there."""
-    place = "DISTANCE=1" if line.length_mm <= SAME_MM else f"PATH={fixed(event.offset_mm, 2)}"
+    place = "DISTANCE=1" if turns_on_the_spot(line) else f"PATH={fixed(event.offset_mm, 2)}"
     delay = round(1000.0 * event.offset_s)
     return f"TRIGGER WHEN {place} DELAY={delay} DO {assign(event.channel, event.value)}"
 
@@ -219,20 +200,15 @@ def _main(writer: _Writer, parts: tuple[Part, ...]) -> list[str]:
         "$ORI_TYPE=#VAR",
         "PTP HOME_POSITION" if writer.installation.home else "PTP $AXIS_ACT",
     ]
-    loops: list[list[str]] = []
-    for part in parts:
-        indent = "  " * len(loops)
+    for indent, part in nest(parts):
         match part:
             case Chapter():
                 body.append(f"{indent}{_routine_name(writer, part)}( )")
-            case Repeat():
-                writer.loops += 1
-                counter = f"nLoop{writer.loops}"
-                body += [f"{indent}{line}" for line in _loop(part, counter)]
-                loops.append(_until(part, counter))
-            case EndRepeat():
-                ends = loops.pop()
-                body += ["  " * len(loops) + line for line in ends]
+            case Begin(number, loop):
+                writer.loops = number
+                body += [f"{indent}{line}" for line in _loop(loop, f"nLoop{number}")]
+            case End(number, loop):
+                body.append(f"{indent}{_until(loop, f'nLoop{number}')}")
     return [*body, *(["PTP HOME_POSITION"] if writer.installation.home else [])]
 
 
@@ -241,24 +217,24 @@ def _loop(step: Repeat, counter: str) -> list[str]:
     return [words, f"{counter}=0", "REPEAT", f"  {counter}={counter}+1"]
 
 
-def _until(step: Repeat, counter: str) -> list[str]:
+def _until(step: Repeat, counter: str) -> str:
     if step.sensor is None:
-        return [f"UNTIL {counter}>={step.count}"]
+        return f"UNTIL {counter}>={step.count}"
     scale, offset = ANALOG.reading(step.sensor)
     reading = f"{operand(scale, 9)}*$ANIN[{step.sensor.number}]+{operand(offset, 9)}"
-    return [f"UNTIL ({counter}>={step.count}) OR ({reading}>={operand(step.least)})"]
+    return f"UNTIL ({counter}>={step.count}) OR ({reading}>={operand(step.least)})"
 
 
 def _data(writer: _Writer) -> list[str]:
     """Declare tools, loads, boards, home and counters."""
     lines: list[str] = []
     for name, tool in writer.tools.items():
-        number = next(key for (kind, key), each in writer.names.items() if kind == "tool" and each == name)
+        number = next(key for (kind, key), each in writer.names.given.items() if kind == "tool" and each == name)
         middle = fixed(0.5 * tool.T_flange_tcp.position[2], 1)
         inertia = "J {X 0.0,Y 0.0,Z 0.0}"
         weight = f"{{M {fixed(tool.mass_kg, 3)},CM {{X 0.0,Y 0.0,Z {middle},A 0.0,B 0.0,C 0.0}},{inertia}}}"
         lines.append(f"DECL GLOBAL FRAME {name}={frame(tool.T_flange_tcp)}")
-        lines.append(f"DECL GLOBAL LOAD {writer.names['load', number]}={weight}")
+        lines.append(f"DECL GLOBAL LOAD {writer.names.given['load', number]}={weight}")
     lines += [f"DECL GLOBAL FRAME {name}={frame(place)}" for name, place in writer.boards.items()]
     if writer.installation.home:
         lines.append(f"DECL E6AXIS HOME_POSITION={axes(writer.installation.home, writer.installation)}")

@@ -7,7 +7,7 @@ mm/min, else inverse time (``G93``), whatever the turning axes do to the length 
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from programs.errors import ProgramError
 from programs.events import Capability, Lowered
@@ -26,9 +26,10 @@ from programs.motion import (
     UseBoard,
     UseTool,
 )
-from programs.posts.chapters import Chapter, Part, divide
+from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.heading import heading
 from programs.posts.linuxcnc_axes import AxisWriter, Machine, make_machine
+from programs.posts.routines import Names, channels_of, tell_steps
 from programs.posts.wording import cut, fixed, make_name, short
 
 TITLE = "LinuxCNC G-code"
@@ -61,10 +62,8 @@ def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
     parts = divide(lowered.motion, MOST_STEPS)
     chapters = [part for part in parts if isinstance(part, Chapter)]
     name = make_name(lowered.motion.origin.board, _NAME).lower()
-    writer = _Writer(make_machine(lowered.motion, installation), {name})
-    for step in lowered.motion.steps:
-        if isinstance(step, Call):
-            writer.name("call", step.name, step.name)  # before our own subroutines take names
+    writer = _Writer(make_machine(lowered.motion, installation), Names(_NAME, {name}))
+    writer.names.reserve_calls(lowered.motion)
     routines = {writer.routine(chapter): list(_subroutine(writer, chapter)) for chapter in chapters}
     words = (*heading(lowered, installation, CAPABILITY, TITLE), *_legend(writer.machine), *_wiring(lowered.motion))
     head, main = [_comment(line) for line in words], list(_main(writer, parts))
@@ -79,18 +78,11 @@ class _Writer:
     """The names given so far, and the coordinate system in use."""
 
     machine: Machine
-    taken: set[str]
-    names: dict[tuple[str, object], str] = field(default_factory=dict[tuple[str, object], str])
-    words: int = 100
-    """The highest number of an O-word in use."""
+    names: Names
 
     def name(self, kind: str, key: object, wanted: str) -> str:
-        """Give a subroutine the same name each time, unlike all others; lower case, as its file is looked up."""
-        if (kind, key) not in self.names:
-            chosen = make_name(wanted, _NAME, self.taken).lower()
-            self.taken.add(chosen)
-            self.names[kind, key] = chosen
-        return self.names[kind, key]
+        """Name a subroutine in lower case, as its file is looked up."""
+        return self.names.give(kind, key, wanted).lower()
 
     def routine(self, chapter: Chapter) -> str:
         """Name the subroutine of a chapter."""
@@ -104,12 +96,9 @@ def _subroutine(writer: _Writer, chapter: Chapter) -> Iterator[str]:
     yield f"o<{name}> sub"
     if chapter.board is not None:
         yield axes.use(chapter.board)
-    maker = ""
-    for step in chapter.steps:
-        if step.made_by != maker and isinstance(step, Line | Reach | Pause):
-            maker = step.made_by
-            yield _comment(cut(maker, 100))
-        yield from _blocks(writer, axes, step)
+    yield from tell_steps(
+        chapter.steps, lambda maker: _comment(cut(maker, 100)), lambda step: _blocks(writer, axes, step)
+    )
     yield f"o<{name}> endsub"
     yield ""
 
@@ -144,6 +133,8 @@ def _blocks(writer: _Writer, axes: AxisWriter, step: Step) -> Iterable[str]:
             raise AssertionError("loops are in main")
 
 
+_FIRST_WORD = 100
+"""O-words of loops are numbered from the next."""
 _DIGITAL = {"synchronised": ("M63", "M62"), "immediate": ("M65", "M64")}
 _ANALOG = {"synchronised": "M67", "immediate": "M68"}
 
@@ -172,19 +163,14 @@ def _main(writer: _Writer, parts: tuple[Part, ...]) -> Iterator[str]:
         yield f"G10 L2 P{number} {words} R0"
     home = list(_home(writer.machine))
     yield from home
-    loops: list[tuple[int, Repeat]] = []
-    for part in parts:
-        indent = "  " * len(loops)
+    for indent, part in nest(parts):
         match part:
             case Chapter():
                 yield f"{indent}o<{writer.routine(part)}> call"
-            case Repeat():
-                writer.words += 1
-                yield from (f"{indent}{line}" for line in _begin_loop(part, writer.words))
-                loops.append((writer.words, part))
-            case EndRepeat():
-                number, loop = loops.pop()
-                yield from (f"{'  ' * len(loops)}{line}" for line in _end_loop(loop, number))
+            case Begin(number, loop):
+                yield from (f"{indent}{line}" for line in _begin_loop(loop, _FIRST_WORD + number))
+            case End(number, loop):
+                yield from (f"{indent}{line}" for line in _end_loop(loop, _FIRST_WORD + number))
     yield from home
     yield "M2"
 
@@ -223,9 +209,7 @@ def _legend(machine: Machine) -> tuple[str, ...]:
 
 def _wiring(motion: MotionProgram) -> Iterator[str]:
     """List the outputs by their HAL pins."""
-    used = {step.channel: None for step in motion.steps if isinstance(step, Switch)}
-    used |= {event.channel: None for line in motion.lines for event in line.events}
-    for channel in sorted(used, key=lambda channel: (channel.kind, channel.number)):
+    for channel in channels_of(motion):
         pin = f"digital-out-{channel.number:02d}"
         if channel.kind != "digital":
             pin = f"analog-out-{channel.number + (GROUP_BASE if channel.kind == 'group' else 0):02d}"

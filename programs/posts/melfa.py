@@ -9,7 +9,7 @@ from programs.installation import Channel, Installation
 from programs.motion import Call, EndRepeat, Line, Note, Pause, Reach, Repeat, Switch, UseBoard, UseTool
 from programs.pose import Pose, inverse
 from programs.posts.angles import fixed_xyz
-from programs.posts.chapters import Chapter, Part, divide
+from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.heading import heading
 from programs.posts.routines import Placed, joint_words, outputs_of, tell, turns_on_the_spot
 from programs.posts.wording import cut, fixed, make_name, short
@@ -189,18 +189,14 @@ def _main(head: list[str], parts: tuple[Part, ...], names: _Names, installation:
 
 
 def _calls(parts: tuple[Part, ...], names: _Names) -> Iterator[str]:
-    count, loops = 0, list[tuple[int, Repeat]]()
-    for part in parts:
+    for _, part in nest(parts):
         match part:
             case Chapter():
                 yield f'CallP "{names.chapter(part)}"'
-            case Repeat():
-                count += 1
-                loops.append((count, part))
-                yield _comment(f"until {cut(part.key, 40)} >= {short(part.least, 6)}, {part.count} times at most")
-                yield from (f"M{count}=0", f"*LOOP{count}", f"M{count}=M{count}+1")
-            case EndRepeat():
-                number, loop = loops.pop()
+            case Begin(number, loop):
+                yield _comment(f"until {cut(loop.key, 40)} >= {short(loop.least, 6)}, {loop.count} times at most")
+                yield from (f"M{number}=0", f"*LOOP{number}", f"M{number}=M{number}+1")
+            case End(number, loop):
                 goes_on = f"M{number}<{loop.count}"
                 if loop.sensor is not None:
                     scale, offset = ANALOG.reading(loop.sensor)

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from programs.errors import ProgramError
-from programs.installation import Installation
-from programs.motion import SAME_MM, Event, Line, MotionProgram, Pause, Reach, Step, Switch, UseBoard, UseTool
+from programs.installation import Channel, Installation
+from programs.motion import SAME_MM, Call, Event, Line, MotionProgram, Pause, Reach, Step, Switch, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.axes import in_controller_units
 from programs.posts.chapters import Chapter
@@ -30,6 +30,12 @@ class Names:
             self.taken.add(chosen.lower())
             self.given[kind, key] = chosen
         return self.given[kind, key]
+
+    def reserve_calls(self, motion: MotionProgram) -> None:
+        """Name the integrator's routines first: only theirs have names that are known outside the program."""
+        for step in motion.steps:
+            if isinstance(step, Call):
+                self.give("call", step.name, step.name)
 
     def routine(self, chapter: Chapter) -> str:
         """Name the routine of a chapter."""
@@ -63,16 +69,24 @@ def place_events(steps: Sequence[Step]) -> Iterator[Placed]:
         yield Placed(step, begins, inside, () if carried else last)
 
 
-def tell(steps: Sequence[Step], comment: Callable[[str], str], write: Callable[[Placed], Iterable[str]]) -> list[str]:
+def tell_steps(
+    steps: Sequence[Step], comment: Callable[[str], str], write: Callable[[Step], Iterable[str]]
+) -> list[str]:
     """Write steps, and the recipe path wherever another one moves the robot."""
     lines: list[str] = []
     maker = ""
-    for placed in place_events(steps):
-        if placed.step.made_by != maker and isinstance(placed.step, Line | Reach | Pause):
-            maker = placed.step.made_by
+    for step in steps:
+        if step.made_by != maker and isinstance(step, Line | Reach | Pause):
+            maker = step.made_by
             lines.append(comment(maker))
-        lines += write(placed)
+        lines += write(step)
     return lines
+
+
+def tell(steps: Sequence[Step], comment: Callable[[str], str], write: Callable[[Placed], Iterable[str]]) -> list[str]:
+    """Write steps as ``tell_steps`` does, with the places where outputs change."""
+    placed = place_events(steps)
+    return tell_steps(steps, comment, lambda _: write(next(placed)))
 
 
 @dataclass(slots=True)
@@ -127,6 +141,18 @@ def joint_words(joints: tuple[float, ...], installation: Installation, digits: i
     return [fixed(value, digits) for value in in_controller_units(joints, installation)]
 
 
+def turn_limit(line: Line) -> float | None:
+    """Rate that a turn may have where it is not to slow the line down, degrees/s; ``None`` where it hardly turns.
+
+    A tenth more than planned on a line with a length, so that the speed of the TCP decides; rounded up to a tenth.
+    """
+    if turns_on_the_spot(line):
+        return degrees_per_s(line)
+    if math.degrees(line.angle_rad) <= 0.5:
+        return None
+    return max(math.ceil(11.0 * math.degrees(line.turn_rad_s)) / 10.0, 0.1)
+
+
 def degrees_per_s(line: Line) -> float:
     """Rate of a line's turn, rounded up to a tenth so that rounding never slows it down; at least 0.1."""
     return max(math.ceil(10.0 * math.degrees(line.turn_rad_s)) / 10.0, 0.1)
@@ -134,7 +160,11 @@ def degrees_per_s(line: Line) -> float:
 
 def outputs_of(motion: MotionProgram) -> list[str]:
     """List the outputs that a program sets, by name, for its header."""
+    return [f"Output {channel.name}: {channel.kind} {channel.number}" for channel in channels_of(motion)]
+
+
+def channels_of(motion: MotionProgram) -> list[Channel]:
+    """Give the outputs that a program sets, by kind and number."""
     used = {step.channel: None for step in motion.steps if isinstance(step, Switch)}
     used |= {event.channel: None for line in motion.lines for event in line.events}
-    ordered = sorted(used, key=lambda channel: (channel.kind, channel.number))
-    return [f"Output {channel.name}: {channel.kind} {channel.number}" for channel in ordered]
+    return sorted(used, key=lambda channel: (channel.kind, channel.number))

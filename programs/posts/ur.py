@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from programs.events import Capability, Lowered
 from programs.installation import Installation
 from programs.motion import (
-    SAME_MM,
     Call,
     EndRepeat,
     Line,
@@ -20,9 +19,10 @@ from programs.motion import (
     UseTool,
 )
 from programs.pose import Pose
-from programs.posts.chapters import Chapter, Part, divide
+from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.corners import follow
 from programs.posts.heading import heading
+from programs.posts.routines import Names, tell_steps, turns_on_the_spot
 from programs.posts.ur_text import ANALOG, WATCHER, joints_text, metres, output, pose_text, rest_blend
 from programs.posts.wording import cut, fixed, make_name, short
 
@@ -56,10 +56,9 @@ def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
     parts = divide(lowered.motion, MOST_STEPS)
     chapters = [part for part in parts if isinstance(part, Chapter)]
     name = make_name(lowered.motion.origin.board, _LONGEST_NAME - 5, _RESERVED)
-    writer = _Writer(installation, {name.lower(), *_RESERVED}, follow(lowered.motion.steps))
-    for step in lowered.motion.steps:
-        if isinstance(step, Call):
-            writer.name("call", step.name, step.name)  # before our own functions take names
+    names = Names(_LONGEST_NAME, {name.lower(), *_RESERVED})
+    names.reserve_calls(lowered.motion)
+    writer = _Writer(installation, names, follow(lowered.motion.steps))
     routines = [_routine(writer, chapter) for chapter in chapters]
     head = [f"# {cut(line, LONGEST_LINE - 4)}" for line in heading(lowered, installation, CAPABILITY, TITLE)]
     head += [f"# {line}" for line in _EXPLANATIONS]
@@ -86,24 +85,14 @@ class _Writer:
     """The names given so far."""
 
     installation: Installation
-    taken: set[str]
+    names: Names
     following: dict[int, Line]
     """The line that goes on from one that is passed, by its identity."""
-    names: dict[tuple[str, object], str] = field(default_factory=dict[tuple[str, object], str])
     poses: dict[str, Pose] = field(default_factory=dict[str, Pose])
-    loops: int = 0
-
-    def name(self, kind: str, key: object, wanted: str) -> str:
-        """Give a thing the same name each time, unlike all others."""
-        if (kind, key) not in self.names:
-            chosen = make_name(wanted, _LONGEST_NAME, self.taken)
-            self.taken.add(chosen.lower())
-            self.names[kind, key] = chosen
-        return self.names[kind, key]
 
     def declare(self, kind: str, key: object, wanted: str, pose: Pose) -> str:
         """Name the pose of a tool or a board, a global variable."""
-        name = self.name(kind, key, wanted)
+        name = self.names.give(kind, key, wanted)
         self.poses[name] = pose
         return name
 
@@ -113,17 +102,12 @@ def _routine(writer: _Writer, chapter: Chapter) -> list[str]:
     body: list[str] = []
     for step in (chapter.board, chapter.tool):
         body += _instructions(writer, step) if step is not None else []
-    maker = ""
-    for step in chapter.steps:
-        if step.made_by != maker and isinstance(step, Line | Reach | Pause):
-            maker = step.made_by
-            body.append(f"# {cut(maker, 100)}")
-        body += _instructions(writer, step)
+    body += tell_steps(chapter.steps, lambda maker: f"# {cut(maker, 100)}", lambda step: _instructions(writer, step))
     return [f"def {_routine_name(writer, chapter)}():", *(f"  {line}" for line in body), "end"]
 
 
 def _routine_name(writer: _Writer, chapter: Chapter) -> str:
-    return writer.name("routine", chapter.number, f"{make_name(chapter.title, 20)}_{chapter.number:02d}")
+    return writer.names.give("routine", chapter.number, f"{make_name(chapter.title, 20)}_{chapter.number:02d}")
 
 
 def _instructions(writer: _Writer, step: Step) -> Iterable[str]:
@@ -148,7 +132,7 @@ def _instructions(writer: _Writer, step: Step) -> Iterable[str]:
             wanted = f"board_{step.placement or 'as_mounted'}"
             yield f"board = {writer.declare('board', step.placement, wanted, step.T_base_board)}"
         case Call():
-            yield f"{writer.name('call', step.name, step.name)}()"
+            yield f"{writer.names.give('call', step.name, step.name)}()"
         case Note():
             yield f"# {cut(step.text, 100)}"
         case Repeat() | EndRepeat():
@@ -157,7 +141,7 @@ def _instructions(writer: _Writer, step: Step) -> Iterable[str]:
 
 def _line(writer: _Writer, line: Line) -> Iterable[str]:
     """Arm the outputs, move, and see to it that none is left at a stop."""
-    on_the_spot = line.length_mm <= SAME_MM
+    on_the_spot = turns_on_the_spot(line)
     ends = f"{pose_text(line.start)}, {pose_text(line.target)}"
     late = [event for event in line.events if on_the_spot and event.share > 0.5]
     for event in line.events:
@@ -181,19 +165,14 @@ def _main(writer: _Writer, parts: tuple[Part, ...]) -> list[str]:
     go_home = [f"movej({joints_text(home)}, {_REACH_SPEED})"] if home else []
     poses = [f"global {name} = {pose_text(pose)}" for name, pose in writer.poses.items()]
     body = [*poses, "run_watch = run watch()", *go_home]
-    loops = 0
-    for part in parts:
-        indent = "  " * loops
+    for indent, part in nest(parts):
         match part:
             case Chapter():
                 body.append(f"{indent}{_routine_name(writer, part)}()")
-            case Repeat():
-                writer.loops += 1
-                body += [f"{indent}{line}" for line in _loop(part, f"n_loop_{writer.loops}")]
-                loops += 1
-            case EndRepeat():
-                loops -= 1
-                body.append("  " * loops + "end")
+            case Begin(number, loop):
+                body += [f"{indent}{line}" for line in _loop(loop, f"n_loop_{number}")]
+            case End():
+                body.append(f"{indent}end")
     return [*body, *go_home, "kill run_watch"]
 
 

@@ -20,7 +20,7 @@ from programs.motion import (
 )
 from programs.pose import Pose
 from programs.posts import val3_text
-from programs.posts.chapters import Chapter, Part, divide
+from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.heading import heading
 from programs.posts.routines import (
     Names,
@@ -56,9 +56,7 @@ def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
     name = make_name(motion.origin.board, _LONGEST_NAME, _WORDS)
     data = Data(channels=_channels(motion))
     writer = _Writer(installation, Names(_LONGEST_NAME, set(_WORDS)), data)
-    for step in motion.steps:
-        if isinstance(step, Call):
-            writer.names.give("call", step.name, step.name)  # before our own programs take names
+    writer.names.reserve_calls(motion)
     bodies = {writer.names.routine(part): _body(writer, part) for part in parts if isinstance(part, Chapter)}
     head = [*heading(lowered, installation, CAPABILITY, TITLE), *outputs_of(motion)]
     head.append("Units: mm, mm/s, deg/s; points in the board's CAD frame, rx ry rz about x, y', z''")
@@ -216,21 +214,16 @@ def _start(writer: _Writer, parts: tuple[Part, ...]) -> Iterator[str]:
     yield f'taskCreateSync "watch",{short(val3_text.PERIOD_S, 3)},bOverrun,watch()'
     home = ["movej(jHome,flange,mReach)", "waitEndMove()"] if writer.installation.home else []
     yield from home
-    count, loops = 0, list[tuple[int, Repeat]]()
-    for part in parts:
-        indent = "  " * len(loops)
+    for indent, part in nest(parts):
         match part:
             case Chapter():
                 yield f"{indent}call {writer.names.routine(part)}()"
-            case Repeat():
-                count += 1
-                loops.append((count, part))
-                said = f"until {cut(part.key, 40)} >= {short(part.least, 6)}, {part.count} times at most"
-                yield from (f"{indent}{_comment(said)}", f"{indent}nLoop{count}=0", f"{indent}do")
-                yield f"{indent}  nLoop{count}=nLoop{count}+1"
-            case EndRepeat():
-                number, loop = loops.pop()
-                yield f"{'  ' * len(loops)}until {_is_done(loop, number)}"
+            case Begin(number, loop):
+                said = f"until {cut(loop.key, 40)} >= {short(loop.least, 6)}, {loop.count} times at most"
+                yield from (f"{indent}{_comment(said)}", f"{indent}nLoop{number}=0", f"{indent}do")
+                yield f"{indent}  nLoop{number}=nLoop{number}+1"
+            case End(number, loop):
+                yield f"{indent}until {_is_done(loop, number)}"
     yield from (*home, 'taskKill("watch")')
 
 

@@ -9,7 +9,6 @@ from programs.errors import ProgramError
 from programs.events import Capability, Lowered
 from programs.installation import Channel, Installation
 from programs.motion import (
-    SAME_MM,
     Call,
     EndRepeat,
     Line,
@@ -24,10 +23,11 @@ from programs.motion import (
 )
 from programs.pose import Pose
 from programs.posts.angles import fixed_xyz
-from programs.posts.chapters import Chapter, Part, divide
+from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.corners import follow, goes_on
 from programs.posts.numbering import Frames, Tables, number_frames, part_at_boards, table_lines
 from programs.posts.reading import split_wait
+from programs.posts.routines import tell_steps, turns_on_the_spot
 from programs.posts.sheet import sheet, short_heading
 from programs.posts.wording import cut, fixed, make_name, short
 
@@ -106,7 +106,6 @@ class _Writer:
     positions: list[str] = field(default_factory=list[str])
     count: int = 0
     turns: str = "0,0,0"
-    loops: int = 0
 
     def __post_init__(self) -> None:
         self.frames = Frames(self.tables)
@@ -159,13 +158,7 @@ def _job(writer: _Writer, chapter: Chapter) -> str:
     """Write a chapter as a job."""
     writer.positions, writer.heads, writer.count = [], [], 0
     writer.frames.begin(chapter)
-    body: list[str] = []
-    maker = ""
-    for step in chapter.steps:
-        if step.made_by != maker and isinstance(step, Line | Reach | Pause):
-            maker = step.made_by
-            body.append(_remark(maker))
-        body += _instructions(writer, step)
+    body = tell_steps(chapter.steps, _remark, lambda step: _instructions(writer, step))
     return _text(writer.job_name(chapter.number), writer.positions, writer.frames.board, body)
 
 
@@ -197,7 +190,7 @@ def _line(writer: _Writer, line: Line) -> Iterable[str]:
             f"{line.made_by}: two outputs change at one moment, and INFORM times one on a motion. "
             "Give the valve a shortest pulse, or part the two."
         )
-    if line.length_mm <= SAME_MM:
+    if turns_on_the_spot(line):
         speed = f"VR={fixed(max(math.degrees(line.turn_rad_s), 0.1), 1)}"
     else:
         speed = f"V={fixed(line.speed_mm_s, 1)}"
@@ -229,20 +222,16 @@ def _assign(channel: Channel, value: float) -> str:
 def _main(writer: _Writer, parts: tuple[Part, ...]) -> list[str]:
     """Write what the main job does: labels and jumps make the loops."""
     body: list[str] = []
-    loops: list[tuple[int, Repeat]] = []
-    for part in parts:
+    for _, part in nest(parts):
         match part:
             case Chapter():
                 body.append(f"CALL JOB:{writer.job_name(part.number)}")
-            case Repeat():
-                writer.loops += 1
-                loops.append((writer.loops, part))
-                counter = f"I{_COUNTER - 1 + writer.loops:03d}"
-                body += [_remark(f"until {part.key} >= {short(part.least, 6)}"), f"SET {counter} 0"]
-                body += [f"*LOOP{writer.loops}", f"INC {counter}"]
-            case EndRepeat():
-                number, step = loops.pop()
-                body.append(f"JUMP *LOOP{number} IF I{_COUNTER - 1 + number:03d}<{step.count}")
+            case Begin(number, loop):
+                counter = f"I{_COUNTER - 1 + number:03d}"
+                body += [_remark(f"until {loop.key} >= {short(loop.least, 6)}"), f"SET {counter} 0"]
+                body += [f"*LOOP{number}", f"INC {counter}"]
+            case End(number, loop):
+                body.append(f"JUMP *LOOP{number} IF I{_COUNTER - 1 + number:03d}<{loop.count}")
     return body
 
 
