@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
 from robotcell.course import Flags
+from robotcell.rates import differences
 from robotcell.robot import Joints, Robot
 
 _LEAST_S = 1e-6
@@ -83,20 +84,10 @@ def _runs(moving: Flags) -> list[tuple[int, int]]:
     return list(zip(edges[0::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def _rates(times: Scalars, q: Joints, run: tuple[int, int]) -> tuple[Scalars, NDArray[np.float64], NDArray[np.float64]]:
-    """Lengths (k,) of a run's intervals, joint rates (k, dof) on them, and their changes (k + 1, dof) at the ends."""
-    a, b = run
-    lasting = np.diff(times[a : b + 1])
-    rates = np.diff(q[a : b + 1], axis=0) / lasting[:, None]
-    still = np.zeros((1, q.shape[1]))
-    around = 0.5 * (np.concatenate((lasting[:1], lasting)) + np.concatenate((lasting, lasting[-1:])))
-    changes = np.diff(np.concatenate((still, rates, still)), axis=0) / around[:, None]
-    return lasting, rates, changes
-
-
 def _breaks(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], limits: _Limits) -> bool:
     """Whether the program's own timing of a run asks too much of a joint."""
-    _, rates, changes = _rates(times, q, run)
+    a, b = run
+    rates, changes = differences(np.diff(times[a : b + 1]), q[a : b + 1])
     if np.any(np.abs(rates) > limits.speed * _ROUNDING) or np.any(np.abs(changes) > limits.acceleration * _ROUNDING):
         return True
     stops = _stops(cuts, run)
@@ -144,7 +135,7 @@ def _settle(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]],
 
 def _excess(seconds: Scalars, q: Joints, limits: _Limits) -> Scalars:
     """(k + 1,) greatest share of its acceleration that a joint (k + 1, dof) needs at each end of k intervals."""
-    _, _, changes = _rates(np.concatenate(([0.0], np.cumsum(seconds))), q, (0, len(seconds)))
+    _, changes = differences(seconds, q)
     return np.max(np.abs(changes) / limits.acceleration, axis=1)
 
 
@@ -184,15 +175,17 @@ class _Rows:
 
 def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], limits: _Limits, ceiling: Scalars) -> _Rows:
     """Rows ``a u + b x <= 1`` (m, 4 dof) that hold at both ends of each stage, and bounds (m,) of x."""
-    lasting, rates, changes = _rates(times, q, run)
+    a, b = run
+    lasting = np.diff(times[a : b + 1])
+    rates, changes = differences(lasting, q[a : b + 1])
     pull, begin, end = (
         rates / limits.acceleration,
         changes[:-1] / limits.acceleration,
         changes[1:] / limits.acceleration,
     )
     late = pull + 2.0 * lasting[:, None] * end
-    a = np.hstack((pull, -pull, late, -late))
-    b = np.hstack((begin, -begin, end, -end))
+    of_u = np.hstack((pull, -pull, late, -late))
+    of_x = np.hstack((begin, -begin, end, -end))
     with np.errstate(divide="ignore"):
         cap = np.minimum(1.0, ((limits.speed / np.abs(rates)) ** 2).min(axis=1))
     highest = np.minimum(np.concatenate((cap[:1], cap)), np.concatenate((cap, cap[-1:])))
@@ -202,11 +195,11 @@ def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], limits
         highest[0] = 0.0
     if stops[1] and not _rests(rates[-1]):
         highest[-1] = 0.0
-    idle = np.zeros((1, a.shape[1]))
+    idle = np.zeros((1, of_u.shape[1]))
     return _Rows(
         length=np.concatenate(([_GAP_S], lasting, [_GAP_S])),
-        a=np.concatenate((idle, a, idle)),
-        b=np.concatenate((idle, b, idle)),
+        a=np.concatenate((idle, of_u, idle)),
+        b=np.concatenate((idle, of_x, idle)),
         highest=np.concatenate(([0.0], np.minimum(highest, ceiling))),
         even=np.full(len(highest), _even(rates, changes, limits)),
     )
@@ -274,11 +267,8 @@ def _even(rates: NDArray[np.float64], changes: NDArray[np.float64], limits: _Lim
 
 def _causes(q: Joints, lasting: Scalars, limits: _Limits) -> tuple[Indices, Flags]:
     """The joint that is used most in each interval (n - 1,) and whether that is its speed."""
-    seconds = np.maximum(lasting, _LEAST_S)[:, None]
-    rates = np.diff(q, axis=0) / seconds
-    still = np.zeros((1, q.shape[1]))
-    around = 0.5 * (np.concatenate((seconds[:1], seconds)) + np.concatenate((seconds, seconds[-1:])))
-    changes = np.abs(np.diff(np.concatenate((still, rates, still)), axis=0) / around) / limits.acceleration
+    rates, changes = differences(np.maximum(lasting, _LEAST_S), q)
+    changes = np.abs(changes) / limits.acceleration
     hard, fast = np.maximum(changes[:-1], changes[1:]), np.abs(rates) / limits.speed
     row = np.arange(len(lasting))
     hardest, fastest = np.argmax(hard, axis=1), np.argmax(fast, axis=1)

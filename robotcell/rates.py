@@ -32,10 +32,19 @@ def rates_of(program: TimedProgram, joints: Joints) -> Rates:
     times = np.array([item.time_s for item in program.instructions if isinstance(item, MoveTo)], dtype=np.float64)
     kept = np.concatenate(([True], np.diff(times) > _LEAST_S))
     times, q = times[kept], joints[kept]
-    lasting = np.diff(times)[:, None]
-    speed = np.diff(q, axis=0) / lasting
+    return Rates(times, q, *differences(np.diff(times), q))
+
+
+def differences(lasting: Scalars, q: Joints) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Speeds and accelerations of rows of joints (k + 1, dof) that are ``lasting`` (k,) seconds apart.
+
+    Returns:
+        (k, dof) mean speeds of the intervals, and (k + 1, dof) their changes at the rows: from rest at the first and to
+        rest at the last, over half of the time to each side.
+    """
+    seconds = lasting[:, None]
+    speed = np.diff(q, axis=0) / seconds
     still, none = np.zeros((1, q.shape[1])), np.ones((1, 1))
-    before, after = np.concatenate((none, lasting)), np.concatenate((lasting, none))
+    before, after = np.concatenate((none, seconds)), np.concatenate((seconds, none))
     before[0], after[-1] = after[0], before[-1]
-    acceleration = np.diff(np.concatenate((still, speed, still)), axis=0) / (0.5 * (before + after))
-    return Rates(times, q, speed, acceleration)
+    return speed, np.diff(np.concatenate((still, speed, still)), axis=0) / (0.5 * (before + after))

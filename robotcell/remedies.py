@@ -4,17 +4,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from boards.board import Board
 from geometry.arrays import Indices
 from robotcell.cell import Cell, Tool
-from robotcell.collision import build_collider, collides, with_board_at
+from robotcell.collision import Collider, build_collider, collides, with_board_at
 from robotcell.course import Course, Flags
 from robotcell.ik import solve
 from robotcell.joint_range import is_inside, unwound
 from robotcell.poses import pose
-from robotcell.robot import Poses
+from robotcell.robot import Joints, Poses
 
 _AZIMUTHS = 8
 _SHIFTS_MM = (20.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0, 600.0, 800.0, 1200.0)
@@ -62,8 +61,14 @@ def find_remedy(cell: Cell, board: Board | None, places: Places) -> str | None:
 
     Each place is looked at on its own: whether the robot can also go from one to the next is another question.
     """
+    collider = build_collider(cell, board)
     for change in (*_mistakes(cell), *_shifts(cell)):
-        if _reaches_all(change.cell, places) and _clear(change.cell, board, places).all():
+        rows = _postures(change.cell, places)
+        if not all(len(each) > 0 for each in rows):
+            continue
+        moved_only = change.cell.tools is cell.tools and change.cell.T_cell_base is cell.T_cell_base
+        there = with_board_at(collider, change.cell.T_cell_board) if moved_only else build_collider(change.cell, board)
+        if _clear(there, rows, places, change.cell).all():
             return f"{change.text} every point would be reachable without collision"
     return None
 
@@ -73,14 +78,8 @@ def share_reached(cell: Cell, places: Places) -> float:
     return float(np.mean(np.array([len(rows) > 0 for rows in _postures(cell, places)])))
 
 
-def _reaches_all(cell: Cell, places: Places) -> bool:
-    return all(len(rows) > 0 for rows in _postures(cell, places))
-
-
-def _clear(cell: Cell, board: Board | None, places: Places) -> Flags:
-    """(k,) which places have a posture that collides with nothing."""
-    collider = with_board_at(build_collider(cell, board), cell.T_cell_board)
-    rows = _postures(cell, places)
+def _clear(collider: Collider, rows: list[Joints], places: Places, cell: Cell) -> Flags:
+    """(k,) which places have a posture, of those in ``rows``, that collides with nothing."""
     clear = np.zeros(len(rows), dtype=np.bool_)
     for tool in np.unique(places.tool).tolist():
         at = np.flatnonzero(places.tool == tool)
@@ -90,11 +89,11 @@ def _clear(cell: Cell, board: Board | None, places: Places) -> Flags:
     return clear
 
 
-def _postures(cell: Cell, places: Places) -> list[NDArray[np.float64]]:
+def _postures(cell: Cell, places: Places) -> list[Joints]:
     """Give the postures (m, dof) of each place, at some azimuths where they are free."""
     T_base_tcp = np.linalg.inv(cell.T_cell_base) @ cell.T_cell_board @ places.T_board_tcp
     turns = np.stack([pose((0, 0, 0), (0, 0, 2.0 * np.pi * k / _AZIMUTHS)) for k in range(_AZIMUTHS)])
-    result: list[NDArray[np.float64]] = []
+    result: list[Joints] = []
     asked = T_base_tcp[:, None] @ turns
     for index, tool in enumerate(places.tool.tolist()):
         T_flange_tcp = cell.tools[tool].T_flange_tcp

@@ -1,4 +1,4 @@
-"""How far joints are from a singular posture, in bulk."""
+"""How far joints are from a singular posture, in bulk: the w of ``singularity`` compiled, for many postures."""
 
 import numpy as np
 from numpy.typing import NDArray

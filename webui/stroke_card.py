@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from html import escape
 
+from webui.around import step_around
 from webui.component_card import findings_html
 from webui.layers.markers import COLOURS
 from webui.layers.strokes import StrokeLine, Tint
@@ -44,12 +45,7 @@ def makers_in_order(lines: Sequence[StrokeLine]) -> list[str]:
 
 def step_stroke(lines: Sequence[StrokeLine], made_by: str, steps: int) -> str:
     """Give the maker that comes next (1) or before (-1), around the end; the first or last where none is chosen."""
-    makers = makers_in_order(lines)
-    if not makers:
-        return ""
-    if made_by not in makers:
-        return makers[0 if steps > 0 else -1]
-    return makers[(makers.index(made_by) + steps) % len(makers)]
+    return step_around(makers_in_order(lines), made_by, steps)
 
 
 def card_html(session: Session, lines: Sequence[StrokeLine]) -> str:

@@ -32,7 +32,7 @@ class SmallPage(Page):
 def small_page(session, project=None):
     console = rich.get_console()
     loud, console.quiet = console.quiet, True  # viser prints a box at the start and a line at the end
-    server = viser.ViserServer(host="127.0.0.1", port=8127, verbose=False)
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     try:
         yield SmallPage(Client(server.gui, server.scene, server.atomic), project, session)
     finally:

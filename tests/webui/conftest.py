@@ -7,8 +7,6 @@ import pytest
 from webui.app import Server, open_session, serve
 from webui.project import open_project
 
-PORT = 8150
-
 
 @pytest.fixture
 def start_server(tmp_path: Path) -> Iterator[Callable[[str, str], Server]]:
@@ -16,7 +14,7 @@ def start_server(tmp_path: Path) -> Iterator[Callable[[str, str], Server]]:
     with ExitStack() as stack:
 
         def start(board: str, recipe: str) -> Server:
-            server = serve(open_session(board, recipe), open_project(tmp_path), "127.0.0.1", PORT)
+            server = serve(open_session(board, recipe), open_project(tmp_path), "127.0.0.1", 0)
             stack.callback(server.stop)
             return server
 

@@ -15,7 +15,7 @@ TYPED_MS = 150  # the page sends what is typed every 50 ms
 
 @pytest.fixture
 def server(tmp_path):
-    server = serve(open_session("tiny", "smt-aqueous"), Project(tmp_path), "127.0.0.1", 8129)
+    server = serve(open_session("tiny", "smt-aqueous"), Project(tmp_path), "127.0.0.1", 0)
     yield server
     server.stop()
 

@@ -126,7 +126,7 @@ def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_pat
         return plan(recipe, board, tell, *more)
 
     monkeypatch.setattr(pages, "run", slow)
-    server = serve(replace(tiny_session(), run=None), open_project(tmp_path), "127.0.0.1", 8150)
+    server = serve(replace(tiny_session(), run=None), open_project(tmp_path), "127.0.0.1", 0)
     try:
         first = browser.new_page()
         first.goto(server.address, wait_until="domcontentloaded")
@@ -151,7 +151,7 @@ def test_a_long_plan_can_be_cancelled_and_the_page_answers_meanwhile(browser, tm
             tell("planning slowly", step / 600)
         return plan(recipe, board, tell, *more)
 
-    server = serve(tiny_session(), open_project(tmp_path), "127.0.0.1", 8150)
+    server = serve(tiny_session(), open_project(tmp_path), "127.0.0.1", 0)
     try:
         tab = DrivenPage(browser, server.address)
         before = tab.time_text

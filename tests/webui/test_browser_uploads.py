@@ -45,7 +45,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def tab(folder):
-    server = serve(open_session("tiny", "rinse-only"), open_project(folder), "127.0.0.1", 8150)
+    server = serve(open_session("tiny", "rinse-only"), open_project(folder), "127.0.0.1", 0)
     with open_chromium() as browser:
         tab = DrivenPage(browser, server.address)
         tab.dismiss_notice()

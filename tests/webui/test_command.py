@@ -60,7 +60,7 @@ def test_a_port_in_use_is_named_with_the_one_that_was_taken_instead(tmp_path):
 
 
 def test_a_page_for_everybody_says_so(tmp_path):
-    process = start(tmp_path, "--host", "0.0.0.0", "--port", "8190")
+    process = start(tmp_path, "--host", "0.0.0.0", "--port", "8180")
     said = read_until_ready(process)
     end(process)
     assert f"Everyone in this network can read and write {tmp_path.resolve()}" in said

@@ -8,6 +8,7 @@ import viser
 from geometry.errors import JobError
 from geometry.finding import Finding
 from programs.program import MoveTo
+from webui.around import step_around
 from webui.checked import Checked, check_program, facts_of
 from webui.finding_list import kinds_html, name_findings, tally
 from webui.layers.near_mark import near_glb
@@ -128,10 +129,8 @@ class CheckCard:
         if button == _NEAREST:
             self._show_nearest()
             return
-        names = list(self._names)
-        if names:
-            here = names.index(self._choice.value) if self._choice.value in names else -1 if button == _ON else 0
-            self._go(names[(here + (1 if button == _ON else -1)) % len(names)], by_hand=True)
+        if self._names:
+            self._go(step_around(list(self._names), self._choice.value, 1 if button == _ON else -1), by_hand=True)
 
     def _go(self, name: str, *, by_hand: bool) -> None:
         """Show what a finding is about: place, maker, the robot at that moment, what it touches there."""

@@ -3,6 +3,7 @@
 import viser
 
 from geometry.finding import Finding
+from webui.around import step_around
 from webui.finding_list import (
     ALL,
     SEVERITY_WORDS,
@@ -71,10 +72,8 @@ class FindingsPanel:
                 self._list_findings(self._page.session)
 
     def _step(self, button: str) -> None:
-        names = list(self._names)
-        if names:
-            here = names.index(self._choice.value) if self._choice.value in names else -1 if button == _ON else 0
-            self._go(names[(here + (1 if button == _ON else -1)) % len(names)], by_hand=True)
+        if self._names:
+            self._go(step_around(list(self._names), self._choice.value, 1 if button == _ON else -1), by_hand=True)
 
     def _go(self, name: str, *, by_hand: bool) -> None:
         """Fly to where a finding is and select what it is about."""
