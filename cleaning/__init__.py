@@ -1,0 +1,1 @@
+"""What the jet achieves: exposure, flow under components, residue, rinse, drying, verdicts."""
