@@ -80,7 +80,7 @@ def test_edits_that_were_not_saved_are_offered_after_the_server_was_started_agai
     edited = tab.wait_for_another_time(at_first)
     tab.page.close()
     server.stop()
-    again = start_server("tiny", "rinse-only")
+    again = start_server("tiny", "rinse-only", server.port)  # a browser keeps what it knows for one address
     assert DrivenPage(browser, again.address).page.get_by_text("Unsaved edits").count() == 0
     tab = DrivenPage(browser, again.address, profile.new_page())
     tab.see("The server ended before your edits of rinse-only.yaml were saved.")
