@@ -1,0 +1,47 @@
+import json
+from dataclasses import replace
+
+from cleaning_report import small_report
+
+from cleaning.report import cleaning_report
+
+
+def test_the_same_report_gives_the_same_text_and_it_is_json():
+    texts = [json.dumps(cleaning_report(small_report()), allow_nan=False) for _ in range(2)]
+    assert texts[0] == texts[1]
+    assert json.loads(texts[0])["washboard_cleaning_report"] == 1
+
+
+def test_every_component_is_there_with_its_verdict_and_the_numbers_behind_it():
+    report = small_report()
+    told = json.loads(json.dumps(cleaning_report(report)))
+    assert [each["component"] for each in told["components"]] == [part.component for part in report.parts]
+    assert told["worst_first"][0] == "U1"
+    assert sum(told["verdicts"].values()) == len(report.parts)
+    decisive = told["components"][0]["judgements"][0]
+    assert (decisive["rule"], decisive["verdict"], decisive["grade"]) == ("R7", "dirty", "C")
+    assert decisive["numbers"][0] == {"name": "residue", "value": 31.0, "unit": "%", "limit": 20.0}
+
+
+def test_a_gap_whose_standoff_is_not_known_is_told_for_both_bounds():
+    u1 = cleaning_report(small_report())["components"][0]
+    assert [gap["standoff_mm"] for gap in u1["gaps"]] == [0.05, 0.075]
+    assert all(len(gap["stages"]) == 2 and len(gap["stages"][0]["edge_pa"]) == 8 for gap in u1["gaps"])
+
+
+def test_a_stage_that_does_not_act_is_null():
+    report = small_report()
+    first = report.parts[0]
+    gaps = tuple(replace(gap, stages=(gap.stages[0], None)) for gap in first.gaps)
+    part = replace(first, gaps=gaps, exposed=(first.exposed[0], None))
+    told = cleaning_report(replace(report, parts=(part, *report.parts[1:])))["components"][0]
+    assert told["exposed"][1] is None
+    assert told["gaps"][0]["stages"][1] is None
+
+
+def test_what_has_no_bound_is_null_because_json_has_no_infinity():
+    report = small_report()
+    gap = replace(report.parts[0].gaps[0], exchanges_needed=float("inf"))
+    part = replace(report.parts[0], gaps=(gap,))
+    text = json.dumps(cleaning_report(replace(report, parts=(part,))), allow_nan=False)
+    assert json.loads(text)["components"][0]["gaps"][0]["exchanges_needed"] is None
