@@ -37,10 +37,19 @@ def triangles_glb(corners: Points, colours: Colours) -> bytes:
         corners: (3 n, 3) corners of each triangle in turn, counterclockwise seen from outside.
         colours: (3 n, 3) at each of them.
     """
-    surface = {"metallicFactor": 0.0, "roughnessFactor": 0.9, "baseColorFactor": [_EXPOSURE] * 3 + [1.0]}
     kept, index = shared_corners(corners, colours)
-    materials = [{"doubleSided": True, "pbrMetallicRoughness": surface}]
-    return _glb(corners[kept], colours[kept], _TRIANGLES, materials, index)
+    return _glb(corners[kept], colours[kept], _TRIANGLES, [_lit()], index)
+
+
+def indexed_triangles_glb(corners: Points, colours: Colours, index: NDArray[np.uint32]) -> bytes:
+    """Write triangles that share corners, lit from both sides and flat.
+
+    Args:
+        corners: (n, 3) each once.
+        colours: (n, 3) at each of them.
+        index: (3 k,) corners of each triangle in turn, counterclockwise seen from outside.
+    """
+    return _glb(corners, colours, _TRIANGLES, [_lit()], index)
 
 
 def shared_corners(corners: Points, colours: Colours) -> tuple[NDArray[np.intp], NDArray[np.uint32]]:
@@ -73,6 +82,11 @@ def flat_triangles_glb(corners: Points, colours: Colours) -> bytes:
         colours: (3 n, 3) at each of them.
     """
     return _glb(corners, colours, _TRIANGLES, [{"doubleSided": True, "extensions": {"KHR_materials_unlit": {}}}])
+
+
+def _lit() -> dict[str, Any]:
+    surface = {"metallicFactor": 0.0, "roughnessFactor": 0.9, "baseColorFactor": [_EXPOSURE] * 3 + [1.0]}
+    return {"doubleSided": True, "pbrMetallicRoughness": surface}
 
 
 def _glb(
