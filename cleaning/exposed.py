@@ -1,0 +1,52 @@
+"""What reaches the exposed surface of one component, or of the bare board, summed up: the least before the mean."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cleaning.exposure import Exposure
+from cleaning.facets import Facets
+from cleaning.results import ExposedPart
+from geometry.arrays import Indices, Scalars
+
+_LOW = 0.05
+"""Percentile that stands for the places that get little."""
+
+
+def cells_of(facets: Facets, component: int, up: float) -> Indices:
+    """Find the cells of a component, or with -1 of the bare board, that face the side whose normal is (0, 0, ``up``).
+
+    Walls belong to both sides.
+    """
+    faces = up * facets.cell_normals[:, 2] > -0.2
+    return np.flatnonzero((facets.cell_component == component) & faces)
+
+
+def exposed_part(exposure: Exposure, facets: Facets, cells: Indices) -> ExposedPart:
+    """Sum up one stage over some cells; hidden ones are counted and not judged."""
+    shown = cells[facets.cell_exposed[cells]]
+    areas = facets.cell_areas_mm2[shown]
+    hidden = float(facets.cell_areas_mm2[cells].sum() - areas.sum())
+    if not len(shown):
+        return ExposedPart(0.0, hidden, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
+    missed = float(areas[exposure.cone_s[shown] <= 0].sum() / areas.sum())
+    return ExposedPart(
+        area_mm2=float(areas.sum()),
+        hidden_mm2=hidden,
+        missed_share=missed,
+        volume_mm=_spread(exposure.volume_mm[shown], areas),
+        front_s=_spread(exposure.front_s[shown], areas),
+        cone_s=_spread(exposure.cone_s[shown], areas),
+        peak_pa=float(exposure.peak_pa[shown].max()),
+    )
+
+
+def _spread(values: Scalars, areas: Scalars) -> tuple[float, float, float]:
+    """Least, 5th percentile by area, mean by area."""
+    return float(values.min()), percentile(values, areas, _LOW), float(np.average(values, weights=areas))
+
+
+def percentile(values: Scalars, weights: NDArray[np.float64], share: float) -> float:
+    """Give the least value that at least this share of the weights does not exceed."""
+    order = np.argsort(values, kind="stable")
+    reached = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(reached, share * reached[-1] * (1.0 - 1e-12))])
