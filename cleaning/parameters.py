@@ -2,12 +2,14 @@
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from recipes.spec import NonNegativeFloat, PositiveFloat, Spec
 
 Word: TypeAlias = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")]
 Share: TypeAlias = Annotated[float, Field(ge=0, le=1)]
+Percent: TypeAlias = Annotated[float, Field(ge=0, le=100)]
+Celsius: TypeAlias = Annotated[float, Field(gt=-273.15, lt=1000)]
 Contact: TypeAlias = Annotated[float, Field(ge=0, le=180)]
 Known: TypeAlias = Literal["source", "derived", "literature", "proposed", "calibrated", "synthetic"]
 Use: TypeAlias = Literal["wash", "rinse", "dry"]
@@ -21,7 +23,9 @@ class Provenance(Spec):
         "calibrated: fitted to the user's measurements; synthetic: fitted to made-up data."
     )
     source: str = Field(min_length=1, description="Document, measurement or reason.")
-    date: str = Field(default="", description="Of the measurement, as in 2026-11-21.")
+    date: str = Field(
+        default="", pattern=r"^(\d{4}-\d{2}-\d{2})?$", description="Of the measurement, as in 2026-11-21."
+    )
     samples: int | None = Field(default=None, ge=1, description="Number of measurements that were fitted.")
     rms: float | None = Field(default=None, ge=0, description="Root mean square of what the fit leaves.")
     interval: tuple[float, float] | None = Field(default=None, description="95 % interval of the fitted value.")
@@ -50,10 +54,12 @@ class Liquid(Spec):
     )
     contact_board_deg: Contact = Field(default=75.0, description="Advancing contact angle on the board.")
     contact_part_deg: Contact = Field(default=75.0, description="Advancing contact angle on the component.")
-    concentration_pct: NonNegativeFloat = Field(default=0.0, description="Of the cleaning agent.")
-    bath_nvr_pct: NonNegativeFloat = Field(default=0.0, description="Non-volatile residue that the bath carries.")
+    concentration_pct: Percent = Field(
+        default=0.0, description="Of the cleaning agent; 100 where the liquid itself dissolves the residue."
+    )
+    bath_nvr_pct: Percent = Field(default=0.0, description="Non-volatile residue that the bath carries.")
     resistivity_mohm_cm: PositiveFloat | None = Field(default=None, description="Of rinse water as it is sprayed.")
-    window_c: tuple[float, float] | None = Field(default=None, description="Temperatures at which it may be used.")
+    window_c: tuple[Celsius, Celsius] | None = Field(default=None, description="Temperatures at which it may be used.")
 
 
 class Film(Spec):
@@ -112,9 +118,9 @@ class Drying(Spec):
     pressure_coefficient: PositiveFloat = Field(description="Difference of c_p across a part (dC_p).")
     residual_film_um: PositiveFloat = Field(description="Film that blow-off leaves.")
     transfer_w_m2_k: PositiveFloat = Field(description="Heat transfer to the board while it is blown on.")
-    room_c: float = Field(description="Air that is heated for drying.")
-    room_humidity_pct: Annotated[float, Field(ge=0, le=100)] = Field(description="Of that air.")
-    bake_c: float | None = Field(default=None, description="Temperature of a bake that follows; left out: none.")
+    room_c: Celsius = Field(description="Air that is heated for drying.")
+    room_humidity_pct: Percent = Field(description="Of that air.")
+    bake_c: Celsius | None = Field(default=None, description="Temperature of a bake that follows; left out: none.")
     bake_min: NonNegativeFloat = Field(default=0.0, description="How long.")
 
 
@@ -125,13 +131,7 @@ class PartOverride(Spec):
     standoff_um: tuple[PositiveFloat, PositiveFloat] | None = Field(default=None, description="Lowest and highest.")
     paste_factor: Annotated[float, Field(ge=0, le=3)] | None = Field(default=None, description="Scales its f0.")
     most_kpa: PositiveFloat | None = Field(default=None, description="Impact pressure that it bears.")
-    window_c: tuple[float, float] | None = Field(default=None, description="Temperatures that it bears.")
-
-    @model_validator(mode="after")
-    def _check(self) -> "PartOverride":
-        if self.standoff_um is not None and self.standoff_um[0] > self.standoff_um[1]:
-            raise ValueError("standoff_um: the lowest comes first")
-        return self
+    window_c: tuple[Celsius, Celsius] | None = Field(default=None, description="Temperatures that it bears.")
 
 
 class Limits(Spec):
@@ -158,6 +158,7 @@ class Parameters(Spec):
 
     parameters: Word = Field(description="Name of the set.")
     description: str = Field(default="", description="What it holds for.")
+    extends: str | None = Field(default=None, description="Set whose keys are inherited: a library name or a file.")
     spray: Spray
     liquids: dict[Word, Liquid] = Field(min_length=1, description="Solutions and gases by the name in recipes.")
     soil: Soil

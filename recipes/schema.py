@@ -25,22 +25,33 @@ _SECTIONS = {
 
 
 def recipe_schema() -> str:
-    """Write the JSON schema of a recipe file, with a line feed at the end.
+    """Write the JSON schema of a recipe file, with a line feed at the end."""
+    means = "What a process engineer asks for: functions, nozzles, classes, masks, templates, sequence."
+    return extending_schema("Recipe", model_schema(), "Washboard recipe", means)
+
+
+def extending_schema(name: str, whole: Schema, title: str, description: str) -> str:
+    """Write the JSON schema of a kind of file of which one may extend another.
 
     A file that extends another one states only what it changes, so nothing is required of it and ``null`` removes.
+
+    Args:
+        name: Of the model of the whole file.
+        whole: JSON schema of a complete file, as pydantic makes it.
+        title: Of the schema.
+        description: What such a file says.
     """
-    whole = model_schema()
-    parts = {name: require_kind(part) for name, part in cast("dict[str, Schema]", whole["$defs"]).items()}
-    parts["Recipe"] = {key: value for key, value in whole.items() if key != "$defs"}
-    overrides = {name + _OVERRIDE: _loosen(part) for name, part in parts.items()}
+    parts = {part: require_kind(schema) for part, schema in cast("dict[str, Schema]", whole["$defs"]).items()}
+    parts[name] = {key: value for key, value in whole.items() if key != "$defs"}
+    overrides = {part + _OVERRIDE: _loosen(schema) for part, schema in parts.items()}
     schema = {
         "$schema": _DIALECT,
-        "title": "Washboard recipe",
-        "description": "What a process engineer asks for: functions, nozzles, classes, masks, templates, sequence.",
+        "title": title,
+        "description": description,
         "type": "object",
         "if": {"required": ["extends"], "properties": {"extends": {"type": "string"}}},
-        "then": {"$ref": f"#/$defs/Recipe{_OVERRIDE}"},
-        "else": {"$ref": "#/$defs/Recipe"},
+        "then": {"$ref": f"#/$defs/{name}{_OVERRIDE}"},
+        "else": {"$ref": f"#/$defs/{name}"},
         "$defs": {**parts, **overrides},
     }
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"

@@ -7,7 +7,7 @@ from typing import Annotated, TextIO, cast
 
 import typer
 
-from rulesengine.commands import board, cell, check, demo, export, plan, recipe
+from rulesengine.commands import board, cell, check, demo, export, parameters, plan, recipe
 from rulesengine.commands import show as program
 from rulesengine.errors import UsageError, job_errors, say_misused
 
@@ -28,6 +28,7 @@ app.command("demo")(demo.demo)
 app.add_typer(board.app, name="board")
 app.add_typer(recipe.app, name="recipe")
 app.add_typer(cell.app, name="cell")
+app.add_typer(parameters.app, name="parameters")
 
 
 def _version(wanted: bool) -> None:

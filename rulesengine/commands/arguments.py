@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 import boards
+import cleaning
 import recipes
 import robotcell
 
@@ -29,6 +30,12 @@ def complete_cell(incomplete: str) -> list[str]:
     return sorted(file.stem for file in library.glob("*.yaml") if file.stem.startswith(incomplete))
 
 
+def complete_parameters(incomplete: str) -> list[str]:
+    """Names of the library's parameter sets; the shell itself offers files."""
+    library = Path(cleaning.__path__[0]) / "library"
+    return sorted(file.stem for file in library.glob("*.yaml") if file.stem.startswith(incomplete))
+
+
 BoardSource = Annotated[
     str,
     typer.Argument(
@@ -46,6 +53,14 @@ RecipeSource = Annotated[
 CellSource = Annotated[
     str,
     typer.Argument(help="Cell file, or the name of a library cell.", metavar="CELL", autocompletion=complete_cell),
+]
+ParametersSource = Annotated[
+    str,
+    typer.Argument(
+        help="File of a parameter set, or the name of one of the library.",
+        metavar="PARAMETERS",
+        autocompletion=complete_parameters,
+    ),
 ]
 MadeFor = Annotated[
     str | None,
