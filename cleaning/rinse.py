@@ -1,0 +1,37 @@
+"""Dilution of what the wash leaves, by exchanging the liquid over and over."""
+
+import math
+
+from cleaning.parameters import Liquid, Rinse
+
+_PURE_WATER_US_CM = 0.055
+"""Conductivity of pure water at 25 degrees C: its own ions."""
+_SALT_US_CM_PER_G_M3 = 2.16
+"""Conductivity that a gram of common salt in a cubic metre of water adds."""
+
+
+def film_exchanges(rinse: Rinse, volume_mm: float) -> float:
+    """How often the film on an exposed surface is renewed by a volume of liquid per area, mm."""
+    return 1000.0 * volume_mm / rinse.film_um
+
+
+def bath_g_m3(liquid: Liquid) -> float:
+    """What a bath carries and leaves behind when it dries, from its share of non-volatile residue by weight."""
+    return 10.0 * liquid.bath_nvr_pct * liquid.density_kg_m3
+
+
+def salt_g_m3(resistivity_mohm_cm: float | None) -> float:
+    """Ions in water as common salt, from its resistivity; none where it is not stated or above that of pure water."""
+    if resistivity_mohm_cm is None:
+        return 0.0
+    return max(0.0, (1.0 / resistivity_mohm_cm - _PURE_WATER_US_CM) / _SALT_US_CM_PER_G_M3)
+
+
+def diluted_g_m3(rinse: Rinse, before_g_m3: float, exchanges: float, water_g_m3: float) -> float:
+    """What is in the liquid after a rinse: what was there, diluted, and what the water brings."""
+    return before_g_m3 * math.exp(-rinse.efficiency * exchanges) + water_g_m3
+
+
+def ionic_ug_cm2(content_g_m3: float, film_um: float) -> float:
+    """What stays on a surface when a film on it dries: an index, not a measurement."""
+    return 1e-4 * content_g_m3 * film_um
