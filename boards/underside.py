@@ -3,18 +3,27 @@
 from dataclasses import dataclass
 from typing import TypeAlias
 
+import shapely
+from shapely import Polygon
+from shapely.affinity import rotate
 
-@dataclass(frozen=True, slots=True)
-class Joint:
-    """One solder joint in a gap, in the frame of the underside: x along its length, origin in its middle. mm."""
+from boards.board import Board, Body, Component
+from boards.body_rectangle import Rectangle, body_rectangle, frame_of, outline_rectangle, shrink_to
+from boards.joint import Joint
+from boards.joints import Package, joints_of, many_joints
+from boards.package_sizes import package_sizes
+from boards.packages import package_family, pins_of
+from boards.underside_table import Beneath, beneath
+from geometry.gridframe import GridFrame
 
-    x_mm: float
-    y_mm: float
-    length_mm: float
-    """Along x before it is turned; the diameter if it is round."""
-    width_mm: float
-    round: bool = False
-    turn_rad: float = 0.0
+__all__ = ["MOST_MM", "GapCase", "Joint", "Underside", "Undersides", "coverage", "undersides_of"]
+
+MOST_MM = 1.0
+"""A higher gap is no thin gap: the spray reaches into it."""
+
+_LEAST_MM = 0.005
+_WIDE = 0.8
+_UNKNOWN = "unknown: none and many"
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,3 +55,103 @@ class Underside:
 
 
 Undersides: TypeAlias = tuple[Underside, ...]
+
+
+def undersides_of(board: Board) -> Undersides:
+    """Say what is beneath each component that stands over a thin gap, in the board's order.
+
+    Left out are through-hole parts, connectors and switches, whatever lies flat (a stated standoff of zero), whatever
+    stands higher than 1 mm, and packages whose standoff neither the file nor a document gives.
+    """
+    frame = frame_of(board)
+    bodies = (body for body in board.bodies if body.role == "component")
+    pairs = zip(bodies, board.components, strict=True)
+    found = (_underside_of(body, component, board, frame) for body, component in pairs)
+    return tuple(underside for underside in found if underside is not None)
+
+
+def coverage(case: GapCase, underside: Underside) -> float:
+    """Share of the underside that its joints take; what several of them cover counts once."""
+    rectangle = shapely.box(
+        -underside.length_mm / 2.0, -underside.width_mm / 2.0, underside.length_mm / 2.0, underside.width_mm / 2.0
+    )
+    covered = shapely.union_all([joint_polygon(joint) for joint in case.joints]).intersection(rectangle)
+    return float(covered.area / rectangle.area)
+
+
+def joint_polygon(joint: Joint) -> Polygon:
+    """Outline of a joint in the frame of the underside, mm."""
+    if joint.round:
+        return shapely.Point(joint.x_mm, joint.y_mm).buffer(joint.length_mm / 2.0, quad_segs=32)
+    half = joint.length_mm / 2.0, joint.width_mm / 2.0
+    box = shapely.box(joint.x_mm - half[0], joint.y_mm - half[1], joint.x_mm + half[0], joint.y_mm + half[1])
+    return box if joint.turn_rad == 0.0 else rotate(box, joint.turn_rad, use_radians=True)
+
+
+def _underside_of(body: Body, component: Component, board: Board, frame: GridFrame) -> Underside | None:
+    row = beneath(package_family(component.package) if component.package else None)
+    if row.joints == "none":
+        return None
+    standoffs, standoff_source = _standoffs(component, row)
+    if standoffs is None or standoffs[0] > MOST_MM or standoffs[1] < _LEAST_MM:
+        return None
+    rectangle = _rectangle(body, component, row, board.surface_z_mm(component.side), frame)
+    if rectangle is None:
+        return None
+    bounds, joints_source = _joints(component, row, rectangle)
+    hard, easy = GapCase(standoffs[0], bounds[0]), GapCase(standoffs[1], bounds[1])
+    return Underside(
+        component=component.name,
+        x_mm=rectangle.x_mm,
+        y_mm=rectangle.y_mm,
+        turn_rad=rectangle.turn_rad,
+        length_mm=rectangle.length_mm,
+        width_mm=rectangle.width_mm,
+        cases=(hard,) if hard == easy else (hard, easy),
+        standoff_source=standoff_source,
+        joints_source=joints_source,
+    )
+
+
+def _standoffs(component: Component, row: Beneath) -> tuple[tuple[float, float] | None, str]:
+    """Least and largest gap, and where they are from."""
+    if component.standoff_source == "stated" and component.standoff_mm is not None:
+        return (component.standoff_mm, component.standoff_mm), "stated"
+    bounds = row.standoffs_mm(package_sizes(component.package).pitch_mm)
+    if bounds is None:
+        return None, "unknown"
+    return bounds, f"{_family(component)}: {bounds[0]:g} to {bounds[1]:g} mm ({row.source})"
+
+
+def _family(component: Component) -> str:
+    family = package_family(component.package)
+    return f"family {family.name}" if family is not None else "no family"
+
+
+def _rectangle(
+    body: Body, component: Component, row: Beneath, surface_z_mm: float, frame: GridFrame
+) -> Rectangle | None:
+    """Where the body is: leads that stand beside it are left out, terminations at its ends are part of it."""
+    outline = outline_rectangle(component, frame)
+    if row.joints not in ("outside", "tab", "unknown", "folded"):
+        return outline
+    found = body_rectangle(body, component, surface_z_mm, frame) or outline
+    if found is None or outline is None:
+        return outline
+    if row.joints == "folded":  # what is flat may be only what lies between the terminals
+        return found if found.length_mm > _WIDE * outline.length_mm else outline
+    sizes = package_sizes(component.package).body_mm
+    return found if sizes is None else shrink_to(found, sizes, frame)
+
+
+def _joints(
+    component: Component, row: Beneath, rectangle: Rectangle
+) -> tuple[tuple[tuple[Joint, ...], tuple[Joint, ...]], str]:
+    """The joints of the harder and of the easier case, and where they are from."""
+    pins = pins_of(component.package) if component.package else None
+    sizes = package_sizes(component.package)
+    package = Package(sizes, component.pins if pins is None else pins, rectangle.length_mm, rectangle.width_mm)
+    joints = joints_of(row, package)
+    if joints is None:
+        return (many_joints(package), ()), _UNKNOWN
+    return (joints, joints), _family(component)
