@@ -1,11 +1,23 @@
 """What reaches the exposed surfaces in one stage."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cleaning import scatter
+from cleaning.deck import deck_of
+from cleaning.facets import Facets
+from cleaning.jet import Jet
+from cleaning.scatter import Account, Ground, Poses, Rays
+from cleaning.scene import Scene, cast_rays
+from cleaning.stages import Samples, Stage
 from geometry.arrays import Indices, Scalars
+from geometry.progress import Progress
+
+_BLOCKS = 60
+_BATCH_RAYS = 200_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,3 +58,111 @@ class Exposure:
     """Share of it that landed on a facet; the rest missed the board."""
     rays: int
     growth: Growth
+    by_maker_mm3: NDArray[np.float64] = field(default_factory=lambda: np.zeros((1, 0)))
+    """(components + 1, makers of the stage's samples) volume that each maker left on each component; in the last row
+    what lies on the bare board and on fixtures."""
+
+
+def _untold(_what: str, _done: float) -> None:
+    return
+
+
+def expose(
+    stage: Stage, jet: Jet, facets: Facets, scene: Scene, rays_per_sample: int = 64, tell: Progress = _untold
+) -> Exposure:
+    """Follow rays of the jet from every sample of a stage, and add up what they bring to each cell.
+
+    Args:
+        stage: With samples; no sample, no exposure.
+        jet: ``jet_of`` the stage.
+        facets: ``build_facets`` of the scene.
+        scene: What casts shadows.
+        rays_per_sample: At least 1; all in all a cell should be hit 30 times.
+        tell: Told how far it is.
+    """
+    samples = stage.samples
+    rays = rays_of(jet, rays_per_sample)
+    poses = poses_of(samples)
+    ground = Ground(scene.planes, facets.cell, facets.component)
+    account = Account(
+        np.zeros((len(facets.cell_areas_mm2), scatter.SUMS)),
+        np.zeros((int(facets.component.max(initial=-1)) + 2, len(samples.makers))),
+    )
+    blocks = np.unique(np.linspace(0, len(samples.times), _BLOCKS + 1).round().astype(np.int64))
+    grown: list[tuple[Indices, Scalars]] = []
+    for begin, end in pairwise(blocks.tolist()):
+        before = account.cells[:, scatter.VOLUME].copy()
+        for first, last in _batches(begin, end, rays_per_sample):
+            faces = fly(rays, poses, scene, first, last)
+            scatter.land(jet.form, rays, poses, ground, (first, faces, not jet.gas), account)
+        cells = np.flatnonzero(account.cells[:, scatter.VOLUME] > before)
+        grown.append((cells, account.cells[cells, scatter.VOLUME] - before[cells]))
+        tell(stage.made_by, end / len(samples.times))
+    growth = _growth(grown, _ends(stage, blocks), facets)
+    return _exposure_of(stage, jet, facets, rays_per_sample, account, growth)
+
+
+def poses_of(samples: Samples) -> Poses:
+    """Lay samples out for compiled code."""
+    seconds, tcp, axes = (
+        np.ascontiguousarray(each, dtype=np.float64) for each in (samples.seconds, samples.tcp, samples.axes)
+    )
+    return Poses(seconds, tcp, axes, np.ascontiguousarray(samples.made_by, dtype=np.int64))
+
+
+def rays_of(jet: Jet, per_sample: int) -> Rays:
+    """Deal a jet's deck, so many rays to a sample."""
+    deck = deck_of(jet)
+    columns = [deck.starts, *deck.directions.T, deck.strength, deck.inside, deck.front, deck.spread]
+    return Rays(np.column_stack(columns).astype(np.float64), per_sample)
+
+
+def fly(rays: Rays, poses: Poses, scene: Scene, first: int, last: int) -> NDArray[np.int32]:
+    """Faces that the rays of samples ``first`` to ``last`` hit, or -1: (n,)."""
+    out = tuple(np.empty(((last - first) * rays.per_sample, 3), dtype=np.float32) for _ in range(2))
+    scatter.deal(rays, poses, scene.origin, first, (out[0], out[1]))
+    return cast_rays(scene, out[0], out[1])
+
+
+def _batches(begin: int, end: int, rays_per_sample: int) -> list[tuple[int, int]]:
+    """Runs of samples whose rays fit a batch."""
+    step = max(1, _BATCH_RAYS // rays_per_sample)
+    return [(first, min(first + step, end)) for first in range(begin, end, step)]
+
+
+def _ends(stage: Stage, blocks: Indices) -> Scalars:
+    """(b,) when each block of samples ends, s."""
+    samples = stage.samples
+    if len(blocks) < 2:
+        return np.empty(0)
+    last = blocks[1:] - 1
+    return samples.times[last] + samples.seconds[last] / 2
+
+
+def _growth(grown: list[tuple[Indices, Scalars]], ends: Scalars, facets: Facets) -> Growth:
+    cells = [cells for cells, _ in grown]
+    start = np.cumsum([0, *(len(some) for some in cells)]).astype(np.int64)
+    cell = np.concatenate([np.empty(0, dtype=np.int64), *cells])
+    volumes = np.concatenate([np.empty(0), *(volumes for _, volumes in grown)])
+    return Growth(ends, start, cell, (volumes / facets.cell_areas_mm2[cell]).astype(np.float32))
+
+
+def _exposure_of(
+    stage: Stage, jet: Jet, facets: Facets, rays_per_sample: int, account: Account, growth: Growth
+) -> Exposure:
+    sums = account.cells
+    means = sums / facets.cell_areas_mm2[:, None]
+    return Exposure(
+        cone_s=means[:, scatter.CONE],
+        front_s=means[:, scatter.FRONT],
+        volume_mm=means[:, scatter.VOLUME],
+        peak_pa=sums[:, scatter.PEAK].copy(),
+        impulse_n_pa_s=means[:, scatter.NORMAL],
+        impulse_t_pa_s=means[:, scatter.TANGENTIAL],
+        hits=sums[:, scatter.HITS].astype(np.int64),
+        sprayed_mm3=jet.flow_m3_s * 1e9 * stage.spray_s,
+        landed_mm3=float(sums[:, scatter.VOLUME].sum()),
+        rays=len(stage.samples.times) * rays_per_sample,
+        growth=growth,
+        by_maker_mm3=account.makers,
+    )

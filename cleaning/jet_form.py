@@ -1,0 +1,198 @@
+"""The shape of a jet as compiled code reads it: what it sprays into each direction, and what that does at a place.
+
+Everything is in the tool frame, mm: origin in the orifice, z along the jet, x along the nozzle's reference azimuth.
+
+Cones and fans come from a point. The curtain of an air knife is made of ribbons: what leaves the slot at u times its
+half width (-1 <= u <= 1) spreads with u times the tangent of its half angle, so that exactly one ribbon passes through
+each place.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.arrays import Scalars
+from geometry.coverage.compiled import compiled
+
+RING, CONE, FAN, KNIFE = 0, 1, 2, 3
+TAIL_SIGMAS = 5.0
+"""The Gaussian flanks of a jet end here."""
+EDGE_SIGMAS = 2.0
+"""The outer cone, within which a place counts as sprayed, ends here."""
+DECAY = 2.4
+"""A curtain of gas slows down as 2.4 sqrt(b / x) behind its core, b the opening of the slot (plane free jet)."""
+
+
+class JetForm(NamedTuple):
+    """A jet for compiled code."""
+
+    kind: int
+    """RING, CONE, FAN or KNIFE."""
+    flow_m3_s: float
+    speed_m_s: float
+    density_kg_m3: float
+    scale: float
+    """Density of the flow in the jet's coordinates where its profile is 1, as share of the flow."""
+    pressing: float
+    """Stress over density, speed and flux at right angles: 1 for liquids, 1/2 for gases (stagnation pressure)."""
+    table: NDArray[np.float64]
+    """(k, 2) angle from the axis to the middle of the ring and its sigma, rad, at k equally spaced azimuths; of a full
+    cone to its edge and the softness of that."""
+    wide: float
+    """Half angle of a fan's wide side or of a curtain's ends, rad."""
+    wide_sigma: float
+    """Softness of the ends of a fan, rad."""
+    thin_sigma: float
+    """Sigma across a fan or curtain, rad."""
+    half_slot_mm: float
+    """Half the length of the slot; 0 for all but knives."""
+    core_mm: float
+    """Length of a curtain's core, in which the gas is as fast as in the slot."""
+    gas_curtain: bool
+    """Whether stress follows the decay of a plane free jet."""
+
+
+@compiled
+def ring_at(table: NDArray[np.float64], x: float, y: float) -> tuple[float, float]:
+    """Angle and sigma of the ring at the azimuth of (x, y), rad."""
+    count = len(table)
+    place = math.atan2(y, x) / (2 * math.pi) * count
+    if place < 0:
+        place += count
+    index = int(place)
+    part = place - index
+    one, other = index % count, (index + 1) % count
+    return (
+        table[one, 0] + part * (table[other, 0] - table[one, 0]),
+        table[one, 1] + part * (table[other, 1] - table[one, 1]),
+    )
+
+
+@compiled
+def soft_edge(beyond: float, sigma: float) -> float:
+    """One inside, zero outside of an edge, with a Gaussian in between; nothing beyond its tail."""
+    if beyond > TAIL_SIGMAS * sigma:
+        return 0.0
+    return 0.5 * math.erfc(beyond / (math.sqrt(2.0) * sigma))
+
+
+@compiled
+def bell(away: float, sigma: float) -> float:
+    """Gaussian of height 1; nothing beyond its tail."""
+    if abs(away) > TAIL_SIGMAS * sigma:
+        return 0.0
+    return math.exp(-0.5 * (away / sigma) ** 2)
+
+
+@compiled
+def profile(jet: JetForm, x: float, y: float, z: float) -> tuple[float, bool]:
+    """How strong a direction is sprayed compared with the strongest, and whether it is in the outer cone.
+
+    Args:
+        jet: Which jet.
+        x: Direction of the ray that leaves the orifice, any length.
+        y: Likewise.
+        z: Likewise, along the axis.
+    """
+    if z <= 0.0:
+        return 0.0, False
+    if jet.kind in (RING, CONE):
+        angle, sigma = ring_at(jet.table, x, y)
+        beyond = math.atan2(math.sqrt(x * x + y * y), z) - angle
+        strength = bell(beyond, sigma) if jet.kind == RING else soft_edge(beyond, sigma)
+        return strength, beyond <= EDGE_SIGMAS * sigma
+    wide, thin = abs(math.atan2(x, z)), math.atan2(y, z)
+    within = abs(thin) <= EDGE_SIGMAS * jet.thin_sigma
+    if jet.kind == FAN:
+        strength = soft_edge(wide - jet.wide, jet.wide_sigma) * bell(thin, jet.thin_sigma)
+        return strength, within and wide <= jet.wide + EDGE_SIGMAS * jet.wide_sigma
+    within_slot = wide <= jet.wide
+    return (bell(thin, jet.thin_sigma) if within_slot else 0.0), within and within_slot
+
+
+@compiled
+def ray_to(jet: JetForm, x: float, y: float, z: float) -> tuple[float, float, float, float, float]:
+    """The ray that reaches a place in front of the orifice: its direction, its length, and its spread there.
+
+    Returns:
+        Unit vector (three numbers), length in mm, and the area at right angles to the ray over which one unit of the
+        jet's coordinates has spread, mm²: for cones and fans the square of the length (coordinates: solid angle), for
+        knives of ribbon u and the angle across the slot.
+    """
+    from_x = 0.0
+    opening = 0.0
+    if jet.kind == KNIFE:
+        slope = math.tan(jet.wide)
+        opening = jet.half_slot_mm + z * slope
+        from_x = x / opening * jet.half_slot_mm
+    dx = x - from_x
+    length = math.sqrt(dx * dx + y * y + z * z)
+    ux, uy, uz = dx / length, y / length, z / length
+    spread = length * length
+    if jet.kind == KNIFE:
+        spread = uz * z * (1.0 + (y / z) ** 2) * opening
+    return ux, uy, uz, length, spread
+
+
+@compiled
+def stress_factor(jet: JetForm, strength: float, length: float, spread: float) -> float:
+    """Normal stress on a wall at right angles to the ray, Pa.
+
+    Liquids press with rho q v; gases with the stagnation pressure, half of what their momentum flux rho U² would be,
+    where U² = q v keeps the momentum of the jet, and a curtain slows down as a plane free jet does.
+    """
+    if jet.gas_curtain:
+        slower = 1.0 if length <= jet.core_mm else jet.core_mm / length
+        return jet.pressing * jet.density_kg_m3 * jet.speed_m_s**2 * slower * strength
+    flux = jet.flow_m3_s * jet.scale * strength / (spread * 1e-6)
+    return jet.pressing * jet.density_kg_m3 * jet.speed_m_s * flux
+
+
+@compiled
+def stress_of(jet: JetForm, place: tuple[float, float, float], normal: tuple[float, float, float]) -> float:
+    """Normal stress at a place with an outward normal, Pa, as if nothing stood in between; all in the tool frame."""
+    x, y, z = place
+    if z <= 0.0:
+        return 0.0
+    ux, uy, uz, length, spread = ray_to(jet, x, y, z)
+    facing = -(ux * normal[0] + uy * normal[1] + uz * normal[2])
+    if facing <= 0.0:
+        return 0.0
+    strength, _ = profile(jet, ux, uy, uz)
+    if strength <= 0.0:
+        return 0.0
+    return stress_factor(jet, strength, length, spread) * facing * facing
+
+
+@compiled
+def add_stresses(jet: JetForm, poses: tuple[Any, Any], wall: tuple[Any, Any], found: NDArray[np.float64]) -> None:
+    """Fill (n, k) normal stresses: n poses (tcp (n, 3), axes (n, 3, 3)), k places (points, normals (k, 3))."""
+    tcp, axes = poses
+    points, normals = wall
+    for i in range(len(tcp)):
+        turn = axes[i]
+        for j in range(len(points)):
+            x, y, z = points[j, 0] - tcp[i, 0], points[j, 1] - tcp[i, 1], points[j, 2] - tcp[i, 2]
+            nx, ny, nz = normals[j, 0], normals[j, 1], normals[j, 2]
+            found[i, j] = stress_of(
+                jet,
+                (
+                    turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z,
+                    turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z,
+                    turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z,
+                ),
+                (
+                    turn[0, 0] * nx + turn[1, 0] * ny + turn[2, 0] * nz,
+                    turn[0, 1] * nx + turn[1, 1] * ny + turn[2, 1] * nz,
+                    turn[0, 2] * nx + turn[1, 2] * ny + turn[2, 2] * nz,
+                ),
+            )
+
+
+@compiled
+def strengths(jet: JetForm, directions: NDArray[np.float64], found: Scalars, within: NDArray[np.bool_]) -> None:
+    """Fill (n,) profiles and whether they are in the outer cone, for (n, 3) directions."""
+    for i in range(len(directions)):
+        found[i], within[i] = profile(jet, directions[i, 0], directions[i, 1], directions[i, 2])
