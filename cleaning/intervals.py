@@ -1,0 +1,104 @@
+"""How sure a fit is: 95 % intervals by covariance where it is linear, by profile likelihood where it is not."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import fdtrc, stdtrit
+
+from geometry.arrays import Scalars
+
+Residuals = Callable[[Scalars], Scalars]
+_LEVEL = 0.975
+_TURNS = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A fitted value and its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+    """Infinite, as ``low`` may be 0, where the data do not bound it."""
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Lowest and highest."""
+        return self.low, self.high
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """Least squares: p parameters, n residuals."""
+
+    parameters: Scalars
+    """(p,)"""
+    squares: float
+    """Sum of the squared residuals."""
+    freedom: int
+    """Degrees of freedom: n less everything that was fitted."""
+
+
+def student_t(freedom: int) -> float:
+    """Give Student's t for a two-sided 95 % interval."""
+    return float(stdtrit(freedom, _LEVEL))
+
+
+def half_widths(jacobian: NDArray[np.float64], fit: Fit) -> Scalars:
+    """Give the half widths of 95 % intervals from the covariance of a linearised fit.
+
+    Args:
+        jacobian: (n, p) of the residuals at the optimum, of full rank.
+        fit: The optimum.
+
+    Returns:
+        (p,) in the units of the parameters.
+    """
+    covariance = np.linalg.inv(jacobian.T @ jacobian) * fit.squares / fit.freedom
+    return np.asarray(student_t(fit.freedom) * np.sqrt(np.diag(covariance)), dtype=np.float64)
+
+
+def chance_of_less(fewer: Fit, more: Fit) -> float:
+    """Give the probability that parameters which mean nothing lower the squares as much as these did (F test)."""
+    added = fewer.freedom - more.freedom
+    ratio = ((fewer.squares - more.squares) / added) / max(more.squares / more.freedom, 1e-300)
+    return float(fdtrc(added, more.freedom, max(ratio, 0.0)))
+
+
+def highest_squares(fit: Fit) -> float:
+    """Give the sum of squares up to which a value of one parameter lies in the 95 % profile interval."""
+    return fit.squares * (1.0 + student_t(fit.freedom) ** 2 / fit.freedom)
+
+
+def profile_end(squares_at: Callable[[float], float], best: float, limit: float, most: float) -> float:
+    """Search one end of a profile interval.
+
+    Args:
+        squares_at: Least sum of squares for a fixed value of the parameter.
+        best: Its optimum.
+        limit: Where the search ends, above or below the optimum.
+        most: The sum of squares at the end of the interval.
+
+    Returns:
+        The end; infinite, with the sign of the direction, if the squares stay below up to the limit.
+    """
+    direction = math.copysign(1.0, limit - best)
+    inside, step = best, 0.02
+    while True:
+        outside = best + direction * step
+        if (outside - limit) * direction >= 0.0:
+            outside = limit
+        if squares_at(outside) > most:
+            break
+        if outside == limit:
+            return direction * math.inf
+        inside, step = outside, 2.0 * step
+    for _ in range(_TURNS):
+        if abs(outside - inside) < 1e-4:
+            break
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if squares_at(middle) <= most else (inside, middle)
+    return inside

@@ -1,0 +1,107 @@
+"""A fitted ring as a recipe has it: the block of one nozzle, and a recipe with that block."""
+
+from pathlib import Path
+
+import numpy as np
+
+from cleaning.calibrate_ring import RingFit
+from cleaning.errors import CleaningError
+from recipes.edit import remove_value, set_value
+from recipes.footprint import RING_EDGE_SIGMAS
+from recipes.keys import name_nearest
+from recipes.load import find_recipe, load_recipe, read_recipe_text
+from recipes.nozzles import HollowCone, Wavefront
+from recipes.start import start_recipe
+
+_AZIMUTHS_DEG = np.arange(0.0, 360.0, 15.0)
+_LEAST_ANGLE = np.radians(0.5)
+_WIDEST_ANGLE = np.radians(85.0)
+
+
+def wavefront_of(fit: RingFit) -> Wavefront | None:
+    """Give the ring on a flat plate by azimuth, at the least height that was measured; nothing for a plain circle."""
+    if not fit.waves_deg:
+        return None
+    height = min(sheet.height_mm for sheet in fit.sheets)
+    middle = fit.middle(np.radians(_AZIMUTHS_DEG))
+    half = RING_EDGE_SIGMAS * np.radians(fit.sigma_deg.value)
+    inner = height * np.tan(np.maximum(middle - half, _LEAST_ANGLE))
+    outer = height * np.tan(np.minimum(middle + half, _WIDEST_ANGLE))
+    rows = zip(_AZIMUTHS_DEG.tolist(), inner.tolist(), outer.tolist(), strict=True)
+    return Wavefront(height_mm=height, points=[(around, round(low, 2), round(high, 2)) for around, low, high in rows])
+
+
+def nozzle_text(fit: RingFit) -> str:
+    """Write what was fitted as the lines of a nozzle, with a comment on where it comes from."""
+    lines = [f"# {_told(fit)}", *(f"{key}: {value:g}" for key, value in _numbers(fit).items())]
+    wavefront = wavefront_of(fit)
+    if wavefront is not None:
+        lines += ["wavefront:", f"  height_mm: {wavefront.height_mm:g}", "  points:"]
+        lines += [f"    - [{around:g}, {inner:g}, {outer:g}]" for around, inner, outer in wavefront.points]
+    return "\n".join(lines) + "\n"
+
+
+def recipe_with_ring(fit: RingFit, source: str | Path, nozzle: str, file: Path) -> str:
+    """Write a recipe like another one, comments and all, whose nozzle has the fitted ring.
+
+    Args:
+        fit: The ring.
+        source: The recipe to begin with: a library name or a file.
+        nozzle: Name of its hollow cone.
+        file: Where the new recipe will stand; it is named after it.
+
+    Raises:
+        CleaningError: there is no such hollow cone.
+        RecipeError: the recipe cannot be used.
+    """
+    check_nozzle(source, nozzle)
+    text = start_recipe(source, file)
+    for key, value in _numbers(fit).items():
+        text = set_value(text, ("nozzles", nozzle, key), value)
+    wavefront = wavefront_of(fit)
+    if wavefront is not None:
+        value = {"height_mm": wavefront.height_mm, "points": [list(point) for point in wavefront.points]}
+        text = set_value(text, ("nozzles", nozzle, "wavefront"), value)
+    elif _hollow_cone(read_recipe_text(text, file=file).recipe.nozzles[nozzle]).wavefront is not None:
+        text = remove_value(text, ("nozzles", nozzle, "wavefront"))
+    first, _, rest = text.partition("\n")
+    told = f"# Nozzle {nozzle}: {_told(fit)}\n"
+    text = f"{first}\n{told}{rest}" if first.startswith("#") else f"{told}{text}"
+    read_recipe_text(text, file=file)
+    return text
+
+
+def check_nozzle(source: str | Path, nozzle: str) -> HollowCone:
+    """Find the hollow cone of a recipe.
+
+    Raises:
+        CleaningError: there is none of that name, or it is no hollow cone.
+        RecipeError: the recipe cannot be used.
+    """
+    nozzles = load_recipe(source).nozzles
+    cones = [name for name, each in nozzles.items() if isinstance(each, HollowCone)]
+    if nozzle not in cones:
+        message = f"{nozzle!r} is no hollow cone of this recipe; {name_nearest(nozzle, cones)}"
+        raise CleaningError(message, path="nozzles", file=find_recipe(source))
+    return _hollow_cone(nozzles[nozzle])
+
+
+def _hollow_cone(nozzle: object) -> HollowCone:
+    assert isinstance(nozzle, HollowCone)
+    return nozzle
+
+
+def _numbers(fit: RingFit) -> dict[str, float]:
+    return {"half_angle_deg": round(fit.half_angle_deg.value, 2), "ring_sigma_deg": round(fit.sigma_deg.value, 2)}
+
+
+def _told(fit: RingFit) -> str:
+    made_up = "SYNTHETIC data, proves nothing: " if fit.measurements.synthetic else ""
+    return (
+        f"{made_up}fitted to {fit.measurements.source}: {len(fit.measurements)} rows, rms {fit.rms:.3g} {fit.unit}, "
+        f"half angle {_range(fit.half_angle_deg.interval)}, sigma {_range(fit.sigma_deg.interval)} degrees (95 %)."
+    )
+
+
+def _range(interval: tuple[float, float]) -> str:
+    return f"{interval[0]:.2f} to {interval[1]:.2f}"
