@@ -87,8 +87,8 @@ def arrange(count: int, view: View, width_mm: float, height_mm: float) -> Layout
 
 
 @contextmanager
-def sheet(height_mm: float) -> Generator[Figure]:
-    """Give an empty sheet as wide as A3, drawn with matplotlib's own settings whatever the user's are."""
+def sheet(height_mm: float, width_mm: float = SHEET_MM[0]) -> Generator[Figure]:
+    """Give an empty sheet, as wide as A3 unless told, drawn with matplotlib's own settings whatever the user's are."""
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -109,7 +109,7 @@ def sheet(height_mm: float) -> Generator[Figure]:
         "font.size": 8,
     }
     with matplotlib.rc_context(cast("dict[Any, Any]", settings)):
-        figure = Figure(figsize=(SHEET_MM[0] / 25.4, height_mm / 25.4), dpi=150, facecolor="white")
+        figure = Figure(figsize=(width_mm / 25.4, height_mm / 25.4), dpi=150, facecolor="white")
         FigureCanvasAgg(figure)
         yield figure
 

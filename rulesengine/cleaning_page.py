@@ -1,0 +1,216 @@
+"""A cleaning report as one page of HTML that needs nothing else: to look at, print and keep."""
+
+from base64 import b64encode
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+from cleaning.assumptions import assumptions_of
+from cleaning.results import VERDICTS, CleaningReport, Part, Verdict
+from rulesengine.cleaning_curves import draw_limiting, draw_volumes
+from rulesengine.cleaning_pictures import VERDICT_COLOURS, Picture, draw_exposures, draw_verdicts
+from rulesengine.cleaning_tables import (
+    assumptions_table,
+    gap_table,
+    parts_table,
+    process_table,
+    rules_table,
+    stages_table,
+    verdict_mark,
+)
+from rulesengine.cleaning_words import CALIBRATED, HONESTY, LIMITS, SYNTHETIC, UNCALIBRATED, VERDICT_WORDS
+from rulesengine.drawing import ACCENT, FAINT, INK, QUIET
+from rulesengine.gap_picture import draw_gaps
+from rulesengine.summary import amount, clock
+
+_MOST_GAPS = 6
+_MOST_LIMITED = 15
+
+
+@dataclass(frozen=True, slots=True)
+class Traceability:
+    """What only the line knows; what is empty becomes a blank to fill in by hand."""
+
+    serial: str = ""
+    detergent: str = ""
+    bath_c: str = ""
+    conductivity: str = ""
+    date: str = ""
+
+
+def cleaning_page(report: CleaningReport, trace: Traceability) -> str:
+    """Write the page; the same report and the same entries give the same text.
+
+    Args:
+        report: What the analysis found.
+        trace: What was entered about this board and its bath.
+    """
+    origin = report.origin
+    sections = [
+        _head(report),
+        _section("The process", stages_table(report)),
+        _section("The board", _legend(), *map(_image, draw_verdicts(report))),
+        _section("Components, the worst first", parts_table(report)),
+        _section("The process and the bare board", process_table(report)),
+        _section("Under the worst parts", *_gaps(report)),
+        _section("What limits them", *_limiting(report)),
+        _section("What reaches the surface", *_surface(report)),
+        _section("The rules", rules_table(report)),
+        _section("Where it comes from", _traces(report, trace)),
+        _section("What this model cannot say", f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in LIMITS)}</ul>"),
+        _section("All that was assumed", assumptions_table(report)),
+    ]
+    title = escape(f"{origin.board} with {origin.recipe}: cleaning")
+    return (
+        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head>'
+        f"<body><main>{''.join(sections)}</main></body></html>\n"
+    )
+
+
+def headline(report: CleaningReport) -> str:
+    """Say the verdict in one sentence: of the worst component, never an average."""
+    if not report.parts:
+        return "Predicted: no components to judge"
+    count = sum(part.verdict == report.verdict for part in report.parts)
+    if report.verdict == "clean":
+        return f"Predicted: all of {amount(len(report.parts), 'component')} clean"
+    if not count:
+        return f"Predicted: {report.verdict}, for the process or the bare board"
+    return f"Predicted: {count} of {amount(len(report.parts), 'component')} {report.verdict}"
+
+
+def honesty(report: CleaningReport) -> str:
+    """Say what the verdict is worth."""
+    known = {each.known for each in assumptions_of(report.parameters)}
+    return " ".join([
+        HONESTY, CALIBRATED if report.parameters.calibrated else UNCALIBRATED, *([SYNTHETIC] * ("synthetic" in known))
+    ])  # fmt: skip
+
+
+def _head(report: CleaningReport) -> str:
+    origin = report.origin
+    counts: dict[Verdict, int] = {
+        verdict: sum(part.verdict == verdict for part in report.parts) for verdict in VERDICTS
+    }
+    litres = sum(value for _, value in report.litres)
+    facts = [
+        (clock(report.duration_s), "for the whole program"),
+        (f"{litres:.2f} l", ", ".join(f"{name} {value:.2f}" for name, value in report.litres) or "no liquid"),
+        *((str(count), VERDICT_WORDS[verdict].removeprefix("is ")) for verdict, count in counts.items() if count),
+    ]
+    cards = "".join(f"<div><b>{escape(value)}</b><span>{escape(what)}</span></div>" for value, what in facts)
+    return (
+        f'<header><p class="q">{escape(origin.board)} with {escape(origin.recipe)}</p>'
+        f'<h1 style="border-color:{VERDICT_COLOURS[report.verdict]}">{escape(headline(report))}</h1>'
+        f'<p class="honest">{escape(honesty(report))}</p><div class="facts">{cards}</div></header>'
+    )
+
+
+def _section(title: str, *content: str) -> str:
+    told = "".join(content)
+    return f"<section><h2>{escape(title)}</h2>{told}</section>" if told else ""
+
+
+def _image(picture: Picture) -> str:
+    kind = {".png": "image/png", ".svg": "image/svg+xml"}[picture.suffix]
+    data = b64encode(picture.content).decode("ascii")
+    return f'<img alt="{escape(picture.says)}" src="data:{kind};base64,{data}">'
+
+
+def _legend() -> str:
+    return f'<p class="legend">{" ".join(map(verdict_mark, VERDICTS))}</p>'
+
+
+def _gaps(report: CleaningReport) -> list[str]:
+    """Draw the gaps of the worst parts; those that are clean do not need a picture while others do."""
+    parts = [part for part in report.worst_first() if part.gaps]
+    wanting: Sequence[Part] = [part for part in parts if part.verdict != "clean"] or parts[:1]
+    told = [
+        '<p class="q">Pressure and flow as if only the side that is pressed hardest were pressed; grey are solder '
+        "joints; the cross is the middle of the worst tenth. A gap whose height is not known is shown at both bounds."
+        "</p>"
+    ]
+    for part in wanting[:_MOST_GAPS]:
+        known = "" if part.underside is None else f"{part.underside.standoff_source}; {part.underside.joints_source}"
+        told.append(
+            f"<article><h3>{escape(part.component)} {verdict_mark(part.verdict)}</h3>"
+            f'<p class="q">standoff and joints: {escape(known)}</p>{_image(draw_gaps(report, part))}'
+            f"{gap_table(report, part)}</article>"
+        )
+    return told if wanting else []
+
+
+def _limiting(report: CleaningReport) -> list[str]:
+    parts = [part for part in report.worst_first() if part.elasticity][:_MOST_LIMITED]
+    picture = draw_limiting(parts)
+    note = '<p class="q">How strongly the residue answers to each factor; the strongest is marked.</p>'
+    return [] if picture is None else [note, _image(picture)]
+
+
+def _surface(report: CleaningReport) -> list[str]:
+    note = (
+        f'<p class="q">Exposed surfaces as seen from the top. <span style="color:{ACCENT}">This colour</span> marks '
+        "what the jet never hits; a line on a scale marks the limit.</p>"
+    )
+    maps = [
+        f"<article><h3>{escape(stage.function)} <span class='q'>{escape(stage.made_by)}</span></h3>{_image(picture)}"
+        "</article>"
+        for stage, picture in draw_exposures(report)
+    ]
+    curves = draw_volumes(report)
+    return [note, *maps, *([] if curves is None else [_image(curves)])]
+
+
+def _traces(report: CleaningReport, trace: Traceability) -> str:
+    origin = report.origin
+    entries = [
+        ("Serial number", trace.serial), ("Date", trace.date), ("Detergent and lot", trace.detergent),
+        ("Bath temperature, °C", trace.bath_c), ("Conductivity of the rinse water, µS/cm", trace.conductivity),
+        ("Operator", ""),
+    ]  # fmt: skip
+    blanks = "".join(
+        f"<div><span>{escape(name)}</span><b>{escape(value) or '&nbsp;'}</b></div>" for name, value in entries
+    )
+    hashes = [
+        ("board", origin.board, origin.board_sha256),
+        ("recipe", origin.recipe, origin.recipe_sha256),
+        ("parameter set", report.parameters.parameters, report.parameters_sha256),
+    ]
+    lines = "".join(f"<div>{what} {escape(name)} <code>{escape(sha)}</code></div>" for what, name, sha in hashes)
+    return f'<div class="blanks">{blanks}</div><div class="hashes">sha256 of what it was made from{lines}</div>'
+
+
+_STYLE = f"""
+@page {{ size: A4; margin: 14mm 15mm }}
+* {{ box-sizing: border-box }}
+body {{ margin: 0; background: #fff; color: {INK}; font: 13px/1.5 system-ui, "DejaVu Sans", sans-serif;
+  font-variant-numeric: tabular-nums; print-color-adjust: exact; -webkit-print-color-adjust: exact }}
+main {{ max-width: 190mm; margin: 0 auto; padding: 8mm 5mm }}
+h1 {{ font-size: 24px; line-height: 1.25; margin: 4px 0 10px; padding-left: 12px; border-left: 8px solid }}
+h2 {{ font-size: 16px; margin: 30px 0 8px; padding-top: 8px; border-top: 1px solid {FAINT}; break-after: avoid }}
+h3 {{ font-size: 13px; margin: 14px 0 2px; break-after: avoid }}
+p {{ margin: 4px 0 8px }}
+img {{ display: block; width: 100%; margin: 6px 0; break-inside: avoid }}
+article, .facts, .blanks {{ break-inside: avoid }}
+.q {{ color: #5d6a73; font-size: 11.5px }}
+.honest {{ padding-left: 20px; max-width: 150mm }}
+.facts {{ display: flex; flex-wrap: wrap; gap: 8px 28px; margin-top: 14px }}
+.facts b {{ display: block; font-size: 18px; font-weight: 600 }}
+.facts span {{ color: #5d6a73; font-size: 11.5px }}
+.mark {{ display: inline-block; width: 9px; height: 9px; margin: 0 5px 0 0; border-radius: 2px }}
+.legend {{ word-spacing: 0 }} .legend .mark {{ margin-left: 12px }} .legend .mark:first-child {{ margin-left: 0 }}
+table {{ width: 100%; border-collapse: collapse; margin: 6px 0 }}
+th {{ text-align: left; font-weight: 600; font-size: 11.5px; color: #5d6a73; border-bottom: 1px solid {QUIET} }}
+th, td {{ padding: 3px 8px 3px 0; vertical-align: top }}
+td {{ border-bottom: 1px solid #e6e9eb }}
+tr {{ break-inside: avoid }}
+.r {{ text-align: right }} td.r {{ white-space: nowrap }}
+.parts td:nth-child(1) {{ width: 19% }} .parts td:nth-child(2) {{ width: 13% }} .parts td:nth-child(4) {{ width: 28% }}
+.parts td {{ overflow-wrap: anywhere }}
+.small {{ font-size: 11px }} .names {{ font-size: 12px }}
+code {{ font: 11px "DejaVu Sans Mono", monospace; overflow-wrap: anywhere }}
+.blanks {{ display: grid; grid-template-columns: 1fr 1fr; gap: 14px 24px; margin: 10px 0 16px }}
+.blanks div {{ border-bottom: 1px solid {INK} }} .blanks span {{ color: #5d6a73; font-size: 11.5px; margin-right: 8px }}
+.hashes {{ font-size: 11.5px }} li {{ margin-bottom: 4px }}
+"""

@@ -1,0 +1,123 @@
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pytest
+from cleaning_report import small_report
+
+from cleaning.parameters import Provenance
+from cleaning.results import Part
+from rulesengine.cleaning_page import Traceability, cleaning_page, headline, honesty
+from rulesengine.cleaning_tables import amount_text, parts_table
+from rulesengine.cleaning_words import RULES
+
+VOID = {"meta", "img", "br", "link"}
+
+
+class Reader(HTMLParser):
+    """Counts what is open, and keeps every place that a browser would fetch."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.fetched: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in VOID:
+            self.open.append(tag)
+        self.fetched += [value or "" for name, value in attrs if name in ("src", "href")]
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+@pytest.fixture(scope="module")
+def page() -> str:
+    return cleaning_page(small_report(), Traceability(serial="A <7>", bath_c="61"))
+
+
+def test_the_page_is_whole_and_fetches_nothing(page: str) -> None:
+    reader = Reader()
+    reader.feed(page)
+    assert reader.open == []
+    assert len(reader.fetched) >= 6
+    assert all(place.startswith("data:image/") for place in reader.fetched)
+    assert "url(" not in page
+    assert "@import" not in page
+
+
+def test_the_same_report_gives_the_same_bytes_without_a_clock(page: str) -> None:
+    assert cleaning_page(small_report(), Traceability(serial="A <7>", bath_c="61")) == page
+    visible = re.sub(r'src="[^"]*"', "", page)
+    assert not re.search(r"20\d\d-\d\d-\d\d", visible)
+
+
+def test_the_page_says_what_it_is_worth_and_never_that_a_standard_is_met(page: str) -> None:
+    assert "Predicted: 1 of 5 components dirty" in page
+    assert "uncalibrated" in page
+    assert "SIR" in page
+    assert "J-STD" not in page
+    assert "IPC" not in page
+
+
+def test_the_page_has_the_hashes_the_entries_and_every_assumption(page: str) -> None:
+    report = small_report()
+    for sha in (report.origin.board_sha256, report.origin.recipe_sha256, report.parameters_sha256):
+        assert sha in page
+    assert "A &lt;7&gt;" in page
+    assert "<b>&nbsp;</b>" in page, "what was not given is a blank to fill in"
+    assert "soil.k1_per_s" in page
+    assert all(f"<td>{rule.name}</td>" in page for rule in RULES)
+
+
+def test_names_cannot_become_markup() -> None:
+    report = small_report()
+    wicked = replace(report.parts[0].judgements[0], because="<script>alert(1)</script>", advice="<b>x")
+    part = replace(report.parts[0], judgements=(wicked,))
+    page = cleaning_page(replace(report, parts=(part, *report.parts[1:])), Traceability())
+    assert "<script" not in page
+    assert "&lt;script&gt;" in page
+
+
+def only(verdict: str) -> list[Part]:
+    return [part for part in small_report().parts if part.verdict == verdict]
+
+
+def test_the_headline_is_about_the_worst_and_not_an_average() -> None:
+    report = small_report()
+    clean = replace(report, parts=tuple(only("clean")), verdict="clean")
+    assert headline(clean) == "Predicted: all of 2 components clean"
+    assert headline(replace(clean, verdict="marginal")) == "Predicted: marginal, for the process or the bare board"
+    assert headline(replace(report, parts=())) == "Predicted: no components to judge"
+
+
+def test_calibration_and_made_up_data_are_said() -> None:
+    report = small_report()
+    fitted = {f"soil.{name}": Provenance(known="calibrated", source="coupons") for name in ("k1_per_s", "k_m_per_s")}
+    known = {**report.parameters.provenance, **fitted}
+    assert "uncalibrated" not in honesty(
+        replace(report, parameters=report.parameters.model_copy(update={"provenance": known}))
+    )
+    made_up = {**known, "film": Provenance(known="synthetic", source="demo")}
+    told = honesty(replace(report, parameters=report.parameters.model_copy(update={"provenance": made_up})))
+    assert "made-up" in told
+
+
+def test_a_board_whose_parts_are_all_clean_still_has_a_page() -> None:
+    report = small_report()
+    parts = tuple(replace(part, verdict="clean", gaps=(), underside=None, elasticity={}) for part in report.parts)
+    page = cleaning_page(replace(report, parts=parts, verdict="clean"), Traceability())
+    assert "Predicted clean (5):" in page
+    assert "Under the worst parts" not in page
+
+
+def test_a_long_list_says_how_many_more_there_are() -> None:
+    report = small_report()
+    dirty = tuple(replace(report.parts[0], component=f"U{number}") for number in range(310))
+    assert "and 10 more components" in parts_table(replace(report, parts=dirty))
+
+
+def test_numbers_are_short() -> None:
+    assert [amount_text(value) for value in (0.0, 0.0312, 12.34, 12345.6, float("inf"))] == [
+        "0", "0.0312", "12.3", "12,346", "inf",
+    ]  # fmt: skip

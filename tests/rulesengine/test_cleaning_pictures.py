@@ -1,0 +1,111 @@
+from dataclasses import replace
+from io import BytesIO
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from cleaning_report import small_report
+from PIL import Image
+
+from cleaning.under import GapStage
+from rulesengine.cleaning_curves import draw_limiting, draw_volumes, growth_of
+from rulesengine.cleaning_pictures import VERDICT_COLOURS, draw_exposures, draw_verdicts
+from rulesengine.cleaning_sides import cells_of, cells_sprayed, sides_of
+from rulesengine.drawing import ACCENT
+from rulesengine.gap_picture import draw_gaps, pressed_side, strongest_stage
+
+
+def has_colour(png: bytes, colour: str) -> bool:
+    pixels = np.asarray(Image.open(BytesIO(png)).convert("RGB"))
+    wanted = [int(colour[place : place + 2], 16) for place in (1, 3, 5)]
+    return bool((pixels == wanted).all(axis=2).sum() > 50)
+
+
+def upside_down(stage):
+    flipped = stage.samples.axes * np.array([1.0, -1.0, -1.0])
+    return replace(stage, samples=replace(stage.samples, axes=flipped))
+
+
+def test_every_verdict_has_its_colour_on_the_board():
+    (picture,) = draw_verdicts(small_report())
+    ElementTree.fromstring(picture.content)
+    for colour in VERDICT_COLOURS.values():
+        assert colour.encode() in picture.content
+
+
+def test_what_the_jet_never_hits_stands_out_and_nothing_does_where_all_is_hit():
+    report = small_report()
+    (_, picture), _ = draw_exposures(report)
+    assert has_colour(picture.content, ACCENT)
+    everywhere = replace(report.exposures[0], **{
+        name: np.maximum(getattr(report.exposures[0], name), 1.0)
+        for name in ("volume_mm", "front_s", "cone_s", "peak_pa")
+    })  # fmt: skip
+    (_, picture), _ = draw_exposures(replace(report, exposures=(everywhere, everywhere)))
+    assert not has_colour(picture.content, ACCENT)
+
+
+def test_the_side_that_is_sprayed_is_the_one_that_is_drawn():
+    report = small_report()
+    assert sides_of(report.stages[0]) == ("top",)
+    below = upside_down(report.stages[0])
+    assert sides_of(below) == ("bottom",)
+    told = draw_exposures(replace(report, stages=(report.stages[0], below)))
+    assert [picture.says.split(", ")[1] for _, picture in told] == ["top side", "bottom side"]
+
+
+def test_cells_belong_to_the_side_of_their_component():
+    report = small_report()
+    top, bottom = cells_of(report, "top"), cells_of(report, "bottom")
+    assert not (top & bottom).any()
+    assert (
+        top[report.facets.cell_component >= 0] == report.facets.cell_exposed[report.facets.cell_component >= 0]
+    ).all()
+    np.testing.assert_array_equal(cells_sprayed(report, report.stages[0]), top)
+
+
+def test_the_share_that_has_enough_grows_to_what_the_end_shows():
+    report = small_report()
+    areas = np.where(cells_sprayed(report, report.stages[0]), report.facets.cell_areas_mm2, 0.0)
+    times, shares = growth_of(report.exposures[0], areas, 5.0)
+    assert (np.diff(shares) >= 0).all()
+    assert times[-1] == pytest.approx(report.stages[0].end_s)
+    enough = areas[report.exposures[0].volume_mm >= 5.0].sum() / areas.sum()
+    assert shares[-1] == pytest.approx(enough, abs=0.01)
+
+
+def test_only_the_side_that_is_pressed_hardest_is_pressed():
+    edge = (10.0, 10.0, 30.0, 20.0, 5.0, 5.0, 24.0, 25.0)
+    result = GapStage(0.0, True, edge, (0.0,) * 4, np.zeros(1, np.float32), 0.0, 0.0, 0.0, 0.0, np.zeros(1, np.float32))
+    side, alone = pressed_side(result)
+    assert side == 1
+    assert alone.tolist() == [0, 0, 30, 20, 0, 0, 0, 0]
+
+
+def test_a_gap_is_drawn_from_the_wash_that_presses_it_hardest():
+    report = small_report()
+    gap = report.parts[0].gaps[0]
+    found = strongest_stage(report, gap)
+    assert found is not None
+    assert found[0] == "clean"
+    dry = replace(gap, stages=(None, gap.stages[1]))
+    found = strongest_stage(report, dry)
+    assert found is not None
+    assert found[0] == "rinse"
+    assert strongest_stage(report, replace(gap, stages=(None, None))) is None
+
+
+def test_gaps_can_be_drawn_even_if_nothing_ever_acted_on_them():
+    report = small_report()
+    part = report.parts[0]
+    idle = replace(part, gaps=tuple(replace(gap, stages=(None, None)) for gap in part.gaps))
+    ElementTree.fromstring(draw_gaps(report, idle).content)
+    assert draw_gaps(report, part).content == draw_gaps(report, part).content
+
+
+def test_a_curve_needs_a_liquid_and_bars_need_an_elasticity():
+    report = small_report()
+    dry = tuple(replace(stage, use="dry") for stage in report.stages)
+    assert draw_volumes(report) is not None
+    assert draw_volumes(replace(report, stages=dry)) is None
+    assert draw_limiting([part for part in report.parts if not part.elasticity]) is None
