@@ -1,8 +1,11 @@
 """Dilution of what the wash leaves, by exchanging the liquid over and over."""
 
 import math
+from collections.abc import Sequence
 
 from cleaning.parameters import Liquid, Rinse
+from cleaning.stages import Stage
+from cleaning.under import GapStage
 
 _PURE_WATER_US_CM = 0.055
 """Conductivity of pure water at 25 degrees C: its own ions."""
@@ -35,3 +38,19 @@ def diluted_g_m3(rinse: Rinse, before_g_m3: float, exchanges: float, water_g_m3:
 def ionic_ug_cm2(content_g_m3: float, film_um: float) -> float:
     """What stays on a surface when a film on it dries: an index, not a measurement."""
     return 1e-4 * content_g_m3 * film_um
+
+
+def gap_content_g_m3(rinse: Rinse, stages: Sequence[Stage], gaps: Sequence[GapStage | None]) -> float:
+    """Give what the liquid carries that stays in a gap at the end; nothing where no liquid got in.
+
+    Each wash that enters brings its bath; each rinse that enters dilutes what is there.
+    """
+    content = 0.0
+    for stage, gap in zip(stages, gaps, strict=True):
+        if gap is None or not gap.entered:
+            continue
+        if stage.use == "wash":
+            content = bath_g_m3(stage.liquid)
+        else:
+            content = diluted_g_m3(rinse, content, gap.exchanges, salt_g_m3(stage.liquid.resistivity_mohm_cm))
+    return content

@@ -1,0 +1,140 @@
+"""Pulses of flow through one gap: shear, renewal, and what becomes of the residue in each cell."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.arrays import Scalars
+from geometry.coverage.compiled import compiled
+
+
+class Setting(NamedTuple):
+    """What stays the same in one gap during one stage. SI."""
+
+    height_m: float
+    """Of the empty gap."""
+    path_m: float
+    """Length of the way through the gap."""
+    fill: float
+    """Share of the height that residue fills before the wash."""
+    viscosity_pa_s: float
+    drag_pa_s2_m2: float
+    """rho (1 + zeta) / 2: what entrance and inertia cost, times the speed squared."""
+    k1_per_s: float
+    k2_per_s: float
+    """At a wall shear of 1 Pa."""
+    shear_exponent: float
+    shear_threshold_pa: float
+
+
+class Flushed(NamedTuple):
+    """One gap after one stage. SI."""
+
+    hard: float
+    """Share of the residue that is hard, the same everywhere: softening does not ask for shear."""
+    soft: Scalars
+    """(c,) share that is soft."""
+    shear_pa: Scalars
+    """(c,) highest wall shear."""
+    travelled_m: float
+    """Way of the liquid: mean speed in the gap over time."""
+    fastest_m_s: float
+    """Highest mean speed in the gap."""
+
+
+@compiled
+def flush(
+    basis: NDArray[np.float32],
+    pressures_pa: NDArray[np.float64],
+    seconds: NDArray[np.float64],
+    setting: Setting,
+    hard: float,
+    soft: NDArray[np.float64],
+) -> Flushed:
+    """Carry a gap's residue through the pulses of one stage.
+
+    What is left narrows the gap: with the mean fill f the speed goes with (1 - f)^2 and the shear with 1 - f. Inertia
+    slows the whole field by as much as `inertia.inertial` takes from its mean speed.
+
+    Args:
+        basis: (2, 8, c) components of velocity times viscosity for one pascal on each edge segment.
+        pressures_pa: (k, 8) on the segments, one row per pulse.
+        seconds: (k, 2) soak before each pulse, and the pulse itself.
+        setting: What stays the same.
+        hard: Share that is hard at first.
+        soft: (c,) share that is soft at first; it is not changed.
+    """
+    cells = soft.shape[0]
+    left = soft.copy()
+    highest = np.zeros(cells)
+    flow, k2 = np.empty(cells, np.float32), np.empty(cells)
+    travelled, fastest = 0.0, 0.0
+    for pulse in range(pressures_pa.shape[0]):
+        softened = -hard * math.expm1(-setting.k1_per_s * seconds[pulse, 0])
+        hard -= softened
+        _superpose(basis, pressures_pa[pulse].astype(np.float32), flow)
+        total, residue = 0.0, 0.0
+        for cell in range(cells):
+            left[cell] += softened
+            total += flow[cell]
+            residue += left[cell]
+        gap = 1.0 - setting.fill * (hard + residue / cells)
+        slow, speed = _slow(total / cells, gap, setting)
+        travelled += speed * seconds[pulse, 1]
+        fastest = max(fastest, speed)
+        _shear(flow, slow * gap * 6.0 / setting.height_m, setting, highest, k2)
+        hard = _remove(left, hard, setting.k1_per_s, k2, seconds[pulse, 1])
+    return Flushed(hard, left, highest, travelled, fastest)
+
+
+@compiled
+def _superpose(basis: NDArray[np.float32], p: NDArray[np.float32], flow: NDArray[np.float32]) -> None:
+    """Set ``flow`` to the length of the sum of all segments' flows: written out, it is twice as fast."""
+    x, y = basis[0], basis[1]
+    for i in range(flow.shape[0]):
+        u = p[0] * x[0, i] + p[1] * x[1, i] + p[2] * x[2, i] + p[3] * x[3, i]
+        u += p[4] * x[4, i] + p[5] * x[5, i] + p[6] * x[6, i] + p[7] * x[7, i]
+        v = p[0] * y[0, i] + p[1] * y[1, i] + p[2] * y[2, i] + p[3] * y[3, i]
+        v += p[4] * y[4, i] + p[5] * y[5, i] + p[6] * y[6, i] + p[7] * y[7, i]
+        flow[i] = math.sqrt(u * u + v * v)
+
+
+@compiled
+def _slow(flow: float, gap: float, setting: Setting) -> tuple[float, float]:
+    """Give the share of a speed that inertia leaves, and the mean speed; ``gap`` is the open share of the height."""
+    lubricated = flow * gap * gap / setting.viscosity_pa_s
+    height = setting.height_m * gap
+    a = 12.0 * setting.viscosity_pa_s * setting.path_m / (height * height)
+    slow = 2.0 / (1.0 + math.sqrt(1.0 + 4.0 * setting.drag_pa_s2_m2 * lubricated / a))
+    return slow, slow * lubricated
+
+
+@compiled
+def _shear(
+    flow: NDArray[np.float32], per_flow: float, setting: Setting, highest: NDArray[np.float64], k2: NDArray[np.float64]
+) -> None:
+    """Raise ``highest`` to the wall shear that ``flow`` makes, and set ``k2`` to the rate of removal."""
+    for cell in range(flow.shape[0]):
+        shear = per_flow * flow[cell]
+        highest[cell] = max(highest[cell], shear)
+        k2[cell] = setting.k2_per_s * shear if shear > setting.shear_threshold_pa else 0.0
+    if setting.shear_exponent != 1.0:  # a power in the loop above would cost more than all the rest
+        for cell in range(flow.shape[0]):
+            if k2[cell] > 0.0:
+                k2[cell] *= (per_flow * flow[cell]) ** (setting.shear_exponent - 1.0)
+
+
+@compiled
+def _remove(left: NDArray[np.float64], hard: float, k1: float, k2: NDArray[np.float64], seconds: float) -> float:
+    """Do one step of `kinetics.step` in each cell of ``left``, and give what stays hard."""
+    a = k1 * seconds
+    decay = math.exp(-a)
+    for cell in range(left.shape[0]):
+        b = k2[cell] * seconds
+        gone, d = math.exp(-b), b - a
+        # The quotient loses digits where both rates are alike; there its series is exact to 1e-14.
+        passed = (decay - gone) / d if abs(d) > 1e-3 else decay * (1.0 - d * (0.5 - d * (1.0 / 6.0 - d / 24.0)))
+        left[cell] = left[cell] * gone + hard * a * passed
+    return hard * decay
