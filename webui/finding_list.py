@@ -7,12 +7,12 @@ from html import escape
 from boards.board import Board
 from geometry.finding import Finding, Severity
 from recipes.load import LoadedRecipe
+from rulesengine.comparison import SEVERITY_WORDS
 from rulesengine.summary import shorten
 from webui.origin import recipe_line
 from webui.palette import ACCENT, INK, QUIET, to_hex
 
 SEVERITY_COLOURS: dict[Severity, str] = {"error": "#a3202a", "warning": "#8a5a00", "info": to_hex(QUIET)}
-SEVERITY_WORDS: dict[Severity, str] = {"error": "Errors", "warning": "Warnings", "info": "Notes"}
 ALL: str = "All"
 _MOST_SHOWN = 60
 

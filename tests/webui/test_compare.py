@@ -5,8 +5,9 @@ import pytest
 from boards.board import Board
 from boards.load import load_board
 from recipes.load import load_recipe, parse_recipe, read_text, recipe_library
+from rulesengine.comparison import Row, compare
 from rulesengine.pipeline import Run, run
-from webui.comparison import Row, compare, comparison_html, unlike_strokes
+from webui.comparison import comparison_html, unlike_strokes
 
 
 @pytest.fixture(scope="module")

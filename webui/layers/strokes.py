@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from boards.board import Side
 from geometry.arrays import Points
-from programs.plan import Dwell, Plan, SprayPass, Transfer
+from programs.plan import Plan, Transfer
 from recipes.recipe import Recipe
+from rulesengine.sprayed import Sprayed, sprayed_in
 from webui.layers.glb import Colours, flat_triangles_glb, lines_glb
 from webui.layers.ribbons import lengths_of, ribbons, unlike_segments
 from webui.layers.timeline import Span
@@ -76,19 +77,7 @@ def place_of(made_by: str) -> str:
 
 def stroke_lines(plan: Plan) -> list[StrokeLine]:
     """Collect the sprayed strokes of a plan in order."""
-    found: list[StrokeLine] = []
-    parts: list[SprayPass] = []
-    pauses: list[Dwell] = []
-    for item in plan.items:
-        if isinstance(item, Dwell) and parts:
-            pauses.append(item)
-            continue
-        if parts and not (isinstance(item, SprayPass) and item.made_by == parts[0].made_by):
-            found.append(_line(parts, pauses))
-            parts, pauses = [], []
-        if isinstance(item, SprayPass):
-            parts.append(item)
-    return [*found, _line(parts, pauses)] if parts else found
+    return [_line(sprayed) for sprayed in sprayed_in(plan)]
 
 
 def strokes_glb(lines: Iterable[StrokeLine], tints: list[Tint], width_mm: float = 0.0) -> bytes:
@@ -154,16 +143,16 @@ def _by_value(values: list[float], marks: dict[str, float]) -> tuple[list[Tint],
     return tints[: len(values)], dict(zip(marks, tints[len(values) :], strict=True))
 
 
-def _line(parts: list[SprayPass], pauses: list[Dwell]) -> StrokeLine:
-    first = parts[0]
+def _line(sprayed: Sprayed) -> StrokeLine:
+    first = sprayed.passes[0]
     return StrokeLine(
         made_by=first.made_by,
         function=first.jet.function,
-        points=np.concatenate([first.tcp, *(part.tcp[1:] for part in parts[1:])]),
+        points=sprayed.points,
         speed_mm_s=first.speed_mm_s,
         tilt_deg=float(np.degrees(np.arccos(min(1.0, abs(float(first.approach[0, 2])))))),
-        pauses=len(pauses),
-        paused_s=sum(pause.duration_s for pause in pauses),
+        pauses=len(sprayed.pauses),
+        paused_s=sum(pause.duration_s for pause in sprayed.pauses),
         nozzle=first.jet.nozzle,
         side="top" if float(first.approach[0, 2]) < 0 else "bottom",
     )

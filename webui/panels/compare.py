@@ -7,8 +7,9 @@ import viser
 
 from geometry.progress import Progress
 from recipes.load import recipe_library
+from rulesengine.comparison import compare
 from rulesengine.pipeline import Run, run
-from webui.comparison import compare, comparison_html, unlike_strokes
+from webui.comparison import comparison_html, unlike_strokes
 from webui.document import open_document
 from webui.layers.ribbons import board_size_mm, line_width_mm
 from webui.layers.strokes import strokes_glb

@@ -3,10 +3,10 @@
 import viser
 
 from geometry.finding import Finding
+from rulesengine.comparison import SEVERITY_WORDS
 from webui.around import step_around
 from webui.finding_list import (
     ALL,
-    SEVERITY_WORDS,
     choose_findings,
     component_of,
     findings_html,

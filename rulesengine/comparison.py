@@ -1,0 +1,160 @@
+"""Two runs on the same board, quantity by quantity; and what each of them cleans."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+from cleaning.results import VERDICTS, CleaningReport
+from geometry.finding import Severity
+from rulesengine.pipeline import Run
+from rulesengine.sprayed import sprayed_in
+from rulesengine.summary import clock
+
+SEVERITY_WORDS: dict[Severity, str] = {"error": "Errors", "warning": "Warnings", "info": "Notes"}
+_NONE = "none"
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One quantity of both runs, as it is written."""
+
+    group: str
+    name: str
+    here: str
+    there: str
+    change: str = ""
+    """Of the second against the first, such as ``"+12 %"``; empty where both are the same."""
+
+    @property
+    def differs(self) -> bool:
+        """Say whether the runs differ in it."""
+        return self.here != self.there
+
+
+def compare(here: Run, there: Run) -> list[Row]:
+    """Compare totals, litres by function, strokes by template, and findings by severity."""
+    return [*_totals(here, there), *_litres(here, there), *_templates(here, there), *_findings(here, there)]
+
+
+def compare_cleaning(here: CleaningReport, there: CleaningReport) -> list[Row]:
+    """Compare verdicts, the worst residue, and every component of which the verdicts differ, the worst first."""
+    return [*_verdicts(here, there), _residue(here, there), *_components(here, there)]
+
+
+def _totals(here: Run, there: Run) -> list[Row]:
+    one, other = here.program.totals, there.program.totals
+    group = "Program"
+    return [
+        Row(
+            group, "Total time", clock(one.duration_s), clock(other.duration_s), _part(one.duration_s, other.duration_s)
+        ),
+        Row(group, "Spraying", clock(one.spray_s), clock(other.spray_s), _part(one.spray_s, other.spray_s)),
+        Row(group, "Travel", _metres(one.travel_mm), _metres(other.travel_mm), _part(one.travel_mm, other.travel_mm)),
+        Row(group, "Moves", f"{one.moves:,}", f"{other.moves:,}", _part(one.moves, other.moves)),
+    ]
+
+
+def _litres(here: Run, there: Run) -> list[Row]:
+    one, other = dict(here.program.totals.liquid_l), dict(there.program.totals.liquid_l)
+    return [
+        Row(
+            "Liquid",
+            name,
+            _litre(one.get(name)),
+            _litre(other.get(name)),
+            _part(one.get(name), other.get(name)),
+        )
+        for name in dict.fromkeys([*one, *other])
+    ]
+
+
+def _templates(here: Run, there: Run) -> list[Row]:
+    one, other = _strokes_by_template(here), _strokes_by_template(there)
+    return [
+        Row("Strokes", name, *_stroke_values(one.get(name), other.get(name))) for name in dict.fromkeys([*one, *other])
+    ]
+
+
+def _stroke_values(one: "_Strokes | None", other: "_Strokes | None") -> tuple[str, str, str]:
+    change = _part(one.way_mm, other.way_mm) if one is not None and other is not None else ""
+    return str(one or _NONE), str(other or _NONE), change
+
+
+@dataclass(slots=True)
+class _Strokes:
+    """What one template sprays in one step."""
+
+    count: int = 0
+    way_mm: float = 0.0
+
+    def __str__(self) -> str:
+        return f"{self.count}, {_metres(self.way_mm)}"
+
+
+def _strokes_by_template(run: Run) -> dict[str, _Strokes]:
+    found: dict[str, _Strokes] = {}
+    for sprayed in sprayed_in(run.plan):
+        strokes = found.setdefault(_place_name(run, sprayed.place), _Strokes())
+        strokes.count += 1
+        strokes.way_mm += sprayed.way_mm
+    return found
+
+
+def _place_name(run: Run, place: str) -> str:
+    """Name a template in its step as the paths panel does: its function and itself."""
+    step, _, template = place.partition("/")
+    number = int(step.removeprefix("sequence[").removesuffix("]"))
+    return f"{run.recipe.sequence[number].function} {template}"
+
+
+def _findings(here: Run, there: Run) -> list[Row]:
+    one, other = (Counter(finding.severity for finding in run.findings) for run in (here, there))
+    return [
+        Row("Findings", word, str(one[severity]), str(other[severity])) for severity, word in SEVERITY_WORDS.items()
+    ]
+
+
+def _verdicts(here: CleaningReport, there: CleaningReport) -> list[Row]:
+    one, other = (Counter(part.verdict for part in report.parts) for report in (here, there))
+    counts = [Row("Cleaning", f"Components {verdict}", str(one[verdict]), str(other[verdict])) for verdict in VERDICTS]
+    return [Row("Cleaning", "Predicted verdict", here.verdict, there.verdict), *counts]
+
+
+def _residue(here: CleaningReport, there: CleaningReport) -> Row:
+    one, other = (_worst_residue(report) for report in (here, there))
+    return Row("Cleaning", "Worst residue under a part", one, other)
+
+
+def _worst_residue(report: CleaningReport) -> str:
+    """Write the highest residue and where it is; what has no gap has none."""
+    known = [(part.residue, part.component) for part in report.parts if part.residue is not None]
+    residue, component = max(known, key=lambda each: each[0], default=(0.0, ""))
+    return f"{100 * residue:.3g} % ({component})" if component else _NONE
+
+
+def _components(here: CleaningReport, there: CleaningReport) -> list[Row]:
+    one = {part.component: part for part in here.parts}
+    other = {part.component: part for part in there.parts}
+    worst = dict.fromkeys(part.component for report in (here, there) for part in report.worst_first())
+    differ = [
+        name for name in worst if name not in one or name not in other or one[name].verdict != other[name].verdict
+    ]
+    return [
+        Row("Verdicts that differ", name, *(each[name].verdict if name in each else _NONE for each in (one, other)))
+        for name in differ
+    ]
+
+
+def _part(one: float | None, other: float | None) -> str:
+    """Write a change in percent; nothing where there is none, or nothing to take it of."""
+    if one is None or other is None or one == 0:
+        return ""
+    change = 100 * (other - one) / one
+    return "" if abs(change) < 0.05 else f"{change:+.0f} %" if abs(change) >= 10 else f"{change:+.1f} %"
+
+
+def _litre(value: float | None) -> str:
+    return _NONE if value is None else f"{value:.2f} l"
+
+
+def _metres(travel_mm: float) -> str:
+    return f"{travel_mm / 1000:.2f} m"
