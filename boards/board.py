@@ -20,6 +20,20 @@ class Surface:
     patches: int
 
 
+@dataclass(frozen=True, slots=True)
+class Pad:
+    """One piece of copper on the board's surface to which a component is soldered flat. Board frame, mm."""
+
+    x_mm: float
+    y_mm: float
+    length_mm: float
+    """Along x before it is turned; the diameter if it is round."""
+    width_mm: float
+    turn_rad: float = 0.0
+    """Anticlockwise as seen from the top, on both sides."""
+    round: bool = False
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
     """One object of the board file, exactly as it was read. Board frame, millimetres.
@@ -43,6 +57,8 @@ class Body:
     standoff_mm: float | None = None
     extra: tuple[tuple[str, str], ...] = ()
     """The ``x-…`` attributes, kept in order and not interpreted."""
+    pads: tuple[Pad, ...] = ()
+    """What it is soldered to on its own side, in file order; empty where the file does not say."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,6 +10,7 @@ from shapely.affinity import rotate
 from boards.board import Board, Body, Component
 from boards.body_rectangle import Rectangle, body_rectangle, frame_of, outline_rectangle, shrink_to
 from boards.joint import Joint
+from boards.joint_pads import joints_amid, joints_under
 from boards.joints import Package, joints_of, many_joints
 from boards.package_sizes import package_sizes
 from boards.packages import package_family, pins_of
@@ -98,7 +99,7 @@ def _underside_of(body: Body, component: Component, board: Board, frame: GridFra
     rectangle = _rectangle(body, component, row, board.surface_z_mm(component.side), frame)
     if rectangle is None:
         return None
-    bounds, joints_source = _joints(component, row, rectangle)
+    bounds, joints_source = _joints(body, component, row, rectangle)
     hard, easy = GapCase(standoffs[0], bounds[0]), GapCase(standoffs[1], bounds[1])
     return Underside(
         component=component.name,
@@ -145,9 +146,13 @@ def _rectangle(
 
 
 def _joints(
-    component: Component, row: Beneath, rectangle: Rectangle
+    body: Body, component: Component, row: Beneath, rectangle: Rectangle
 ) -> tuple[tuple[tuple[Joint, ...], tuple[Joint, ...]], str]:
     """The joints of the harder and of the easier case, and where they are from."""
+    if body.pads:
+        stated = (joints_amid if row.joints == "outside" else joints_under)(body.pads, rectangle)
+        if stated or row.joints == "outside":
+            return (stated, stated), "board file"
     pins = pins_of(component.package) if component.package else None
     sizes = package_sizes(component.package)
     package = Package(sizes, component.pins if pins is None else pins, rectangle.length_mm, rectangle.width_mm)

@@ -11,6 +11,7 @@ from boards.board import Body
 from boards.errors import BoardError
 from boards.formats.kicad_footprint import Footprint, body_outline, drawn, drill_loops, is_copper, read_footprint
 from boards.formats.kicad_items import Item, read_items
+from boards.formats.kicad_pads import flat_pads
 from boards.formats.kicad_shapes import polyline
 from boards.formats.loops import CHAIN_MM, Point2, chain, outline_of
 from boards.formats.names import distinct_names, some
@@ -54,7 +55,7 @@ def read_kicad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     A body's outline is the footprint's fabrication drawing, else its courtyard less 0.25 mm, else the box around its
     pads. Its height and the gap beneath it are nominal, from the package's name: the body carries them as
     ``x-height=nominal``, so that a parts table may replace them. ``standoff_mm`` stays unknown, as KiCad does not
-    state it. Drilled holes and slots from 1 mm across are cut out of the board.
+    state it. Pads that are soldered flat come along. Drilled holes and slots from 1 mm across are cut out of the board.
 
     Returns:
         The board and its components in file order, and what was noticed.
@@ -168,6 +169,7 @@ def _build_body(part: Footprint, outline: Polygon | MultiPolygon, name: str, top
         pins=part.pins,
         side=part.side,
         extra=((NOMINAL_HEIGHT, "nominal"),),
+        pads=flat_pads(part),
     )
 
 

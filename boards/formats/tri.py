@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from boards.board import Body, Role, Side, Surface
 from boards.errors import BoardError
 from boards.formats.tri_legacy import read_legacy_layout
+from boards.formats.tri_pads import read_pads, write_pads
 from boards.formats.tri_records import MILLIMETRES, Item, Layout, read_count, read_layout
 from boards.formats.tri_text import cut, is_number, read_text
 from geometry.arrays import Directions, Triangles
@@ -166,6 +167,7 @@ def _build(
             side=cast(Side | None, _choice(item, "side", get_args(Side), path)),
             standoff_mm=_read_standoff(item, layout.units, path),
             extra=tuple((key, value) for key, value in attributes.items() if key.startswith("x-")),
+            pads=read_pads(item, layout.units, path),
         )
 
 
@@ -221,6 +223,7 @@ def _attributes(body: Body) -> str:
         ("pins", body.pins),
         ("side", body.side),
         ("standoff", None if body.standoff_mm is None else f"{body.standoff_mm:.4f}"),
+        ("pads", write_pads(body.pads)),
         *body.extra,
     ]
     return "".join(f" {key}={_word(str(value))}" for key, value in stated if value is not None)

@@ -13,7 +13,7 @@ from boards.formats.tri_text import Content, Record
 from geometry.arrays import Indices
 
 MILLIMETRES = {"mm": 1.0, "m": 1000.0, "in": 25.4}
-KEYS = ("role", "package", "part", "value", "pins", "side", "standoff")
+KEYS = ("role", "package", "part", "value", "pins", "side", "standoff", "pads")
 _HEADER = ("board-tri", "units", "objects")
 
 

@@ -1,0 +1,69 @@
+"""Joints beneath a component from the pads that the board file states."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from boards.board import Pad
+from boards.body_rectangle import Rectangle
+from boards.joint import Joint
+
+_SKEW_RAD = 1e-4
+_LEAST_MM = 0.01
+_EDGE_MM = 3e-5
+"""Places are stated in decimals; none of them is this far from an edge, so that the last bits decide nothing."""
+
+
+def joints_under(pads: Sequence[Pad], rectangle: Rectangle) -> tuple[Joint, ...]:
+    """Find what of the pads lies under the body: those along its edges are cut off there.
+
+    Round pads, and those that stand askew, count as a whole if their middle is under the body.
+
+    Args:
+        pads: Of the component. Board frame, mm.
+        rectangle: The underside.
+    """
+    return tuple(joint for joint in _to_local(pads, rectangle) if joint is not None)
+
+
+def joints_amid(pads: Sequence[Pad], rectangle: Rectangle) -> tuple[Joint, ...]:
+    """Find the pads whose middle is under the body: those of leads beside it begin there, but do not reach it."""
+    amid = [pad for pad in pads if _is_amid(pad, rectangle)]
+    return joints_under(amid, rectangle)
+
+
+def _is_amid(pad: Pad, rectangle: Rectangle) -> bool:
+    x, y = rectangle.to_local(np.array([[pad.x_mm, pad.y_mm]]))[0]
+    half = rectangle.length_mm / 2.0 - _EDGE_MM, rectangle.width_mm / 2.0 - _EDGE_MM
+    return bool(abs(x) < half[0] and abs(y) < half[1])
+
+
+def _to_local(pads: Sequence[Pad], rectangle: Rectangle) -> Iterator[Joint | None]:
+    for pad in pads:
+        x, y = rectangle.to_local(np.array([[pad.x_mm, pad.y_mm]]))[0].tolist()
+        turn = math.remainder(pad.turn_rad - rectangle.turn_rad, math.pi)
+        quarters = round(turn / (math.pi / 2.0))
+        if not pad.round and abs(turn - quarters * math.pi / 2.0) < _SKEW_RAD:
+            sizes = (pad.width_mm, pad.length_mm) if quarters % 2 else (pad.length_mm, pad.width_mm)
+            yield _cut(x, y, sizes, rectangle)
+        elif _is_amid(pad, rectangle):
+            angle = 0.0 if pad.round else round(turn, 6)
+            yield Joint(_tidy(x), _tidy(y), _tidy(pad.length_mm), _tidy(pad.width_mm), pad.round, angle)
+
+
+def _cut(x: float, y: float, sizes_mm: tuple[float, float], rectangle: Rectangle) -> Joint | None:
+    """Cut an upright rectangle at the edges of the underside; ``None`` if next to nothing remains."""
+    left, right = _overlap(x, sizes_mm[0], rectangle.length_mm)
+    front, back = _overlap(y, sizes_mm[1], rectangle.width_mm)
+    if min(right - left, back - front) < _LEAST_MM + _EDGE_MM:
+        return None
+    return Joint(_tidy((left + right) / 2.0), _tidy((front + back) / 2.0), _tidy(right - left), _tidy(back - front))
+
+
+def _overlap(middle: float, size_mm: float, side_mm: float) -> tuple[float, float]:
+    return max(middle - size_mm / 2.0, -side_mm / 2.0), min(middle + size_mm / 2.0, side_mm / 2.0)
+
+
+def _tidy(value: float) -> float:
+    return round(value, 4) + 0.0
