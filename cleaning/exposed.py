@@ -1,5 +1,8 @@
 """What reaches the exposed surface of one component, or of the bare board, summed up: the least before the mean."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,6 +40,23 @@ def exposed_part(exposure: Exposure, facets: Facets, cells: Indices) -> ExposedP
         front_s=_spread(exposure.front_s[shown], areas),
         cone_s=_spread(exposure.cone_s[shown], areas),
         peak_pa=float(exposure.peak_pa[shown].max()),
+    )
+
+
+def together(exposures: Sequence[Exposure]) -> Exposure:
+    """Add up several stages of one use; how the volume grew and who gave it is not kept apart."""
+    first = exposures[0]
+    if len(exposures) == 1:
+        return first
+    return replace(
+        first,
+        cone_s=np.sum([each.cone_s for each in exposures], axis=0),
+        front_s=np.sum([each.front_s for each in exposures], axis=0),
+        volume_mm=np.sum([each.volume_mm for each in exposures], axis=0),
+        peak_pa=np.max([each.peak_pa for each in exposures], axis=0),
+        impulse_n_pa_s=np.sum([each.impulse_n_pa_s for each in exposures], axis=0),
+        impulse_t_pa_s=np.sum([each.impulse_t_pa_s for each in exposures], axis=0),
+        hits=np.sum([each.hits for each in exposures], axis=0),
     )
 
 

@@ -1,0 +1,128 @@
+"""A program on a board in, what it cleans out."""
+
+from collections.abc import Sequence
+from typing import Literal, TypeAlias
+
+from boards.board import Board
+from cleaning.beneath import gaps_of
+from cleaning.exposure import expose
+from cleaning.jet import jet_of
+from cleaning.judge_process import judge_process
+from cleaning.load import parameters_sha256
+from cleaning.parameters import Parameters
+from cleaning.parts import Sprayed, bare_part, component_part
+from cleaning.results import VERDICTS, CleaningReport, Judgement, Part, Verdict
+from cleaning.stages import Stage
+from cleaning.staging import stages_of
+from cleaning.subject import Subject, prepare
+from geometry.finding import Finding, worst_first
+from geometry.progress import Progress, part_of
+from programs.program import TimedProgram
+from recipes.recipe import Recipe
+
+Effort: TypeAlias = Literal["sketch", "fast", "full"]
+_RAYS: dict[Effort, int] = {"sketch": 16, "fast": 64, "full": 256}
+_WAY_MM: dict[Effort, float] = {"sketch": 6.0, "fast": 3.0, "full": 1.5}
+
+
+def analyse(
+    program: TimedProgram,
+    board: Board,
+    recipe: Recipe,
+    parameters: Parameters,
+    effort: Effort = "fast",
+    progress: Progress | None = None,
+) -> CleaningReport:
+    """Predict what a program cleans.
+
+    Args:
+        program: Any program made for the board.
+        board: Where.
+        recipe: The recipe it was planned with: it has the nozzles.
+        parameters: The model's.
+        effort: How finely the way is sampled and how many rays are cast.
+        progress: Is told how far it is.
+
+    Raises:
+        CleaningError: the program and the recipe do not belong together, or nothing is sprayed.
+        ProgramError: the program has no move.
+    """
+    tell = progress or _tell_nobody
+    subject = prepare(board, parameters, part_of(tell, 0.0, 0.2))
+    return analyse_on(subject, program, recipe, effort, part_of(tell, 0.2, 1.0))
+
+
+def analyse_on(
+    subject: Subject, program: TimedProgram, recipe: Recipe, effort: Effort = "fast", progress: Progress | None = None
+) -> CleaningReport:
+    """Predict what a program cleans as ``analyse`` does, on a board that was made ready before."""
+    tell, parameters = progress or _tell_nobody, subject.parameters
+    staged = stages_of(program, recipe, parameters, _WAY_MM[effort])
+    sprayed = _spray(staged.stages, subject, effort, part_of(tell, 0.0, 0.5))
+    beneath = gaps_of(subject, sprayed, part_of(tell, 0.5, 0.9))
+    tell("judging", 0.9)
+    rows = range(len(subject.board.components))
+    parts = tuple(component_part(row, subject, sprayed, beneath.get(row)) for row in rows)
+    bare = bare_part(subject, sprayed)
+    process = tuple(judge_process(staged.stages, parameters))
+    tell("done", 1.0)
+    return CleaningReport(
+        origin=program.origin,
+        board=subject.board,
+        parameters=parameters,
+        parameters_sha256=parameters_sha256(parameters),
+        stages=staged.stages,
+        facets=subject.facets,
+        exposures=tuple(each.exposure for each in sprayed),
+        bare=bare,
+        parts=parts,
+        process=process,
+        verdict=_worst([*(part.verdict for part in (bare, *parts)), *(each.verdict for each in process)]),
+        duration_s=program.totals.duration_s,
+        litres=program.totals.liquid_l,
+        findings=worst_first((*staged.findings, *_findings(parts, bare, process))),
+    )
+
+
+def _spray(stages: Sequence[Stage], subject: Subject, effort: Effort, tell: Progress) -> tuple[Sprayed, ...]:
+    done: list[Sprayed] = []
+    total = sum(len(stage.samples.times) for stage in stages)
+    begin = 0
+    for stage in stages:
+        end = begin + len(stage.samples.times)
+        jet = jet_of(stage, subject.parameters.spray)
+        part = part_of(tell, begin / total, end / total)
+        exposure = expose(stage, jet, subject.facets, subject.scene, _RAYS[effort], part)
+        done.append(Sprayed(stage, jet, exposure, _up(stage)))
+        begin = end
+    return tuple(done)
+
+
+def _up(stage: Stage) -> float:
+    """1 if a stage sprays the top, -1 if the bottom: by where the jet points for most of the time."""
+    return -1.0 if float(stage.samples.seconds @ stage.samples.axes[:, 2, 2]) > 0 else 1.0
+
+
+def _worst(verdicts: Sequence[Verdict]) -> Verdict:
+    return min(verdicts, key=VERDICTS.index)
+
+
+def _findings(parts: Sequence[Part], bare: Part, process: Sequence[Judgement]) -> list[Finding]:
+    """Say each judgement that is not clean once, so that lists of findings can show them."""
+    found = [(part.component, each) for part in (bare, *parts) for each in part.judgements]
+    found += [("process", each) for each in process]
+    return [
+        Finding(
+            rule=f"{each.rule} {each.name}".lower().replace(" ", "-"),
+            severity="warning" if each.verdict == "dirty" else "info",
+            message=f"{name}: {each.because} {each.advice}".rstrip(),
+            made_by=each.stage,
+            where=each.where,
+        )
+        for name, each in found
+        if each.verdict != "clean"
+    ]
+
+
+def _tell_nobody(_what: str, _done: float) -> None:
+    pass

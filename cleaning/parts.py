@@ -1,0 +1,159 @@
+"""One component, or the bare board, after all stages: exposed surface, gap, judgements."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from boards.board import Component
+from boards.underside import Underside
+from cleaning.case import Case, Reach
+from cleaning.elasticity import limiting
+from cleaning.exposed import cells_of, exposed_part, together
+from cleaning.exposure import Exposure
+from cleaning.jet import Jet
+from cleaning.occlusion import occluder
+from cleaning.parameters import PartOverride, Use
+from cleaning.results import Part
+from cleaning.stages import Stage
+from cleaning.subject import Subject
+from cleaning.under import GapResult
+from cleaning.verdict import judge_part
+from geometry.arrays import Indices
+
+_MOST_MAKERS = 12
+_LIQUIDS: tuple[Use, ...] = ("wash", "rinse")
+_ALL = PartOverride(match=["*"])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sprayed:
+    """One stage and what it leaves."""
+
+    stage: Stage
+    jet: Jet
+    exposure: Exposure
+    up: float
+    """1 if it sprays the top, -1 if it sprays the bottom."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Beneath:
+    """The gap of one component after all stages."""
+
+    underside: Underside
+    gaps: tuple[GapResult, ...]
+    elasticity: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Surface:
+    name: str
+    row: int
+    """Of the component in the board; -1 for the bare board."""
+    side: str
+    place: tuple[float, float, float]
+    cells: dict[float, Indices]
+    """By the direction of the side that they face."""
+    override: PartOverride
+
+
+def facing_up(component: Component) -> float:
+    """Give 1 for a component on the top, -1 for one on the bottom."""
+    return 1.0 if component.side == "top" else -1.0
+
+
+def component_part(row: int, subject: Subject, sprayed: Sequence[Sprayed], beneath: Beneath | None) -> Part:
+    """Judge component ``row`` of the board."""
+    component = subject.board.components[row]
+    middle = component.outline.centroid
+    up = facing_up(component)
+    place = (middle.x, middle.y, subject.board.surface_z_mm(component.side))
+    cells = {up: cells_of(subject.facets, row, up)}
+    surface = _Surface(component.name, row, component.side, place, cells, subject.overrides[row])
+    return _part(surface, subject, sprayed, beneath)
+
+
+def bare_part(subject: Subject, sprayed: Sequence[Sprayed]) -> Part:
+    """Judge the bare board on all sides that are sprayed."""
+    board, facets = subject.board, subject.facets
+    fixture = np.array([body.role == "fixture" for body in board.bodies])
+    of_cell = np.zeros(len(facets.cell_areas_mm2), dtype=np.int64)
+    of_cell[facets.cell] = facets.body
+    cells = {up: cells_of(facets, -1, up) for up in dict.fromkeys(each.up for each in sprayed)}
+    cells = {up: each[~fixture[of_cell[each]]] for up, each in cells.items()}
+    middle = board.outline.centroid
+    surface = _Surface("board", -1, "top", (middle.x, middle.y, board.top_z_mm), cells, _ALL)
+    return _part(surface, subject, sprayed, None)
+
+
+def _part(surface: _Surface, subject: Subject, sprayed: Sequence[Sprayed], beneath: Beneath | None) -> Part:
+    exposed = tuple(
+        exposed_part(each.exposure, subject.facets, surface.cells[each.up]) if each.up in surface.cells else None
+        for each in sprayed
+    )
+    reached: list[Reach] = []
+    for use in _LIQUIDS:
+        for up, cells in surface.cells.items():
+            group = [each for each in sprayed if each.stage.use == use and each.up == up]
+            reached += [_reach(use, group, subject, cells)] if group else []
+    case = Case(
+        component=surface.name,
+        side=surface.side,
+        place=surface.place,
+        stages=tuple(each.stage for each in sprayed),
+        exposed=exposed,
+        reached=reached,
+        underside=None if beneath is None else beneath.underside,
+        gaps=() if beneath is None else beneath.gaps,
+        override=surface.override,
+        occluder=_occluder(surface, subject, sprayed),
+        parameters=subject.parameters,
+    )
+    judgements = judge_part(case)
+    elasticities = {} if beneath is None else dict(beneath.elasticity)
+    return Part(
+        component=surface.name,
+        verdict=judgements[0].verdict,
+        grade=judgements[0].grade,
+        judgements=judgements,
+        exposed=exposed,
+        underside=case.underside,
+        gaps=tuple(case.gaps),
+        elasticity=elasticities,
+        limiting=limiting(elasticities),
+        makers=_makers(surface.row, sprayed),
+    )
+
+
+def _reach(use: Use, group: Sequence[Sprayed], subject: Subject, cells: Indices) -> Reach:
+    functions = list(dict.fromkeys(each.stage.function for each in group))
+    made_by = group[0].stage.made_by if len(group) == 1 else ""
+    exposure = together([each.exposure for each in group])
+    return Reach(use, " and ".join(functions), made_by, exposed_part(exposure, subject.facets, cells))
+
+
+def _occluder(surface: _Surface, subject: Subject, sprayed: Sequence[Sprayed]) -> str:
+    """Name what stands before the cells that the first stage of liquid misses; nothing if it misses none."""
+    for each in sprayed:
+        if each.stage.use == "dry" or each.up not in surface.cells:
+            continue
+        cells = surface.cells[each.up]
+        missed = cells[subject.facets.cell_exposed[cells] & (each.exposure.cone_s[cells] <= 0)]
+        if len(missed):
+            body = occluder(missed, each.stage, each.jet, subject.facets, subject.scene)
+            return "" if body < 0 else subject.board.bodies[body].name
+    return ""
+
+
+def _makers(row: int, sprayed: Sequence[Sprayed]) -> tuple[tuple[str, float], ...]:
+    """Who sprays the surface, with the share of the volume on it that each gives."""
+    volumes: dict[str, float] = {}
+    for each in sprayed:
+        given = each.exposure.by_maker_mm3[row]
+        for index in np.flatnonzero(given > 0).tolist():
+            maker = each.stage.samples.makers[index]
+            volumes[maker] = volumes.get(maker, 0.0) + float(given[index])
+    total = sum(volumes.values())
+    most = sorted(volumes, key=lambda maker: -volumes[maker])[:_MOST_MAKERS]
+    return tuple((maker, volumes[maker] / total) for maker in most)
