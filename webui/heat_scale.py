@@ -58,7 +58,7 @@ def make_scale(report: CleaningReport, measure: Measure, values: Scalars, colour
         order = np.argsort(values[said])
         areas = np.cumsum(report.facets.cell_areas_mm2[said][order])
         place = int(np.searchsorted(areas, _MOST_SHARE * areas[-1]))
-        top = _round_up(float(values[said][order][min(place, len(order) - 1)]))
+        top = round_up(float(values[said][order][min(place, len(order) - 1)]))
     return Scale(measure, colouring, top, limit)
 
 
@@ -89,6 +89,13 @@ def plain_cells(facets: Facets) -> Colours:
     """(c, 3) colours of cells of which nothing is said."""
     bare = (facets.cell_component < 0)[:, None]
     return np.where(bare, np.array(BOARD), np.array(COMPONENT)).astype(np.uint8)
+
+
+def round_up(value: float) -> float:
+    """Next of 1, 1.5, 2, 3, 5, 7 times a power of ten."""
+    power = 10.0 ** np.floor(np.log10(max(value, _SMALLEST)))
+    steps = np.array([1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0]) * power
+    return float(steps[min(int(np.searchsorted(steps, value * (1 - _SMALLEST))), len(steps) - 1)])
 
 
 def scale_html(report: CleaningReport, values: Scalars, scale: Scale) -> str:
@@ -122,18 +129,25 @@ def scale_html(report: CleaningReport, values: Scalars, scale: Scale) -> str:
             ]
         )
     missed = [(MISSED, f"nothing landed: {share(values <= 0)}")] if scale.measure.per == "cell" else []
-    return _bar(scale) + (_swatches(missed) if missed else "")
+    return gradient_html(scale.top, scale.measure.unit) + (_swatches(missed) if missed else "")
 
 
-def _bar(scale: Scale) -> str:
+def gradient_html(top: float, unit: str, *, ends: bool = False) -> str:
+    """Draw a gradient from 0 to a value.
+
+    Args:
+        top: At the light end.
+        unit: Of the numbers.
+        ends: Nothing can be above.
+    """
     stops = of_values(np.linspace(0.0, 1.0, _STOPS), 0.0, 1.0)
     colours = ",".join(to_hex((int(r), int(g), int(b))) for r, g, b in stops)
-    marks = "".join(f"<span>{scale.top * share:.3g}</span>" for share in (0.0, 0.25, 0.5, 0.75))
+    marks = "".join(f"<span>{top * share:.3g}</span>" for share in (0.0, 0.25, 0.5, 0.75))
     return (
         f'<div style="margin:4px 12px 0;font-size:11px;color:{to_hex(INK)}">'
         f'<div style="height:10px;border-radius:2px;background:linear-gradient(to right,{colours})"></div>'
         '<div style="display:flex;justify-content:space-between;font-variant-numeric:tabular-nums">'
-        f"{marks}<span>{scale.top:.3g} {escape(scale.measure.unit)} or more</span></div></div>"
+        f"{marks}<span>{top:.3g} {escape(unit)}{'' if ends else ' or more'}</span></div></div>"
     )
 
 
@@ -148,13 +162,6 @@ def _swatches(items: Sequence[tuple[tuple[int, int, int], str]]) -> str:
 
 def _note(text: str) -> str:
     return f'<div style="margin:4px 12px;font-size:12px;color:{to_hex(QUIET)}">{escape(text)}</div>'
-
-
-def _round_up(value: float) -> float:
-    """Next of 1, 1.5, 2, 3, 5, 7 times a power of ten."""
-    power = 10.0 ** np.floor(np.log10(max(value, _SMALLEST)))
-    steps = np.array([1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0]) * power
-    return float(steps[np.searchsorted(steps, value * (1 - _SMALLEST))])
 
 
 def _percent(share: float) -> str:

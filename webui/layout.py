@@ -3,6 +3,7 @@
 from webui.page import Page, Panel
 from webui.palette import ACCENT
 from webui.panels.board import BoardPanel
+from webui.panels.cleaning import CleaningPanel
 from webui.panels.compare import ComparePanel
 from webui.panels.components import ComponentsPanel
 from webui.panels.findings import FindingsPanel
@@ -23,6 +24,7 @@ _LEFT = (
     ("Components", ComponentsPanel),
     ("Findings", FindingsPanel),
     ("Robot", RobotPanel),
+    ("Cleaning", CleaningPanel),
 )
 _RIGHT = (
     ("Recipe", RecipePanel),

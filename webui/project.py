@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from boards.load import SUFFIXES, board_library
+from cleaning.load import load_parameters, parameter_library
+from cleaning.parameters import Parameters
 from geometry.errors import JobError
 from recipes.load import recipe_library
 from robotcell.load import LoadedCell, cell_library, read_cell
@@ -21,7 +23,7 @@ _LONGEST_FILE = 200
 """Bytes of an uploaded file's name: file systems take 255, and what is written goes by a longer name for a moment."""
 _NAME = re.compile(r"\w[\w .+@()-]*")
 _RECIPES = (".yaml", ".yml")
-_CELL, _HEAD = re.compile(rb"^cell\s*:", re.MULTILINE), 20_000
+_HEAD = 20_000
 
 
 class ProjectError(JobError):
@@ -55,7 +57,7 @@ class Project:
 
     def cells(self) -> list[str]:
         """Names to choose from: library cells first, then files of the folder that say they are cells."""
-        return [*cell_library(), *(name for name in self._files(_RECIPES) if _says_cell(self.folder / name))]
+        return [*cell_library(), *(name for name in self._files(_RECIPES) if _says("cell", self.folder / name))]
 
     def open_cell(self, name: str) -> LoadedCell:
         """Read a cell by a name that a browser sent.
@@ -65,6 +67,20 @@ class Project:
             CellError: it cannot be used.
         """
         return read_cell(name if name in cell_library() else self.locate(name))
+
+    def parameter_sets(self) -> list[str]:
+        """Names to choose from: sets of the library first, then files of the folder that say they are sets."""
+        found = [name for name in self._files(_RECIPES) if _says("parameters", self.folder / name)]
+        return [*parameter_library(), *found]
+
+    def open_parameters(self, name: str) -> Parameters:
+        """Read a parameter set by a name that a browser sent.
+
+        Raises:
+            ProjectError: it is outside the folder.
+            CleaningError: it cannot be used.
+        """
+        return load_parameters(name if name in parameter_library() else self.locate(name))
 
     def locate(self, name: str) -> Path:
         """Find the file of a name that a browser sent; it need not be there yet.
@@ -163,11 +179,11 @@ def open_project(folder: Path) -> Project:
     return Project(folder.resolve())
 
 
-def _says_cell(path: Path) -> bool:
-    """Say whether a YAML file has the key that every cell has, without reading it as a whole."""
+def _says(key: str, path: Path) -> bool:
+    """Say whether a YAML file has the key that all of its kind have, without reading it as a whole."""
     try:
         with path.open("rb") as file:
-            return _CELL.search(file.read(_HEAD)) is not None
+            return re.search(rb"^" + key.encode() + rb"\s*:", file.read(_HEAD), re.MULTILINE) is not None
     except OSError:
         return False
 

@@ -22,7 +22,7 @@ from webui.page import Page
 from webui.palette import ACCENT
 from webui.picking import Target, choose_stroke, first_hit, strokes_at, target_of
 from webui.robot_view import RobotView
-from webui.session import Session
+from webui.session import Selection, Session
 
 _M = 0.001
 """The scene is in metres: a browser clips scenes of hundreds of units."""
@@ -90,7 +90,7 @@ class Scene:
             self.strokes = [] if session.plan is None else strokes.stroke_lines(session.plan)
             self.spans = [] if session.run is None else self._spans(session.run)
             self._draw_strokes(session)
-        if before is None or session.selection != before.selection or session.plan is not before.plan:
+        if before is None or session.plan is not before.plan or _pointed(session) != _pointed(before):
             self._draw_selection(session)
 
     def change_view(self, view: View) -> None:
@@ -203,7 +203,8 @@ class Scene:
         component = session.selection.component
         self._put("/selection", ground.component_glb(session.board, component, ACCENT))
         self._name_selected(session)
-        chosen = [line for line in self.strokes if line.made_by == session.selection.made_by]
+        lit = session.lit
+        chosen = [line for line in self.strokes if line.made_by in lit]
         segments = np.concatenate([np.empty((0, 2, 3)), *(line.segments for line in chosen)])
         segments = segments[unlike_segments(segments)]
         tints = np.tile(np.array(ACCENT, dtype=np.uint8), (len(segments), 1))
@@ -234,6 +235,10 @@ class Scene:
         if glb:
             self._handles[name] = self._api.add_glb(name, glb, scale=_M)
         self._drawn[name] = glb
+
+
+def _pointed(session: Session) -> tuple[Selection, frozenset[str]]:
+    return session.selection, session.lit
 
 
 def _room(board: Board, side: Side = "top") -> tuple[Points, Points]:

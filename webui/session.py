@@ -12,6 +12,7 @@ from recipes.tree import Tree
 from robotcell.load import LoadedCell
 from rulesengine.pipeline import Run
 from webui import rewrite
+from webui.analysed import Analysed
 from webui.checked import Checked
 from webui.document import Document
 
@@ -48,6 +49,11 @@ class Session:
     checked: Checked | None = None
     """What came of the newest check in a cell; it may be of an older run or of another cell."""
 
+    parameters_name: str = "default"
+    """Parameter set of the cleaning model, as the project lists it."""
+    analysed: Analysed | None = None
+    """What came of the newest analysis; it may be of an older program or with other parameters."""
+
     @property
     def recipe(self) -> Recipe:
         """The recipe as it is edited now."""
@@ -78,6 +84,22 @@ class Session:
             return self.run
         return replace(check.run, program=check.program)
 
+    @property
+    def analysis(self) -> Analysed | None:
+        """What came of the analysis of just this program with just these parameters, if it was analysed."""
+        analysed, played = self.analysed, self.played
+        if analysed is None or played is None or not self.planned:
+            return None
+        same = analysed.program is played.program and analysed.parameters_name == self.parameters_name
+        return analysed if same else None
+
+    @property
+    def lit(self) -> frozenset[str]:
+        """Makers of the strokes that stand out: the one that is selected, else those that spray the selected part."""
+        if self.selection.made_by or self.analysis is None:
+            return frozenset({self.selection.made_by}) - {""}
+        return self.analysis.makers_of(self.selection.component)
+
     def with_document(self, document: Document) -> "Session":
         """Edit another text.
 
@@ -98,6 +120,7 @@ class Session:
             sketch=None,
             compared=None,
             checked=None,
+            analysed=None,
             selection=Selection(),
         )
 
@@ -108,6 +131,14 @@ class Session:
     def with_check(self, checked: Checked) -> "Session":
         """Remember what came of a check; of which run and cell it is, it says itself."""
         return replace(self, checked=checked)
+
+    def with_parameters(self, name: str) -> "Session":
+        """Analyse with another parameter set."""
+        return replace(self, parameters_name=name)
+
+    def with_analysis(self, analysed: Analysed) -> "Session":
+        """Remember what came of an analysis; of which program and parameters it is, it says itself."""
+        return replace(self, analysed=analysed)
 
     def edited(self, text: str) -> "Session":
         """Give the recipe another text.

@@ -1,0 +1,83 @@
+"""The parts, worst first, and the card of the one that is selected."""
+
+import viser
+
+from cleaning.results import Part
+from webui.around import step_around
+from webui.cleaning_card import part_html
+from webui.cleaning_list import MOST_ROWS, note_html, parts_html
+from webui.page import Page
+from webui.scene import Scene
+from webui.session import Session
+
+_NONE = "\N{EN DASH}"
+_NOBODY: tuple[str, ...] = (_NONE,)
+_WORST, _WORSE, _BETTER = "Worst", "Worse", "Better"
+
+
+class PartsCard:
+    """The parts, worst first, and the card of the one that is selected."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the elements in the container that is open; they are seen where there is an analysis."""
+        self._page, self._scene = page, scene
+        self._parts: tuple[Part, ...] = ()
+        gui = page.client.gui
+        self._folder = gui.add_folder("Parts", visible=False)
+        with self._folder:
+            self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+                "Part", _NOBODY, hint="Flies there, and lights up the strokes that spray it."
+            )
+            self._steps = gui.add_button_group(
+                "Through", (_WORST, _WORSE, _BETTER), hint="The list, from what is selected."
+            )
+            self._list = gui.add_html("")
+            self._card = gui.add_html("")
+        self._choice.on_update(lambda event: self._go(event.target.value, by_hand=event.client is not None))
+        self._steps.on_click(lambda event: self._step(event.target.value))
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        if before is None or session.analysis is not before.analysis:
+            analysis = session.analysis
+            self._folder.visible = analysis is not None
+            self._parts = () if analysis is None else analysis.report.worst_first()
+            self._show_parts(session)
+        elif session.selection != before.selection:
+            self._show_parts(session)
+
+    def _show_parts(self, session: Session) -> None:
+        selected, analysis = session.selection.component, session.analysis
+        if analysis is None:
+            return
+        self._list.content = parts_html(self._parts, selected)
+        names = (_NONE, *(part.component for part in self._parts[:MOST_ROWS]))
+        if tuple(self._choice.options) != names:
+            self._choice.options = names
+        wanted = selected if selected in names else _NONE
+        if self._choice.value != wanted:
+            self._choice.value = wanted
+        part = next((each for each in self._parts if each.component == selected), None)
+        report = analysis.report
+        self._card.content = (
+            part_html(report, part)
+            if part is not None
+            else note_html("Choose a part, or click one in the picture.") + part_html(report, report.bare)
+        )
+
+    def _step(self, button: str) -> None:
+        names = [part.component for part in self._parts]
+        selected = self._page.session.selection.component
+        if names:
+            steps = {_WORSE: -1, _BETTER: 1}
+            self._go(names[0] if button == _WORST else step_around(names, selected, steps[button]), by_hand=True)
+
+    def _go(self, name: str, *, by_hand: bool) -> None:
+        """Fly to a part that was chosen here; what is selected elsewhere is only shown."""
+        session = self._page.session
+        component = next((each for each in session.board.components if each.name == name), None)
+        if not by_hand or (component is None and not session.selection.component):
+            return
+        if component is not None:
+            self._scene.look_at(component, session.board)
+        self._page.select(component=name if component is not None else "")
