@@ -84,7 +84,7 @@ def test_equal_rates_lose_no_digits() -> None:
         pressure[0, 0] = shear * setting.height_m / 6.0 / 1e-8
         done = flush(basis, pressure, np.array([[0.0, 20.0]]), setting, 1.0, np.zeros(1))
         _, soft = step(1.0, 0.0, 0.05, 0.05 * done.shear_pa[0], 20.0)
-        assert done.soft[0] == pytest.approx(float(soft), rel=1e-12)
+        assert done.soft[0] == pytest.approx(float(soft), rel=1e-9)
 
 
 def test_what_it_was_given_stays_as_it_was() -> None:
@@ -113,3 +113,22 @@ def test_softening_at_the_rate_of_the_parameters_is_what_a_dead_pulse_does() -> 
     assert done.hard == pytest.approx(np.exp(-100.0 * k1), rel=1e-12)
     np.testing.assert_allclose(done.soft + done.hard, 1.0, rtol=1e-12)
     assert done.travelled_m == 0.0
+
+
+@settings(deadline=None, max_examples=50)
+@given(
+    seed=st.integers(0, 10_000), k1=st.floats(0.0, 100.0), slow=st.floats(1e-3, 1e3), push=st.floats(0.0, 1e3),
+    fill=st.floats(0.0, 0.85),
+)  # fmt: skip
+def test_residue_never_grows_and_is_never_negative(seed: int, k1: float, slow: float, push: float, fill: float) -> None:
+    basis, pressures, seconds = case_of(seed)
+    before = np.ones(CELLS)
+    for upto in (0, 1, 5, 20):
+        done = flush(
+            basis, push * pressures[:upto], slow * seconds[:upto], setting_of(fill, k1=k1), 1.0, np.zeros(CELLS)
+        )
+        left = done.hard + done.soft
+        assert (done.soft >= 0.0).all()
+        assert done.hard >= 0.0
+        assert (left <= before + 1e-8).all()
+        before = left
