@@ -21,7 +21,10 @@ from programs.program import TimedProgram
 from recipes.recipe import Recipe
 
 Effort: TypeAlias = Literal["sketch", "fast", "full"]
-_RAYS: dict[Effort, int] = {"sketch": 16, "fast": 64, "full": 256}
+_RAYS: dict[Effort, int] = {"sketch": 300_000, "fast": 2_000_000, "full": 8_000_000}
+"""Per stage, at least: a short stage deals more of them to each sample."""
+_RAYS_EACH: dict[Effort, int] = {"sketch": 16, "fast": 64, "full": 256}
+"""Per sample, at least."""
 _WAY_MM: dict[Effort, float] = {"sketch": 6.0, "fast": 3.0, "full": 1.5}
 
 
@@ -92,7 +95,8 @@ def _spray(stages: Sequence[Stage], subject: Subject, effort: Effort, tell: Prog
         end = begin + len(stage.samples.times)
         jet = jet_of(stage, subject.parameters.spray)
         part = part_of(tell, begin / total, end / total)
-        exposure = expose(stage, jet, subject.facets, subject.scene, _RAYS[effort], part)
+        rays = max(_RAYS_EACH[effort], -(-_RAYS[effort] // len(stage.samples.times)))
+        exposure = expose(stage, jet, subject.facets, subject.scene, rays, part)
         done.append(Sprayed(stage, jet, exposure, _up(stage)))
         begin = end
     return tuple(done)
