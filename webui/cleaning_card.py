@@ -107,7 +107,8 @@ def _bar(name: str, value: float, share: float, *, marked: bool) -> str:
         f'<span style="width:80px">{escape(name)}</span>'
         f'<span style="flex:1"><span style="display:block;height:7px;border-radius:2px;background:{colour};'
         f'width:{100 * share:.0f}%"></span></span>'
-        f'<span style="width:48px;text-align:right;font-variant-numeric:tabular-nums">{value:+.2f} %</span></div>'
+        f'<span style="width:56px;white-space:nowrap;text-align:right;font-variant-numeric:tabular-nums">'
+        f"{value:+.2f} %</span></div>"
     )
 
 

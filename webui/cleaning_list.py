@@ -12,7 +12,7 @@ from webui.verdict_colours import VERDICT_COLOURS, VERDICT_WORDS
 MOST_ROWS = 200
 _CELL = "padding:1px 8px 1px 0;white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
 _HEADINGS = (("Part", "left"), ("Verdict", "left"), ("Because", "left"), ("Residue", "right"))
-_WIDTHS = ("19%", "24%", "36%", "21%")
+_WIDTHS = ("18%", "28%", "34%", "20%")
 _LIMITS = "Predicted, never measured: qualify the process by SIR or ion chromatography."
 _UNCALIBRATED = (
     "Predicted with uncalibrated kinetics: good for ranking parts, not for acceptance. Qualify by SIR or ion "

@@ -128,7 +128,7 @@ def scale_html(report: CleaningReport, values: Scalars, scale: Scale) -> str:
                 (FAILS, f"{beyond} {limit}: {share(~passes)} {of}"),
             ]
         )
-    missed = [(MISSED, f"nothing landed: {share(values <= 0)}")] if scale.measure.per == "cell" else []
+    missed = [(MISSED, f"nothing landed: {share(values <= 0)} of the area")] if scale.measure.per == "cell" else []
     return gradient_html(scale.top, scale.measure.unit) + (_swatches(missed) if missed else "")
 
 

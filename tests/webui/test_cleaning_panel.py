@@ -101,7 +101,7 @@ def test_analyse_shows_the_parts_worst_first_and_flies_to_the_worst(tmp_path, by
         press(page, "Through", "Worst")
         assert page.session.selection.component == "U1"
         assert scene.looked == ["U1"]
-        card = panel._cards[0]._card.content
+        card = panel._cards[2]._card.content
         for wanted in ("grade C", "Wash it longer", "What limits it", "Sprayed by", "limit 20"):
             assert wanted in card
         press(page, "Through", "Better")
@@ -233,7 +233,7 @@ def passed(legend):
 
 def test_the_gap_of_the_selected_part_is_seen_from_above(tmp_path):
     with opened(analysed_session(), tmp_path) as (page, _, panel):
-        gap = panel._cards[2]
+        gap = panel._cards[3]
         assert not gap._folder.visible
         page.select(component="C1")
         assert not gap._folder.visible
@@ -242,7 +242,7 @@ def test_the_gap_of_the_selected_part_is_seen_from_above(tmp_path):
         assert find(page, "Standoff").options == ("50 µm", "75 µm")
         before = gap._picture.content
         press(page, "Standoff", "75 µm")
-        press(page, "Show in the gap", "Pressure")
+        press(page, "In the gap", "Pressure")
         assert gap._picture.content != before
         assert "Pa" in gap._picture.content
         page.select(component="R1")

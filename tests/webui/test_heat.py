@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cleaning.exposure import Growth
-from webui.layers.heat import has_changed, heat_pieces, paint_piece
+from webui.layers.heat import has_changed, heat_pieces, paint_piece, shade
 from webui.layers.heat_growth import Accumulation
 
 
@@ -92,3 +92,12 @@ def test_in_the_end_all_has_landed():
 def test_where_nothing_ever_lands_nothing_grows():
     nothing = Growth(np.empty(0), np.zeros(1, np.int64), np.empty(0, np.int64), np.empty(0, np.float32))
     np.testing.assert_array_equal(Accumulation(nothing, 3).until(5.0), np.zeros(3))
+
+
+def test_tops_are_as_the_legend_says_and_walls_darker():
+    colours = np.tile(np.array([200, 100, 40], np.uint8), (4, 1))
+    normals = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [0, -1, 0]], dtype=float)
+    shaded = shade(colours, normals).astype(int)
+    np.testing.assert_array_equal(shaded[:2], colours[:2])
+    assert (shaded[2:] < colours[2:]).all()
+    assert (shaded[2] != shaded[3]).any()

@@ -14,6 +14,7 @@ Colours = NDArray[np.uint8]
 
 _EXPOSURE = 0.52
 """Light falls from so many sides that colours would be washed out."""
+_UNLIT: dict[str, Any] = {"doubleSided": True, "extensions": {"KHR_materials_unlit": {}}}
 _LINES, _TRIANGLES = 1, 4
 _FLOAT, _BYTE, _INT, _VERTEX_DATA, _INDEX_DATA = 5126, 5121, 5125, 34962, 34963
 
@@ -37,19 +38,21 @@ def triangles_glb(corners: Points, colours: Colours) -> bytes:
         corners: (3 n, 3) corners of each triangle in turn, counterclockwise seen from outside.
         colours: (3 n, 3) at each of them.
     """
+    surface = {"metallicFactor": 0.0, "roughnessFactor": 0.9, "baseColorFactor": [_EXPOSURE] * 3 + [1.0]}
     kept, index = shared_corners(corners, colours)
-    return _glb(corners[kept], colours[kept], _TRIANGLES, [_lit()], index)
+    materials = [{"doubleSided": True, "pbrMetallicRoughness": surface}]
+    return _glb(corners[kept], colours[kept], _TRIANGLES, materials, index)
 
 
-def indexed_triangles_glb(corners: Points, colours: Colours, index: NDArray[np.uint32]) -> bytes:
-    """Write triangles that share corners, lit from both sides and flat.
+def flat_indexed_glb(corners: Points, colours: Colours, index: NDArray[np.uint32]) -> bytes:
+    """Write triangles that share corners in their plain colours, the same from all sides and in any light.
 
     Args:
         corners: (n, 3) each once.
         colours: (n, 3) at each of them.
         index: (3 k,) corners of each triangle in turn, counterclockwise seen from outside.
     """
-    return _glb(corners, colours, _TRIANGLES, [_lit()], index)
+    return _glb(corners, colours, _TRIANGLES, [_UNLIT], index)
 
 
 def shared_corners(corners: Points, colours: Colours) -> tuple[NDArray[np.intp], NDArray[np.uint32]]:
@@ -81,12 +84,7 @@ def flat_triangles_glb(corners: Points, colours: Colours) -> bytes:
         corners: (3 n, 3) corners of each triangle in turn.
         colours: (3 n, 3) at each of them.
     """
-    return _glb(corners, colours, _TRIANGLES, [{"doubleSided": True, "extensions": {"KHR_materials_unlit": {}}}])
-
-
-def _lit() -> dict[str, Any]:
-    surface = {"metallicFactor": 0.0, "roughnessFactor": 0.9, "baseColorFactor": [_EXPOSURE] * 3 + [1.0]}
-    return {"doubleSided": True, "pbrMetallicRoughness": surface}
+    return _glb(corners, colours, _TRIANGLES, [_UNLIT])
 
 
 def _glb(

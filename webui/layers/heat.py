@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cleaning.facets import Facets
-from geometry.arrays import Indices, Points
-from webui.layers.glb import Colours, indexed_triangles_glb
+from geometry.arrays import Directions, Indices, Points
+from webui.layers.glb import Colours, flat_indexed_glb
 
 _LIFT_MM = 0.03
 """Above the board that is drawn below, and above the part that is selected on it."""
+_SHADE = np.array([0.16, 0.26, 0.0])
+"""How much darker a surface is that looks along x, y or z: tops are as the legend says, walls tell apart from them."""
 _FACETS = 6000
 """In one piece: where few cells change their colour, little is sent."""
 
@@ -53,7 +55,17 @@ def paint_piece(piece: HeatPiece, colours: Colours) -> bytes:
         piece: What to draw.
         colours: (c, 3) of every cell of the board.
     """
-    return indexed_triangles_glb(piece.corners, colours[piece.cell], piece.index)
+    return flat_indexed_glb(piece.corners, colours[piece.cell], piece.index)
+
+
+def shade(colours: Colours, normals: Directions) -> Colours:
+    """(c, 3) colours of cells, darker where they face sideways, so that shapes are seen in plain colours.
+
+    Args:
+        colours: (c, 3)
+        normals: (c, 3) of unit length or shorter.
+    """
+    return np.round(colours * (1.0 - normals**2 @ _SHADE)[:, None]).astype(np.uint8)
 
 
 def has_changed(piece: HeatPiece, colours: Colours, before: Colours | None) -> bool:

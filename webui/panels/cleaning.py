@@ -9,6 +9,7 @@ from webui.page import Page
 from webui.panels.check import progress_html
 from webui.panels.cleaning_gap import GapCard
 from webui.panels.cleaning_heat import HeatCard
+from webui.panels.cleaning_part import PartCard
 from webui.panels.cleaning_parts import PartsCard
 from webui.remarks import remark_html
 from webui.scene import Scene
@@ -41,7 +42,7 @@ class CleaningPanel:
         )
         self._button = gui.add_button(_ANALYSE, hint="Predicts what the spray reaches, above and under the parts.")
         self._state = gui.add_html("")
-        self._cards = (PartsCard(page, scene), HeatCard(page, scene), GapCard(page))
+        self._cards = (PartsCard(page, scene), HeatCard(page, scene), PartCard(page), GapCard(page))
         self._choice.on_update(lambda event: self._choose(event.target.value, by_hand=event.client is not None))
         self._button.on_click(lambda _: self._press())
 

@@ -24,7 +24,7 @@ class GapCard:
         self._folder = gui.add_folder("Gap from above", visible=False)
         with self._folder:
             self._shown: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-                "Show in the gap", tuple(SHOWN), hint="What the colours mean."
+                "In the gap", tuple(SHOWN), hint="What the colours mean."
             )
             self._case: viser.GuiDropdownHandle[str] = gui.add_dropdown(
                 "Standoff", _UNKNOWN, hint="Both bounds, where it is not known; the harder first."

@@ -1,11 +1,10 @@
-"""The parts, worst first, and the card of the one that is selected."""
+"""The parts, worst first."""
 
 import viser
 
 from cleaning.results import Part
 from webui.around import step_around
-from webui.cleaning_card import part_html
-from webui.cleaning_list import MOST_ROWS, note_html, parts_html
+from webui.cleaning_list import MOST_ROWS, parts_html
 from webui.page import Page
 from webui.scene import Scene
 from webui.session import Session
@@ -16,7 +15,7 @@ _WORST, _WORSE, _BETTER = "Worst", "Worse", "Better"
 
 
 class PartsCard:
-    """The parts, worst first, and the card of the one that is selected."""
+    """The parts, worst first."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open; they are seen where there is an analysis."""
@@ -32,7 +31,6 @@ class PartsCard:
                 "Through", (_WORST, _WORSE, _BETTER), hint="The list, from what is selected."
             )
             self._list = gui.add_html("")
-            self._card = gui.add_html("")
         self._choice.on_update(lambda event: self._go(event.target.value, by_hand=event.client is not None))
         self._steps.on_click(lambda event: self._step(event.target.value))
 
@@ -57,13 +55,6 @@ class PartsCard:
         wanted = selected if selected in names else _NONE
         if self._choice.value != wanted:
             self._choice.value = wanted
-        part = next((each for each in self._parts if each.component == selected), None)
-        report = analysis.report
-        self._card.content = (
-            part_html(report, part)
-            if part is not None
-            else note_html("Choose a part, or click one in the picture.") + part_html(report, report.bare)
-        )
 
     def _step(self, button: str) -> None:
         names = [part.component for part in self._parts]
