@@ -1,7 +1,7 @@
 """The rectangle of a component's body, without the leads beside it, in a frame that moves with the board."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -15,6 +15,7 @@ from geometry.polygons import polygons_of, project
 _HIGHEST_MM = 1.0
 _LEVEL_MM = 0.01
 _FLAT = 0.99
+_SLACK_MM = 0.3
 _ANGLE_RAD = 1e-6
 _LENGTH_MM = 1e-4
 _ALIKE = 1.001
@@ -107,10 +108,10 @@ def _smallest_in_frame(points: Points2, frame: GridFrame) -> Rectangle | None:
     turn = math.atan2(frame.axis[1], frame.axis[0]) + float(turns[best])
     if spans.min() < 10 * _LENGTH_MM:
         return None
-    return _lengthwise(Rectangle(float(x), float(y), turn, float(spans[0]), float(spans[1])), frame)
+    return lengthwise(Rectangle(float(x), float(y), turn, float(spans[0]), float(spans[1])), frame)
 
 
-def _lengthwise(rectangle: Rectangle, frame: GridFrame) -> Rectangle:
+def lengthwise(rectangle: Rectangle, frame: GridFrame) -> Rectangle:
     """Lay the length along the longer side, within a quarter turn of the board's axis."""
     turn, length, width = rectangle.turn_rad, rectangle.length_mm, rectangle.width_mm
     if width > length:
@@ -118,19 +119,29 @@ def _lengthwise(rectangle: Rectangle, frame: GridFrame) -> Rectangle:
     axis = math.atan2(frame.axis[1], frame.axis[0])
     half_turns = math.floor((turn - axis - _ANGLE_RAD) / math.pi + 0.5)
     turn = math.remainder(turn - math.pi * half_turns, 2.0 * math.pi)
-    return Rectangle(rectangle.x_mm, rectangle.y_mm, turn, length, width)
+    return replace(rectangle, turn_rad=turn, length_mm=length, width_mm=width)
 
 
-def shrink_to(rectangle: Rectangle, sizes_mm: tuple[float, float], frame: GridFrame) -> Rectangle:
-    """Make a rectangle as small as the name of the package says, about its middle; never larger.
+def shrink_to(rectangle: Rectangle, sizes_mm: tuple[float, float]) -> Rectangle:
+    """Make a rectangle about its middle no longer and no wider than sizes that are known; it never grows."""
+    length, width = min(max(sizes_mm), rectangle.length_mm), min(min(sizes_mm), rectangle.width_mm)
+    return replace(rectangle, length_mm=length, width_mm=width)
 
-    Of the two ways to turn the sizes the one that leaves the least beside one pair of edges is taken: leads stand
-    beside two sides, or beside all four.
+
+def shrink_between_leads(rectangle: Rectangle, sizes_mm: tuple[float, float], frame: GridFrame) -> Rectangle:
+    """Make a rectangle that may hold leads as small as the body is known to be, about its middle; it never grows.
+
+    Leads stand beside two sides or beside all four: of the two ways to turn the sizes the one that leaves the least
+    beside one pair of edges is taken, then the one that keeps more.
     """
     here = (rectangle.length_mm, rectangle.width_mm)
-    ways = [way for way in (sizes_mm, sizes_mm[::-1]) if all(a <= b + 0.1 for a, b in zip(way, here, strict=True))]
-    if not ways:
-        return rectangle
-    best = min(ways, key=lambda way: round(min(here[0] - way[0], here[1] - way[1]), 3))
+
+    def loss(way: tuple[float, float]) -> tuple[float, float]:
+        left = [max(side - size, 0.0) for side, size in zip(here, way, strict=True)]
+        least = round(min(left), 3)
+        return least if least > _SLACK_MM else 0.0, -round((here[0] - left[0]) * (here[1] - left[1]), 3)
+
+    long, short = max(sizes_mm), min(sizes_mm)
+    best = min(((long, short), (short, long)), key=loss)
     length, width = min(best[0], here[0]), min(best[1], here[1])
-    return _lengthwise(Rectangle(rectangle.x_mm, rectangle.y_mm, rectangle.turn_rad, length, width), frame)
+    return lengthwise(replace(rectangle, length_mm=length, width_mm=width), frame)

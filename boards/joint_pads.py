@@ -2,15 +2,19 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from boards.board import Pad
-from boards.body_rectangle import Rectangle
+from boards.body_rectangle import Rectangle, lengthwise
 from boards.joint import Joint
+from geometry.gridframe import GridFrame
 
 _SKEW_RAD = 1e-4
 _LEAST_MM = 0.01
+_LEAST_BODY = 0.25
+_LONGER = 1.1
 _EDGE_MM = 3e-5
 """Places are stated in decimals; none of them is this far from an edge, so that the last bits decide nothing."""
 
@@ -31,6 +35,31 @@ def joints_amid(pads: Sequence[Pad], rectangle: Rectangle) -> tuple[Joint, ...]:
     """Find the pads whose middle is under the body: those of leads beside it begin there, but do not reach it."""
     amid = [pad for pad in pads if _is_amid(pad, rectangle)]
     return joints_under(amid, rectangle)
+
+
+def body_between(pads: Sequence[Pad], rectangle: Rectangle, frame: GridFrame) -> Rectangle:
+    """Make an outline that was drawn around the leads as narrow as the space between their pads.
+
+    The pad of a lead is longer the way the lead goes. A heat pad in the middle may remain; where no more than one pad
+    begins under the outline, it is the body's.
+    """
+    leads = [pad for pad in pads if not _is_amid(pad, _middle_of(rectangle))]
+    if not any(_is_amid(pad, rectangle) for pad in leads):
+        return rectangle
+    half = [rectangle.length_mm / 2.0, rectangle.width_mm / 2.0]
+    for pad in leads:
+        spot = np.abs(rectangle.to_local(np.array([[pad.x_mm, pad.y_mm]]))[0])
+        turn = math.remainder(pad.turn_rad - rectangle.turn_rad, math.pi)
+        sizes = (pad.length_mm, pad.width_mm) if abs(turn) < math.pi / 4.0 else (pad.width_mm, pad.length_mm)
+        along = 0 if sizes[0] > sizes[1] else 1
+        inner = float(spot[along]) - sizes[along] / 2.0
+        if inner > _LEAST_BODY * half[along] and max(sizes) > _LONGER * min(sizes):
+            half[along] = min(half[along], round(inner, 4))
+    return lengthwise(replace(rectangle, length_mm=2.0 * half[0], width_mm=2.0 * half[1]), frame)
+
+
+def _middle_of(rectangle: Rectangle) -> Rectangle:
+    return replace(rectangle, length_mm=rectangle.length_mm / 4.0, width_mm=rectangle.width_mm / 4.0)
 
 
 def _is_amid(pad: Pad, rectangle: Rectangle) -> bool:

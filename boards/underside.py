@@ -8,9 +8,16 @@ from shapely import Polygon
 from shapely.affinity import rotate
 
 from boards.board import Board, Body, Component
-from boards.body_rectangle import Rectangle, body_rectangle, frame_of, outline_rectangle, shrink_to
+from boards.body_rectangle import (
+    Rectangle,
+    body_rectangle,
+    frame_of,
+    outline_rectangle,
+    shrink_between_leads,
+    shrink_to,
+)
 from boards.joint import Joint
-from boards.joint_pads import joints_amid, joints_under
+from boards.joint_pads import body_between, joints_amid, joints_under
 from boards.joints import Package, joints_of, many_joints
 from boards.package_sizes import package_sizes
 from boards.packages import package_family, pins_of
@@ -24,6 +31,7 @@ MOST_MM = 1.0
 
 _LEAST_MM = 0.005
 _WIDE = 0.8
+_LARGE = 1.15
 _UNKNOWN = "unknown: none and many"
 
 
@@ -134,15 +142,23 @@ def _rectangle(
 ) -> Rectangle | None:
     """Where the body is: leads that stand beside it are left out, terminations at its ends are part of it."""
     outline = outline_rectangle(component, frame)
-    if row.joints not in ("outside", "tab", "unknown", "folded"):
-        return outline
-    found = body_rectangle(body, component, surface_z_mm, frame) or outline
-    if found is None or outline is None:
-        return outline
+    if outline is None:
+        return None
+    stated, nominal = package_sizes(component.package).body_mm, row.body_mm
+    if row.joints in ("outside", "tab", "unknown"):
+        found = body_rectangle(body, component, surface_z_mm, frame) or outline
+        found = body_between(body.pads, found, frame) if row.joints == "outside" else found
+        sizes = stated or nominal
+        return found if sizes is None else shrink_between_leads(found, sizes, frame)
+    found = outline
     if row.joints == "folded":  # what is flat may be only what lies between the terminals
-        return found if found.length_mm > _WIDE * outline.length_mm else outline
-    sizes = package_sizes(component.package).body_mm
-    return found if sizes is None else shrink_to(found, sizes, frame)
+        flat = body_rectangle(body, component, surface_z_mm, frame)
+        found = flat if flat is not None and flat.length_mm > _WIDE * outline.length_mm else outline
+    if stated is not None:
+        return shrink_to(found, stated)
+    if nominal is not None and (found.length_mm > _LARGE * max(nominal) or found.width_mm > _LARGE * min(nominal)):
+        return shrink_to(found, nominal)
+    return found
 
 
 def _joints(

@@ -31,6 +31,8 @@ class Beneath:
     """Part of the underside that two terminations take together."""
     size: tuple[float, float] = (0.0, 0.0)
     """Length and width of one terminal as parts of the underside's."""
+    body_mm: tuple[float, float] | None = None
+    """Nominal length and width."""
 
     def standoffs_mm(self, pitch_mm: float | None) -> tuple[float, float] | None:
         """Least and largest gap of a package with this pitch."""
@@ -62,11 +64,19 @@ def _key(name: str) -> str:
 def _table() -> dict[str, Beneath]:
     text = files("boards").joinpath("undersides.yaml").read_text(encoding="utf-8")
     data = cast(dict[str, list[dict[str, Any]]], yaml.safe_load(text))
-    table = {name: _row(entry, entry["joints"]) for entry in data["families"] for name in entry["names"]}
-    return table | {f"chip {code}": _row(entry, "ends") for entry in data["chips"] for code in entry["codes"]}
+    table = {
+        name: _row(entry, entry["joints"], entry.get("body_mm"))
+        for entry in data["families"]
+        for name in entry["names"]
+    }
+    return table | {
+        f"chip {code}": _row(entry, "ends", body)
+        for entry in data["chips"]
+        for code, body in cast(dict[str, list[float]], entry["body_mm"]).items()
+    }
 
 
-def _row(entry: dict[str, Any], joints: Layout) -> Beneath:
+def _row(entry: dict[str, Any], joints: Layout, body_mm: list[float] | None) -> Beneath:
     return Beneath(
         joints,
         entry["source"],
@@ -74,6 +84,7 @@ def _row(entry: dict[str, Any], joints: Layout) -> Beneath:
         fine_mm=_pair(entry.get("fine_mm")),
         share=entry.get("share", 0.0),
         size=_pair(entry.get("size")) or (0.0, 0.0),
+        body_mm=_pair(body_mm),
     )
 
 

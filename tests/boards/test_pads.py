@@ -228,3 +228,45 @@ def test_joints_turn_with_the_board(angle: float, x: float, y: float) -> None:
         for pad in pads
     ]
     assert joints_under(moved, replace(SQUARE, x_mm=x, y_mm=y, turn_rad=angle)) == joints_under(pads, SQUARE)
+
+
+def legs(size: str) -> str:
+    spots = [(x, round(-1.905 + 1.27 * n, 3)) for x in (-2.7, 2.7) for n in range(4)]
+    return "\n".join(
+        f'(pad "{n}" smd rect (at {x} {y}) (size {size}) (layers "F.Cu"))' for n, (x, y) in enumerate(spots)
+    )
+
+
+def test_an_outline_around_the_leads_is_cut_back_to_what_lies_between_their_pads(tmp_path: Path) -> None:
+    boxed = beneath(tmp_path, kicad(footprint("SOIC-8", (3.4, 2.2), legs("1.5 0.6"))))
+    assert (boxed.length_mm, boxed.width_mm) == pytest.approx((4.4, 3.9))
+    assert abs(math.sin(boxed.turn_rad)) == pytest.approx(1.0)
+    assert boxed.cases[0].joints == ()
+    drawn = beneath(tmp_path, kicad(footprint("SOIC-8", (2.0, 2.5), legs("1.5 0.6"))))
+    assert (drawn.length_mm, drawn.width_mm) == pytest.approx((5.0, 4.0))
+
+
+def test_the_heat_pad_stays_where_leads_are_cut_off(tmp_path: Path) -> None:
+    heat = '(pad "9" smd rect (at 0 0) (size 2 3) (layers "F.Cu"))'
+    one = beneath(tmp_path, kicad(footprint("HSOIC-8-1EP", (3.4, 2.2), legs("1.5 0.6") + heat)))
+    (joint,) = one.cases[0].joints
+    assert (one.length_mm, one.width_mm) == pytest.approx((4.4, 3.9))
+    assert (joint.length_mm, joint.width_mm) == (3.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("package", "half", "size"),
+    [
+        ("C_0805", (1.8, 0.7), (2.0, 1.25)),
+        ("SOT-23", (1.2, 1.45), (2.9, 1.3)),
+        ("SOT-223", (3.5, 3.25), (6.5, 3.5)),
+        ("D_SMA", (3.5, 1.3), (4.3, 2.6)),
+        ("C_0805", (1.05, 0.65), (2.1, 1.3)),
+    ],
+)
+def test_an_outline_much_larger_than_the_package_is_not_its_body(
+    tmp_path: Path, package: str, half: tuple[float, float], size: tuple[float, float]
+) -> None:
+    hidden = '(pad "1" smd rect (at 9 9) (size 1 1) (layers "B.Cu"))'
+    one = beneath(tmp_path, kicad(footprint(package, half, hidden)))
+    assert (one.length_mm, one.width_mm) == pytest.approx(size)
