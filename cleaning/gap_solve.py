@@ -20,6 +20,8 @@ from cleaning.gap_grid import Grid, in_series
 Fields: TypeAlias = NDArray[np.float64]  # (k, rows, columns): one for each set of pressures
 NEAREST = 1e-3
 """Least distance, in cells, of a held outline from the middle of an open cell."""
+REFINEMENTS = 2
+"""Corrections by what the flows of cells lack: balances close to the last digits, also in cells long and narrow."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,18 +91,19 @@ def solve(grid: Grid, rim: Rim, held: Held | None = None) -> Flow:
 
     Cells that no given pressure can reach stand still. Raises CleaningError where shapes do not fit.
     """
-    sides, inside = _pressures(grid, rim, held)
+    padded = pad(grid, rim, held)
     links = link(grid, rim, None if held is None else held.level)
-    padded = _padded(sides, inside)
     if links.free.any():
         matrix, loads = assemble(links, padded)
         # MMD on A' + A keeps the factors of a symmetric matrix sparse
         factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-        found = factors.solve(loads)
-        found += factors.solve(loads - matrix @ found)  # one refinement: balances close to the last digits
-        padded[:, 1:-1, 1:-1][:, links.free] = found.T
-    along = links.along * -np.diff(padded[:, 1:-1, :], axis=2)
-    across = links.across * -np.diff(padded[:, :, 1:-1], axis=1)
+        inside = padded[:, 1:-1, 1:-1]
+        inside[:, links.free] = factors.solve(loads).T
+        for _ in range(REFINEMENTS):
+            along, across = _flows(links, padded)
+            missing = -(np.diff(along, axis=2) + np.diff(across, axis=1))[:, links.free]
+            inside[:, links.free] += factors.solve(np.ascontiguousarray(missing.T)).T
+    along, across = _flows(links, padded)
     fixed = np.zeros(grid.shape, dtype=np.bool_) if held is None else held.level <= 0
     return Flow(padded[:, 1:-1, 1:-1], along, across, links.free | fixed, fixed)
 
@@ -155,6 +158,20 @@ def assemble(links: Links, padded: Fields) -> tuple[sparse.csc_array, NDArray[np
     return matrix, np.ascontiguousarray(brought[:, free].T)
 
 
+def pad(grid: Grid, rim: Rim, held: Held | None = None) -> Fields:
+    """Lay the pressures of the rim around the cells: (k, rows + 2, columns + 2); 0 where none is given."""
+    sides, inside = _pressures(grid, rim, held)
+    padded = np.pad(inside, ((0, 0), (1, 1), (1, 1)))
+    padded[:, 1:-1, 0], padded[:, 1:-1, -1], padded[:, 0, 1:-1], padded[:, -1, 1:-1] = sides
+    return padded
+
+
+def _flows(links: Links, padded: Fields) -> tuple[Fields, Fields]:
+    """Volume flow times viscosity through all faces, from differences of pressure, which lose no digits."""
+    along = links.along * -np.diff(padded[:, 1:-1, :], axis=2)
+    return along, links.across * -np.diff(padded[:, :, 1:-1], axis=1)
+
+
 def _to_outline(
     one: NDArray[np.float64],
     other: NDArray[np.float64],
@@ -207,10 +224,3 @@ def _pressures(grid: Grid, rim: Rim, held: Held | None) -> tuple[list[NDArray[np
         return wide, np.broadcast_to(inside, (count, *place))
     except ValueError as error:
         raise CleaningError(f"pressures do not fit a gap of {rows} rows and {columns} columns: {error}") from error
-
-
-def _padded(sides: list[NDArray[np.float64]], inside: Fields) -> Fields:
-    """Lay the pressures of the rim around the cells."""
-    padded = np.pad(inside, ((0, 0), (1, 1), (1, 1)))
-    padded[:, 1:-1, 0], padded[:, 1:-1, -1], padded[:, 0, 1:-1], padded[:, -1, 1:-1] = sides
-    return padded
