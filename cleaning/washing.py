@@ -24,6 +24,7 @@ from geometry.arrays import Scalars
 
 _MM = 1e-3
 _UM = 1e-6
+_TENTH = 0.1 - 1e-9
 _SAME = 1e-6
 """Shares of residue nearer than this are the same."""
 
@@ -43,10 +44,16 @@ class _Gap:
         scale = np.float32((self.height_m / self.field.height_m) ** 2)
         return np.ascontiguousarray(np.moveaxis(self.field.velocity, 2, 0)) * scale
 
+    @cached_property
+    def weights(self) -> Scalars:
+        """(c,) weight of each cell in a mean over the gap."""
+        weights = self.field.weights.astype(np.float64)
+        return weights / weights.sum()
+
     @property
-    def blocked(self) -> bool:
-        """Whether nothing flows through, for residue or for joints."""
-        return is_plugged(self.parameters.gap, self.fill) or not len(self.field.cells)
+    def plugged(self) -> bool:
+        """Whether so much residue is in it that nothing flows through."""
+        return is_plugged(self.parameters.gap, self.fill)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +63,7 @@ class _State:
     hard: float
     soft: Scalars
     front_m: float
-    """How far a blocked gap is opened from its rim."""
+    """How far a plugged gap is opened from its rim."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +114,7 @@ def under_component(
         fill=gap.fill,
         stages=tuple(acts),
         exchanges_needed=exchanges_needed(parameters.soil, parameters.gap, gap.fill),
-        residue=_mean(residue),
+        residue=_mean(gap, residue),
         residue_worst=worst,
         worst_at=worst_at,
         ionic_ug_cm2=ionic_ug_cm2(gap_content_g_m3(parameters.rinse, stages, acts), gap.height_m / _UM),
@@ -119,7 +126,7 @@ def under_component(
 def _act(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> tuple[GapStage, _State]:
     """Let one liquid stage act on a gap."""
     parameters = gap.parameters
-    height = gap.height_m * open_share(parameters.gap, gap.fill * _mean(_residue(gap, state)))
+    height = gap.height_m * open_share(parameters.gap, gap.fill * _mean(gap, _residue(gap, state)))
     capillary = capillary_pa(stage.liquid, stage.temperature_c, height)
     margin, first = entry_margin(pressure, stage, capillary, parameters.film.hold_s)
     liquid = _Liquid(
@@ -131,7 +138,7 @@ def _act(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> tupl
     done, after, wet_s = Flushed(state.hard, state.soft, np.zeros(cells), 0.0, 0.0), state, 0.0
     if first >= 0:
         seconds, wet_s = _pulses(stage, pressure, first)
-        if gap.blocked:
+        if gap.plugged:
             front = plug_front_m(liquid.softening, _UM * parameters.soil.front_um, wet_s)
             after = _State(state.hard, state.soft, state.front_m + float(front))
         else:
@@ -148,7 +155,7 @@ def _act(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> tupl
         edge_pa=_highest(pressure),
         side_shear_pa=_side_shear(gap, liquid, pressure, after),
         shear_pa=done.shear_pa.astype(np.float32),
-        weak_share=float(weak.mean()) if cells else 1.0,
+        weak_share=_mean(gap, weak.astype(np.float64)),
         exchanges=2.0 * done.travelled_m / path,
         reynolds=float(reduced_reynolds(done.fastest_m_s, gap.height_m, path, liquid.density, liquid.viscosity)),
         wet_s=wet_s,
@@ -169,6 +176,7 @@ def _pulses(stage: Stage, pressure: EdgePressure, first: int) -> tuple[NDArray[n
 def _setting(gap: _Gap, liquid: _Liquid) -> Setting:
     soil = gap.parameters.soil
     return Setting(
+        weights=gap.weights,
         height_m=gap.height_m,
         path_m=gap.field.path_m,
         fill=gap.fill,
@@ -190,23 +198,24 @@ def _highest(pressure: EdgePressure) -> tuple[float, ...]:
 
 def _side_shear(gap: _Gap, liquid: _Liquid, pressure: EdgePressure, state: _State) -> tuple[float, ...]:
     """(4,) wall shear that nine tenths of the gap exceed if each side alone is pressed as hard as it ever was."""
-    if gap.blocked or not len(pressure.sample):
+    if gap.plugged or not len(pressure.sample):
         return (0.0,) * (SEGMENTS // 2)
     best = pressure.pressure_pa.reshape(-1, SEGMENTS // 2, 2).mean(axis=2).max(axis=0).clip(min=0.0)
     sides = gap.basis.reshape(2, SEGMENTS // 2, 2, -1).sum(axis=2)
     flow = best[:, None] * np.hypot(sides[0], sides[1])
-    open_ = 1.0 - gap.fill * _mean(_residue(gap, state))
-    mean = flow.mean(axis=1) * open_**2 / liquid.viscosity
+    open_ = 1.0 - gap.fill * _mean(gap, _residue(gap, state))
+    mean = flow @ gap.weights * open_**2 / liquid.viscosity
     loss = gap.parameters.gap.entrance_loss
     slowed = inertial(mean, gap.height_m * open_, gap.field.path_m, liquid.density, liquid.viscosity, loss)
     share = np.divide(slowed, mean, out=np.ones_like(mean), where=mean > 0.0)
-    shear = share * 6.0 * open_ / gap.height_m * np.percentile(flow, 10.0, axis=1)
+    least = [np.sort(each)[_tenth(each, gap.weights)] for each in flow]
+    shear = share * 6.0 * open_ / gap.height_m * least
     return tuple(float(each) for each in shear)
 
 
 def _residue(gap: _Gap, state: _State) -> Scalars:
     """(c,) share of the residue that is left in each cell."""
-    if not gap.blocked:
+    if not gap.plugged:
         return state.hard + state.soft
     field = gap.field
     centres = np.abs(field.centres)
@@ -215,18 +224,23 @@ def _residue(gap: _Gap, state: _State) -> Scalars:
     return 1.0 - np.clip((state.front_m - rim) / cell + 0.5, 0.0, 1.0)
 
 
-def _mean(residue: Scalars) -> float:
-    """Mean share; all of it where joints leave no cell open."""
-    return float(residue.mean()) if len(residue) else 1.0
+def _mean(gap: _Gap, values: Scalars) -> float:
+    """Mean over the gap of what is 1 at most; exactly 1 where all of it is."""
+    return 1.0 - float(gap.weights @ (1.0 - values))
 
 
 def _worst(gap: _Gap, residue: Scalars) -> tuple[float, tuple[float, float]]:
     """Mean of the worst tenth, and the worst place in mm: of several alike that nearest to the middle."""
-    if not len(residue):
-        return 1.0, (0.0, 0.0)
-    tenth = max(1, len(residue) // 10)
-    worst = float(np.sort(residue)[-tenth:].mean())
+    order = np.argsort(-residue, kind="stable")
+    tenth = order[: _tenth(-residue, gap.weights) + 1]
+    worst = 1.0 - float(np.average(1.0 - residue[tenth], weights=gap.weights[tenth]))
     alike = np.flatnonzero(residue >= residue.max() - _SAME)
     centres = gap.field.centres[alike]
     at = centres[np.argmin(np.round(np.hypot(centres[:, 0], centres[:, 1]) / _UM))] / _MM
     return worst, (float(at[0]), float(at[1]))
+
+
+def _tenth(values: Scalars, weights: Scalars) -> int:
+    """Rank, from the least, of the value below which a tenth of the gap lies."""
+    passed = np.cumsum(weights[np.argsort(values, kind="stable")])
+    return min(int(np.searchsorted(passed, _TENTH)), len(values) - 1)

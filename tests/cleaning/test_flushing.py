@@ -13,10 +13,12 @@ from cleaning.load import load_parameters
 
 SOIL = load_parameters("default").soil
 CELLS = 25
+WEIGHTS = np.arange(1.0, CELLS + 1) / np.arange(1.0, CELLS + 1).sum()
 
 
 def setting_of(fill: float = 0.4, exponent: float = 1.0, k1: float = 0.012) -> Setting:
     return Setting(
+        weights=WEIGHTS,
         height_m=60e-6,
         path_m=5e-3,
         fill=fill,
@@ -45,9 +47,9 @@ def walk(
     for p, (soak, pulse) in zip(pressures, seconds, strict=True):
         _, soft = step(hard, soft, setting.k1_per_s, 0.0, soak)
         hard = hard * np.exp(-setting.k1_per_s * soak)
-        open_ = 1.0 - setting.fill * float((hard + soft).mean())
+        open_ = 1.0 - setting.fill * float((hard + soft) @ WEIGHTS)
         flow = np.hypot(*np.einsum("s,dsc->dc", p, basis.astype(np.float64)))
-        plain = float(flow.mean()) * open_**2 / setting.viscosity_pa_s
+        plain = float(flow @ WEIGHTS) * open_**2 / setting.viscosity_pa_s
         speed = float(inertial(plain, setting.height_m * open_, setting.path_m, 1000.0, setting.viscosity_pa_s, 0.5))
         shear = 6.0 * flow * open_ / setting.height_m * speed / plain
         highest = np.maximum(highest, shear)
@@ -76,7 +78,7 @@ def test_it_does_what_the_formulas_say(seed: int, fill: float, exponent: float, 
 
 def test_equal_rates_lose_no_digits() -> None:
     # one segment that makes exactly the shear at which k2 is about k1
-    setting = setting_of(fill=0.0, k1=0.05)
+    setting = setting_of(fill=0.0, k1=0.05)._replace(weights=np.ones(1))
     basis = np.zeros((2, 8, 1), dtype=np.float32)
     basis[0, 0, 0] = 1e-8
     pressure = np.zeros((1, 8))

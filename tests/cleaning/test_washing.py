@@ -246,16 +246,19 @@ def test_a_plugged_gap_is_eaten_from_its_rim() -> None:
     assert under_component(field, 0.05, [long], [pressure], PARAMETERS).residue == 0.0
 
 
-def test_joints_everywhere_leave_nothing_to_flush() -> None:
-    field = square_field(coverage=1.0)
-    none = replace(
-        field, cells=field.cells[:0], centres=field.centres[:0], pressure=field.pressure[:, :0],
-        velocity=field.velocity[:, :0],
-    )  # fmt: skip
-    result = under_component(none, 0.05, [raster()[0]], [raster()[1]], PARAMETERS)
-    assert result.residue == result.residue_worst == 1.0
-    assert only(result).weak_share == 1.0
-    assert np.isfinite(result.exchanges_needed)
+def test_cells_count_by_their_open_area() -> None:
+    stage, pressure = raster(minutes=4.0)
+    lame = pressure.pressure_pa.copy()
+    lame[:, 2:6] = 0.0
+    plain = square_field()
+    near = plain.centres.sum(axis=1) < 0.0
+    results = [
+        under_component(
+            replace(plain, open_cells=share), 0.05, [stage], [replace(pressure, pressure_pa=lame)], PARAMETERS
+        )
+        for share in (np.ones(100, np.float32), np.where(near, 1.0, 0.1).astype(np.float32))
+    ]
+    assert results[1].residue < 0.9 * results[0].residue
 
 
 @settings(deadline=None, max_examples=10)
