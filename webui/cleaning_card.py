@@ -104,7 +104,7 @@ def _bar(name: str, value: float, share: float, *, marked: bool) -> str:
     weight = "600" if marked else "400"
     return (
         f'<div style="display:flex;align-items:center;gap:6px;font-weight:{weight}">'
-        f'<span style="width:80px">{escape(name)}</span>'
+        f'<span style="width:86px">{escape(name)}</span>'
         f'<span style="flex:1"><span style="display:block;height:7px;border-radius:2px;background:{colour};'
         f'width:{100 * share:.0f}%"></span></span>'
         f'<span style="width:56px;white-space:nowrap;text-align:right;font-variant-numeric:tabular-nums">'

@@ -7,6 +7,7 @@ import viser
 from cleaning.facets import Facets
 from webui.layers.glb import Colours
 from webui.layers.heat import HeatPiece, has_changed, heat_pieces, paint_piece, shade
+from webui.layers.tone import as_seen
 
 _M = 0.001
 _FADE_S = 0.4
@@ -48,7 +49,7 @@ class HeatView:
                 self._facets, self._pieces = facets, heat_pieces(facets)
             changed = [at for at, piece in enumerate(self._pieces) if has_changed(piece, colours, self._colours)]
             old = [self._shown.pop(at) for at in changed if at in self._shown]
-            shaded = shade(colours, facets.cell_normals)
+            shaded = as_seen(shade(colours, facets.cell_normals))
             sent = sum(self._add(at, paint_piece(self._pieces[at], shaded)) for at in changed)
             self._colours = colours
             self._old += old

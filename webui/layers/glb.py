@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.arrays import Points
+from geometry.arrays import Points, Scalars
 
 Colours = NDArray[np.uint8]
 """(n, 3) red, green, blue."""
@@ -135,11 +135,15 @@ def _glb(
     return _container(document, binary)
 
 
-def _linear(colours: Colours) -> Colours:
-    """Screen colours as glTF wants them: linear in light (IEC 61966-2-1)."""
+def light_of(colours: Colours) -> Scalars:
+    """(n, 3) screen colours linear in light, 0 to 1 (IEC 61966-2-1)."""
     screen = np.asarray(colours, dtype=np.float64) / 255
-    light = np.where(screen <= 0.04045, screen / 12.92, ((screen + 0.055) / 1.055) ** 2.4)
-    return np.round(light * 255).astype(np.uint8)
+    return np.where(screen <= 0.04045, screen / 12.92, ((screen + 0.055) / 1.055) ** 2.4)
+
+
+def _linear(colours: Colours) -> Colours:
+    """Screen colours as glTF wants them."""
+    return np.round(light_of(colours) * 255).astype(np.uint8)
 
 
 def _container(document: dict[str, Any], binary: bytes) -> bytes:
