@@ -17,9 +17,6 @@ SEGMENTS = 8
 half of the front edge (-y): front left, front right, right front, right back, back right, back left, left back,
 left front."""
 
-ACROSS = (5, 4, 7, 6, 1, 0, 3, 2)
-"""The segment on the other side of the part, of each."""
-
 Cast: TypeAlias = Callable[[Points, Directions], tuple[Indices, Scalars]]
 """Rays into the board: origins and unit directions (n, 3) to faces (n,), -1 if free, and distances (n,) in mm."""
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.edges import ACROSS, SEGMENTS, EdgePressure, Edges
+from cleaning.edges import SEGMENTS, EdgePressure, Edges
 from cleaning.film import Rim, Spot, farthest, film_momentum, rim_at, rim_of
 from cleaning.inlined import inlined
 from cleaning.jet import Jet
@@ -60,9 +60,9 @@ def edge_pressures(stage: Stage, jet: Jet, edges: Edges, film: Film) -> list[Edg
 
     A liquid presses with the normal stress of its jet on the board before the edge, and with the film's momentum that
     is stopped in a puddle of depth d: cos² psi M'/(2 d) where the film comes towards the edge, -c_lee times as much
-    where it runs off behind the part; psi lies between the film and the edge's normal. An upstream neighbour within
-    the film's ``shelter_mm`` leaves only the share ``shelter`` of it. What the part itself keeps off the puddle before
-    its edge does not press. No pressure is above the stagnation pressure of the jet.
+    where it runs off behind the part; psi lies between the film and the edge's normal. A neighbour within the film's
+    ``shelter_mm`` of an edge that the film comes to leaves only the share ``shelter`` of it there. What the part itself
+    keeps off the puddle before its edge does not press. No pressure is above the stagnation pressure of the jet.
 
     A gas presses with cos² psi rho U²/2, likewise, of which the jet's own stress, where it strikes the board, is a
     part (Bernoulli).
@@ -180,7 +180,7 @@ def _press_once(
             momentum = film_momentum(law.rim, spot, there, away)
             driven = abs(momentum) / (2e-3 * law.puddle_mm)
             towards = math.copysign(1.0, momentum) * towards
-        share = part.spared[at] if towards > 0.0 else -law.lee * part.spared[ACROSS[at]]
+        share = part.spared[at] if towards > 0.0 else -law.lee
         total = struck + share * towards * towards * driven
         pressure[at] = max(-law.most_pa, min(law.most_pa, total))
     return reached

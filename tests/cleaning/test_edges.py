@@ -9,7 +9,7 @@ from shapely import affinity, box
 from small_boards import board_of, part
 
 from boards.underside import GapCase, Underside
-from cleaning.edges import ACROSS, SEGMENTS, build_edges
+from cleaning.edges import SEGMENTS, build_edges
 
 
 def under(component, turn_deg=0.0, inset=0.0):
@@ -56,13 +56,6 @@ def test_segments_go_around_from_the_front_left():
     np.testing.assert_allclose(np.cross(edges.outward[0, :-1], edges.outward[0, 1:])[:, 2] >= 0, True)
     away = edges.middles[0, :, :2] - [14, 22]
     assert np.all(np.sum(away * edges.outward[0, :, :2], axis=1) > 0)
-
-
-def test_the_segment_across_is_on_the_other_side():
-    edges = edges_of(board_of(part("U1", 10, 20, 8, 4)))
-    np.testing.assert_allclose(edges.outward[0, ACROSS, :], -edges.outward[0])
-    between = edges.middles[0, ACROSS, :] - edges.middles[0]
-    np.testing.assert_allclose(np.cross(between, edges.outward[0]), 0.0, atol=1e-12)
 
 
 def test_a_lone_part_is_free_on_all_sides():
