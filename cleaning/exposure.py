@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cleaning import scatter
-from cleaning.deck import deck_of
 from cleaning.facets import Facets
+from cleaning.flight import fly, poses_of, rays_of
 from cleaning.jet import Jet
-from cleaning.scatter import Account, Ground, Poses, Rays
-from cleaning.scene import Scene, cast_rays
-from cleaning.stages import Samples, Stage
+from cleaning.scatter import Account, Ground
+from cleaning.scene import Scene
+from cleaning.stages import Stage
 from geometry.arrays import Indices, Scalars
 from geometry.progress import Progress
 
@@ -81,53 +81,35 @@ def expose(
         tell: Told how far it is.
     """
     samples = stage.samples
-    rays = rays_of(jet, rays_per_sample)
-    poses = poses_of(samples)
-    ground = Ground(scene.planes, facets.cell, facets.component)
+    rays, poses = rays_of(jet, rays_per_sample), poses_of(samples)
+    # Of int64, a ground would need twice the memory that compiled code jumps about in.
+    components = int(facets.component.max(initial=-1)) + 1
+    belongs = np.where(facets.cell_component < 0, components, facets.cell_component)
+    ground = Ground(scene.planes, facets.cell.astype(np.int32), belongs.astype(np.int32))
     account = Account(
-        np.zeros((len(facets.cell_areas_mm2), scatter.SUMS)),
-        np.zeros((int(facets.component.max(initial=-1)) + 2, len(samples.makers))),
+        np.zeros((len(facets.cell_areas_mm2), scatter.SUMS)), np.zeros((len(samples.makers), components + 1))
     )
     blocks = np.unique(np.linspace(0, len(samples.times), _BLOCKS + 1).round().astype(np.int64))
+    batches = _batches(blocks, rays_per_sample)
     grown: list[tuple[Indices, Scalars]] = []
-    for begin, end in pairwise(blocks.tolist()):
-        before = account.cells[:, scatter.VOLUME].copy()
-        for first, last in _batches(begin, end, rays_per_sample):
-            faces = fly(rays, poses, scene, first, last)
-            scatter.land(jet.form, rays, poses, ground, (first, faces, not jet.gas), account)
-        cells = np.flatnonzero(account.cells[:, scatter.VOLUME] > before)
-        grown.append((cells, account.cells[cells, scatter.VOLUME] - before[cells]))
-        tell(stage.made_by, end / len(samples.times))
+    before = np.zeros(len(account.cells))
+    for (first, last), faces in zip(batches, fly(rays, poses, scene, batches), strict=True):
+        scatter.land(jet.form, rays, poses, ground, (first, faces, not jet.gas), account)
+        if last in blocks:
+            cells = np.flatnonzero(account.cells[:, scatter.VOLUME] > before)
+            grown.append((cells, account.cells[cells, scatter.VOLUME] - before[cells]))
+            before = account.cells[:, scatter.VOLUME].copy()
+            tell(stage.made_by, last / len(samples.times))
     growth = _growth(grown, _ends(stage, blocks), facets)
     return _exposure_of(stage, jet, facets, rays_per_sample, account, growth)
 
 
-def poses_of(samples: Samples) -> Poses:
-    """Lay samples out for compiled code."""
-    seconds, tcp, axes = (
-        np.ascontiguousarray(each, dtype=np.float64) for each in (samples.seconds, samples.tcp, samples.axes)
-    )
-    return Poses(seconds, tcp, axes, np.ascontiguousarray(samples.made_by, dtype=np.int64))
-
-
-def rays_of(jet: Jet, per_sample: int) -> Rays:
-    """Deal a jet's deck, so many rays to a sample."""
-    deck = deck_of(jet)
-    columns = [deck.starts, *deck.directions.T, deck.strength, deck.inside, deck.front, deck.spread]
-    return Rays(np.column_stack(columns).astype(np.float64), per_sample)
-
-
-def fly(rays: Rays, poses: Poses, scene: Scene, first: int, last: int) -> NDArray[np.int32]:
-    """Faces that the rays of samples ``first`` to ``last`` hit, or -1: (n,)."""
-    out = tuple(np.empty(((last - first) * rays.per_sample, 3), dtype=np.float32) for _ in range(2))
-    scatter.deal(rays, poses, scene.origin, first, (out[0], out[1]))
-    return cast_rays(scene, out[0], out[1])
-
-
-def _batches(begin: int, end: int, rays_per_sample: int) -> list[tuple[int, int]]:
-    """Runs of samples whose rays fit a batch."""
+def _batches(blocks: Indices, rays_per_sample: int) -> list[tuple[int, int]]:
+    """Runs of samples whose rays fit a batch, none across the end of a block."""
     step = max(1, _BATCH_RAYS // rays_per_sample)
-    return [(first, min(first + step, end)) for first in range(begin, end, step)]
+    return [
+        (first, min(first + step, end)) for begin, end in pairwise(blocks.tolist()) for first in range(begin, end, step)
+    ]
 
 
 def _ends(stage: Stage, blocks: Indices) -> Scalars:
@@ -164,5 +146,5 @@ def _exposure_of(
         landed_mm3=float(sums[:, scatter.VOLUME].sum()),
         rays=len(stage.samples.times) * rays_per_sample,
         growth=growth,
-        by_maker_mm3=account.makers,
+        by_maker_mm3=account.makers.T.copy(),
     )

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cleaning.impact import flow_m3_s, gas_speed_m_s, liquid_speed_m_s
 from cleaning.jet_form import CONE, DECAY, EDGE_SIGMAS, FAN, KNIFE, RING, JetForm, add_stresses
-from cleaning.jet_shape import flow_density, normalised
+from cleaning.jet_shape import flow_density, normalised, steepest
 from cleaning.parameters import Spray
 from cleaning.stages import Stage
 from geometry.arrays import Directions, Points, Scalars
@@ -75,6 +75,7 @@ def jet_of(stage: Stage, spray: Spray) -> Jet:
         thin_sigma=float(sigmas[0]),
         half_slot_mm=nozzle.width_mm / 2 if isinstance(nozzle, AirKnife) else 0.0,
         core_mm=_core_mm(nozzle, flow, speed),
+        steepest=math.inf,
         gas_curtain=gas and isinstance(nozzle, AirKnife),
     )
     return Jet(
@@ -88,7 +89,7 @@ def jet_of(stage: Stage, spray: Spray) -> Jet:
         azimuths=azimuths,
         half_angles=half_angles,
         sigmas=sigmas,
-        form=normalised(form),
+        form=normalised(form._replace(steepest=steepest(form))),
     )
 
 

@@ -50,6 +50,8 @@ class JetForm(NamedTuple):
     """Half the length of the slot; 0 for all but knives."""
     core_mm: float
     """Length of a curtain's core, in which the gas is as fast as in the slot."""
+    steepest: float
+    """Square of the tangent of the largest angle between the axis and a ray from the orifice; infinite for knives."""
     gas_curtain: bool
     """Whether stress follows the decay of a plane free jet."""
 
@@ -151,10 +153,16 @@ def stress_factor(jet: JetForm, strength: float, length: float, spread: float) -
 
 
 @compiled
+def misses(jet: JetForm, x: float, y: float, z: float) -> bool:
+    """Whether a place is surely out of reach: a quick look before anything else is asked."""
+    return z <= 0.0 or x * x + y * y > jet.steepest * z * z
+
+
+@compiled
 def stress_of(jet: JetForm, place: tuple[float, float, float], normal: tuple[float, float, float]) -> float:
     """Normal stress at a place with an outward normal, Pa, as if nothing stood in between; all in the tool frame."""
     x, y, z = place
-    if z <= 0.0:
+    if misses(jet, x, y, z):
         return 0.0
     ux, uy, uz, length, spread = ray_to(jet, x, y, z)
     facing = -(ux * normal[0] + uy * normal[1] + uz * normal[2])

@@ -29,6 +29,15 @@ class Box:
         """Of the rectangle, in the jet's coordinates."""
         return (self.first[1] - self.first[0]) * (self.second[1] - self.second[0])
 
+    def holds(self, first: Scalars, second: Scalars) -> NDArray[np.bool_]:
+        """(n,) whether coordinates lie in the rectangle."""
+        return (
+            (self.first[0] <= first)
+            & (first <= self.first[1])
+            & (self.second[0] <= second)
+            & (second <= self.second[1])
+        )
+
 
 def box_of(form: JetForm, sigmas: float) -> Box:
     """The least box that holds a jet and so many sigmas of its flanks."""
@@ -79,6 +88,16 @@ def flow_density(form: JetForm, directions: Directions) -> tuple[Scalars, NDArra
     found, within = np.empty(len(directions)), np.empty(len(directions), dtype=np.bool_)
     strengths(form, np.ascontiguousarray(directions), found, within)
     return found * form.scale, within
+
+
+def steepest(form: JetForm) -> float:
+    """Square of the tangent of the largest angle that a ray from the orifice makes with the axis, flanks included."""
+    box = box_of(form, TAIL_SIGMAS)
+    if form.kind == KNIFE:
+        return np.inf
+    return float(
+        1 / directions_of(form, np.array([box.first[1]]), np.array([box.second[form.kind == FAN]]))[0, 2] ** 2 - 1
+    )
 
 
 def normalised(form: JetForm) -> JetForm:

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from cleaning.jet_form import KNIFE, JetForm, stress_factor
 from geometry.coverage.compiled import compiled
 
-VOLUME, CONE, FRONT, NORMAL, TANGENTIAL, PEAK, HITS, SUMS = range(8)
+VOLUME, CONE, FRONT, NORMAL, TANGENTIAL, PEAK, HITS = range(7)
 """Columns of what is added up for each cell; volumes in mm³, the rest times area in mm²."""
+SUMS = 8
+"""One more column than that: a row is one line of the cache."""
 _GRAZING = 1e-6
 
 
@@ -37,8 +39,10 @@ class Ground(NamedTuple):
 
     planes: NDArray[np.float64]
     """(m, 4)"""
-    cell: NDArray[np.int64]
-    component: NDArray[np.int64]
+    cell: NDArray[np.int32]
+    """(m,)"""
+    component: NDArray[np.int32]
+    """(c,) of each cell; the number of components for what belongs to none."""
 
 
 class Account(NamedTuple):
@@ -47,7 +51,7 @@ class Account(NamedTuple):
     cells: NDArray[np.float64]
     """(c, SUMS)"""
     makers: NDArray[np.float64]
-    """(components + 1, makers) mm³; the last row is what belongs to no component."""
+    """(makers, components + 1) mm³; the last column is what belongs to no component."""
 
 
 @compiled
@@ -107,11 +111,14 @@ def land(
         sample = first + i
         seconds = poses.seconds[sample] / count
         tcp, axes = poses.tcp[sample], poses.axes[sample]
+        by_maker = account.makers[poses.maker[sample]]
+        next_ray = sample * count % deck
         for k in range(count):
+            row = rays.rows[next_ray]
+            next_ray = next_ray + 1 if next_ray + 1 < deck else 0
             face = faces[i * count + k]
             if face < 0:
                 continue
-            row = rays.rows[(sample * count + k) % deck]
             plane = ground.planes[face]
             facing = 0.0
             away = plane[3]
@@ -119,12 +126,13 @@ def land(
                 along = axes[axis, 0] * row[1] + axes[axis, 1] * row[2] + axes[axis, 2] * row[3]
                 facing += plane[axis] * along
                 away -= plane[axis] * (tcp[axis] + axes[axis, 0] * row[0])
-            sums = account.cells[ground.cell[face]]
+            cell = ground.cell[face]
+            sums = account.cells[cell]
             sums[HITS] += 1.0
             volume = flow_mm3_s * jet.scale * row[4] * row[7] * seconds
             if wets:
                 sums[VOLUME] += volume
-                account.makers[ground.component[face], poses.maker[sample]] += volume
+                by_maker[ground.component[cell]] += volume
             cosine = abs(facing)
             if cosine < _GRAZING:
                 continue

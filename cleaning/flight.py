@@ -1,0 +1,56 @@
+"""Rays on their way from the nozzle to the faces that they hit, batch after batch."""
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cleaning.deck import deck_of
+from cleaning.jet import Jet
+from cleaning.scatter import Poses, Rays, deal
+from cleaning.scene import Scene, cast_rays
+from cleaning.stages import Samples
+
+
+def poses_of(samples: Samples) -> Poses:
+    """Lay samples out for compiled code."""
+    seconds, tcp, axes = (
+        np.ascontiguousarray(each, dtype=np.float64) for each in (samples.seconds, samples.tcp, samples.axes)
+    )
+    return Poses(seconds, tcp, axes, np.ascontiguousarray(samples.made_by, dtype=np.int64))
+
+
+def rays_of(jet: Jet, per_sample: int) -> Rays:
+    """Deal a jet's deck, so many rays to a sample."""
+    deck = deck_of(jet)
+    columns = [deck.starts, *deck.directions.T, deck.strength, deck.inside, deck.front, deck.spread]
+    return Rays(np.column_stack(columns).astype(np.float64), per_sample)
+
+
+def fly(rays: Rays, poses: Poses, scene: Scene, batches: Sequence[tuple[int, int]]) -> Iterator[NDArray[np.int32]]:
+    """Follow the rays of batch after batch of samples, given by first and last + 1.
+
+    The next batch flies while the caller works on one. That changes no number: each batch is its own, and they come in
+    order.
+
+    Yields:
+        (n,) face that each ray of a batch hits, or -1.
+    """
+    most = max((last - first for first, last in batches), default=0) * rays.per_sample
+    origins, directions = np.empty((most, 3), dtype=np.float32), np.empty((most, 3), dtype=np.float32)
+
+    def follow(first: int, last: int) -> NDArray[np.int32]:
+        count = (last - first) * rays.per_sample
+        deal(rays, poses, scene.origin, first, (origins[:count], directions[:count]))
+        return cast_rays(scene, origins[:count], directions[:count])
+
+    with ThreadPoolExecutor(max_workers=1) as worker:
+        coming = None
+        for first, last in batches:
+            ahead = worker.submit(follow, first, last)
+            if coming is not None:
+                yield coming.result()
+            coming = ahead
+        if coming is not None:
+            yield coming.result()
