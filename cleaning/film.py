@@ -5,7 +5,8 @@ have theirs where their spray ends. From each bit of the rim the film runs along
 the axis meets the board. How the liquid divides there is the classical balance of an inviscid sheet on a plate, which
 keeps its speed: the share (1 + sin g) / 2 runs outwards and the rest back, g the angle between the ray and the board's
 normal in the vertical plane of that line. Outside, the film's momentum per width thins with the radius and decays by
-friction; inside, it falls to nothing at the pole.
+friction; inside, it falls to nothing at the pole. Over the inner half of the wave front, one sigma of the ring, the
+film turns from inwards to outwards, so that nothing jumps.
 
 Tilted jets need no approximation: rays of one azimuth meet the plane on one line from the pole, so that the flow in
 each direction on the board is known, and outward and inward film together carry exactly the flow of the jet.
@@ -23,6 +24,7 @@ from cleaning.jet_form import CONE, RING
 from cleaning.parameters import Film
 
 _TURNS = 720
+_BROADEST = 0.5
 
 
 class Rim(NamedTuple):
@@ -38,6 +40,8 @@ class Rim(NamedTuple):
     thin: float
     """Tangent of the half angle across; 0 for cones."""
     half_slot_mm: float
+    front: float
+    """Breadth of the inner half of the wave front as share of its distance from the pole."""
     momentum_n: float
     """What is left of the jet's momentum after the impact: chi rho Q v."""
     decay_mm: float
@@ -70,6 +74,7 @@ def rim_of(jet: Jet, film: Film) -> Rim:
         wide=0.0 if round_ else math.tan(jet.form.wide),
         thin=0.0 if round_ else math.tan(jet.half_angle),
         half_slot_mm=jet.form.half_slot_mm,
+        front=min(_BROADEST, 2.0 * jet.sigma / math.sin(2.0 * jet.half_angle)),
         momentum_n=film.retention * jet.density_kg_m3 * jet.flow_m3_s * jet.speed_m_s,
         decay_mm=film.decay_mm,
     )
@@ -145,7 +150,7 @@ def rim_at(rim: Rim, spot: Spot) -> tuple[float, float]:
 def film_momentum(rim: Rim, spot: Spot, there: tuple[float, float], away_mm: float) -> float:
     """Momentum of the film per width at a distance from the pole, N/m: above 0 away from the pole, below 0 towards it.
 
-    With R the distance to the rim, outside: M'_out (R/r) exp(-(r-R)/l); inside: M'_in r/R. For an upright hollow cone
+    With R the distance to the rim, outside: M'_out (R/r) exp(-(r-R)/l); inside: -M'_in r/R. For an upright hollow cone
     M' = chi rho v (1 +- sin g)/2 Q/(2 pi R).
 
     Args:
@@ -161,9 +166,11 @@ def film_momentum(rim: Rim, spot: Spot, there: tuple[float, float], away_mm: flo
     turning = spot.facing / max(1e-12, 1.0 - spot.z * spot.z)
     leaving = rim.momentum_n * flow * turning / (2.0 * math.pi * 1e-3 * far)
     sine = _outward(rim, spot, far)
-    if away_mm < far:
-        return -0.5 * (1.0 - sine) * leaving * away_mm / far
-    return 0.5 * (1.0 + sine) * leaving * far / away_mm * math.exp(-(away_mm - far) / rim.decay_mm)
+    outwards, inwards = 0.5 * (1.0 + sine) * leaving, 0.5 * (1.0 - sine) * leaving
+    if away_mm >= far:
+        return outwards * far / away_mm * math.exp(-(away_mm - far) / rim.decay_mm)
+    within = max(0.0, 1.0 - (1.0 - away_mm / far) / rim.front)
+    return within * outwards - (1.0 - within) * inwards * away_mm / far
 
 
 @inlined

@@ -40,14 +40,14 @@ def spot(turn_deg, tilt_deg=0.0, height_mm=50.0, azimuth_deg=0.0):
 
 @njit
 def around(known, spots):
-    """(n, 4) distance to the rim, its flow, and the momentum just outside and just inside, of (n, 5) directions."""
+    """(n, 4) distance to the rim, its flow, what leaves it outwards and inwards; of (n, 5) directions."""
     found = np.empty((len(spots), 4))
     for i in range(len(spots)):
         at = Spot(spots[i, 0], spots[i, 1], spots[i, 2], spots[i, 3], spots[i, 4])
         there = rim_at(known, at)
         found[i, 0], found[i, 1] = there
         found[i, 2] = film_momentum(known, at, there, there[0])
-        found[i, 3] = film_momentum(known, at, there, there[0] * (1.0 - 1e-12))
+        found[i, 3] = -film_momentum(known, at, there, 0.4 * there[0]) / 0.4
     return found
 
 
@@ -76,15 +76,14 @@ def test_an_upright_ring_follows_the_plain_law(turn_deg):
         assert momentum(at, away) == pytest.approx(
             0.75 * whole * far / away * math.exp(-(away - far) / FILM.decay_mm), rel=1e-9
         )
-    for away in (0.0, 3.0, 0.999 * far):
+    for away in (0.0, 3.0, 0.8 * far):
         assert momentum(at, away) == pytest.approx(-0.25 * whole * away / far, rel=1e-9)
 
 
 @pytest.mark.parametrize(("half_deg", "share"), [(30.0, 0.75), (40.0, 0.821)])
 def test_the_sheet_divides_as_in_the_books(half_deg, share):
     known = rim(half_deg=half_deg)
-    far, _ = rim_at(known, spot(0.0))
-    outward, inward = momentum(spot(0.0), far, known), -momentum(spot(0.0), far * (1 - 1e-9), known)
+    _, _, outward, inward = seen(known, [0.0])
     assert outward / (outward + inward) == pytest.approx(share, abs=5e-4)
 
 
@@ -98,7 +97,7 @@ def test_the_sheet_divides_as_in_the_books(half_deg, share):
 def test_both_films_together_carry_all_that_is_sprayed(nozzle, tilt, height, azimuth):
     known = rim(nozzle)
     far, _, out, back = seen(known, np.arange(0.0, 360.0, 0.25), tilt, height, azimuth)
-    carried = 2 * np.pi * np.mean((out - back) * 1e-3 * far)
+    carried = 2 * np.pi * np.mean((out + back) * 1e-3 * far)
     assert carried == pytest.approx(known.momentum_n, rel=5e-3)
 
 
@@ -146,13 +145,10 @@ def test_where_the_spray_is_open_there_is_no_film():
 
 
 def test_a_leaning_jet_drives_its_film_forward():
-    far = {turn: rim_at(rim(), spot(turn, 25.0))[0] for turn in (0.0, 180.0)}
-    shares = {}
-    for turn, reach in far.items():
-        out = momentum(spot(turn, 25.0), reach)
-        shares[turn] = out / (out - momentum(spot(turn, 25.0), reach * (1 - 1e-9)))
-    assert shares[0.0] == pytest.approx((1 + math.sin(math.radians(55.0))) / 2, rel=1e-6)
-    assert shares[180.0] == pytest.approx((1 + math.sin(math.radians(5.0))) / 2, rel=1e-6)
+    _, _, out, back = seen(rim(), [0.0, 180.0], 25.0)
+    shares = out / (out + back)
+    assert shares[0] == pytest.approx((1 + math.sin(math.radians(55.0))) / 2, rel=1e-6)
+    assert shares[1] == pytest.approx((1 + math.sin(math.radians(5.0))) / 2, rel=1e-6)
 
 
 def test_more_flow_where_a_measured_ring_is_wider_and_broader():
@@ -160,3 +156,14 @@ def test_more_flow_where_a_measured_ring_is_wider_and_broader():
     _, flows, *_ = seen(known, range(360))
     assert np.mean(flows) == pytest.approx(1.0, abs=5e-3)
     assert np.ptp(flows) > 0.2
+
+
+@pytest.mark.parametrize("name", ["ring", "lopsided", "cone", "fan"])
+def test_the_film_turns_over_the_breadth_of_the_wave_front(name):
+    known, at = rim(name), spot(20.0, 15.0)
+    far, _ = rim_at(known, at)
+    places = far * np.concatenate([np.linspace(0.3, 1.0, 400), np.linspace(1.0, 1.2, 100)])
+    found = np.array([momentum(at, place, known) for place in places])
+    assert np.abs(np.diff(found)).max() < 0.03 * np.ptp(found)
+    assert found[0] < 0.0 < found[-1]
+    assert found.max() == pytest.approx(momentum(at, far, known))
