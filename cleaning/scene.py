@@ -49,7 +49,7 @@ def build_scene(board: Board, longest_mm: float = 2.0) -> Scene:
     patches = np.concatenate([each.patches for each in board.bodies])
     stated = np.concatenate([each.normals for each in board.bodies])
     triangles, parent = split_patches(_wound(patches, stated), longest_mm)
-    areas, normals = areas_and_normals(triangles)
+    areas, normals = areas_and_normals(triangles.copy())
     solid = areas > 0
     triangles, areas, normals, body = triangles[solid], areas[solid], normals[solid], body[parent[solid]]
     origin = (triangles.reshape(-1, 3).min(axis=0) + triangles.reshape(-1, 3).max(axis=0)) / 2
@@ -107,7 +107,7 @@ def _single(values: NDArray[np.float64]) -> NDArray[np.float32]:
 
 def _wound(patches: Triangles, stated: Directions) -> Triangles:
     """Turn patches over whose winding contradicts the stated normal."""
-    _, normals = areas_and_normals(patches)
+    _, normals = areas_and_normals(patches.copy())  # it spoils a lone last patch of what it is given
     wrong = np.einsum("ij,ij->i", normals, stated) < 0
     return np.where(wrong[:, None, None], patches[:, ::-1], patches)
 

@@ -1,7 +1,14 @@
 """Stages of a few poses, and the liquids they spray, for tests of what jets do."""
 
-import numpy as np
+from dataclasses import replace
 
+import numpy as np
+import shapely
+from rigid import moved_bodies
+from small_boards import THICKNESS_MM, board_of
+
+from boards.board import Body
+from boards.formats.prism import prism
 from cleaning.jet import jet_of
 from cleaning.load import load_parameters
 from cleaning.stages import Samples, Stage
@@ -73,3 +80,42 @@ def sprayed(stage):
 def one_jet(nozzle=RING, use="wash", pressure_bar=3.5):
     """The jet of a nozzle."""
     return sprayed(stage_of(samples_of([[0.0, 0.0, 50.0]]), nozzle, use, pressure_bar))
+
+
+def solid_board(*parts, **known):
+    """``board_of`` these parts, with a box for each that stands ``standoff_mm`` above its side's surface."""
+    board = board_of(*parts, **known)
+    bodies = []
+    for each in parts:
+        gap, top = each.standoff_mm, each.height_mm
+        low, high = (gap, top) if each.side == "top" else (-THICKNESS_MM - top, -THICKNESS_MM - gap)
+        patches, normals, surfaces = prism(each.outline, low, high)
+        bodies.append(Body(each.name, "component", patches, normals, surfaces, side=each.side))
+    return replace(board, bodies=(*board.bodies, *bodies))
+
+
+def moved_board(board, motion):
+    """A board moved by a ``rigid.Motion``, as far as rays see it."""
+    turn = motion.matrix[:2, :2]
+    sideways = np.array(motion.shift[:2])
+
+    def move(outline):
+        return shapely.transform(outline, lambda points: points @ turn.T + sideways)
+
+    components = [
+        replace(each, footprint=move(each.footprint), outline=move(each.outline)) for each in board.components
+    ]
+    return replace(
+        board,
+        bodies=moved_bodies(board.bodies, motion),
+        outline=move(board.outline),
+        axis=tuple((turn @ board.axis).tolist()),
+        top_z_mm=board.top_z_mm + motion.shift[2],
+        bottom_z_mm=board.bottom_z_mm + motion.shift[2],
+        components=tuple(components),
+    )
+
+
+def moved_samples(samples, motion):
+    """Poses moved by a ``rigid.Motion``."""
+    return replace(samples, tcp=motion.points(samples.tcp), axes=motion.matrix @ samples.axes)
