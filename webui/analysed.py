@@ -1,15 +1,18 @@
 """What came of analysing a program, as one frozen value."""
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING
 
 from cleaning.parameters import Parameters
 from cleaning.results import CleaningReport
-from geometry.progress import Progress
+from geometry.progress import Progress, part_of
 from programs.program import TimedProgram
 from rulesengine.pipeline import Run
 
-Effort: TypeAlias = Literal["sketch", "fast", "full"]
+if TYPE_CHECKING:
+    from boards.board import Board
+    from cleaning.analyse import Effort
+    from cleaning.subject import Subject
 
 _LEAST_SHARE = 0.1
 """Of the volume on a part: strokes that give less are not named."""
@@ -24,6 +27,8 @@ class Analysed:
     parameters_name: str
     """As the project lists it."""
     report: CleaningReport
+    subject: "Subject | None" = None
+    """The board made ready: the next program on it need not wait for that."""
 
     def makers_of(self, component: str) -> frozenset[str]:
         """Name who sprays a component more than a little; nobody where there is no such component."""
@@ -31,20 +36,39 @@ class Analysed:
         return frozenset() if part is None else frozenset(name for name, share in part.makers if share >= _LEAST_SHARE)
 
 
-def analyse_run(run: Run, parameters_name: str, parameters: Parameters, effort: Effort, tell: Progress) -> Analysed:
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """How to analyse."""
+
+    parameters_name: str
+    """As the project lists it."""
+    parameters: Parameters
+    effort: "Effort"
+
+
+def analyse_run(run: Run, asked: Asked, before: Analysed | None, tell: Progress) -> Analysed:
     """Analyse a program, as the command line does.
 
     Args:
         run: Its program, board and recipe.
-        parameters_name: What the set is called on the page.
-        parameters: Of the model.
-        effort: How many rays to spend.
+        asked: With which parameters, and how thoroughly.
+        before: An analysis whose board may be the same.
         tell: Is told how far it is.
 
     Raises:
         JobError: the program cannot be analysed with these parameters.
     """
-    from cleaning.analyse import analyse  # pyright: ignore[reportAttributeAccessIssue]
+    from cleaning.analyse import analyse_on
 
-    report = analyse(run.program, run.board, run.recipe, parameters, effort=effort, progress=tell)
-    return Analysed(run.program, parameters_name, report)
+    subject = _ready(run.board, asked.parameters, before, part_of(tell, 0.0, 0.2))
+    report = analyse_on(subject, run.program, run.recipe, asked.effort, part_of(tell, 0.2, 1.0))
+    return Analysed(run.program, asked.parameters_name, report, subject)
+
+
+def _ready(board: "Board", parameters: Parameters, before: Analysed | None, tell: Progress) -> "Subject":
+    from cleaning.subject import prepare
+
+    known = None if before is None else before.subject
+    if known is not None and known.board is board and known.parameters == parameters:
+        return known
+    return prepare(board, parameters, tell)

@@ -4,26 +4,21 @@ from collections.abc import Sequence
 from html import escape
 
 from cleaning.results import VERDICTS, CleaningReport, Judgement, Part
+from rulesengine.cleaning_page import headline, honesty
 from rulesengine.summary import clock
 from webui.component_card import facts_html
 from webui.palette import ACCENT, INK, QUIET, to_hex
-from webui.verdict_colours import VERDICT_COLOURS, VERDICT_WORDS
+from webui.verdict_colours import VERDICT_COLOURS
 
 MOST_ROWS = 200
 _CELL = "padding:1px 8px 1px 0;white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
 _HEADINGS = (("Part", "left"), ("Verdict", "left"), ("Because", "left"), ("Residue", "right"))
 _WIDTHS = ("18%", "28%", "34%", "20%")
-_LIMITS = "Predicted, never measured: qualify the process by SIR or ion chromatography."
-_UNCALIBRATED = (
-    "Predicted with uncalibrated kinetics: good for ranking parts, not for acceptance. Qualify by SIR or ion "
-    "chromatography."
-)
 
 
 def headline_html(report: CleaningReport) -> str:
     """Say what the worst is, how far that can be trusted, and what the process takes."""
     colour = VERDICT_COLOURS[report.verdict]
-    honest = _LIMITS if report.parameters.calibrated else _UNCALIBRATED
     facts = {
         "Parts": counts_text(report.parts),
         "Time": clock(report.duration_s),
@@ -32,8 +27,8 @@ def headline_html(report: CleaningReport) -> str:
     }
     process = "".join(judgement_html(each) for each in report.process if each.verdict != "clean")
     return box_html(
-        f'<div style="font-weight:600;font-size:15px;color:{to_hex(colour)}">{VERDICT_WORDS[report.verdict]}</div>'
-        f'<div style="color:{to_hex(QUIET)};font-size:11px;margin-bottom:3px">{honest}</div>'
+        f'<div style="font-weight:600;font-size:14px;color:{to_hex(colour)}">{headline(report)}</div>'
+        f'<div style="color:{to_hex(QUIET)};font-size:11px;margin-bottom:3px">{escape(honesty(report))}</div>'
         f"{facts_html(facts.items())}{process}"
     )
 

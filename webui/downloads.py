@@ -1,5 +1,6 @@
 """What a page gives away: the bytes that the command line would write, under names that any system takes."""
 
+import json
 import re
 import threading
 from collections import Counter
@@ -23,6 +24,8 @@ KINDS: dict[str, str] = {
     "Report (JSON)": ".json",
     "Playback (HTML)": ".html",
     "Recipe (YAML)": ".yaml",
+    "Cleaning report (HTML)": "-cleaning.html",
+    "Cleaning report (JSON)": "-cleaning.json",
 }
 """What can be downloaded, as it is called on the page, and how the file's name ends."""
 _ONE_DRAWS = threading.Lock()
@@ -57,7 +60,10 @@ def make_download(kind: str, session: Session, allowed: Collection[str], rate: f
     if run is None or not session.planned:
         raise ProgramError("the recipe as it is now is not planned yet; wait until it is, or mend what stops it.")
     tell(f"making {kind}", 0.0)
-    content = _playback(session, run, rate, tell) if suffix == ".html" else _content(suffix, run, allowed)
+    if suffix.startswith("-cleaning"):
+        content = _cleaning(session, suffix)
+    else:
+        content = _playback(session, run, rate, tell) if suffix == ".html" else _content(suffix, run, allowed)
     return Download(f"{plain_name(run.board.name)}-{plain_name(run.recipe.recipe)}{suffix}", content)
 
 
@@ -70,6 +76,24 @@ def _playback(session: Session, run: Run, rate: float, tell: Progress) -> bytes:
     from webui.recording import record
 
     return record(session.played or run, rate, tell, session.check).encode()
+
+
+def _cleaning(session: Session, suffix: str) -> bytes:
+    """Write the report of the analysis as ``washboard analyse`` does.
+
+    Raises:
+        ProgramError: the program was not analysed.
+    """
+    from cleaning.report import cleaning_report
+    from rulesengine.cleaning_page import Traceability, cleaning_page
+
+    if session.analysis is None:
+        raise ProgramError("this program was not analysed with these parameters; press Analyse in the tab Cleaning.")
+    if suffix.endswith(".json"):
+        data = cleaning_report(session.analysis.report)
+        return (json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    with _ONE_DRAWS:
+        return cleaning_page(session.analysis.report, Traceability()).encode()
 
 
 def _content(suffix: str, run: Run, allowed: Collection[str]) -> bytes:

@@ -13,7 +13,8 @@ from small_scene import SmallScene
 from tiny_session import tiny_session
 
 from cleaning.errors import CleaningError
-from webui.analysed import Analysed
+from cleaning.load import load_parameters
+from webui.analysed import Analysed, Asked, analyse_run
 from webui.panels import cleaning
 from webui.panels.cleaning import CleaningPanel, state_html
 from webui.project import ProjectError, open_project
@@ -40,10 +41,10 @@ def by_hand(monkeypatch):
     """Analyses end at once with the report that was made by hand; which they were is remembered."""
     asked = []
 
-    def analyse(run, name, parameters, effort, tell):
-        asked.append((name, parameters.parameters, effort))
+    def analyse(run, wanted, _before, tell):
+        asked.append((wanted.parameters_name, wanted.parameters.parameters, wanted.effort))
         tell("casting rays", 0.5)
-        return Analysed(run.program, name, small_report())
+        return Analysed(run.program, wanted.parameters_name, small_report())
 
     monkeypatch.setattr(cleaning, "analyse_run", analyse)
     return asked
@@ -63,7 +64,7 @@ def heat_nodes(page):
 def test_an_analysis_counts_for_its_program_and_its_parameters_alone():
     session = analysed_session()
     assert session.analysis is session.analysed
-    assert "Dirty" in state_html(session)
+    assert "1 of 5 components dirty" in state_html(session)
     newer = replace(session, run=replace(session.run, program=replace(session.run.program)))
     assert newer.analysis is None
     assert "changed since" in state_html(newer)
@@ -82,6 +83,22 @@ def test_the_headline_never_claims_more_than_the_model_can():
     assert "1 dirty, 1 marginal, 1 no verdict, 2 clean" in text
 
 
+def test_the_board_is_made_ready_once_for_its_parameters():
+    session = tiny_session()
+    parameters = load_parameters()
+    told = []
+    first = analyse_run(session.run, Asked("default", parameters, "sketch"), None, lambda what, _: told.append(what))
+    again = analyse_run(session.run, Asked("default", parameters, "sketch"), first, lambda *_: None)
+    assert again.subject is first.subject
+    assert again.report.facets is first.report.facets
+    np.testing.assert_array_equal(again.report.exposures[0].volume_mm, first.report.exposures[0].volume_mm)
+    hotter = parameters.model_copy(update={"description": "another one"})
+    other = analyse_run(session.run, Asked("other", hotter, "sketch"), first, lambda *_: None)
+    assert other.subject is not first.subject
+    assert session.with_analysis(first).analysis is first
+    assert told
+
+
 def test_the_strokes_that_spray_the_selected_part_are_lit():
     session = replace(analysed_session(), selection=Selection(component="U1"))
     assert session.lit == {"sequence[0]/around/U1", "sequence[0]/sweep"}
@@ -97,7 +114,7 @@ def test_analyse_shows_the_parts_worst_first_and_flies_to_the_worst(tmp_path, by
         wait_for(lambda: page.session.analysis is not None)
         assert by_hand == [("default", "default", "full")]
         assert find(page, "Part").options[1:] == tuple(part.component for part in small_report().worst_first())
-        assert "Dirty" in panel._state.content
+        assert "dirty" in panel._state.content
         press(page, "Through", "Worst")
         assert page.session.selection.component == "U1"
         assert scene.looked == ["U1"]
@@ -128,7 +145,7 @@ def test_other_parameters_take_the_results_out_of_sight(tmp_path, by_hand):
         assert heat_nodes(page) == []
         assert "changed since" in panel._state.content
         press(page, "Parameters", "default")
-        assert "Dirty" in panel._state.content
+        assert "dirty" in panel._state.content
 
 
 def test_a_parameter_set_outside_the_folder_is_refused(tmp_path):

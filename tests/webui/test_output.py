@@ -3,16 +3,20 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from cleaning_report import small_report
 
 from geometry.finding import Finding
 from programs.errors import ProgramError
+from rulesengine.cleaning_page import Traceability
+from rulesengine.commands import analyse
 from rulesengine.commands.writing import write_run
 from rulesengine.pipeline import run
+from webui.analysed import Analysed
 from webui.app import open_session
 from webui.downloads import KINDS, forbidding, make_download
 from webui.session import Session
 
-PROGRAM, PNG, SVG, REPORT, _, RECIPE = KINDS
+PROGRAM, PNG, SVG, REPORT, _, RECIPE, CLEANING_PAGE, CLEANING_DATA = KINDS
 ERROR = Finding("not-served", "error", "U1 must be cleaned.", "masks")
 
 
@@ -37,6 +41,19 @@ def test_the_page_gives_the_bytes_that_the_command_line_writes(session: Session,
     write_run(session.run, output=places[PROGRAM], picture=places[PNG], report_file=places[REPORT], allowed=())
     for kind, place in places.items():
         assert make_download(kind, session, (), 10.0, tell).content == place.read_bytes(), kind
+
+
+def test_the_cleaning_report_is_the_one_that_the_command_line_writes(session: Session, tmp_path: Path) -> None:
+    assert session.run is not None
+    with pytest.raises(ProgramError, match="tab Cleaning"):
+        make_download(CLEANING_DATA, session, (), 10.0, tell)
+    analysed = session.with_analysis(Analysed(session.run.program, "default", small_report()))
+    analyse._write(small_report(), Traceability(), None, tmp_path / "a.json")
+    data, page = (make_download(kind, analysed, (), 10.0, tell) for kind in (CLEANING_DATA, CLEANING_PAGE))
+    assert data.content == (tmp_path / "a.json").read_bytes()
+    assert data.name == "smt-demo-rinse-only-cleaning.json"
+    assert page.content.startswith(b"<!doctype html>")
+    assert page.name == "smt-demo-rinse-only-cleaning.html"
 
 
 def test_a_drawing_is_one(session: Session) -> None:

@@ -1,9 +1,11 @@
 """What the program cleans: the analysis, its headline, and the cards that show it."""
 
+from typing import TYPE_CHECKING
+
 import viser
 
 from geometry.errors import JobError
-from webui.analysed import Analysed, Effort, analyse_run
+from webui.analysed import Analysed, Asked, analyse_run
 from webui.cleaning_list import headline_html, note_html
 from webui.page import Page
 from webui.panels.check import progress_html
@@ -16,8 +18,11 @@ from webui.scene import Scene
 from webui.session import Session
 from webui.work import Worker
 
+if TYPE_CHECKING:
+    from cleaning.analyse import Effort
+
 _ANALYSE, _CANCEL = "Analyse", "Cancel"
-_EFFORTS: dict[str, Effort] = {"Fast": "fast", "Full": "full", "Sketch": "sketch"}
+_EFFORTS: "dict[str, Effort]" = {"Fast": "fast", "Full": "full", "Sketch": "sketch"}
 """The one that comes first is chosen first."""
 
 
@@ -77,14 +82,17 @@ class CleaningPanel:
             self._rest()
             return
         session = self._page.session
-        run, name, effort = session.played, session.parameters_name, _EFFORTS[self._effort.value]
+        run, name, before = session.played, session.parameters_name, session.analysed
+        effort = _EFFORTS[self._effort.value]
         if run is None or not session.planned:
             self._page.refuse("The recipe as it is now is not planned yet; wait until it is.")
             return
         self._button.label, self._remark = _CANCEL, ""
         project = self._page.project
         self._worker.start(
-            lambda tell: analyse_run(run, name, project.open_parameters(name), effort, tell), self._take, self._fail
+            lambda tell: analyse_run(run, Asked(name, project.open_parameters(name), effort), before, tell),
+            self._take,
+            self._fail,
         )
 
     def _take(self, analysed: Analysed) -> None:

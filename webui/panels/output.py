@@ -18,6 +18,8 @@ _HINTS = {
     "Report (JSON)": "Totals, classes, components and findings as data.",
     "Playback (HTML)": "One file that plays in any browser, without Washboard.",
     "Recipe (YAML)": "The recipe as it is edited now.",
+    "Cleaning report (HTML)": "What the program is predicted to clean, to look at and print.",
+    "Cleaning report (JSON)": "The same as data.",
 }
 
 
