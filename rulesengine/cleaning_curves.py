@@ -12,9 +12,10 @@ from cleaning.exposure import Exposure
 from cleaning.results import CleaningReport, Part
 from cleaning.stages import Stage
 from geometry.arrays import Scalars
-from rulesengine.cleaning_pictures import WIDTH_MM, Picture
+from rulesengine.cleaning_pictures import WIDTH_MM
 from rulesengine.cleaning_sides import cells_sprayed
 from rulesengine.drawing import ACCENT, FUNCTION_COLOURS, INK, QUIET, sheet, to_bytes
+from rulesengine.page import Picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

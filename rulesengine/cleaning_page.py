@@ -1,6 +1,5 @@
 """A cleaning report as one page of HTML that needs nothing else: to look at, print and keep."""
 
-from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
@@ -8,7 +7,7 @@ from html import escape
 from cleaning.assumptions import assumptions_of
 from cleaning.results import VERDICTS, CleaningReport, Part, Verdict
 from rulesengine.cleaning_curves import draw_limiting, draw_volumes
-from rulesengine.cleaning_pictures import VERDICT_COLOURS, Picture, draw_exposures, draw_verdicts
+from rulesengine.cleaning_pictures import VERDICT_COLOURS, draw_exposures, draw_verdicts
 from rulesengine.cleaning_tables import (
     assumptions_table,
     gap_table,
@@ -19,8 +18,9 @@ from rulesengine.cleaning_tables import (
     verdict_mark,
 )
 from rulesengine.cleaning_words import CALIBRATED, HONESTY, LIMITS, SYNTHETIC, UNCALIBRATED, VERDICT_WORDS
-from rulesengine.drawing import ACCENT, FAINT, INK, QUIET
+from rulesengine.drawing import ACCENT
 from rulesengine.gap_picture import draw_gaps
+from rulesengine.page import image, section, whole_page
 from rulesengine.summary import amount, clock
 
 _MOST_GAPS = 6
@@ -48,24 +48,19 @@ def cleaning_page(report: CleaningReport, trace: Traceability) -> str:
     origin = report.origin
     sections = [
         _head(report),
-        _section("The process", stages_table(report)),
-        _section("The board", _legend(), *map(_image, draw_verdicts(report))),
-        _section("Components, the worst first", parts_table(report)),
-        _section("The process and the bare board", process_table(report)),
-        _section("Under the worst parts", *_gaps(report)),
-        _section("What limits them", *_limiting(report)),
-        _section("What reaches the surface", *_surface(report)),
-        _section("The rules", rules_table(report)),
-        _section("Where it comes from", _traces(report, trace)),
-        _section("What this model cannot say", f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in LIMITS)}</ul>"),
-        _section("All that was assumed", assumptions_table(report)),
+        section("The process", stages_table(report)),
+        section("The board", _legend(), *map(image, draw_verdicts(report))),
+        section("Components, the worst first", parts_table(report)),
+        section("The process and the bare board", process_table(report)),
+        section("Under the worst parts", *_gaps(report)),
+        section("What limits them", *_limiting(report)),
+        section("What reaches the surface", *_surface(report)),
+        section("The rules", rules_table(report)),
+        section("Where it comes from", _traces(report, trace)),
+        section("What this model cannot say", f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in LIMITS)}</ul>"),
+        section("All that was assumed", assumptions_table(report)),
     ]
-    title = escape(f"{origin.board} with {origin.recipe}: cleaning")
-    return (
-        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
-        f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head>'
-        f"<body><main>{''.join(sections)}</main></body></html>\n"
-    )
+    return whole_page(f"{origin.board} with {origin.recipe}: cleaning", sections)
 
 
 def headline(report: CleaningReport) -> str:
@@ -107,17 +102,6 @@ def _head(report: CleaningReport) -> str:
     )
 
 
-def _section(title: str, *content: str) -> str:
-    told = "".join(content)
-    return f"<section><h2>{escape(title)}</h2>{told}</section>" if told else ""
-
-
-def _image(picture: Picture) -> str:
-    kind = {".png": "image/png", ".svg": "image/svg+xml"}[picture.suffix]
-    data = b64encode(picture.content).decode("ascii")
-    return f'<img alt="{escape(picture.says)}" src="data:{kind};base64,{data}">'
-
-
 def _legend() -> str:
     return f'<p class="legend">{" ".join(map(verdict_mark, VERDICTS))}</p>'
 
@@ -127,7 +111,7 @@ def _gaps(report: CleaningReport) -> list[str]:
     parts = [part for part in report.worst_first() if part.gaps]
     wanting: Sequence[Part] = [part for part in parts if part.verdict != "clean"] or parts[:1]
     told = [
-        '<p class="q">Pressure and flow as if only the side that is pressed hardest were pressed; grey are solder '
+        '<p class="q">Pressure and flow as if only the side that drives most of it were pressed; grey are solder '
         "joints; the cross is the middle of the worst tenth. A gap whose height is not known is shown at both bounds."
         "</p>"
     ]
@@ -135,7 +119,7 @@ def _gaps(report: CleaningReport) -> list[str]:
         known = "" if part.underside is None else f"{part.underside.standoff_source}; {part.underside.joints_source}"
         told.append(
             f"<article><h3>{escape(part.component)} {verdict_mark(part.verdict)}</h3>"
-            f'<p class="q">standoff and joints: {escape(known)}</p>{_image(draw_gaps(report, part))}'
+            f'<p class="q">standoff and joints: {escape(known)}</p>{image(draw_gaps(report, part))}'
             f"{gap_table(report, part)}</article>"
         )
     return told if wanting else []
@@ -145,7 +129,7 @@ def _limiting(report: CleaningReport) -> list[str]:
     parts = [part for part in report.worst_first() if part.elasticity][:_MOST_LIMITED]
     picture = draw_limiting(parts)
     note = '<p class="q">How strongly the residue answers to each factor; the strongest is marked.</p>'
-    return [] if picture is None else [note, _image(picture)]
+    return [] if picture is None else [note, image(picture)]
 
 
 def _surface(report: CleaningReport) -> list[str]:
@@ -154,12 +138,12 @@ def _surface(report: CleaningReport) -> list[str]:
         "what the jet never hits; a line on a scale marks the limit.</p>"
     )
     maps = [
-        f"<article><h3>{escape(stage.function)} <span class='q'>{escape(stage.made_by)}</span></h3>{_image(picture)}"
+        f"<article><h3>{escape(stage.function)} <span class='q'>{escape(stage.made_by)}</span></h3>{image(picture)}"
         "</article>"
         for stage, picture in draw_exposures(report)
     ]
     curves = draw_volumes(report)
-    return [note, *maps, *([] if curves is None else [_image(curves)])]
+    return [note, *maps, *([] if curves is None else [image(curves)])]
 
 
 def _traces(report: CleaningReport, trace: Traceability) -> str:
@@ -179,38 +163,3 @@ def _traces(report: CleaningReport, trace: Traceability) -> str:
     ]
     lines = "".join(f"<div>{what} {escape(name)} <code>{escape(sha)}</code></div>" for what, name, sha in hashes)
     return f'<div class="blanks">{blanks}</div><div class="hashes">sha256 of what it was made from{lines}</div>'
-
-
-_STYLE = f"""
-@page {{ size: A4; margin: 14mm 15mm }}
-* {{ box-sizing: border-box }}
-body {{ margin: 0; background: #fff; color: {INK}; font: 13px/1.5 system-ui, "DejaVu Sans", sans-serif;
-  font-variant-numeric: tabular-nums; print-color-adjust: exact; -webkit-print-color-adjust: exact }}
-main {{ max-width: 190mm; margin: 0 auto; padding: 8mm 5mm }}
-h1 {{ font-size: 24px; line-height: 1.25; margin: 4px 0 10px; padding-left: 12px; border-left: 8px solid }}
-h2 {{ font-size: 16px; margin: 30px 0 8px; padding-top: 8px; border-top: 1px solid {FAINT}; break-after: avoid }}
-h3 {{ font-size: 13px; margin: 14px 0 2px; break-after: avoid }}
-p {{ margin: 4px 0 8px }}
-img {{ display: block; width: 100%; margin: 6px 0; break-inside: avoid }}
-article, .facts, .blanks {{ break-inside: avoid }}
-.q {{ color: #5d6a73; font-size: 11.5px }}
-.honest {{ padding-left: 20px; max-width: 150mm }}
-.facts {{ display: flex; flex-wrap: wrap; gap: 8px 28px; margin-top: 14px }}
-.facts b {{ display: block; font-size: 18px; font-weight: 600 }}
-.facts span {{ color: #5d6a73; font-size: 11.5px }}
-.mark {{ display: inline-block; width: 9px; height: 9px; margin: 0 5px 0 0; border-radius: 2px }}
-.legend {{ word-spacing: 0 }} .legend .mark {{ margin-left: 12px }} .legend .mark:first-child {{ margin-left: 0 }}
-table {{ width: 100%; border-collapse: collapse; margin: 6px 0 }}
-th {{ text-align: left; font-weight: 600; font-size: 11.5px; color: #5d6a73; border-bottom: 1px solid {QUIET} }}
-th, td {{ padding: 3px 8px 3px 0; vertical-align: top }}
-td {{ border-bottom: 1px solid #e6e9eb }}
-tr {{ break-inside: avoid }}
-.r {{ text-align: right }} td.r {{ white-space: nowrap }}
-.parts td:nth-child(1) {{ width: 19% }} .parts td:nth-child(2) {{ width: 13% }} .parts td:nth-child(4) {{ width: 28% }}
-.parts td {{ overflow-wrap: anywhere }}
-.small {{ font-size: 11px }} .names {{ font-size: 12px }}
-code {{ font: 11px "DejaVu Sans Mono", monospace; overflow-wrap: anywhere }}
-.blanks {{ display: grid; grid-template-columns: 1fr 1fr; gap: 14px 24px; margin: 10px 0 16px }}
-.blanks div {{ border-bottom: 1px solid {INK} }} .blanks span {{ color: #5d6a73; font-size: 11.5px; margin-right: 8px }}
-.hashes {{ font-size: 11.5px }} li {{ margin-bottom: 4px }}
-"""

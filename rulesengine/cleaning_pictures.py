@@ -29,6 +29,7 @@ from rulesengine.drawing import (
     view_of,
     write_names,
 )
+from rulesengine.page import Picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,17 +45,6 @@ WIDTH_MM = 180.0
 """Of all pictures on the page: A4 within its margins."""
 _TITLE_MM = 9.0
 _LARGEST_PANEL_MM = 150.0
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """One picture of a page."""
-
-    suffix: str
-    """``.png`` or ``.svg``."""
-    content: bytes
-    says: str
-    """For those who cannot see it."""
 
 
 def draw_verdicts(report: CleaningReport) -> list[Picture]:

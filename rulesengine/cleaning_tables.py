@@ -10,8 +10,10 @@ from rulesengine.cleaning_pictures import VERDICT_COLOURS
 from rulesengine.cleaning_words import GRADES, KNOWN_WORDS, RULES
 from rulesengine.summary import amount, clock
 
-MOST_ROWS = 300
-"""Components in the table; the data has all of them."""
+MOST_TOLD = 40
+"""Components of which everything is told; the others that are not clean get a line each."""
+MOST_LINES = 400
+"""Such lines; the data has all of them."""
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -> str:
@@ -50,13 +52,15 @@ def parts_table(report: CleaningReport) -> str:
     """List the components that are not clean, the worst first, with what decides and what to do."""
     packages = {component.name: component.package for component in report.board.components}
     found = [part for part in report.worst_first() if part.verdict != "clean"]
-    rows = [_part_row(part, packages.get(part.component, "")) for part in found[:MOST_ROWS]]
+    rows = [_part_row(part, packages.get(part.component, "")) for part in found[:MOST_TOLD]]
+    lines = [_part_line(part) for part in found[MOST_TOLD : MOST_TOLD + MOST_LINES]]
     clean = [escape(part.component) for part in report.parts if part.verdict == "clean"]
     told = table(("Component", "Verdict", "What decides", "What to do"), rows, "parts") if rows else ""
-    if len(found) > MOST_ROWS:
-        told += (
-            f"<p>and {amount(len(found) - MOST_ROWS, 'more component')}: the data of this report has all of them.</p>"
-        )
+    if lines:
+        told += "<h3>And in short</h3>" + table(("Component", "Verdict", "Rules", ">Residue under it"), lines, "small")
+    if len(found) > MOST_TOLD + MOST_LINES:
+        left = amount(len(found) - MOST_TOLD - MOST_LINES, "more component")
+        told += f"<p>and {left}: the data of this report has all of them.</p>"
     if clean:
         told += f'<p class="names"><b>Predicted clean ({len(clean)}):</b> {", ".join(clean)}.</p>'
     return told
@@ -74,6 +78,12 @@ def _part_row(part: Part, package: str) -> tuple[str, str, str, str]:
         "".join(map(_told, shown)),
         "".join(advice),
     )
+
+
+def _part_line(part: Part) -> tuple[str, str, str, str]:
+    rules = dict.fromkeys(f"{each.rule} {each.name}" for each in part.judgements if each.verdict != "clean")
+    residue = "" if part.residue is None else f"{part.residue:.1%}"
+    return escape(part.component), verdict_mark(part.verdict), escape(", ".join(rules)), residue
 
 
 def _told(judgement: Judgement) -> str:

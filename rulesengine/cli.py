@@ -7,7 +7,7 @@ from typing import Annotated, TextIO, cast
 
 import typer
 
-from rulesengine.commands import board, cell, check, demo, export, parameters, plan, recipe
+from rulesengine.commands import analyse, board, cell, check, compare, demo, export, parameters, plan, recipe
 from rulesengine.commands import show as program
 from rulesengine.errors import UsageError, job_errors, say_misused
 
@@ -24,6 +24,8 @@ app.command("show")(program.show)
 app.command("classify")(plan.classify)
 app.command("check")(check.check)
 app.command("export")(export.export)
+app.command("analyse")(analyse.analyse)
+app.command("compare")(compare.compare)
 app.command("demo")(demo.demo)
 app.add_typer(board.app, name="board")
 app.add_typer(recipe.app, name="recipe")

@@ -1,11 +1,13 @@
 """Two runs on the same board, quantity by quantity; and what each of them cleans."""
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cleaning.results import VERDICTS, CleaningReport
+from cleaning.results import VERDICTS, CleaningReport, Part
 from geometry.finding import Severity
 from rulesengine.pipeline import Run
+from rulesengine.report import Json
 from rulesengine.sprayed import sprayed_in
 from rulesengine.summary import clock
 
@@ -38,6 +40,37 @@ def compare(here: Run, there: Run) -> list[Row]:
 def compare_cleaning(here: CleaningReport, there: CleaningReport) -> list[Row]:
     """Compare verdicts, the worst residue, and every component of which the verdicts differ, the worst first."""
     return [*_verdicts(here, there), _residue(here, there), *_components(here, there)]
+
+
+def comparison_data(rows: Sequence[Row], here: CleaningReport, there: CleaningReport) -> dict[str, Json]:
+    """Collect what is compared as plain data; the same runs give the same data."""
+    return {
+        "washboard_comparison": 1,
+        "board": {"name": here.origin.board, "sha256": here.origin.board_sha256},
+        "recipes": [{"name": each.origin.recipe, "sha256": each.origin.recipe_sha256} for each in (here, there)],
+        "parameters": {"name": here.parameters.parameters, "sha256": here.parameters_sha256},
+        "rows": [
+            {"group": row.group, "name": row.name, "values": [row.here, row.there], "change": row.change}
+            for row in rows
+        ],
+        "components": [_both(name, one, other) for name, (one, other) in _by_component(here, there).items()],
+    }
+
+
+def _both(name: str, one: Part | None, other: Part | None) -> Json:
+    """The verdict and residue of one component in both; null where it is in one alone."""
+    both = (one, other)
+    return {
+        "component": name,
+        "verdicts": [None if each is None else each.verdict for each in both],
+        "residues": [None if each is None or each.residue is None else round(each.residue, 6) for each in both],
+    }
+
+
+def _by_component(here: CleaningReport, there: CleaningReport) -> dict[str, tuple[Part | None, Part | None]]:
+    one, other = ({part.component: part for part in report.parts} for report in (here, there))
+    worst = dict.fromkeys(part.component for report in (here, there) for part in report.worst_first())
+    return {name: (one.get(name), other.get(name)) for name in worst}
 
 
 def _totals(here: Run, there: Run) -> list[Row]:
@@ -132,16 +165,11 @@ def _worst_residue(report: CleaningReport) -> str:
 
 
 def _components(here: CleaningReport, there: CleaningReport) -> list[Row]:
-    one = {part.component: part for part in here.parts}
-    other = {part.component: part for part in there.parts}
-    worst = dict.fromkeys(part.component for report in (here, there) for part in report.worst_first())
-    differ = [
-        name for name in worst if name not in one or name not in other or one[name].verdict != other[name].verdict
-    ]
-    return [
-        Row("Verdicts that differ", name, *(each[name].verdict if name in each else _NONE for each in (one, other)))
-        for name in differ
-    ]
+    told = {
+        name: [_NONE if part is None else part.verdict for part in both]
+        for name, both in _by_component(here, there).items()
+    }
+    return [Row("Verdicts that differ", name, one, other) for name, (one, other) in told.items() if one != other]
 
 
 def _part(one: float | None, other: float | None) -> str:

@@ -12,8 +12,9 @@ from cleaning.gap import GapField
 from cleaning.results import CleaningReport, Part
 from cleaning.under import GapResult, GapStage
 from geometry.arrays import Scalars
-from rulesengine.cleaning_pictures import WIDTH_MM, Picture
+from rulesengine.cleaning_pictures import WIDTH_MM
 from rulesengine.drawing import ACCENT, FAINT, INK, sheet, to_bytes
+from rulesengine.page import Picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +29,7 @@ _MOST_ARROWS = 11
 def draw_gaps(report: CleaningReport, part: Part) -> Picture:
     """Draw every case of a part's underside: pressure, wall shear with the flow, and the residue that is left.
 
-    Pressure and flow are those of one moment that may never be: the side that was pressed hardest at its highest
+    Pressure and flow are those of one moment that may never be: the side that drives most flow, at its highest
     pressures, the others at rest.
     """
     underside = part.underside
@@ -55,13 +56,16 @@ def strongest_stage(report: CleaningReport, gap: GapResult) -> tuple[str, GapSta
     return (ranked[0][0].function, ranked[0][1]) if ranked else None
 
 
-def pressed_side(result: GapStage) -> tuple[int, Scalars]:
-    """Give the side whose halves are pressed hardest, and (8,) pressures with those of the other sides taken away."""
+def pressed_side(field: GapField, result: GapStage) -> tuple[int, Scalars]:
+    """Give the side that drives most flow at its highest pressures, and (8,) pressures with those of the others gone.
+
+    A side that joints close drives none, however hard it is pressed.
+    """
     edge = np.array(result.edge_pa)
-    side = int(np.argmax(np.round(edge.reshape(4, 2).mean(axis=1), 3)))
-    alone = np.zeros(8)
-    alone[2 * side : 2 * side + 2] = edge[2 * side : 2 * side + 2]
-    return side, alone
+    alone = np.where(np.arange(8) // 2 == np.arange(4)[:, None], edge, 0.0)
+    flow = np.linalg.norm(np.einsum("as,sck->ack", alone, field.velocity), axis=2).mean(axis=1)
+    side = int(np.argmax(np.round(flow / max(float(flow.max(initial=0.0)), 1e-300), 6)))
+    return side, alone[side]
 
 
 def _draw_case(panels: list[Axes], report: CleaningReport, gap: GapResult) -> None:
@@ -70,7 +74,7 @@ def _draw_case(panels: list[Axes], report: CleaningReport, gap: GapResult) -> No
     left = next((result.residue for result in reversed(gap.stages) if result is not None), None)
     if found is not None:
         function, result = found
-        side, edge = pressed_side(result)
+        side, edge = pressed_side(gap.field, result)
         pressure = edge @ gap.field.pressure
         flow = np.einsum("s,sck->ck", edge, gap.field.velocity)
         shear = 6 * np.linalg.norm(flow, axis=1) / gap.field.height_m

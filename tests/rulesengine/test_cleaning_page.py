@@ -8,7 +8,7 @@ from cleaning_report import small_report
 from cleaning.parameters import Provenance
 from cleaning.results import Part
 from rulesengine.cleaning_page import Traceability, cleaning_page, headline, honesty
-from rulesengine.cleaning_tables import amount_text, parts_table
+from rulesengine.cleaning_tables import MOST_LINES, MOST_TOLD, amount_text, parts_table
 from rulesengine.cleaning_words import RULES
 
 VOID = {"meta", "img", "br", "link"}
@@ -74,9 +74,10 @@ def test_names_cannot_become_markup() -> None:
     report = small_report()
     wicked = replace(report.parts[0].judgements[0], because="<script>alert(1)</script>", advice="<b>x")
     part = replace(report.parts[0], judgements=(wicked,))
-    page = cleaning_page(replace(report, parts=(part, *report.parts[1:])), Traceability())
-    assert "<script" not in page
-    assert "&lt;script&gt;" in page
+    told = parts_table(replace(report, parts=(part, *report.parts[1:])))
+    assert "<script" not in told
+    assert "<b>x" not in told
+    assert "&lt;script&gt;" in told
 
 
 def only(verdict: str) -> list[Part]:
@@ -111,10 +112,14 @@ def test_a_board_whose_parts_are_all_clean_still_has_a_page() -> None:
     assert "Under the worst parts" not in page
 
 
-def test_a_long_list_says_how_many_more_there_are() -> None:
+def test_a_long_list_is_told_in_short_and_says_how_many_more_there_are() -> None:
     report = small_report()
-    dirty = tuple(replace(report.parts[0], component=f"U{number}") for number in range(310))
-    assert "and 10 more components" in parts_table(replace(report, parts=dirty))
+    dirty = tuple(replace(report.parts[0], component=f"U{number}") for number in range(MOST_TOLD + MOST_LINES + 10))
+    told = parts_table(replace(report, parts=dirty))
+    assert told.count("R7 residue</b>") == MOST_TOLD
+    assert "R7 residue, R8 one-sided flow" in told
+    assert "and 10 more components" in told
+    assert "And in short" not in parts_table(report)
 
 
 def test_numbers_are_short() -> None:

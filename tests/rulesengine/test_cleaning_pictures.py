@@ -74,12 +74,24 @@ def test_the_share_that_has_enough_grows_to_what_the_end_shows():
     assert shares[-1] == pytest.approx(enough, abs=0.01)
 
 
-def test_only_the_side_that_is_pressed_hardest_is_pressed():
-    edge = (10.0, 10.0, 30.0, 20.0, 5.0, 5.0, 24.0, 25.0)
-    result = GapStage(0.0, True, edge, (0.0,) * 4, np.zeros(1, np.float32), 0.0, 0.0, 0.0, 0.0, np.zeros(1, np.float32))
-    side, alone = pressed_side(result)
+def result_of(*edge):
+    nothing = np.zeros(1, np.float32)
+    return GapStage(0.0, True, edge, (0.0,) * 4, nothing, 0.0, 0.0, 0.0, 0.0, nothing)
+
+
+def test_only_the_side_that_drives_most_flow_is_pressed():
+    field = small_report().parts[0].gaps[0].field
+    side, alone = pressed_side(field, result_of(10.0, 10.0, 30.0, 20.0, 5.0, 5.0, 4.0, 5.0))
     assert side == 1
     assert alone.tolist() == [0, 0, 30, 20, 0, 0, 0, 0]
+
+
+def test_a_side_that_joints_close_drives_nothing_however_hard_it_is_pressed():
+    field = small_report().parts[0].gaps[0].field
+    velocity = field.velocity.copy()
+    velocity[2:4] = 0.0
+    side, _ = pressed_side(replace(field, velocity=velocity), result_of(10.0, 10.0, 900.0, 900.0, 5.0, 5.0, 4.0, 5.0))
+    assert side == 0
 
 
 def test_a_gap_is_drawn_from_the_wash_that_presses_it_hardest():

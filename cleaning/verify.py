@@ -1,0 +1,83 @@
+"""Checking what rays estimate for chosen components against the exact sum over all samples."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+import numpy as np
+
+from boards.board import Board
+from cleaning.errors import CleaningError
+from cleaning.gather import gather
+from cleaning.jet import jet_of
+from cleaning.results import CleaningReport
+from cleaning.subject import Subject
+from geometry.arrays import Indices
+
+
+@dataclass(frozen=True, slots=True)
+class Verified:
+    """Volume on one component in one stage, by both ways. mm of liquid on the exposed surface."""
+
+    component: str
+    function: str
+    made_by: str
+    """Of the stage."""
+    rays_mm: float
+    """Mean by area, as the verdict uses it."""
+    exact_mm: float
+    worst_mm: float
+    """Largest difference in one cell."""
+    cells: int
+
+
+def verify(report: CleaningReport, subject: Subject, names: Sequence[str]) -> tuple[Verified, ...]:
+    """Work out exactly what reaches some components, in every stage that sprays a liquid.
+
+    Args:
+        report: An analysis of the subject.
+        subject: The board that was analysed.
+        names: Components.
+
+    Raises:
+        CleaningError: the board has no such component.
+    """
+    check_names(report.board, names)
+    known = [component.name for component in report.board.components]
+    return tuple(
+        _verified(report, subject, known.index(name), stage)
+        for name in dict.fromkeys(names)
+        for stage, each in enumerate(report.stages)
+        if each.use != "dry"
+    )
+
+
+def check_names(board: Board, names: Sequence[str]) -> None:
+    """Refuse names that no component bears.
+
+    Raises:
+        CleaningError: the board has no such component.
+    """
+    known = [component.name for component in board.components]
+    for name in names:
+        if name not in known:
+            near = get_close_matches(name, known, 1, cutoff=0.5)
+            meant = f" Did you mean {near[0]}?" if near else ""
+            raise CleaningError(f"{board.name} has no component {name!r}.{meant}")
+
+
+def _verified(report: CleaningReport, subject: Subject, component: int, index: int) -> Verified:
+    facets, stage, exposure = subject.facets, report.stages[index], report.exposures[index]
+    cells: Indices = np.flatnonzero((facets.cell_component == component) & facets.cell_exposed)
+    exact = gather(stage, jet_of(stage, subject.parameters.spray), facets, subject.scene, cells).volume_mm
+    rays = exposure.volume_mm[cells]
+    share = facets.cell_areas_mm2[cells] / max(float(facets.cell_areas_mm2[cells].sum()), 1e-30)
+    return Verified(
+        component=report.board.components[component].name,
+        function=stage.function,
+        made_by=stage.made_by,
+        rays_mm=float(rays @ share),
+        exact_mm=float(exact @ share),
+        worst_mm=float(np.abs(rays - exact).max(initial=0.0)),
+        cells=len(cells),
+    )

@@ -1,0 +1,173 @@
+"""``washboard analyse``: what a program cleans on its board."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+
+import typer
+
+from rulesengine.commands.arguments import Parts, complete_board, complete_parameters, complete_recipe
+from rulesengine.errors import job_errors
+
+if TYPE_CHECKING:
+    from boards.board import Board
+    from cleaning.results import CleaningReport
+    from cleaning.verify import Verified
+    from programs.program import TimedProgram
+    from recipes.recipe import Recipe
+    from rulesengine.cleaning_page import Traceability
+
+Effort: TypeAlias = Literal["fast", "full"]
+_NOT_CLEAN = 1
+"""Exit code where anything is not predicted clean."""
+
+EffortOption = Annotated[
+    Effort, typer.Option("--effort", help="fast: 64 rays a sample; full: 256 rays, and samples twice as dense.")
+]
+ParametersOption = Annotated[
+    str,
+    typer.Option(
+        "--parameters",
+        help="Parameter set of the cleaning model: a name or a file.",
+        metavar="PARAMETERS",
+        autocompletion=complete_parameters,
+    ),
+]
+
+
+def analyse(
+    program: Annotated[Path, typer.Argument(help="Native program.", metavar="PROGRAM.wash")],
+    board: Annotated[
+        str | None,
+        typer.Argument(
+            help="Board it was made for; found by itself among the samples and beside the program.",
+            metavar="[BOARD]",
+            autocompletion=complete_board,
+        ),
+    ] = None,
+    recipe: Annotated[
+        str | None,
+        typer.Option(
+            "--recipe",
+            help="Recipe it was made with; found by itself in the library and beside the program.",
+            metavar="RECIPE",
+            autocompletion=complete_recipe,
+        ),
+    ] = None,
+    parameters: ParametersOption = "default",
+    parts: Parts = None,
+    html: Annotated[Path | None, typer.Option("--html", help="Report to look at and print.", metavar="HTML")] = None,
+    data: Annotated[Path | None, typer.Option("--json", help="Everything it found, as data.", metavar="JSON")] = None,
+    verify: Annotated[
+        str, typer.Option("--verify", help="Components to work out exactly besides, by commas.", metavar="U1,U2")
+    ] = "",
+    effort: EffortOption = "fast",
+    serial: Annotated[str, typer.Option("--serial", help="For the report: serial number of the board.")] = "",
+    detergent: Annotated[str, typer.Option("--detergent", help="For the report: detergent and lot.")] = "",
+    bath_c: Annotated[str, typer.Option("--bath-c", help="For the report: measured bath temperature, °C.")] = "",
+    conductivity: Annotated[
+        str, typer.Option("--conductivity", help="For the report: measured conductivity of the rinse water, µS/cm.")
+    ] = "",
+    date: Annotated[str, typer.Option("--date", help="For the report: the day, as you write it.")] = "",
+) -> None:
+    """Predict what a program cleans: what the jet reaches, what flows under parts, what stays there.
+
+    It is a prediction for ranking and for finding what limits a process, and no proof of cleanliness.
+
+    Exit code 0: every component, the bare board and the process are predicted clean. 1: something is dirty, marginal or
+    without a verdict. 2: the job could not be done.
+
+    [dim]washboard analyse demo.wash
+    washboard analyse board.wash board.step --recipe mine.yaml --html board.html --json board.json
+    washboard analyse demo.wash --effort full --verify U1,U7[/dim]
+    """
+    with job_errors():
+        from rulesengine.cleaning_page import Traceability
+        from rulesengine.commands.cleaning_card import print_cleaning, print_verified
+        from rulesengine.commands.terminal import open_console, print_files
+        from rulesengine.commands.writing import check_apart
+
+        check_apart((program, board, recipe, parameters, parts), [path for path in (html, data) if path is not None])
+        asked, made_for, made_with = _read(program, board, recipe, parts)
+        names = [name.strip() for name in verify.split(",") if name.strip()]
+        report, verified = _analyse(asked, made_for, made_with, parameters, effort, names)
+        trace = Traceability(serial, detergent, bath_c, conductivity, date)
+        _write(report, trace, html, data)
+        console = open_console()
+        print_cleaning(console, report)
+        if verified:
+            print_verified(console, verified)
+        print_files(console, html=html, data=data)
+        if report.verdict != "clean":
+            raise typer.Exit(_NOT_CLEAN)
+
+
+def _read(
+    program: Path, board: str | None, recipe: str | None, parts: Path | None
+) -> "tuple[TimedProgram, Board, Recipe]":
+    """Read a program with what it was made from.
+
+    Raises:
+        JobError: one of them cannot be used or is not at hand.
+    """
+    from boards.errors import BoardError
+    from programs.load import load_program
+    from recipes.load import load_recipe
+    from rulesengine.commands.loading import read_board_of
+    from rulesengine.made_with import find_recipe_of, is_made_with
+
+    asked = load_program(program)
+    made_with = find_recipe_of(asked, program) if recipe is None else load_recipe(recipe)
+    if not is_made_with(asked, made_with):
+        typer.echo(
+            f"warning: {made_with.recipe} is not quite the recipe this program was made with. Plan it again.", err=True
+        )
+    made_for = read_board_of(asked, program, board, parts)
+    if made_for is None:
+        raise BoardError(
+            f"{program}: the board {asked.origin.board!r} that this program was made for is not at hand. "
+            f"Name it: washboard analyse {program} BOARD."
+        )
+    return asked, made_for, made_with
+
+
+def _analyse(
+    program: "TimedProgram", board: "Board", recipe: "Recipe", parameters: str, effort: Effort, names: list[str]
+) -> "tuple[CleaningReport, tuple[Verified, ...]]":
+    """Analyse, and work out some components exactly.
+
+    Raises:
+        JobError: it cannot be done.
+    """
+    from cleaning.analyse import analyse_on
+    from cleaning.load import load_parameters
+    from cleaning.subject import prepare
+    from cleaning.verify import check_names, verify
+    from geometry.progress import part_of
+    from rulesengine.commands.loading import progress_bar
+
+    check_names(board, names)
+    loaded = load_parameters(parameters)
+    with progress_bar() as tell:
+        subject = prepare(board, loaded, part_of(tell, 0.0, 0.2))
+        report = analyse_on(subject, program, recipe, effort, part_of(tell, 0.2, 1.0))
+        if names:
+            tell("verifying", 1.0)
+        return report, verify(report, subject, names)
+
+
+def _write(report: "CleaningReport", trace: "Traceability", html: Path | None, data: Path | None) -> None:
+    """Render everything, then write it."""
+    from cleaning.report import cleaning_report
+    from rulesengine.output import write_text_atomically
+
+    contents: list[tuple[Path, str]] = []
+    if html is not None:
+        from rulesengine.cleaning_page import cleaning_page
+
+        contents.append((html, cleaning_page(report, trace)))
+    if data is not None:
+        text = json.dumps(cleaning_report(report), indent=2, ensure_ascii=False, allow_nan=False)
+        contents.append((data, text + "\n"))
+    for path, text in contents:
+        write_text_atomically(path, text)

@@ -1,0 +1,124 @@
+"""What a program cleans, as a person wants to read it in a terminal."""
+
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from cleaning.assumptions import assumptions_of
+from cleaning.results import VERDICTS, CleaningReport, Judgement, Verdict
+from cleaning.verify import Verified
+from rulesengine.cleaning_page import headline, honesty
+from rulesengine.cleaning_tables import amount_text, number_text
+from rulesengine.comparison import Row
+from rulesengine.summary import amount, clock, print_facts, shorten
+
+_MOST_PARTS = 12
+_STYLES: dict[Verdict, str] = {"dirty": "bold red", "marginal": "yellow", "no verdict": "dim", "clean": "green"}
+
+
+def print_cleaning(console: Console, report: CleaningReport) -> None:
+    """Headline and what it is worth, the stages, the worst components, what is wrong with the process."""
+    origin = report.origin
+    console.print(
+        f"[bold]{escape(origin.board)}[/bold] with [bold]{escape(origin.recipe)}[/bold]. "
+        f"[{_STYLES[report.verdict]}]{escape(headline(report))}[/]"
+    )
+    console.print(escape(honesty(report)), style="dim")
+    console.print(_stages(report))
+    wanting = [part for part in report.worst_first() if part.verdict != "clean"]
+    if wanting:
+        console.print(_parts(report))
+    if len(wanting) > _MOST_PARTS:
+        console.print(f"and {amount(len(wanting) - _MOST_PARTS, 'more component')}; --html and --json have all of them")
+    for name, each in [("process", each) for each in report.process] + [
+        ("bare board", each) for each in report.bare.judgements
+    ]:
+        if each.verdict != "clean":
+            console.print(f"[{_STYLES[each.verdict]}]{each.verdict}[/]  {name}: {escape(_told(each))}")
+    print_facts(console, _facts(report))
+
+
+def print_verified(console: Console, verified: Sequence[Verified]) -> None:
+    """What rays gave for chosen components, and what the exact sum gives."""
+    table = _table("component", "stage", ">rays, mm", ">exact, mm", ">difference", ">worst cell, mm")
+    for each in verified:
+        off = (each.rays_mm - each.exact_mm) / each.exact_mm if each.exact_mm > 0 else 0.0
+        table.add_row(
+            escape(each.component), escape(each.function), amount_text(each.rays_mm), amount_text(each.exact_mm),
+            f"{off:+.1%}", amount_text(each.worst_mm),
+        )  # fmt: skip
+    console.print(table)
+
+
+def print_comparison(console: Console, rows: Sequence[Row], here: str, there: str) -> None:
+    """One line for each quantity; what does not differ is dim."""
+    table = _table("", f">{here}", f">{there}", ">change")
+    group = ""
+    for row in rows:
+        if row.group != group:
+            group = row.group
+            table.add_row(f"[bold]{escape(group)}[/bold]", "", "", "")
+        table.add_row(
+            f"  {escape(row.name)}", escape(row.here), escape(row.there), row.change, style="" if row.differs else "dim"
+        )
+    console.print(table)
+
+
+def _stages(report: CleaningReport) -> Table:
+    litres = dict(report.litres)
+    table = _table("function", "solution", "nozzle", ">bar", ">°C", ">time", ">spraying", ">litres", ">lands")
+    for stage, exposure in zip(report.stages, report.exposures, strict=True):
+        liquid = litres.pop(stage.function, None)  # litres are known by function: they stand where it comes first
+        landed = exposure.landed_mm3 / exposure.sprayed_mm3 if exposure.sprayed_mm3 > 0 else 0.0
+        table.add_row(
+            escape(stage.function), escape(stage.solution), escape(stage.nozzle_name), f"{stage.pressure_pa / 1e5:.3g}",
+            f"{stage.temperature_c:.3g}", clock(stage.end_s - stage.begin_s), clock(stage.spray_s),
+            "" if liquid is None else f"{liquid:.2f}", f"{landed:.0%}",
+        )  # fmt: skip
+    return table
+
+
+def _parts(report: CleaningReport) -> Table:
+    table = _table("component", "verdict", "grade", "rule", "because", "what to do")
+    for part in [each for each in report.worst_first() if each.verdict != "clean"][:_MOST_PARTS]:
+        first = part.judgements[0]
+        table.add_row(
+            escape(part.component), f"[{_STYLES[part.verdict]}]{part.verdict}[/]", part.grade,
+            f"{first.rule} {escape(first.name)}", escape(_told(first)), escape(first.advice),
+        )  # fmt: skip
+    return table
+
+
+def _told(judgement: Judgement) -> str:
+    return judgement.because or "; ".join(map(number_text, judgement.numbers))
+
+
+def _facts(report: CleaningReport) -> list[tuple[str, str]]:
+    assumed = assumptions_of(report.parameters)
+    known = {
+        word: sum(each.known == word for each in assumed) for word in dict.fromkeys(each.known for each in assumed)
+    }
+    counts: dict[Verdict, int] = {
+        verdict: sum(part.verdict == verdict for part in report.parts) for verdict in VERDICTS
+    }
+    litres = sum(value for _, value in report.litres)
+    return [
+        ("components", ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count) or "none"),
+        ("takes", f"{clock(report.duration_s)}, {litres:.2f} l"),
+        ("assumed", f"{len(assumed)} values of {report.parameters.parameters}: "
+                    + ", ".join(f"{count} {word}" for word, count in known.items())),
+        *[("noted", shorten(each.message)) for each in report.findings if each.severity == "error"],
+    ]  # fmt: skip
+
+
+def _table(*headings: str) -> Table:
+    """An unframed table; a heading that begins with > has its column flush right."""
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for heading in headings:
+        right = heading.startswith(">")
+        table.add_column(
+            escape(heading.removeprefix(">")), justify="right" if right else "left", no_wrap=right, overflow="fold"
+        )
+    return table

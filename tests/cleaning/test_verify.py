@@ -1,0 +1,54 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cleaning_report import small_report
+
+from cleaning import verify as module
+from cleaning.errors import CleaningError
+from cleaning.gather import Gathered
+from cleaning.subject import Subject
+from cleaning.verify import check_names, verify
+
+
+def subject() -> Subject:
+    report = small_report()
+    nothing = np.zeros(0)
+    return Subject(
+        board=report.board, parameters=report.parameters, scene=nothing, facets=report.facets, overrides=(),
+        undersides=(), rows=(), edges=nothing, fields=(),
+    )  # fmt: skip
+
+
+def twice_the_rays(stage, _jet, _facets, _scene, cells):
+    report = small_report()
+    volume = 2 * report.exposures[[each.made_by for each in report.stages].index(stage.made_by)].volume_mm[cells]
+    return Gathered(cells, *(volume,) * 6)
+
+
+def test_both_ways_are_told_for_each_stage_that_sprays_a_liquid(monkeypatch):
+    monkeypatch.setattr(module, "gather", twice_the_rays)
+    report = small_report()
+    told = verify(report, subject(), ["U1", "C1", "U1"])
+    assert [(each.component, each.function) for each in told] == [
+        ("U1", "clean"), ("U1", "rinse"), ("C1", "clean"), ("C1", "rinse"),
+    ]  # fmt: skip
+    for each in told:
+        assert each.exact_mm == pytest.approx(2 * each.rays_mm)
+        assert 0 < each.rays_mm <= each.worst_mm
+    dry = replace(report, stages=(report.stages[0], replace(report.stages[1], use="dry")))
+    assert [each.function for each in verify(dry, subject(), ["U1"])] == ["clean"]
+
+
+def test_the_mean_is_by_area_of_what_is_exposed(monkeypatch):
+    monkeypatch.setattr(module, "gather", twice_the_rays)
+    report = small_report()
+    facets = report.facets
+    cells = (facets.cell_component == 0) & facets.cell_exposed
+    wanted = np.average(report.exposures[0].volume_mm[cells], weights=facets.cell_areas_mm2[cells])
+    assert verify(report, subject(), ["U1"])[0].rays_mm == pytest.approx(wanted)
+
+
+def test_an_unknown_component_is_refused_with_one_like_it():
+    with pytest.raises(CleaningError, match=r"tiny has no component 'U9'\. Did you mean U1\?"):
+        check_names(small_report().board, ["C1", "U9"])

@@ -1,0 +1,134 @@
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from cleaning_report import small_report
+from command import contents, washboard
+
+import cleaning.analyse
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("planned") / "tiny.wash"
+    assert washboard("plan", "tiny", "rinse-only", "-o", path).code == 0
+    return path
+
+
+def report_instead(monkeypatch: pytest.MonkeyPatch, **changed: object) -> None:
+    """Let every analysis find the small report: its command is what is tried here."""
+    monkeypatch.setattr(cleaning.analyse, "analyse_on", lambda *_: replace(small_report(), **changed))
+
+
+def test_a_program_is_analysed_with_the_board_and_recipe_that_are_found_and_twice_the_same(
+    program: Path, tmp_path: Path
+) -> None:
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        files = ("--html", tmp_path / name / "t.html", "--json", tmp_path / name / "t.json")
+        done = washboard("analyse", program, *files, "--verify", "U1")
+        assert (done.code, done.err) == (1, "")
+        assert "Predicted: " in done.out
+        assert "no proof of cleanliness" in done.out
+        assert "exact, mm" in done.out
+    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+    told = json.loads((tmp_path / "one" / "t.json").read_text("utf-8"))
+    assert [each["component"] for each in told["components"]] == ["U1", "C1", "R1", "R2", "J1"]
+    assert told["recipe"]["name"] == "rinse-only"
+    assert told["stages"][0]["sprayed_mm3"] > told["stages"][0]["landed_mm3"] >= 0
+    assert (tmp_path / "one" / "t.html").read_text("utf-8").startswith("<!DOCTYPE html>")
+
+
+def test_a_clean_board_ends_with_zero(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    parts = tuple(part for part in small_report().parts if part.verdict == "clean")
+    report_instead(monkeypatch, verdict="clean", parts=parts)
+    done = washboard("analyse", program)
+    assert done.code == 0, done.err
+    assert "all of 2 components clean" in done.out
+    assert "2 clean" in done.out
+
+
+@pytest.mark.parametrize("verdict", ["dirty", "marginal", "no verdict"])
+def test_anything_else_ends_with_one(program: Path, monkeypatch: pytest.MonkeyPatch, verdict: str) -> None:
+    report_instead(monkeypatch, verdict=verdict)
+    assert washboard("analyse", program).code == 1
+
+
+def test_the_worst_come_first_with_what_to_do(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    report_instead(monkeypatch)
+    told = washboard("analyse", program).out
+    assert told.index("U1 ") < told.index("R1 ") < told.index("J1 ")
+    assert "Wash it longer: time limits it most." in told
+    assert "1 dirty, 1 marginal, 1 no verdict, 2 clean" in told
+    assert "values of default: " in told
+
+
+def test_what_was_entered_stands_in_the_report(program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    report_instead(monkeypatch)
+    entered = (
+        "--serial",
+        "SN 42",
+        "--detergent",
+        "Lot 7",
+        "--bath-c",
+        "61",
+        "--conductivity",
+        "0.8",
+        "--date",
+        "Monday",
+    )
+    washboard("analyse", program, "--html", tmp_path / "t.html", *entered)
+    page = (tmp_path / "t.html").read_text("utf-8")
+    assert all(f"<b>{word}</b>" in page for word in entered[1::2])
+
+
+def test_what_is_not_at_hand_is_said_with_what_to_do(program: Path, tmp_path: Path) -> None:
+    text = program.read_text("utf-8")
+    stray = tmp_path / "stray.wash"
+    stray.write_text(text.replace("RECIPE rinse-only", "RECIPE lost"), "utf-8")
+    refused = washboard("analyse", stray)
+    assert refused.code == 2
+    assert "the recipe 'lost'" in refused.err
+    assert "--recipe" in refused.err
+    stray.write_text(text.replace("BOARD tiny", "BOARD lost"), "utf-8")
+    refused = washboard("analyse", stray)
+    assert refused.code == 2
+    assert "the board 'lost'" in refused.err
+
+
+def test_a_recipe_that_is_not_quite_the_one_is_used_with_a_warning(
+    program: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    report_instead(monkeypatch)
+    done = washboard("analyse", program, "tiny", "--recipe", "smt-aqueous")
+    assert done.code == 1
+    assert "warning: smt-aqueous is not quite the recipe" in done.err
+
+
+def test_mistakes_are_refused_before_the_long_work(
+    program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*_: object) -> None:
+        raise AssertionError("the analysis began")
+
+    monkeypatch.setattr(cleaning.analyse, "analyse_on", never)
+    twice = washboard("analyse", program, "--html", tmp_path / "t", "--json", tmp_path / "t")
+    assert (twice.code, "written twice" in twice.err) == (2, True)
+    unknown = washboard("analyse", program, "--verify", "U1,U9")
+    assert unknown.code == 2
+    assert "no component 'U9'. Did you mean U1?" in unknown.err
+    lost = washboard("analyse", program, "--parameters", "defualt")
+    assert (lost.code, "Did you mean 'default'?" in lost.err) == (2, True)
+
+
+def test_two_recipes_are_compared(tmp_path: Path) -> None:
+    files = ("--html", tmp_path / "both.html", "--json", tmp_path / "both.json")
+    done = washboard("compare", "tiny", "rinse-only", "dry-only", *files)
+    assert done.code == 0, done.err
+    assert "Total time" in done.out
+    assert "Worst residue under a part" in done.out
+    told = json.loads((tmp_path / "both.json").read_text("utf-8"))
+    assert [each["name"] for each in told["recipes"]] == ["rinse-only", "dry-only"]
+    assert len(told["components"]) == 5
+    assert "rinse-only and dry-only" in (tmp_path / "both.html").read_text("utf-8")
