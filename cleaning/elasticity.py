@@ -16,7 +16,7 @@ from cleaning.pressure import edge_pressures
 from cleaning.stages import Stage
 
 _STEP = 1.05
-_FLOOR = 1e-6
+_FLOOR = 1e-4
 """Share of residue below which nothing is left to limit."""
 
 Pressures: TypeAlias = Sequence[Sequence[EdgePressure]]
