@@ -16,6 +16,7 @@ _HIGHEST_MM = 1.0
 _LEVEL_MM = 0.01
 _FLAT = 0.99
 _SLACK_MM = 0.3
+_SQUARE = 0.01
 _ANGLE_RAD = 1e-6
 _LENGTH_MM = 1e-4
 _ALIKE = 1.001
@@ -120,6 +121,13 @@ def lengthwise(rectangle: Rectangle, frame: GridFrame) -> Rectangle:
     half_turns = math.floor((turn - axis - _ANGLE_RAD) / math.pi + 0.5)
     turn = math.remainder(turn - math.pi * half_turns, 2.0 * math.pi)
     return replace(rectangle, turn_rad=turn, length_mm=length, width_mm=width)
+
+
+def lying_along(square: Rectangle, other: Rectangle) -> Rectangle:
+    """Lay the length of a square along that of another rectangle; what is not square stays as it is."""
+    if square.length_mm - square.width_mm > _SQUARE * square.length_mm:
+        return square
+    return replace(square, turn_rad=other.turn_rad)
 
 
 def shrink_to(rectangle: Rectangle, sizes_mm: tuple[float, float]) -> Rectangle:

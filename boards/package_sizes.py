@@ -21,8 +21,14 @@ class PackageSizes:
     """Whether there is an exposed pad; ``None`` where the name is too short to tell."""
 
 
+_WIDEST_MM = 2.6
+"""No pitch of what is soldered flat is wider; ``P8MM`` means 0.8 mm to some and is not believed."""
+
 _NUMBER = r"(\d{1,2}(?:\.\d{1,4})?)"
 _BODY = re.compile(rf"(?:^|[-_ ]){_NUMBER}x{_NUMBER}(?:x[\d.]+)?mm")
+_BARE_BODY = re.compile(
+    r"(?:q[fn]|so[nip]|sop|dfn|bga|lga).*?[-_ ](\d{1,2}(?:[.p]\d{1,3})?)x(\d{1,2}(?:[.p]\d{1,3})?)(?![\dp.x])"
+)
 _PITCH = re.compile(rf"(?:^|[-_ ])p{_NUMBER}mm")
 _IPC = re.compile(r"^[a-z]{3,7}(\d{2,3})p(\d{2,4})x(\d{2,4})x\d{2,4}-")
 _IPC_LEADLESS = re.compile(r"^[a-z]*(?:qfn|son|bga|lga|dfn)")
@@ -40,7 +46,7 @@ def package_sizes(package: str) -> PackageSizes:
     name = package.rsplit(":", 1)[-1].strip().lower()
     ipc = _IPC.search(name)
     pitch = _first(_PITCH, name) or (int(ipc[1]) / 100.0 if ipc else None)
-    body = _pair(_BODY, name)
+    body = _pair(_BODY, name) or _pair(_BARE_BODY, name)
     if body is None and ipc and _IPC_LEADLESS.search(name):
         body = (int(ipc[2]) / 100.0, int(ipc[3]) / 100.0)
     layout = _LAYOUT.search(name)
@@ -48,7 +54,7 @@ def package_sizes(package: str) -> PackageSizes:
     stated = pad is not None or _HAS_PAD.search(name) is not None
     return PackageSizes(
         body_mm=body,
-        pitch_mm=pitch if pitch else None,
+        pitch_mm=pitch if pitch and pitch <= _WIDEST_MM else None,
         ball_mm=_first(_BALL, name) or None,
         layout=(int(layout[1]), int(layout[2])) if layout else None,
         pad_mm=pad,
@@ -63,6 +69,11 @@ def _first(pattern: re.Pattern[str], name: str) -> float | None:
 
 def _pair(pattern: re.Pattern[str], name: str) -> tuple[float, float] | None:
     found = pattern.search(name)
-    if found is None or not (float(found[1]) and float(found[2])):
+    if found is None or not (_number(found[1]) and _number(found[2])):
         return None
-    return float(found[1]), float(found[2])
+    return _number(found[1]), _number(found[2])
+
+
+def _number(text: str) -> float:
+    """Read a number that may have ``P`` for its point, as in ``8X12P5``."""
+    return float(text.replace("p", "."))

@@ -12,6 +12,7 @@ from boards.body_rectangle import (
     Rectangle,
     body_rectangle,
     frame_of,
+    lying_along,
     outline_rectangle,
     shrink_between_leads,
     shrink_to,
@@ -32,6 +33,7 @@ MOST_MM = 1.0
 _LEAST_MM = 0.005
 _WIDE = 0.8
 _LARGE = 1.15
+_TWO = 2
 _UNKNOWN = "unknown: none and many"
 
 
@@ -73,9 +75,9 @@ def undersides_of(board: Board) -> Undersides:
     stands higher than 1 mm, and packages whose standoff neither the file nor a document gives.
     """
     frame = frame_of(board)
-    bodies = (body for body in board.bodies if body.role == "component")
-    pairs = zip(bodies, board.components, strict=True)
-    found = (_underside_of(body, component, board, frame) for body, component in pairs)
+    bodies = {body.name: body for body in board.bodies}
+    pairs = ((bodies.get(component.name), component) for component in board.components)
+    found = (_underside_of(body, component, board, frame) for body, component in pairs if body is not None)
     return tuple(underside for underside in found if underside is not None)
 
 
@@ -149,16 +151,23 @@ def _rectangle(
         found = body_rectangle(body, component, surface_z_mm, frame) or outline
         found = body_between(body.pads, found, frame) if row.joints == "outside" else found
         sizes = stated or nominal
-        return found if sizes is None else shrink_between_leads(found, sizes, frame)
+        if sizes is None:
+            return found
+        at_ends = pins_of(component.package) == _TWO
+        return shrink_to(found, sizes) if at_ends else shrink_between_leads(found, sizes, frame)
     found = outline
     if row.joints == "folded":  # what is flat may be only what lies between the terminals
         flat = body_rectangle(body, component, surface_z_mm, frame)
-        found = flat if flat is not None and flat.length_mm > _WIDE * outline.length_mm else outline
+        found = lying_along(flat, outline) if flat is not None and _is_most(flat, outline) else outline
     if stated is not None:
         return shrink_to(found, stated)
     if nominal is not None and (found.length_mm > _LARGE * max(nominal) or found.width_mm > _LARGE * min(nominal)):
         return shrink_to(found, nominal)
     return found
+
+
+def _is_most(flat: Rectangle, outline: Rectangle) -> bool:
+    return flat.length_mm > _WIDE * outline.length_mm
 
 
 def _joints(

@@ -6,6 +6,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, TypeAlias
 
 from boards.board import Board
+from boards.underside import undersides_of
 from geometry.finding import Finding
 from programs.summary import by_function
 from rulesengine.served import served_by
@@ -75,12 +76,21 @@ def board_facts(board: Board) -> dict[str, str]:
         "components": f"{len(board.components)} ({len(top)} top, {len(board.components) - len(top)} bottom)",
         "patches": str(sum(len(body.patches) for body in board.bodies)),
         "standoff": ", ".join(f"{count} {source}" for source, count in sources.most_common()) or "no components",
+        "undersides": _undersides(board),
         "sha256": board.sha256[:16],
     }
     if tallest is not None:
         facts["tallest"] = f"{tallest.name}, {tallest.height_mm:.2f} mm"
     fixtures = sum(body.role == "fixture" for body in board.bodies)
     return facts | ({"fixtures": str(fixtures)} if fixtures else {})
+
+
+def _undersides(board: Board) -> str:
+    """How many components stand over a thin gap, and from where their joints are known."""
+    sources = [underside.joints_source for underside in undersides_of(board)]
+    counts = Counter(next(word for word in ("board file", "family", "unknown") if word in source) for source in sources)
+    known = ", ".join(f"{count} {source}" for source, count in counts.most_common())
+    return f"{len(sources)} thin gaps, joints: {known}" if known else "no thin gaps"
 
 
 def _components(run: "Run") -> list[Json]:

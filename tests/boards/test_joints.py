@@ -171,6 +171,11 @@ def test_a_fine_pitch_stands_lower() -> None:
         ("C_0805_2012Metric", None, None, None),
         ("L_6.3x6.3_H3", None, None, None),
         ("QFN-8_0x0mm_P0mm", None, None, None),
+        ("LQFP64_10X10", (10.0, 10.0), None, None),
+        ("BGA84_8X12P5_P8MM", (8.0, 12.5), None, None),
+        ("PinHeader_1x04_P2.54mm_Vertical", None, 2.54, None),
+        ("R_Array_Convex_4x0603", None, None, None),
+        ("CP_Elec_6.3x7.7", None, None, None),
     ],
 )
 def test_sizes_are_read_from_names(

@@ -132,6 +132,13 @@ def test_every_underside_is_under_its_component() -> None:
             assert all(0.0 <= coverage(case, one) < 0.7 for case in one.cases)
 
 
+def test_tabs_stand_at_the_ends_where_they_come_out() -> None:
+    one = beneath_sample("two-sided")["C1"]
+    assert (one.length_mm, one.width_mm) == pytest.approx((6.6, 6.6), abs=2e-3)
+    assert abs(math.sin(one.turn_rad)) == pytest.approx(1.0)
+    assert {joint.y_mm for joint in one.cases[0].joints} == {0.0}
+
+
 def test_the_bottom_side_is_measured_from_the_bottom() -> None:
     top = body("U1", (10, 10, 1.7, 14, 15, 3.3), (9, 11, 1.6, 15, 11.4, 1.8), package="SOIC-8")
     low = body("U2", (10, 10, -1.7, 14, 15, -0.1), (9, 11, -0.2, 15, 11.4, 0.0), package="SOIC-8")

@@ -120,6 +120,7 @@ def test_the_facts_of_a_board() -> None:
     assert facts["surfaces"] == "top at z = 1.600 mm, bottom at z = 0.000 mm"
     assert facts["tallest"] == "J2, 8.54 mm"
     assert facts["standoff"] == "43 stated"
+    assert facts["undersides"] == "41 thin gaps, joints: 41 family"
 
 
 def test_library_recipes_report_what_they_spray() -> None:
