@@ -1,6 +1,6 @@
 import math
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -180,6 +180,22 @@ def test_under_the_pole_itself_there_is_no_direction():
         pressure = felt(edges, (0.0, 0.0, 50.0), jet=jet)[0]
         assert np.isfinite(pressure).all()
         assert pressure[6] == pytest.approx(struck(edges, jet=jet)[0, 6])
+
+
+@pytest.mark.parametrize("name", ["ring", "lopsided", "cone", "fan", "knife"])
+def test_without_a_film_only_the_jet_itself_presses(name):
+    random = np.random.default_rng(8)
+    jet, film = jet_named(name), FILM.model_copy(update={"retention": 0.0})
+    places = random.uniform(-50.0, 50.0, (300, 2))
+    axes = downward(25.0, 40.0)
+    pressure, stress = (
+        how(edges_of(places, height=0.0), axes=axes, jet=jet) for how in (partial(felt, film=film), struck)
+    )
+    reached = ~np.isnan(pressure) & (pressure != 0.0)
+    assert reached.sum() > 20
+    np.testing.assert_allclose(pressure[reached], stress[reached], rtol=1e-9)
+    if name != "knife":  # a ring's whole flank lies within three radii
+        np.testing.assert_allclose(np.nan_to_num(pressure), stress, rtol=1e-9, atol=1e-3 * stress.max())
 
 
 def test_samples_are_judged_one_by_one():
