@@ -171,7 +171,7 @@ def _grid(package: Package, share: float, ball_mm: float | None) -> tuple[Joint,
         columns, rows = (round(count) for count in _turned(package, package.sizes.layout))
     else:
         columns, rows = _grid_counts(package)
-    if pitch is None or max(columns * pitch / length, rows * pitch / width) > 1.1:
+    if pitch is None or (columns - 0.1) * pitch > length or (rows - 0.1) * pitch > width:
         pitch = round(min(length / (columns + 0.8), width / (rows + 0.8)), 3)
     size = round(min(ball_mm or share * pitch, 0.9 * pitch), 4)
     return grid(columns, rows, pitch, Joint(0.0, 0.0, size, size, round=share == _BALL))

@@ -21,6 +21,9 @@ class PackageSizes:
     """Whether there is an exposed pad; ``None`` where the name is too short to tell."""
 
 
+FINEST_MM = 0.2
+"""No pitch of what is soldered to boards is finer."""
+
 _WIDEST_MM = 2.6
 """No pitch of what is soldered flat is wider; ``P8MM`` means 0.8 mm to some and is not believed."""
 
@@ -54,7 +57,7 @@ def package_sizes(package: str) -> PackageSizes:
     stated = pad is not None or _HAS_PAD.search(name) is not None
     return PackageSizes(
         body_mm=body,
-        pitch_mm=pitch if pitch and pitch <= _WIDEST_MM else None,
+        pitch_mm=pitch if pitch and FINEST_MM <= pitch <= _WIDEST_MM else None,
         ball_mm=_first(_BALL, name) or None,
         layout=(int(layout[1]), int(layout[2])) if layout else None,
         pad_mm=pad,

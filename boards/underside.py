@@ -20,7 +20,7 @@ from boards.body_rectangle import (
 from boards.joint import Joint
 from boards.joint_pads import body_between, joints_amid, joints_under
 from boards.joints import Package, joints_of, many_joints
-from boards.package_sizes import package_sizes
+from boards.package_sizes import FINEST_MM, package_sizes
 from boards.packages import package_family, pins_of
 from boards.underside_table import Beneath, beneath
 from geometry.gridframe import GridFrame
@@ -178,10 +178,17 @@ def _joints(
         stated = (joints_amid if row.joints == "outside" else joints_under)(body.pads, rectangle)
         if stated or row.joints == "outside":
             return (stated, stated), "board file"
-    pins = pins_of(component.package) if component.package else None
-    sizes = package_sizes(component.package)
-    package = Package(sizes, component.pins if pins is None else pins, rectangle.length_mm, rectangle.width_mm)
+    package = _package(component, rectangle)
     joints = joints_of(row, package)
     if joints is None:
         return (many_joints(package), ()), _UNKNOWN
     return (joints, joints), _family(component)
+
+
+def _package(component: Component, rectangle: Rectangle) -> Package:
+    """Gather what is known; more pins than the underside has room for are not believed."""
+    length, width = rectangle.length_mm, rectangle.width_mm
+    named = pins_of(component.package)
+    pins = component.pins if named is None else named
+    most = (length / FINEST_MM + 1.0) * (width / FINEST_MM + 1.0)
+    return Package(package_sizes(component.package), pins if pins <= most else 0, length, width)

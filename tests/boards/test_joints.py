@@ -5,6 +5,8 @@ from itertools import combinations
 
 import pytest
 import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from boards.joint import Joint
 from boards.joints import Package, joints_of, many_joints
@@ -183,3 +185,38 @@ def test_sizes_are_read_from_names(
 ) -> None:
     sizes = package_sizes(name)
     assert (sizes.body_mm, sizes.pitch_mm, sizes.pad_mm) == (body, pitch, pad)
+
+
+FAMILIES = [
+    "QFN",
+    "DFN",
+    "BGA",
+    "TFBGA",
+    "WLCSP",
+    "LGA",
+    "R_0402",
+    "C_1812",
+    "Crystal_SMD",
+    "D_SMA",
+    "TO-252",
+    "HTSSOP",
+]
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    family=st.sampled_from(FAMILIES),
+    pins=st.integers(0, 400),
+    sides=st.tuples(st.floats(0.4, 30.0), st.floats(0.4, 30.0)),
+    words=st.lists(st.sampled_from(["-1EP", "_P0.5mm", "_P1.27mm", "_3x5mm", "_Layout7x9", "_EP9x2mm"]), max_size=3),
+)
+def test_whatever_a_name_says_joints_are_sound(
+    family: str, pins: int, sides: tuple[float, float], words: list[str]
+) -> None:
+    length, width = max(sides), min(sides)
+    name = f"{family}-{pins}{''.join(words)}"
+    joints = laid_out(name, length, width, pins)
+    body = shapely.box(-length / 2, -width / 2, length / 2, width / 2).buffer(1e-3)
+    for joint in joints:
+        assert min(joint.length_mm, joint.width_mm) > 0.0
+        assert body.contains(joint_polygon(joint))
