@@ -52,7 +52,7 @@ def test_the_cleaning_report_is_the_one_that_the_command_line_writes(session: Se
     data, page = (make_download(kind, analysed, (), 10.0, tell) for kind in (CLEANING_DATA, CLEANING_PAGE))
     assert data.content == (tmp_path / "a.json").read_bytes()
     assert data.name == "smt-demo-rinse-only-cleaning.json"
-    assert page.content.startswith(b"<!doctype html>")
+    assert page.content.startswith(b"<!DOCTYPE html>")
     assert page.name == "smt-demo-rinse-only-cleaning.html"
 
 
