@@ -28,40 +28,48 @@ def rim(name="ring", half_deg=None):
     return rim_of(jet, FILM)
 
 
-def spot(turn_deg, tilt_deg=0.0, height_mm=50.0, azimuth_deg=0.0):
-    """A direction on the board, from the pole of a jet that leans towards +x and is turned about its own axis."""
-    turn = np.radians(turn_deg)
-    about = np.radians(azimuth_deg)
+def spots_of(turns_deg, tilt_deg=0.0, height_mm=50.0, azimuth_deg=0.0):
+    """(n, 5) directions on the board, from the pole of a jet that leans towards +x and is turned about its own axis."""
+    turns, about = np.radians(turns_deg), np.radians(azimuth_deg)
     spin = np.array([[np.cos(about), -np.sin(about), 0], [np.sin(about), np.cos(about), 0], [0, 0, 1]])
-    x, y, z = (downward(tilt_deg) @ spin).T @ [np.cos(turn), np.sin(turn), 0.0]
+    ways = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(len(turns))]) @ downward(tilt_deg) @ spin
     facing = np.cos(np.radians(tilt_deg))
-    return Spot(float(x), float(y), float(z), float(height_mm / facing), float(facing))
+    return np.column_stack([ways, np.full((len(ways), 2), [height_mm / facing, facing])])
+
+
+def spot(turn_deg, *how, **named):
+    return Spot(*spots_of([turn_deg], *how, **named)[0].tolist())
 
 
 @njit
-def around(known, spots):
-    """(n, 4) distance to the rim, its flow, what leaves it outwards and inwards; of (n, 5) directions."""
-    found = np.empty((len(spots), 4))
+def around(known, spots, away_mm):
+    """(n, 3) distance to the rim, its flow, and the momentum at a distance from the pole; of (n, 5) directions."""
+    found = np.empty((len(spots), 3))
     for i in range(len(spots)):
         at = Spot(spots[i, 0], spots[i, 1], spots[i, 2], spots[i, 3], spots[i, 4])
         there = rim_at(known, at)
         found[i, 0], found[i, 1] = there
-        found[i, 2] = film_momentum(known, at, there, there[0])
-        found[i, 3] = -film_momentum(known, at, there, 0.4 * there[0]) / 0.4
+        found[i, 2] = film_momentum(known, at, there, away_mm[i])
     return found
 
 
-def seen(known, turns_deg, *how):
-    return around(known, np.array([spot(turn, *how) for turn in turns_deg])).T
+def rim_of_spot(known, at):
+    return around(known, np.array([at]), np.zeros(1))[0, :2]
 
 
 def momentum(at, away_mm, known=None):
-    known = rim() if known is None else known
-    return film_momentum(known, at, rim_at(known, at), away_mm)
+    return around(rim() if known is None else known, np.array([at]), np.array([float(away_mm)]))[0, 2]
+
+
+def seen(known, turns_deg, *how):
+    """Distance to the rim, its flow, and what leaves it outwards and inwards, each way."""
+    spots = spots_of(turns_deg, *how)
+    far, flow, _ = around(known, spots, np.zeros(len(spots))).T
+    return far, flow, around(known, spots, far)[:, 2], -around(known, spots, 0.4 * far)[:, 2] / 0.4
 
 
 def test_the_reference_film():
-    far, flow = rim_at(rim(), spot(0.0))
+    far, flow = rim_of_spot(rim(), spot(0.0))
     assert far == pytest.approx(50.0 * SLOPE)
     assert flow == pytest.approx(1.0)
     assert momentum(spot(0.0), far) == pytest.approx(1.641, abs=1e-3)
@@ -127,18 +135,18 @@ def test_the_rim_of_a_rectangle_is_no_farther_than_its_corners(nozzle, tilt):
 
 def test_an_upright_fan_ends_at_its_sides():
     known = rim("fan")
-    assert rim_at(known, spot(0.0))[0] == pytest.approx(50.0 * math.tan(math.radians(40.0)))
-    assert rim_at(known, spot(90.0))[0] == pytest.approx(50.0 * math.tan(math.radians(3.0)))
+    assert rim_of_spot(known, spot(0.0))[0] == pytest.approx(50.0 * math.tan(math.radians(40.0)))
+    assert rim_of_spot(known, spot(90.0))[0] == pytest.approx(50.0 * math.tan(math.radians(3.0)))
 
 
 def test_a_curtain_is_as_long_as_its_slot_and_more():
-    far, _ = rim_at(rim("knife"), spot(0.0))
+    far, _ = rim_of_spot(rim("knife"), spot(0.0))
     assert far == pytest.approx(40.0 + 50.0 * math.tan(math.radians(5.0)))
 
 
 def test_where_the_spray_is_open_there_is_no_film():
     at = spot(0.0, tilt_deg=65.0)
-    assert rim_at(rim(), at)[0] == math.inf
+    assert rim_of_spot(rim(), at)[0] == math.inf
     assert momentum(at, 40.0) == 0.0
     assert farthest(rim(), at.standoff_mm, at.facing) == math.inf
     assert momentum(spot(180.0, tilt_deg=65.0), 150.0) > 0.0
@@ -161,9 +169,9 @@ def test_more_flow_where_a_measured_ring_is_wider_and_broader():
 @pytest.mark.parametrize("name", ["ring", "lopsided", "cone", "fan"])
 def test_the_film_turns_over_the_breadth_of_the_wave_front(name):
     known, at = rim(name), spot(20.0, 15.0)
-    far, _ = rim_at(known, at)
+    far, _ = rim_of_spot(known, at)
     places = far * np.concatenate([np.linspace(0.3, 1.0, 400), np.linspace(1.0, 1.2, 100)])
-    found = np.array([momentum(at, place, known) for place in places])
+    found = around(known, np.tile(np.array(at), (len(places), 1)), places)[:, 2]
     assert np.abs(np.diff(found)).max() < 0.03 * np.ptp(found)
     assert found[0] < 0.0 < found[-1]
     assert found.max() == pytest.approx(momentum(at, far, known))
