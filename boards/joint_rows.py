@@ -8,6 +8,8 @@ from boards.joint import Joint
 LAND_MM = 0.4
 """Length of a land of QFN and DFN (JEDEC MO-220 and MO-229, L nominal)."""
 
+_WIDEST_LAND_MM = 0.8
+
 _ROW_MARGIN_MM = 1.5
 """What the row of lands is shorter than the side it stands along, from the first land's middle to the last's."""
 
@@ -70,7 +72,7 @@ def _row_pair(
     count: int, pitch_mm: float, side_mm: float, across_mm: float, land_mm: float
 ) -> Iterator[tuple[float, float, float, float]]:
     """Yield place along the side, place across, size along and size inward of two opposite rows."""
-    along = round(min(0.5 * pitch_mm, side_mm / max(count, 1)), 4)
+    along = round(min(0.5 * pitch_mm, _WIDEST_LAND_MM, side_mm - (count - 1) * pitch_mm), 4)
     inward = round(min(land_mm, 0.25 * across_mm), 4)
     edge = round((across_mm - inward) / 2.0, 4)
     for sign in (-1.0, 1.0):
