@@ -3,9 +3,12 @@
 import math
 from typing import TypeAlias
 
+import numpy as np
+
 from boards.underside import Underside
 from cleaning.assumptions import assumptions_of
 from cleaning.exposure import Exposure
+from cleaning.gap import GapField
 from cleaning.results import VERDICTS, CleaningReport, ExposedPart, Judgement, Part
 from cleaning.stages import Stage
 from cleaning.under import GapResult, GapStage
@@ -147,11 +150,11 @@ def _gap(gap: GapResult) -> Json:
         "ionic_ug_cm2": _digits(gap.ionic_ug_cm2),
         "blow_off_um": None if gap.blow_off_um is None else _digits(gap.blow_off_um),
         "dry_s": None if gap.dry_s is None else _digits(gap.dry_s),
-        "stages": [None if each is None else _gap_stage(each) for each in gap.stages],
+        "stages": [None if each is None else _gap_stage(each, gap.field) for each in gap.stages],
     }
 
 
-def _gap_stage(stage: GapStage) -> Json:
+def _gap_stage(stage: GapStage, field: GapField) -> Json:
     return {
         "margin_pa": _digits(stage.margin_pa),
         "entered": stage.entered,
@@ -162,8 +165,13 @@ def _gap_stage(stage: GapStage) -> Json:
         "exchanges": _digits(stage.exchanges),
         "reynolds": _digits(stage.reynolds),
         "wet_s": _digits(stage.wet_s),
-        "residue": _digits(float(stage.residue.mean()) if stage.residue.size else 0.0),
+        "residue": _digits(mean_residue(stage, field)),
     }
+
+
+def mean_residue(stage: GapStage, field: GapField) -> float:
+    """Give the share of residue that is left in a gap at the end of a stage."""
+    return float(np.average(stage.residue, weights=field.weights)) if stage.residue.size else 0.0
 
 
 def _finding(finding: Finding) -> Json:

@@ -106,7 +106,7 @@ def draw_limiting(parts: Sequence[Part]) -> Picture | None:
             values = [abs(part.elasticity.get(factor, 0.0)) for part in known]
             colours = [ACCENT if part.limiting == factor else QUIET for part in known]
             axes.barh(range(len(known)), values, color=colours, height=0.65)
-            axes.set_title(factor, loc="left", fontsize=8)
+            axes.set_title("nozzle distance" if factor == "standoff" else factor, loc="left", fontsize=8)
             axes.tick_params(length=0)
             axes.spines[["top", "right", "left"]].set_visible(False)
         panels[0].set_yticks(range(len(known)), [part.component for part in known], color=INK)

@@ -13,6 +13,7 @@ from rulesengine.cleaning_tables import (
     gap_table,
     parts_table,
     process_table,
+    remarks,
     rules_table,
     stages_table,
     verdict_mark,
@@ -48,7 +49,7 @@ def cleaning_page(report: CleaningReport, trace: Traceability) -> str:
     origin = report.origin
     sections = [
         _head(report),
-        section("The process", stages_table(report)),
+        section("The process", stages_table(report), *(f"<p>{escape(text)}</p>" for text in remarks(report))),
         section("The board", _legend(), *map(image, draw_verdicts(report))),
         section("Components, the worst first", parts_table(report)),
         section("The process and the bare board", process_table(report)),

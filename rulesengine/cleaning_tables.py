@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from cleaning.assumptions import assumptions_of
+from cleaning.report import mean_residue
 from cleaning.results import VERDICTS, CleaningReport, Judgement, Number, Part, Verdict
 from cleaning.under import GapStage
 from rulesengine.cleaning_pictures import VERDICT_COLOURS
@@ -101,6 +102,16 @@ def process_table(report: CleaningReport) -> str:
     return table(("Of the", "Verdict", "What decides", "What to do"), rows, "parts")
 
 
+def remarks(report: CleaningReport) -> list[str]:
+    """Give what was noticed on the way and is no judgement, such as a liquid that the parameter set does not have."""
+    rules = {f"{each.name.lower()}-" for each in RULES}
+    return [
+        f"{finding.made_by}: {finding.message}" if finding.made_by else finding.message
+        for finding in report.findings
+        if not any(finding.rule.startswith(rule) for rule in rules)
+    ]
+
+
 def stages_table(report: CleaningReport) -> str:
     """List the stages in order, with what they take."""
     litres = dict(report.litres)
@@ -126,20 +137,26 @@ def gap_table(report: CleaningReport, part: Part) -> str:
         for stage, result in zip(report.stages, gap.stages, strict=True):
             if result is not None:
                 needed = gap.exchanges_needed if stage.use == "wash" else report.parameters.limits.exchanges
-                rows.append((f"{1000 * gap.standoff_mm:.0f}", escape(stage.function), *_gap_cells(result, needed)))
+                rows.append(
+                    (
+                        f"{1000 * gap.standoff_mm:.0f}",
+                        escape(stage.function),
+                        *_gap_cells(result, needed, mean_residue(result, gap.field)),
+                    )
+                )
     heads = (">Gap, µm", "Stage", "Entered", ">Margin, Pa", ">Renewals", ">needed", ">Weak area", ">Residue left",
              ">Wet for")  # fmt: skip
     return table(heads, rows)
 
 
-def _gap_cells(result: GapStage, needed: float) -> tuple[str, ...]:
+def _gap_cells(result: GapStage, needed: float, left: float) -> tuple[str, ...]:
     return (
         "yes" if result.entered else "no",
         amount_text(result.margin_pa),
         amount_text(result.exchanges),
         amount_text(needed),
         f"{result.weak_share:.0%}",
-        f"{float(result.residue.mean()) if result.residue.size else 0.0:.1%}",
+        f"{left:.1%}",
         clock(result.wet_s),
     )
 

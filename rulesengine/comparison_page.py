@@ -5,8 +5,8 @@ from html import escape
 
 from cleaning.results import CleaningReport
 from rulesengine.cleaning_page import headline, honesty
-from rulesengine.cleaning_pictures import draw_verdicts
-from rulesengine.cleaning_tables import table, verdict_mark
+from rulesengine.cleaning_pictures import VERDICT_COLOURS, draw_verdicts
+from rulesengine.cleaning_tables import table
 from rulesengine.comparison import Row
 from rulesengine.page import image, section, whole_page
 
@@ -22,14 +22,22 @@ def comparison_page(rows: Sequence[Row], here: CleaningReport, there: CleaningRe
     one, other = here.origin.recipe, there.origin.recipe
     head = (
         f'<header><p class="q">{escape(here.origin.board)}</p><h1>{escape(one)} and {escape(other)}</h1>'
-        f"<p>{verdict_mark(here.verdict)} {escape(one)}: {escape(headline(here))}</p>"
-        f"<p>{verdict_mark(there.verdict)} {escape(other)}: {escape(headline(there))}</p>"
+        f"{_verdict(here)}{_verdict(there)}"
         f'<p class="honest">{escape(honesty(here))}</p></header>'
     )
     boards = [
         section(f"{report.origin.recipe}: the board", *map(image, draw_verdicts(report))) for report in (here, there)
     ]
     return whole_page(f"{here.origin.board}: {one} and {other}", [head, *_tables(rows, one, other), *boards])
+
+
+def _verdict(report: CleaningReport) -> str:
+    """One recipe's verdict in a line."""
+    colour = VERDICT_COLOURS[report.verdict]
+    return (
+        f'<p><span class="mark" style="background:{colour}"></span><b>{escape(report.origin.recipe)}</b> '
+        f"{escape(headline(report))}</p>"
+    )
 
 
 def _tables(rows: Sequence[Row], one: str, other: str) -> list[str]:
@@ -43,6 +51,7 @@ def _tables(rows: Sequence[Row], one: str, other: str) -> list[str]:
                     for row in rows
                     if row.group == group
                 ],
+                "both",
             ),
         )
         for group in dict.fromkeys(row.group for row in rows)

@@ -22,7 +22,7 @@ class Picture:
 def whole_page(title: str, sections: Iterable[str]) -> str:
     """Write the page around its sections."""
     return (
-        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
         f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head>'
         f"<body><main>{''.join(sections)}</main></body></html>\n"
     )
@@ -68,6 +68,7 @@ tr {{ break-inside: avoid }}
 .r {{ text-align: right }} td.r {{ white-space: nowrap }}
 .parts td:nth-child(1) {{ width: 19% }} .parts td:nth-child(2) {{ width: 13% }} .parts td:nth-child(4) {{ width: 28% }}
 .parts td {{ overflow-wrap: anywhere }}
+.both {{ table-layout: fixed }} .both th:first-child {{ width: 40% }}
 .small {{ font-size: 11px }} .names {{ font-size: 12px }}
 code {{ font: 11px "DejaVu Sans Mono", monospace; overflow-wrap: anywhere }}
 .blanks {{ display: grid; grid-template-columns: 1fr 1fr; gap: 14px 24px; margin: 10px 0 16px }}

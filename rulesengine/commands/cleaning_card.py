@@ -10,7 +10,7 @@ from cleaning.assumptions import assumptions_of
 from cleaning.results import VERDICTS, CleaningReport, Judgement, Verdict
 from cleaning.verify import Verified
 from rulesengine.cleaning_page import headline, honesty
-from rulesengine.cleaning_tables import amount_text, number_text
+from rulesengine.cleaning_tables import amount_text, number_text, remarks
 from rulesengine.comparison import Row
 from rulesengine.summary import amount, clock, print_facts, shorten
 
@@ -109,7 +109,7 @@ def _facts(report: CleaningReport) -> list[tuple[str, str]]:
         ("takes", f"{clock(report.duration_s)}, {litres:.2f} l"),
         ("assumed", f"{len(assumed)} values of {report.parameters.parameters}: "
                     + ", ".join(f"{count} {word}" for word, count in known.items())),
-        *[("noted", shorten(each.message)) for each in report.findings if each.severity == "error"],
+        *(("noted", shorten(each)) for each in remarks(report)),
     ]  # fmt: skip
 
 

@@ -7,8 +7,9 @@ from cleaning_report import small_report
 
 from cleaning.parameters import Provenance
 from cleaning.results import Part
+from rulesengine import cleaning_page as cleaning_page_module
 from rulesengine.cleaning_page import Traceability, cleaning_page, headline, honesty
-from rulesengine.cleaning_tables import MOST_LINES, MOST_TOLD, amount_text, parts_table
+from rulesengine.cleaning_tables import MOST_LINES, MOST_TOLD, amount_text, parts_table, remarks
 from rulesengine.cleaning_words import RULES
 
 VOID = {"meta", "img", "br", "link"}
@@ -104,7 +105,8 @@ def test_calibration_and_made_up_data_are_said() -> None:
     assert "made-up" in told
 
 
-def test_a_board_whose_parts_are_all_clean_still_has_a_page() -> None:
+def test_a_board_whose_parts_are_all_clean_still_has_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cleaning_page_module, "draw_exposures", lambda _: [])
     report = small_report()
     parts = tuple(replace(part, verdict="clean", gaps=(), underside=None, elasticity={}) for part in report.parts)
     page = cleaning_page(replace(report, parts=parts, verdict="clean"), Traceability())
@@ -120,6 +122,12 @@ def test_a_long_list_is_told_in_short_and_says_how_many_more_there_are() -> None
     assert "R7 residue, R8 one-sided flow" in told
     assert "and 10 more components" in told
     assert "And in short" not in parts_table(report)
+
+
+def test_what_was_noticed_on_the_way_is_told_and_judgements_are_not_told_twice() -> None:
+    assert remarks(small_report()) == [
+        "sequence[1]: rinse is repeated until a sensor says so; it is analysed done once."
+    ]
 
 
 def test_numbers_are_short() -> None:

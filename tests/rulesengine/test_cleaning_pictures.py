@@ -21,6 +21,12 @@ def has_colour(png: bytes, colour: str) -> bool:
     return bool((pixels == wanted).all(axis=2).sum() > 50)
 
 
+def washed():
+    """The small report without its rinse."""
+    report = small_report()
+    return replace(report, stages=report.stages[:1], exposures=report.exposures[:1])
+
+
 def upside_down(stage):
     flipped = stage.samples.axes * np.array([1.0, -1.0, -1.0])
     return replace(stage, samples=replace(stage.samples, axes=flipped))
@@ -34,14 +40,14 @@ def test_every_verdict_has_its_colour_on_the_board():
 
 
 def test_what_the_jet_never_hits_stands_out_and_nothing_does_where_all_is_hit():
-    report = small_report()
-    (_, picture), _ = draw_exposures(report)
+    report = washed()
+    ((_, picture),) = draw_exposures(report)
     assert has_colour(picture.content, ACCENT)
     everywhere = replace(report.exposures[0], **{
         name: np.maximum(getattr(report.exposures[0], name), 1.0)
         for name in ("volume_mm", "front_s", "cone_s", "peak_pa")
     })  # fmt: skip
-    (_, picture), _ = draw_exposures(replace(report, exposures=(everywhere, everywhere)))
+    ((_, picture),) = draw_exposures(replace(report, exposures=(everywhere,)))
     assert not has_colour(picture.content, ACCENT)
 
 

@@ -50,8 +50,14 @@ def small_report() -> CleaningReport:
         duration_s=92.5,
         litres=(("clean", 1.62), ("rinse", 0.98)),
         findings=(
-            Finding("residue", "warning", "U1: 31 % of the residue is left under it.", _MAKER, (9.0, 12.0, 0.0)),
-            Finding("model-limit", "info", "J1: fewer than 30 rays landed on it.", "", (25.0, 10.0, 0.0)),
+            Finding("r7-residue", "warning", "U1: 31 % of the residue is left under it.", _MAKER, (9.0, 12.0, 0.0)),
+            Finding("r14-model-limit", "info", "J1: fewer than 30 rays landed on it.", "", (25.0, 10.0, 0.0)),
+            Finding(
+                "loop-once",
+                "info",
+                "rinse is repeated until a sensor says so; it is analysed done once.",
+                "sequence[1]",
+            ),
         ),
     )
 
