@@ -37,7 +37,7 @@ def test_a_program_is_analysed_with_the_board_and_recipe_that_are_found_and_twic
     assert [each["component"] for each in told["components"]] == ["U1", "C1", "R1", "R2", "J1"]
     assert told["recipe"]["name"] == "rinse-only"
     assert told["stages"][0]["sprayed_mm3"] > told["stages"][0]["landed_mm3"] >= 0
-    assert (tmp_path / "one" / "t.html").read_text("utf-8").startswith("<!doctype html>")
+    assert (tmp_path / "one" / "t.html").read_text("utf-8").startswith("<!DOCTYPE html>")
 
 
 def test_a_clean_board_ends_with_zero(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
