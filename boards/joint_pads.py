@@ -14,6 +14,9 @@ from geometry.gridframe import GridFrame
 _SKEW_RAD = 1e-4
 _LEAST_MM = 0.01
 _LEAST_BODY = 0.25
+_LONGEST_END = 0.3
+"""Longest termination of a chip as a part of its length: 0.3 mm of 1.0 at 0402, less in larger ones (typical)."""
+
 _LONGER = 1.1
 _EDGE_MM = 3e-5
 """Places are stated in decimals; none of them is this far from an edge, so that the last bits decide nothing."""
@@ -35,6 +38,23 @@ def joints_amid(pads: Sequence[Pad], rectangle: Rectangle) -> tuple[Joint, ...]:
     """Find the pads whose middle is under the body: those of leads beside it begin there, but do not reach it."""
     amid = [pad for pad in pads if _is_amid(pad, rectangle)]
     return joints_under(amid, rectangle)
+
+
+def joints_at_ends(pads: Sequence[Pad], rectangle: Rectangle) -> tuple[Joint, ...]:
+    """Find what of a chip's pads lies under its two terminations: solder does not hold to the body between them."""
+    ends = (_at_end(joint, rectangle.length_mm) for joint in joints_under(pads, rectangle))
+    return tuple(joint for joint in ends if joint is not None)
+
+
+def _at_end(joint: Joint, side_mm: float) -> Joint | None:
+    inner = (0.5 - _LONGEST_END) * side_mm
+    near, far = abs(joint.x_mm) - joint.length_mm / 2.0, abs(joint.x_mm) + joint.length_mm / 2.0
+    if far - inner < _LEAST_MM + _EDGE_MM:
+        return None
+    if near >= inner or joint.round or joint.turn_rad != 0.0:
+        return joint
+    middle = math.copysign((inner + far) / 2.0, joint.x_mm)
+    return replace(joint, x_mm=_tidy(middle), length_mm=_tidy(far - inner))
 
 
 def body_between(pads: Sequence[Pad], rectangle: Rectangle, frame: GridFrame) -> Rectangle:

@@ -18,7 +18,7 @@ from boards.body_rectangle import (
     shrink_to,
 )
 from boards.joint import Joint
-from boards.joint_pads import body_between, joints_amid, joints_under
+from boards.joint_pads import body_between, joints_amid, joints_at_ends, joints_under
 from boards.joints import Package, joints_of, many_joints
 from boards.package_sizes import FINEST_MM, package_sizes
 from boards.packages import package_family, pins_of
@@ -174,15 +174,24 @@ def _joints(
     body: Body, component: Component, row: Beneath, rectangle: Rectangle
 ) -> tuple[tuple[tuple[Joint, ...], tuple[Joint, ...]], str]:
     """The joints of the harder and of the easier case, and where they are from."""
-    if body.pads:
-        stated = (joints_amid if row.joints == "outside" else joints_under)(body.pads, rectangle)
-        if stated or row.joints == "outside":
-            return (stated, stated), "board file"
     package = _package(component, rectangle)
+    stated = _stated_joints(body, row, package, rectangle)
+    if stated is not None:
+        return (stated, stated), "board file"
     joints = joints_of(row, package)
     if joints is None:
         return (many_joints(package), ()), _UNKNOWN
     return (joints, joints), _family(component)
+
+
+def _stated_joints(body: Body, row: Beneath, package: Package, rectangle: Rectangle) -> tuple[Joint, ...] | None:
+    """What the file's pads say; ``None`` without any, or where none of them is anywhere near a body that needs some."""
+    if not body.pads:
+        return None
+    if row.joints == "outside":
+        return joints_amid(body.pads, rectangle)
+    at_ends = row.joints == "ends" and package.pins <= _TWO
+    return (joints_at_ends if at_ends else joints_under)(body.pads, rectangle) or None
 
 
 def _package(component: Component, rectangle: Rectangle) -> Package:

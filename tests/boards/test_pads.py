@@ -126,6 +126,15 @@ def test_leads_beside_the_body_do_not_reach_under_it(tmp_path: Path) -> None:
     assert (joint.length_mm, joint.width_mm) == (3.0, 2.0)
 
 
+def test_solder_under_a_chip_ends_with_its_terminations(tmp_path: Path) -> None:
+    pads = "".join(f'(pad "{n}" smd rect (at {x} 0) (size 1.4 1.3) (layers "F.Cu"))' for n, x in ((1, -0.9), (2, 0.9)))
+    one = beneath(tmp_path, kicad(footprint("C_0805_2012Metric", (1.0, 0.625), pads)))
+    assert [joint.x_mm for joint in one.cases[0].joints] == [-0.7, 0.7]
+    assert coverage(one.cases[0], one) == pytest.approx(0.6)
+    short = beneath(tmp_path, kicad(footprint("C_0805_2012Metric", (1.0, 0.625), pads.replace("1.4 1.3", "0.6 1.3"))))
+    assert coverage(short.cases[0], short) == pytest.approx(0.4)
+
+
 def test_pads_far_from_a_leadless_body_are_not_believed(tmp_path: Path) -> None:
     pads = (
         '(pad "1" smd rect (at -9 0) (size 1 1) (layers "F.Cu")) (pad "2" smd rect (at 9 0) (size 1 1) (layers "F.Cu"))'
