@@ -1,7 +1,7 @@
 """Rays on their way from the nozzle to the faces that they hit, batch after batch."""
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,19 +38,17 @@ def fly(rays: Rays, poses: Poses, scene: Scene, batches: Sequence[tuple[int, int
         (n,) face that each ray of a batch hits, or -1.
     """
     most = max((last - first for first, last in batches), default=0) * rays.per_sample
-    origins, directions = np.empty((most, 3), dtype=np.float32), np.empty((most, 3), dtype=np.float32)
-
-    def follow(first: int, last: int) -> NDArray[np.int32]:
-        count = (last - first) * rays.per_sample
-        deal(rays, poses, scene.origin, first, (origins[:count], directions[:count]))
-        return cast_rays(scene, origins[:count], directions[:count])
-
+    # Two pairs of arrays: one is filled while embree reads the other.
+    pairs = [(np.empty((most, 3), dtype=np.float32), np.empty((most, 3), dtype=np.float32)) for _ in range(2)]
     with ThreadPoolExecutor(max_workers=1) as worker:
-        coming = None
-        for first, last in batches:
-            ahead = worker.submit(follow, first, last)
-            if coming is not None:
-                yield coming.result()
-            coming = ahead
-        if coming is not None:
-            yield coming.result()
+        flying: Future[NDArray[np.int32]] | None = None
+        for number, (first, last) in enumerate(batches):
+            count = (last - first) * rays.per_sample
+            origins, directions = (each[:count] for each in pairs[number % 2])
+            deal(rays, poses, scene.origin, first, (origins, directions))
+            ahead = worker.submit(cast_rays, scene, origins, directions)
+            if flying is not None:
+                yield flying.result()
+            flying = ahead
+        if flying is not None:
+            yield flying.result()
