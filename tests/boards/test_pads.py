@@ -86,6 +86,13 @@ def test_pads_of_other_sides_holes_and_contacts_are_left_out(tmp_path: Path) -> 
     assert read(tmp_path, kicad(footprint("SOT-23", (2, 2), pads)))[1].pads == ()
 
 
+def test_old_and_new_files_have_the_same_pads() -> None:
+    data = Path(__file__).parent / "data"
+    old, new = (read_kicad(data / f"small_{version}.kicad_pcb")[0] for version in ("v5", "v9"))
+    assert [len(body.pads) for body in new] == [0, 8, 2, 0]
+    assert [body.pads for body in old] == [body.pads for body in new]
+
+
 def test_shapes_offsets_and_free_forms_are_boxed(tmp_path: Path) -> None:
     pads = """(pad "1" smd circle (at 1 0) (size 0.6 0.6) (layers "F.Cu"))
         (pad "2" smd oval (at -1 0) (size 0.6 1.2) (layers "F.Cu"))
