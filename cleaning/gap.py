@@ -12,7 +12,7 @@ from cleaning.edges import SEGMENTS
 from cleaning.errors import CleaningError
 from cleaning.gap_grid import Grid, mobility_of, narrowed_grid
 from cleaning.gap_solve import Flow, Rim, solve
-from cleaning.outlines import Lattice, apertures, cover, covered_share, outlines_of
+from cleaning.outlines import Lattice, apertures, cover, covered_share, outlines_of, quantised
 from cleaning.post_tiles import split_posts, tiles_of
 from cleaning.posts import ROUND_SKIN, STRAIGHT_SKIN
 from geometry.arrays import Indices, Points2
@@ -68,8 +68,8 @@ class GapField:
 def solve_gap(length_m: float, width_m: float, height_m: float, joints: Sequence[Joint], cells: int = 20) -> GapField:
     """Find the flow under one component for a pascal on each of the eight edge segments.
 
-    The longer side is cut into ``cells`` (rounded up to an even number), the shorter into as many of the same size, at
-    least half as many. Joints that stand in an array finer than `RESOLVED` cells per pitch become a permeability,
+    The longer side is cut into ``cells`` (made even), the shorter into cells of about the same size, but at least half
+    as many. Joints that stand in an array finer than `RESOLVED` cells per pitch become a permeability,
     others narrow or close the ways between cells. All are thickened by the skin that slows the flow along them; what
     they cover is counted without it.
 
@@ -87,6 +87,7 @@ def solve_gap(length_m: float, width_m: float, height_m: float, joints: Sequence
         CleaningError: a size is not positive, or there are fewer than two cells.
     """
     lattice = _lattice(length_m, width_m, height_m, cells)
+    joints = tuple(quantised(joint) for joint in joints)
     posts, walls = split_posts(joints, RESOLVED * min(lattice.dx_m, lattice.dy_m))
     thick = outlines_of(walls, ROUND_SKIN * height_m, STRAIGHT_SKIN * height_m)
     tiles = tiles_of(posts, height_m, lattice)
@@ -126,9 +127,9 @@ def _lattice(length_m: float, width_m: float, height_m: float, cells: int) -> La
     if cells < 2:
         raise CleaningError(f"a gap needs at least 2 cells along its longer side, not {cells}")
     longer = max(length_m, width_m)
-    # even numbers: each half of a side has whole faces
+    # even numbers: each half of a side has whole faces; the slack keeps usual ratios, such as a half, from the brink
     columns, rows = (
-        2 * max(math.ceil(0.5 * cells * size / longer - 1e-6), math.ceil(0.25 * cells)) for size in (length_m, width_m)
+        2 * max(math.ceil(0.5 * cells * size / longer - 0.35), math.ceil(0.25 * cells)) for size in (length_m, width_m)
     )
     return Lattice(length_m, width_m, rows, columns)
 

@@ -7,14 +7,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from boards.underside import Joint
+from boards.underside import Joint, joint_polygon
 from cleaning.gap_grid import Apertures, Field2
 from geometry.arrays import Scalars
 
 LINES = 4
 """Lines across each half cell along which its opening is measured."""
-CORNERS = 48
-"""Of the polygon that stands for a disc."""
 LEAST_OPENING = 1e-3
 """Share of a half cell's width below which it is closed: what is less comes from rounding."""
 
@@ -64,12 +62,17 @@ class Lattice:
         return self.width_m / self.rows
 
 
+def quantised(joint: Joint) -> Joint:
+    """Round to a nanometre: far below what any file means, it hides the last bits of a board that was turned."""
+    x, y, length, width = (round(value, 6) + 0.0 for value in (joint.x_mm, joint.y_mm, joint.length_mm, joint.width_mm))
+    return Joint(x, y, length, width, joint.round, round(joint.turn_rad, 9) + 0.0)
+
+
 def outlines_of(joints: Sequence[Joint], round_skin_m: float = 0.0, straight_skin_m: float = 0.0) -> Outlines:
     """Take the outlines of joints, each moved outwards by the skin of its kind."""
-    # a nanometre is far below what any file means, and hides the last bits of a board that was turned
-    table = np.round([[j.x_mm, j.y_mm, j.length_mm, j.width_mm] for j in joints], 6).reshape(-1, 4) * 1e-3
+    table = np.array([[j.x_mm, j.y_mm, j.length_mm, j.width_mm] for j in joints]).reshape(-1, 4) * 1e-3
     disc = np.array([joint.round for joint in joints], dtype=np.bool_)
-    turn = np.round([joint.turn_rad for joint in joints], 9)
+    turn = np.array([joint.turn_rad for joint in joints], dtype=np.float64)
     skin = np.where(disc, round_skin_m, straight_skin_m)
     half_width = np.where(disc, table[:, 2], table[:, 3]) / 2 + skin
     return Outlines(table[:, 0], table[:, 1], table[:, 2] / 2 + skin, half_width, np.cos(turn), np.sin(turn), disc)
@@ -95,12 +98,9 @@ def cover(walls: Outlines, lattice: Lattice) -> Field2:
 
 def covered_share(joints: Sequence[Joint], lattice: Lattice) -> float:
     """Share of the whole rectangle that joints take; where they overlap it counts once."""
-    if not joints:
-        return 0.0
-    shapes = _polygons(outlines_of(joints))
     across, along = 500.0 * lattice.length_m, 500.0 * lattice.width_m  # halves, mm
-    inside = shapely.intersection(shapely.union_all(shapes), shapely.box(-across, -along, across, along))
-    return min(float(shapely.area(inside)) / (4.0 * across * along), 1.0)
+    taken = shapely.union_all([joint_polygon(joint) for joint in joints])
+    return min(taken.intersection(shapely.box(-across, -along, across, along)).area / (4.0 * across * along), 1.0)
 
 
 def _halves(walls: Outlines, length_m: float, width_m: float, columns: int, rows: int) -> tuple[Field2, Field2]:
@@ -158,17 +158,3 @@ def _slab(
     begin = np.where(flat, np.where(within, -far, far), np.minimum(one, other))
     end = np.where(flat, np.where(within, far, far), np.maximum(one, other))
     return begin, end
-
-
-def _polygons(shapes: Outlines) -> list[shapely.Polygon]:
-    """Outlines, mm; a disc becomes a polygon of the same area."""
-    turn = np.arange(CORNERS) * (2.0 * np.pi / CORNERS)
-    fair = np.sqrt(2.0 * np.pi / CORNERS / np.sin(2.0 * np.pi / CORNERS))
-    disc = fair * shapes.half_length[:, None, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    lengths = shapes.half_length[:, None] * np.array([-1.0, 1.0, 1.0, -1.0])
-    widths = shapes.half_width[:, None] * np.array([-1.0, -1.0, 1.0, 1.0])
-    cos, sin = shapes.along[:, None], shapes.across[:, None]
-    plate = np.stack([lengths * cos - widths * sin, lengths * sin + widths * cos], axis=2)
-    middles = np.stack([shapes.x, shapes.y], axis=1)[:, None]
-    rings = [*(1e3 * (disc + middles))[shapes.round], *(1e3 * (plate + middles))[~shapes.round]]
-    return [shapely.Polygon(ring) for ring in rings]

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from boards.underside import Joint
 from cleaning.gap_grid import Field2
 from cleaning.outlines import Lattice, cover, outlines_of
-from cleaning.posts import STRAIGHT_SKIN, inflated_share, round_posts, square_posts
+from cleaning.posts import STRAIGHT_SKIN, post_factor, square_posts
 
 FEWEST = 4
 """Joints of one kind that make an array."""
@@ -75,7 +75,7 @@ def tiles_of(posts: Sequence[Post], height_m: float, lattice: Lattice) -> Tiles:
 
 def _factor(is_round: bool, size: tuple[float, float], pitch: float, height: float) -> float:
     if is_round:
-        return float(round_posts(inflated_share(size[0], pitch, height)))
+        return float(post_factor(size[0], pitch, height))
     skin = 2.0 * STRAIGHT_SKIN * height
     return float(square_posts((size[0] + skin) * (size[1] + skin) / pitch**2))
 

@@ -31,14 +31,14 @@ def grid_of(field: GapField, values: NDArray[np.float32]) -> NDArray[np.float64]
 
 def test_a_plain_gap_lists_all_cells() -> None:
     field = solve_gap(7e-3, 5e-3, HEIGHT, (), 20)
-    assert field.shape == (16, 20)
-    np.testing.assert_array_equal(field.cells, np.arange(320))
-    assert field.pressure.shape == (8, 320)
-    assert field.velocity.shape == (8, 320, 2)
+    assert field.shape == (14, 20)
+    np.testing.assert_array_equal(field.cells, np.arange(280))
+    assert field.pressure.shape == (8, 280)
+    assert field.velocity.shape == (8, 280, 2)
     assert field.coverage == 0.0
     assert field.open_share == 1.0
     assert field.weights.sum() == pytest.approx(1.0, rel=1e-6)
-    np.testing.assert_allclose(field.centres[0], [-3.325e-3, -2.34375e-3])
+    np.testing.assert_allclose(field.centres[0], [-3.325e-3, -2.5e-3 * 13 / 14])
 
 
 def test_the_same_pressure_all_around_moves_nothing() -> None:
@@ -146,7 +146,7 @@ def test_fine_balls_become_a_permeability_that_drawn_balls_confirm() -> None:
     lumped = solve_gap(3.2e-3, 3.2e-3, 0.1e-3, array, 16)  # 4 cells per pitch
     drawn = solve_gap(3.2e-3, 3.2e-3, 0.1e-3, array, 80)  # 20
     assert len(lumped.cells) == 256
-    assert lumped.coverage == pytest.approx(16 * np.pi / 4 * 0.35**2 / 3.2**2, rel=1e-6)
+    assert lumped.coverage == pytest.approx(16 * np.pi / 4 * 0.35**2 / 3.2**2, rel=1e-3)
     assert through(lumped) == pytest.approx(through(drawn), rel=0.05)
 
 

