@@ -30,7 +30,7 @@ RULES: tuple[Rule, ...] = (
     Rule("R10", "Rinse water is renewed too seldom under the part, or is not pure enough.", "B"),
     Rule("R11", "The estimated ionic index is above the limit that you set; without one the rule is silent.", "C"),
     Rule("R12", "Blow-off does not clear the gap, and no bake follows.", "B"),
-    Rule("R13", "A temperature lies outside of a window, or washing begins too late after reflow.", "B"),
+    Rule("R13", "A temperature lies outside of what the solution or the component bears.", "B"),
     Rule("R14", "The case lies outside of what the model holds for: no verdict is given.", "A"),
 )
 
