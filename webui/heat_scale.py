@@ -142,12 +142,12 @@ def gradient_html(top: float, unit: str, *, ends: bool = False) -> str:
     """
     stops = of_values(np.linspace(0.0, 1.0, _STOPS), 0.0, 1.0)
     colours = ",".join(to_hex((int(r), int(g), int(b))) for r, g, b in stops)
-    marks = "".join(f"<span>{top * share:.3g}</span>" for share in (0.0, 0.25, 0.5, 0.75))
+    marks = "".join(f"<span>{top * share:.4g}</span>" for share in (0.0, 0.25, 0.5, 0.75))
     return (
         f'<div style="margin:4px 12px 0;font-size:11px;color:{to_hex(INK)}">'
         f'<div style="height:10px;border-radius:2px;background:linear-gradient(to right,{colours})"></div>'
         '<div style="display:flex;justify-content:space-between;font-variant-numeric:tabular-nums">'
-        f"{marks}<span>{top:.3g} {escape(unit)}{'' if ends else ' or more'}</span></div></div>"
+        f"{marks}<span>{top:.4g} {escape(unit)}{'' if ends else ' or more'}</span></div></div>"
     )
 
 

@@ -13,6 +13,7 @@ from cleaning.results import VERDICTS, CleaningReport, Part
 from cleaning.stages import Stage
 from geometry.arrays import Scalars
 from geometry.errors import JobError
+from rulesengine.cleaning_sides import cells_sprayed
 
 MeasureName: TypeAlias = Literal["cone", "front", "volume", "peak", "shear", "residue", "verdict"]
 
@@ -58,7 +59,7 @@ MEASURES: dict[str, Measure] = {
 
 
 def cell_values(report: CleaningReport, measure: Measure, stage: int) -> Scalars:
-    """(c,) what a measure says of each cell; not a number where it says nothing.
+    """(c,) what a measure says of each cell; not a number where it says nothing, as of a side that is not sprayed.
 
     Args:
         report: What was analysed.
@@ -67,7 +68,8 @@ def cell_values(report: CleaningReport, measure: Measure, stage: int) -> Scalars
     """
     facets = report.facets
     if measure.per == "cell":
-        return np.where(facets.cell_exposed, exposed_values(report.exposures[stage], measure.name), np.nan)
+        sprayed = cells_sprayed(report, report.stages[stage])
+        return np.where(sprayed, exposed_values(report.exposures[stage], measure.name), np.nan)
     said = np.array([part_value(part, measure.name, stage) for part in report.parts])
     values = np.append(said, np.nan)[facets.cell_component]  # -1, the bare board, is the last
     return np.where(facets.cell_exposed, values, np.nan)

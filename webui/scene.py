@@ -48,6 +48,8 @@ class View:
     """Templates in their steps whose strokes are not shown, such as ``"sequence[0]/sweep"``."""
     transfers: bool = True
     markers: bool = True
+    paths: bool = True
+    """Without them only what is selected is drawn of the paths."""
 
 
 class Scene:
@@ -110,7 +112,7 @@ class Scene:
             self.click_taker(origin, direction)
             return
         hit = None if self._target is None else first_hit(self._target, origin, direction)
-        shown = [line for line in self.strokes if line.place not in self.view.hidden]
+        shown = [line for line in self.strokes if self._shows(line)]
         before_mm = np.inf if hit is None else hit.distance_mm
         parts = {component.name for component in self._page.session.board.components}
         part = hit.body if hit is not None and hit.body in parts else ""
@@ -184,14 +186,17 @@ class Scene:
     def _draw_strokes(self, session: Session) -> None:
         plan, size = session.plan, board_size_mm(session.board)
         tints, self.legends["strokes"] = strokes.tint_strokes(self.strokes, self.view.strokes_by, self.spans)
-        shown = [index for index, line in enumerate(self.strokes) if line.place not in self.view.hidden]
+        shown = [index for index, line in enumerate(self.strokes) if self._shows(line)]
         lines = [self.strokes[index] for index in shown]
         self._put("/strokes", strokes.strokes_glb(lines, [tints[index] for index in shown], line_width_mm(size)))
-        transfers = self.view.transfers and plan is not None
+        transfers = self.view.paths and self.view.transfers and plan is not None
         self._put("/transfers", strokes.transfers_glb(plan, self.view.hidden) if transfers and plan else b"")
-        found = find_markers(plan) if self.view.markers and plan is not None else []
+        found = find_markers(plan) if self.view.paths and self.view.markers and plan is not None else []
         seen = [marker for marker in found if marker.made_by not in self.view.hidden]
         self._put("/markers", markers_glb(seen, size / 260))
+
+    def _shows(self, line: strokes.StrokeLine) -> bool:
+        return self.view.paths and line.place not in self.view.hidden
 
     def _spans(self, run: Run) -> list[Span | None]:
         """When strokes are sprayed; the program is read for it only where their colours say so."""

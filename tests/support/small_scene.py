@@ -1,16 +1,21 @@
 """A scene without a camera: it remembers where it was to look, what was drawn, and which moments were asked for."""
 
 from webui.robot_view import RobotView
+from webui.scene import View
 
 
 class SmallScene:
     def __init__(self, page, strokes=()):
         self.robot, self.strokes = RobotView(page.client.scene), list(strokes)
+        self.view = View()
         self.looked, self.layers, self.sought, self.followers = [], {}, [], []
 
     def show(self, session, before):
         if before is None or session.cell is not before.cell:
             self.robot.show_cell(None if session.cell is None else session.cell.cell)
+
+    def change_view(self, view):
+        self.view = view
 
     def on_moment(self, follow):
         self.followers.append(follow)

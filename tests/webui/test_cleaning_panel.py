@@ -230,7 +230,7 @@ def test_the_volume_grows_with_the_playback(tmp_path):
         press(page, "Limit (mm)", 3.0)
         legend = panel._cards[1]._legend
         in_the_end = legend.content
-        press(page, "Grow with the playback", True)
+        press(page, "As it grows", True)
         wait_for(lambda: passed(legend) == 0.0)
         shares = [0.0]
         for moment in (15.0, 30.0, 60.0):
@@ -240,12 +240,24 @@ def test_the_volume_grows_with_the_playback(tmp_path):
         wait_for(lambda: legend.content == in_the_end)
         scene.seek(0.0)
         wait_for(lambda: passed(legend) == 0.0)
-        press(page, "Grow with the playback", False)
+        press(page, "As it grows", False)
         assert legend.content == in_the_end
 
 
 def passed(legend):
     return float(re.search(r"at least 3 mm: ([\d.]+) %", legend.content)[1])
+
+
+def test_paths_can_be_taken_out_of_the_way(tmp_path):
+    with opened(analysed_session(), tmp_path) as (page, scene, _):
+        press(page, "Paths too", False)
+        assert not scene.view.paths
+        press(page, "Paths too", True)
+        assert scene.view.paths
+        press(page, "Paths too", False)
+        page.remember(lambda session: session.with_parameters("other"))
+        assert scene.view.paths
+        assert find(page, "Paths too").value
 
 
 def test_the_gap_of_the_selected_part_is_seen_from_above(tmp_path):

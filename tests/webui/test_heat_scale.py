@@ -38,6 +38,15 @@ def test_numbers_of_the_surface_are_those_of_the_stage(name):
         assert np.isnan(values[~exposed]).all()
 
 
+def test_nothing_is_said_of_a_side_that_is_not_sprayed():
+    report = small_report()
+    turned = replace(report.stages[0].samples, axes=-report.stages[0].samples.axes)
+    below = replace(report, stages=(replace(report.stages[0], samples=turned), report.stages[1]))
+    for name in ("Volume", "Peak pressure"):
+        assert np.isnan(cell_values(below, MEASURES[name], 0)).all()
+        assert np.isfinite(cell_values(below, MEASURES[name], 1)).any()
+
+
 def test_numbers_of_parts_stand_on_their_parts_alone():
     for name in ("Shear under parts", "Residue under parts"):
         values = cell_values(small_report(), MEASURES[name], 0)

@@ -1,6 +1,6 @@
 """The heat map: what it shows, its limit and legend; it can grow with the playback."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import viser
@@ -67,17 +67,22 @@ class HeatCard:
                 "Limit", 0.0, step=0.01, hint="For the picture alone; verdicts keep those of the parameter set."
             )
             self._live = gui.add_checkbox(
-                "Grow with the playback", False, hint="Shows what has landed up to the moment that is played."
+                "As it grows", False, hint="Shows what has landed up to the moment that is played."
             )
+            self._paths = gui.add_checkbox("Paths too", True, hint="Without them only those that spray the part.")
             self._legend = gui.add_html("")
         for handle in (self._measure, self._stage, self._colouring, self._live):
             handle.on_update(lambda event: self._redraw(self._page.session) if event.client is not None else None)
+        self._paths.on_update(lambda event: self._show_paths(shown=event.target.value))
         self._limit.on_update(lambda event: self._set_limit(event.target.value, by_hand=event.client is not None))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
         if before is None or session.analysis is not before.analysis:
             self._folder.visible = session.analysis is not None
+            if session.analysis is None and not self._paths.value:
+                self._paths.value = True  # nobody could bring them back
+                self._show_paths(shown=True)
             if session.analysis is not None:
                 names = stage_names(session.analysis.report.stages)
                 if tuple(self._stage.options) != names:
@@ -143,6 +148,10 @@ class HeatCard:
             return
         self._limits[measure.name, self._stage.value] = limit
         self._redraw(self._page.session)
+
+    def _show_paths(self, *, shown: bool) -> None:
+        with self._page.client.atomic():
+            self._scene.change_view(replace(self._scene.view, paths=shown))
 
     def _follow(self, now_s: float) -> None:
         self._now_s = now_s
