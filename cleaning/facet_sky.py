@@ -14,7 +14,7 @@ _LIFT_MM = 2e-3
 """Rays begin this far off their facet."""
 _SIDEWAYS = 0.1
 """A bare surface whose normal is flatter than this belongs to the rim and looks at both sides."""
-_SMALL_MM2 = 0.05
+SMALL_MM2 = 0.05
 """Facets below this are judged at their middle alone."""
 CORNERS = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
 """Three places inside a triangle, barycentric: their mean integrates squares exactly."""
@@ -33,7 +33,7 @@ def open_share(board: Board, scene: Scene) -> Scalars:
     board and fixtures look where their facets look, and to both sides from a rim.
     """
     inside = inner_points(scene.triangles)
-    small = scene.areas_mm2 < _SMALL_MM2
+    small = scene.areas_mm2 < SMALL_MM2
     seen = np.zeros((len(small), 3), dtype=np.bool_)
     up, down = _looks(board, scene)
     for sign, looks in ((1.0, up), (-1.0, down)):

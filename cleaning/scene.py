@@ -95,9 +95,16 @@ def occluded(scene: Scene, origins: Points, targets: Points) -> NDArray[np.bool_
     ways = targets - origins
     distances = np.linalg.norm(ways, axis=1)
     directions = ways / np.maximum(distances, _GRAZING)[:, None]
-    found = scene.embree.run(
-        _single(origins - scene.origin), _single(directions), dists=_single(distances * _SHY), query="OCCLUDED"
+    return are_blocked(
+        scene, _single(origins - scene.origin), _single(directions), _single(np.maximum(distances, _GRAZING))
     )
+
+
+def are_blocked(
+    scene: Scene, origins: NDArray[np.float32], directions: NDArray[np.float32], lengths: NDArray[np.float32]
+) -> NDArray[np.bool_]:
+    """(n,) whether rays hit something before they are so long. Origins are counted from the scene's own."""
+    found = scene.embree.run(origins, directions, dists=lengths * np.float32(_SHY), query="OCCLUDED")
     return np.asarray(found) >= 0
 
 
