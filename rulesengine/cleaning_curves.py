@@ -94,7 +94,7 @@ def _finish(axes: Axes, across: str, title: str) -> None:
 
 def draw_limiting(parts: Sequence[Part]) -> Picture | None:
     """Draw how strongly each factor moves the residue of some components; nothing where none is known."""
-    known = [part for part in parts if part.elasticity]
+    known = [part for part in parts if part.limiting and part.elasticity]
     if not known:
         return None
     factors = list(known[0].elasticity)
@@ -109,6 +109,7 @@ def draw_limiting(parts: Sequence[Part]) -> Picture | None:
             axes.set_title("nozzle distance" if factor == "standoff" else factor, loc="left", fontsize=8)
             axes.tick_params(length=0)
             axes.spines[["top", "right", "left"]].set_visible(False)
+        panels[0].set_xlim(left=0.0)
         panels[0].set_yticks(range(len(known)), [part.component for part in known], color=INK)
         panels[0].set_ylim(len(known) - 0.4, -0.6)
         panels[0].set_xlabel("% of residue for each % of the factor", loc="left")

@@ -108,15 +108,15 @@ def _legend() -> str:
 
 
 def _gaps(report: CleaningReport) -> list[str]:
-    """Draw the gaps of the worst parts; those that are clean do not need a picture while others do."""
+    """Draw the gaps of the worst parts, one of each package; while others are not, those that are clean need none."""
     parts = [part for part in report.worst_first() if part.gaps]
     wanting: Sequence[Part] = [part for part in parts if part.verdict != "clean"] or parts[:1]
     told = [
         '<p class="q">Pressure and flow as if only the side that drives most of it were pressed; grey are solder '
-        "joints; the cross is the middle of the worst tenth. A gap whose height is not known is shown at both bounds."
-        "</p>"
+        "joints; the cross is the middle of the worst tenth. A gap whose height is not known is shown at both bounds. "
+        "One part of each package is shown.</p>"
     ]
-    for part in wanting[:_MOST_GAPS]:
+    for part in _unlike(report, wanting)[:_MOST_GAPS]:
         known = "" if part.underside is None else f"{part.underside.standoff_source}; {part.underside.joints_source}"
         told.append(
             f"<article><h3>{escape(part.component)} {verdict_mark(part.verdict)}</h3>"
@@ -126,8 +126,17 @@ def _gaps(report: CleaningReport) -> list[str]:
     return told if wanting else []
 
 
+def _unlike(report: CleaningReport, parts: Sequence[Part]) -> list[Part]:
+    """Keep the first of each package: what the others look like can be told from it."""
+    packages = {component.name: component.package or component.name for component in report.board.components}
+    firsts: dict[str, Part] = {}
+    for part in parts:
+        firsts.setdefault(packages.get(part.component, part.component), part)
+    return list(firsts.values())
+
+
 def _limiting(report: CleaningReport) -> list[str]:
-    parts = [part for part in report.worst_first() if part.elasticity][:_MOST_LIMITED]
+    parts = [part for part in report.worst_first() if part.limiting][:_MOST_LIMITED]
     picture = draw_limiting(parts)
     note = '<p class="q">How strongly the residue answers to each factor; the strongest is marked.</p>'
     return [] if picture is None else [note, image(picture)]

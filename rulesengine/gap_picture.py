@@ -109,6 +109,7 @@ def _draw_flow(axes: Axes, field: GapField, flow: NDArray[np.float64]) -> None:
     rows, columns = np.divmod(field.cells, field.shape[1])
     step = [max(1, -(-count // _MOST_ARROWS)) for count in field.shape]
     shown = (rows % step[0] == step[0] // 2) & (columns % step[1] == step[1] // 2)
+    shown &= field.weights > 0.5 * field.weights.max(initial=0.0)  # joints cover the others
     speed = np.linalg.norm(flow, axis=1, keepdims=True)
     arrows = flow / np.sqrt(np.maximum(speed, 1e-12 * max(float(speed.max(initial=0.0)), 1e-30)))
     longest = float(np.linalg.norm(arrows[shown], axis=1).max(initial=0.0)) or 1.0

@@ -11,6 +11,7 @@ from rulesengine import cleaning_page as cleaning_page_module
 from rulesengine.cleaning_page import Traceability, cleaning_page, headline, honesty
 from rulesengine.cleaning_tables import MOST_LINES, MOST_TOLD, amount_text, parts_table, remarks
 from rulesengine.cleaning_words import RULES
+from rulesengine.page import Picture
 
 VOID = {"meta", "img", "br", "link"}
 
@@ -122,6 +123,19 @@ def test_a_long_list_is_told_in_short_and_says_how_many_more_there_are() -> None
     assert "R7 residue, R8 one-sided flow" in told
     assert "and 10 more components" in told
     assert "And in short" not in parts_table(report)
+
+
+def test_gaps_are_drawn_of_one_part_of_each_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[str] = []
+    monkeypatch.setattr(
+        cleaning_page_module, "draw_gaps", lambda _, part: drawn.append(part.component) or Picture(".svg", b"", "")
+    )
+    monkeypatch.setattr(cleaning_page_module, "draw_exposures", lambda _: [])
+    report = small_report()
+    r1 = next(part for part in report.parts if part.component == "R1")
+    twins = tuple(replace(r1, component="R2") if part.component == "R2" else part for part in report.parts)
+    cleaning_page(replace(report, parts=twins), Traceability())
+    assert drawn == ["U1", "R1"], "R2 has the package of R1"
 
 
 def test_what_was_noticed_on_the_way_is_told_and_judgements_are_not_told_twice() -> None:

@@ -126,4 +126,4 @@ def test_a_curve_needs_a_liquid_and_bars_need_an_elasticity():
     dry = tuple(replace(stage, use="dry") for stage in report.stages)
     assert draw_volumes(report) is not None
     assert draw_volumes(replace(report, stages=dry)) is None
-    assert draw_limiting([part for part in report.parts if not part.elasticity]) is None
+    assert draw_limiting([part for part in report.parts if not part.limiting]) is None
