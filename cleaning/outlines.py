@@ -99,7 +99,7 @@ def cover(walls: Outlines, lattice: Lattice) -> Field2:
 def covered_share(joints: Sequence[Joint], lattice: Lattice) -> float:
     """Share of the whole rectangle that joints take; where they overlap it counts once."""
     across, along = 500.0 * lattice.length_m, 500.0 * lattice.width_m  # halves, mm
-    taken = shapely.union_all([joint_polygon(joint) for joint in joints])
+    taken = shapely.disjoint_subset_union_all([joint_polygon(joint) for joint in joints])
     return min(taken.intersection(shapely.box(-across, -along, across, along)).area / (4.0 * across * along), 1.0)
 
 

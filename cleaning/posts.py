@@ -27,7 +27,7 @@ per pitch. Half a pitch has the exact value 1 / sqrt(3)."""
 
 
 def round_posts(solid: ArrayLike) -> NDArray[np.float64]:
-    """K of a square array of high, round posts that take the given share of the area; 0 from where they touch.
+    """K of a square array of round posts, wide against the height of the gap; 0 from where they touch.
 
     Rayleigh (1892) as carried on by Perrins and others (1979); above `NEARLY` Keller's (1963) law for narrow gaps, made
     to meet it. Pressure in a gap and voltage in a sheet with holes obey the same equation.
@@ -40,7 +40,7 @@ def round_posts(solid: ArrayLike) -> NDArray[np.float64]:
 
 
 def square_posts(solid: ArrayLike) -> NDArray[np.float64]:
-    """K of a square array of high, square posts that take the given share of the area; 0 where they touch."""
+    """K of a square array of square posts, wide against the height of the gap; 0 where they touch."""
     side = np.sqrt(np.clip(np.asarray(solid, dtype=np.float64), 0.0, 1.0))
     return np.clip(np.asarray(_SQUARE(side), dtype=np.float64), 0.0, 1.0)
 
@@ -91,8 +91,10 @@ def duct_factor(width_over_height: ArrayLike) -> NDArray[np.float64]:
     if not (ratio > 0).all():
         raise CleaningError("a duct needs a positive width over its height")
     odd = np.arange(1, 400, 2, dtype=np.float64)
-    terms = np.tanh(0.5 * np.pi * odd * ratio[..., None]) / odd**5
-    return 1.0 - 192.0 / np.pi**5 / ratio * terms.sum(axis=-1)
+    wide = np.maximum(ratio, 1.0 / ratio)
+    terms = np.tanh(0.5 * np.pi * odd * wide[..., None]) / odd**5
+    # a duct higher than wide is a wide one on its side: its flow per width goes with the square of the ratio
+    return np.minimum(ratio, 1.0) ** 2 * (1.0 - 192.0 / np.pi**5 / wide * terms.sum(axis=-1))
 
 
 def duct_with_skin(width_over_height: ArrayLike) -> NDArray[np.float64]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from boards.underside import Joint
 from cleaning.errors import CleaningError
 from cleaning.gap import GapField, solve_gap
+from cleaning.posts import duct_factor
 
 HEIGHT = 50e-6
 PAD = Joint(0.0, 0.0, 3.0, 3.0)
@@ -169,3 +170,35 @@ def test_bad_sizes_are_named(sizes: tuple[float, float, float]) -> None:
 def test_too_few_cells() -> None:
     with pytest.raises(CleaningError, match="at least 2 cells"):
         solve_gap(1e-3, 1e-3, 1e-4, (), 1)
+
+
+@pytest.mark.parametrize("ratio", [2.0, 3.0, 5.0, 10.0])
+def test_a_channel_between_pads_is_a_duct(ratio: float) -> None:
+    height, width = 0.1, 0.1 * ratio
+    pads = tuple(Joint(0.0, side * (width / 2 + 1.5), 9.0, 3.0) for side in (-1, 1))
+    field = solve_gap(4e-3, 4e-3, height * 1e-3, pads, 24)
+    speed = grid_of(field, (field.velocity[6, :, 0] + field.velocity[7, :, 0]) * field.open_cells)
+    flow = speed.sum(axis=0) * (4e-3 / 24)
+    exact = duct_factor(ratio) * width * 1e-3 * (height * 1e-3) ** 2 / (12 * 4e-3)
+    np.testing.assert_allclose(flow, exact, rtol=0.005)
+
+
+def test_a_part_turned_by_a_quarter_has_the_turned_field() -> None:
+    joints = (Joint(0.5, -0.3, 1.5, 0.8, False, 0.3), Joint(-1.5, 0.9, 0.7, 0.7, True), *balls(3, 0.5, 0.2))
+    turned = tuple(Joint(-j.y_mm, j.x_mm, j.length_mm, j.width_mm, j.round, j.turn_rad + np.pi / 2) for j in joints)
+    field, other = solve_gap(6e-3, 4e-3, HEIGHT, joints, 12), solve_gap(4e-3, 6e-3, HEIGHT, turned, 12)
+    assert other.path_m == pytest.approx(field.path_m, rel=1e-9)
+    assert other.coverage == pytest.approx(field.coverage, rel=1e-9)
+    scale = np.abs(field.velocity).max()
+    for segment in range(8):
+        here = grid_of(field, field.velocity[segment])
+        there = grid_of(other, other.velocity[(segment + 2) % 8])  # what was in front is on the right now
+        np.testing.assert_allclose(there[..., 1], here[..., 0].T[:, ::-1], atol=2e-5 * scale)
+        np.testing.assert_allclose(there[..., 0], -here[..., 1].T[:, ::-1], atol=2e-5 * scale)
+
+
+def test_coarse_grids_tell_much_the_same_of_fine_leads() -> None:
+    joints = (*leads(), Joint(0.0, 0.0, 4.4, 4.4))
+    coarse, fine = (solve_gap(7e-3, 7e-3, HEIGHT, joints, cells) for cells in (20, 84))
+    assert coarse.path_m == pytest.approx(fine.path_m, rel=0.06)
+    assert through(coarse) == pytest.approx(through(fine), rel=0.1)
