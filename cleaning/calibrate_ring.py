@@ -90,7 +90,6 @@ class _Solved:
     """The optimum for one number of harmonics: parameters are middle, sigma, waves, gain."""
 
     fit: Fit
-    jacobian: NDArray[np.float64]
     left: NDArray[np.float64]
     """(n, k) what is left of each row."""
     order: int
@@ -113,8 +112,8 @@ def _edges(sheets: Measurements) -> _Solve:
         wanted = np.concatenate([weight * ray.polar for weight, ray in zip(weights, rays, strict=True)])
         found = np.asarray(np.linalg.lstsq(design, wanted)[0], dtype=np.float64)
         left = wanted - design @ found
-        fit = Fit(found, float(left @ left), len(wanted) - len(found))
-        return _Solved(fit, -design, left.reshape(2, -1).T, order, "mm")
+        fit = Fit(found, float(left @ left), len(wanted) - len(found), -design)
+        return _Solved(fit, left.reshape(2, -1).T, order, "mm")
 
     return solve
 
@@ -153,8 +152,8 @@ def _intensities(sheets: Measurements, quantity: Quantity) -> _Solve:
         tried = [least_squares(residuals, first, bounds=(low, high), args=(order,)) for first in starts]
         best = tried[int(np.argmin([round(float(each.cost), 12) for each in tried]))]
         freedom = len(measured) - len(low) - len(keys)
-        fit = Fit(np.asarray(best.x, dtype=np.float64), 2.0 * float(best.cost), freedom)
-        return _Solved(fit, np.asarray(best.jac), np.asarray(best.fun)[:, None], order, "of the peak")
+        fit = Fit(np.asarray(best.x, dtype=np.float64), 2.0 * float(best.cost), freedom, np.asarray(best.jac))
+        return _Solved(fit, np.asarray(best.fun)[:, None], order, "of the peak")
 
     return solve
 
@@ -173,7 +172,7 @@ def _sees_around(sheets: Measurements) -> bool:
 def _conclude(path: Path, sheets: Measurements, solved: _Solved) -> RingFit:
     fit, order = solved.fit, solved.order
     _check_ring(path, sheets, solved)
-    half = half_widths(solved.jacobian, fit)
+    half = half_widths(fit)
     angle, sigma = (
         Estimate(*(float(np.degrees(each)) for each in (value, value - wide, value + wide)))
         for value, wide in zip(fit.parameters[:2], half[:2], strict=True)
@@ -198,7 +197,7 @@ def _check_ring(path: Path, sheets: Measurements, solved: _Solved) -> None:
         message = f"{len(sheets)} rows are too few for what is fitted to them"
         raise CleaningError(message, file=path, line=sheets.header_line)
     inside = _ANGLES[0] < angle < _ANGLES[1] and 1.01 * _SIGMAS[0] < sigma < 0.99 * _SIGMAS[1]
-    if not inside or np.linalg.matrix_rank(solved.jacobian) < solved.jacobian.shape[1]:
+    if not inside or np.linalg.matrix_rank(solved.fit.jacobian) < len(solved.fit.parameters):
         message = (
             f"these patterns show no ring: the fit ends at a half angle of {np.degrees(angle):.1f} and a sigma of "
             f"{np.degrees(sigma):.1f} degrees. Radii are told from where the nozzle's axis meets the sheet"

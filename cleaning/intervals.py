@@ -40,6 +40,8 @@ class Fit:
     """Sum of the squared residuals."""
     freedom: int
     """Degrees of freedom: n less everything that was fitted."""
+    jacobian: NDArray[np.float64]
+    """(n, p) of the residuals at the optimum."""
 
 
 def student_t(freedom: int) -> float:
@@ -47,18 +49,31 @@ def student_t(freedom: int) -> float:
     return float(stdtrit(freedom, _LEVEL))
 
 
-def half_widths(jacobian: NDArray[np.float64], fit: Fit) -> Scalars:
+def half_widths(fit: Fit) -> Scalars:
     """Give the half widths of 95 % intervals from the covariance of a linearised fit.
 
-    Args:
-        jacobian: (n, p) of the residuals at the optimum, of full rank.
-        fit: The optimum.
-
     Returns:
-        (p,) in the units of the parameters.
+        (p,) in the units of the parameters; infinite where the residuals do not depend on them.
     """
-    covariance = np.linalg.inv(jacobian.T @ jacobian) * fit.squares / fit.freedom
-    return np.asarray(student_t(fit.freedom) * np.sqrt(np.diag(covariance)), dtype=np.float64)
+    variance = np.diag(_inverse(fit.jacobian)) * fit.squares / fit.freedom
+    return np.asarray(student_t(fit.freedom) * np.sqrt(variance), dtype=np.float64)
+
+
+def correlations(fit: Fit) -> NDArray[np.float64]:
+    """(p, p) absolute correlations of the parameters of a linearised fit; 1 with itself, and where nothing is told."""
+    inverse = _inverse(fit.jacobian)
+    if not np.isfinite(inverse).all():
+        return np.ones_like(inverse)
+    size = np.sqrt(np.diag(inverse))
+    return np.asarray(np.abs(inverse) / np.outer(size, size), dtype=np.float64)
+
+
+def _inverse(jacobian: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Inverse of the normal matrix; infinite if it has none."""
+    count = jacobian.shape[1]
+    if np.linalg.matrix_rank(jacobian) < count:
+        return np.full((count, count), np.inf)
+    return np.asarray(np.linalg.inv(jacobian.T @ jacobian), dtype=np.float64)
 
 
 def chance_of_less(fewer: Fit, more: Fit) -> float:
@@ -68,9 +83,9 @@ def chance_of_less(fewer: Fit, more: Fit) -> float:
     return float(fdtrc(added, more.freedom, max(ratio, 0.0)))
 
 
-def highest_squares(fit: Fit) -> float:
+def highest_squares(squares: float, freedom: int) -> float:
     """Give the sum of squares up to which a value of one parameter lies in the 95 % profile interval."""
-    return fit.squares * (1.0 + student_t(fit.freedom) ** 2 / fit.freedom)
+    return squares * (1.0 + student_t(freedom) ** 2 / freedom)
 
 
 def profile_end(squares_at: Callable[[float], float], best: float, limit: float, most: float) -> float:

@@ -94,3 +94,24 @@ def written(folder: Path, text: str, name: str = "data.csv") -> Path:
     file = folder / name
     file.write_text(text, "utf-8")
     return file
+
+
+COUPON_HEADER = "standoff_um,time_s,temperature_c,pressure_bar,cleaned_fraction"
+PLAN = [
+    (standoff, seconds, celsius, bar)
+    for standoff in (25, 50, 100, 200)
+    for seconds in (60, 180, 420)
+    for celsius in (45, 60)
+    for bar in (1.5, 3.5)
+]
+"""Standoffs, times, temperatures and pressures of a small set of coupons."""
+
+
+def coupon_table(cleaned: Sequence[float], *, noise: float, seed: int, first: str = "# synthetic") -> str:
+    """The plan with what was cleaned, as read off a photograph: between 0 and 1, with three places."""
+    random = np.random.default_rng(seed)
+    lines = [first, COUPON_HEADER]
+    for (standoff, seconds, celsius, bar), share in zip(PLAN, cleaned, strict=True):
+        seen = min(1.0, max(0.0, share + random.normal(0.0, noise)))
+        lines.append(f"{standoff},{seconds},{celsius},{bar},{seen:.3f}")
+    return "\n".join(lines) + "\n"
