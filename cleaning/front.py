@@ -46,8 +46,8 @@ def fill(grid: Grid, rim: Rim, depth_m: ArrayLike, viscosity_pa_s: float, held: 
     Raises:
         CleaningError: an impulse is negative: liquid that runs out again is no filling.
     """
-    links = link(grid, rim, None if held is None else held.level)
     padded = pad(grid, rim, held)
+    links = link(grid, rim, None if held is None else held.level)
     if len(padded) > 1:
         raise CleaningError("a gap fills by one set of impulses at a time; sum them over time")
     if (padded < 0).any():

@@ -26,7 +26,10 @@ REFINEMENTS = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rim:
-    """Pressure on each side, Pa: a number, one per face (n,), or k sets of them (k, n); ``None`` where it is closed."""
+    """Pressure on each side, Pa: a number, one per face (n,), or k sets of them (k, n).
+
+    ``None`` closes a side; NaN closes a face, in all sets.
+    """
 
     left: ArrayLike | None = None
     right: ArrayLike | None = None
@@ -114,10 +117,10 @@ def link(grid: Grid, rim: Rim, level: NDArray[np.float64] | None = None) -> Link
     along, across = np.zeros((rows, columns + 1)), np.zeros((rows + 1, columns))
     along[:, 1:-1] = in_series(grid.right[:, :-1], grid.left[:, 1:])
     across[1:-1] = in_series(grid.back[:-1], grid.front[1:])
-    along[:, 0] = grid.left[:, 0] if rim.left is not None else 0.0
-    along[:, -1] = grid.right[:, -1] if rim.right is not None else 0.0
-    across[0] = grid.front[0] if rim.front is not None else 0.0
-    across[-1] = grid.back[-1] if rim.back is not None else 0.0
+    along[:, 0] = np.where(_open_faces(rim.left, rows), grid.left[:, 0], 0.0)
+    along[:, -1] = np.where(_open_faces(rim.right, rows), grid.right[:, -1], 0.0)
+    across[0] = np.where(_open_faces(rim.front, columns), grid.front[0], 0.0)
+    across[-1] = np.where(_open_faces(rim.back, columns), grid.back[-1], 0.0)
     if level is not None:
         along[:, 1:-1] = _to_outline(
             level[:, :-1], level[:, 1:], (grid.right[:, :-1], grid.left[:, 1:]), along[:, 1:-1]
@@ -211,6 +214,7 @@ def _pressures(grid: Grid, rim: Rim, held: Held | None) -> tuple[list[NDArray[np
     rows, columns = grid.shape
     given = [rim.left, rim.right, rim.front, rim.back]
     sides = [np.asarray(0.0 if side is None else side, dtype=np.float64) for side in given]
+    sides = [np.where(np.isnan(side), 0.0, side) for side in sides]
     lengths = [(rows,), (rows,), (columns,), (columns,)]
     inside, place = np.zeros(grid.shape), grid.shape
     if held is not None:
@@ -221,6 +225,17 @@ def _pressures(grid: Grid, rim: Rim, held: Held | None) -> tuple[list[NDArray[np
     count = max(sets, default=1)
     try:
         wide = [np.broadcast_to(side, (count, *length)) for side, length in zip(sides, lengths, strict=True)]
-        return wide, np.broadcast_to(inside, (count, *place))
+        filled = np.broadcast_to(inside, (count, *place))
     except ValueError as error:
         raise CleaningError(f"pressures do not fit a gap of {rows} rows and {columns} columns: {error}") from error
+    if not (np.isfinite(filled).all() and all(np.isfinite(side).all() for side in wide)):
+        raise CleaningError("pressures in a gap must be finite")
+    return wide, filled
+
+
+def _open_faces(side: ArrayLike | None, faces: int) -> NDArray[np.bool_]:
+    """Tell which faces of a side have a pressure, in every set."""
+    if side is None:
+        return np.zeros(faces, dtype=np.bool_)
+    given = np.atleast_2d(np.asarray(side, dtype=np.float64))
+    return np.broadcast_to(~np.isnan(given).any(axis=0), faces)

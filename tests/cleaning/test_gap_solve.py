@@ -150,6 +150,18 @@ def test_a_wall_that_leaves_half_open_doubles_the_resistance_there() -> None:
     assert solve(grid, Rim(left=1.0, right=0.0)).inflow[0, 0] == pytest.approx(1.0 / 5.0)
 
 
+def test_faces_can_be_closed_one_by_one() -> None:
+    closed = np.array([1.0, 1.0, np.nan, np.nan])
+    grid = plain_grid(np.ones((4, 6)), 1.0, 1.0)
+    flow = solve(grid, Rim(left=closed, right=0.0))
+    assert not flow.along[0, 2:, 0].any()
+    assert (flow.along[0, :2, 0] > 0).all()
+    assert flow.inflow.sum() == pytest.approx(0.0, abs=1e-14)
+    assert flow.inflow[0, 0] < solve(grid, Rim(left=1.0, right=0.0)).inflow[0, 0]
+    shut = solve(grid, Rim(left=np.full(4, np.nan), right=0.0))
+    np.testing.assert_array_equal(shut.pressure, solve(grid, Rim(right=0.0)).pressure)
+
+
 def test_bad_input_is_named() -> None:
     with pytest.raises(CleaningError, match="positive size"):
         plain_grid([[1.0]], 0.0, 1.0)
@@ -157,5 +169,7 @@ def test_bad_input_is_named() -> None:
         plain_grid([[-1.0]], 1.0, 1.0)
     with pytest.raises(CleaningError, match="do not fit"):
         solve(plain_grid(np.ones((3, 4)), 1.0, 1.0), Rim(left=np.ones(4)))
+    with pytest.raises(CleaningError, match="finite"):
+        solve(plain_grid(np.ones((3, 4)), 1.0, 1.0), Rim(left=np.inf))
     with pytest.raises(CleaningError, match="level"):
         solve(plain_grid(np.ones((3, 4)), 1.0, 1.0), Rim(), Held(np.ones((4, 4)), 0.0))
