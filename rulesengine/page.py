@@ -73,5 +73,6 @@ tr {{ break-inside: avoid }}
 code {{ font: 11px "DejaVu Sans Mono", monospace; overflow-wrap: anywhere }}
 .blanks {{ display: grid; grid-template-columns: 1fr 1fr; gap: 14px 24px; margin: 10px 0 16px }}
 .blanks div {{ border-bottom: 1px solid {INK} }} .blanks span {{ color: #5d6a73; font-size: 11.5px; margin-right: 8px }}
+@media print {{ main {{ padding: 0 }} }}
 .hashes {{ font-size: 11.5px }} li {{ margin-bottom: 4px }}
 """
