@@ -14,7 +14,7 @@ from cleaning.jet_form import CONE, EDGE_SIGMAS, FAN, KNIFE, RING, TAIL_SIGMAS, 
 from geometry.arrays import Directions, Scalars
 
 _STEEPEST = np.pi / 2 - 1e-6
-_FINE = 512
+_FINE = 128
 
 
 @dataclass(frozen=True, slots=True)
