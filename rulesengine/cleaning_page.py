@@ -71,9 +71,10 @@ def headline(report: CleaningReport) -> str:
     count = sum(part.verdict == report.verdict for part in report.parts)
     if report.verdict == "clean":
         return f"Predicted: all of {amount(len(report.parts), 'component')} clean"
+    verdict = "without verdict" if report.verdict == "no verdict" else report.verdict
     if not count:
-        return f"Predicted: {report.verdict}, for the process or the bare board"
-    return f"Predicted: {count} of {amount(len(report.parts), 'component')} {report.verdict}"
+        return f"Predicted: {verdict}, for the process or the bare board"
+    return f"Predicted: {count} of {amount(len(report.parts), 'component')} {verdict}"
 
 
 def honesty(report: CleaningReport) -> str:

@@ -91,6 +91,7 @@ def test_the_headline_is_about_the_worst_and_not_an_average() -> None:
     clean = replace(report, parts=tuple(only("clean")), verdict="clean")
     assert headline(clean) == "Predicted: all of 2 components clean"
     assert headline(replace(clean, verdict="marginal")) == "Predicted: marginal, for the process or the bare board"
+    assert headline(replace(report, verdict="no verdict")) == "Predicted: 1 of 5 components without verdict"
     assert headline(replace(report, parts=())) == "Predicted: no components to judge"
 
 
