@@ -53,8 +53,8 @@ def make_scale(report: CleaningReport, measure: Measure, values: Scalars, colour
         limit: In the unit of the measure.
     """
     said = np.isfinite(values) & (values > 0)
-    top = 1.0
-    if said.any():
+    top = 100.0 if measure.name == "residue" else 1.0
+    if said.any() and measure.name != "residue":
         order = np.argsort(values[said])
         areas = np.cumsum(report.facets.cell_areas_mm2[said][order])
         place = int(np.searchsorted(areas, _MOST_SHARE * areas[-1]))
@@ -72,16 +72,20 @@ def tint_cells(facets: Facets, values: Scalars, scale: Scale) -> Colours:
     """
     colours = plain_cells(facets)
     said = np.isfinite(values)
+    colours[said] = tint_values(values[said], scale)
+    return colours
+
+
+def tint_values(values: Scalars, scale: Scale) -> Colours:
+    """(n, 3) colours of numbers."""
     if scale.measure.name == "verdict":
-        for rank, verdict in enumerate(VERDICT_WORDS):
-            colours[said & (values == rank)] = VERDICT_COLOURS[verdict]
-    elif scale.colouring == "limit":
+        return np.array(list(VERDICT_COLOURS.values()), dtype=np.uint8)[values.astype(int)]
+    if scale.colouring == "limit":
         passes = scale.measure.passes(values, scale.limit)
-        colours[said & passes], colours[said & ~passes] = PASSES, FAILS
-    else:
-        colours[said] = of_values(values[said], 0.0, scale.top)
-        if scale.measure.per == "cell":
-            colours[said & (values <= 0)] = MISSED
+        return np.where(passes[:, None], np.array(PASSES), np.array(FAILS)).astype(np.uint8)
+    colours = of_values(values, 0.0, scale.top)
+    if scale.measure.per == "cell":
+        colours[values <= 0] = MISSED
     return colours
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cleaning.exposure import Exposure
+from cleaning.gap import GapField
 from cleaning.parameters import Limits
 from cleaning.results import VERDICTS, CleaningReport, Part
 from cleaning.stages import Stage
@@ -95,10 +96,38 @@ def part_value(part: Part, name: MeasureName, stage: int) -> float:
     """
     if name == "verdict":
         return float(VERDICTS.index(part.verdict))
-    after = [gap.stages[stage] for gap in part.gaps]
+    harder = harder_gap(part, name, stage)
+    if harder is None:
+        return np.nan
+    return float(np.median(harder.values) if name == "shear" else harder.values.mean())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GapValues:
+    """A measure over the cells of one gap."""
+
+    field: GapField
+    values: Scalars
+    """(c,) Pa or percent."""
+
+
+def harder_gap(part: Part, name: MeasureName, stage: int) -> GapValues | None:
+    """Give a measure over the gap of a part, of two bounds the harder; nothing if the stage does not act on it.
+
+    Args:
+        part: Which part.
+        name: ``"shear"`` or ``"residue"``.
+        stage: Counted from 0.
+    """
+    after = [(gap.field, gap.stages[stage]) for gap in part.gaps]
+    acted = [(field, each) for field, each in after if each is not None]
+    if not acted:
+        return None
     if name == "shear":
-        return min((float(np.median(each.shear_pa)) for each in after if each is not None), default=np.nan)
-    return max((100 * float(each.residue.mean()) for each in after if each is not None), default=np.nan)
+        field, least = min(acted, key=lambda item: float(np.median(item[1].shear_pa)))
+        return GapValues(field, least.shear_pa.astype(np.float64))
+    field, most = max(acted, key=lambda item: float(item[1].residue.mean()))
+    return GapValues(field, 100.0 * most.residue.astype(np.float64))
 
 
 def check_limit(measure: Measure, limit: float) -> float:

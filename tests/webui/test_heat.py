@@ -1,30 +1,17 @@
 """The surface in changing colours: all of what is exposed is drawn, once, in the colours of its cells."""
 
-import json
-import struct
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from cleaning_report import small_report
+from drawn_glb import drawn
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cleaning.exposure import Growth
 from webui.layers.heat import has_changed, heat_pieces, paint_piece, shade
 from webui.layers.heat_growth import Accumulation
-
-
-def drawn(glb):
-    """Corners (k, 3, 3) and their colours as they stand in the file."""
-    length = struct.unpack_from("<I", glb, 12)[0]
-    document, binary = json.loads(glb[20 : 20 + length]), glb[28 + length :]
-    views = [binary[v["byteOffset"] : v["byteOffset"] + v["byteLength"]] for v in document["bufferViews"]]
-    index = np.frombuffer(views[2], np.uint32)
-    return (
-        np.frombuffer(views[0], np.float32).reshape(-1, 3)[index].reshape(-1, 3, 3),
-        np.frombuffer(views[1], np.uint8).reshape(-1, 4)[index].reshape(-1, 3, 4),
-    )
 
 
 @pytest.mark.parametrize("most", [1, 50, 10**6])

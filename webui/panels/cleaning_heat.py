@@ -11,6 +11,7 @@ from webui.cleaning_card import stage_names
 from webui.heat_scale import COLOURINGS, Scale, make_scale, scale_html, tint_cells
 from webui.heat_values import MEASURES, LimitError, Measure, cell_values, check_limit
 from webui.heat_view import HeatView
+from webui.layers.gap_patches import gap_patches_glb
 from webui.layers.glb import flat_triangles_glb
 from webui.layers.heat_growth import Accumulation
 from webui.layers.heat_outline import outline_of
@@ -23,7 +24,7 @@ _OFF = "Nothing"
 _ANY: tuple[str, ...] = ("\N{EN DASH}",)
 _EVERY_S = 0.2
 """While the playback runs, colours change so often at most."""
-_OUTLINE = "/heat_selected"
+_OUTLINE, _GAPS = "/heat_selected", "/heat_gaps"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,6 +101,7 @@ class HeatCard:
             if analysis is None or measure is None:
                 self._drawn = self._growing = None
                 self._view.hide()
+                self._scene.draw_over(_GAPS, b"")
                 self._legend.content = ""
             else:
                 self._draw(analysis.report, measure)
@@ -123,6 +125,8 @@ class HeatCard:
             self._limit.value = limit
         scale = make_scale(report, measure, values, COLOURINGS[self._colouring.value], limit)
         self._drawn = _Shown(report, stage, values, scale)
+        in_gaps = measure.name in ("shear", "residue")
+        self._scene.draw_over(_GAPS, gap_patches_glb(report, stage, scale) if in_gaps else b"")
         if self._live.visible and self._live.value:
             growth = report.exposures[stage].growth
             self._growing = self._drawn, Accumulation(growth, len(values))
