@@ -54,7 +54,7 @@ def recipe_with_ring(fit: RingFit, source: str | Path, nozzle: str, file: Path) 
         CleaningError: there is no such hollow cone.
         RecipeError: the recipe cannot be used.
     """
-    check_nozzle(source, nozzle)
+    _, before = choose_nozzle(source, nozzle)
     text = start_recipe(source, file)
     for key, value in _numbers(fit).items():
         text = set_value(text, ("nozzles", nozzle, key), value)
@@ -62,7 +62,7 @@ def recipe_with_ring(fit: RingFit, source: str | Path, nozzle: str, file: Path) 
     if wavefront is not None:
         value = {"height_mm": wavefront.height_mm, "points": [list(point) for point in wavefront.points]}
         text = set_value(text, ("nozzles", nozzle, "wavefront"), value)
-    elif _hollow_cone(read_recipe_text(text, file=file).recipe.nozzles[nozzle]).wavefront is not None:
+    elif before.wavefront is not None:
         text = remove_value(text, ("nozzles", nozzle, "wavefront"))
     first, _, rest = text.partition("\n")
     told = f"# Nozzle {nozzle}: {_told(fit)}\n"
@@ -71,24 +71,26 @@ def recipe_with_ring(fit: RingFit, source: str | Path, nozzle: str, file: Path) 
     return text
 
 
-def check_nozzle(source: str | Path, nozzle: str) -> HollowCone:
-    """Find the hollow cone of a recipe.
+def choose_nozzle(source: str | Path, name: str | None) -> tuple[str, HollowCone]:
+    """Find a hollow cone of a recipe.
+
+    Args:
+        source: The recipe: a library name or a file.
+        name: Of the nozzle; ``None`` for its only hollow cone.
 
     Raises:
-        CleaningError: there is none of that name, or it is no hollow cone.
+        CleaningError: there is none of that name, it is no hollow cone, or there is more than one to choose from.
         RecipeError: the recipe cannot be used.
     """
     nozzles = load_recipe(source).nozzles
-    cones = [name for name, each in nozzles.items() if isinstance(each, HollowCone)]
-    if nozzle not in cones:
-        message = f"{nozzle!r} is no hollow cone of this recipe; {name_nearest(nozzle, cones)}"
+    cones = {key: nozzle for key, nozzle in nozzles.items() if isinstance(nozzle, HollowCone)}
+    if name is None and len(cones) == 1:
+        return next(iter(cones.items()))
+    if name is None or name not in cones:
+        wanted = "--nozzle must say which one" if name is None else f"{name!r} is no hollow cone of this recipe"
+        message = f"{wanted}; {name_nearest(name or '', cones)}"
         raise CleaningError(message, path="nozzles", file=find_recipe(source))
-    return _hollow_cone(nozzles[nozzle])
-
-
-def _hollow_cone(nozzle: object) -> HollowCone:
-    assert isinstance(nozzle, HollowCone)
-    return nozzle
+    return name, cones[name]
 
 
 def _numbers(fit: RingFit) -> dict[str, float]:

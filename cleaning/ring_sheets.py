@@ -90,6 +90,21 @@ def rays_to(sheets: Measurements, x_mm: Scalars, y_mm: Scalars) -> Rays:
     )
 
 
+def meet(height_mm: float, tilt: float, polar: Scalars, azimuth: Scalars) -> tuple[Scalars, Scalars]:
+    """Give x and y on one sheet of where rays arrive, mm: the reverse of ``rays_to``; far away if they never do.
+
+    Args:
+        height_mm: Of the sheet.
+        tilt: Of the nozzle, rad.
+        polar: (n,) angles from its axis, rad.
+        azimuth: (n,) about it, rad.
+    """
+    reference, across, along = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)
+    forward = reference * np.cos(tilt) + along * np.sin(tilt)
+    down = np.maximum(along * np.cos(tilt) - reference * np.sin(tilt), 1e-3)
+    return height_mm * forward / down - height_mm * np.tan(tilt), height_mm * across / down
+
+
 def places(sheets: Measurements, radius_mm: Scalars) -> tuple[Scalars, Scalars]:
     """Give x and y on the sheets of places at a radius along the measured azimuths, mm."""
     around = np.radians(sheets.columns["azimuth_deg"])

@@ -7,7 +7,7 @@ from typing import Annotated, TextIO, cast
 
 import typer
 
-from rulesengine.commands import analyse, board, cell, check, compare, demo, export, parameters, plan, recipe
+from rulesengine.commands import analyse, board, calibrate, cell, check, compare, demo, export, parameters, plan, recipe
 from rulesengine.commands import show as program
 from rulesengine.errors import UsageError, job_errors, say_misused
 
@@ -31,6 +31,7 @@ app.add_typer(board.app, name="board")
 app.add_typer(recipe.app, name="recipe")
 app.add_typer(cell.app, name="cell")
 app.add_typer(parameters.app, name="parameters")
+app.add_typer(calibrate.app, name="calibrate")
 
 
 def _version(wanted: bool) -> None:

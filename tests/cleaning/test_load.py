@@ -1,5 +1,6 @@
 """Parameter sets: what the library holds, what a set inherits, which mistakes are told and where."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -142,6 +143,12 @@ def test_a_circle_is_told(tmp_path: Path) -> None:
         (tmp_path / f"{name}.yaml").write_text(f"parameters: {name}\nextends: {other}.yaml\n", "utf-8")
     with pytest.raises(CleaningError, match="goes in a circle"):
         load_parameters(tmp_path / "a.yaml")
+
+
+def test_the_set_that_the_documents_show_loads() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "parameters.md").read_text("utf-8")
+    (block,) = re.findall(r"^```yaml\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
+    assert read_parameters_text(block).known("liquids.saponifier-15.concentration_pct").known == "source"
 
 
 @given(front=st.floats(1, 1e4), note=st.text("abc ", min_size=1))
