@@ -148,7 +148,8 @@ def stress_factor(jet: JetForm, strength: float, length: float, spread: float) -
     if jet.gas_curtain:
         slower = 1.0 if length <= jet.core_mm else jet.core_mm / length
         return jet.pressing * jet.density_kg_m3 * jet.speed_m_s**2 * slower * strength
-    flux = jet.flow_m3_s * jet.scale * strength / (spread * 1e-6)
+    # Spray is never denser than what it is made of: close to the orifice it is the jet itself.
+    flux = min(jet.flow_m3_s * jet.scale * strength / max(spread * 1e-6, 1e-12), jet.speed_m_s)
     return jet.pressing * jet.density_kg_m3 * jet.speed_m_s * flux
 
 

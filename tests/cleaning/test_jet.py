@@ -185,3 +185,15 @@ def test_the_ring_lies_on_the_ellipse_of_its_cone():
     flux, _ = flux_on_plate(jet, 20, points)
     far = footprint(np.radians(30), np.radians(20), 50.0).far
     assert x[flux.argmax()] == pytest.approx(far, rel=0.02)
+
+
+@pytest.mark.parametrize(("nozzle", "use", "share"), [(RING, "wash", 1.0), (CONE, "dry", 0.5), (KNIFE, "dry", 0.5)])
+def test_no_wall_bears_more_than_the_jet_itself(nozzle, use, share):
+    jet = one_jet(nozzle, use=use)
+    most = share * jet.density_kg_m3 * jet.speed_m_s**2
+    height = np.array([1e-4, 1e-2, 1.0, 10.0])
+    points = np.column_stack([height * np.tan(jet.half_angle if nozzle is RING else 0.0), 0 * height, -height])
+    up = np.tile([0.0, 0.0, 1.0], (len(height), 1))
+    stress = stress_at(jet, np.zeros((1, 3)), downward()[None], points, up)[0]
+    assert np.all(np.diff(stress) <= 0)
+    assert 0.5 * most < stress[0] <= most * (1 + 1e-9)
