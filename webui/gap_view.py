@@ -14,6 +14,7 @@ from cleaning.under import GapResult, GapStage
 from geometry.arrays import Points2, Scalars
 from webui.component_card import facts_html
 from webui.heat_scale import gradient_html, round_up
+from webui.heat_values import LEAST_RESIDUE_PCT
 from webui.palette import ACCENT, INK, QUIET, of_values, to_hex
 
 GapShown: TypeAlias = Literal["pressure", "shear", "residue"]
@@ -101,7 +102,8 @@ def cell_numbers(picture: GapPicture) -> Scalars:
 
 def top_of(picture: GapPicture, values: Scalars) -> float:
     """Value at the light end of the colours."""
-    return 100.0 if picture.shown == "residue" else round_up(float(values.max(initial=0.0)))
+    top = round_up(float(values.max(initial=0.0)))
+    return min(max(top, LEAST_RESIDUE_PCT), 100.0) if picture.shown == "residue" else top
 
 
 def gap_svg(picture: GapPicture) -> str:

@@ -53,13 +53,13 @@ def make_scale(report: CleaningReport, measure: Measure, values: Scalars, colour
         limit: In the unit of the measure.
     """
     said = np.isfinite(values) & (values > 0)
-    top = 100.0 if measure.name == "residue" else 1.0
-    if said.any() and measure.name != "residue":
+    top = 1.0
+    if said.any():
         order = np.argsort(values[said])
         areas = np.cumsum(report.facets.cell_areas_mm2[said][order])
         place = int(np.searchsorted(areas, _MOST_SHARE * areas[-1]))
         top = round_up(float(values[said][order][min(place, len(order) - 1)]))
-    return Scale(measure, colouring, top, limit)
+    return Scale(measure, colouring, min(max(top, measure.least_top), measure.most), limit)
 
 
 def tint_cells(facets: Facets, values: Scalars, scale: Scale) -> Colours:
@@ -133,7 +133,8 @@ def scale_html(report: CleaningReport, values: Scalars, scale: Scale) -> str:
             ]
         )
     missed = [(MISSED, f"nothing landed: {share(values <= 0)} of the area")] if scale.measure.per == "cell" else []
-    return gradient_html(scale.top, scale.measure.unit) + (_swatches(missed) if missed else "")
+    ends = scale.top >= scale.measure.most
+    return gradient_html(scale.top, scale.measure.unit, ends=ends) + (_swatches(missed) if missed else "")
 
 
 def gradient_html(top: float, unit: str, *, ends: bool = False) -> str:

@@ -19,6 +19,10 @@ from rulesengine.cleaning_sides import cells_sprayed
 MeasureName: TypeAlias = Literal["cone", "front", "volume", "peak", "shear", "residue", "verdict"]
 
 
+LEAST_RESIDUE_PCT = 10.0
+"""Where colours of residue end at least."""
+
+
 class LimitError(JobError):
     """A limit that somebody typed makes no sense."""
 
@@ -34,7 +38,9 @@ class Measure:
     limit: Callable[[Limits, Stage], float]
     """Of the parameter set, in this unit; a proposal where it has none."""
     most: float = np.inf
-    """Greatest limit that makes sense."""
+    """Greatest value that there can be."""
+    least_top: float = 0.0
+    """Where a gradient ends at least: what is far from any limit shall look so."""
 
     def passes(self, values: Scalars, limit: float) -> NDArray[np.bool_]:
         """(c,) which values are on the good side of a limit; one that is not a number is not."""
@@ -53,7 +59,7 @@ MEASURES: dict[str, Measure] = {
     "Peak pressure": Measure("peak", "Pa", "cell", "less", lambda _limits, _stage: 1000.0),
     "Shear under parts": Measure("shear", "Pa", "part", "more", lambda limits, _stage: limits.weak_shear_pa),
     "Residue under parts": Measure(
-        "residue", "%", "part", "less", lambda limits, _stage: 100 * limits.gap_marginal, 100.0
+        "residue", "%", "part", "less", lambda limits, _stage: 100 * limits.gap_marginal, 100.0, LEAST_RESIDUE_PCT
     ),
 }
 """As they are called on the page."""

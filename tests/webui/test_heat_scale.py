@@ -120,3 +120,13 @@ def test_a_stage_that_reaches_nothing_says_so():
     scale = make_scale(report, measure, values, "gradient", 5.0)
     assert "Nothing to show" in scale_html(report, values, scale)
     np.testing.assert_array_equal(tint_cells(report.facets, values, scale), plain_cells(report.facets))
+
+
+def test_little_residue_looks_like_little():
+    report, measure = small_report(), MEASURES["Residue under parts"]
+    values = cell_values(report, measure, 0)
+    tops = [make_scale(report, measure, values * share, "gradient", 5.0).top for share in (1e-3, 1.0, 10.0)]
+    assert tops == [10.0, pytest.approx(50.0, abs=20.0), 100.0]
+    full = make_scale(report, measure, values * 10, "gradient", 5.0)
+    assert "100 %<" in scale_html(report, values, full)
+    assert "% or more" in scale_html(report, values, make_scale(report, measure, values, "gradient", 5.0))

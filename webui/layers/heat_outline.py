@@ -8,6 +8,9 @@ from webui.layers.glb import Colours
 from webui.layers.ribbons import bars, board_size_mm, line_width_mm
 from webui.palette import ACCENT
 
+_THICKEST = 0.03
+"""Of the part's length."""
+
 
 def outline_of(board: Board, name: str) -> tuple[Points, Colours]:
     """Draw the prism around a component as bars; nothing where there is no such component.
@@ -28,5 +31,5 @@ def outline_of(board: Board, name: str) -> tuple[Points, Colours]:
     low, high = (np.column_stack([ring, np.full(len(ring), z)]) for z in (surface, top))
     edges = [np.stack([each[:-1], each[1:]], axis=1) for each in (low, high)]
     segments = np.concatenate([*edges, np.stack([low[:-1], high[:-1]], axis=1)])
-    width = min(line_width_mm(board_size_mm(board)), 0.05 * float(np.ptp(ring, axis=0).max()))
+    width = min(line_width_mm(board_size_mm(board)), _THICKEST * float(np.ptp(ring, axis=0).max()))
     return bars(segments, np.tile(np.array(ACCENT, dtype=np.uint8), (len(segments), 1)), width)
