@@ -4,7 +4,8 @@ Run: ``OMP_NUM_THREADS=1 python benchmarks/cleaning_rays.py [--rays 64] [BOARD]`
 
 A ring of 60 degrees sweeps the board 50 mm above its surface, a row every 5 mm, a pose every 0.25 mm. Rates are the
 best of some rounds taken in turn. The sums are compared with the exact integral (``cleaning.gather``) on cells that are
-taken evenly from those that face up.
+taken evenly from those that face up. Exposure keeps two processors busy and embree alone one: where others want them
+too, the ratio of processor times says more than that on the clock.
 """
 
 import argparse
@@ -29,7 +30,7 @@ from cleaning.scene import Scene, build_scene
 from cleaning.stages import Samples, Stage
 from recipes.nozzles import HollowCone
 
-ROUNDS = 3
+ROUNDS = 5
 BATCH = 200_000
 HEIGHT_MM, ROW_MM, STEP_MM, SPEED_MM_S = 50.0, 5.0, 0.25, 50.0
 CELLS = 150
@@ -87,10 +88,11 @@ def bare(stage: Stage, jet: Jet, scene: Scene, per_sample: int) -> Callable[[], 
     return run
 
 
-def seconds(work: Callable[[], object]) -> float:
-    begin = time.perf_counter()
+def seconds(work: Callable[[], object]) -> NDArray[np.float64]:
+    """On the clock, and of all processors together."""
+    begin = time.perf_counter(), time.process_time()
     work()
-    return time.perf_counter() - begin
+    return np.array([time.perf_counter() - begin[0], time.process_time() - begin[1]])
 
 
 def judge(stage: Stage, jet: Jet, facets: Facets, scene: Scene, exposure: Exposure) -> None:
@@ -126,14 +128,14 @@ def main(words: list[str]) -> None:
     stage, jet = wash(board)
     exposure = expose(stage, jet, facets, scene, arguments.rays)
     alone = bare(stage, jet, scene, arguments.rays)
-    ours, theirs = np.inf, np.inf
+    ours, theirs = np.full(2, np.inf), np.full(2, np.inf)
     for _ in range(ROUNDS):
-        ours = min(ours, seconds(lambda: expose(stage, jet, facets, scene, arguments.rays)))
-        theirs = min(theirs, seconds(alone))
+        ours = np.minimum(ours, seconds(lambda: expose(stage, jet, facets, scene, arguments.rays)))
+        theirs = np.minimum(theirs, seconds(alone))
     print(
-        f"{exposure.rays:,} rays: exposure {exposure.rays / ours / 1e6:.2f} M/s ({ours:.2f} s), "
-        f"embree alone {exposure.rays / theirs / 1e6:.2f} M/s, ratio {theirs / ours:.2f}; "
-        f"landed {exposure.landed_mm3 / exposure.sprayed_mm3:.1%}"
+        f"{exposure.rays:,} rays: exposure {exposure.rays / ours[0] / 1e6:.2f} M/s ({ours[0]:.2f} s), "
+        f"embree alone {exposure.rays / theirs[0] / 1e6:.2f} M/s, ratio {theirs[0] / ours[0]:.2f} on the clock, "
+        f"{theirs[1] / ours[1]:.2f} of processor time; landed {exposure.landed_mm3 / exposure.sprayed_mm3:.1%}"
     )
     judge(stage, jet, facets, scene, exposure)
 

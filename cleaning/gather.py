@@ -21,7 +21,7 @@ from cleaning.scatter import Poses
 from cleaning.scene import Scene, are_blocked
 from cleaning.stages import Stage
 from geometry.arrays import Indices, Points, Scalars
-from geometry.coverage.compiled import compiled
+from geometry.coverage.compiled import quick
 
 _CONE, _FRONT, _VOLUME, _NORMAL, _TANGENTIAL, _PEAK, _COLUMNS = range(7)
 _RAYS = 200_000
@@ -108,7 +108,7 @@ def _reached(stage: Stage, jet: Jet, scene: Scene, places: Points, normals: Poin
     return found
 
 
-@compiled
+@quick
 def add(values: NDArray[np.float64], blocked: NDArray[np.bool_], counts: Indices, found: NDArray[np.float64]) -> None:
     """Add what is not blocked to its place: ``counts`` says how many lines of sight each has, one after the other."""
     k = 0
@@ -121,7 +121,7 @@ def add(values: NDArray[np.float64], blocked: NDArray[np.bool_], counts: Indices
             k += 1
 
 
-@compiled
+@quick
 def look(jet: JetForm, poses: Poses, target: tuple[Points, Points, Points], sights: Sights, begin: int) -> int:
     """Lay a line of sight from each sample that sprays a place, or has it in its outer cone.
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cleaning.jet_form import KNIFE, JetForm, stress_factor
-from geometry.coverage.compiled import compiled
+from geometry.coverage.compiled import compiled, quick
 
 VOLUME, CONE, FRONT, NORMAL, TANGENTIAL, PEAK, HITS = range(7)
 """Columns of what is added up for each cell; volumes in mm³, the rest times area in mm²."""
@@ -54,7 +54,7 @@ class Account(NamedTuple):
     """(makers, components + 1) mm³; the last column is what belongs to no component."""
 
 
-@compiled
+@quick
 def deal(
     rays: Rays,
     poses: Poses,
@@ -85,7 +85,7 @@ def spread_at(jet: JetForm, z: float, y: float, length: float) -> float:
     return length * z * (z + y * y / z) * (jet.half_slot_mm + length * z * math.tan(jet.wide))
 
 
-@compiled
+@quick
 def land(
     jet: JetForm,
     rays: Rays,
