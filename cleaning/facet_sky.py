@@ -8,6 +8,9 @@ from cleaning.scene import Scene, cast_rays
 from geometry.arrays import Directions, Points, Scalars, Triangles
 
 _DIRECTIONS = 24
+_ENOUGH = 4
+"""Free directions that make a place exposed: gaps between leads, of which a nozzle sees a sliver at best, are not."""
+_FACING = 1e-3
 _WIDEST = np.radians(60.0)
 _GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 _LIFT_MM = 2e-3
@@ -26,9 +29,9 @@ def inner_points(triangles: Triangles) -> NDArray[np.float64]:
 
 
 def open_share(board: Board, scene: Scene) -> Scalars:
-    """(m,) share of each face that sees some sky of its own side: 0, 1/3, 2/3 or 1.
+    """(m,) share of each face that sees enough sky of its own side: 0, 1/3, 2/3 or 1.
 
-    A place sees sky if one of 24 directions within 60 degrees of the side's normal leads away from its facet and hits
+    A place sees sky if four of 24 directions within 60 degrees of the side's normal lead away from its facet and hit
     nothing. The side is that of the body's component, or beyond the other surface of the board the other one; bare
     board and fixtures look where their facets look, and to both sides from a rim.
     """
@@ -68,13 +71,12 @@ def _sky(board: Board, sign: float) -> Directions:
 
 
 def _sees(scene: Scene, places: Points, normals: Directions, sky: Directions) -> NDArray[np.bool_]:
-    """(n,) whether any direction of the sky is free. Those that have seen it are not asked again."""
+    """(n,) whether enough directions of the sky are free. Places that have seen enough are not asked again."""
     starts = (places - scene.origin + _LIFT_MM * normals).astype(np.float32)
-    seen = np.zeros(len(places), dtype=np.bool_)
+    free = np.zeros(len(places), dtype=np.int64)
     for direction in sky:
-        facing = normals @ direction > 1e-3
-        which = np.flatnonzero(facing & ~seen)
+        which = np.flatnonzero((normals @ direction > _FACING) & (free < _ENOUGH))
         if len(which):
             rays = np.ascontiguousarray(np.broadcast_to(direction.astype(np.float32), (len(which), 3)))
-            seen[which] = cast_rays(scene, np.ascontiguousarray(starts[which]), rays) < 0
-    return seen
+            free[which] += cast_rays(scene, np.ascontiguousarray(starts[which]), rays) < 0
+    return free >= _ENOUGH
