@@ -15,6 +15,7 @@ from geometry.arrays import Indices, Scalars
 from recipes.keys import name_nearest
 
 _LARGEST_FILE = 20_000_000
+_MOST_ROWS = 50_000
 _SEPARATORS = ",;\t"
 
 
@@ -121,6 +122,9 @@ class _Rows:
         if len(self._rows) < least:
             message = f"{len(self._rows)} rows are too few; at least {least} are needed"
             raise CleaningError(message, file=self._path, line=self.header_line)
+        if len(self._rows) > _MOST_ROWS:
+            message = f"{len(self._rows):,} rows are too many; thin them out to {_MOST_ROWS:,} at most"
+            raise CleaningError(message, file=self._path, line=self.header_line)
         for number, cells in self._rows:
             if len(cells) != len(self._names):
                 message = f"has {len(cells)} cells; the header names {len(self._names)} columns"
@@ -151,7 +155,7 @@ class _Rows:
     def _number(self, cell: str, name: str, column: Column, line: int) -> float:
         text = cell.strip()
         try:
-            value = float(text)
+            value = float(text.replace("_", "?"))  # Python would take 1_000 for a number
         except ValueError:
             message = f"must be a number with a decimal point, not {text[:40]!r}"
             raise CleaningError(message, path=name, file=self._path, line=line) from None

@@ -29,6 +29,7 @@ _COLUMNS: Mapping[str, Column] = {
     "intensity": Column(0.0, 1e12, optional=True),
 }
 _LEAST_ROWS = 8
+_MOST_SHEETS = 100
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,6 +69,10 @@ def read_sheets(path: Path) -> Measurements:
         if wrong.size:
             message = f"{columns['inner_mm'][wrong[0]]:g} is not below outer_mm, {columns['outer_mm'][wrong[0]]:g}"
             raise CleaningError(message, path="inner_mm", file=path, line=int(sheets.lines[wrong[0]]))
+    count = len(set(_keys(sheets)))
+    if count > _MOST_SHEETS:
+        message = f"{count} pairs of height_mm and tilt_deg are too many; each is a sheet, {_MOST_SHEETS} at most"
+        raise CleaningError(message, file=path, line=sheets.header_line)
     require_variation(path, sheets, "height_mm", "measure at two heights at least, so that a cone can be told")
     return sheets
 
@@ -113,9 +118,13 @@ def places(sheets: Measurements, radius_mm: Scalars) -> tuple[Scalars, Scalars]:
 
 def sheet_of(sheets: Measurements) -> tuple[list[tuple[float, float]], Indices]:
     """Tell the sheets of a table apart: their heights and tilts in the order of the file, and which is each row's."""
-    keys = list(zip(sheets.columns["height_mm"].tolist(), sheets.columns["tilt_deg"].tolist(), strict=True))
-    distinct = list(dict.fromkeys(keys))
-    return distinct, np.array([distinct.index(key) for key in keys], dtype=np.int64)
+    keys = _keys(sheets)
+    order = {key: index for index, key in enumerate(dict.fromkeys(keys))}
+    return list(order), np.array([order[key] for key in keys], dtype=np.int64)
+
+
+def _keys(sheets: Measurements) -> list[tuple[float, float]]:
+    return list(zip(sheets.columns["height_mm"].tolist(), sheets.columns["tilt_deg"].tolist(), strict=True))
 
 
 def harmonics(azimuth: Scalars, order: int) -> NDArray[np.float64]:

@@ -182,6 +182,10 @@ ROWS = "".join(f"{height},0,{around},20,30\n" for height in (40, 50) for around 
         (HEAD + ROWS + "40,0,0,-3,30\n", "data.csv:18: inner_mm: must lie in 0.01 to 2000, not -3"),
         (HEAD + ROWS + "40,0,0,31,30\n", "data.csv:18: inner_mm: 31 is not below outer_mm, 30"),
         (HEAD + ROWS.replace("50,", "40,"), "data.csv:2: height_mm: all 16 rows have 40; measure at two heights"),
+        (
+            HEAD + "".join(f"{40 + n},0,9,20,30\n" for n in range(101)),
+            "data.csv:1: 101 pairs of height_mm and tilt_deg",
+        ),
         (HEAD + ROWS + '40,0,0,"2,30\n', "data.csv:18: not valid CSV"),
     ],
 )
