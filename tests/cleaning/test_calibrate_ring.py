@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from coupon_bench import BENCH, coupons
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_up import SHEETS, Ring, edge, edge_table, intensity_table, written
 
 from cleaning.calibrate_ring import RingFit, calibrate_ring
+from cleaning.coupon import Bench, read_coupons
 from cleaning.errors import CleaningError
 from cleaning.footprint import footprint
 from cleaning.intervals import Estimate
@@ -122,6 +124,16 @@ def test_the_recipe_gets_the_ring_and_keeps_all_else(tmp_path) -> None:
     assert text.splitlines()[1].startswith(
         "# Nozzle ring60: SYNTHETIC data, proves nothing: fitted to data.csv, sha256 "
     )
+
+
+def test_the_jet_of_the_new_recipe_is_the_ring_that_was_measured(tmp_path) -> None:
+    fit = fitted(tmp_path, edge_table(WAVY, noise_mm=0.2, seed=7))
+    nozzle = parse_recipe(recipe_with_ring(fit, "smt-aqueous", "ring60", tmp_path / "mine.yaml")).nozzles["ring60"]
+    bench = Bench(nozzle, BENCH.liquid, BENCH.parameters)
+    _, jet = read_coupons(coupons(tmp_path, noise=0, seed=0), bench).jets[0]
+    truth = [WAVY.middle(float(azimuth)) for azimuth in jet.azimuths]
+    np.testing.assert_allclose(np.degrees(jet.half_angles), truth, atol=0.4)
+    np.testing.assert_allclose(np.degrees(jet.sigmas), WAVY.sigma, atol=0.25)
 
 
 def test_a_circle_takes_the_measured_ring_out_of_the_recipe(tmp_path) -> None:
