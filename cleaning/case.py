@@ -19,6 +19,8 @@ class Reach:
     """Names of the functions, such as ``"clean"`` or ``"prewash and clean"``."""
     made_by: str
     """The stage's; empty if there are several."""
+    repeats: int
+    """How often loops may do it, at most."""
     exposed: ExposedPart
 
 

@@ -35,14 +35,21 @@ def _judge_gap(case: Case, gap: GapResult) -> list[Judgement]:
         return beyond
     washes = [pair for pair in acts if pair[0].use == "wash"]
     rinses = [pair for pair in acts if pair[0].use == "rinse"]
-    found: list[Judgement] = []
-    if washes:
-        found += [*_entered(case, gap, washes), *_plugged(case, gap)]
-    if washes and not found:
-        found += [*_flushed(case, gap, washes), *_one_sided(case, washes), *_residue(case, gap)]
-    if washes and rinses and not any(each.rule == "R4" for each in found):
-        found += _rinsed(case, gap, rinses)
-    return [*found, *_dried(case, gap)]
+    if not washes:
+        return [_unwashed(case), *_dried(case, gap)]
+    found = [*_entered(case, gap, washes), *_plugged(case, gap)]
+    if not found:
+        found = [*_flushed(case, gap, washes), *_one_sided(case, washes), *_residue(case, gap)]
+    if any(each.rule == "R4" for each in found):
+        return found
+    return [*found, *(_rinsed(case, gap, rinses) if rinses else []), *_dried(case, gap)]
+
+
+def _unwashed(case: Case) -> Judgement:
+    """R14 for a process without a wash: whether there is anything to be removed is not known."""
+    because = "No wash acts on it, so that whatever is in the gap under it stays there."
+    advice = "Add a wash if there is something to be removed from there."
+    return Judgement("R14", "model limit", "no verdict", "A", (), because, advice, "", case.place)
 
 
 def _gap_text(gap: GapResult) -> str:
@@ -159,10 +166,12 @@ def _pocket_place(case: Case, gap: GapResult) -> tuple[float, float, float]:
 def _rinsed(case: Case, gap: GapResult, rinses: list[tuple[Stage, GapStage]]) -> list[Judgement]:
     """R10 and R11: whether the wash is diluted away."""
     limits = case.parameters.limits
-    done = sum(at.exchanges for _, at in rinses)
+    once = sum(at.exchanges for _, at in rinses)
+    done = sum(stage.repeats * at.exchanges for stage, at in rinses)
     number = Number("exchanges in rinsing", done, "", limits.exchanges)
     found: list[Judgement] = []
-    because = f"Rinsing renews the liquid {_gap_text(gap)} {done:.1f} times (limit {limits.exchanges:g})."
+    because = f"Rinsing renews the liquid {_gap_text(gap)} {once:.1f} times (limit {limits.exchanges:g})"
+    because += f"; {done:.1f} times if it is repeated as often as it may be." if done > once else "."
     if done < limits.exchanges:
         verdict: Verdict = "marginal" if done >= 0.25 * limits.exchanges else "dirty"
         more = int(np.ceil(limits.exchanges / done)) if done > 0 else 0
@@ -186,8 +195,9 @@ def _dried(case: Case, gap: GapResult) -> list[Judgement]:
         return []
     if drying.bake_c is not None and gap.dry_s is not None and gap.dry_s <= 60.0 * drying.bake_min:
         return []
-    number = Number("gap that is blown clear", gap.blow_off_um, "um", 1000.0 * gap.standoff_mm)
-    clears = "no gap at all" if not np.isfinite(gap.blow_off_um) else f"gaps from {gap.blow_off_um:.0f} um on"
-    because = f"Drying blows clear {clears}; this one is {1000 * gap.standoff_mm:.0f} um high."
+    standoff = 1000.0 * gap.standoff_mm
+    numbers = (Number("gap", standoff, "um"), Number("least gap that is blown clear", gap.blow_off_um, "um"))
+    clears = f"gaps from {gap.blow_off_um:.0f} um on" if np.isfinite(gap.blow_off_um) else "no gap here"
+    because = f"Drying blows clear {clears}; this one is {standoff:.0f} um high."
     advice = "Blow from nearer or slower, or bake the board afterwards (drying.bake_c)."
-    return [Judgement("R12", "wet under part", "marginal", "B", (number,), because, advice, "", case.place)]
+    return [Judgement("R12", "wet under part", "marginal", "B", numbers, because, advice, "", case.place)]

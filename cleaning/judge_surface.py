@@ -1,5 +1,7 @@
 """Rules R1, R2, R3 and R13: what reaches the exposed surface of a component, and what it bears."""
 
+from math import ceil
+
 from cleaning.case import Case, Reach
 from cleaning.results import ExposedPart, Judgement, Number, Verdict
 from cleaning.stages import Stage
@@ -23,7 +25,8 @@ def judge_reach(case: Case, reach: Reach) -> list[Judgement]:
     exposed = reach.exposed
     if exposed.area_mm2 == 0:
         return []
-    return [*_missed(case, reach), _amount(case, reach)]
+    missed = _missed(case, reach)
+    return missed if exposed.missed_share > _MANY else [*missed, _amount(case, reach)]
 
 
 def _missed(case: Case, reach: Reach) -> list[Judgement]:
@@ -31,26 +34,36 @@ def _missed(case: Case, reach: Reach) -> list[Judgement]:
         return []
     share = Number("missed", 100.0 * reach.exposed.missed_share, "%", 100.0 * _FEW)
     because = f"{share.value:.1f} % of its exposed surface is never hit in {reach.functions}"
-    because += f"; {case.occluder} stands in the way." if case.occluder else "."
+    because += f"; {_blocker(case)} stands in the way." if case.occluder else "."
     advice = "Spray it from another side or tilt, or add a perimeter pass around it."
     verdict: Verdict = "dirty" if reach.exposed.missed_share > _MANY else "marginal"
     name = "shadowed" if case.occluder else "missed"
     return [Judgement("R1", name, verdict, "A", (share,), because, advice, reach.made_by, case.place)]
 
 
+def _blocker(case: Case) -> str:
+    if case.occluder == case.component:
+        return "its own body" if case.component != "board" else "the board itself"
+    return "the board" if case.occluder == "board" else case.occluder
+
+
 def _amount(case: Case, reach: Reach) -> Judgement:
     limits, (least, low, _) = case.parameters.limits, reach.exposed.volume_mm
     limit = limits.wash_volume_mm if reach.use == "wash" else limits.rinse_volume_mm
     numbers = [Number("volume, 5th percentile", low, "mm", limit), Number("volume, least", least, "mm")]
-    because = (
-        f"{reach.functions}: 95 % of its exposed surface gets {low:.2g} mm of liquid or more (limit {limit:g} mm)."
-    )
+    because = f"The least wetted twentieth of its exposed surface gets at most {low:.2g} mm in {reach.functions}"
+    because += f" (limit {limit:g} mm)."
     share = low / limit
     if reach.use == "wash" and limits.front_s > 0:
         front = reach.exposed.front_s[1]
         numbers.append(Number("time in the wave front, 5th percentile", front, "s", limits.front_s))
         because += f" It is in the wave front for {front:.2g} s (limit {limits.front_s:g} s)."
         share = min(share, front / limits.front_s)
+    if share < 1 and reach.repeats > 1:
+        share *= reach.repeats
+        often = ceil(reach.repeats / share) if share >= 1 else 0
+        because += f" It must be done {often} times" if often else " It is too little even if done"
+        because += f", of {reach.repeats} at most." if often else f" {reach.repeats} times, as often as it may be."
     verdict: Verdict = "clean" if share >= 1 else "marginal" if share >= _HALF else "dirty"
     name, advice = ("exposed", "") if share >= 1 else ("under-exposed", "Go slower or nearer, or add a pass.")
     return Judgement("R2", name, verdict, "A", tuple(numbers), because, advice, reach.made_by, case.place)

@@ -182,7 +182,7 @@ class Parameters(Spec):
         while path:
             if path in self.provenance:
                 return self.provenance[path]
-            path = path.rpartition(".")[0]
+            path = path.rpartition("[" if path.endswith("]") else ".")[0]
         return _UNSTATED
 
 

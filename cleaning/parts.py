@@ -130,7 +130,8 @@ def _reach(use: Use, group: Sequence[Sprayed], subject: Subject, cells: Indices)
     functions = list(dict.fromkeys(each.stage.function for each in group))
     made_by = group[0].stage.made_by if len(group) == 1 else ""
     exposure = together([each.exposure for each in group])
-    return Reach(use, " and ".join(functions), made_by, exposed_part(exposure, subject.facets, cells))
+    repeats = min(each.stage.repeats for each in group)
+    return Reach(use, " and ".join(functions), made_by, repeats, exposed_part(exposure, subject.facets, cells))
 
 
 def _occluder(surface: _Surface, subject: Subject, sprayed: Sequence[Sprayed]) -> str:

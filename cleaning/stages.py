@@ -48,6 +48,8 @@ class Stage:
     begin_s: float
     end_s: float
     samples: Samples
+    repeats: int = 1
+    """How often a loop may do it, at most; its samples are those of once."""
 
     @property
     def spray_s(self) -> float:

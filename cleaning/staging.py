@@ -92,8 +92,12 @@ def _read(
     asked = recipe.functions[function]
     liquid, assumed = choose_liquid(function, asked, recipe.nozzles[nozzle], parameters)
     findings = [Finding("liquid-unknown", "warning", assumed, made_by)] if assumed else []
-    if "REPEAT" in first:
-        message = f"{function} is repeated until a sensor says so. It is analysed done once: more of it cleans more."
+    repeats = int(first["REPEAT"].arguments[0]) if "REPEAT" in first else 1
+    if repeats > 1:
+        message = (
+            f"{function} is repeated until a sensor says so, {repeats} times at most. Times, litres and pictures are "
+            "those of once; verdicts say how often it must be done."
+        )
         findings.append(Finding("loop-once", "info", message, made_by))
     warmth = settings.get("temperature_c", asked.temperature_c)
     stage = Stage(
@@ -109,6 +113,7 @@ def _read(
         begin_s=instructions[0].time_s,
         end_s=end_s,
         samples=_NONE,
+        repeats=repeats,
     )
     return stage, findings
 

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -31,7 +33,7 @@ def with_limits(**changes):
 
 def washed(**numbers):
     seen = exposed(**numbers)
-    return case(exposed=(seen, exposed(), exposed()), reached=(Reach("wash", "clean", "sequence[0]", seen),))
+    return case(exposed=(seen, exposed(), exposed()), reached=(Reach("wash", "clean", "sequence[0]", 1, seen),))
 
 
 def test_what_is_well_is_said_to_be_clean_with_its_numbers():
@@ -67,10 +69,39 @@ def test_the_least_wetted_places_decide_on_exposure(low, verdict):
 
 
 def test_rinsing_has_its_own_limit_and_the_wave_front_counts_where_it_is_asked_for():
-    rinsed = case(reached=(Reach("rinse", "rinse", "sequence[1]", exposed(low=2.1)),))
+    rinsed = case(reached=(Reach("rinse", "rinse", "sequence[1]", 1, exposed(low=2.1)),))
     assert one(judge_part(rinsed), "R2").verdict == "clean"
     hurried = case(reached=washed(front=1.0).reached, parameters=with_limits(front_s=1.5))
     assert one(judge_part(hurried), "R2").verdict == "marginal"
+
+
+@pytest.mark.parametrize(
+    ("low", "repeats", "verdict", "says"),
+    [(0.7, 4, "clean", "3 times, of 4 at most"), (0.4, 4, "marginal", "even if done 4 times"), (2.0, 4, "clean", "")],
+)
+def test_a_loop_may_make_up_for_what_doing_it_once_lacks(low, repeats, verdict, says):
+    rinsed = case(reached=(Reach("rinse", "rinse", "sequence[1]", repeats, exposed(low=low)),))
+    judged = one(judge_part(rinsed), "R2")
+    assert judged.verdict == verdict
+    assert says in judged.because
+    assert ("times" in judged.because) == bool(says)
+
+
+def test_the_rinse_under_a_part_counts_as_often_as_it_may_be_done():
+    stages = (stage("wash"), stage("rinse", repeats=4), stage("dry"))
+    judged = judge_part(case((gap(rinse={"exchanges": 2.0}),), stages=stages))
+    assert "R10" not in rules(judged)
+
+
+def test_without_a_wash_nothing_is_said_of_residue():
+    unwashed = replace(gap(), stages=(None, gap().stages[1], None))
+    judged = judge_part(case((unwashed,)))
+    assert one(judged, "R14").verdict == "no verdict"
+    assert "R7" not in rules(judged)
+
+
+def test_a_part_that_shadows_itself_is_not_named_as_another():
+    assert "its own body" in one(judge_part(replace(washed(missed=0.3), occluder="U1")), "R1").because
 
 
 def test_a_part_that_bears_less_than_the_spray_gives_is_at_risk():
@@ -183,7 +214,7 @@ def test_the_harder_of_two_bounds_decides_and_the_other_is_told():
 
 def test_what_shows_nothing_and_has_no_gap_is_not_judged():
     nothing = exposed(area=0.0)
-    judged = judge_part(case(exposed=(nothing,) * 3, reached=(Reach("wash", "clean", "sequence[0]", nothing),)))
+    judged = judge_part(case(exposed=(nothing,) * 3, reached=(Reach("wash", "clean", "sequence[0]", 1, nothing),)))
     assert [(each.rule, each.verdict) for each in judged] == [("R14", "no verdict")]
 
 
@@ -205,7 +236,7 @@ def test_the_process_is_judged_by_bath_water_and_temperature():
 def test_more_residue_less_liquid_and_fewer_exchanges_never_judge_better(residue, worse, low, missed, n):
     def rank(share, amount, gone, times):
         seen = exposed(missed=gone, low=amount)
-        reached = (Reach("wash", "clean", "sequence[0]", seen),)
+        reached = (Reach("wash", "clean", "sequence[0]", 1, seen),)
         part = case((gap(residue=share, residue_worst=share, wash={"exchanges": times}),), reached=reached)
         return VERDICTS.index(judge_part(part)[0].verdict)
 

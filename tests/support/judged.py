@@ -64,7 +64,7 @@ def case(gaps=(), parameters=None, **changes):
     seen = (exposed(), exposed(), exposed())
     first = Case(
         "U1", "top", (10.0, 20.0, 0.0), stages, seen,
-        (Reach("wash", "clean", "sequence[0]", seen[0]), Reach("rinse", "rinse", "sequence[1]", seen[1])),
+        (Reach("wash", "clean", "sequence[0]", 1, seen[0]), Reach("rinse", "rinse", "sequence[1]", 1, seen[1])),
         underside() if gaps else None, gaps, PartOverride(match=["U1"]), "", parameters or load_parameters(),
     )  # fmt: skip
     return replace(first, **changes)
