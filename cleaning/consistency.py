@@ -106,6 +106,11 @@ def _named_values(value: Any, name: str) -> Iterator[tuple[str, Any]]:
             inner_name = f"{name}.{key}" if name else key
             yield inner_name, inner
             yield from _named_values(inner, inner_name)
+    elif isinstance(value, list):
+        for index, inner in enumerate(cast("list[Any]", value)):
+            if isinstance(inner, dict):
+                yield f"{name}[{index}]", inner
+                yield from _named_values(cast("dict[str, Any]", inner), f"{name}[{index}]")
 
 
 def _check_fit(at: YamlPath, entry: Provenance, value: Any) -> Iterator[Problem]:

@@ -80,6 +80,13 @@ def test_provenance_of_what_was_removed_is_a_mistake() -> None:
     assert "provenance.liquids.saponifier-15.window_c: names nothing" in message
 
 
+def test_provenance_names_single_parts_too() -> None:
+    told = "{known: source, source: data sheet}"
+    parts = "parts: [{match: [Q*], most_kpa: 3}]\n"
+    assert extend(f"{parts}provenance: {{'parts[0]': {told}, 'parts[0].most_kpa': {told}}}\n").parts
+    assert "provenance.parts[1]: names nothing" in refusal(f"{parts}provenance: {{'parts[1]': {told}}}\n")
+
+
 def test_a_file_extends_the_one_beside_it(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(HEAD + "limits: {front_s: 1}\nprovenance: {limits: " + REAL + "}\n", "utf-8")
     (tmp_path / "b.yaml").write_text("parameters: b\nextends: a.yaml\n", "utf-8")
