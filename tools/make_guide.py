@@ -123,6 +123,29 @@ def write_robot_program(tab: DrivenPage) -> None:
     tab.see("TriggL")
 
 
+def look_at_cleaning(tab: DrivenPage) -> None:
+    """What the program is predicted to clean: verdicts, and how much lands where."""
+    tab.tab("Robot")
+    tab.choose("Cell", "none")
+    tab.tab("Cleaning")
+    tab.press("Analyse")
+    tab.see("no proof of cleanliness")
+    tab.page.get_by_label("Paths too").first.click()
+    tab.choose("Show", "Volume")
+    tab.tab("Board")
+    tab.press("Top side")
+    tab.tab("Cleaning")
+
+
+def look_at_gap(tab: DrivenPage) -> None:
+    """Why the worst part is judged as it is, and what flows under it."""
+    tab.choose("Show", "Shear under parts")
+    tab.press("Worst")
+    tab.choose("In the gap", "Wall shear")
+    tab.page.mouse.move(60, 700)  # beside the list, which would scroll in place of the tab
+    tab.page.mouse.wheel(0, 5000)
+
+
 STEPS: dict[str, Callable[[DrivenPage], None]] = {
     "open": open_page,
     "board": look_at_board,
@@ -137,6 +160,8 @@ STEPS: dict[str, Callable[[DrivenPage], None]] = {
     "robot": check_robot,
     "reach": look_at_reach,
     "program": write_robot_program,
+    "cleaning": look_at_cleaning,
+    "gap": look_at_gap,
 }
 
 
