@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from cleaning.impact import flow_m3_s, gas_speed_m_s, liquid_speed_m_s
 from cleaning.jet_form import CONE, DECAY, EDGE_SIGMAS, FAN, KNIFE, RING, JetForm, add_stresses
 from cleaning.jet_shape import flow_density, normalised, steepest
+from cleaning.liquid import density_kg_m3
 from cleaning.parameters import Spray
 from cleaning.stages import Stage
 from geometry.arrays import Directions, Points, Scalars
@@ -49,7 +50,7 @@ class Jet:
 
 def jet_of(stage: Stage, spray: Spray) -> Jet:
     """Work out the jet of a stage from its nozzle, pressure and liquid."""
-    nozzle, density = stage.nozzle, stage.liquid.density_kg_m3
+    nozzle, density = stage.nozzle, density_kg_m3(stage.liquid, stage.temperature_c)
     gas = stage.liquid.use == "dry"
     speed_of = gas_speed_m_s if gas else liquid_speed_m_s
     speed = speed_of(stage.pressure_pa, density, spray.discharge)

@@ -12,7 +12,7 @@ def cross_products(patches: Triangles) -> Points:
     crosses = np.empty((len(patches), 3))
     for begin in range(0, len(patches), _CHUNK):  # what fits the cache is several times faster
         some = slice(begin, begin + _CHUNK)
-        a, b, c = (np.ascontiguousarray(patches[some, corner].T) for corner in range(3))
+        a, b, c = (patches[some, corner].T.copy() for corner in range(3))
         b -= a
         c -= a
         crosses[some, 0] = b[1] * c[2] - b[2] * c[1]

@@ -37,3 +37,11 @@ def test_turning_a_triangle_over_turns_its_normal(patches: np.ndarray) -> None:
     real = areas > 1e-3
     np.testing.assert_allclose(turned[real], -normals[real], atol=1e-6)
     assert np.linalg.norm(normals[real], axis=1) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("count", [1, 8193])
+def test_the_triangles_that_are_asked_about_stay_as_they_were(count):
+    patches = np.random.default_rng(3).random((count, 3, 3))
+    before = patches.copy()
+    areas_and_normals(patches)
+    np.testing.assert_array_equal(patches, before)
