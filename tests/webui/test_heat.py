@@ -81,6 +81,16 @@ def test_where_nothing_ever_lands_nothing_grows():
     np.testing.assert_array_equal(Accumulation(nothing, 3).until(5.0), np.zeros(3))
 
 
+def test_of_too_many_facets_the_largest_are_drawn():
+    facets = small_report().facets
+    pieces = heat_pieces(facets, drawn=200)
+    colours = np.zeros((len(facets.cell_areas_mm2), 3), np.uint8)
+    corners = np.concatenate([drawn(paint_piece(piece, colours))[0] for piece in pieces]).astype(float)
+    sides = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    areas = np.linalg.norm(np.cross(*sides), axis=1) / 2
+    np.testing.assert_allclose(np.sort(areas), np.sort(facets.areas_mm2[facets.exposed])[-200:], atol=1e-3)
+
+
 def test_tops_are_as_the_legend_says_and_walls_darker():
     colours = np.tile(np.array([200, 100, 40], np.uint8), (4, 1))
     normals = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [0, -1, 0]], dtype=float)

@@ -16,6 +16,9 @@ _SHADE = np.array([0.16, 0.26, 0.0])
 _FACETS = 6000
 """In one piece: where few cells change their colour, little is sent."""
 
+_DRAWN = 500_000
+"""A browser turns so many smoothly; where there are more, the small ones left out show the board beneath."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeatPiece:
@@ -31,14 +34,17 @@ class HeatPiece:
     """All that are in it, ascending."""
 
 
-def heat_pieces(facets: Facets, most: int = _FACETS) -> tuple[HeatPiece, ...]:
+def heat_pieces(facets: Facets, most: int = _FACETS, drawn: int = _DRAWN) -> tuple[HeatPiece, ...]:
     """Lay out the exposed facets, a little lifted, in pieces of about so many; no cell is in two of them.
 
     Args:
         facets: What to draw; those that see no open sky are left out.
         most: Facets in one piece; more where a single cell has more.
+        drawn: Facets altogether; of more the largest are drawn.
     """
     seen = np.flatnonzero(facets.exposed)
+    if len(seen) > drawn:
+        seen = np.sort(seen[np.argsort(-np.round(facets.areas_mm2[seen], 6), kind="stable")[:drawn]])
     seen = seen[np.argsort(facets.cell[seen], kind="stable")]
     if not len(seen):
         return ()
