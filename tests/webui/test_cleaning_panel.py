@@ -248,6 +248,19 @@ def passed(legend):
     return float(re.search(r"at least 3 mm: ([\d.]+) %", legend.content)[1])
 
 
+def test_a_moment_that_comes_late_draws_nothing(tmp_path):
+    with opened(analysed_session(), tmp_path) as (page, scene, panel):
+        press(page, "Show", "Volume")
+        press(page, "As it grows", True)
+        scene.seek(20.0)
+        press(page, "Show", "Nothing")
+        panel._cards[1]._grow(30.0)
+        scene.seek(40.0)
+        time.sleep(0.5)
+        assert heat_nodes(page) == []
+        assert panel._cards[1]._legend.content == ""
+
+
 def test_paths_can_be_taken_out_of_the_way(tmp_path):
     with opened(analysed_session(), tmp_path) as (page, scene, _):
         press(page, "Paths too", False)

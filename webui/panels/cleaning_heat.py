@@ -1,5 +1,6 @@
 """The heat map: what it shows, its limit and legend; it can grow with the playback."""
 
+import threading
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,6 +50,8 @@ class HeatCard:
         self._drawn: _Shown | None = None
         self._growing: tuple[_Shown, Accumulation] | None = None
         self._now_s = 0.0
+        self._lock = threading.RLock()
+        """The playback draws from another thread."""
         self._pace: Paced[float] = Paced(self._grow, _EVERY_S)
         page.on_close(self._pace.close)
         self._build(page.client.gui)
@@ -96,7 +99,7 @@ class HeatCard:
         """Draw what is chosen, or take the map away."""
         self._pace.forget()
         analysis, measure = session.analysis, MEASURES.get(self._measure.value)
-        with self._page.client.atomic():
+        with self._lock, self._page.client.atomic():
             self._offer(measure)
             if analysis is None or measure is None:
                 self._drawn = self._growing = None
@@ -164,13 +167,10 @@ class HeatCard:
 
     def _grow(self, now_s: float) -> None:
         """Draw what has landed up to a moment."""
-        growing = self._growing
-        if growing is None:
-            return
-        shown, landed = growing
-        values = np.where(np.isfinite(shown.values), landed.until(now_s), np.nan)
-        with self._page.client.atomic():
-            self._paint(shown, values)
+        with self._lock, self._page.client.atomic():
+            if self._growing is not None:
+                shown, landed = self._growing
+                self._paint(shown, np.where(np.isfinite(shown.values), landed.until(now_s), np.nan))
 
     def _draw_outline(self, session: Session) -> None:
         """Draw the selected part's edges over the map, which hides its colour."""
