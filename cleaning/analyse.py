@@ -5,6 +5,7 @@ from typing import Literal, TypeAlias
 
 from boards.board import Board
 from cleaning.beneath import gaps_of
+from cleaning.exposed import facing
 from cleaning.exposure import expose
 from cleaning.jet import jet_of
 from cleaning.judge_process import judge_process
@@ -12,6 +13,7 @@ from cleaning.load import parameters_sha256
 from cleaning.parameters import Parameters
 from cleaning.parts import Sprayed, bare_part, component_part
 from cleaning.results import VERDICTS, CleaningReport, Judgement, Part, Verdict
+from cleaning.settle import settle
 from cleaning.stages import Stage
 from cleaning.staging import stages_of
 from cleaning.subject import Subject, prepare
@@ -21,7 +23,7 @@ from programs.program import TimedProgram
 from recipes.recipe import Recipe
 
 Effort: TypeAlias = Literal["sketch", "fast", "full"]
-_RAYS: dict[Effort, int] = {"sketch": 300_000, "fast": 2_000_000, "full": 8_000_000}
+_RAYS: dict[Effort, int] = {"sketch": 300_000, "fast": 4_000_000, "full": 8_000_000}
 """Per stage, at least: a short stage deals more of them to each sample."""
 _RAYS_EACH: dict[Effort, int] = {"sketch": 16, "fast": 64, "full": 256}
 """Per sample, at least."""
@@ -93,11 +95,14 @@ def _spray(stages: Sequence[Stage], subject: Subject, effort: Effort, tell: Prog
     begin = 0
     for stage in stages:
         end = begin + len(stage.samples.times)
-        jet = jet_of(stage, subject.parameters.spray)
+        jet, up = jet_of(stage, subject.parameters.spray), _up(stage)
         part = part_of(tell, begin / total, end / total)
-        rays = max(_RAYS_EACH[effort], -(-_RAYS[effort] // len(stage.samples.times)))
+        settled = effort != "sketch" and stage.use != "dry"  # of gas, which leaves nothing, only times are looked at
+        rays = max(_RAYS_EACH[effort], -(-_RAYS[effort if settled else "sketch"] // len(stage.samples.times)))
         exposure = expose(stage, jet, subject.facets, subject.scene, rays, part)
-        done.append(Sprayed(stage, jet, exposure, _up(stage)))
+        if settled:
+            exposure = settle(exposure, stage, jet, subject.facets, subject.scene, facing(subject.facets, up))
+        done.append(Sprayed(stage, jet, exposure, up))
         begin = end
     return tuple(done)
 

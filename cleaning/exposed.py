@@ -11,17 +11,20 @@ from cleaning.facets import Facets
 from cleaning.results import ExposedPart
 from geometry.arrays import Indices, Scalars
 
+_WALL = -0.2
 _LOW = 0.05
 """Percentile that stands for the places that get little."""
 
 
-def cells_of(facets: Facets, component: int, up: float) -> Indices:
-    """Find the cells of a component, or with -1 of the bare board, that face the side whose normal is (0, 0, ``up``).
+def facing(facets: Facets, up: float) -> Indices:
+    """Find the cells that face the side whose normal is (0, 0, ``up``); walls belong to both sides."""
+    return np.flatnonzero(up * facets.cell_normals[:, 2] > _WALL)
 
-    Walls belong to both sides.
-    """
-    faces = up * facets.cell_normals[:, 2] > -0.2
-    return np.flatnonzero((facets.cell_component == component) & faces)
+
+def cells_of(facets: Facets, component: int, up: float) -> Indices:
+    """Find the cells of a component, or with -1 of the bare board, that face a side."""
+    cells = facing(facets, up)
+    return cells[facets.cell_component[cells] == component]
 
 
 def exposed_part(exposure: Exposure, facets: Facets, cells: Indices) -> ExposedPart:

@@ -65,6 +65,21 @@ def gather(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices)
     return Gathered(cells, cone, front, volume * (0.0 if jet.gas else 1.0), peak, normal, tangential)
 
 
+def glimpse(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices) -> Gathered:
+    """Ask each chosen cell at one place alone: exact there, and many times quicker than ``gather``.
+
+    The place is the middle of the largest facet of the cell that is exposed.
+    """
+    shown = np.flatnonzero(facets.exposed)
+    order = shown[np.argsort(-facets.areas_mm2[shown], kind="stable")]
+    largest = np.zeros(len(facets.cell_areas_mm2), dtype=np.int64)
+    largest[facets.cell[order[::-1]]] = order[::-1]
+    chosen = largest[cells]
+    found = _reached(stage, jet, scene, facets.triangles[chosen].mean(axis=1), facets.normals[chosen])
+    cone, front, volume, normal, tangential, peak = found.T
+    return Gathered(cells, cone, front, volume * (0.0 if jet.gas else 1.0), peak, normal, tangential)
+
+
 def _places(facets: Facets, chosen: Indices) -> tuple[Points, Indices, Scalars]:
     """Where chosen facets are asked: (n, 3) places, (n,) whose they are, and (n,) how much area each stands for."""
     small = facets.areas_mm2[chosen] < SMALL_MM2

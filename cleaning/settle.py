@@ -1,0 +1,44 @@
+"""Making sure of what rays did not find: a place is missed only if nothing reaches it, not if few rays came by."""
+
+from dataclasses import replace
+
+from cleaning.exposure import Exposure
+from cleaning.facets import Facets
+from cleaning.gather import glimpse
+from cleaning.jet import Jet
+from cleaning.scene import Scene
+from cleaning.stages import Stage
+from geometry.arrays import Indices, Scalars
+
+
+def settle(exposure: Exposure, stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices) -> Exposure:
+    """Put exact values in the place of nothing, in those of some cells that no ray hit.
+
+    Args:
+        exposure: As the rays found it.
+        stage: Its stage.
+        jet: Its jet.
+        facets: The surface.
+        scene: What casts shadows.
+        cells: Of the surfaces that are judged in this stage.
+    """
+    unhit = cells[facets.cell_exposed[cells] & (exposure.hits[cells] == 0)]
+    if not len(unhit):
+        return exposure
+    exact = glimpse(stage, jet, facets, scene, unhit)
+    return replace(
+        exposure,
+        cone_s=_put(exposure.cone_s, unhit, exact.cone_s),
+        front_s=_put(exposure.front_s, unhit, exact.front_s),
+        volume_mm=_put(exposure.volume_mm, unhit, exact.volume_mm),
+        peak_pa=_put(exposure.peak_pa, unhit, exact.peak_pa),
+        impulse_n_pa_s=_put(exposure.impulse_n_pa_s, unhit, exact.impulse_n_pa_s),
+        impulse_t_pa_s=_put(exposure.impulse_t_pa_s, unhit, exact.impulse_t_pa_s),
+    )
+
+
+def _put(values: Scalars, at: Indices, others: Scalars) -> Scalars:
+    """Give a copy with other values at some places."""
+    changed = values.copy()
+    changed[at] = others
+    return changed
