@@ -101,7 +101,9 @@ def _spray(stages: Sequence[Stage], subject: Subject, effort: Effort, tell: Prog
         rays = max(_RAYS_EACH[effort], -(-_RAYS[effort if settled else "sketch"] // len(stage.samples.times)))
         exposure = expose(stage, jet, subject.facets, subject.scene, rays, part)
         if settled:
-            exposure = settle(exposure, stage, jet, subject.facets, subject.scene, facing(subject.facets, up))
+            exposure = settle(
+                exposure, stage, jet, subject.facets, subject.scene, facing(subject.facets, subject.board, up)
+            )
         done.append(Sprayed(stage, jet, exposure, up))
         begin = end
     return tuple(done)

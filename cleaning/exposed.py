@@ -6,24 +6,31 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from boards.board import Board
 from cleaning.exposure import Exposure
 from cleaning.facets import Facets
 from cleaning.results import ExposedPart
 from geometry.arrays import Indices, Scalars
 
 _WALL = -0.2
+_LIFT_MM = 1e-6
 _LOW = 0.05
 """Percentile that stands for the places that get little."""
 
 
-def facing(facets: Facets, up: float) -> Indices:
-    """Find the cells that face the side whose normal is (0, 0, ``up``); walls belong to both sides."""
-    return np.flatnonzero(up * facets.cell_normals[:, 2] > _WALL)
+def facing(facets: Facets, board: Board, up: float) -> Indices:
+    """Find the cells that face the side whose normal is (0, 0, ``up``).
+
+    Walls belong to both sides, unless they stand beyond the other surface, as ends of pins do.
+    """
+    beyond = board.bottom_z_mm if up > 0 else -board.top_z_mm
+    here = (up * facets.cell_normals[:, 2] > _WALL) & (up * facets.cell_centres[:, 2] > beyond - _LIFT_MM)
+    return np.flatnonzero(here)
 
 
-def cells_of(facets: Facets, component: int, up: float) -> Indices:
+def cells_of(facets: Facets, board: Board, component: int, up: float) -> Indices:
     """Find the cells of a component, or with -1 of the bare board, that face a side."""
-    cells = facing(facets, up)
+    cells = facing(facets, board, up)
     return cells[facets.cell_component[cells] == component]
 
 

@@ -69,7 +69,7 @@ def component_part(row: int, subject: Subject, sprayed: Sequence[Sprayed], benea
     middle = component.outline.centroid
     up = facing_up(component)
     place = (middle.x, middle.y, subject.board.surface_z_mm(component.side))
-    cells = {up: cells_of(subject.facets, row, up)}
+    cells = {up: cells_of(subject.facets, subject.board, row, up)}
     surface = _Surface(component.name, row, component.side, place, cells, subject.overrides[row])
     return _part(surface, subject, sprayed, beneath)
 
@@ -80,7 +80,7 @@ def bare_part(subject: Subject, sprayed: Sequence[Sprayed]) -> Part:
     fixture = np.array([body.role == "fixture" for body in board.bodies])
     of_cell = np.zeros(len(facets.cell_areas_mm2), dtype=np.int64)
     of_cell[facets.cell] = facets.body
-    cells = {up: cells_of(facets, -1, up) for up in dict.fromkeys(each.up for each in sprayed)}
+    cells = {up: cells_of(facets, board, -1, up) for up in dict.fromkeys(each.up for each in sprayed)}
     cells = {up: each[~fixture[of_cell[each]]] for up, each in cells.items()}
     middle = board.outline.centroid
     surface = _Surface("board", -1, "top", (middle.x, middle.y, board.top_z_mm), cells, _ALL)
