@@ -1,0 +1,1 @@
+"""Changing a recipe until all that it can clean is predicted clean."""

@@ -1,0 +1,125 @@
+"""The first half of tuning: change what helps most for the time that it takes, until nothing is wanting."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from rulesengine.tuning.asked import Asked
+from rulesengine.tuning.bench import Bench
+from rulesengine.tuning.edits import Edits
+from rulesengine.tuning.move import Move
+from rulesengine.tuning.moves import moves_of
+from rulesengine.tuning.outcome import Outcome, litres_of, seconds_of
+from rulesengine.tuning.tuned import Change, figures_of
+
+_PLANNED = 12
+"""Moves of the highest belief that are planned, which is quick, to know what they cost."""
+_TRIED = 6
+"""Moves that are analysed in vain before no more is tried."""
+_SHARE = 0.15
+"""Of the time that the program takes now: what is added to the cost of a move, so that one does not crawl."""
+_LEAST = 0.005
+"""Share of the shortfall that a move must take away."""
+_DISAPPOINTED = 0.25
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ranked:
+    """A move, and what planning it says."""
+
+    move: Move
+    text: str
+    worth: float
+    """Believed gain for its cost."""
+
+
+@dataclass(slots=True)
+class Growth:
+    """One run of the first half, and what it has learnt of which moves disappoint."""
+
+    bench: Bench
+    asked: Asked
+    trust: dict[tuple[str, str], float] = field(default_factory=dict[tuple[str, str], float])
+
+
+def grow(growth: Growth, begin: Outcome, least_left: int) -> tuple[Outcome, list[Change]]:
+    """Change a recipe until nothing is wanting, nothing helps, or few analyses are left.
+
+    Args:
+        growth: Where to try, for what.
+        begin: An outcome within the limits, or as near to them as can be.
+        least_left: Analyses to be left for what comes after.
+    """
+    now, changes = begin, list[Change]()
+    while not now.clean and growth.bench.left > least_left:
+        better = _step(growth, now, least_left)
+        if better is None:
+            break
+        moves, after = better
+        changes.append(Change(tuple(move.what for move in moves), figures_of(now), figures_of(after)))
+        now = after
+    return now, changes
+
+
+def _step(growth: Growth, now: Outcome, least_left: int) -> tuple[Sequence[Move], Outcome] | None:
+    ranked = _rank(growth, now)
+    bundle = _bundle(ranked, now)
+    tries = [bundle] if len(bundle) > 1 else []
+    tries += [[each.move] for each in ranked[:_TRIED]]
+    for moves in tries:
+        if growth.bench.left <= least_left:
+            return None
+        after = _try(growth, now, moves)
+        if after is not None and after.shortfall < now.shortfall * (1.0 - _LEAST):
+            return moves, after
+        if len(moves) == 1:
+            growth.trust[moves[0].key] = growth.trust.get(moves[0].key, 1.0) * _DISAPPOINTED
+    return None
+
+
+def _rank(growth: Growth, now: Outcome) -> list[Ranked]:
+    """Plan the most promising moves, leave out what breaks a limit, and put the most worth first."""
+
+    def trusted(move: Move) -> float:
+        return move.gain * growth.trust.get(move.key, 1.0)
+
+    promising = sorted(moves_of(now, now.wants, growth.asked.allowed), key=lambda move: -round(trusted(move), 6))
+    ranked: list[Ranked] = []
+    for move in promising[:_PLANNED]:
+        text = growth.bench.edited(now.text, move.edits)
+        planned = None if text is None else growth.bench.planned(text)
+        if text is None or planned is None:
+            continue
+        seconds, litres = seconds_of(planned), litres_of(planned)
+        if growth.asked.limits.excess(seconds, litres) > growth.asked.limits.excess(now.seconds, now.litres):
+            continue
+        cost = max(seconds - now.seconds, 0.0) + _SHARE * now.seconds
+        ranked.append(Ranked(move, text, round(trusted(move) / cost, 9)))
+    return sorted(ranked, key=lambda each: -each.worth)
+
+
+def _bundle(ranked: Sequence[Ranked], now: Outcome) -> list[Move]:
+    """Take the best move, and the best ones of other uses: washing and rinsing are changed at once."""
+    chosen: list[Move] = []
+    taken: set[str] = set()
+    for each in ranked:
+        uses = {str(now.use_of(step)) for step in each.move.steps}
+        if uses and not uses & taken:
+            chosen.append(each.move)
+            taken |= uses
+    return chosen
+
+
+def _try(growth: Growth, now: Outcome, moves: Sequence[Move]) -> Outcome | None:
+    text = growth.bench.edited(now.text, joined(move.edits for move in moves))
+    planned = None if text is None else growth.bench.planned(text)
+    if text is None or planned is None:
+        return None
+    limits = growth.asked.limits
+    if limits.excess(seconds_of(planned), litres_of(planned)) > limits.excess(now.seconds, now.litres):
+        return None
+    return growth.bench.outcome(text, now.effort)
+
+
+def joined(edits: Iterable[Edits]) -> Edits:
+    """Write several edits one after the other."""
+    return tuple(each for part in edits for each in part)

@@ -1,0 +1,78 @@
+"""Tuning: grow a recipe until it cleans, then take away what is not needed.
+
+A plan costs little and an analysis much, so that plans tell what a move costs, and analyses are counted.
+"""
+
+from collections.abc import Callable, Mapping
+
+from recipes.located import YamlPath
+from rulesengine.tuning.asked import Asked
+from rulesengine.tuning.bench import Bench
+from rulesengine.tuning.grow import Growth, grow
+from rulesengine.tuning.moves import knobs_for
+from rulesengine.tuning.outcome import Outcome
+from rulesengine.tuning.tighten import Shop, squeeze, tighten
+from rulesengine.tuning.tuned import Change, Tuned
+
+Tell = Callable[[str], None]
+_FOR_TIGHTENING = 0.4
+"""Share of the analyses that is kept for the second half."""
+_TURNS = 3
+"""How often what tightening saves is put into growing again, where a limit stopped it."""
+
+
+def tune(bench: Bench, text: str, asked: Asked, tell: Tell) -> Tuned:
+    """Change a recipe until all that it can clean is predicted clean, in little time.
+
+    The search goes by sketches; what it finds is confirmed, and tightened, by fast analyses.
+
+    Args:
+        bench: Where to try; unused.
+        text: The recipe.
+        asked: For what.
+        tell: Is told what is going on.
+
+    Raises:
+        JobError: the recipe cannot be read, planned or analysed.
+    """
+    tell("looking at the recipe")
+    first = bench.first(text, "fast")
+    shop = Shop(bench, asked, began_at(first))
+    now, changes = first, list[Change]()
+    if asked.limits.excess(first.seconds, first.litres) > 0:
+        tell("keeping the limits")
+        now, changes = squeeze(shop, now)
+    growth = Growth(bench, asked)
+    reserve = int(_FOR_TIGHTENING * asked.analyses)
+    if not now.clean:
+        now, made = _sketched(growth, now, reserve, tell)
+        changes += made
+    for _ in range(_TURNS):
+        before = now
+        tell("growing")
+        now, made = grow(growth, now, reserve)
+        changes += made
+        tell("taking away what is not needed")
+        now, made = tighten(shop, now)
+        changes += made
+        if now.clean or now is before or bench.left <= 0:
+            break
+    return Tuned(asked, first, now, tuple(changes), bench.used)
+
+
+def began_at(first: Outcome) -> Mapping[YamlPath, float]:
+    """Give the values of all knobs by path."""
+    return {knob.path: knob.value for knob in reversed(knobs_for(first))}
+
+
+def _sketched(growth: Growth, now: Outcome, reserve: int, tell: Tell) -> tuple[Outcome, list[Change]]:
+    """Grow by sketches; what comes of it counts if a fast analysis finds it better too."""
+    tell("growing, by sketches")
+    sketch = growth.bench.outcome(now.text, "sketch")
+    if sketch is None or sketch.clean:
+        return now, []
+    grown, changes = grow(growth, sketch, reserve)
+    confirmed = growth.bench.outcome(grown.text, "fast")
+    if confirmed is None or confirmed.shortfall >= now.shortfall:
+        return now, []
+    return confirmed, changes

@@ -1,0 +1,147 @@
+"""The second half of tuning: take away what is not needed, knob by knob, by bisection."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from recipes.located import YamlPath
+from rulesengine.tuning.asked import Asked
+from rulesengine.tuning.bench import Bench
+from rulesengine.tuning.cuts import Cut, cuts_of
+from rulesengine.tuning.outcome import Outcome, litres_of, seconds_of
+from rulesengine.tuning.tuned import Change, figures_of
+
+_HALVINGS = 2
+_LEAST_SAVED = 0.01
+"""Share of the program's time below which a saving is not tried for."""
+_ROUNDS = 3
+_SQUEEZED = 3
+"""Ways to keep a limit that are compared at a time."""
+
+Holds = Callable[[Outcome], bool]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shop:
+    """Where to try, for what, and where tuning began."""
+
+    bench: Bench
+    asked: Asked
+    began: Mapping[YamlPath, float]
+
+
+def tighten(shop: Shop, begin: Outcome) -> tuple[Outcome, list[Change]]:
+    """Make a recipe shorter as long as no more is wanting than before; never longer."""
+    now, changes = begin, list[Change]()
+
+    def holds(after: Outcome) -> bool:
+        if begin.clean or after.clean:
+            return after.clean
+        return after.shortfall <= begin.shortfall and len(after.wants) <= len(begin.wants)
+
+    for _ in range(_ROUNDS):
+        before = now
+        for name in _by_saving(shop, now):
+            now, made = _cut(shop, now, name, holds)
+            changes += made
+        if shop.bench.left <= 0 or before.seconds - now.seconds < _LEAST_SAVED * now.seconds:
+            break
+    return now, changes
+
+
+def _by_saving(shop: Shop, now: Outcome) -> list[str]:
+    """Name the cuts that save more than a little, what saves most first; planning says how much."""
+    saved: dict[str, float] = {}
+    for name, cut in cuts_of(now, shop.began, shop.asked.allowed).items():
+        text = shop.bench.edited(now.text, cut.at(cut.end)[1])
+        planned = None if text is None else shop.bench.planned(text)
+        if planned is not None and now.seconds - seconds_of(planned) > _LEAST_SAVED * now.seconds:
+            saved[name] = round(now.seconds - seconds_of(planned), 3)
+    return sorted(saved, key=lambda name: -saved[name])
+
+
+def _cut(shop: Shop, now: Outcome, name: str, holds: Holds) -> tuple[Outcome, list[Change]]:
+    """Turn one knob as far as holds: first all the way, then by halves."""
+    cut = cuts_of(now, shop.began, shop.asked.allowed).get(name)
+    if cut is None or shop.bench.left <= 0:
+        return now, []
+    begin, what = now, ""
+    good = cut.end if cut.knob is None else cut.knob.value
+    value: float | None = cut.end
+    bad = cut.end
+    for _ in range(1 + _HALVINGS):
+        if value is None:
+            break
+        after = _shorter(shop, now, cut, value)
+        if after is not None and holds(after):
+            now, good, what = after, value, cut.at(value)[0]
+            if value == cut.end:
+                break
+        else:
+            bad = value
+        value = cut.halfway(good, bad)
+    return now, [Change((what,), figures_of(begin), figures_of(now))] if what else []
+
+
+def _shorter(shop: Shop, now: Outcome, cut: Cut, value: float) -> Outcome | None:
+    """Analyse a cut if it does make the program shorter and asks for no more liquid."""
+    text = shop.bench.edited(now.text, cut.at(value)[1])
+    planned = None if text is None else shop.bench.planned(text)
+    if text is None or planned is None:
+        return None
+    seconds, litres = seconds_of(planned), litres_of(planned)
+    if seconds >= now.seconds or litres > now.litres:
+        return None
+    return shop.bench.outcome(text, now.effort)
+
+
+def squeeze(shop: Shop, begin: Outcome) -> tuple[Outcome, list[Change]]:
+    """Bring a recipe within its limits by what costs least cleaning for the time or liquid that it saves."""
+    now, changes, limits = begin, list[Change](), shop.asked.limits
+    while (over := limits.excess(now.seconds, now.litres)) > 0:
+        best: tuple[float, str, Outcome] | None = None
+        for cut in _relieving(shop, now)[:_SQUEEZED]:
+            what, edits = cut.at(_just_within(shop, now, cut))
+            text = shop.bench.edited(now.text, edits)
+            after = None if text is None else shop.bench.outcome(text, now.effort)
+            if after is None:
+                continue
+            relief = over - limits.excess(after.seconds, after.litres)
+            price = round((after.shortfall - now.shortfall) / max(relief, 1e-6), 6)
+            if relief > 0 and (best is None or price < best[0]):
+                best = price, what, after
+        if best is None:
+            break
+        changes.append(Change((best[1],), figures_of(now), figures_of(best[2])))
+        now = best[2]
+    return now, changes
+
+
+def _relieving(shop: Shop, now: Outcome) -> list[Cut]:
+    relief: dict[str, float] = {}
+    cuts = cuts_of(now, shop.began, shop.asked.allowed)
+    for name, cut in cuts.items():
+        after = _excess(shop, now, cut, cut.end)
+        if after is not None:
+            relief[name] = after
+    now_over = shop.asked.limits.excess(now.seconds, now.litres)
+    helpful = [name for name in relief if relief[name] < now_over]
+    return [cuts[name] for name in sorted(helpful, key=lambda name: relief[name])]
+
+
+def _excess(shop: Shop, now: Outcome, cut: Cut, value: float) -> float | None:
+    text = shop.bench.edited(now.text, cut.at(value)[1])
+    planned = None if text is None else shop.bench.planned(text)
+    return None if planned is None else shop.asked.limits.excess(seconds_of(planned), litres_of(planned))
+
+
+def _just_within(shop: Shop, now: Outcome, cut: Cut) -> float:
+    """Turn a knob no further than the limits ask for; planning alone says how far that is."""
+    if cut.knob is None or _excess(shop, now, cut, cut.end) != 0:
+        return cut.end
+    good, bad = cut.end, cut.knob.value
+    while (value := cut.halfway(good, bad)) is not None:
+        if _excess(shop, now, cut, value) == 0:
+            good = value
+        else:
+            bad = value
+    return good
