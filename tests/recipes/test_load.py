@@ -48,7 +48,7 @@ def test_a_byte_order_mark_and_windows_line_ends_do_no_harm(tmp_path: Path) -> N
         ("[0, 24.1, 31.8]", "[0, 44.1, 31.8]", "nozzles.ring60.wavefront", "inner radius must be smaller"),
         ("solution: di-water", "solution: 12", "functions.rinse.solution", "put it in quotes"),
         ("  rinse:\n", "  1rinse:\n", "functions.1rinse", "begins with a letter"),
-        ("paths: [sweep, flush]", "paths: []", "sequence[1].paths", "at least 1"),
+        ("paths: [edge, sweep, flush]", "paths: []", "sequence[1].paths", "at least 1"),
         ("{resistivity_mohm_cm: 1.0, max", "{max", "sequence[1].until", "exactly one of resistivity_mohm_cm"),
         ("masks: []", "masks: [{margin_mm: 1}]", "masks[0]", "exactly one of avoid, clean, ignore"),
         ("limits:", "limits: 4\nlimit:", "limits", "must be a mapping, not 4"),

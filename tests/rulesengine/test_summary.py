@@ -75,7 +75,7 @@ def test_the_room_holds_every_move(done: Run) -> None:
     print_room(console, done.program)
     text = printed(console)
     assert f" to {done.recipe.limits.park_height_mm:.1f} mm" in text
-    assert "jet       opens 11 times; 62 pauses of " in text
+    assert "jet       opens 12 times; 66 pauses of " in text
 
 
 def test_commands_of_one_moment_stand_on_one_line(done: Run) -> None:
