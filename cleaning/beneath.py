@@ -1,44 +1,76 @@
 """The gaps of all components through all stages, and what limits each."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
 
-from cleaning.edges import EdgePressure
-from cleaning.elasticity import Pressures, elasticity, variants
+import numpy as np
+
+from cleaning.edges import EdgePressure, Edges
+from cleaning.elasticity import FLOOR, Pressures, elasticity, variants
 from cleaning.parts import Beneath, Sprayed, facing_up
 from cleaning.pressure import edge_pressures
+from cleaning.stages import Stage
 from cleaning.subject import Subject
+from cleaning.under import GapResult
 from cleaning.washing import under_component
 from geometry.progress import Progress
 
+_THREADS = 2
+"""Gaps do not know each other, and their loops let other threads run."""
+
 
 def gaps_of(subject: Subject, sprayed: Sequence[Sprayed], tell: Progress) -> dict[int, Beneath]:
-    """Follow the residue under each component with a gap, by the component's index.
-
-    What limits it is worked out for the harder of its cases.
-    """
-    parameters, stages = subject.parameters, tuple(each.stage for each in sprayed)
-    tell("pressing at the edges", 0.0)
-    pressures = [edge_pressures(each.stage, each.jet, subject.edges, parameters.film) for each in sprayed]
-    changed = variants(stages, pressures, subject.edges, parameters)
+    """Follow the residue under each component with a gap, by the component's index."""
     found: dict[int, Beneath] = {}
-    for row, (component, underside) in enumerate(zip(subject.rows, subject.undersides, strict=True)):
-        tell("flushing under parts", 0.3 + 0.7 * row / len(subject.rows))
-        acts = [each.up == facing_up(subject.board.components[component]) for each in sprayed]
-        factor = subject.overrides[component].paste_factor
-        gaps = tuple(
-            under_component(field, case.standoff_mm, stages, _row(pressures, acts, row), parameters, factor)
-            for case, field in zip(underside.cases, subject.fields[row], strict=True)
-        )
-        standoff, field = underside.cases[0].standoff_mm, subject.fields[row][0]
-        after = {
-            name: under_component(field, standoff, others, _row(pressed, acts, row), parameters, factor).residue
-            for name, (others, pressed) in changed.items()
-        }
-        elasticities = {name: elasticity(gaps[0].residue, residue) for name, residue in after.items()}
-        found[component] = Beneath(underside, gaps, elasticities)
+    with ThreadPoolExecutor(_THREADS) as threads:
+        rows = range(len(subject.rows))
+        for row, beneath in enumerate(threads.map(partial(_beneath, subject, sprayed), rows)):
+            tell("flushing under parts", row / len(rows))
+            found[subject.rows[row]] = beneath
     return found
 
 
-def _row(pressures: Pressures, acts: Sequence[bool], row: int) -> list[EdgePressure | None]:
-    """Per stage the pressures on one underside; nothing of the stages that spray the other side."""
-    return [stage[row] if act else None for stage, act in zip(pressures, acts, strict=True)]
+def _beneath(subject: Subject, sprayed: Sequence[Sprayed], row: int) -> Beneath:
+    """Follow one gap in all its cases; what limits it is worked out for the harder one."""
+    parameters, underside = subject.parameters, subject.undersides[row]
+    edges = _only(subject.edges, row)
+    stages = tuple(each.stage for each in sprayed)
+    pressures = [edge_pressures(each.stage, each.jet, edges, parameters.film) for each in sprayed]
+    gaps = tuple(_gap(subject, sprayed, row, case, (stages, pressures)) for case in range(len(underside.cases)))
+    elasticities: Mapping[str, float] = {}
+    if gaps[0].residue > FLOOR:
+        changed = variants(stages, pressures, edges, parameters)
+        after = {name: _gap(subject, sprayed, row, 0, each).residue for name, each in changed.items()}
+        elasticities = {name: elasticity(gaps[0].residue, residue) for name, residue in after.items()}
+    return Beneath(underside, gaps, elasticities)
+
+
+def _gap(
+    subject: Subject, sprayed: Sequence[Sprayed], row: int, case: int, process: tuple[Sequence[Stage], Pressures]
+) -> GapResult:
+    """Follow one gap in one case; stages that spray the other side do not act on it."""
+    stages, pressures = process
+    component = subject.rows[row]
+    up = facing_up(subject.board.components[component])
+    acting: list[EdgePressure | None] = [
+        pressed[0] if each.up == up else None for each, pressed in zip(sprayed, pressures, strict=True)
+    ]
+    standoff_mm = subject.undersides[row].cases[case].standoff_mm
+    factor = subject.overrides[component].paste_factor
+    return under_component(subject.fields[row][case], standoff_mm, stages, acting, subject.parameters, factor)
+
+
+def _only(edges: Edges, row: int) -> Edges:
+    """One row of the edges."""
+    some = np.array([row])
+    return replace(
+        edges,
+        component=edges.component[some],
+        middles=edges.middles[some],
+        outward=edges.outward[some],
+        heights_mm=edges.heights_mm[some],
+        sheltered=edges.sheltered[some],
+        facing=edges.facing[some],
+    )

@@ -16,7 +16,7 @@ from cleaning.pressure import edge_pressures
 from cleaning.stages import Stage
 
 _STEP = 1.05
-_FLOOR = 1e-4
+FLOOR = 1e-4
 """Share of residue below which nothing is left to limit."""
 
 Pressures: TypeAlias = Sequence[Sequence[EdgePressure]]
@@ -47,7 +47,7 @@ def variants(
 
 def elasticity(before: float, after: float) -> float:
     """Give d ln(residue) / d ln(x) of a change by five per cent; 0 where there is nothing left to lose."""
-    return log(max(after, _FLOOR) / max(before, _FLOOR)) / log(_STEP)
+    return log(max(after, FLOOR) / max(before, FLOOR)) / log(_STEP)
 
 
 def limiting(elasticities: Mapping[str, float]) -> str:
