@@ -34,7 +34,9 @@ def demo(
     ] = "ur5e-bench",
     dialect: Annotated[str, typer.Option("--dialect", help="Language of the cell's robot.")] = "ur",
 ) -> None:
-    """Plan the sample board, check it in a robot cell, write the robot's program, report and pictures.
+    """Plan the sample board, check it in a robot cell, predict what is cleaned; write programs, reports and pictures.
+
+    What is predicted does not change the exit code: 0 means that all of it was done.
 
     [dim]washboard demo
     washboard demo --into /tmp/demo --board tiny[/dim]
@@ -42,6 +44,7 @@ def demo(
     with job_errors():
         from programs.export import find_dialect
         from robotcell.load import read_cell
+        from rulesengine.commands.demo_cleaning import clean_for_demo
         from rulesengine.commands.loading import read_and_run
         from rulesengine.commands.terminal import open_console, print_files
         from rulesengine.commands.writing import check_folder, write_run
@@ -67,6 +70,7 @@ def demo(
         print_run(console, done)
         print_files(console, program=program, report=report, paths=paths, board=picture)
         _carry_out(done, lies_in, dialect, folder)
+        clean_for_demo(done, folder)
 
 
 def _carry_out(run: "Run", lies_in: "LoadedCell", dialect: str, folder: Path) -> None:
