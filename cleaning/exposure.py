@@ -16,7 +16,7 @@ from cleaning.stages import Stage
 from geometry.arrays import Indices, Scalars
 from geometry.progress import Progress
 
-_BLOCKS = 60
+_BLOCKS = 160
 _BATCH_RAYS = 200_000
 
 

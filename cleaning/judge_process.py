@@ -13,10 +13,22 @@ def judge_process(stages: Sequence[Stage], parameters: Parameters) -> list[Judge
     found: list[Judgement] = []
     for stage in stages:
         found += [*_bath(stage, limits), *_water(stage, limits), *_warmth(stage)]
+    found += _age(parameters) if any(stage.use == "wash" for stage in stages) else []
     if any(stage.use == "wash" for stage in stages) and not any(stage.use == "rinse" for stage in stages):
         because = "The board is washed and never rinsed: what the bath carries dries on it."
         found.append(Judgement("R10", "incomplete rinse", "dirty", "B", (), because, "Add a rinse to the sequence."))
     return found
+
+
+def _age(parameters: Parameters) -> list[Judgement]:
+    """R13 for residue that has hardened since it was soldered."""
+    age, most = parameters.soil.age_h, parameters.limits.hours_after_reflow
+    if age is None or most is None or age <= most:
+        return []
+    number = Number("hours after reflow", age, "h", most)
+    because = f"Washing begins {age:g} h after reflow (limit {most:g} h): residue that has aged gives way less."
+    advice = "Wash sooner, or take a parameter set for aged residue."
+    return [Judgement("R13", "process", "marginal", "B", (number,), because, advice)]
 
 
 def _bath(stage: Stage, limits: Limits) -> list[Judgement]:

@@ -89,6 +89,7 @@ class Soil(Spec):
     retained: Share = Field(description="Share of the printed flux that stays after reflow, for f0.")
     paste_factor: Annotated[float, Field(ge=0, le=3)] = Field(description="Venting and spatter: scales f0.")
     front_um: PositiveFloat = Field(description="Depth over which a plugged gap softens from its rim (l_s).")
+    age_h: NonNegativeFloat | None = Field(default=None, description="Hours from reflow to washing; left out: unknown.")
 
 
 class Gap(Spec):
@@ -150,7 +151,9 @@ class Limits(Spec):
     rinse_fail_mohm: PositiveFloat = Field(description="Resistivity of the water below which it fails.")
     bath_nvr_pct: PositiveFloat = Field(description="Non-volatile residue above which the bath is changed.")
     ionic_ug_cm2: PositiveFloat | None = Field(default=None, description="The user's own limit; left out: none.")
-    hours_after_reflow: PositiveFloat | None = Field(default=None, description="Latest begin of washing; out: any.")
+    hours_after_reflow: PositiveFloat | None = Field(
+        default=None, description="Oldest residue that may be washed; out: any."
+    )
 
 
 class Parameters(Spec):

@@ -43,7 +43,8 @@ def ionic_ug_cm2(content_g_m3: float, film_um: float) -> float:
 def gap_content_g_m3(rinse: Rinse, stages: Sequence[Stage], gaps: Sequence[GapStage | None]) -> float:
     """Give what the liquid carries that stays in a gap at the end; nothing where no liquid got in.
 
-    Each wash that enters brings its bath; each rinse that enters dilutes what is there.
+    Each wash that enters brings its bath; each rinse that enters dilutes what is there, as often as it may
+    be repeated.
     """
     content = 0.0
     for stage, gap in zip(stages, gaps, strict=True):
@@ -52,5 +53,6 @@ def gap_content_g_m3(rinse: Rinse, stages: Sequence[Stage], gaps: Sequence[GapSt
         if stage.use == "wash":
             content = bath_g_m3(stage.liquid)
         else:
-            content = diluted_g_m3(rinse, content, gap.exchanges, salt_g_m3(stage.liquid.resistivity_mohm_cm))
+            salt = salt_g_m3(stage.liquid.resistivity_mohm_cm)
+            content = diluted_g_m3(rinse, content, stage.repeats * gap.exchanges, salt)
     return content

@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from cleaning.exposure import Exposure
 from cleaning.facets import Facets
 from cleaning.gather import glimpse
@@ -10,9 +12,14 @@ from cleaning.scene import Scene
 from cleaning.stages import Stage
 from geometry.arrays import Indices, Scalars
 
+_ENOUGH = 30
+"""Rays that say something about a component."""
+
 
 def settle(exposure: Exposure, stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices) -> Exposure:
-    """Put exact values in the place of nothing, in those of some cells that no ray hit.
+    """Put exact values in the place of estimates that rest on nothing, or on too little.
+
+    That is in cells that no ray hit, and in all cells of components that were hit by fewer than 30.
 
     Args:
         exposure: As the rays found it.
@@ -22,18 +29,20 @@ def settle(exposure: Exposure, stage: Stage, jet: Jet, facets: Facets, scene: Sc
         scene: What casts shadows.
         cells: Of the surfaces that are judged in this stage.
     """
-    unhit = cells[facets.cell_exposed[cells] & (exposure.hits[cells] == 0)]
-    if not len(unhit):
+    component = facets.cell_component[cells] + 1
+    seldom = np.bincount(component, exposure.hits[cells]) < _ENOUGH
+    poor = cells[facets.cell_exposed[cells] & ((exposure.hits[cells] == 0) | seldom[component])]
+    if not len(poor):
         return exposure
-    exact = glimpse(stage, jet, facets, scene, unhit)
+    exact = glimpse(stage, jet, facets, scene, poor)
     return replace(
         exposure,
-        cone_s=_put(exposure.cone_s, unhit, exact.cone_s),
-        front_s=_put(exposure.front_s, unhit, exact.front_s),
-        volume_mm=_put(exposure.volume_mm, unhit, exact.volume_mm),
-        peak_pa=_put(exposure.peak_pa, unhit, exact.peak_pa),
-        impulse_n_pa_s=_put(exposure.impulse_n_pa_s, unhit, exact.impulse_n_pa_s),
-        impulse_t_pa_s=_put(exposure.impulse_t_pa_s, unhit, exact.impulse_t_pa_s),
+        cone_s=_put(exposure.cone_s, poor, exact.cone_s),
+        front_s=_put(exposure.front_s, poor, exact.front_s),
+        volume_mm=_put(exposure.volume_mm, poor, exact.volume_mm),
+        peak_pa=_put(exposure.peak_pa, poor, exact.peak_pa),
+        impulse_n_pa_s=_put(exposure.impulse_n_pa_s, poor, exact.impulse_n_pa_s),
+        impulse_t_pa_s=_put(exposure.impulse_t_pa_s, poor, exact.impulse_t_pa_s),
     )
 
 

@@ -229,6 +229,13 @@ def test_the_process_is_judged_by_bath_water_and_temperature():
     assert rules(judge_process([stage("wash")], PARAMETERS)) == ["R10"]
 
 
+@pytest.mark.parametrize(("age", "most", "late"), [(30.0, 24.0, True), (20.0, 24.0, False), (None, 24.0, False)])
+def test_residue_that_is_older_than_it_may_be_is_said(age, most, late):
+    known = with_limits(hours_after_reflow=most)
+    known = known.model_copy(update={"soil": known.soil.model_copy(update={"age_h": age})})
+    assert (rules(judge_process([stage("wash"), stage("rinse")], known)) == ["R13"]) == late
+
+
 @settings(deadline=None, max_examples=60)
 @given(
     residue=st.floats(0, 1), worse=st.floats(0, 1), low=st.floats(0, 50), missed=st.floats(0, 1), n=st.floats(0, 100)
