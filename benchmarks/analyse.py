@@ -35,8 +35,7 @@ VERIFIED = 12
 """Components that are worked out exactly."""
 ROUNDS = 3
 PHASES = {
-    "pressing at the edges": "exposure",
-    "flushing under parts": "edges",
+    "flushing under parts": "exposure",
     "judging": "gaps",
     "done": "verdicts",
 }

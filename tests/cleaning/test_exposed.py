@@ -70,6 +70,8 @@ def test_what_the_cone_never_reaches_is_missed_even_if_it_is_little():
     cone = EXPOSURE.cone_s.copy()
     cone[shown] = 1.0
     assert exposed_part(replace(EXPOSURE, cone_s=cone), FACETS, U1).missed_share == 0.0
+    cone[shown[0]] = 1e-6
+    assert exposed_part(replace(EXPOSURE, cone_s=cone), FACETS, U1).missed_share == 0.0
     cone[shown[0]] = 0.0
     wanted = FACETS.cell_areas_mm2[shown[0]] / FACETS.cell_areas_mm2[shown].sum()
     assert exposed_part(replace(EXPOSURE, cone_s=cone), FACETS, U1).missed_share == pytest.approx(wanted)

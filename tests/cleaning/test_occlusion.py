@@ -44,11 +44,22 @@ def test_a_jet_that_points_elsewhere_is_blocked_by_nothing():
 
 
 def test_what_looks_away_from_the_jet_is_not_blocked():
-    board = solid_board(LOW, OTHER, outline=OUTLINE)
-    turned = blocked_by(
-        board, *beside(1), lambda facets: (facets.cell_component == 0) & (facets.cell_normals[:, 0] < -0.9)
-    )
-    assert turned == ""
+    board = solid_board(LOW, WALL, outline=OUTLINE)
+
+    def left_wall(facets):
+        found = (facets.cell_component == 0) & (facets.cell_normals[:, 0] < -0.9)
+        assert np.any(found & facets.cell_exposed)
+        return found
+
+    assert blocked_by(board, *beside(1), left_wall) == ""
+    assert blocked_by(board, *beside(-1), left_wall) == ""
+
+
+def test_what_stands_beyond_the_nozzle_does_not_block():
+    beyond = part("W3", 22, -15, 2, 30, 40.0)
+    tcp, axes = [[15.0, y, 15.0] for y in (-4.0, 0.0, 4.0)], downward(50.0, 180.0)
+    assert blocked_by(solid_board(LOW, beyond, outline=OUTLINE), tcp, axes) == ""
+    assert blocked_by(solid_board(LOW, beyond, outline=OUTLINE), *beside(1)) == "W3"
 
 
 def test_what_blocks_more_often_counts():

@@ -1,6 +1,7 @@
 """Known answers of the model at other numbers than in the tests of its pieces, and its trends through whole gaps."""
 
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -39,10 +40,11 @@ def _say_nothing(*_):
     pass
 
 
-def standing(standoff_um, parameters=PARAMETERS, **more):
+@cache
+def standing(standoff_um, paste_factor=1.0):
     """U1 at a stated height."""
-    known = PartOverride(match=["U1"], standoff_um=(standoff_um, standoff_um), **more)
-    return prepare(board_of("U1"), parameters.model_copy(update={"parts": [known]}), _say_nothing)
+    known = PartOverride(match=["U1"], standoff_um=(standoff_um, standoff_um), paste_factor=paste_factor)
+    return prepare(board_of("U1"), PARAMETERS.model_copy(update={"parts": [known]}), _say_nothing)
 
 
 @pytest.mark.parametrize(("tilt", "force"), [(0, 0.6824), (15, 0.6591), (30, 0.5910), (45, 0.4824)])
