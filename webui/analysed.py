@@ -60,12 +60,13 @@ def analyse_run(run: Run, asked: Asked, before: Analysed | None, tell: Progress)
     """
     from cleaning.analyse import analyse_on
 
-    subject = _ready(run.board, asked.parameters, before, part_of(tell, 0.0, 0.2))
+    subject = make_ready(run.board, asked.parameters, before, part_of(tell, 0.0, 0.2))
     report = analyse_on(subject, run.program, run.recipe, asked.effort, part_of(tell, 0.2, 1.0))
     return Analysed(run.program, asked.parameters_name, report, subject)
 
 
-def _ready(board: "Board", parameters: Parameters, before: Analysed | None, tell: Progress) -> "Subject":
+def make_ready(board: "Board", parameters: Parameters, before: Analysed | None, tell: Progress) -> "Subject":
+    """Make a board ready for analyses with some parameters, unless it is already."""
     from cleaning.subject import prepare
 
     known = None if before is None else before.subject

@@ -15,6 +15,7 @@ from webui import rewrite
 from webui.analysed import Analysed
 from webui.checked import Checked
 from webui.document import Document
+from webui.tuning import Proposal
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +54,8 @@ class Session:
     """Parameter set of the cleaning model, as the project lists it."""
     analysed: Analysed | None = None
     """What came of the newest analysis; it may be of an older program or with other parameters."""
+    proposal: Proposal | None = None
+    """What tuning proposes and nobody has taken or left yet; it may be of an older text."""
 
     @property
     def recipe(self) -> Recipe:
@@ -121,6 +124,7 @@ class Session:
             compared=None,
             checked=None,
             analysed=None,
+            proposal=None,
             selection=Selection(),
         )
 
@@ -139,6 +143,10 @@ class Session:
     def with_analysis(self, analysed: Analysed) -> "Session":
         """Remember what came of an analysis; of which program and parameters it is, it says itself."""
         return replace(self, analysed=analysed)
+
+    def with_proposal(self, proposal: Proposal | None) -> "Session":
+        """Keep what tuning proposes until somebody decides; nothing where it was taken or left."""
+        return replace(self, proposal=proposal)
 
     def edited(self, text: str) -> "Session":
         """Give the recipe another text.

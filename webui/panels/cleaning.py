@@ -13,6 +13,7 @@ from webui.panels.cleaning_gap import GapCard
 from webui.panels.cleaning_heat import HeatCard
 from webui.panels.cleaning_part import PartCard
 from webui.panels.cleaning_parts import PartsCard
+from webui.panels.tuning import TuneCard
 from webui.remarks import remark_html
 from webui.scene import Scene
 from webui.session import Session
@@ -47,13 +48,14 @@ class CleaningPanel:
         )
         self._button = gui.add_button(_ANALYSE, hint="Predicts what the spray reaches, above and under the parts.")
         self._state = gui.add_html("")
+        self._tune = TuneCard(page)
         self._cards = (PartsCard(page, scene), HeatCard(page, scene), PartCard(page), GapCard(page))
         self._choice.on_update(lambda event: self._choose(event.target.value, by_hand=event.client is not None))
         self._button.on_click(lambda _: self._press())
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        for card in self._cards:
+        for card in (self._tune, *self._cards):
             card.show(session, before)
         self._show_names(session)
         if before is None or session.run is not before.run or session.analysed is not before.analysed:
