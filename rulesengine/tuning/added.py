@@ -1,10 +1,12 @@
 """Paths that a step does not have yet: around the components, around the rim, across in the other direction."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
 from recipes.consistency import half_spread_deg
+from recipes.located import YamlPath
 from recipes.paths import BoardPerimeter, ComponentPerimeter, Raster
 from recipes.recipe import Recipe, Step
 from rulesengine.tuning.effects import effect, steps_for
@@ -20,65 +22,95 @@ _RIM_TILT_DEG = 20.0
 _RIM_OFFSET_MM = 5.0
 _BEYOND_HALF_ANGLE_DEG = 5.0
 _STEEPEST_DEG = 84.0
+_ACROSS = 0.5
 _BOARD = "board"
 
 
 def added_paths(outcome: Outcome, wants: Sequence[Want]) -> Iterator[Move]:
-    """Suggest new paths for steps that lack them, and steps for a side that is not sprayed."""
-    for at, step in enumerate(outcome.recipe.sequence):
-        made_by = f"sequence[{at}]"
-        helped = [want for want in wants if step.enabled and made_by in steps_for(want, outcome)]
-        if helped and outcome.use_of(made_by) != "dry":
-            yield from _for_step(at, step, outcome.recipe, helped)
+    """Suggest new paths for functions that lack them, and steps for a side that is not sprayed."""
+    functions = dict.fromkeys(step.function for _, step in enabled_steps(outcome.recipe))
+    for function in functions:
+        steps = _steps_of(function, outcome, wants)
+        if steps:
+            yield from _for_function(steps, outcome.recipe)
     yield from _other_side(outcome, wants)
 
 
-def _for_step(at: int, step: Step, recipe: Recipe, helped: list[Want]) -> Iterator[Move]:
+@dataclass(frozen=True, slots=True)
+class _Lacking:
+    """A step, and what is wanting that it may help."""
+
+    at: int
+    step: Step
+    wants: tuple[Want, ...]
+
+
+def _steps_of(function: str, outcome: Outcome, wants: Sequence[Want]) -> list[_Lacking]:
+    found: list[_Lacking] = []
+    for at, step in enumerate(outcome.recipe.sequence):
+        made_by = f"sequence[{at}]"
+        if step.enabled and step.function == function and outcome.use_of(made_by) != "dry":
+            helped = tuple(want for want in wants if made_by in steps_for(want, outcome))
+            found += [_Lacking(at, step, helped)] if helped else []
+    return found
+
+
+def _for_function(steps: list[_Lacking], recipe: Recipe) -> Iterator[Move]:
+    first = steps[0].step
+    most = max(0.0, float(int(_STEEPEST_DEG - half_spread_deg(recipe.nozzles[first.nozzle]))))
+    tilt = min(ceil(half_spread_deg(recipe.nozzles[first.nozzle])) + _BEYOND_HALF_ANGLE_DEG, most)
+    speed = min(_SPEED_MM_S, recipe.functions[first.function].max_speed_mm_s)
+    usual: dict[str, Any] = {"height_mm": max(_HEIGHT_MM, recipe.limits.clearance_mm + 1.0), "speed_mm_s": speed}
+    around = {"path": "component_perimeter", **usual, "tilt_deg": tilt, "passes": 1}
+    yield from _added("around", around, [each for each in steps if not _has_around(each.step, recipe)], recipe)
+    way = {"direction_deg": "across_longest_edge", "tilt_deg": min(_ACROSS_TILT_DEG, most), "toward": "travel"}
+    across = {"path": "raster", **usual, **way}
+    yield from _added("across", across, [each for each in steps if not _has_across(each.step, recipe)], recipe)
+    rim = {"path": "board_perimeter", **usual, "offset_mm": _RIM_OFFSET_MM, "tilt_deg": min(_RIM_TILT_DEG, most)}
+    yield from _added("rim", rim, [each for each in steps if not _has_rim(each.step, recipe)], recipe)
+
+
+def _has_around(step: Step, recipe: Recipe) -> bool:
+    return any(isinstance(recipe.templates[name], ComponentPerimeter) for name in step.paths)
+
+
+def _has_rim(step: Step, recipe: Recipe) -> bool:
+    return any(isinstance(recipe.templates[name], BoardPerimeter) for name in step.paths)
+
+
+def _has_across(step: Step, recipe: Recipe) -> bool:
     specs = [recipe.templates[name] for name in step.paths]
-    parts = sum(want.weight * effect("sides", want.judgement.rule) for want in helped if want.component != _BOARD)
-    bare = sum(want.weight * effect("sides", want.judgement.rule) for want in helped if want.component == _BOARD)
-    seen = sum(want.weight for want in helped if want.judgement.rule in ("R1", "R2"))
-    tilt = min(ceil(half_spread_deg(recipe.nozzles[step.nozzle])) + _BEYOND_HALF_ANGLE_DEG, _most_tilt(recipe, step))
-    speed = min(_SPEED_MM_S, recipe.functions[step.function].max_speed_mm_s)
-    usual: dict[str, Any] = {"height_mm": _height(recipe), "speed_mm_s": speed}
-    if parts and not any(isinstance(spec, ComponentPerimeter) for spec in specs):
-        around = {"path": "component_perimeter", **usual, "tilt_deg": tilt, "passes": 1}
-        yield _added("around", around, at, step, recipe, parts)
-    if seen and not any(isinstance(spec, Raster) and spec.tilt_deg > 0 for spec in specs):
-        lean = min(_ACROSS_TILT_DEG, _most_tilt(recipe, step))
-        along = any(isinstance(spec, Raster) and spec.direction_deg in (0, "longest_edge") for spec in specs)
-        way = "across_longest_edge" if along else "longest_edge"
-        across = {"path": "raster", **usual, "direction_deg": way, "tilt_deg": lean, "toward": "travel"}
-        yield _added("across", across, at, step, recipe, 0.6 * seen)
-    if bare and not any(isinstance(spec, BoardPerimeter) for spec in specs):
-        lean = min(_RIM_TILT_DEG, _most_tilt(recipe, step))
-        rim = {"path": "board_perimeter", **usual, "offset_mm": _RIM_OFFSET_MM, "tilt_deg": lean, "toward": "inside"}
-        yield _added("rim", rim, at, step, recipe, bare)
+    return any(isinstance(spec, Raster) and spec.tilt_deg > 0 for spec in specs)
 
 
-def _height(recipe: Recipe) -> float:
-    return max(_HEIGHT_MM, recipe.limits.clearance_mm + 1.0)
+def _gain(word: str, want: Want) -> float:
+    """A path around components is for them, one around the rim for the board; one across reaches surfaces."""
+    rule, of_board = want.judgement.rule, want.component == _BOARD
+    if word == "across":
+        return _ACROSS * want.weight if rule in ("R1", "R2") else 0.0
+    return want.weight * effect("sides", want) if of_board == (word == "rim") else 0.0
 
 
-def _most_tilt(recipe: Recipe, step: Step) -> float:
-    return max(0.0, float(int(_STEEPEST_DEG - half_spread_deg(recipe.nozzles[step.nozzle]))))
+def _added(word: str, template: dict[str, Any], steps: list[_Lacking], recipe: Recipe) -> Iterator[Move]:
+    gain = sum(_gain(word, want) for want in {id(want): want for each in steps for want in each.wants}.values())
+    if not gain:
+        return
+    name = _name(f"{word}_{steps[0].step.function}", recipe, steps)
+    edits: list[tuple[YamlPath, Any]] = [] if name in recipe.templates else [(("templates", name), template)]
+    edits += [(("sequence", each.at, "paths"), [*each.step.paths, name]) for each in steps]
+    where = ", ".join(f"sequence[{each.at}].paths" for each in steps)
+    what = f"{where}: + {name} ({template['path']})"
+    acts = tuple(f"sequence[{each.at}]" for each in steps)
+    yield Move("sides", what, tuple(edits), gain, ("sides", f"{word} {steps[0].step.function}"), acts)
 
 
-def _added(word: str, template: dict[str, Any], at: int, step: Step, recipe: Recipe, gain: float) -> Move:
-    name = _free(f"{word}_{step.function}", recipe)
-    edits = ((("templates", name), template), (("sequence", at, "paths"), [*step.paths, name]))
-    what = f"sequence[{at}].paths: + {name} ({template['path']})"
-    return Move("sides", what, edits, gain, ("sides", f"{word}[{at}]"), (f"sequence[{at}]",))
-
-
-def _free(name: str, recipe: Recipe) -> str:
-    """Give a name that no template has."""
-    if name not in recipe.templates:
-        return name
-    count = 2
-    while f"{name}_{count}" in recipe.templates:
-        count += 1
-    return f"{name}_{count}"
+def _name(wanted: str, recipe: Recipe, steps: list[_Lacking]) -> str:
+    """Give a name that no template has, or that of one that was added to another step of this function before."""
+    users = {step.function for _, step in enabled_steps(recipe) if wanted in step.paths}
+    name, count = wanted, 2
+    while name in recipe.templates and not (name == wanted and users == {steps[0].step.function}):
+        name, count = f"{wanted}_{count}", count + 1
+    return name
 
 
 def _other_side(outcome: Outcome, wants: Sequence[Want]) -> Iterator[Move]:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from cleaning.analyse import Effort, analyse_on
+from cleaning.analyse import analyse_on
 from cleaning.subject import Subject
 from geometry.errors import JobError
 from recipes.load import parse_recipe
@@ -30,7 +30,7 @@ class Bench:
         self.used = 0
         self._last: Run | None = None
         self._runs: dict[str, Run | None] = {}
-        self._outcomes: dict[tuple[str, Effort], Outcome] = {}
+        self._outcomes: dict[str, Outcome] = {}
         self._errors: frozenset[str] = frozenset()
 
     @property
@@ -38,7 +38,7 @@ class Bench:
         """Analyses that may still be made."""
         return self.most - self.used
 
-    def first(self, text: str, effort: Effort) -> Outcome:
+    def first(self, text: str) -> Outcome:
         """Try the recipe to begin with; errors that its plan has are not held against its successors.
 
         Raises:
@@ -47,7 +47,7 @@ class Bench:
         planned = self._carry_out(text)
         self._runs[text] = planned
         self._errors = frozenset(finding.rule for finding in blocking(planned.findings, ()))
-        return self._analyse(text, planned, effort)
+        return self._analyse(text, planned)
 
     def edited(self, text: str, edits: Edits) -> str | None:
         """Write edits into a text; ``None`` where that cannot be done or changes nothing."""
@@ -71,22 +71,22 @@ class Bench:
                 self._runs[text] = done if stops <= self._errors else None
         return self._runs[text]
 
-    def outcome(self, text: str, effort: Effort) -> Outcome | None:
+    def outcome(self, text: str) -> Outcome | None:
         """Predict what a text does; ``None`` where it cannot be planned or no analysis is left."""
-        known = self._outcomes.get((text, effort))
+        known = self._outcomes.get(text)
         if known is not None:
             return known
         planned = self.planned(text)
-        return None if planned is None or self.left <= 0 else self._analyse(text, planned, effort)
+        return None if planned is None or self.left <= 0 else self._analyse(text, planned)
 
     def _carry_out(self, text: str) -> Run:
         done = run(parse_recipe(text, file=self.file), self.subject.board, before=self._last)
         self._last = done
         return done
 
-    def _analyse(self, text: str, planned: Run, effort: Effort) -> Outcome:
+    def _analyse(self, text: str, planned: Run) -> Outcome:
         self.used += 1
-        report = analyse_on(self.subject, planned.program, planned.recipe, effort)
-        found = outcome_of(planned, report, self.goal, text, effort)
-        self._outcomes[text, effort] = found
+        report = analyse_on(self.subject, planned.program, planned.recipe, "fast")
+        found = outcome_of(planned, report, self.goal, text)
+        self._outcomes[text] = found
         return found

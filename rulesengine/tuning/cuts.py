@@ -25,6 +25,26 @@ class Cut:
     edits: Edits = ()
     """Of a path that is left out."""
 
+    steps: tuple[str, ...] = ()
+    template: str = ""
+    """Of which it takes something away; empty: of the whole steps."""
+
+    @property
+    def begin(self) -> float:
+        """Value of the knob as it is."""
+        return self.end if self.knob is None else self.knob.value
+
+    def part(self, share: float) -> float | None:
+        """Give the value that is a share of the way to the end; ``None`` where that is nothing."""
+        if self.knob is None or share >= 1:
+            return self.end
+        begin = self.knob.value
+        if self.knob.kind == "speeds":  # time goes with the inverse of speed
+            value = self.knob.moved(1.0 / (1.0 / begin + share * (1.0 / self.end - 1.0 / begin)))
+        else:
+            value = self.knob.moved(begin + share * (self.end - begin))
+        return None if value == begin else value
+
     def at(self, value: float) -> tuple[str, Edits]:
         """Say and write what it changes, the knob being set to a value."""
         if self.knob is None:
@@ -62,7 +82,7 @@ def cuts_of(outcome: Outcome, began: Mapping[YamlPath, float], allowed: Allowed)
             end = min(end, first) if knob.kind == "speeds" else max(end, first)
         if knob.gain * (knob.value - end) > 0:
             name = f"{spell_path(knob.path)} {knob.of_class}"
-            found[name] = Cut(name, end, knob)
+            found[name] = Cut(name, end, knob, steps=knob.steps, template=knob.template)
     if "passes" in allowed.kinds:
         found |= {cut.name: cut for cut in _left_out(outcome, drying, allowed)}
     return found
@@ -83,5 +103,6 @@ def _left_out(outcome: Outcome, drying: frozenset[str], allowed: Allowed) -> lis
             continue
         for place, name in enumerate(step.paths):
             rest = [*step.paths[:place], *step.paths[place + 1 :]]
-            cuts.append(Cut(f"{spell_path(path)}: - {name}", edits=((path, rest),)))
+            what = f"{spell_path(path)}: - {name}"
+            cuts.append(Cut(what, edits=((path, rest),), steps=(f"sequence[{at}]",), template=name))
     return cuts

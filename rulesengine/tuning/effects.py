@@ -4,7 +4,7 @@ What a change really does, the analysis says. 0 means that it is not tried.
 """
 
 from cleaning.parameters import Use
-from rulesengine.tuning.goals import PROCESS, Want
+from rulesengine.tuning.goals import PROCESS, Spare, Want
 from rulesengine.tuning.knobs import Kind, Knob, enabled_steps
 from rulesengine.tuning.outcome import Outcome
 
@@ -24,25 +24,30 @@ _RINSE_RULES = frozenset({"R10", "R11"})
 _WHOLE_STEP: frozenset[Kind] = frozenset({"wash_time", "pressure", "temperature"})
 _UNSEEN = 0.2
 """Weight of a template that hardly sprays what is wanting."""
-_MOST_NEED = 3.0
+_MOST_NEED = 4.0
 """No number changes by more than this at once."""
 _USUAL_NEED = 1.5
+_NEARLY_ALL = 0.99
 
 
-def effect(kind: Kind, rule: str) -> float:
-    """Give the belief for a kind of knob and a rule."""
-    return _EFFECT[kind].get(rule, 0.0)
+def effect(kind: Kind, want: Want) -> float:
+    """Give the belief for a kind of knob and a rule; where nothing arrives, more of the same does not help."""
+    return _EFFECT[kind].get("R1" if _nothing(want) else want.judgement.rule, 0.0)
+
+
+def _nothing(want: Want) -> bool:
+    return want.judgement.rule == "R2" and want.deficit > _NEARLY_ALL
 
 
 def need(want: Want) -> float:
     """Estimate how many times as long the spraying must be: amounts grow with it, residue falls exponentially."""
-    if want.judgement.rule in ("R2", "R6", "R7", "R10"):
+    if want.judgement.rule in ("R2", "R6", "R7", "R10") and not _nothing(want):
         return min(_MOST_NEED, 1.0 / max(1.0 - want.deficit, 1e-3))
     return _USUAL_NEED
 
 
-def steps_for(want: Want, outcome: Outcome) -> frozenset[str]:
-    """Name the steps on the component's side that can do something about a judgement."""
+def steps_for(want: Want | Spare, outcome: Outcome) -> frozenset[str]:
+    """Name the steps on the component's side that a judgement depends on."""
     uses = _uses(want, outcome)
     side = outcome.sides.get(want.component)
     steps = enabled_steps(outcome.recipe)
@@ -51,7 +56,7 @@ def steps_for(want: Want, outcome: Outcome) -> frozenset[str]:
     )
 
 
-def _uses(want: Want, outcome: Outcome) -> frozenset[Use]:
+def _uses(want: Want | Spare, outcome: Outcome) -> frozenset[Use]:
     rule = want.judgement.rule
     if rule in _WASH_RULES:
         return frozenset({"wash"})
@@ -65,7 +70,7 @@ def _uses(want: Want, outcome: Outcome) -> frozenset[Use]:
 
 def helps(knob: Knob, want: Want, outcome: Outcome) -> float:
     """Estimate which share of a want a knob can take away: by its rule, its class, and who sprays the component."""
-    believed = effect(knob.kind, want.judgement.rule)
+    believed = effect(knob.kind, want)
     concerned = steps_for(want, outcome) & frozenset(knob.steps)
     if not believed or not concerned or (want.component == PROCESS and knob.kind != "temperature"):
         return 0.0

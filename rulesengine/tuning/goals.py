@@ -16,6 +16,7 @@ _DRYING = frozenset({"R12"})
 _EACH = 0.1
 """What one judgement weighs, however little is missing: the last few percent count as well."""
 _LEAST_SHARE = 1e-9
+_NOTHING_HIT = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +26,7 @@ class Want:
     component: str
     judgement: Judgement
     deficit: float
-    """From 0, where it just holds, to 1."""
+    """From 0, where it just holds, to 1; to 2 where places are never hit, of which the rules ask no more."""
 
     @property
     def weight(self) -> float:
@@ -57,23 +58,64 @@ def _counts(judgement: Judgement, goal: Goal) -> bool:
     return goal == "clean-and-dry" or judgement.rule not in _DRYING
 
 
+@dataclass(frozen=True, slots=True)
+class Spare:
+    """A judgement that holds, and how much of the spraying it needs to."""
+
+    component: str
+    judgement: Judgement
+    needed: float
+    """Share of the present amount (R2) or time (R7)."""
+
+
+def spares_of(report: CleaningReport, left_out: frozenset[str]) -> tuple[Spare, ...]:
+    """List the judgements that hold and say by how much."""
+    parts = [part for part in report.parts if part.component not in left_out]
+    return tuple(
+        Spare(part.component, each, _needed(each))
+        for part in (*parts, report.bare)
+        for each in part.judgements
+        if each.verdict == "clean" and each.rule in ("R2", "R7")
+    )
+
+
+def _needed(judgement: Judgement) -> float:
+    shares = [0.0]
+    for number in judgement.numbers:
+        limit = number.limit or 0.0
+        if judgement.rule == "R2" and number.value > 0:
+            shares.append(limit / number.value)
+        elif judgement.rule == "R7" and 0 < number.value < 100 and 0 < limit < 100:
+            shares.append(log(limit / 100.0) / log(max(number.value / 100.0, _LEAST_SHARE)))
+    return min(1.0, max(shares))
+
+
 def deficit(judgement: Judgement) -> float:
-    """Say how far a judgement is from holding: 0 just holds, 1 is as far as can be."""
-    limited = [number for number in judgement.numbers if number.limit is not None]
-    if not limited:
-        return min(1.0, judgement.numbers[0].value / 100.0) if judgement.rule == "R1" and judgement.numbers else 1.0
-    return max(min(1.0, max(0.0, _short(judgement.rule, number))) for number in limited)
+    """Say how far a judgement is from holding: 0 just holds, 1 is as far as can be, more only where nothing is hit."""
+    numbers = judgement.numbers
+    if judgement.rule == "R1":
+        return _missed(judgement)
+    if judgement.rule == "R12" and len(numbers) > 1:
+        return 1.0 - numbers[0].value / numbers[1].value  # the gap against the least that is blown clear
+    limited = [number for number in numbers if number.limit is not None]
+    return max((min(1.0, max(0.0, _short(judgement.rule, number))) for number in limited), default=1.0)
+
+
+def _missed(judgement: Judgement) -> float:
+    """Where much is missed, amounts are not judged, so that it must count more than too small an amount."""
+    if not judgement.numbers:
+        return _NOTHING_HIT
+    share = judgement.numbers[0].value / 100.0
+    return 1.0 + share if judgement.verdict == "dirty" else share
 
 
 def _short(rule: str, number: Number) -> float:
     limit = 0.0 if number.limit is None else number.limit
     value = number.value if isfinite(number.value) else inf
     match rule:
-        case "R1":
-            return value / 100.0
         case "R2" | "R6" | "R10":
             return 1.0 - value / limit if limit > 0 else 0.0
-        case "R3" | "R11" | "R12":
+        case "R3" | "R11":
             return 1.0 - limit / value if value > 0 else 0.0
         case "R4":
             return -value / (100.0 - value) if value < 0 else 0.5

@@ -15,7 +15,7 @@ _PLANNED = 12
 """Moves of the highest belief that are planned, which is quick, to know what they cost."""
 _TRIED = 6
 """Moves that are analysed in vain before no more is tried."""
-_SHARE = 0.15
+_SHARE = 0.05
 """Of the time that the program takes now: what is added to the cost of a move, so that one does not crawl."""
 _LEAST = 0.005
 """Share of the shortfall that a move must take away."""
@@ -69,20 +69,28 @@ def _step(growth: Growth, now: Outcome, least_left: int) -> tuple[Sequence[Move]
         if growth.bench.left <= least_left:
             return None
         after = _try(growth, now, moves)
-        if after is not None and after.shortfall < now.shortfall * (1.0 - _LEAST):
+        gained = 0.0 if after is None else now.shortfall - after.shortfall
+        _learn(growth, moves, gained / max(sum(move.most for move in moves), 1e-9))
+        if after is not None and gained > _LEAST * now.shortfall:
             return moves, after
-        if len(moves) == 1:
-            growth.trust[moves[0].key] = growth.trust.get(moves[0].key, 1.0) * _DISAPPOINTED
     return None
+
+
+def _learn(growth: Growth, moves: Sequence[Move], share: float) -> None:
+    """Believe a move the less, the less of its promise it kept; of several at once none is blamed for long."""
+    for move in moves if len(moves) == 1 or share > 0 else ():
+        growth.trust[move.key] = growth.trust.get(move.key, 1.0) * min(1.0, max(_DISAPPOINTED, share))
 
 
 def _rank(growth: Growth, now: Outcome) -> list[Ranked]:
     """Plan the most promising moves, leave out what breaks a limit, and put the most worth first."""
 
-    def trusted(move: Move) -> float:
-        return move.gain * growth.trust.get(move.key, 1.0)
+    def trust(move: Move) -> float:
+        return growth.trust.get(move.key, 1.0)
 
-    promising = sorted(moves_of(now, now.wants, growth.asked.allowed), key=lambda move: -round(trusted(move), 6))
+    promising = sorted(
+        moves_of(now, now.wants, growth.asked.allowed), key=lambda move: -round(trust(move) * move.most, 6)
+    )
     ranked: list[Ranked] = []
     for move in promising[:_PLANNED]:
         text = growth.bench.edited(now.text, move.edits)
@@ -92,8 +100,9 @@ def _rank(growth: Growth, now: Outcome) -> list[Ranked]:
         seconds, litres = seconds_of(planned), litres_of(planned)
         if growth.asked.limits.excess(seconds, litres) > growth.asked.limits.excess(now.seconds, now.litres):
             continue
-        cost = max(seconds - now.seconds, 0.0) + _SHARE * now.seconds
-        ranked.append(Ranked(move, text, round(trusted(move) / cost, 9)))
+        longer = seconds - now.seconds
+        worth = trust(move) * move.gain_in(longer) / (max(longer, 0.0) + _SHARE * now.seconds)
+        ranked.append(Ranked(move, text, round(worth, 9)))
     return sorted(ranked, key=lambda each: -each.worth)
 
 
@@ -117,7 +126,7 @@ def _try(growth: Growth, now: Outcome, moves: Sequence[Move]) -> Outcome | None:
     limits = growth.asked.limits
     if limits.excess(seconds_of(planned), litres_of(planned)) > limits.excess(now.seconds, now.litres):
         return None
-    return growth.bench.outcome(text, now.effort)
+    return growth.bench.outcome(text)
 
 
 def joined(edits: Iterable[Edits]) -> Edits:

@@ -99,6 +99,7 @@ def _of_template(
     spread = max(half_spread_deg(recipe.nozzles[step.nozzle]) for step in using)
     lowest = max(_LOWEST_MM, recipe.limits.clearance_mm + 1.0)
     at: YamlPath = ("templates", name)
+    least_tilt = min(spread + 1.0, _MOST_TILT_DEG) // 1.0 if _leans_in(spec) else 0.0
     fields: dict[str, Knob] = {
         "speed_mm_s": Knob("speeds", at, 0.0, _SLOWEST_MM_S, fastest, 1.0, -1.0, steps, name),
         "passes": Knob("passes", at, 0.0, 0.0, _MOST_LAPS, 1.0, 1.0, steps, name),
@@ -106,12 +107,19 @@ def _of_template(
         "edge_delay_s": Knob("dwells", at, 0.0, 0.0, _LONGEST_S, 0.1, 1.0, steps, name),
         "delay_s": Knob("dwells", at, 0.0, 0.0, _LONGEST_S, 0.1, 1.0, steps, name),
         "corner_delay_s": Knob("dwells", at, 0.0, 0.0, _LONGEST_S, 0.1, 1.0, steps, name),
-        "tilt_deg": Knob("tilts", at, 0.0, 0.0, min(_MOST_TILT_DEG, _CLOSED_DEG - spread), 1.0, 1.0, steps, name),
+        "tilt_deg": Knob(
+            "tilts", at, 0.0, least_tilt, min(_MOST_TILT_DEG, _CLOSED_DEG - spread), 1.0, 1.0, steps, name
+        ),
         "height_mm": Knob("heights", at, 0.0, lowest, _HIGHEST_MM, 1.0, -1.0, steps, name),
     }
     for field, knob in fields.items():
         if field in type(spec).model_fields:
             yield from _of_field(spec, field, knob, classes)
+
+
+def _leans_in(spec: PathSpec) -> bool:
+    """Whether the near wave front is put on an edge: more upright than its half angle it lies behind the nozzle."""
+    return isinstance(spec, ComponentPerimeter) and spec.align == "wavefront" and spec.toward == "component"
 
 
 def _of_field(spec: PathSpec, field: str, knob: Knob, classes: frozenset[str]) -> Iterator[Knob]:

@@ -7,7 +7,7 @@ from math import ceil
 from recipes.located import YamlPath, spell_path
 from rulesengine.tuning.added import added_paths
 from rulesengine.tuning.edits import is_kept
-from rulesengine.tuning.effects import helps, need
+from rulesengine.tuning.effects import helps, need, steps_for
 from rulesengine.tuning.goals import Want
 from rulesengine.tuning.knobs import Kind, Knob, knobs_of
 from rulesengine.tuning.move import Move
@@ -18,6 +18,8 @@ _HARDER = 1.25
 _WARMER_C = 5.0
 _LEAN_DEG = 10.0
 _LEAST_DWELL_S = 0.3
+_BY_TIME = "R7"
+_TAKES_TIME: frozenset[Kind] = frozenset({"speeds", "passes", "dwells", "wash_time"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +38,7 @@ def moves_of(outcome: Outcome, wants: Sequence[Want], allowed: Allowed) -> tuple
     """List what may help against some wants, the most believed gain first; equals in the order of the recipe."""
     found = [move for knob in knobs_for(outcome) for move in _turned(knob, outcome, wants)]
     found += added_paths(outcome, wants)
-    return tuple(sorted((move for move in found if allowed.may(move)), key=lambda move: -round(move.gain, 6)))
+    return tuple(sorted((move for move in found if allowed.may(move)), key=lambda move: -round(move.most, 6)))
 
 
 def knobs_for(outcome: Outcome) -> tuple[Knob, ...]:
@@ -55,17 +57,31 @@ def _turned(knob: Knob, outcome: Outcome, wants: Sequence[Want]) -> Iterator[Mov
     if toward:
         factor = max(need(want) for want, _ in toward)
         for value in _values(knob, factor, toward):
-            yield from _move(knob, value, toward)
+            yield from _move(knob, value, toward, _soak_s(outcome, toward))
 
 
-def _move(knob: Knob, value: float, helped: list[tuple[Want, float]]) -> Iterator[Move]:
+def _soak_s(outcome: Outcome, helped: list[tuple[Want, float]]) -> float:
+    """How much longer washing would have to be for residue to go by time alone."""
+    longest = 0.0
+    for want, _ in helped:
+        if want.judgement.rule == _BY_TIME:
+            steps = steps_for(want, outcome)
+            seconds = sum(step.seconds for step in outcome.steps if step.made_by in steps)
+            longest = max(longest, (need(want) - 1.0) * seconds)
+    return longest
+
+
+def _move(knob: Knob, value: float, helped: list[tuple[Want, float]], soak_s: float = 0.0) -> Iterator[Move]:
     new = knob.moved(value)
     if new == knob.value:
         return
-    gain = sum(want.weight * share for want, share in helped)
+    by_time = knob.kind in _TAKES_TIME and soak_s > 0
+    soak = sum(want.weight * share for want, share in helped if by_time and want.judgement.rule == _BY_TIME)
+    gain = sum(want.weight * share for want, share in helped) - soak
     of_class = f" of {knob.of_class}" if knob.rest is not None else ""
     what = f"{spell_path(knob.path)}{of_class}: {knob.value:g} -> {new:g}"
-    yield Move(knob.kind, what, knob.edit(new), gain, (knob.kind, knob.template or spell_path(knob.path)), knob.steps)
+    key = (knob.kind, f"{knob.template or spell_path(knob.path)} {knob.of_class}")
+    yield Move(knob.kind, what, knob.edit(new), gain, key, knob.steps, soak, soak_s)
 
 
 def _backed(knob: Knob) -> float:

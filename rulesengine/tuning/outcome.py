@@ -3,13 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from cleaning.analyse import Effort
 from cleaning.parameters import Use
 from cleaning.results import CleaningReport
 from recipes.recipe import Recipe
 from rulesengine.classify import service
 from rulesengine.pipeline import Run
-from rulesengine.tuning.goals import PROCESS, Goal, Want, shortfall_of, wants_of
+from rulesengine.tuning.goals import PROCESS, Goal, Spare, Want, shortfall_of, spares_of, wants_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +19,8 @@ class Did:
     """Such as ``"sequence[0]"``."""
     use: Use
     function: str
+    seconds: float
+    """How long it takes."""
     window_c: tuple[float, float] | None
     """Temperatures at which its liquid may be used."""
 
@@ -30,9 +31,9 @@ class Outcome:
 
     text: str
     recipe: Recipe
-    effort: Effort
-    """Of the analysis."""
     wants: tuple[Want, ...]
+    spares: tuple[Spare, ...]
+    """Judgements that hold, with what they need."""
     steps: tuple[Did, ...]
     classes: Mapping[str, str]
     """Component to class."""
@@ -73,7 +74,7 @@ class Outcome:
         return next((step.use for step in self.steps if step.made_by == made_by), None)
 
 
-def outcome_of(run: Run, report: CleaningReport, goal: Goal, text: str = "", effort: Effort = "fast") -> Outcome:
+def outcome_of(run: Run, report: CleaningReport, goal: Goal, text: str = "") -> Outcome:
     """Keep of an analysis what tuning looks at; the arrays of the surface are let go."""
     masks, _ = service(run.recipe, run.board)
     left_out = frozenset(masks.ignored) | {name for name, _ in masks.avoided}
@@ -82,9 +83,12 @@ def outcome_of(run: Run, report: CleaningReport, goal: Goal, text: str = "", eff
     return Outcome(
         text=text,
         recipe=run.recipe,
-        effort=effort,
         wants=wants,
-        steps=tuple(Did(each.made_by, each.use, each.function, each.liquid.window_c) for each in report.stages),
+        spares=spares_of(report, left_out),
+        steps=tuple(
+            Did(each.made_by, each.use, each.function, round(each.end_s - each.begin_s, 3), each.liquid.window_c)
+            for each in report.stages
+        ),
         classes={each.component: each.component_class for each in run.classified},
         sides={each.name: each.side for each in run.board.components},
         makers={part.component: part.makers for part in parts},

@@ -1,6 +1,7 @@
 """Tuning: grow a recipe until it cleans, then take away what is not needed.
 
-A plan costs little and an analysis much, so that plans tell what a move costs, and analyses are counted.
+A plan costs little and an analysis much, so that plans tell what a move costs, and analyses are counted. All of them
+are fast ones: a sketch deals small parts so few rays that it finds far more wanting than there is.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,8 +25,6 @@ _TURNS = 3
 def tune(bench: Bench, text: str, asked: Asked, tell: Tell) -> Tuned:
     """Change a recipe until all that it can clean is predicted clean, in little time.
 
-    The search goes by sketches; what it finds is confirmed, and tightened, by fast analyses.
-
     Args:
         bench: Where to try; unused.
         text: The recipe.
@@ -36,7 +35,7 @@ def tune(bench: Bench, text: str, asked: Asked, tell: Tell) -> Tuned:
         JobError: the recipe cannot be read, planned or analysed.
     """
     tell("looking at the recipe")
-    first = bench.first(text, "fast")
+    first = bench.first(text)
     shop = Shop(bench, asked, began_at(first))
     now, changes = first, list[Change]()
     if asked.limits.excess(first.seconds, first.litres) > 0:
@@ -44,9 +43,6 @@ def tune(bench: Bench, text: str, asked: Asked, tell: Tell) -> Tuned:
         now, changes = squeeze(shop, now)
     growth = Growth(bench, asked)
     reserve = int(_FOR_TIGHTENING * asked.analyses)
-    if not now.clean:
-        now, made = _sketched(growth, now, reserve, tell)
-        changes += made
     for _ in range(_TURNS):
         before = now
         tell("growing")
@@ -63,16 +59,3 @@ def tune(bench: Bench, text: str, asked: Asked, tell: Tell) -> Tuned:
 def began_at(first: Outcome) -> Mapping[YamlPath, float]:
     """Give the values of all knobs by path."""
     return {knob.path: knob.value for knob in reversed(knobs_for(first))}
-
-
-def _sketched(growth: Growth, now: Outcome, reserve: int, tell: Tell) -> tuple[Outcome, list[Change]]:
-    """Grow by sketches; what comes of it counts if a fast analysis finds it better too."""
-    tell("growing, by sketches")
-    sketch = growth.bench.outcome(now.text, "sketch")
-    if sketch is None or sketch.clean:
-        return now, []
-    grown, changes = grow(growth, sketch, reserve)
-    confirmed = growth.bench.outcome(grown.text, "fast")
-    if confirmed is None or confirmed.shortfall >= now.shortfall:
-        return now, []
-    return confirmed, changes

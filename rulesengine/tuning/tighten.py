@@ -8,9 +8,13 @@ from rulesengine.tuning.asked import Asked
 from rulesengine.tuning.bench import Bench
 from rulesengine.tuning.cuts import Cut, cuts_of
 from rulesengine.tuning.outcome import Outcome, litres_of, seconds_of
+from rulesengine.tuning.spare import likely
 from rulesengine.tuning.tuned import Change, figures_of
 
-_HALVINGS = 2
+_TRIALS = 3
+"""Analyses for one cut, at most."""
+_LIKELY = 0.7
+"""A path that is to be left out altogether must be about as likely as this not to be missed."""
 _LEAST_SAVED = 0.01
 """Share of the program's time below which a saving is not tried for."""
 _ROUNDS = 3
@@ -49,32 +53,37 @@ def tighten(shop: Shop, begin: Outcome) -> tuple[Outcome, list[Change]]:
 
 
 def _by_saving(shop: Shop, now: Outcome) -> list[str]:
-    """Name the cuts that save more than a little, what saves most first; planning says how much."""
+    """Name the cuts that probably save more than a little, what saves most first."""
     saved: dict[str, float] = {}
     for name, cut in cuts_of(now, shop.began, shop.asked.allowed).items():
-        text = shop.bench.edited(now.text, cut.at(cut.end)[1])
-        planned = None if text is None else shop.bench.planned(text)
-        if planned is not None and now.seconds - seconds_of(planned) > _LEAST_SAVED * now.seconds:
-            saved[name] = round(now.seconds - seconds_of(planned), 3)
+        seconds, share = _promise(shop, now, cut)
+        if seconds * share > _LEAST_SAVED * now.seconds and (cut.knob is not None or share > _LIKELY):
+            saved[name] = round(seconds * share, 3)
     return sorted(saved, key=lambda name: -saved[name])
 
 
+def _promise(shop: Shop, now: Outcome, cut: Cut) -> tuple[float, float]:
+    """Time that the whole cut saves, as planned, and which share of it probably holds."""
+    text = shop.bench.edited(now.text, cut.at(cut.end)[1])
+    planned = None if text is None else shop.bench.planned(text)
+    saved = 0.0 if planned is None else now.seconds - seconds_of(planned)
+    return saved, likely(now, frozenset(cut.steps), cut.template, saved) if now.clean else 1.0
+
+
 def _cut(shop: Shop, now: Outcome, name: str, holds: Holds) -> tuple[Outcome, list[Change]]:
-    """Turn one knob as far as holds: first all the way, then by halves."""
+    """Turn one knob as far as holds: first as far as is likely, then by halves."""
     cut = cuts_of(now, shop.began, shop.asked.allowed).get(name)
     if cut is None or shop.bench.left <= 0:
         return now, []
-    begin, what = now, ""
-    good = cut.end if cut.knob is None else cut.knob.value
-    value: float | None = cut.end
-    bad = cut.end
-    for _ in range(1 + _HALVINGS):
+    begin, good, bad, what = now, cut.begin, cut.end, ""
+    value: float | None = cut.part(_promise(shop, now, cut)[1])
+    for _ in range(_TRIALS):
         if value is None:
             break
         after = _shorter(shop, now, cut, value)
         if after is not None and holds(after):
             now, good, what = after, value, cut.at(value)[0]
-            if value == cut.end:
+            if good == cut.end:
                 break
         else:
             bad = value
@@ -91,7 +100,7 @@ def _shorter(shop: Shop, now: Outcome, cut: Cut, value: float) -> Outcome | None
     seconds, litres = seconds_of(planned), litres_of(planned)
     if seconds >= now.seconds or litres > now.litres:
         return None
-    return shop.bench.outcome(text, now.effort)
+    return shop.bench.outcome(text)
 
 
 def squeeze(shop: Shop, begin: Outcome) -> tuple[Outcome, list[Change]]:
@@ -102,7 +111,7 @@ def squeeze(shop: Shop, begin: Outcome) -> tuple[Outcome, list[Change]]:
         for cut in _relieving(shop, now)[:_SQUEEZED]:
             what, edits = cut.at(_just_within(shop, now, cut))
             text = shop.bench.edited(now.text, edits)
-            after = None if text is None else shop.bench.outcome(text, now.effort)
+            after = None if text is None else shop.bench.outcome(text)
             if after is None:
                 continue
             relief = over - limits.excess(after.seconds, after.litres)

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from cleaning.analyse import Effort
 from rulesengine.tuning.asked import Asked
 from rulesengine.tuning.outcome import Outcome
 
@@ -18,12 +17,11 @@ class Figures:
     worst_residue: float
     seconds: float
     litres: float
-    effort: Effort
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """One change, and what the analyses before and after it say; both of the same effort."""
+    """One change, and what the analyses before and after it say."""
 
     what: tuple[str, ...]
     """Values from and to; several where they were made at once because they concern different steps."""
@@ -38,7 +36,7 @@ class Tuned:
     asked: Asked
     first: Outcome
     last: Outcome
-    """Of the best recipe; its effort is that of ``first``."""
+    """Of the best recipe."""
     changes: tuple[Change, ...]
     used: int
     """Analyses that were made."""
@@ -62,5 +60,4 @@ def figures_of(outcome: Outcome) -> Figures:
         round(outcome.worst_residue, 6),
         outcome.seconds,
         outcome.litres,
-        outcome.effort,
     )
