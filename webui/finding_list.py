@@ -1,20 +1,36 @@
 """What the page says about findings: which are shown, their names, their list."""
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from html import escape
 
 from boards.board import Board
-from geometry.finding import Finding, Severity
+from geometry.finding import Finding, Severity, worst_first
 from recipes.load import LoadedRecipe
 from rulesengine.comparison import SEVERITY_WORDS
 from rulesengine.summary import shorten
 from webui.origin import recipe_line
 from webui.palette import ACCENT, INK, QUIET, to_hex
+from webui.session import Session
 
 SEVERITY_COLOURS: dict[Severity, str] = {"error": "#a3202a", "warning": "#8a5a00", "info": to_hex(QUIET)}
 ALL: str = "All"
+PLANNING, CLEANING = "Planning", "Cleaning"
+"""Who found it."""
 _MOST_SHOWN = 60
+_JUDGED = re.compile(r"r\d+-")
+"""How the rules of the cleaning model begin."""
+
+
+def findings_of(session: Session, source: str = ALL) -> tuple[Finding, ...]:
+    """Give what planning found, and what the analysis of this very program did; worst first."""
+    found: list[Finding] = []
+    if session.run is not None and source != CLEANING:
+        found += session.run.findings
+    if session.analysis is not None and source != PLANNING:
+        found += session.analysis.report.findings
+    return worst_first(found)
 
 
 def choose_findings(findings: Sequence[Finding], severity: str, rule: str) -> list[Finding]:
@@ -31,15 +47,20 @@ def name_findings(findings: Sequence[Finding]) -> dict[str, Finding]:
     names: dict[str, Finding] = {}
     for number, finding in enumerate(findings, start=1):
         _, _, made_by = finding.made_by.rpartition("]/")
-        place = shorten(made_by)
+        place = judged_of(finding) or shorten(made_by)
         names[f"{number} {finding.rule}{f' {place}' if place else ''}"] = finding
     return names
+
+
+def judged_of(finding: Finding) -> str:
+    """Name what a judgement of the cleaning model is about, which its message begins with; nothing for others."""
+    return finding.message.partition(": ")[0] if _JUDGED.match(finding.rule) else ""
 
 
 def component_of(finding: Finding, board: Board) -> str:
     """Name the component that a finding is about, where it is about one; else nothing."""
     parts = finding.made_by.split("/")
-    named = parts[2] if len(parts) > 2 else ""
+    named = judged_of(finding) or (parts[2] if len(parts) > 2 else "")
     return named if any(component.name == named for component in board.components) else ""
 
 
