@@ -5,7 +5,8 @@ A document is followed from top to bottom, as a reader would, in an empty folder
 - a block ```` ```yaml ```` whose first line is ``# NAME.yaml`` is saved under that name;
 - every line ``$ COMMAND`` of a block ```` ```console ```` is run, and what is below it is replaced by what it prints.
   All commands have to succeed, in a block ```` ```console error ```` they have to be refused (exit status 2);
-- a picture ``docs/images/NAME.png`` that the document shows is replaced by the ``NAME.png`` a command wrote.
+- a picture ``docs/images/NAME.png`` that the document shows is replaced by the ``NAME.png`` a command wrote. Those
+  named ``guide-...`` are taken in the browser, by ``make_guide.py``, and stay as they are.
 
 Run it with ``make documents`` and review the diff, pictures included.
 """
@@ -22,7 +23,7 @@ ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
 DOCUMENTS = (ROOT / "README.md", ROOT / "docs" / "getting-started.md", ROOT / "docs" / "command-line.md")
 BLOCK = re.compile(r"^```(?P<kind>console error|console|yaml)\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE)
-PICTURE = re.compile(r"!\[[^]]*\]\([^)]*?images/(?P<name>[\w.-]+)\)")
+PICTURE = re.compile(r"!\[[^]]*\]\([^)]*?images/(?P<name>(?!guide-)[\w.-]+)\)")
 
 
 def run_document(document: Path) -> None:
