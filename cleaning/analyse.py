@@ -5,7 +5,7 @@ from typing import Literal, TypeAlias
 
 from boards.board import Board
 from cleaning.beneath import gaps_of
-from cleaning.exposed import facing
+from cleaning.exposed import cells_of_side
 from cleaning.exposure import expose
 from cleaning.jet import jet_of
 from cleaning.judge_process import judge_process
@@ -95,23 +95,17 @@ def _spray(stages: Sequence[Stage], subject: Subject, effort: Effort, tell: Prog
     begin = 0
     for stage in stages:
         end = begin + len(stage.samples.times)
-        jet, up = jet_of(stage, subject.parameters.spray), _up(stage)
+        jet = jet_of(stage, subject.parameters.spray)
         part = part_of(tell, begin / total, end / total)
         settled = effort != "sketch" and stage.use != "dry"  # of gas, which leaves nothing, only times are looked at
         rays = max(_RAYS_EACH[effort], -(-_RAYS[effort if settled else "sketch"] // len(stage.samples.times)))
         exposure = expose(stage, jet, subject.facets, subject.scene, rays, part)
         if settled:
-            exposure = settle(
-                exposure, stage, jet, subject.facets, subject.scene, facing(subject.facets, subject.board, up)
-            )
-        done.append(Sprayed(stage, jet, exposure, up))
+            judged = cells_of_side(subject.facets, subject.board, stage.side)
+            exposure = settle(exposure, stage, jet, subject.facets, subject.scene, judged)
+        done.append(Sprayed(stage, jet, exposure))
         begin = end
     return tuple(done)
-
-
-def _up(stage: Stage) -> float:
-    """1 if a stage sprays the top, -1 if the bottom: by where the jet points for most of the time."""
-    return -1.0 if float(stage.samples.seconds @ stage.samples.axes[:, 2, 2]) > 0 else 1.0
 
 
 def _worst(verdicts: Sequence[Verdict]) -> Verdict:

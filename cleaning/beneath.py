@@ -9,7 +9,7 @@ import numpy as np
 
 from cleaning.edges import EdgePressure, Edges
 from cleaning.elasticity import FLOOR, Pressures, elasticity, variants
-from cleaning.parts import Beneath, Sprayed, facing_up
+from cleaning.parts import Beneath, Sprayed
 from cleaning.pressure import edge_pressures
 from cleaning.stages import Stage
 from cleaning.subject import Subject
@@ -53,9 +53,9 @@ def _gap(
     """Follow one gap in one case; stages that spray the other side do not act on it."""
     stages, pressures = process
     component = subject.rows[row]
-    up = facing_up(subject.board.components[component])
+    side = subject.board.components[component].side
     acting: list[EdgePressure | None] = [
-        pressed[0] if each.up == up else None for each, pressed in zip(sprayed, pressures, strict=True)
+        pressed[0] if each.stage.side == side else None for each, pressed in zip(sprayed, pressures, strict=True)
     ]
     standoff_mm = subject.undersides[row].cases[case].standoff_mm
     factor = subject.overrides[component].paste_factor

@@ -1,4 +1,4 @@
-"""What reaches the exposed surface of one component, or of the bare board, summed up: the least before the mean."""
+"""Which surface a side has, and what reaches it, summed up for a component or the bare board: the least first."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board
+from boards.board import Board, Side
 from cleaning.exposure import Exposure
 from cleaning.facets import Facets
 from cleaning.results import ExposedPart
@@ -16,22 +16,44 @@ _WALL = -0.2
 _LIFT_MM = 1e-6
 _LOW = 0.05
 """Percentile that stands for the places that get little."""
+BARE = -1
+"""Stands for the bare board where the index of a component is asked for."""
 
 
-def facing(facets: Facets, board: Board, up: float) -> Indices:
-    """Find the cells that face the side whose normal is (0, 0, ``up``).
+def cells_of_side(facets: Facets, board: Board, side: Side) -> Indices:
+    """Find the cells of a side: of its components and of the bare board, those that face it.
 
-    Walls belong to both sides, unless they stand beyond the other surface, as ends of pins do.
+    Walls belong to it, unless they stand beyond the other surface, as ends of pins do; so those of the bare board
+    belong to both sides. Fixtures belong to none. Hidden cells are among them.
     """
-    beyond = board.bottom_z_mm if up > 0 else -board.top_z_mm
-    here = (up * facets.cell_normals[:, 2] > _WALL) & (up * facets.cell_centres[:, 2] > beyond - _LIFT_MM)
-    return np.flatnonzero(here)
+    of_side = np.array([component.side == side for component in board.components] + [True])  # the bare board is last
+    cells = np.flatnonzero(of_side[facets.cell_component])
+    return _facing(facets, board, side, cells)
 
 
-def cells_of(facets: Facets, board: Board, component: int, up: float) -> Indices:
-    """Find the cells of a component, or with -1 of the bare board, that face a side."""
-    cells = facing(facets, board, up)
-    return cells[facets.cell_component[cells] == component]
+def shown_on_side(facets: Facets, board: Board, side: Side) -> NDArray[np.bool_]:
+    """(c,) which cells of a side are exposed: what can be sprayed there."""
+    shown = np.zeros(len(facets.cell_exposed), dtype=np.bool_)
+    cells = cells_of_side(facets, board, side)
+    shown[cells] = facets.cell_exposed[cells]
+    return shown
+
+
+def cells_of(facets: Facets, board: Board, component: int, side: Side) -> Indices:
+    """Find those cells of a side that belong to one of its components, or to the bare board, which is ``BARE``."""
+    return _facing(facets, board, side, np.flatnonzero(facets.cell_component == component))
+
+
+def _facing(facets: Facets, board: Board, side: Side, cells: Indices) -> Indices:
+    up = 1.0 if side == "top" else -1.0
+    beyond = board.bottom_z_mm if side == "top" else -board.top_z_mm
+    faces = (up * facets.cell_normals[cells, 2] > _WALL) & (up * facets.cell_centres[cells, 2] > beyond - _LIFT_MM)
+    fixture = np.array([body.role == "fixture" for body in board.bodies])
+    if fixture.any() and (facets.cell_component[cells] == BARE).any():
+        body = np.zeros(len(facets.cell_areas_mm2), dtype=np.int64)
+        body[facets.cell] = facets.body
+        faces &= ~fixture[body[cells]]
+    return cells[faces]
 
 
 def exposed_part(exposure: Exposure, facets: Facets, cells: Indices) -> ExposedPart:

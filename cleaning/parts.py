@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from boards.board import Component
+from boards.board import Side
 from boards.underside import Underside
 from cleaning.case import Case, Reach
 from cleaning.elasticity import limiting
-from cleaning.exposed import cells_of, exposed_part, together
+from cleaning.exposed import BARE, cells_of, exposed_part, together
 from cleaning.exposure import Exposure
 from cleaning.jet import Jet
 from cleaning.occlusion import occluder
@@ -33,8 +33,6 @@ class Sprayed:
     stage: Stage
     jet: Jet
     exposure: Exposure
-    up: float
-    """1 if it sprays the top, -1 if it sprays the bottom."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,52 +48,46 @@ class Beneath:
 class _Surface:
     name: str
     row: int
-    """Of the component in the board; -1 for the bare board."""
-    side: str
+    """Of the component in the board, or ``BARE``."""
+    side: Side
     place: tuple[float, float, float]
-    cells: dict[float, Indices]
-    """By the direction of the side that they face."""
+    cells: dict[Side, Indices]
+    """Of each side on which it is judged."""
     override: PartOverride
-
-
-def facing_up(component: Component) -> float:
-    """Give 1 for a component on the top, -1 for one on the bottom."""
-    return 1.0 if component.side == "top" else -1.0
 
 
 def component_part(row: int, subject: Subject, sprayed: Sequence[Sprayed], beneath: Beneath | None) -> Part:
     """Judge component ``row`` of the board."""
     component = subject.board.components[row]
     middle = component.outline.centroid
-    up = facing_up(component)
-    place = (middle.x, middle.y, subject.board.surface_z_mm(component.side))
-    cells = {up: cells_of(subject.facets, subject.board, row, up)}
-    surface = _Surface(component.name, row, component.side, place, cells, subject.overrides[row])
+    side = component.side
+    place = (middle.x, middle.y, subject.board.surface_z_mm(side))
+    cells: dict[Side, Indices] = {side: cells_of(subject.facets, subject.board, row, side)}
+    surface = _Surface(component.name, row, side, place, cells, subject.overrides[row])
     return _part(surface, subject, sprayed, beneath)
 
 
 def bare_part(subject: Subject, sprayed: Sequence[Sprayed]) -> Part:
     """Judge the bare board on all sides that are sprayed."""
-    board, facets = subject.board, subject.facets
-    fixture = np.array([body.role == "fixture" for body in board.bodies])
-    of_cell = np.zeros(len(facets.cell_areas_mm2), dtype=np.int64)
-    of_cell[facets.cell] = facets.body
-    cells = {up: cells_of(facets, board, -1, up) for up in dict.fromkeys(each.up for each in sprayed)}
-    cells = {up: each[~fixture[of_cell[each]]] for up, each in cells.items()}
+    board = subject.board
+    sides: list[Side] = [each.stage.side for each in sprayed]
+    cells: dict[Side, Indices] = {side: cells_of(subject.facets, board, BARE, side) for side in dict.fromkeys(sides)}
     middle = board.outline.centroid
-    surface = _Surface("board", -1, "top", (middle.x, middle.y, board.top_z_mm), cells, _ALL)
+    surface = _Surface("board", BARE, "top", (middle.x, middle.y, board.top_z_mm), cells, _ALL)
     return _part(surface, subject, sprayed, None)
 
 
 def _part(surface: _Surface, subject: Subject, sprayed: Sequence[Sprayed], beneath: Beneath | None) -> Part:
+    sides: list[Side] = [each.stage.side for each in sprayed]
+    acting = [surface.cells.get(side) for side in sides]
     exposed = tuple(
-        exposed_part(each.exposure, subject.facets, surface.cells[each.up]) if each.up in surface.cells else None
-        for each in sprayed
+        None if cells is None else exposed_part(each.exposure, subject.facets, cells)
+        for each, cells in zip(sprayed, acting, strict=True)
     )
     reached: list[Reach] = []
     for use in _LIQUIDS:
-        for up, cells in surface.cells.items():
-            group = [each for each in sprayed if each.stage.use == use and each.up == up]
+        for side, cells in surface.cells.items():
+            group = [each for each, on in zip(sprayed, sides, strict=True) if each.stage.use == use and on == side]
             reached += [_reach(use, group, subject, cells)] if group else []
     case = Case(
         component=surface.name,
@@ -137,9 +129,9 @@ def _reach(use: Use, group: Sequence[Sprayed], subject: Subject, cells: Indices)
 def _occluder(surface: _Surface, subject: Subject, sprayed: Sequence[Sprayed]) -> str:
     """Name what stands before the cells that the first stage of liquid misses; nothing if it misses none."""
     for each in sprayed:
-        if each.stage.use == "dry" or each.up not in surface.cells:
+        cells = surface.cells.get(each.stage.side)
+        if each.stage.use == "dry" or cells is None:
             continue
-        cells = surface.cells[each.up]
         missed = cells[subject.facets.cell_exposed[cells] & (each.exposure.cone_s[cells] <= 0)]
         if len(missed):
             body = occluder(missed, each.stage, each.jet, subject.facets, subject.scene)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from boards.board import Side
 from cleaning.parameters import Liquid, Use
 from geometry.arrays import Indices, Points, Scalars
 from recipes.nozzles import Nozzle
@@ -55,3 +56,8 @@ class Stage:
     def spray_s(self) -> float:
         """How long the jet is on."""
         return float(self.samples.seconds.sum())
+
+    @property
+    def side(self) -> Side:
+        """The side that it sprays: by where the jet points for most of the time."""
+        return "bottom" if float(self.samples.seconds @ self.samples.axes[:, 2, 2]) > 0 else "top"

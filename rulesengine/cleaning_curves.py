@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cleaning.exposed import percentile
+from cleaning.exposed import percentile, shown_on_side
 from cleaning.exposure import Exposure
 from cleaning.results import CleaningReport, Part
 from cleaning.stages import Stage
 from geometry.arrays import Scalars
 from rulesengine.cleaning_pictures import WIDTH_MM
-from rulesengine.cleaning_sides import cells_sprayed
 from rulesengine.drawing import ACCENT, FUNCTION_COLOURS, INK, QUIET, sheet, to_bytes
 from rulesengine.page import Picture
 
@@ -34,8 +33,8 @@ def draw_volumes(report: CleaningReport) -> Picture | None:
         figure.subplots_adjust(left=0.07, right=0.98, bottom=0.17, top=0.88, wspace=0.2)
         for number, index in enumerate(wet):
             stage, exposure = report.stages[index], report.exposures[index]
-            sprayed = cells_sprayed(report, stage)
-            areas = np.where(sprayed, report.facets.cell_areas_mm2, 0.0)
+            shown = shown_on_side(report.facets, report.board, stage.side)
+            areas = np.where(shown, report.facets.cell_areas_mm2, 0.0)
             colour = FUNCTION_COLOURS[number % len(FUNCTION_COLOURS)]
             limit = least_volume_mm(report, stage)
             _draw_shares(left, exposure.volume_mm, areas, colour, f"{stage.function}, least {limit:g} mm")

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from boards.board import Side
+from cleaning.exposed import shown_on_side
 from cleaning.exposure import Exposure
 from cleaning.results import CleaningReport, Verdict
 from cleaning.stages import Stage
 from geometry.arrays import Scalars
 from rulesengine.cell_pixels import CellPixels, see_cells
-from rulesengine.cleaning_sides import sides_of
 from rulesengine.drawing import (
     ACCENT,
     BOARD,
@@ -80,20 +80,17 @@ class _Map:
 
 
 def draw_exposures(report: CleaningReport) -> list[tuple[Stage, Picture]]:
-    """Draw what reaches each side that a stage sprays: volume, time in the front, the 1993 metric, highest pressure."""
+    """Draw what reaches the side that a stage sprays: volume, time in the front, the 1993 metric, highest pressure."""
     view = view_of(report.board)
-    sprayed: list[Side] = [side for side in SIDES if any(side in sides_of(stage) for stage in report.stages)]
+    sprayed: set[Side] = {stage.side for stage in report.stages}
     pixels = {side: see_cells(report.facets, side, view) for side in sprayed}
-    return [
-        (stage, _draw_stage(report, index, pixels[side], side))
-        for index, stage in enumerate(report.stages)
-        for side in sides_of(stage)
-    ]
+    return [(stage, _draw_stage(report, index, pixels[stage.side])) for index, stage in enumerate(report.stages)]
 
 
-def _draw_stage(report: CleaningReport, index: int, pixels: CellPixels, side: Side) -> Picture:
+def _draw_stage(report: CleaningReport, index: int, pixels: CellPixels) -> Picture:
+    side, view = report.stages[index].side, pixels.view
+    shown = shown_on_side(report.facets, report.board, side)
     maps = _maps(report, report.stages[index], report.exposures[index])
-    view = pixels.view
     panel_mm = min(_LARGEST_PANEL_MM, 0.42 * WIDTH_MM * view.aspect) + _TITLE_MM
     rows = -(-len(maps) // 2)
     with sheet(rows * panel_mm, WIDTH_MM) as figure:
@@ -103,7 +100,7 @@ def _draw_stage(report: CleaningReport, index: int, pixels: CellPixels, side: Si
         for number, (each, values) in enumerate(maps):
             axes = figure.add_subplot(grid[number // 2, number % 2])
             draw_outlines(axes, report.board, side, ["none"] * len(components_of(report.board, side)))
-            _draw_map(axes, pixels, values, each)
+            _draw_map(axes, pixels, np.where(shown, values, np.nan), each)
         name = f"{report.stages[index].function}, {side} side"
         return Picture(".png", to_bytes(figure, ".png"), f"What reaches the surface in {name}")
 

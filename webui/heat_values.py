@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from cleaning.exposed import shown_on_side
 from cleaning.exposure import Exposure
 from cleaning.gap import GapField
 from cleaning.parameters import Limits
@@ -14,7 +15,6 @@ from cleaning.results import VERDICTS, CleaningReport, Part
 from cleaning.stages import Stage
 from geometry.arrays import Scalars
 from geometry.errors import JobError
-from rulesengine.cleaning_sides import cells_sprayed
 
 MeasureName: TypeAlias = Literal["cone", "front", "volume", "peak", "shear", "residue", "verdict"]
 
@@ -75,8 +75,8 @@ def cell_values(report: CleaningReport, measure: Measure, stage: int) -> Scalars
     """
     facets = report.facets
     if measure.per == "cell":
-        sprayed = cells_sprayed(report, report.stages[stage])
-        return np.where(sprayed, exposed_values(report.exposures[stage], measure.name), np.nan)
+        shown = shown_on_side(facets, report.board, report.stages[stage].side)
+        return np.where(shown, exposed_values(report.exposures[stage], measure.name), np.nan)
     said = np.array([part_value(part, measure.name, stage) for part in report.parts])
     values = np.append(said, np.nan)[facets.cell_component]  # -1, the bare board, is the last
     return np.where(facets.cell_exposed, values, np.nan)

@@ -17,9 +17,9 @@ WASH = stage_of(LINE)
 RINSE = replace(stage_of(LINE, use="rinse"), made_by="sequence[1]")
 
 
-def by(stage, up=1.0):
+def by(stage):
     """A stage that sprays the top; what reaches exposed surfaces does not matter under parts."""
-    return Sprayed(stage, sprayed(stage), None, up)
+    return Sprayed(stage, sprayed(stage), None)
 
 
 def gaps(*sprayed_by, subject=None):

@@ -9,7 +9,7 @@ from shapely import box
 from small_boards import THICKNESS_MM, part
 from small_sprays import solid_board
 
-from cleaning.exposed import cells_of, exposed_part, percentile, together
+from cleaning.exposed import BARE, cells_of, cells_of_side, exposed_part, percentile, shown_on_side, together
 from cleaning.facets import build_facets
 from cleaning.scene import build_scene
 
@@ -97,9 +97,13 @@ def test_stages_add_up_and_the_highest_pressure_counts():
     np.testing.assert_array_equal(both.peak_pa, np.maximum(EXPOSURE.peak_pa, other.peak_pa))
 
 
-@pytest.mark.parametrize(("component", "up", "size"), [(0, 1.0, (6, 4)), (1, -1.0, (6, 4)), (-1, 1.0, (50, 30))])
-def test_a_side_is_what_faces_it_and_the_walls(component, up, size):
-    cells = cells_of(CUT, BOARD, component, up)
+@pytest.mark.parametrize(
+    ("component", "side", "size"),
+    [(0, "top", (6, 4)), (1, "bottom", (6, 4)), (BARE, "top", (50, 30)), (BARE, "bottom", (50, 30))],
+)
+def test_a_side_is_what_faces_it_and_the_walls(component, side, size):
+    cells = cells_of(CUT, BOARD, component, side)
+    up = 1.0 if side == "top" else -1.0
     height = THICKNESS_MM if component < 0 else 2.0 - BOARD.components[component].standoff_mm
     face, walls = size[0] * size[1], 2 * (size[0] + size[1]) * height
     normals, areas = CUT.cell_normals[cells], CUT.cell_areas_mm2[cells]
@@ -110,3 +114,36 @@ def test_a_side_is_what_faces_it_and_the_walls(component, up, size):
     wanted = face if component >= 0 else face - 24
     assert areas[facing & CUT.cell_exposed[cells]].sum() == pytest.approx(wanted, rel=0.03)
     assert areas[abs(normals[:, 2]) < 0.1].sum() == pytest.approx(walls, rel=1e-6)
+
+
+def test_a_side_has_its_own_components_and_the_bare_board_and_nothing_else():
+    for side, own in (("top", 0), ("bottom", 1)):
+        cells = cells_of_side(CUT, BOARD, side)
+        pieces = np.concatenate([cells_of(CUT, BOARD, component, side) for component in (BARE, own)])
+        np.testing.assert_array_equal(cells, np.sort(pieces))
+        shown = shown_on_side(CUT, BOARD, side)
+        np.testing.assert_array_equal(np.flatnonzero(shown), cells[CUT.cell_exposed[cells]])
+
+
+def test_what_stands_beyond_the_other_surface_belongs_to_no_side():
+    pins = replace(part("J1", 25, 15, 2, 2, 8.0), standoff_mm=-THICKNESS_MM - 3.0)
+    board = solid_board(pins, outline=box(0, 0, 50, 30, ccw=True))
+    cut = build_facets(board, build_scene(board))
+    beyond = (cut.cell_component == 0) & (cut.cell_centres[:, 2] < board.bottom_z_mm - 0.1)
+    assert beyond.any()
+    for side in ("top", "bottom"):
+        assert not np.isin(np.flatnonzero(beyond), cells_of_side(cut, board, side)).any()
+
+
+def test_fixtures_belong_to_no_side():
+    clamp = replace(BOARD.bodies[1], name="F1", role="fixture")
+    bodies = (BOARD.bodies[0], clamp, *BOARD.bodies[2:])
+    clamped = replace(BOARD, bodies=bodies)
+    mine = np.unique(CUT.cell[CUT.body == 1])
+    loose = replace(
+        CUT, cell_component=np.where(np.isin(np.arange(len(CUT.cell_component)), mine), BARE, CUT.cell_component)
+    )
+    for side in ("top", "bottom"):
+        assert not np.isin(mine, cells_of_side(loose, clamped, side)).any()
+        assert np.isin(cells_of_side(loose, clamped, side), cells_of_side(loose, BOARD, side)).all()
+    assert np.isin(mine, cells_of_side(loose, BOARD, "top")).any()

@@ -26,7 +26,7 @@ def spraying(subject, use="wash", up=1.0, tcp=LINES, axes=None, **samples):
     taken = samples_of(tcp * [1, 1, up] + [0, 0, height], flip @ axes, seconds=0.5, **samples)
     stage = stage_of(taken, use=use)
     jet = sprayed(stage)
-    return Sprayed(stage, jet, expose(stage, jet, subject.facets, subject.scene, 3000), up)
+    return Sprayed(stage, jet, expose(stage, jet, subject.facets, subject.scene, 3000))
 
 
 @cache

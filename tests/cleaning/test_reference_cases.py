@@ -33,7 +33,7 @@ def residue(stage=WASH, subject=None):
 
 
 def under(stage=WASH, subject=None):
-    return gaps_of(subject or subject_of(("U1",)), [Sprayed(stage, sprayed(stage), None, 1.0)], _say_nothing)[0].gaps[0]
+    return gaps_of(subject or subject_of(("U1",)), [Sprayed(stage, sprayed(stage), None)], _say_nothing)[0].gaps[0]
 
 
 def _say_nothing(*_):

@@ -3,7 +3,7 @@ import pytest
 from analysed import board_of
 from small_sprays import downward, samples_of, sprayed, stage_of
 
-from cleaning.exposed import facing
+from cleaning.exposed import cells_of_side
 from cleaning.exposure import expose
 from cleaning.facets import build_facets
 from cleaning.gather import gather, glimpse
@@ -15,7 +15,7 @@ SCENE = build_scene(BOARD)
 FACETS = build_facets(BOARD, SCENE)
 STAGE = stage_of(samples_of([[x, 20.0, 45.0] for x in range(-10, 45, 5)], downward(20.0, 30.0), seconds=4.0))
 JET = sprayed(STAGE)
-CELLS = facing(FACETS, BOARD, 1.0)
+CELLS = cells_of_side(FACETS, BOARD, "top")
 
 
 def test_what_few_rays_do_not_find_is_found_all_the_same():

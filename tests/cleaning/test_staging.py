@@ -3,6 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_sprays import downward, samples_of, stage_of
 
 from boards.load import load_board
 from cleaning.errors import CleaningError
@@ -84,3 +85,11 @@ def test_a_nozzle_that_the_recipe_does_not_have_is_named():
     nozzles = {"other": planned().recipe.nozzles["ring60"]}
     with pytest.raises(CleaningError, match="nozzle ring60"):
         staged(nozzles=nozzles)
+
+
+def test_a_stage_sprays_the_side_at_which_its_jet_points_for_most_of_the_time():
+    assert [stage.side for stage in staged().stages] == ["top", "top", "top"]
+    up = np.diag([1.0, -1.0, -1.0]) @ downward(30.0)
+    axes = np.array([downward(30.0), up, up])
+    for seconds, side in (((1.0, 0.4, 0.4), "top"), ((1.0, 0.6, 0.6), "bottom")):
+        assert stage_of(samples_of(np.zeros((3, 3)), axes, seconds)).side == side

@@ -7,10 +7,10 @@ import pytest
 from cleaning_report import small_report
 from PIL import Image
 
+from cleaning.exposed import shown_on_side
 from cleaning.under import GapStage
 from rulesengine.cleaning_curves import draw_limiting, draw_volumes, growth_of
 from rulesengine.cleaning_pictures import VERDICT_COLOURS, draw_exposures, draw_verdicts
-from rulesengine.cleaning_sides import cells_of, cells_sprayed, sides_of
 from rulesengine.drawing import ACCENT
 from rulesengine.gap_picture import draw_gaps, pressed_side, strongest_stage
 
@@ -53,26 +53,24 @@ def test_what_the_jet_never_hits_stands_out_and_nothing_does_where_all_is_hit():
 
 def test_the_side_that_is_sprayed_is_the_one_that_is_drawn():
     report = small_report()
-    assert sides_of(report.stages[0]) == ("top",)
     below = upside_down(report.stages[0])
-    assert sides_of(below) == ("bottom",)
     told = draw_exposures(replace(report, stages=(report.stages[0], below)))
     assert [picture.says.split(", ")[1] for _, picture in told] == ["top side", "bottom side"]
 
 
-def test_cells_belong_to_the_side_of_their_component():
-    report = small_report()
-    top, bottom = cells_of(report, "top"), cells_of(report, "bottom")
-    assert not (top & bottom).any()
-    assert (
-        top[report.facets.cell_component >= 0] == report.facets.cell_exposed[report.facets.cell_component >= 0]
-    ).all()
-    np.testing.assert_array_equal(cells_sprayed(report, report.stages[0]), top)
+def test_what_does_not_belong_to_the_side_is_left_out_of_its_pictures():
+    report = washed()
+    ((_, picture),) = draw_exposures(report)
+    missed = np.where(shown_on_side(report.facets, report.board, "top"), 1.0, 0.0)
+    only_outside = replace(report.exposures[0], volume_mm=missed, front_s=missed, cone_s=missed, peak_pa=missed)
+    ((_, other),) = draw_exposures(replace(report, exposures=(only_outside,)))
+    assert has_colour(picture.content, ACCENT)
+    assert not has_colour(other.content, ACCENT)
 
 
 def test_the_share_that_has_enough_grows_to_what_the_end_shows():
     report = small_report()
-    areas = np.where(cells_sprayed(report, report.stages[0]), report.facets.cell_areas_mm2, 0.0)
+    areas = np.where(shown_on_side(report.facets, report.board, "top"), report.facets.cell_areas_mm2, 0.0)
     times, shares = growth_of(report.exposures[0], areas, 5.0)
     assert (np.diff(shares) >= 0).all()
     assert times[-1] == pytest.approx(report.stages[0].end_s)
