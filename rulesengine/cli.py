@@ -9,6 +9,7 @@ import typer
 
 from rulesengine.commands import analyse, board, calibrate, cell, check, compare, demo, export, parameters, plan, recipe
 from rulesengine.commands import show as program
+from rulesengine.commands import tune as tuning
 from rulesengine.errors import UsageError, job_errors, say_misused
 
 app = typer.Typer(
@@ -26,6 +27,7 @@ app.command("check")(check.check)
 app.command("export")(export.export)
 app.command("analyse")(analyse.analyse)
 app.command("compare")(compare.compare)
+app.command("tune")(tuning.tune)
 app.command("demo")(demo.demo)
 app.add_typer(board.app, name="board")
 app.add_typer(recipe.app, name="recipe")

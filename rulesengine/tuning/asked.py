@@ -1,7 +1,10 @@
 """What tuning is asked for."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 
+from geometry.errors import JobError
 from rulesengine.tuning.goals import Goal
 from rulesengine.tuning.moves import Allowed
 
@@ -33,3 +36,24 @@ class Asked:
     allowed: Allowed
     analyses: int
     """Most that may be made."""
+
+
+def read_limits(words: Sequence[str]) -> Limits:
+    """Read limits such as ``time=600`` (seconds) and ``litres=20``.
+
+    Raises:
+        JobError: an unknown name, one that stands twice, or no positive number.
+    """
+    known: dict[str, float] = {}
+    for word in words:
+        name, _, text = word.partition("=")
+        if name not in ("time", "litres") or name in known:
+            again = "stands twice" if name in known else "is no limit"
+            raise JobError(f"--limit {word}: {name!r} {again}; write time=SECONDS or litres=LITRES, each once")
+        try:
+            known[name] = float(text)
+        except ValueError:
+            known[name] = 0.0
+        if not (isfinite(known[name]) and known[name] > 0):
+            raise JobError(f"--limit {word}: {text!r} is no positive number; write it as in {name}=600")
+    return Limits(known.get("time"), known.get("litres"))

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeAlias
 
 from cleaning.analyse import analyse_on
 from cleaning.subject import Subject
@@ -13,8 +14,8 @@ from rulesengine.tuning.edits import Edits, apply_edits
 from rulesengine.tuning.goals import Goal
 from rulesengine.tuning.outcome import Outcome, outcome_of
 
-Tell = Callable[[str], None]
-"""Is told what is tried."""
+Tell: TypeAlias = Callable[[str], None]
+"""Is told what is going on."""
 _MOST_RUNS = 24
 """Plans that are kept."""
 
@@ -28,6 +29,7 @@ class Bench:
         self.goal: Goal = goal
         self.most = most
         self.used = 0
+        self.tell: Tell = _tell_nobody
         self._last: Run | None = None
         self._runs: dict[str, Run | None] = {}
         self._outcomes: dict[str, Outcome] = {}
@@ -86,7 +88,12 @@ class Bench:
 
     def _analyse(self, text: str, planned: Run) -> Outcome:
         self.used += 1
+        self.tell("tuning")
         report = analyse_on(self.subject, planned.program, planned.recipe, "fast")
         found = outcome_of(planned, report, self.goal, text)
         self._outcomes[text] = found
         return found
+
+
+def _tell_nobody(_what: str) -> None:
+    pass

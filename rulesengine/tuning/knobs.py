@@ -4,7 +4,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias, cast, get_args
 
+from geometry.errors import JobError
 from recipes.consistency import half_spread_deg
+from recipes.keys import name_nearest
 from recipes.located import YamlPath
 from recipes.paths import ComponentPerimeter, PathSpec
 from recipes.recipe import Recipe, Step
@@ -64,6 +66,21 @@ class Knob:
             return ((self.path, plain),)
         rest = int(self.rest) if self.rest.is_integer() else self.rest
         return ((self.path, {self.of_class: plain, "default": rest}),)
+
+
+def read_kinds(words: str) -> frozenset[Kind]:
+    """Read kinds of change, separated by commas.
+
+    Raises:
+        JobError: one is unknown, or there is none.
+    """
+    asked = [word.strip() for word in words.split(",") if word.strip()]
+    for word in asked:
+        if word not in KINDS:
+            raise JobError(f"--allow {words}: {word!r} cannot be changed; {name_nearest(word, KINDS)}")
+    if not asked:
+        raise JobError(f"--allow allows nothing; name some of {', '.join(KINDS)}")
+    return frozenset(kind for kind in KINDS if kind in asked)
 
 
 def enabled_steps(recipe: Recipe) -> list[tuple[str, Step]]:

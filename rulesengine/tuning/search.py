@@ -4,7 +4,7 @@ A plan costs little and an analysis much, so that plans tell what a move costs, 
 are fast ones: a sketch deals small parts so few rays that it finds far more wanting than there is.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from recipes.located import YamlPath
 from rulesengine.tuning.asked import Asked
@@ -15,40 +15,34 @@ from rulesengine.tuning.outcome import Outcome
 from rulesengine.tuning.tighten import Shop, squeeze, tighten
 from rulesengine.tuning.tuned import Change, Tuned
 
-Tell = Callable[[str], None]
 _FOR_TIGHTENING = 0.4
 """Share of the analyses that is kept for the second half."""
 _TURNS = 3
 """How often what tightening saves is put into growing again, where a limit stopped it."""
 
 
-def tune(bench: Bench, text: str, asked: Asked, tell: Tell) -> Tuned:
+def tune(bench: Bench, text: str, asked: Asked) -> Tuned:
     """Change a recipe until all that it can clean is predicted clean, in little time.
 
     Args:
         bench: Where to try; unused.
         text: The recipe.
         asked: For what.
-        tell: Is told what is going on.
 
     Raises:
         JobError: the recipe cannot be read, planned or analysed.
     """
-    tell("looking at the recipe")
     first = bench.first(text)
     shop = Shop(bench, asked, began_at(first))
     now, changes = first, list[Change]()
     if asked.limits.excess(first.seconds, first.litres) > 0:
-        tell("keeping the limits")
         now, changes = squeeze(shop, now)
     growth = Growth(bench, asked)
     reserve = int(_FOR_TIGHTENING * asked.analyses)
     for _ in range(_TURNS):
         before = now
-        tell("growing")
         now, made = grow(growth, now, reserve)
         changes += made
-        tell("taking away what is not needed")
         now, made = tighten(shop, now)
         changes += made
         if now.clean or now is before or bench.left <= 0:
