@@ -1,6 +1,7 @@
 """The whole chain on small boards: recipe, program, jets, surfaces, gaps, verdicts.
 
-Rays of a sketch tell the mean volume on a part to about a tenth; what happens in gaps does not hang on rays.
+Rays of a sketch tell the mean volume on a part to about a tenth; what happens in gaps does not hang on rays. On a board
+that is moved they hit nearly the same places: of its volumes a fiftieth may differ, because the surface is cut anew.
 """
 
 import json
@@ -107,20 +108,35 @@ def test_progress_goes_from_nothing_to_all_and_never_back():
     assert all(before <= after + 1e-12 for before, after in pairwise(told))
 
 
-@pytest.mark.parametrize("motion", [Motion(90, (200.0, -35.0, 4.0)), Motion(37, (-11.0, 320.0, -2.5))])
-def test_a_board_that_is_moved_and_planned_anew_is_as_clean(motion):
-    recipe = moved_recipe(recipe_of(WASH, RINSE, DRY), motion)
-    board = understand(moved_bodies(bodies_of("U1", "C1", "J1"), motion), "small")
+MOTIONS = [Motion(90, (200.0, -35.0, 4.0)), Motion(37, (-11.0, 320.0, -2.5))]
+
+
+def check_moved(bodies, recipe, motion, before):
+    """Plan and analyse a moved board with a moved recipe. Rays move with the nozzle, so they say nearly the same."""
+    board, recipe = understand(moved_bodies(bodies, motion), "moved"), moved_recipe(recipe, motion)
     moved = analyse(run(recipe, board).program, board, recipe, PARAMETERS, "sketch")
-    for part, other in zip(usual().parts, moved.parts, strict=True):
+    assert len(moved.parts) == len(before.parts)
+    for part, other in zip((before.bare, *before.parts), (moved.bare, *moved.parts), strict=True):
         assert (part.component, part.verdict, rules_of(part)) == (other.component, other.verdict, rules_of(other))
         assert part.limiting == other.limiting
         for gap, found in zip(part.gaps, other.gaps, strict=True):
-            assert found.residue == pytest.approx(gap.residue, abs=2e-3)
-            assert found.stages[0].margin_pa == pytest.approx(gap.stages[0].margin_pa, rel=0.02)
-        for stage in (0, 1):
-            assert volume(other, stage) == pytest.approx(volume(part, stage), rel=0.1)
-    assert moved.bare.verdict == usual().bare.verdict
+            assert found.residue == pytest.approx(gap.residue, abs=2e-5)
+            assert found.stages[0].margin_pa == pytest.approx(gap.stages[0].margin_pa, rel=1e-3)
+        for seen, found in zip(part.exposed, other.exposed, strict=True):
+            assert found.volume_mm[2] == pytest.approx(seen.volume_mm[2], rel=0.02)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_board_that_is_moved_and_planned_anew_is_as_clean(motion):
+    check_moved(bodies_of("U1", "C1", "J1"), recipe_of(WASH, RINSE, DRY), motion, usual())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_board_of_the_library_is_as_clean_when_it_is_moved(motion):
+    board, recipe = load_board(Path("tiny")), load_recipe("smt-aqueous")
+    before = analyse(run(recipe, board).program, board, recipe, PARAMETERS, "sketch")
+    check_moved(board.bodies, recipe, motion, before)
 
 
 def test_finer_rays_and_samples_tell_the_same():
