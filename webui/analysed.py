@@ -29,6 +29,7 @@ class Analysed:
     report: CleaningReport
     subject: "Subject | None" = None
     """The board made ready: the next program on it need not wait for that."""
+    effort: "Effort" = "fast"
 
     def makers_of(self, component: str) -> frozenset[str]:
         """Name who sprays a component more than a little; nobody where there is no such component."""
@@ -62,7 +63,7 @@ def analyse_run(run: Run, asked: Asked, before: Analysed | None, tell: Progress)
 
     subject = make_ready(run.board, asked.parameters, before, part_of(tell, 0.0, 0.2))
     report = analyse_on(subject, run.program, run.recipe, asked.effort, part_of(tell, 0.2, 1.0))
-    return Analysed(run.program, asked.parameters_name, report, subject)
+    return Analysed(run.program, asked.parameters_name, report, subject, asked.effort)
 
 
 def make_ready(board: "Board", parameters: Parameters, before: Analysed | None, tell: Progress) -> "Subject":

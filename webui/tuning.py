@@ -19,7 +19,7 @@ KIND_WORDS: dict[Kind, tuple[str, str]] = {
     "dwells": ("Dwells", "How long the nozzle waits at edges and corners."),
     "heights": ("Heights", "How high the nozzle is above the board."),
     "sides": ("New paths", "Paths that a step does not have yet: around parts, around the rim, across."),
-    "wash_time": ("Repeats of steps", "How often a whole step is done."),
+    "wash_time": ("Repeats", "How often a whole step is done."),
     "pressure": ("Pressure", "Of the liquids; the pump has to give it."),
     "temperature": ("Temperature", "Of the liquids, within what they bear."),
 }
@@ -54,8 +54,8 @@ class Wishes:
         for name, value in (("Time at most", self.seconds), ("Liquid at most", self.litres)):
             if not isfinite(value) or value < 0:
                 raise TuningError(f"{name}: {value:g} is no limit; give a number above 0, or 0 for none.")
-        if not isfinite(self.analyses) or self.analyses < 1:
-            raise TuningError(f"Analyses: {self.analyses:g} are too few; allow at least 1.")
+        if not isfinite(self.analyses) or self.analyses < 2:
+            raise TuningError(f"Analyses: {self.analyses:g} are too few; allow at least 2.")
         limits = Limits(self.seconds or None, self.litres or None)
         return Asked(self.goal, limits, Allowed(self.kinds), round(self.analyses))
 

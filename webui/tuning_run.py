@@ -1,13 +1,16 @@
 """Tuning beside a page: as the command line does it, told how far it is, and stopped where it is no longer wanted."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from boards.board import Board
 from cleaning.parameters import Parameters
+from cleaning.subject import Subject
 from geometry.progress import Progress, part_of
 from rulesengine.pipeline import Run
 from rulesengine.tuning.asked import Asked
 from rulesengine.tuning.bench import Bench
+from rulesengine.tuning.goals import Goal
 from rulesengine.tuning.search import tune
 from webui.analysed import Analysed, make_ready
 from webui.document import Document
@@ -25,21 +28,22 @@ class Task:
     asked: Asked
 
 
-class _ToldBench(Bench):
+class ToldBench(Bench):
     """Says how many analyses were made whenever a recipe is tried; who is told may stop it there."""
 
-    told: Progress
-    what: str = "looking at the recipe"
+    def __init__(self, file: Path, subject: Subject, goal: Goal, most: int, told: Progress) -> None:
+        """Make a bench as any other; ``told`` is told."""
+        super().__init__(file, subject, goal, most)
+        self._told = told
+        self.tell = self._say
 
     def planned(self, text: str) -> Run | None:
         """Plan a text as every bench does."""
-        self.say(self.what)
+        self._say("tuning")
         return super().planned(text)
 
-    def say(self, what: str) -> None:
-        """Tell what is going on."""
-        self.what = what
-        self.told(f"{what}, {self.used} of at most {self.most} analyses", self.used / self.most)
+    def _say(self, what: str) -> None:
+        self._told(f"{what}, {self.used} of at most {self.most} analyses", min(1.0, self.used / self.most))
 
 
 def propose(task: Task, before: Analysed | None, tell: Progress) -> Proposal:
@@ -54,7 +58,7 @@ def propose(task: Task, before: Analysed | None, tell: Progress) -> Proposal:
         JobError: the recipe cannot be read, planned or analysed.
     """
     subject = make_ready(task.board, task.parameters, before, part_of(tell, 0.0, 0.1))
-    bench = _ToldBench(task.document.file, subject, task.asked.goal, task.asked.analyses)
-    bench.told = part_of(tell, 0.1, 0.99)
-    tuned = tune(bench, task.document.text, task.asked, bench.say)
+    told = part_of(tell, 0.1, 0.99)
+    bench = ToldBench(task.document.file, subject, task.asked.goal, task.asked.analyses, told)
+    tuned = tune(bench, task.document.text, task.asked)
     return Proposal(task.document, task.board, task.parameters_name, tuned)

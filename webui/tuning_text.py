@@ -1,18 +1,17 @@
 """What the page says of a proposal: totals, changes with effect and cost, the diff, and what is still wanting."""
 
-import difflib
 from html import escape
 
 from rulesengine.summary import clock
-from rulesengine.tuning.goals import Want
+from rulesengine.tuning.diff import recipe_diff
+from rulesengine.tuning.explain import Reason, explain
 from rulesengine.tuning.tuned import Change, Figures, Tuned, figures_of
 from webui.cleaning_list import box_html
 from webui.palette import ACCENT, QUIET, to_hex
-from webui.verdict_colours import VERDICT_COLOURS
+from webui.tuning_fix import Fix
 
-_AROUND = 2
-"""Lines of the recipe that are shown to each side of a change."""
-_MOST_WANTS = 40
+_MOST_REASONS = 40
+_ARROW = "\N{RIGHTWARDS ARROW}"
 _ADDED, _REMOVED = ("#e8f3ea", "#1f6b34"), ("#fbebea", "#9a2a20")
 _TABLE = "border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums"
 _RIGHT = "text-align:right;white-space:nowrap;padding:1px 0 1px 14px;vertical-align:top"
@@ -56,58 +55,71 @@ def changes_html(changes: tuple[Change, ...]) -> str:
     head = _row(("Change", "to go", "lack nothing", "residue", "time", "liquid"), to_hex(QUIET))
     rows = "".join(_change(each) for each in changes)
     return _section("Changes, one after the other") + _rolled(
-        box_html(f'<table style="{_TABLE}">{head}{rows}</table>'), "20vh"
+        box_html(f'<table style="{_TABLE}">{head}{rows}</table>'), "14vh"
     )
 
 
-def cost_text(before: Figures, after: Figures) -> tuple[str, str]:
-    """Say how much longer it takes, and how much more it sprays."""
-    return f"{after.seconds - before.seconds:+.1f} s", f"{after.litres - before.litres:+.2f} l"
+def fix_html(fix: Fix) -> str:
+    """Say what one change is predicted to do for its part, and what it costs."""
+    before, after = fix.before, fix.after
+    rows = (
+        (fix.component, "lacks nothing then" if fix.mended else "still lacks something"),
+        ("Judgements to go", f"{before.wanting} {_ARROW} {after.wanting}"),
+        ("Parts that lack nothing", f"{before.held} {_ARROW} {after.held}"),
+        ("Most residue", f"{_percent(before.worst_residue)} {_ARROW} {_percent(after.worst_residue)}"),
+        ("Cost", ", ".join(_cost(before, after))),
+    )
+    return box_html(
+        f'<div style="font-weight:600;margin-top:4px;overflow-wrap:anywhere">{escape(fix.what)}</div>'
+        f'<table style="{_TABLE}">{"".join(_row(row) for row in rows)}</table>'
+    )
 
 
 def diff_html(before: str, after: str) -> str:
     """Show the lines that change with those around them, what is taken out in red and what comes in green."""
-    lines = list(difflib.unified_diff(before.splitlines(), after.splitlines(), lineterm="", n=_AROUND))[2:]
+    lines = recipe_diff(before, after, "before", "after").splitlines()[2:]
     if not lines:
         return ""
     body = "".join(_diff_line(line) for line in lines)
     return _section("Recipe") + (
-        '<div data-diff style="margin:2px 12px 4px;max-height:26vh;overflow:auto;border:1px solid #e3e7ea;'
+        '<div data-diff style="margin:2px 12px 4px;max-height:22vh;overflow:auto;border:1px solid #e3e7ea;'
         "border-radius:4px;font-family:ui-monospace,monospace;font-size:11.5px;line-height:1.5;white-space:pre;"
         f'tab-size:2"><div style="min-width:max-content">{body}</div></div>'
     )
 
 
-def wants_html(tuned: Tuned) -> str:
-    """Say what is still wanting and why: the judgements of the best recipe, what ended the search."""
-    wants = tuned.last.wants
-    if not wants:
+def reasons_html(tuned: Tuned) -> str:
+    """Say of each part that still lacks something what that is, and why the recipe cannot be tuned further for it."""
+    reasons = explain(tuned)
+    if not reasons:
         return ""
-    ended = f"No analysis was left of {tuned.used}: allow more of them." if tuned.spent else _EXHAUSTED
-    rows = "".join(_want(want) for want in wants[:_MOST_WANTS])
-    more = len(wants) - _MOST_WANTS
+    rows = "".join(_reason(reason) for reason in reasons[:_MOST_REASONS])
+    more = len(reasons) - _MOST_REASONS
     rest = f'<div style="color:{to_hex(QUIET)}">and {more} more</div>' if more > 0 else ""
-    return _section("Still wanting") + _rolled(box_html(f"{ended}{rows}{rest}"), "18vh")
+    return _section("Still wanting, and why") + _rolled(box_html(f"{rows}{rest}"), "15vh")
 
 
-def _want(want: Want) -> str:
-    judgement = want.judgement
-    colour = to_hex(VERDICT_COLOURS[judgement.verdict])
+def _reason(reason: Reason) -> str:
     return (
-        f'<div style="margin-top:4px;padding-left:7px;border-left:3px solid {colour}">'
-        f'<span style="color:{to_hex(ACCENT)};font-weight:600">{escape(want.component)}</span> '
-        f'<span style="color:{to_hex(QUIET)}">{judgement.rule} {escape(judgement.name)}</span> '
-        f"{escape(judgement.because)}</div>"
+        f'<div style="margin-top:4px;padding-left:7px;border-left:3px solid {to_hex(ACCENT)}">'
+        f'<span style="color:{to_hex(ACCENT)};font-weight:600">{escape(reason.component)}</span> '
+        f'<span style="color:{to_hex(QUIET)}">{reason.rule} {escape(reason.name)}</span> '
+        f'{escape(reason.because)} <span style="color:{to_hex(QUIET)}">{escape(reason.why)}</span></div>'
     )
 
 
 def _change(change: Change) -> str:
     before, after = change.before, change.after
-    held = f"{before.held} \N{RIGHTWARDS ARROW} {after.held}"
-    residue = f"{_percent(before.worst_residue)} \N{RIGHTWARDS ARROW} {_percent(after.worst_residue)}"
-    time, litres = cost_text(before, after)
-    wanting = f"{before.wanting} \N{RIGHTWARDS ARROW} {after.wanting}"
+    held = f"{before.held} {_ARROW} {after.held}"
+    residue = f"{_percent(before.worst_residue)} {_ARROW} {_percent(after.worst_residue)}"
+    time, litres = _cost(before, after)
+    wanting = f"{before.wanting} {_ARROW} {after.wanting}"
     return _row(("\n".join(change.what), wanting, held, residue, time, litres))
+
+
+def _cost(before: Figures, after: Figures) -> tuple[str, str]:
+    """Say how much longer it takes, and how much more it sprays."""
+    return f"{after.seconds - before.seconds:+.1f} s", f"{after.litres - before.litres:+.2f} l"
 
 
 def _row(texts: tuple[str, ...], colour: str = "inherit") -> str:
@@ -136,6 +148,3 @@ def _section(title: str) -> str:
 
 def _percent(share: float) -> str:
     return f"{100 * share:.1f} %"
-
-
-_EXHAUSTED = "None of the changes that are allowed takes more of this away."

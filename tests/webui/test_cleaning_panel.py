@@ -275,7 +275,7 @@ def test_paths_can_be_taken_out_of_the_way(tmp_path):
 
 def test_the_gap_of_the_selected_part_is_seen_from_above(tmp_path):
     with opened(analysed_session(), tmp_path) as (page, _, panel):
-        gap = panel._cards[3]
+        gap = panel._cards[4]
         assert not gap._folder.visible
         page.select(component="C1")
         assert not gap._folder.visible

@@ -14,7 +14,7 @@ from rulesengine.tuning.knobs import KINDS
 from webui.project import open_project
 from webui.tuning import KIND_WORDS, TuningError, Wishes
 from webui.tuning_edits import apply_proposal, save_proposal
-from webui.tuning_text import changes_html, diff_html, headline_of, totals_html, wants_html
+from webui.tuning_text import changes_html, diff_html, headline_of, reasons_html, totals_html
 
 
 def test_every_group_of_numbers_can_be_ticked():
@@ -37,8 +37,8 @@ def test_nought_is_no_limit_and_numbers_are_kept():
         ({"seconds": -1.0}, "Time at most"),
         ({"litres": math.nan}, "Liquid at most"),
         ({"seconds": math.inf}, "Time at most"),
-        ({"analyses": 0.0}, "at least 1"),
-        ({"analyses": math.nan}, "at least 1"),
+        ({"analyses": 1.0}, "at least 2"),
+        ({"analyses": math.nan}, "at least 2"),
     ],
 )
 def test_wishes_that_cannot_be_are_refused(wrong, said):
@@ -117,19 +117,19 @@ def test_the_diff_shows_changed_lines_and_few_others():
     html = diff_html(before, after)
     assert "-line15: &lt;b&gt;" in html
     assert "+line15: &lt;i&gt;" in html
-    assert "line13" in html
-    assert "line12" not in html
-    assert "line 13" in html
+    assert "line12" in html
+    assert "line11" not in html
+    assert "line 12" in html
     assert "<b>" not in html
     assert diff_html(before, before) == ""
 
 
 def test_what_is_still_wanting_is_said_with_its_reason():
     session = tiny_session()
-    html = wants_html(proposal(session, wants=[WANT] * 50).tuned)
+    html = reasons_html(proposal(session, wants=[WANT]).tuned)
     assert "31 % is left &lt;here&gt;." in html
     assert "R7 residue" in html
-    assert "and 10 more" in html
-    assert "None of the changes" in html
-    assert "No analysis was left" in wants_html(proposal(session, wants=[WANT], used=40).tuned)
-    assert wants_html(proposal(session).tuned) == ""
+    many = [replace(WANT, component=f"U{number}") for number in range(50)]
+    assert "and 10 more" in reasons_html(proposal(session, wants=many).tuned)
+    assert "analyses were spent" in reasons_html(proposal(session, wants=[WANT], used=40).tuned)
+    assert reasons_html(proposal(session).tuned) == ""

@@ -9,6 +9,7 @@ from webui.analysed import Analysed, Asked, analyse_run
 from webui.cleaning_list import headline_html, note_html
 from webui.page import Page
 from webui.panels.check import progress_html
+from webui.panels.cleaning_fix import FixCard
 from webui.panels.cleaning_gap import GapCard
 from webui.panels.cleaning_heat import HeatCard
 from webui.panels.cleaning_part import PartCard
@@ -49,7 +50,7 @@ class CleaningPanel:
         self._button = gui.add_button(_ANALYSE, hint="Predicts what the spray reaches, above and under the parts.")
         self._state = gui.add_html("")
         self._tune = TuneCard(page)
-        self._cards = (PartsCard(page, scene), HeatCard(page, scene), PartCard(page), GapCard(page))
+        self._cards = (PartsCard(page, scene), HeatCard(page, scene), PartCard(page), FixCard(page), GapCard(page))
         self._choice.on_update(lambda event: self._choose(event.target.value, by_hand=event.client is not None))
         self._button.on_click(lambda _: self._press())
 

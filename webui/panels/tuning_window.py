@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import viser
 
 from rulesengine.tuning.knobs import Kind
+from webui.cleaning_list import note_html
 from webui.page import Page
 from webui.palette import QUIET
 from webui.panels.check import progress_html
 from webui.remarks import remark_html
 from webui.tuning import GOALS, KIND_WORDS, Proposal, Wishes
-from webui.tuning_text import changes_html, diff_html, totals_html, wants_html
+from webui.tuning_text import changes_html, diff_html, reasons_html, totals_html
 
 START, CANCEL, APPLY, SAVE, DISCARD, CLOSE = (
     "Start", "Cancel tuning", "Apply these changes", "Save as a new recipe", "Discard", "Close",
@@ -21,6 +22,11 @@ _STYLE = f"""<style>
 .mantine-Modal-content:has(.{_MARK}) {{ flex: 0 0 min(820px, 94vw) !important; max-height: 94vh !important; }}
 </style><div class="{_MARK}"></div>"""
 """Recipes are wider than the window of a question."""
+
+_NOTE = (
+    "Changes what is ticked until all that can be cleaned is predicted clean, then takes away what is not needed. "
+    "The recipe stays as it is until you apply that."
+)
 
 Does = Mapping[str, Callable[[], None]]
 """What is done by the label of a button."""
@@ -47,6 +53,7 @@ class TuningWindow:
         with self._window:
             self._asking = self._gui.add_folder(None)
             with self._asking:
+                self._gui.add_html(note_html(_NOTE))
                 self._inputs = self._ask(wishes)
                 self._remark = self._gui.add_html("")
                 self._add_button(START)
@@ -77,7 +84,7 @@ class TuningWindow:
             gui.add_number("Time at most (s)", wishes.seconds, min=0.0, hint="Of the program; 0 is no limit."),
             gui.add_number("Liquid at most (l)", wishes.litres, min=0.0, hint="Of the program; 0 is no limit."),
             gui.add_number(
-                "Analyses at most", wishes.analyses, min=1.0, step=1.0, hint="More of them find a better recipe."
+                "Analyses at most", wishes.analyses, min=2.0, step=1.0, hint="More of them find a better recipe."
             ),
         )
 
@@ -115,7 +122,7 @@ class TuningWindow:
             totals_html(tuned)
             + changes_html(tuned.changes)
             + diff_html(proposal.document.text, proposal.text)
-            + wants_html(tuned)
+            + reasons_html(tuned)
         )
         self._name.value = f"{proposal.document.file.stem}-tuned.yaml"
         self._refusal.content = ""
