@@ -52,6 +52,7 @@ def test_the_worst_three_are_told_with_their_reasons_and_what_it_is_worth() -> N
 
 def test_of_a_clean_board_no_part_is_named() -> None:
     clean = tuple(part for part in small_report().parts if part.verdict == "clean")
-    lines = told(replace(small_report(), verdict="clean", parts=clean)).splitlines()
-    assert lines[0].endswith("all of 2 components clean")
+    report = replace(small_report(), verdict="clean", parts=clean)
+    lines = told(report).splitlines()
+    assert lines[0].endswith(headline(report))
     assert [line.split()[0] for line in lines[2:]] == ["verdicts", "analysed"]
