@@ -38,6 +38,13 @@ def test_each_part_with_a_gap_is_followed_through_every_stage_in_each_of_its_cas
             assert 0 < gap.residue < 1
 
 
+def test_gaps_are_found_by_the_place_of_their_part_on_the_board():
+    subject = subject_of(("J1", "C1", "U1"))
+    found = gaps(by(WASH), subject=subject)
+    names = [component.name for component in subject.board.components]
+    assert {names[row]: beneath.underside.component for row, beneath in found.items()} == {"C1": "C1", "U1": "U1"}
+
+
 def test_the_lower_case_comes_first():
     for beneath in gaps(by(WASH)).values():
         standoffs = [gap.standoff_mm for gap in beneath.gaps]
