@@ -15,7 +15,7 @@ _HALF = 0.5
 
 def not_sprayed(case: Case) -> Judgement:
     """R1 for a side that no liquid reaches."""
-    because = f"No step sprays liquid on the {case.side} side, where {case.component} is."
+    because = f"No step sprays liquid on the {case.side} side."
     advice = f"Add a step with side: {case.side} to the sequence."
     return Judgement("R1", "not sprayed", "dirty", "A", (), because, advice, where=case.place)
 
@@ -88,5 +88,5 @@ def judge_load(case: Case, stage: Stage, exposed: ExposedPart) -> list[Judgement
 
 def not_judged(case: Case) -> Judgement:
     """R14 for a component that shows nothing and has no gap that is known."""
-    because = f"{case.component} shows no surface that spray can reach, and no gap under it is known."
+    because = "It shows no surface that spray can reach, and no gap under it is known."
     return Judgement("R14", "model limit", "no verdict", "A", (), because, "Inspect it.", "", case.place)

@@ -1,17 +1,20 @@
 """A cleaning report as plain data: what ``--json`` writes. Lengths are mm, times s, all else as the names say."""
 
 import math
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
 
 from boards.underside import Underside
 from cleaning.assumptions import assumptions_of
+from cleaning.cleanliness import cleanliness, count_cleanliness, stays_wet
 from cleaning.exposure import Exposure
 from cleaning.gap import GapField
 from cleaning.results import VERDICTS, CleaningReport, ExposedPart, Judgement, Part
 from cleaning.stages import Stage
 from cleaning.under import GapResult, GapStage
+from cleaning.verify import Verified
 from geometry.finding import Finding
 
 Json: TypeAlias = "dict[str, Json] | list[Json] | str | int | float | bool | None"
@@ -22,8 +25,13 @@ _DIGITS = 6
 _SIDES = ("front", "right", "back", "left")
 
 
-def cleaning_report(report: CleaningReport) -> dict[str, Json]:
-    """Collect verdicts with their numbers, stages, gaps and assumptions; the same report gives the same data."""
+def cleaning_report(report: CleaningReport, verified: Sequence[Verified] = ()) -> dict[str, Json]:
+    """Collect verdicts with their numbers, stages, gaps and assumptions; the same report gives the same data.
+
+    Args:
+        report: What the analysis found.
+        verified: Components that were worked out exactly besides.
+    """
     origin, parameters = report.origin, report.parameters
     counts = {verdict: sum(part.verdict == verdict for part in report.parts) for verdict in VERDICTS}
     return {
@@ -37,12 +45,15 @@ def cleaning_report(report: CleaningReport) -> dict[str, Json]:
         },
         "verdict": report.verdict,
         "verdicts": dict[str, Json](counts),
+        "cleanliness": {**count_cleanliness(report.parts)},
+        "stay_wet": sum(map(stays_wet, report.parts)),
         "duration_s": _digits(report.duration_s),
         "litres": {name: _digits(litres) for name, litres in report.litres},
         "stages": [_stage(stage, exposure) for stage, exposure in zip(report.stages, report.exposures, strict=True)],
         "process": [_judgement(each) for each in report.process],
         "bare_board": _part(report.bare),
         "components": [_part(part) for part in report.parts],
+        "verified": [_verified(each) for each in verified],
         "worst_first": [part.component for part in report.worst_first()],
         "findings": [_finding(finding) for finding in report.findings],
         "assumptions": [
@@ -76,6 +87,8 @@ def _part(part: Part) -> Json:
         "component": part.component,
         "verdict": part.verdict,
         "grade": part.grade,
+        "cleanliness": cleanliness(part),
+        "stays_wet": stays_wet(part),
         "judgements": [_judgement(each) for each in part.judgements],
         "exposed": [None if each is None else _exposed(each) for each in part.exposed],
         "underside": None if part.underside is None else _underside(part.underside),
@@ -172,6 +185,18 @@ def _gap_stage(stage: GapStage, field: GapField) -> Json:
 def mean_residue(stage: GapStage, field: GapField) -> float:
     """Give the share of residue that is left in a gap at the end of a stage."""
     return float(np.average(stage.residue, weights=field.weights)) if stage.residue.size else 0.0
+
+
+def _verified(verified: Verified) -> Json:
+    return {
+        "component": verified.component,
+        "function": verified.function,
+        "made_by": verified.made_by,
+        "rays_mm": _digits(verified.rays_mm),
+        "exact_mm": _digits(verified.exact_mm),
+        "worst_mm": _digits(verified.worst_mm),
+        "cells": verified.cells,
+    }
 
 
 def _finding(finding: Finding) -> Json:

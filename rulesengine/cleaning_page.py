@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from html import escape
 
 from cleaning.assumptions import assumptions_of
-from cleaning.results import VERDICTS, CleaningReport, Part, Verdict
+from cleaning.cleanliness import count_cleanliness, report_cleanliness, stays_wet
+from cleaning.results import VERDICTS, CleaningReport, Part
+from cleaning.verify import Verified
 from rulesengine.cleaning_curves import draw_limiting, draw_volumes
 from rulesengine.cleaning_pictures import VERDICT_COLOURS, draw_exposures, draw_verdicts
 from rulesengine.cleaning_tables import (
@@ -17,6 +19,7 @@ from rulesengine.cleaning_tables import (
     rules_table,
     stages_table,
     verdict_mark,
+    verified_table,
 )
 from rulesengine.cleaning_words import CALIBRATED, HONESTY, LIMITS, SYNTHETIC, UNCALIBRATED, VERDICT_WORDS
 from rulesengine.drawing import ACCENT
@@ -39,12 +42,13 @@ class Traceability:
     date: str = ""
 
 
-def cleaning_page(report: CleaningReport, trace: Traceability) -> str:
+def cleaning_page(report: CleaningReport, trace: Traceability, verified: Sequence[Verified] = ()) -> str:
     """Write the page; the same report and the same entries give the same text.
 
     Args:
         report: What the analysis found.
         trace: What was entered about this board and its bath.
+        verified: Components that were worked out exactly besides.
     """
     origin = report.origin
     sections = [
@@ -56,6 +60,7 @@ def cleaning_page(report: CleaningReport, trace: Traceability) -> str:
         section("Under the worst parts", *_gaps(report)),
         section("What limits them", *_limiting(report)),
         section("What reaches the surface", *_surface(report)),
+        section("Worked out exactly", verified_table(verified)),
         section("The rules", rules_table(report)),
         section("Where it comes from", _traces(report, trace)),
         section("What this model cannot say", f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in LIMITS)}</ul>"),
@@ -65,16 +70,35 @@ def cleaning_page(report: CleaningReport, trace: Traceability) -> str:
 
 
 def headline(report: CleaningReport) -> str:
-    """Say the verdict in one sentence: of the worst component, never an average."""
+    """Say in one sentence how clean the worst component is, never an average, and how many stay wet."""
+    wet = wet_count(report)
+    return f"Predicted: {_how_clean(report)}" + (f"; {wet} {_stay(wet)} wet underneath" if wet else "")
+
+
+def _how_clean(report: CleaningReport) -> str:
     if not report.parts:
-        return "Predicted: no components to judge"
-    count = sum(part.verdict == report.verdict for part in report.parts)
-    if report.verdict == "clean":
-        return f"Predicted: all of {amount(len(report.parts), 'component')} clean"
-    verdict = "without verdict" if report.verdict == "no verdict" else report.verdict
-    if not count:
-        return f"Predicted: {verdict}, for the process or the bare board"
-    return f"Predicted: {count} of {amount(len(report.parts), 'component')} {verdict}"
+        return "no components to judge"
+    worst = report_cleanliness(report)
+    components = amount(len(report.parts), "component")
+    if worst == "clean":
+        return f"all of {components} clean"
+    count = count_cleanliness(report.parts).get(worst, 0)
+    verdict = "without verdict" if worst == "no verdict" else worst
+    return f"{count} of {components} {verdict}" if count else f"{verdict}, for the process or the bare board"
+
+
+def wet_count(report: CleaningReport) -> int:
+    """Count the components under which water stays."""
+    return sum(map(stays_wet, report.parts))
+
+
+def wet_words(count: int) -> str:
+    """Say what a number of components does that are not dried, and what helps."""
+    return f"{_stay(count)} wet underneath: bake, or blow harder"
+
+
+def _stay(count: int) -> str:
+    return "stays" if count == 1 else "stay"
 
 
 def honesty(report: CleaningReport) -> str:
@@ -87,14 +111,13 @@ def honesty(report: CleaningReport) -> str:
 
 def _head(report: CleaningReport) -> str:
     origin = report.origin
-    counts: dict[Verdict, int] = {
-        verdict: sum(part.verdict == verdict for part in report.parts) for verdict in VERDICTS
-    }
+    counts, wet = count_cleanliness(report.parts), wet_count(report)
     litres = sum(value for _, value in report.litres)
     facts = [
         (clock(report.duration_s), "for the whole program"),
         (f"{litres:.2f} l", ", ".join(f"{name} {value:.2f}" for name, value in report.litres) or "no liquid"),
-        *((str(count), VERDICT_WORDS[verdict].removeprefix("is ")) for verdict, count in counts.items() if count),
+        *((str(count), VERDICT_WORDS[verdict].removeprefix("is ")) for verdict, count in counts.items()),
+        *([(str(wet), wet_words(wet))] if wet else []),
     ]
     cards = "".join(f"<div><b>{escape(value)}</b><span>{escape(what)}</span></div>" for value, what in facts)
     return (

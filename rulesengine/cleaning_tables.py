@@ -1,20 +1,24 @@
 """The tables of a cleaning report's page."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
 from cleaning.assumptions import assumptions_of
+from cleaning.cleanliness import unclean_parts
 from cleaning.report import mean_residue
-from cleaning.results import VERDICTS, CleaningReport, Judgement, Number, Part, Verdict
+from cleaning.results import VERDICTS, CleaningReport, ExposedPart, Number, Part, Verdict
+from cleaning.rinse import film_exchanges
+from cleaning.stages import Stage
 from cleaning.under import GapStage
+from cleaning.verify import Verified
+from rulesengine.cleaning_groups import Group, Told, group_alike, name_some, tell_one, unclean
 from rulesengine.cleaning_pictures import VERDICT_COLOURS
 from rulesengine.cleaning_words import GRADES, KNOWN_WORDS, RULES
 from rulesengine.summary import amount, clock
 
-MOST_TOLD = 40
-"""Components of which everything is told; the others that are not clean get a line each."""
-MOST_LINES = 400
-"""Such lines; the data has all of them."""
+MOST_TOLD = 100
+"""Groups of components of which everything is told; the others that are not clean are named."""
+_MOST_PACKAGES = 3
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -> str:
@@ -38,10 +42,17 @@ def verdict_mark(verdict: Verdict) -> str:
     return f'<span class="mark" style="background:{VERDICT_COLOURS[verdict]}"></span>{verdict}'
 
 
-def number_text(number: Number) -> str:
-    """Write a number with its unit and its limit."""
-    limit = "" if number.limit is None else f" (limit {amount_text(number.limit)})"
-    return f"{number.name} {amount_text(number.value)} {number.unit}".rstrip() + limit
+def number_text(number: Number, highest: Number | None = None) -> str:
+    """Write a number with its unit and its limit, or the range from it to the highest."""
+    last = highest or number
+    limit = "" if number.limit is None or last.limit is None else f" (limit {_range(number.limit, last.limit)})"
+    return f"{number.name} {_range(number.value, last.value)} {number.unit}".rstrip() + limit
+
+
+def _range(low: float, high: float) -> str:
+    """Write two numbers as a range, or as one if they read the same."""
+    first, last = amount_text(low), amount_text(high)
+    return first if first == last else f"{first} to {last}"
 
 
 def amount_text(value: float) -> str:
@@ -50,55 +61,54 @@ def amount_text(value: float) -> str:
 
 
 def parts_table(report: CleaningReport) -> str:
-    """List the components that are not clean, the worst first, with what decides and what to do."""
+    """List the components that are not clean, the worst first, with what decides and what to do.
+
+    Components of which the same is said stand together.
+    """
     packages = {component.name: component.package for component in report.board.components}
-    found = [part for part in report.worst_first() if part.verdict != "clean"]
-    rows = [_part_row(part, packages.get(part.component, "")) for part in found[:MOST_TOLD]]
-    lines = [_part_line(part) for part in found[MOST_TOLD : MOST_TOLD + MOST_LINES]]
-    clean = [escape(part.component) for part in report.parts if part.verdict == "clean"]
+    groups = group_alike(unclean_parts(report), unclean)
+    rows = [_group_row(group, packages) for group in groups[:MOST_TOLD]]
     told = table(("Component", "Verdict", "What decides", "What to do"), rows, "parts") if rows else ""
-    if lines:
-        told += "<h3>And in short</h3>" + table(("Component", "Verdict", "Rules", ">Residue under it"), lines, "small")
-    if len(found) > MOST_TOLD + MOST_LINES:
-        left = amount(len(found) - MOST_TOLD - MOST_LINES, "more component")
-        told += f"<p>and {left}: the data of this report has all of them.</p>"
+    others = [escape(name) for group in groups[MOST_TOLD:] for name in group.names]
+    if others:
+        told += f'<p class="names"><b>Neither are these clean ({len(others)}):</b> {", ".join(others)}.</p>'
+    clean = [escape(part.component) for part in report.parts if part.verdict == "clean"]
     if clean:
         told += f'<p class="names"><b>Predicted clean ({len(clean)}):</b> {", ".join(clean)}.</p>'
     return told
 
 
-def _part_row(part: Part, package: str) -> tuple[str, str, str, str]:
-    shown = [each for each in part.judgements if each.verdict != "clean"] or list(part.judgements[:1])
-    makers = ", ".join(f"{made_by} {share:.0%}" for made_by, share in part.makers[:2])
-    advice = [f"<div>{escape(text)}</div>" for text in dict.fromkeys(each.advice for each in shown) if text]
-    if makers:
+def _group_row(group: Group, packages: Mapping[str, str]) -> tuple[str, str, str, str]:
+    first = group.parts[0]
+    advice = [f"<div>{escape(text)}</div>" for text in dict.fromkeys(each.advice for each in group.told) if text]
+    makers = ", ".join(f"{made_by} {share:.0%}" for made_by, share in first.makers[:2])
+    if makers and len(group.parts) == 1:
         advice.append(f'<div class="q">sprayed by {escape(makers)}</div>')
+    kinds = list(dict.fromkeys(packages[name] for name in group.names if packages.get(name)))
+    count = f"<b>{amount(len(group.parts), 'component')}</b>: " if len(group.parts) > 1 else ""
     return (
-        f'<b>{escape(part.component)}</b><div class="q">{escape(package)}</div>',
-        f'{verdict_mark(part.verdict)}<div class="q">grade {part.grade}</div>',
-        "".join(map(_told, shown)),
+        f"{count}<b>{escape(group.names[0])}</b>{escape(''.join(f', {name}' for name in group.names[1:]))}"
+        f'<div class="q">{escape(name_some(kinds, _MOST_PACKAGES))}</div>',
+        f'{verdict_mark(first.verdict)}<div class="q">grade {first.grade}</div>',
+        "".join(map(_told, group.told)),
         "".join(advice),
     )
 
 
-def _part_line(part: Part) -> tuple[str, str, str, str]:
-    rules = dict.fromkeys(f"{each.rule} {each.name}" for each in part.judgements if each.verdict != "clean")
-    residue = "" if part.residue is None else f"{part.residue:.1%}"
-    return escape(part.component), verdict_mark(part.verdict), escape(", ".join(rules)), residue
-
-
-def _told(judgement: Judgement) -> str:
-    numbers = "; ".join(map(number_text, judgement.numbers))
+def _told(told: Told) -> str:
+    numbers = "; ".join(number_text(low, high) for low, high in told.numbers)
     return (
-        f"<div><b>{judgement.rule} {escape(judgement.name)}</b>, {judgement.verdict}, {judgement.grade}: "
-        f'{escape(judgement.because)}</div><div class="q">{escape(numbers)}</div>'
+        f"<div><b>{told.rule} {escape(told.name)}</b>, {told.verdict}, {told.grade}: "
+        f'{escape(told.because)}</div><div class="q">{escape(numbers)}</div>'
     )
 
 
 def process_table(report: CleaningReport) -> str:
     """List what holds for the process as a whole, and for the bare board."""
     named = [("process", each) for each in report.process] + [("bare board", each) for each in report.bare.judgements]
-    rows = [(escape(what), verdict_mark(each.verdict), _told(each), escape(each.advice)) for what, each in named]
+    rows = [
+        (escape(what), verdict_mark(each.verdict), _told(tell_one(each)), escape(each.advice)) for what, each in named
+    ]
     return table(("Of the", "Verdict", "What decides", "What to do"), rows, "parts")
 
 
@@ -123,11 +133,18 @@ def stages_table(report: CleaningReport) -> str:
         rows.append((
             escape(stage.function), escape(stage.solution), escape(stage.nozzle_name), f"{stage.pressure_pa / 1e5:.3g}",
             f"{stage.temperature_c:.3g}", clock(stage.end_s - stage.begin_s), clock(stage.spray_s),
-            "" if liquid is None else f"{liquid:.2f}", f"{landed:.0%}", gets,
+            "" if liquid is None else f"{liquid:.2f}", f"{landed:.0%}", gets, _renewals(report, stage, bare),
         ))  # fmt: skip
     heads = ("Function", "Solution", "Nozzle", ">bar", ">°C", ">Time", ">Spraying", ">Litres", ">Lands on the board",
-             ">Bare board, mm: least / p5 / mean")  # fmt: skip
+             ">Bare board, mm: least / p5 / mean", ">Film renewed: least / p5 / mean")  # fmt: skip
     return table(heads, rows)
+
+
+def _renewals(report: CleaningReport, stage: Stage, bare: ExposedPart | None) -> str:
+    """Say how often a rinse renews the film on the bare board."""
+    if bare is None or stage.use != "rinse":
+        return ""
+    return " / ".join(f"{film_exchanges(report.parameters.rinse, each):.0f}" for each in bare.volume_mm)
 
 
 def gap_table(report: CleaningReport, part: Part) -> str:
@@ -159,6 +176,25 @@ def _gap_cells(result: GapStage, needed: float, left: float) -> tuple[str, ...]:
         f"{left:.1%}",
         clock(result.wet_s),
     )
+
+
+def verified_table(verified: Sequence[Verified]) -> str:
+    """Compare what rays gave for chosen components with the exact sum; nothing where none was chosen."""
+    rows = [
+        (
+            escape(each.component), escape(each.function), amount_text(each.rays_mm), amount_text(each.exact_mm),
+            difference_text(each), amount_text(each.worst_mm),
+        )
+        for each in verified
+    ]  # fmt: skip
+    heads = ("Component", "Stage", ">Rays, mm", ">Exact, mm", ">Difference", ">Worst cell, mm")
+    return table(heads, rows) if rows else ""
+
+
+def difference_text(verified: Verified) -> str:
+    """Write by how much rays are off from the exact sum."""
+    off = (verified.rays_mm - verified.exact_mm) / verified.exact_mm if verified.exact_mm > 0 else 0.0
+    return f"{off:+.1%}"
 
 
 def rules_table(report: CleaningReport) -> str:

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from html import escape
 
-from cleaning.results import VERDICTS, CleaningReport, Judgement, Part
+from cleaning.cleanliness import count_cleanliness
+from cleaning.results import CleaningReport, Judgement, Part
 from rulesengine.cleaning_page import headline, honesty
 from rulesengine.summary import clock
 from webui.component_card import facts_html
@@ -34,9 +35,8 @@ def headline_html(report: CleaningReport) -> str:
 
 
 def counts_text(parts: Sequence[Part]) -> str:
-    """Count verdicts, such as ``1 dirty, 2 clean``."""
-    counts = {verdict: sum(part.verdict == verdict for part in parts) for verdict in VERDICTS}
-    return ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count) or "none"
+    """Count verdicts on cleanliness, such as ``1 dirty, 2 clean``."""
+    return ", ".join(f"{count} {verdict}" for verdict, count in count_cleanliness(parts).items()) or "none"
 
 
 def parts_html(parts: Sequence[Part], selected: str) -> str:

@@ -1,6 +1,5 @@
 """What a page gives away: the bytes that the command line would write, under names that any system takes."""
 
-import json
 import re
 import threading
 from collections import Counter
@@ -10,7 +9,7 @@ from dataclasses import dataclass
 from geometry.finding import Finding
 from geometry.progress import Progress
 from programs.errors import ProgramError
-from rulesengine.commands.writing import program_bytes, report_bytes
+from rulesengine.commands.writing import cleaning_bytes, program_bytes, report_bytes
 from rulesengine.pipeline import Run
 from rulesengine.report import blocking
 from rulesengine.summary import amount, shorten
@@ -84,14 +83,12 @@ def _cleaning(session: Session, suffix: str) -> bytes:
     Raises:
         ProgramError: the program was not analysed.
     """
-    from cleaning.report import cleaning_report
     from rulesengine.cleaning_page import Traceability, cleaning_page
 
     if session.analysis is None:
         raise ProgramError("this program was not analysed with these parameters; press Analyse in the tab Cleaning.")
     if suffix.endswith(".json"):
-        data = cleaning_report(session.analysis.report)
-        return (json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+        return cleaning_bytes(session.analysis.report)
     with _ONE_DRAWS:
         return cleaning_page(session.analysis.report, Traceability()).encode()
 

@@ -1,6 +1,6 @@
 """``washboard analyse``: what a program cleans on its board."""
 
-import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
@@ -92,7 +92,7 @@ def analyse(
         names = [name.strip() for name in verify.split(",") if name.strip()]
         report, verified = _analyse(asked, made_for, made_with, parameters, effort, names)
         trace = Traceability(serial, detergent, bath_c, conductivity, date)
-        _write(report, trace, html, data)
+        _write(report, verified, trace, html, data)
         console = open_console()
         print_cleaning(console, report)
         if verified:
@@ -156,18 +156,23 @@ def _analyse(
         return report, verify(report, subject, names)
 
 
-def _write(report: "CleaningReport", trace: "Traceability", html: Path | None, data: Path | None) -> None:
+def _write(
+    report: "CleaningReport",
+    verified: "Sequence[Verified]",
+    trace: "Traceability",
+    html: Path | None,
+    data: Path | None,
+) -> None:
     """Render everything, then write it."""
-    from cleaning.report import cleaning_report
-    from rulesengine.output import write_text_atomically
+    from rulesengine.commands.writing import cleaning_bytes
+    from rulesengine.output import write_bytes_atomically
 
-    contents: list[tuple[Path, str]] = []
+    contents: list[tuple[Path, bytes]] = []
     if html is not None:
         from rulesengine.cleaning_page import cleaning_page
 
-        contents.append((html, cleaning_page(report, trace)))
+        contents.append((html, cleaning_page(report, trace, verified).encode("utf-8", errors="replace")))
     if data is not None:
-        text = json.dumps(cleaning_report(report), indent=2, ensure_ascii=False, allow_nan=False)
-        contents.append((data, text + "\n"))
-    for path, text in contents:
-        write_text_atomically(path, text)
+        contents.append((data, cleaning_bytes(report, verified)))
+    for path, content in contents:
+        write_bytes_atomically(path, content)

@@ -7,14 +7,17 @@ from rich.markup import escape
 from rich.table import Table
 
 from cleaning.assumptions import assumptions_of
-from cleaning.results import VERDICTS, CleaningReport, Judgement, Verdict
+from cleaning.cleanliness import count_cleanliness, unclean_parts
+from cleaning.results import CleaningReport, Verdict
 from cleaning.verify import Verified
-from rulesengine.cleaning_page import headline, honesty
-from rulesengine.cleaning_tables import amount_text, number_text, remarks
+from rulesengine.cleaning_groups import Group, Told, deciding, group_alike, name_some, tell_one
+from rulesengine.cleaning_page import headline, honesty, wet_count, wet_words
+from rulesengine.cleaning_tables import amount_text, difference_text, number_text, remarks
 from rulesengine.comparison import Row
 from rulesengine.summary import amount, clock, print_facts, shorten
 
-_MOST_PARTS = 12
+_MOST_GROUPS = 12
+_MOST_NAMES = 12
 _STYLES: dict[Verdict, str] = {"dirty": "bold red", "marginal": "yellow", "no verdict": "dim", "clean": "green"}
 
 
@@ -27,16 +30,17 @@ def print_cleaning(console: Console, report: CleaningReport) -> None:
     )
     console.print(escape(honesty(report)), style="dim")
     console.print(_stages(report))
-    wanting = [part for part in report.worst_first() if part.verdict != "clean"]
-    if wanting:
-        console.print(_parts(report))
-    if len(wanting) > _MOST_PARTS:
-        console.print(f"and {amount(len(wanting) - _MOST_PARTS, 'more component')}; --html and --json have all of them")
+    groups = group_alike(unclean_parts(report), deciding)
+    if groups:
+        console.print(_parts(groups[:_MOST_GROUPS]))
+    more = sum(len(group.parts) for group in groups[_MOST_GROUPS:])
+    if more:
+        console.print(f"and {amount(more, 'more component')}; --html and --json have all of them")
     for name, each in [("process", each) for each in report.process] + [
         ("bare board", each) for each in report.bare.judgements
     ]:
         if each.verdict != "clean":
-            console.print(f"[{_STYLES[each.verdict]}]{each.verdict}[/]  {name}: {escape(_told(each))}")
+            console.print(f"[{_STYLES[each.verdict]}]{each.verdict}[/]  {name}: {escape(_because(tell_one(each)))}")
     print_facts(console, _facts(report))
 
 
@@ -44,10 +48,9 @@ def print_verified(console: Console, verified: Sequence[Verified]) -> None:
     """What rays gave for chosen components, and what the exact sum gives."""
     table = _table("component", "stage", ">rays, mm", ">exact, mm", ">difference", ">worst cell, mm")
     for each in verified:
-        off = (each.rays_mm - each.exact_mm) / each.exact_mm if each.exact_mm > 0 else 0.0
         table.add_row(
             escape(each.component), escape(each.function), amount_text(each.rays_mm), amount_text(each.exact_mm),
-            f"{off:+.1%}", amount_text(each.worst_mm),
+            difference_text(each), amount_text(each.worst_mm),
         )  # fmt: skip
     console.print(table)
 
@@ -80,19 +83,19 @@ def _stages(report: CleaningReport) -> Table:
     return table
 
 
-def _parts(report: CleaningReport) -> Table:
+def _parts(groups: Sequence[Group]) -> Table:
     table = _table("component", "verdict", "grade", "rule", "because", "what to do")
-    for part in [each for each in report.worst_first() if each.verdict != "clean"][:_MOST_PARTS]:
-        first = part.judgements[0]
+    for group in groups:
+        first, worst = group.told[0], group.parts[0]
         table.add_row(
-            escape(part.component), f"[{_STYLES[part.verdict]}]{part.verdict}[/]", part.grade,
-            f"{first.rule} {escape(first.name)}", escape(_told(first)), escape(first.advice),
+            escape(name_some(group.names, _MOST_NAMES)), f"[{_STYLES[worst.verdict]}]{worst.verdict}[/]", worst.grade,
+            f"{first.rule} {escape(first.name)}", escape(_because(first)), escape(first.advice),
         )  # fmt: skip
     return table
 
 
-def _told(judgement: Judgement) -> str:
-    return judgement.because or "; ".join(map(number_text, judgement.numbers))
+def _because(told: Told) -> str:
+    return told.because or "; ".join(number_text(low, high) for low, high in told.numbers)
 
 
 def _facts(report: CleaningReport) -> list[tuple[str, str]]:
@@ -100,12 +103,11 @@ def _facts(report: CleaningReport) -> list[tuple[str, str]]:
     known = {
         word: sum(each.known == word for each in assumed) for word in dict.fromkeys(each.known for each in assumed)
     }
-    counts: dict[Verdict, int] = {
-        verdict: sum(part.verdict == verdict for part in report.parts) for verdict in VERDICTS
-    }
+    counts, wet = count_cleanliness(report.parts), wet_count(report)
     litres = sum(value for _, value in report.litres)
     return [
-        ("components", ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count) or "none"),
+        ("components", ", ".join(f"{count} {verdict}" for verdict, count in counts.items()) or "none"),
+        *([("wet", f"{wet} {wet_words(wet)}")] if wet else []),
         ("takes", f"{clock(report.duration_s)}, {litres:.2f} l"),
         ("assumed", f"{len(assumed)} values of {report.parameters.parameters}: "
                     + ", ".join(f"{count} {word}" for word, count in known.items())),

@@ -40,12 +40,30 @@ def compare(
 
         written = [path for path in (html, data) if path is not None]
         check_apart((board, recipe, other, parameters, parts), written)
+        _refuse_programs(recipe, other)
         (one, here), (two, there) = _carry_out((board, parts), (recipe, other), parameters, effort)
         rows = [*compare_cleaning(here, there), *rows_of(one, two)]
         _write(rows, (here, there), html, data)
         console = open_console()
         print_comparison(console, rows, here.origin.recipe, there.origin.recipe)
         print_files(console, html=html, data=data)
+
+
+def _refuse_programs(*recipes: str) -> None:
+    """Say of a program in a recipe's place what to do instead.
+
+    Raises:
+        RecipeError: one of them is the file of a program.
+    """
+    from recipes.errors import RecipeError
+
+    for each in recipes:
+        if Path(each).suffix.lower() == ".wash":
+            raise RecipeError(
+                "this is a program; two recipes are compared, which are planned on the board. Name the recipe that it "
+                f"was made with, or look at each program by itself: washboard analyse {each}.",
+                file=each,
+            )
 
 
 def _carry_out(

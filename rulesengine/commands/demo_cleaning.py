@@ -1,6 +1,5 @@
 """What the demonstration says of what its program cleans."""
 
-import json
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -8,7 +7,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.markup import escape
 
-from cleaning.results import VERDICTS, CleaningReport
+from cleaning.results import CleaningReport
 
 if TYPE_CHECKING:
     from rulesengine.pipeline import Run
@@ -24,11 +23,11 @@ def clean_for_demo(run: "Run", folder: Path) -> None:
     """
     from cleaning.analyse import analyse
     from cleaning.load import load_parameters
-    from cleaning.report import cleaning_report
     from rulesengine.cleaning_page import Traceability, cleaning_page
     from rulesengine.commands.loading import progress_bar
     from rulesengine.commands.terminal import open_console, print_files
-    from rulesengine.output import write_text_atomically
+    from rulesengine.commands.writing import cleaning_bytes
+    from rulesengine.output import write_bytes_atomically, write_text_atomically
 
     begun = perf_counter()
     with progress_bar() as tell:
@@ -36,9 +35,9 @@ def clean_for_demo(run: "Run", folder: Path) -> None:
     seconds = perf_counter() - begun
     page, data = (folder / f"{run.board.name}-cleaning{end}" for end in (".html", ".json"))
     told = cleaning_page(report, Traceability())
-    found = json.dumps(cleaning_report(report), indent=2, ensure_ascii=False, allow_nan=False)
+    found = cleaning_bytes(report)
     write_text_atomically(page, told)
-    write_text_atomically(data, found + "\n")
+    write_bytes_atomically(data, found)
     console = open_console()
     print_worst(console, report, seconds)
     print_files(console, cleaning=page, data=data)
@@ -46,18 +45,20 @@ def clean_for_demo(run: "Run", folder: Path) -> None:
 
 def print_worst(console: Console, report: CleaningReport, seconds: float) -> None:
     """Headline and what it is worth, how many have which verdict, the worst few with the reason, how long it took."""
+    from cleaning.cleanliness import count_cleanliness, unclean_parts
+    from rulesengine.cleaning_groups import deciding, group_alike, name_some
     from rulesengine.cleaning_page import headline, honesty
     from rulesengine.summary import clock, print_facts
 
     console.print(f"[bold]{escape(report.origin.board)}[/bold], what comes out clean. {escape(headline(report))}")
     console.print(escape(honesty(report)), style="dim")
-    counts = {verdict: sum(part.verdict == verdict for part in report.parts) for verdict in VERDICTS}
-    wanting = [part for part in report.worst_first() if part.verdict != "clean"][:_WORST]
+    counts = count_cleanliness(report.parts)
+    worst = group_alike(unclean_parts(report), deciding)[:_WORST]
     print_facts(
         console,
         [
-            ("verdicts", ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count) or "none"),
-            *((part.component, f"{part.verdict}: {part.judgements[0].because}") for part in wanting),
+            ("verdicts", ", ".join(f"{count} {verdict}" for verdict, count in counts.items()) or "none"),
+            *((name_some(each.names, 1), f"{each.parts[0].verdict}: {each.told[0].because}") for each in worst),
             ("analysed", f"in {clock(seconds)}"),
         ],
     )

@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,8 @@ from rulesengine.report import blocking, report
 from rulesengine.summary import amount
 
 if TYPE_CHECKING:
+    from cleaning.results import CleaningReport
+    from cleaning.verify import Verified
     from rulesengine.pipeline import Run
 
 _KINDS = {
@@ -138,7 +140,18 @@ def program_bytes(run: "Run") -> bytes:
 
 def report_bytes(run: "Run") -> bytes:
     """Write the report as JSON."""
-    text = json.dumps(report(run), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return _json_bytes(report(run))
+
+
+def cleaning_bytes(found: "CleaningReport", verified: "Sequence[Verified]" = ()) -> bytes:
+    """Write as JSON what an analysis found, with the components that were worked out exactly besides."""
+    from cleaning.report import cleaning_report
+
+    return _json_bytes(cleaning_report(found, verified))
+
+
+def _json_bytes(data: Mapping[str, object]) -> bytes:
+    text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     return text.encode("utf-8", errors="replace")
 
 

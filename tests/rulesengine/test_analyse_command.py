@@ -122,6 +122,31 @@ def test_mistakes_are_refused_before_the_long_work(
     assert (lost.code, "Did you mean 'default'?" in lost.err) == (2, True)
 
 
+def test_what_was_worked_out_exactly_is_in_the_page_and_in_the_data(program: Path, tmp_path: Path) -> None:
+    page, data = tmp_path / "t.html", tmp_path / "t.json"
+    washboard("analyse", program, "--html", page, "--json", data, "--verify", "U1,R1")
+    verified = json.loads(data.read_text("utf-8"))["verified"]
+    assert [each["component"] for each in verified] == ["U1", "R1"]
+    assert all(each["exact_mm"] > 0 and each["cells"] > 0 for each in verified)
+    assert "Worked out exactly" in page.read_text("utf-8")
+
+
+def test_components_of_which_the_same_is_said_stand_in_one_line(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    r1 = next(part for part in small_report().parts if part.component == "R1")
+    alike = tuple(replace(r1, component=f"R{number}") for number in range(1, 16))
+    report_instead(monkeypatch, parts=alike, verdict="marginal")
+    lines = [line for line in washboard("analyse", program).out.splitlines() if "R10 incomplete rinse" in line]
+    assert len(lines) == 1
+    assert lines[0].startswith(", ".join(f"R{number}" for number in range(1, 13)) + " and 3 more")
+
+
+def test_programs_in_the_place_of_recipes_are_refused_with_what_to_do(program: Path) -> None:
+    refused = washboard("compare", "tiny", program, program)
+    assert refused.code == 2
+    assert "this is a program" in refused.err
+    assert f"washboard analyse {program}" in refused.err
+
+
 def test_two_recipes_are_compared(tmp_path: Path) -> None:
     files = ("--html", tmp_path / "both.html", "--json", tmp_path / "both.json")
     done = washboard("compare", "tiny", "rinse-only", "dry-only", *files)

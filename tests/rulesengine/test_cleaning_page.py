@@ -6,10 +6,11 @@ import pytest
 from cleaning_report import small_report
 
 from cleaning.parameters import Provenance
-from cleaning.results import Part
+from cleaning.results import VERDICTS, Judgement, Number, Part
+from cleaning.verify import Verified
 from rulesengine import cleaning_page as cleaning_page_module
 from rulesengine.cleaning_page import Traceability, cleaning_page, headline, honesty
-from rulesengine.cleaning_tables import MOST_LINES, MOST_TOLD, amount_text, parts_table, remarks
+from rulesengine.cleaning_tables import MOST_TOLD, amount_text, number_text, parts_table, remarks, stages_table
 from rulesengine.cleaning_words import RULES
 from rulesengine.page import Picture
 
@@ -90,8 +91,10 @@ def test_the_headline_is_about_the_worst_and_not_an_average() -> None:
     report = small_report()
     clean = replace(report, parts=tuple(only("clean")), verdict="clean")
     assert headline(clean) == "Predicted: all of 2 components clean"
-    assert headline(replace(clean, verdict="marginal")) == "Predicted: marginal, for the process or the bare board"
-    assert headline(replace(report, verdict="no verdict")) == "Predicted: 1 of 5 components without verdict"
+    near = replace(report.process[0], verdict="marginal")
+    assert headline(replace(clean, process=(near,))) == "Predicted: marginal, for the process or the bare board"
+    unknown = tuple(part for part in report.parts if part.verdict in ("no verdict", "clean"))
+    assert headline(replace(report, parts=unknown)) == "Predicted: 1 of 3 components without verdict"
     assert headline(replace(report, parts=())) == "Predicted: no components to judge"
 
 
@@ -116,14 +119,66 @@ def test_a_board_whose_parts_are_all_clean_still_has_a_page(monkeypatch: pytest.
     assert "Under the worst parts" not in page
 
 
-def test_a_long_list_is_told_in_short_and_says_how_many_more_there_are() -> None:
+WET = Judgement("R12", "wet under part", "marginal", "B", (), "Drying clears no gap here.", "Bake it.")
+
+
+def wet(part: Part) -> Part:
+    verdict = part.verdict if part.verdict != "clean" else "marginal"
+    judgements = tuple(sorted((*part.judgements, WET), key=lambda each: VERDICTS.index(each.verdict)))
+    return replace(part, verdict=verdict, judgements=judgements)
+
+
+def test_what_stays_wet_does_not_hide_what_is_clean() -> None:
     report = small_report()
-    dirty = tuple(replace(report.parts[0], component=f"U{number}") for number in range(MOST_TOLD + MOST_LINES + 10))
+    clean = tuple(map(wet, only("clean")))
+    soaked = replace(report, parts=clean, verdict="marginal")
+    assert headline(soaked) == "Predicted: all of 2 components clean; 2 stay wet underneath"
+    told = cleaning_page_module._head(soaked)
+    assert "<b>2</b><span>predicted to be clean</span>" in told
+    assert "<b>2</b><span>stay wet underneath: bake, or blow harder</span>" in told
+    assert "near a limit" not in told
+    one = replace(report, parts=(wet(report.parts[0]), *report.parts[1:]))
+    assert headline(one) == "Predicted: 1 of 5 components dirty; 1 stays wet underneath"
+    assert "R12 wet under part" in parts_table(soaked)
+
+
+def test_components_of_which_the_same_is_said_share_a_row_that_names_them_all() -> None:
+    report = small_report()
+    names = [f"U{number}" for number in range(90)]
+    dirty = tuple(replace(report.parts[0], component=name) for name in names)
     told = parts_table(replace(report, parts=dirty))
+    assert told.count("R7 residue</b>") == told.count("R8 one-sided flow</b>") == 1
+    assert "<b>90 components</b>" in told
+    assert ", ".join(names[1:]) in told
+
+
+def test_a_list_that_is_too_long_still_names_all() -> None:
+    report = small_report()
+    first = report.parts[0].judgements[0]
+    unlike = tuple(
+        replace(
+            report.parts[0], component=f"U{number}", judgements=(replace(first, advice=f"Ask engineer E{number}."),)
+        )
+        for number in range(MOST_TOLD + 10)
+    )
+    told = parts_table(replace(report, parts=unlike))
     assert told.count("R7 residue</b>") == MOST_TOLD
-    assert "R7 residue, R8 one-sided flow" in told
-    assert "and 10 more components" in told
-    assert "And in short" not in parts_table(report)
+    assert "Neither are these clean (10):</b> " + ", ".join(f"U{MOST_TOLD + more}" for more in range(10)) in told
+
+
+def test_what_was_worked_out_exactly_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cleaning_page_module, "draw_exposures", lambda _: [])
+    exact = Verified("U1", "clean", "sequence[0]", rays_mm=5.5, exact_mm=5.0, worst_mm=0.8, cells=30)
+    told = cleaning_page(small_report(), Traceability(), (exact,))
+    assert "Worked out exactly" in told
+    assert "+10.0%" in told
+    assert "Worked out exactly" not in cleaning_page(small_report(), Traceability())
+
+
+def test_rinsing_says_how_often_it_renews_the_film() -> None:
+    report = small_report()  # 9 mm on average, of a film of 0.2 mm
+    assert report.parameters.rinse.film_um == 200
+    assert "0 / 22 / 45" in stages_table(report)
 
 
 def test_gaps_are_drawn_of_one_part_of_each_package(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -146,6 +201,8 @@ def test_what_was_noticed_on_the_way_is_told_and_judgements_are_not_told_twice()
 
 
 def test_numbers_are_short() -> None:
+    low, high = Number("gap", 25.0, "um", 100.0), Number("gap", 50.0, "um", 100.0)
+    assert (number_text(low), number_text(low, high)) == ("gap 25 um (limit 100)", "gap 25 to 50 um (limit 100)")
     assert [amount_text(value) for value in (0.0, 0.0312, 12.34, 12345.6, float("inf"))] == [
         "0", "0.0312", "12.3", "12,346", "inf",
     ]  # fmt: skip

@@ -8,7 +8,7 @@ from rulesengine.comparison_page import comparison_page
 
 def other():
     report = small_report()
-    clean = replace(report.parts[0], verdict="clean")
+    clean = replace(report.parts[0], verdict="clean", judgements=report.parts[0].judgements[2:])
     origin = replace(report.origin, recipe="other & better")
     return replace(report, origin=origin, parts=(clean, *report.parts[1:]), verdict="marginal")
 

@@ -48,7 +48,7 @@ def test_the_cleaning_report_is_the_one_that_the_command_line_writes(session: Se
     with pytest.raises(ProgramError, match="tab Cleaning"):
         make_download(CLEANING_DATA, session, (), 10.0, tell)
     analysed = session.with_analysis(Analysed(session.run.program, "default", small_report()))
-    analyse._write(small_report(), Traceability(), None, tmp_path / "a.json")
+    analyse._write(small_report(), (), Traceability(), None, tmp_path / "a.json")
     data, page = (make_download(kind, analysed, (), 10.0, tell) for kind in (CLEANING_DATA, CLEANING_PAGE))
     assert data.content == (tmp_path / "a.json").read_bytes()
     assert data.name == "smt-demo-rinse-only-cleaning.json"

@@ -1,0 +1,43 @@
+"""Verdicts told apart: whether a component comes out clean, and whether it stays wet underneath."""
+
+from collections.abc import Iterable
+
+from cleaning.results import VERDICTS, CleaningReport, Part, Verdict
+
+_WET = "R12"
+"""The one rule that says nothing of residue: water that is left dries, or is baked out."""
+
+
+def cleanliness(part: Part) -> Verdict:
+    """Give the verdict on a component as if drying did not matter."""
+    return _worst(each.verdict for each in part.judgements if each.rule != _WET)
+
+
+def stays_wet(part: Part) -> bool:
+    """Say whether drying leaves water under a component."""
+    return any(each.rule == _WET and each.verdict != "clean" for each in part.judgements)
+
+
+def report_cleanliness(report: CleaningReport) -> Verdict:
+    """Give the verdict on a board and its process as if drying did not matter."""
+    return _worst([*map(cleanliness, (report.bare, *report.parts)), *(each.verdict for each in report.process)])
+
+
+def count_cleanliness(parts: Iterable[Part]) -> dict[Verdict, int]:
+    """Count components by their cleanliness, the worst first; a verdict that none has is left out."""
+    found = [cleanliness(part) for part in parts]
+    return {verdict: found.count(verdict) for verdict in VERDICTS if verdict in found}
+
+
+def unclean_parts(report: CleaningReport) -> list[Part]:
+    """Give the components that are not clean, the worst first; those that are only wet come last of their verdict."""
+
+    def rank(part: Part) -> tuple[int, int]:
+        return VERDICTS.index(part.verdict), VERDICTS.index(cleanliness(part))
+
+    return sorted((part for part in report.worst_first() if part.verdict != "clean"), key=rank)
+
+
+def _worst(verdicts: Iterable[Verdict]) -> Verdict:
+    found = list(verdicts)
+    return min(found, key=VERDICTS.index) if found else "clean"

@@ -1,0 +1,56 @@
+from dataclasses import replace
+
+import pytest
+from cleaning_report import small_report
+
+from cleaning.cleanliness import cleanliness, count_cleanliness, report_cleanliness, stays_wet, unclean_parts
+from cleaning.report import cleaning_report
+from cleaning.results import Judgement
+
+WET = Judgement("R12", "wet under part", "marginal", "B", (), "It stays wet.", "Bake it.")
+
+
+def soaked(part):
+    """The part with water left under it."""
+    if part.verdict == "clean":
+        return replace(part, verdict="marginal", judgements=(WET, *part.judgements))
+    return replace(part, judgements=(*part.judgements, WET))
+
+
+@pytest.mark.parametrize("part", small_report().parts, ids=lambda part: part.component)
+def test_water_that_is_left_says_nothing_of_cleanliness(part):
+    assert cleanliness(part) == part.verdict == cleanliness(soaked(part))
+    assert (stays_wet(part), stays_wet(soaked(part))) == (False, True)
+
+
+def test_components_are_counted_by_cleanliness():
+    parts = small_report().parts
+    assert count_cleanliness(map(soaked, parts)) == {"dirty": 1, "marginal": 1, "no verdict": 1, "clean": 2}
+    assert count_cleanliness([]) == {}
+
+
+def test_the_process_and_the_bare_board_count_too():
+    clean = replace(
+        small_report(), parts=tuple(soaked(part) for part in small_report().parts if part.verdict == "clean")
+    )
+    assert report_cleanliness(clean) == "clean"
+    near = replace(clean.process[0], verdict="marginal")
+    assert report_cleanliness(replace(clean, process=(near,))) == "marginal"
+    bare = replace(clean.bare, judgements=(replace(near, verdict="dirty"),))
+    assert report_cleanliness(replace(clean, bare=bare)) == "dirty"
+
+
+def test_what_is_only_wet_comes_last_of_its_verdict():
+    report = small_report()
+    parts = tuple(soaked(part) if part.component == "C1" else part for part in report.parts)
+    order = [part.component for part in unclean_parts(replace(report, parts=parts))]
+    assert order == ["U1", "R1", "C1", "J1"]
+
+
+def test_the_data_tell_both_apart():
+    report = small_report()
+    told = cleaning_report(replace(report, parts=tuple(map(soaked, report.parts))))
+    assert told["cleanliness"] == {"dirty": 1, "marginal": 1, "no verdict": 1, "clean": 2}
+    assert told["stay_wet"] == 5
+    assert [each["cleanliness"] for each in told["components"]] == [part.verdict for part in report.parts]
+    assert all(each["stays_wet"] for each in told["components"])
