@@ -4,16 +4,18 @@ from dataclasses import dataclass
 
 from cleaning.analyse import analyse_on
 from cleaning.parameters import Parameters
+from cleaning.results import CleaningReport
 from geometry.errors import JobError
 from geometry.progress import Progress, part_of
 from rulesengine.pipeline import Run
+from rulesengine.tuning.goals import Goal
 from rulesengine.tuning.suggest import Effect, Here, Suggestion, predict, suggest
 from webui.analysed import Analysed, make_ready
 from webui.document import Document
 from webui.tuning_fix import Fix
 
-_GOAL = "clean-and-dry"
-"""Somebody points at a part: whatever it lacks counts."""
+_WET = "R12"
+"""Water under a part counts where a part lacks nothing else."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,11 +38,12 @@ def suggest_fixes(failing: Failing, tell: Progress) -> tuple[Fix, ...]:
         JobError: the recipe cannot be analysed.
     """
     here = _here(failing, part_of(tell, 0.0, 0.3))
-    asked = [each for each in suggest(here.run, here.report, _GOAL) if each.component == failing.component]
+    goal = goal_for(here.report, failing.component)
+    asked = [each for each in suggest(here.run, here.report, goal) if each.component == failing.component]
     found: list[Fix] = []
     for number, each in enumerate(asked):
         told = part_of(tell, 0.3 + 0.7 * number / len(asked), 0.3 + 0.7 * (number + 1) / len(asked))
-        effect = _effect(each, here, told)
+        effect = _effect(each, here, goal, told)
         if effect is not None:
             before, after = effect.before, effect.after
             found.append(
@@ -49,9 +52,16 @@ def suggest_fixes(failing: Failing, tell: Progress) -> tuple[Fix, ...]:
     return tuple(sorted(found, key=lambda fix: (not fix.mended, fix.after.wanting)))
 
 
-def _effect(suggestion: Suggestion, here: Here, tell: Progress) -> Effect | None:
+def goal_for(report: CleaningReport, component: str) -> Goal:
+    """Choose what counts for a part, so that what it lacks does."""
+    part = next((each for each in report.parts if each.component == component), report.bare)
+    lacking = {each.rule for each in part.judgements if each.verdict in ("dirty", "marginal")}
+    return "clean-and-dry" if lacking == {_WET} else "clean"
+
+
+def _effect(suggestion: Suggestion, here: Here, goal: Goal, tell: Progress) -> Effect | None:
     try:
-        return predict(suggestion, here, _GOAL, tell)
+        return predict(suggestion, here, goal, tell)
     except JobError:  # there are others
         return None
 

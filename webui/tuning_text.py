@@ -11,6 +11,8 @@ from webui.palette import ACCENT, QUIET, to_hex
 from webui.tuning_fix import Fix
 
 _MOST_REASONS = 40
+_OPTION = "; --analyses allows more"
+"""Of the command line; here it is an input of the window."""
 _ARROW = "\N{RIGHTWARDS ARROW}"
 _ADDED, _REMOVED = ("#e8f3ea", "#1f6b34"), ("#fbebea", "#9a2a20")
 _TABLE = "border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums"
@@ -55,7 +57,7 @@ def changes_html(changes: tuple[Change, ...]) -> str:
     head = _row(("Change", "to go", "lack nothing", "residue", "time", "liquid"), to_hex(QUIET))
     rows = "".join(_change(each) for each in changes)
     return _section("Changes, one after the other") + _rolled(
-        box_html(f'<table style="{_TABLE}">{head}{rows}</table>'), "14vh"
+        box_html(f'<table style="{_TABLE}">{head}{rows}</table>'), "12vh"
     )
 
 
@@ -82,7 +84,7 @@ def diff_html(before: str, after: str) -> str:
         return ""
     body = "".join(_diff_line(line) for line in lines)
     return _section("Recipe") + (
-        '<div data-diff style="margin:2px 12px 4px;max-height:22vh;overflow:auto;border:1px solid #e3e7ea;'
+        '<div data-diff style="margin:2px 12px 4px;max-height:18vh;overflow:auto;border:1px solid #e3e7ea;'
         "border-radius:4px;font-family:ui-monospace,monospace;font-size:11.5px;line-height:1.5;white-space:pre;"
         f'tab-size:2"><div style="min-width:max-content">{body}</div></div>'
     )
@@ -96,15 +98,16 @@ def reasons_html(tuned: Tuned) -> str:
     rows = "".join(_reason(reason) for reason in reasons[:_MOST_REASONS])
     more = len(reasons) - _MOST_REASONS
     rest = f'<div style="color:{to_hex(QUIET)}">and {more} more</div>' if more > 0 else ""
-    return _section("Still wanting, and why") + _rolled(box_html(f"{rows}{rest}"), "15vh")
+    return _section("Still wanting, and why") + _rolled(box_html(f"{rows}{rest}"), "11vh")
 
 
 def _reason(reason: Reason) -> str:
+    why = reason.why.replace(_OPTION, "")
     return (
         f'<div style="margin-top:4px;padding-left:7px;border-left:3px solid {to_hex(ACCENT)}">'
         f'<span style="color:{to_hex(ACCENT)};font-weight:600">{escape(reason.component)}</span> '
         f'<span style="color:{to_hex(QUIET)}">{reason.rule} {escape(reason.name)}</span> '
-        f'{escape(reason.because)} <span style="color:{to_hex(QUIET)}">{escape(reason.why)}</span></div>'
+        f'{escape(reason.because)} <span style="color:{to_hex(QUIET)}">{escape(why)}</span></div>'
     )
 
 

@@ -11,6 +11,7 @@ from tiny_session import tiny_session
 from tuned_recipe import slower
 
 from cleaning.load import load_parameters
+from cleaning.results import Judgement
 from recipes.errors import RecipeError
 from rulesengine.tuning.suggest import Effect, Suggestion
 from rulesengine.tuning.tuned import Figures
@@ -172,3 +173,19 @@ def test_what_cannot_be_planned_is_left_out_and_like_is_compared_with_like(monke
     found = tuning_suggest.suggest_fixes(failing, lambda *_: None)
     assert [(each.what, each.mended) for each in found] == [("d", True), ("c", False)]
     assert len(analysed) == again
+
+
+def small_part(name):
+    return next(part for part in small_report().parts if part.component == name)
+
+
+def test_water_under_a_part_counts_where_it_lacks_nothing_else():
+    report = small_report()
+    wet = Judgement("R12", "wet", "marginal", "B", (), "It stays wet.", "")
+    clean = report.bare.judgements
+    more = {"U1": (wet, *small_part("U1").judgements), "C1": (wet, *clean)}
+    parts = tuple(replace(part, judgements=more.get(part.component, clean)) for part in report.parts)
+    changed = replace(report, parts=parts)
+    assert tuning_suggest.goal_for(changed, "C1") == "clean-and-dry"
+    assert tuning_suggest.goal_for(changed, "U1") == "clean"
+    assert tuning_suggest.goal_for(changed, "board") == "clean"

@@ -131,5 +131,7 @@ def test_what_is_still_wanting_is_said_with_its_reason():
     assert "R7 residue" in html
     many = [replace(WANT, component=f"U{number}") for number in range(50)]
     assert "and 10 more" in reasons_html(proposal(session, wants=many).tuned)
-    assert "analyses were spent" in reasons_html(proposal(session, wants=[WANT], used=40).tuned)
+    spent = reasons_html(proposal(session, wants=[WANT], used=40).tuned)
+    assert "analyses were spent" in spent
+    assert "--" not in spent  # options are of the command line
     assert reasons_html(proposal(session).tuned) == ""
