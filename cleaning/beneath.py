@@ -41,7 +41,7 @@ def _beneath(subject: Subject, sprayed: Sequence[Sprayed], row: int) -> Beneath:
     gaps = tuple(_gap(subject, sprayed, row, case, (stages, pressures)) for case in range(len(underside.cases)))
     elasticities: Mapping[str, float] = {}
     if gaps[0].residue > FLOOR:
-        changed = variants(stages, pressures, edges, parameters)
+        changed = variants(stages, [each.jet for each in sprayed], pressures, edges, parameters)
         after = {name: _gap(subject, sprayed, row, 0, each).residue for name, each in changed.items()}
         elasticities = {name: elasticity(gaps[0].residue, residue) for name, residue in after.items()}
     return Beneath(underside, gaps, elasticities)

@@ -10,7 +10,7 @@ from math import log
 from typing import TypeAlias
 
 from cleaning.edges import EdgePressure, Edges
-from cleaning.jet import jet_of
+from cleaning.jet import Jet
 from cleaning.parameters import Parameters
 from cleaning.pressure import edge_pressures
 from cleaning.stages import Stage
@@ -24,11 +24,13 @@ Pressures: TypeAlias = Sequence[Sequence[EdgePressure]]
 
 
 def variants(
-    stages: Sequence[Stage], pressures: Pressures, edges: Edges, parameters: Parameters
+    stages: Sequence[Stage], jets: Sequence[Jet], pressures: Pressures, edges: Edges, parameters: Parameters
 ) -> dict[str, tuple[tuple[Stage, ...], Pressures]]:
     """Make the stages and the edge pressures anew with five per cent more of each factor, by its name."""
-    farther = tuple(_farther(stage, edges) for stage in stages)
-    moved = [edge_pressures(stage, jet_of(stage, parameters.spray), edges, parameters.film) for stage in farther]
+    moved = [
+        edge_pressures(_farther(stage, edges), jet, edges, parameters.film)
+        for stage, jet in zip(stages, jets, strict=True)
+    ]
     harder = [
         [replace(each, pressure_pa=_gain(stage, parameters) * each.pressure_pa) for each in rows]
         for stage, rows in zip(stages, pressures, strict=True)

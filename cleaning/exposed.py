@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from cleaning.facets import Facets
 from cleaning.results import ExposedPart
 from geometry.arrays import Indices, Scalars
 
+_SIDES: tuple[Side, ...] = ("top", "bottom")
 _WALL = -0.2
 _LIFT_MM = 1e-6
 _LOW = 0.05
@@ -42,6 +44,17 @@ def shown_on_side(facets: Facets, board: Board, side: Side) -> NDArray[np.bool_]
 def cells_of(facets: Facets, board: Board, component: int, side: Side) -> Indices:
     """Find those cells of a side that belong to one of its components, or to the bare board, which is ``BARE``."""
     return _facing(facets, board, side, np.flatnonzero(facets.cell_component == component))
+
+
+def cells_of_each(facets: Facets, board: Board) -> tuple[Indices, ...]:
+    """Find the cells of every component on its own side, as ``cells_of`` does, in one go."""
+    order = np.argsort(facets.cell_component, kind="stable")
+    ends = np.searchsorted(facets.cell_component[order], np.arange(len(board.components) + 1))
+    faces = {side: np.zeros(len(order), dtype=np.bool_) for side in _SIDES}
+    for side in _SIDES:
+        faces[side][_facing(facets, board, side, np.arange(len(order)))] = True
+    groups = (order[begin:end] for begin, end in pairwise(ends.tolist()))
+    return tuple(cells[faces[component.side][cells]] for component, cells in zip(board.components, groups, strict=True))
 
 
 def _facing(facets: Facets, board: Board, side: Side, cells: Indices) -> Indices:

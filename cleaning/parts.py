@@ -62,7 +62,7 @@ def component_part(row: int, subject: Subject, sprayed: Sequence[Sprayed], benea
     middle = component.outline.centroid
     side = component.side
     place = (middle.x, middle.y, subject.board.surface_z_mm(side))
-    cells: dict[Side, Indices] = {side: cells_of(subject.facets, subject.board, row, side)}
+    cells: dict[Side, Indices] = {side: subject.cells[row]}
     surface = _Surface(component.name, row, side, place, cells, subject.overrides[row])
     return _part(surface, subject, sprayed, beneath)
 

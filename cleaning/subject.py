@@ -8,10 +8,12 @@ from functools import partial
 from boards.board import Board, Component
 from boards.underside import GapCase, Joint, Underside, undersides_of
 from cleaning.edges import Edges, build_edges
+from cleaning.exposed import cells_of_each
 from cleaning.facets import Facets, build_facets
 from cleaning.gap import GapField, solve_gap
 from cleaning.parameters import Parameters, PartOverride
 from cleaning.scene import Scene, build_scene, cast
+from geometry.arrays import Indices
 from geometry.progress import Progress
 
 _MM = 1e-3
@@ -26,6 +28,8 @@ class Subject:
     parameters: Parameters
     scene: Scene
     facets: Facets
+    cells: tuple[Indices, ...]
+    """Per component the cells that it has on its own side."""
     overrides: tuple[PartOverride, ...]
     """One per component; says nothing where nothing special is known."""
     undersides: tuple[Underside, ...]
@@ -58,6 +62,7 @@ def prepare(board: Board, parameters: Parameters, progress: Progress) -> Subject
         parameters=parameters,
         scene=scene,
         facets=facets,
+        cells=cells_of_each(facets, board),
         overrides=overrides,
         undersides=undersides,
         rows=tuple(index[each.component] for each in undersides),

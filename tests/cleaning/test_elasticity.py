@@ -20,7 +20,7 @@ def pressed(stage, edges=EDGES):
 
 
 def varied(stage, edges=EDGES):
-    return variants([stage], [pressed(stage, edges)], edges, PARAMETERS)
+    return variants([stage], [sprayed(stage)], [pressed(stage, edges)], edges, PARAMETERS)
 
 
 def what_differs(one, other):

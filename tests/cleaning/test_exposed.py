@@ -9,7 +9,16 @@ from shapely import box
 from small_boards import THICKNESS_MM, part
 from small_sprays import solid_board
 
-from cleaning.exposed import BARE, cells_of, cells_of_side, exposed_part, percentile, shown_on_side, together
+from cleaning.exposed import (
+    BARE,
+    cells_of,
+    cells_of_each,
+    cells_of_side,
+    exposed_part,
+    percentile,
+    shown_on_side,
+    together,
+)
 from cleaning.facets import build_facets
 from cleaning.scene import build_scene
 
@@ -147,3 +156,8 @@ def test_fixtures_belong_to_no_side():
         assert not np.isin(mine, cells_of_side(loose, clamped, side)).any()
         assert np.isin(cells_of_side(loose, clamped, side), cells_of_side(loose, BOARD, side)).all()
     assert np.isin(mine, cells_of_side(loose, BOARD, "top")).any()
+
+
+def test_all_components_at_once_have_the_cells_that_each_has_alone():
+    for row, (component, cells) in enumerate(zip(BOARD.components, cells_of_each(CUT, BOARD), strict=True)):
+        np.testing.assert_array_equal(cells, cells_of(CUT, BOARD, row, component.side))

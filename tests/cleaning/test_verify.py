@@ -15,7 +15,7 @@ def subject() -> Subject:
     report = small_report()
     nothing = np.zeros(0)
     return Subject(
-        board=report.board, parameters=report.parameters, scene=nothing, facets=report.facets, overrides=(),
+        board=report.board, parameters=report.parameters, scene=nothing, facets=report.facets, cells=(), overrides=(),
         undersides=(), rows=(), edges=nothing, fields=(),
     )  # fmt: skip
 
