@@ -70,8 +70,8 @@ def tune(
         from rulesengine.tuning.explain import explain
 
         check_apart((board, recipe, parameters, parts), [path for path in (output, report) if path is not None])
-        _check_new(output)
         file, text, asked = _read(recipe, (goal, limit or [], allow, keep or []), analyses)
+        _check_new(output, file, text)
         tuned = _tune((board, parts), (file, text), parameters, asked)
         reasons = explain(tuned)
         diff = _write(tuned, (file, text), output, report)
@@ -82,16 +82,21 @@ def tune(
             raise typer.Exit(_NOT_CLEAN)
 
 
-def _check_new(output: Path | None) -> None:
-    """Refuse a file that is there already: recipes that others extend are not to be lost.
+def _check_new(output: Path | None, file: Path, text: str) -> None:
+    """Refuse a place for the new recipe before the long work begins.
 
     Raises:
-        OutputError: it is there.
+        OutputError: a file is there already: recipes that others extend are not to be lost.
+        RecipeError: its name cannot be a recipe's.
     """
+    from recipes.start import place_recipe
     from rulesengine.output import OutputError
 
-    if output is not None and output.exists():
+    if output is None:
+        return
+    if output.exists():
         raise OutputError(output, "it is there already", "Name a new file.")
+    place_recipe(text, file, output)
 
 
 def _read(recipe: str, words: tuple[Goal, list[str], str, list[str]], analyses: int) -> "tuple[Path, str, Asked]":

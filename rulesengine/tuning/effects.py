@@ -13,8 +13,8 @@ _EFFECT: dict[Kind, dict[str, float]] = {
     "passes": {"R1": 0.3, "R2": 0.8, "R6": 1.0, "R7": 0.9, "R8": 0.2, "R10": 1.0, "R11": 0.8},
     "dwells": {"R1": 0.1, "R2": 0.5, "R4": 0.1, "R6": 1.0, "R7": 0.9, "R8": 0.1, "R10": 0.9, "R11": 0.8},
     "wash_time": {"R1": 0.1, "R2": 1.0, "R6": 1.0, "R7": 1.0, "R10": 1.0, "R11": 1.0},
-    "tilts": {"R1": 0.4, "R2": 0.3, "R4": 0.2, "R8": 0.4},
-    "heights": {"R3": 1.0, "R4": 0.9, "R6": 0.3, "R7": 0.2, "R8": 0.5, "R10": 0.3, "R12": 1.0},
+    "tilts": {"R1": 0.15, "R2": 0.1, "R4": 0.2, "R8": 0.3},
+    "heights": {"R3": 1.0, "R4": 0.9, "R6": 0.2, "R7": 0.1, "R8": 0.4, "R10": 0.2, "R12": 1.0},
     "sides": {"R1": 0.9, "R2": 0.7, "R4": 0.6, "R6": 0.7, "R7": 0.5, "R8": 0.9, "R10": 0.8, "R11": 0.5},
     "pressure": {"R3": 1.0, "R4": 1.0, "R6": 0.7, "R7": 0.5, "R8": 0.6, "R10": 0.5, "R12": 0.8},
     "temperature": {"R7": 1.0, "R13": 1.0},
@@ -26,6 +26,8 @@ _UNSEEN = 0.2
 """Weight of a template that hardly sprays what is wanting."""
 _MOST_NEED = 4.0
 """No number changes by more than this at once."""
+_LEAST_NEED = 1.25
+"""Nor by less, so that the last percents are not crept up on: what is too much is taken away again."""
 _USUAL_NEED = 1.5
 _NEARLY_ALL = 0.99
 
@@ -42,7 +44,7 @@ def _nothing(want: Want) -> bool:
 def need(want: Want) -> float:
     """Estimate how many times as long the spraying must be: amounts grow with it, residue falls exponentially."""
     if want.judgement.rule in ("R2", "R6", "R7", "R10") and not _nothing(want):
-        return min(_MOST_NEED, 1.0 / max(1.0 - want.deficit, 1e-3))
+        return min(_MOST_NEED, max(_LEAST_NEED, 1.0 / max(1.0 - want.deficit, 1e-3)))
     return _USUAL_NEED
 
 

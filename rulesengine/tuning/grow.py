@@ -16,7 +16,9 @@ _PLANNED = 12
 _TRIED = 6
 """Moves that are analysed in vain before no more is tried."""
 _SHARE = 0.05
-"""Of the time that the program takes now: what is added to the cost of a move, so that one does not crawl."""
+"""Of the time that the program takes now: what is added to the cost of a move, so that one does not crawl,"""
+_SECONDS = 20.0
+"""and neither where the program hardly takes any time yet."""
 _LEAST = 0.005
 """Share of the shortfall that a move must take away."""
 _DISAPPOINTED = 0.25
@@ -101,7 +103,7 @@ def _rank(growth: Growth, now: Outcome) -> list[Ranked]:
         if growth.asked.limits.excess(seconds, litres) > growth.asked.limits.excess(now.seconds, now.litres):
             continue
         longer = seconds - now.seconds
-        worth = trust(move) * move.gain_in(longer) / (max(longer, 0.0) + _SHARE * now.seconds)
+        worth = trust(move) * move.gain_in(longer) / (max(longer, 0.0) + _SHARE * now.seconds + _SECONDS)
         ranked.append(Ranked(move, text, round(worth, 9)))
     return sorted(ranked, key=lambda each: -each.worth)
 

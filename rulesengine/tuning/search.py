@@ -5,7 +5,10 @@ are fast ones: a sketch deals small parts so few rays that it finds far more wan
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
+from recipes.edit import remove_value
+from recipes.load import parse_recipe
 from recipes.located import YamlPath
 from rulesengine.tuning.asked import Asked
 from rulesengine.tuning.bench import Bench
@@ -47,9 +50,19 @@ def tune(bench: Bench, text: str, asked: Asked) -> Tuned:
         changes += made
         if now.clean or now is before or bench.left <= 0:
             break
-    return Tuned(asked, first, now, tuple(changes), bench.used)
+    return Tuned(asked, first, _tidied(bench, first, now), tuple(changes), bench.used)
 
 
 def began_at(first: Outcome) -> Mapping[YamlPath, float]:
     """Give the values of all knobs by path."""
     return {knob.path: knob.value for knob in reversed(knobs_for(first))}
+
+
+def _tidied(bench: Bench, first: Outcome, last: Outcome) -> Outcome:
+    """Take out templates that tuning added and no step uses any more: the program is the same without them."""
+    used = {name for step in last.recipe.sequence for name in step.paths}
+    text = last.text
+    for name in last.recipe.templates:
+        if name not in first.recipe.templates and name not in used:
+            text = remove_value(text, ("templates", name))
+    return last if text == last.text else replace(last, text=text, recipe=parse_recipe(text, file=bench.file))

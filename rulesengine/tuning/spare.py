@@ -3,8 +3,12 @@
 from collections.abc import Iterator
 
 from rulesengine.tuning.effects import steps_for, template_share
-from rulesengine.tuning.goals import Spare
+from rulesengine.tuning.goals import Spare, Want
 from rulesengine.tuning.outcome import Outcome
+
+_AMOUNTS = frozenset({"R2", "R6", "R7", "R10", "R11"})
+_HARDLY = 0.02
+"""Share of what a component gets that it will not miss."""
 
 
 def likely(outcome: Outcome, steps: frozenset[str], template: str, saved_s: float) -> float:
@@ -16,9 +20,20 @@ def likely(outcome: Outcome, steps: frozenset[str], template: str, saved_s: floa
         template: Of which it takes something away; empty: of the whole steps.
         saved_s: Time that the whole cut saves.
     """
+    if any(_starves(want, outcome, steps, template) for want in outcome.wants):
+        return 0.0
     return min(
         (share for spare in outcome.spares for share in _allowed(spare, outcome, steps, template, saved_s)), default=1.0
     )
+
+
+def _starves(want: Want, outcome: Outcome, steps: frozenset[str], template: str) -> bool:
+    """Whether a cut takes away from what has too little of it already."""
+    concerned = steps_for(want, outcome)
+    if want.judgement.rule not in _AMOUNTS or not concerned & steps:
+        return False
+    by_time = want.judgement.rule == "R7" or not template
+    return by_time or template_share(want.component, template, concerned, outcome) > _HARDLY
 
 
 def _allowed(spare: Spare, outcome: Outcome, steps: frozenset[str], template: str, saved_s: float) -> Iterator[float]:

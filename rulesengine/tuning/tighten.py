@@ -42,11 +42,14 @@ def tighten(shop: Shop, begin: Outcome) -> tuple[Outcome, list[Change]]:
             return after.clean
         return after.shortfall <= begin.shortfall and len(after.wants) <= len(begin.wants)
 
+    stuck: set[str] = set()  # what went too far once does so again: there is less and less to spare
     for _ in range(_ROUNDS):
         before = now
-        for name in _by_saving(shop, now):
+        for name in [each for each in _by_saving(shop, now) if each not in stuck]:
             now, made = _cut(shop, now, name, holds)
             changes += made
+            if not made:
+                stuck.add(name)
         if shop.bench.left <= 0 or before.seconds - now.seconds < _LEAST_SAVED * now.seconds:
             break
     return now, changes
@@ -67,7 +70,7 @@ def _promise(shop: Shop, now: Outcome, cut: Cut) -> tuple[float, float]:
     text = shop.bench.edited(now.text, cut.at(cut.end)[1])
     planned = None if text is None else shop.bench.planned(text)
     saved = 0.0 if planned is None else now.seconds - seconds_of(planned)
-    return saved, likely(now, frozenset(cut.steps), cut.template, saved) if now.clean else 1.0
+    return saved, likely(now, frozenset(cut.steps), cut.template, saved)
 
 
 def _cut(shop: Shop, now: Outcome, name: str, holds: Holds) -> tuple[Outcome, list[Change]]:
