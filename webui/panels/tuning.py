@@ -36,7 +36,7 @@ class TuneCard:
         """Show a session."""
         if before is not None and session.board is not before.board and self._running:
             self._cancel()
-        changed = before is None or session.proposal is not before.proposal or session.document != before.document
+        changed = before is None or session.proposal is not before.proposal or session.document is not before.document
         if changed and not self._running:
             self._state.content = state_html(session)
 
@@ -93,6 +93,8 @@ class TuneCard:
 
     def _propose(self, proposal: Proposal) -> None:
         self._running = False
+        if proposal.board is not self._page.session.board:  # another one was chosen just now
+            return
         self._page.remember(lambda session: session.with_proposal(proposal))
         if self._window is not None:
             with self._page.client.atomic():
