@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from cleaning.cleanliness import cleanliness, count_cleanliness, report_cleanliness, stays_wet
 from cleaning.results import VERDICTS, CleaningReport, Part
 from geometry.finding import Severity
 from rulesengine.pipeline import Run
@@ -147,9 +148,13 @@ def _findings(here: Run, there: Run) -> list[Row]:
 
 
 def _verdicts(here: CleaningReport, there: CleaningReport) -> list[Row]:
-    one, other = (Counter(part.verdict for part in report.parts) for report in (here, there))
-    counts = [Row("Cleaning", f"Components {verdict}", str(one[verdict]), str(other[verdict])) for verdict in VERDICTS]
-    return [Row("Cleaning", "Predicted verdict", here.verdict, there.verdict), *counts]
+    one, other = (count_cleanliness(report.parts) for report in (here, there))
+    wet, others_wet = (str(sum(map(stays_wet, report.parts))) for report in (here, there))
+    return [
+        Row("Cleaning", "Predicted verdict", report_cleanliness(here), report_cleanliness(there)),
+        *(Row("Cleaning", f"Components {each}", str(one.get(each, 0)), str(other.get(each, 0))) for each in VERDICTS),
+        Row("Cleaning", "Components that stay wet underneath", wet, others_wet),
+    ]
 
 
 def _residue(here: CleaningReport, there: CleaningReport) -> Row:
@@ -166,10 +171,15 @@ def _worst_residue(report: CleaningReport) -> str:
 
 def _components(here: CleaningReport, there: CleaningReport) -> list[Row]:
     told = {
-        name: [_NONE if part is None else part.verdict for part in both]
+        name: [_NONE if part is None else _outcome(part) for part in both]
         for name, both in _by_component(here, there).items()
     }
     return [Row("Verdicts that differ", name, one, other) for name, (one, other) in told.items() if one != other]
+
+
+def _outcome(part: Part) -> str:
+    """Write how clean a component comes out, and whether it stays wet."""
+    return f"{cleanliness(part)}, wet" if stays_wet(part) else cleanliness(part)
 
 
 def _part(one: float | None, other: float | None) -> str:

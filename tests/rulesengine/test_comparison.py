@@ -5,6 +5,7 @@ import pytest
 from cleaning_report import small_report
 
 from boards.load import load_board
+from cleaning.results import Judgement
 from recipes.load import load_recipe
 from rulesengine.comparison import compare, compare_cleaning
 from rulesengine.pipeline import run
@@ -36,7 +37,8 @@ def better():
     report = small_report()
     u1 = report.parts[0]
     gaps = tuple(replace(gap, residue=0.001) for gap in u1.gaps)
-    parts = (replace(u1, verdict="clean", gaps=gaps), *report.parts[1:])
+    good = tuple(each for each in u1.judgements if each.verdict == "clean")
+    parts = (replace(u1, verdict="clean", judgements=good, gaps=gaps), *report.parts[1:])
     return replace(report, parts=parts, verdict="marginal")
 
 
@@ -48,6 +50,17 @@ def test_reports_are_compared_by_verdict_and_worst_residue():
     assert rows["Worst residue under a part"] == ("31 % (U1)", "4 % (R1)")
     assert rows["U1"] == ("dirty", "clean")
     assert "R1" not in rows, "its verdict is the same"
+
+
+def test_what_is_clean_and_stays_wet_is_told_apart_from_what_is_dirty():
+    report = small_report()
+    last = report.parts[-1]
+    wet = Judgement("R12", "wet under part", "marginal", "B", (), "Water stays under it.", "Bake it.")
+    dripping = replace(report, parts=(*report.parts[:-1], replace(last, judgements=(wet, *last.judgements))))
+    rows = {row.name: (row.here, row.there) for row in compare_cleaning(report, dripping)}
+    assert rows["Components that stay wet underneath"] == ("0", "1")
+    assert rows["Components clean"][0] == rows["Components clean"][1]
+    assert rows[last.component][1] == f"{rows[last.component][0]}, wet"
 
 
 def test_a_report_does_not_differ_from_itself():
