@@ -7,6 +7,8 @@ from rulesengine.tuning.goals import Spare, Want
 from rulesengine.tuning.outcome import Outcome
 
 _AMOUNTS = frozenset({"R2", "R6", "R7", "R10", "R11"})
+_DOUBT = 0.35
+"""The least wetted places of a surface may get all they have from elsewhere."""
 _HARDLY = 0.02
 """Share of what a component gets that it will not miss."""
 
@@ -46,4 +48,5 @@ def _allowed(spare: Spare, outcome: Outcome, steps: frozenset[str], template: st
         yield room * seconds / saved_s if saved_s > 0 else 1.0
     else:
         taken = template_share(spare.component, template, concerned, outcome) if template else 1.0
-        yield room / taken if taken > 0 else 1.0
+        share = room / taken if taken > 0 else 1.0
+        yield max(share, _DOUBT) if template else share
