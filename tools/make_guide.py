@@ -18,6 +18,7 @@ from webui.project import open_project  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images"
 SETTLE_MS = 2500
+TUNING_MS = 600_000
 PORT = 8170
 
 
@@ -67,6 +68,7 @@ def look_at_findings(tab: DrivenPage) -> None:
     for _ in range(5):  # the first that is about one part
         tab.press("Next")
         tab.page.wait_for_timeout(500)
+    tab.page.mouse.move(700, 10)  # a hint fades slowly
 
 
 def save(tab: DrivenPage) -> None:
@@ -146,6 +148,15 @@ def look_at_gap(tab: DrivenPage) -> None:
     tab.page.mouse.wheel(0, 5000)
 
 
+def tune(tab: DrivenPage) -> None:
+    """What tuning proposes: the changes, each with its effect and cost, and the diff of the recipe."""
+    tab.choose("Show", "Nothing")
+    tab.press("Tune…")
+    tab.type("Analyses at most", "8")
+    tab.press("Start")
+    tab.page.locator("[data-diff]").wait_for(timeout=TUNING_MS)
+
+
 STEPS: dict[str, Callable[[DrivenPage], None]] = {
     "open": open_page,
     "board": look_at_board,
@@ -162,6 +173,7 @@ STEPS: dict[str, Callable[[DrivenPage], None]] = {
     "program": write_robot_program,
     "cleaning": look_at_cleaning,
     "gap": look_at_gap,
+    "tuning": tune,
 }
 
 
