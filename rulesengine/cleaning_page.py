@@ -16,6 +16,7 @@ from rulesengine.cleaning_tables import (
     parts_table,
     process_table,
     remarks,
+    renewals,
     rules_table,
     stages_table,
     verdict_mark,
@@ -53,7 +54,11 @@ def cleaning_page(report: CleaningReport, trace: Traceability, verified: Sequenc
     origin = report.origin
     sections = [
         _head(report),
-        section("The process", stages_table(report), *(f"<p>{escape(text)}</p>" for text in remarks(report))),
+        section(
+            "The process",
+            stages_table(report),
+            *(f"<p>{escape(text)}</p>" for text in (*renewals(report), *remarks(report))),
+        ),
         section("The board", _legend(), *map(image, draw_verdicts(report))),
         section("Components, the worst first", parts_table(report)),
         section("The process and the bare board", process_table(report)),

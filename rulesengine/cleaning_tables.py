@@ -6,9 +6,8 @@ from html import escape
 from cleaning.assumptions import assumptions_of
 from cleaning.cleanliness import unclean_parts
 from cleaning.report import mean_residue
-from cleaning.results import VERDICTS, CleaningReport, ExposedPart, Number, Part, Verdict
+from cleaning.results import VERDICTS, CleaningReport, Number, Part, Verdict
 from cleaning.rinse import film_exchanges
-from cleaning.stages import Stage
 from cleaning.under import GapStage
 from cleaning.verify import Verified
 from rulesengine.cleaning_groups import Group, Told, group_alike, name_some, tell_one, unclean
@@ -18,6 +17,8 @@ from rulesengine.summary import amount, clock
 
 MOST_TOLD = 100
 """Groups of components of which everything is told; the others that are not clean are named."""
+_MOST_NAMES = 8
+"""In the narrow column; more stand in the wide one."""
 _MOST_PACKAGES = 3
 
 
@@ -85,12 +86,12 @@ def _group_row(group: Group, packages: Mapping[str, str]) -> tuple[str, str, str
     if makers and len(group.parts) == 1:
         advice.append(f'<div class="q">sprayed by {escape(makers)}</div>')
     kinds = list(dict.fromkeys(packages[name] for name in group.names if packages.get(name)))
-    count = f"<b>{amount(len(group.parts), 'component')}</b>: " if len(group.parts) > 1 else ""
+    names, many = escape(", ".join(group.names)), len(group.parts) > _MOST_NAMES
     return (
-        f"{count}<b>{escape(group.names[0])}</b>{escape(''.join(f', {name}' for name in group.names[1:]))}"
+        f"<b>{amount(len(group.parts), 'component') if many else names}</b>"
         f'<div class="q">{escape(name_some(kinds, _MOST_PACKAGES))}</div>',
         f'{verdict_mark(first.verdict)}<div class="q">grade {first.grade}</div>',
-        "".join(map(_told, group.told)),
+        "".join(map(_told, group.told)) + (f'<div class="names">{names}</div>' if many else ""),
         "".join(advice),
     )
 
@@ -133,18 +134,24 @@ def stages_table(report: CleaningReport) -> str:
         rows.append((
             escape(stage.function), escape(stage.solution), escape(stage.nozzle_name), f"{stage.pressure_pa / 1e5:.3g}",
             f"{stage.temperature_c:.3g}", clock(stage.end_s - stage.begin_s), clock(stage.spray_s),
-            "" if liquid is None else f"{liquid:.2f}", f"{landed:.0%}", gets, _renewals(report, stage, bare),
+            "" if liquid is None else f"{liquid:.2f}", f"{landed:.0%}", gets,
         ))  # fmt: skip
     heads = ("Function", "Solution", "Nozzle", ">bar", ">°C", ">Time", ">Spraying", ">Litres", ">Lands on the board",
-             ">Bare board, mm: least / p5 / mean", ">Film renewed: least / p5 / mean")  # fmt: skip
+             ">Bare board, mm: least / p5 / mean")  # fmt: skip
     return table(heads, rows)
 
 
-def _renewals(report: CleaningReport, stage: Stage, bare: ExposedPart | None) -> str:
-    """Say how often a rinse renews the film on the bare board."""
-    if bare is None or stage.use != "rinse":
-        return ""
-    return " / ".join(f"{film_exchanges(report.parameters.rinse, each):.0f}" for each in bare.volume_mm)
+def renewals(report: CleaningReport) -> list[str]:
+    """Say of each rinse how often it renews the film on the bare board."""
+    told: list[str] = []
+    for stage, bare in zip(report.stages, report.bare.exposed, strict=True):
+        if stage.use == "rinse" and bare is not None:
+            low, mean = (film_exchanges(report.parameters.rinse, volume) for volume in bare.volume_mm[1:])
+            told.append(
+                f"{stage.made_by}: {stage.function} renews the film on the bare board {amount_text(mean)} times on "
+                f"average, in the least wetted twentieth at most {amount_text(low)} times."
+            )
+    return told
 
 
 def gap_table(report: CleaningReport, part: Part) -> str:

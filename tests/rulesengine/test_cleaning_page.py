@@ -10,7 +10,7 @@ from cleaning.results import VERDICTS, Judgement, Number, Part
 from cleaning.verify import Verified
 from rulesengine import cleaning_page as cleaning_page_module
 from rulesengine.cleaning_page import Traceability, cleaning_page, headline, honesty
-from rulesengine.cleaning_tables import MOST_TOLD, amount_text, number_text, parts_table, remarks, stages_table
+from rulesengine.cleaning_tables import MOST_TOLD, amount_text, number_text, parts_table, remarks, renewals
 from rulesengine.cleaning_words import RULES
 from rulesengine.page import Picture
 
@@ -149,7 +149,8 @@ def test_components_of_which_the_same_is_said_share_a_row_that_names_them_all() 
     told = parts_table(replace(report, parts=dirty))
     assert told.count("R7 residue</b>") == told.count("R8 one-sided flow</b>") == 1
     assert "<b>90 components</b>" in told
-    assert ", ".join(names[1:]) in told
+    assert ", ".join(names) in told
+    assert "<b>U0, U1, U2</b>" in parts_table(replace(report, parts=dirty[:3]))
 
 
 def test_a_list_that_is_too_long_still_names_all() -> None:
@@ -178,7 +179,10 @@ def test_what_was_worked_out_exactly_is_told(monkeypatch: pytest.MonkeyPatch) ->
 def test_rinsing_says_how_often_it_renews_the_film() -> None:
     report = small_report()  # 9 mm on average, of a film of 0.2 mm
     assert report.parameters.rinse.film_um == 200
-    assert "0 / 22 / 45" in stages_table(report)
+    assert renewals(report) == [
+        "sequence[1]: rinse renews the film on the bare board 45 times on average, in the least wetted twentieth at "
+        "most 22.5 times."
+    ]
 
 
 def test_gaps_are_drawn_of_one_part_of_each_package(monkeypatch: pytest.MonkeyPatch) -> None:
