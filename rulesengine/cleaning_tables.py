@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
 from cleaning.assumptions import assumptions_of
-from cleaning.cleanliness import unclean_parts
+from cleaning.cleanliness import stays_wet, unclean_parts
 from cleaning.report import mean_residue
 from cleaning.results import VERDICTS, CleaningReport, Number, Part, Verdict
 from cleaning.rinse import film_exchanges
@@ -75,7 +75,8 @@ def parts_table(report: CleaningReport) -> str:
         told += f'<p class="names"><b>Neither are these clean ({len(others)}):</b> {", ".join(others)}.</p>'
     clean = [escape(part.component) for part in report.parts if part.verdict == "clean"]
     if clean:
-        told += f'<p class="names"><b>Predicted clean ({len(clean)}):</b> {", ".join(clean)}.</p>'
+        words = "clean and dry" if any(map(stays_wet, report.parts)) else "clean"
+        told += f'<p class="names"><b>Predicted {words} ({len(clean)}):</b> {", ".join(clean)}.</p>'
     return told
 
 

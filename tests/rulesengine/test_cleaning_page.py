@@ -138,6 +138,7 @@ def test_what_stays_wet_does_not_hide_what_is_clean() -> None:
     assert "<b>2</b><span>stay wet underneath: bake, or blow harder</span>" in told
     assert "near a limit" not in told
     one = replace(report, parts=(wet(report.parts[0]), *report.parts[1:]))
+    assert "Predicted clean and dry (2):" in parts_table(one)
     assert headline(one) == "Predicted: 1 of 5 components dirty; 1 stays wet underneath"
     assert "R12 wet under part" in parts_table(soaked)
 
