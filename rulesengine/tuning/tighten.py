@@ -17,7 +17,8 @@ _LIKELY = 0.7
 """A path that is to be left out altogether must be about as likely as this not to be missed."""
 _LEAST_SAVED = 0.01
 """Share of the program's time below which a saving is not tried for."""
-_ROUNDS = 3
+_SCALES = (1.0, 0.3, 0.1)
+"""Round after round, smaller steps are tried."""
 _SQUEEZED = 3
 """Ways to keep a limit that are compared at a time."""
 
@@ -42,25 +43,27 @@ def tighten(shop: Shop, begin: Outcome) -> tuple[Outcome, list[Change]]:
             return after.clean
         return after.shortfall <= begin.shortfall and len(after.wants) <= len(begin.wants)
 
-    stuck: set[str] = set()  # what went too far once does so again: there is less and less to spare
-    for _ in range(_ROUNDS):
-        before = now
-        for name in [each for each in _by_saving(shop, now) if each not in stuck]:
-            now, made = _cut(shop, now, name, holds)
+    needed: set[str] = set()  # a path that cannot be spared is not spared later: there is less and less of others
+    for scale in _SCALES:
+        for name in [each for each in _by_saving(shop, now, scale) if each not in needed]:
+            now, made = _cut(shop, now, (name, scale), holds)
             changes += made
-            if not made:
-                stuck.add(name)
-        if shop.bench.left <= 0 or before.seconds - now.seconds < _LEAST_SAVED * now.seconds:
-            break
+            cut = _named(shop, now, name)
+            if cut is None or cut.knob is None:
+                needed.add(name)
     return now, changes
 
 
-def _by_saving(shop: Shop, now: Outcome) -> list[str]:
+def _named(shop: Shop, now: Outcome, name: str) -> Cut | None:
+    return cuts_of(now, shop.began, shop.asked.allowed).get(name)
+
+
+def _by_saving(shop: Shop, now: Outcome, scale: float) -> list[str]:
     """Name the cuts that probably save more than a little, what saves most first."""
     saved: dict[str, float] = {}
     for name, cut in cuts_of(now, shop.began, shop.asked.allowed).items():
         seconds, share = _promise(shop, now, cut)
-        if seconds * share > _LEAST_SAVED * now.seconds and (cut.knob is not None or share > _LIKELY):
+        if seconds * share > scale * _LEAST_SAVED * now.seconds and (cut.knob is not None or share > _LIKELY):
             saved[name] = round(seconds * share, 3)
     return sorted(saved, key=lambda name: -saved[name])
 
@@ -73,13 +76,14 @@ def _promise(shop: Shop, now: Outcome, cut: Cut) -> tuple[float, float]:
     return saved, likely(now, frozenset(cut.steps), cut.template, saved)
 
 
-def _cut(shop: Shop, now: Outcome, name: str, holds: Holds) -> tuple[Outcome, list[Change]]:
-    """Turn one knob as far as holds: first as far as is likely, then by halves."""
-    cut = cuts_of(now, shop.began, shop.asked.allowed).get(name)
+def _cut(shop: Shop, now: Outcome, named: tuple[str, float], holds: Holds) -> tuple[Outcome, list[Change]]:
+    """Turn one knob as far as holds: first a part of what is likely, then by halves."""
+    name, scale = named
+    cut = _named(shop, now, name)
     if cut is None or shop.bench.left <= 0:
         return now, []
     begin, good, bad, what = now, cut.begin, cut.end, ""
-    value: float | None = cut.part(_promise(shop, now, cut)[1])
+    value: float | None = cut.part(scale * _promise(shop, now, cut)[1])
     for _ in range(_TRIALS):
         if value is None:
             break
