@@ -4,6 +4,7 @@ import errno
 import ipaddress
 import socket
 import threading
+import warnings
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -81,6 +82,7 @@ def serve(first: Session, project: Project, host: str, port: int) -> Server:
         ServerError: it cannot listen at that host or port.
     """
     free = free_port(host, port)
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a browser may leave at any moment
     rich.get_console().quiet = True  # viser prints a box at the start and a line at the end; ours says what matters
     server = viser.ViserServer(host=host, port=free, label="Washboard", verbose=False)
     sessions, drafts = Sessions(first), Drafts(project.folder)
@@ -91,7 +93,12 @@ def serve(first: Session, project: Project, host: str, port: int) -> Server:
             return
         page = Page(client, project, sessions.take(visitor.browser, visitor.tab))
         sessions.enter(visitor.browser, client.client_id, page, visitor.tab)
-        page.open([*lay_out(page), Unsaved(page, drafts, visitor)])
+        try:
+            page.open([*lay_out(page), Unsaved(page, drafts, visitor)])
+        except Exception:
+            if client.client_id in server.get_clients():
+                raise
+            # Who leaves while a page is built takes the ground from under it: that is no defect.
         if client.client_id not in server.get_clients():  # it left meanwhile
             sessions.leave(client.client_id)
 

@@ -58,6 +58,10 @@ class Camera:
         end = frame_box(low, high, self._lens(), from_below=from_below)
         threading.Thread(target=self._fly, args=(self._take_off(), end), name="flight", daemon=True).start()
 
+    def land(self) -> None:
+        """End a flight; the browser is gone."""
+        self._take_off()
+
     def _clear_the_way(self) -> None:
         """Begin to show things nearer to the eye the nearer it is to what it looks at."""
         camera = self._client.camera

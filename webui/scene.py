@@ -59,6 +59,7 @@ class Scene:
         """Set up light and camera."""
         self._page = page
         self._camera = Camera(page.client)
+        page.on_close(self._camera.land)
         self._api = page.client.scene
         light_scene(self._api)
         self.view = View()
