@@ -18,10 +18,8 @@ from rulesengine.tuning.outcome import Outcome
 from rulesengine.tuning.tighten import Shop, squeeze, tighten
 from rulesengine.tuning.tuned import Change, Tuned
 
-_FOR_TIGHTENING = 0.4
-"""Share of the analyses that is kept for the second half."""
-_TURNS = 3
-"""How often what tightening saves is put into growing again, where a limit stopped it."""
+_KEPT = (0.4, 0.2, 0.0)
+"""Shares of the analyses that are kept for taking away; while something is wanting, another turn begins with growing."""
 
 
 def tune(bench: Bench, text: str, asked: Asked) -> Tuned:
@@ -41,14 +39,12 @@ def tune(bench: Bench, text: str, asked: Asked) -> Tuned:
     if asked.limits.excess(first.seconds, first.litres) > 0:
         now, changes = squeeze(shop, now)
     growth = Growth(bench, asked)
-    reserve = int(_FOR_TIGHTENING * asked.analyses)
-    for _ in range(_TURNS):
-        before = now
-        now, made = grow(growth, now, reserve)
+    for share in _KEPT:
+        now, made = grow(growth, now, int(share * asked.analyses))
         changes += made
         now, made = tighten(shop, now)
         changes += made
-        if now.clean or now is before or bench.left <= 0:
+        if now.clean or bench.left <= 0:
             break
     return Tuned(asked, first, _tidied(bench, first, now), tuple(changes), bench.used)
 
