@@ -34,16 +34,17 @@ _NEARLY_ALL = 0.99
 
 def effect(kind: Kind, want: Want) -> float:
     """Give the belief for a kind of knob and a rule; where nothing arrives, more of the same does not help."""
-    return _EFFECT[kind].get("R1" if _nothing(want) else want.judgement.rule, 0.0)
+    return _EFFECT[kind].get("R1" if arrives_nowhere(want) else want.judgement.rule, 0.0)
 
 
-def _nothing(want: Want) -> bool:
+def arrives_nowhere(want: Want) -> bool:
+    """Whether the places that get least get nothing, which is no matter of how much is sprayed."""
     return want.judgement.rule == "R2" and want.deficit > _NEARLY_ALL
 
 
 def need(want: Want) -> float:
     """Estimate how many times as long the spraying must be: amounts grow with it, residue falls exponentially."""
-    if want.judgement.rule in ("R2", "R6", "R7", "R10") and not _nothing(want):
+    if want.judgement.rule in ("R2", "R6", "R7", "R10") and not arrives_nowhere(want):
         return min(_MOST_NEED, max(_LEAST_NEED, 1.0 / max(1.0 - want.deficit, 1e-3)))
     return _USUAL_NEED
 

@@ -19,7 +19,7 @@ from rulesengine.tuning.tighten import Shop, squeeze, tighten
 from rulesengine.tuning.tuned import Change, Tuned
 
 _KEPT = (0.4, 0.2, 0.0)
-"""Shares of the analyses that are kept for taking away; while something is wanting, another turn begins with growing."""
+"""Shares of the analyses that are kept for taking away; while something is wanting, another turn begins."""
 
 
 def tune(bench: Bench, text: str, asked: Asked) -> Tuned:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from rulesengine.tuning.effects import steps_for, template_share
+from rulesengine.tuning.effects import arrives_nowhere, steps_for, template_share
 from rulesengine.tuning.goals import Spare, Want
 from rulesengine.tuning.outcome import Outcome
 
@@ -32,7 +32,7 @@ def likely(outcome: Outcome, steps: frozenset[str], template: str, saved_s: floa
 def _starves(want: Want, outcome: Outcome, steps: frozenset[str], template: str) -> bool:
     """Whether a cut takes away from what has too little of it already."""
     concerned = steps_for(want, outcome)
-    if want.judgement.rule not in _AMOUNTS or not concerned & steps:
+    if want.judgement.rule not in _AMOUNTS or arrives_nowhere(want) or not concerned & steps:
         return False
     by_time = want.judgement.rule == "R7" or not template
     return by_time or template_share(want.component, template, concerned, outcome) > _HARDLY

@@ -131,7 +131,7 @@ def test_what_is_not_allowed_stays_and_is_named(subject):
 def test_a_recipe_that_is_clean_never_becomes_longer(board):
     easy = prepare(board, EASY, lambda *_: None)
     slow = "recipe: own\nextends: smt-aqueous\n" + _thorough()
-    tuned = tuned_with(easy, slow, 2)
+    tuned = tuned_with(easy, slow, 3)
     assert tuned.first.clean, [want.judgement.because for want in tuned.first.wants]
     assert tuned.last.clean
     assert tuned.last.seconds < tuned.first.seconds
