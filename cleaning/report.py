@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from typing import TypeAlias
 
 import numpy as np
 
@@ -15,9 +14,8 @@ from cleaning.results import VERDICTS, CleaningReport, ExposedPart, Judgement, P
 from cleaning.stages import Stage
 from cleaning.under import GapResult, GapStage
 from cleaning.verify import Verified
-from geometry.finding import Finding
-
-Json: TypeAlias = "dict[str, Json] | list[Json] | str | int | float | bool | None"
+from geometry.finding import finding_data
+from geometry.plain import Json
 
 VERSION = 1
 """Of the data: it changes when a key changes its meaning or goes."""
@@ -55,7 +53,7 @@ def cleaning_report(report: CleaningReport, verified: Sequence[Verified] = ()) -
         "components": [_part(part) for part in report.parts],
         "verified": [_verified(each) for each in verified],
         "worst_first": [part.component for part in report.worst_first()],
-        "findings": [_finding(finding) for finding in report.findings],
+        "findings": [finding_data(finding) for finding in report.findings],
         "assumptions": [
             {"path": each.path, "value": each.value, "known": each.known, "source": each.provenance.source}
             for each in assumptions_of(parameters)
@@ -196,16 +194,6 @@ def _verified(verified: Verified) -> Json:
         "exact_mm": _digits(verified.exact_mm),
         "worst_mm": _digits(verified.worst_mm),
         "cells": verified.cells,
-    }
-
-
-def _finding(finding: Finding) -> Json:
-    return {
-        "rule": finding.rule,
-        "severity": finding.severity,
-        "message": finding.message,
-        "made_by": finding.made_by,
-        "where": None if finding.where is None else _all(finding.where),
     }
 
 

@@ -1,16 +1,13 @@
 """What a robot does with a program as plain data: for ``--report`` and the card. Millimetres and degrees."""
 
-from typing import TypeAlias
-
 import numpy as np
 
-from geometry.finding import Finding
+from geometry.finding import finding_data
+from geometry.plain import Json
 from programs.program import MoveTo, TimedProgram, Totals
 from robotcell.rates import Rates, rates_of
 from robotcell.robot import Joint
 from robotcell.track import CellReport
-
-Json: TypeAlias = "dict[str, Json] | list[Json] | str | int | float | bool | None"
 
 
 def cell_report(report: CellReport) -> dict[str, Json]:
@@ -24,7 +21,7 @@ def cell_report(report: CellReport) -> dict[str, Json]:
         "robot": report.cell.robot.name,
         "possible": report.possible,
         "asked": _totals(report.asked.totals),
-        "findings": [_finding(finding) for finding in report.findings],
+        "findings": [finding_data(finding) for finding in report.findings],
     }
     if not report.possible:
         return told
@@ -90,16 +87,6 @@ def _totals(totals: Totals) -> dict[str, Json]:
         "spray_s": round(totals.spray_s, 4),
         "travel_mm": round(totals.travel_mm, 3),
         "moves": totals.moves,
-    }
-
-
-def _finding(finding: Finding) -> Json:
-    return {
-        "rule": finding.rule,
-        "severity": finding.severity,
-        "message": finding.message,
-        "made_by": finding.made_by,
-        "where": None if finding.where is None else [round(value, 4) for value in finding.where],
     }
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from cleaning.cleanliness import cleanliness, count_cleanliness, report_cleanliness, stays_wet
 from cleaning.results import VERDICTS, CleaningReport, Part
 from geometry.finding import Severity
+from geometry.plain import Json
 from rulesengine.pipeline import Run
-from rulesengine.report import Json
 from rulesengine.sprayed import sprayed_in
 from rulesengine.summary import clock
 

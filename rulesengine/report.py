@@ -3,18 +3,17 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from boards.board import Board
 from boards.underside import undersides_of
-from geometry.finding import Finding
+from geometry.finding import Finding, finding_data
+from geometry.plain import Json
 from programs.summary import by_function
 from rulesengine.served import served_by
 
 if TYPE_CHECKING:
     from rulesengine.pipeline import Run
-
-Json: TypeAlias = "dict[str, Json] | list[Json] | str | int | float | bool | None"
 
 
 def report(run: "Run") -> dict[str, Json]:
@@ -38,7 +37,7 @@ def report(run: "Run") -> dict[str, Json]:
         ],
         "classes": dict(class_counts(run)),
         "components": _components(run),
-        "findings": [_finding(finding) for finding in run.findings],
+        "findings": [finding_data(finding) for finding in run.findings],
     }
 
 
@@ -113,13 +112,3 @@ def _components(run: "Run") -> list[Json]:
         }
         served.append(entry)
     return served
-
-
-def _finding(finding: Finding) -> Json:
-    return {
-        "rule": finding.rule,
-        "severity": finding.severity,
-        "message": finding.message,
-        "made_by": finding.made_by,
-        "where": None if finding.where is None else [round(value, 4) for value in finding.where],
-    }

@@ -1,13 +1,11 @@
 """What came of tuning as plain data: what ``--report`` writes."""
 
 from dataclasses import asdict
-from typing import TypeAlias
 
+from geometry.plain import Json
 from rulesengine.tuning.explain import Reason
 from rulesengine.tuning.outcome import Outcome
 from rulesengine.tuning.tuned import Figures, Tuned, figures_of
-
-Json: TypeAlias = "dict[str, Json] | list[Json] | str | int | float | bool | None"
 
 VERSION = 1
 """Of the data: it changes when a key changes its meaning or goes."""

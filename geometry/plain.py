@@ -1,0 +1,5 @@
+"""What JSON can say."""
+
+from typing import TypeAlias
+
+Json: TypeAlias = "dict[str, Json] | list[Json] | str | int | float | bool | None"
