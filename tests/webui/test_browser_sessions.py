@@ -156,7 +156,7 @@ def test_a_long_plan_can_be_cancelled_and_the_page_answers_meanwhile(browser, tm
         tab = DrivenPage(browser, server.address)
         before = tab.time_text
         monkeypatch.setattr(pages, "run", slow)
-        tab.edit("sweep", "Speed (mm/s)", "21")
+        tab.edit("around", "Speed (mm/s)", "21")
         tab.see("Planning slowly")
         tab.tab("YAML")
         tab.page.wait_for_function("document.querySelector('textarea')?.value.includes('speed_mm_s: 21')")
