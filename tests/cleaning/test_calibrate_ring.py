@@ -57,6 +57,7 @@ def test_with_noise_the_ring_is_found_as_well_as_the_interval_says(
     assert fit.rms == pytest.approx(0.5, rel=0.3)
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_about_as_often_as_they_say(tmp_path) -> None:
     fits = [fitted(tmp_path, edge_table(WAVY, noise_mm=0.6, seed=seed, step_deg=45)) for seed in range(25)]
     held = [holds(fit.half_angle_deg, WAVY.half_angle) + holds(fit.sigma_deg, WAVY.sigma) for fit in fits]

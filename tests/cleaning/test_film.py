@@ -68,6 +68,7 @@ def seen(known, turns_deg, *how):
     return far, flow, around(known, spots, far)[:, 2], -around(known, spots, 0.4 * far)[:, 2] / 0.4
 
 
+@pytest.mark.slow
 def test_the_reference_film():
     far, flow = rim_of_spot(rim(), spot(0.0))
     assert far == pytest.approx(50.0 * SLOPE)

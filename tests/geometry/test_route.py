@@ -227,6 +227,7 @@ def test_identical_strokes_are_done_there_and_back():
     assert len(set(pairwise(route.choice))) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2])
 def test_few_strokes_with_very_many_ways(count):
     angle = np.linspace(0, 2 * np.pi, 1000, endpoint=False)
@@ -257,6 +258,7 @@ def test_a_sketch_is_the_route_itself_where_that_is_known_or_found_at_once():
     assert shortest_route(few, START) == sketch
 
 
+@pytest.mark.slow
 def test_whoever_is_told_how_far_the_search_is_may_end_it():
     def stop(what, done):
         told.append((what, done))

@@ -34,6 +34,7 @@ def test_a_negative_zero_is_not_written() -> None:
     assert "MOVE 10.000 0.000 60.000" in HAND
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=120)
 @given(program=programs())
 def test_what_is_written_is_read_and_written_the_same(program: TimedProgram) -> None:

@@ -132,6 +132,7 @@ PLACES = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=15)
 @given(place=PLACES, value=VALUES)
 def test_any_value_reads_back_and_putting_the_old_one_back_restores_the_meaning(place, value):
@@ -155,6 +156,7 @@ def scalars(located, path=()):
         yield path, located.value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LIBRARY)
 def test_a_number_or_word_replaced_in_its_line_reads_as_the_round_trip_writes_it(name, monkeypatch):
     text = LIBRARY[name]

@@ -57,6 +57,7 @@ def test_out_of_reach_is_a_negative_value_that_says_how_much() -> None:
     assert found.value == -2.0
 
 
+@pytest.mark.slow
 def test_a_wall_moves_the_best_place() -> None:
     from robotcell.robot import Body, Box
 

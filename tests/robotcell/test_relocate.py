@@ -32,6 +32,7 @@ def test_the_turns_of_a_pose_give_the_pose(roll: float, pitch: float, yaw: float
     np.testing.assert_allclose(pose((1, 2, 3), roll_pitch_yaw(turned)), turned, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_a_better_place_is_found_and_confirmed_as_it_is_written() -> None:
     loaded = read_cell_text(CELL)
     found = find_place(line_program(), loaded, None)
@@ -67,6 +68,7 @@ def test_turning_the_whole_cell_turns_the_place_and_nothing_else() -> None:
     assert two.placement.least == pytest.approx(one.placement.least, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_board_out_of_reach_is_brought_into_it() -> None:
     loaded = read_cell_text(CELL.replace("[400, -50, 150]}", "[1900, -50, 150]}"))
     found = find_place(line_program(), loaded, None)
@@ -89,6 +91,7 @@ def _refusing(monkeypatch: pytest.MonkeyPatch, moved: int) -> None:
     monkeypatch.setattr(robotcell.relocate, "track", refuse)
 
 
+@pytest.mark.slow
 def test_the_next_best_is_taken_where_the_check_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
     _refusing(monkeypatch, 1)
     found = find_place(line_program(), read_cell_text(CELL), None)

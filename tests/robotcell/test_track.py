@@ -182,6 +182,7 @@ def test_too_far_says_how_far_and_where_the_board_would_have_to_be() -> None:
     assert "board moved by -" in message(report, "cell-remedy")
 
 
+@pytest.mark.slow
 def test_a_wall_in_the_way_is_named() -> None:
     cell = cell_of("ur5e-bench")
     wall = Body("wall", Box((0.02, 0.6, 0.6)), pose((0.44, 0.0, 0.47), (0, 0, 0)))
@@ -200,6 +201,7 @@ def test_a_tcp_turned_by_half_a_turn_is_recognised() -> None:
     assert "with the TCP turned by 180 degrees" in message(report, "cell-remedy")
 
 
+@pytest.mark.slow
 def test_one_tcp_of_two_turned_by_half_a_turn_is_recognised() -> None:
     cell = cell_of("ur5e-bench")
     first, *others = cell.tools
@@ -222,6 +224,7 @@ def test_metres_for_millimetres_are_recognised() -> None:
     assert "metres were written for millimetres" in message(report, "cell-remedy")
 
 
+@pytest.mark.slow
 def test_a_board_upside_down_is_recognised() -> None:
     report = track(
         line_program(), with_board(cell_of("ur5e-bench"), 0.0, 0.1, 0.0, rpy=(np.pi, 0, 0)), None, terms=ROUND

@@ -31,6 +31,7 @@ def shrunk(program: TimedProgram) -> TimedProgram:
     return program_of(*told)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ur5e-bench", "gantry"])
 @settings(deadline=None, max_examples=12)
 @given(program=programs(), near=st.booleans())

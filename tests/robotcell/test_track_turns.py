@@ -201,6 +201,7 @@ def test_a_tilt_band_that_is_none_is_refused(degrees: str) -> None:
         track(granting(line_program(), degrees), read_cell("ur5e-bench").cell, None, terms=ROUND)
 
 
+@pytest.mark.slow
 def test_the_jet_leans_within_the_band_only_where_it_must() -> None:
     cell = read_cell("kr6-bench").cell
     blocked = Body("post", Box((0.006, 0.012, 0.19)), cell.T_cell_board @ pose((0.05, -0.011, 0.125), (0, 0, 0)))

@@ -21,6 +21,7 @@ def report_instead(monkeypatch: pytest.MonkeyPatch, **changed: object) -> None:
     monkeypatch.setattr(cleaning.analyse, "analyse_on", lambda *_: replace(small_report(), **changed))
 
 
+@pytest.mark.slow
 def test_a_program_is_analysed_with_the_board_and_recipe_that_are_found_and_twice_the_same(
     program: Path, tmp_path: Path
 ) -> None:
@@ -64,6 +65,7 @@ def test_the_worst_come_first_with_what_to_do(program: Path, monkeypatch: pytest
     assert "values of default: " in told
 
 
+@pytest.mark.slow
 def test_what_was_entered_stands_in_the_report(program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     report_instead(monkeypatch)
     entered = (
@@ -122,6 +124,7 @@ def test_mistakes_are_refused_before_the_long_work(
     assert (lost.code, "Did you mean 'default'?" in lost.err) == (2, True)
 
 
+@pytest.mark.slow
 def test_what_was_worked_out_exactly_is_in_the_page_and_in_the_data(program: Path, tmp_path: Path) -> None:
     page, data = tmp_path / "t.html", tmp_path / "t.json"
     washboard("analyse", program, "--html", page, "--json", data, "--verify", "U1,R1")

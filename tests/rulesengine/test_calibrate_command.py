@@ -35,6 +35,7 @@ def test_without_a_place_the_lines_of_the_nozzle_are_printed() -> None:
     assert "\nwavefront:\n  height_mm: 40\n  points:\n    - [0, " in result.out
 
 
+@pytest.mark.slow
 def test_coupons_make_a_set_that_says_what_they_do_not_tell(tmp_path: Path) -> None:
     output, picture = tmp_path / "our-line.yaml", tmp_path / "coupons.png"
     result = washboard("calibrate", "gap", COUPONS, "--date", "2026-11-21", "-o", output, "--picture", picture)

@@ -17,6 +17,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_cell_is_written_with_the_board_elsewhere_and_all_else_as_it_was(program: Path, tmp_path: Path) -> None:
     output = tmp_path / "moved.yaml"
     done = washboard("cell", "place", program, "ur5e-bench", "-o", output)
@@ -33,6 +34,7 @@ def test_the_cell_is_written_with_the_board_elsewhere_and_all_else_as_it_was(pro
     assert washboard("check", program, output).code == 0
 
 
+@pytest.mark.slow
 def test_a_board_out_of_reach_is_placed_over_its_own_file_where_that_is_named(program: Path, tmp_path: Path) -> None:
     cell = tmp_path / "far.yaml"
     text = CELL.replace("[400, -50, 150]}", "[1900, -50, 150]}  # far")
@@ -49,6 +51,7 @@ def test_a_board_out_of_reach_is_placed_over_its_own_file_where_that_is_named(pr
     assert " # far\n" in cell.read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_a_cell_where_no_place_helps_ends_with_one_and_writes_nothing(program: Path, tmp_path: Path) -> None:
     cell = tmp_path / "stiff.yaml"
     limits = "".join(
@@ -61,6 +64,7 @@ def test_a_cell_where_no_place_helps_ends_with_one_and_writes_nothing(program: P
     assert not (tmp_path / "moved.yaml").exists()
 
 
+@pytest.mark.slow
 def test_a_board_that_lies_best_already_stays(program: Path, tmp_path: Path) -> None:
     done = washboard("cell", "place", program, "gantry", "-o", tmp_path / "same.yaml")
     assert done.code == 0

@@ -34,6 +34,7 @@ def test_a_program_that_can_be_done(program: Path, tmp_path: Path) -> None:
     assert robot.totals.duration_s == pytest.approx(told["done"]["duration_s"], abs=1e-3)
 
 
+@pytest.mark.slow
 def test_the_same_check_gives_the_same_bytes(program: Path, tmp_path: Path) -> None:
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
@@ -94,6 +95,7 @@ def test_a_board_that_is_not_at_hand_is_a_finding(tmp_path: Path) -> None:
     assert "board-not-checked" in done.out
 
 
+@pytest.mark.slow
 def test_pictures_are_drawn_or_refused_early(program: Path, tmp_path: Path) -> None:
     assert washboard("check", program, "gantry", "--report", tmp_path / "j.png").code == 0
     assert (tmp_path / "j.png").read_bytes().startswith(b"\x89PNG")

@@ -49,6 +49,7 @@ def test_the_page_is_whole_and_fetches_nothing(page: str) -> None:
     assert "@import" not in page
 
 
+@pytest.mark.slow
 def test_the_same_report_gives_the_same_bytes_without_a_clock(page: str) -> None:
     assert cleaning_page(small_report(), Traceability(serial="A <7>", bath_c="61")) == page
     visible = re.sub(r'src="[^"]*"', "", page)
@@ -168,6 +169,7 @@ def test_a_list_that_is_too_long_still_names_all() -> None:
     assert "Neither are these clean (10):</b> " + ", ".join(f"U{MOST_TOLD + more}" for more in range(10)) in told
 
 
+@pytest.mark.slow
 def test_what_was_worked_out_exactly_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cleaning_page_module, "draw_exposures", lambda _: [])
     exact = Verified("U1", "clean", "sequence[0]", rays_mm=5.5, exact_mm=5.0, worst_mm=0.8, cells=30)

@@ -111,6 +111,7 @@ def test_a_gap_is_drawn_from_the_wash_that_presses_it_hardest():
     assert strongest_stage(report, replace(gap, stages=(None, None))) is None
 
 
+@pytest.mark.slow
 def test_gaps_can_be_drawn_even_if_nothing_ever_acted_on_them():
     report = small_report()
     part = report.parts[0]

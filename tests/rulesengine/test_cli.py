@@ -214,6 +214,7 @@ def test_what_ends_a_plan_midway_leaves_everything_as_it_was(
     assert contents(place) == {"a.wash": b"mine"}
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_the_real_process_with_130(place: Path) -> None:
     ready = "import rulesengine.pipeline, boards.understand, time; from rulesengine import pipeline\n"
     wait = "def wait(*_):\n    print('now', flush=True); time.sleep(60)\npipeline.time_plan = wait\n"

@@ -3,6 +3,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from cleaning_report import small_report
 from command import contents, washboard
 from rich.console import Console
@@ -18,6 +19,7 @@ def told(report: CleaningReport) -> str:
     return lines.getvalue()
 
 
+@pytest.mark.slow
 def test_the_demonstration_does_all_of_it_and_dirt_is_no_failure(tmp_path: Path) -> None:
     done = washboard("demo", "--into", tmp_path / "out", "--board", "tiny", "--recipe", "rinse-only")
     assert (done.code, done.err) == (0, "")

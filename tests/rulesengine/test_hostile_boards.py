@@ -136,6 +136,7 @@ def moves_with_the_board(recipe):
     return all(getattr(spec, "start", "auto") in ("auto", "first", "last") for spec in recipe.templates.values())
 
 
+@pytest.mark.slow
 @given(recipe=recipes().filter(has_few_strokes))
 @settings(ANY, max_examples=12)
 def test_no_complaints_about_any_recipe(recipe):

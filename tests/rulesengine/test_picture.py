@@ -43,6 +43,7 @@ def both_sides() -> TimedProgram:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("suffix", "magic"), [(".png", b"\x89PNG"), (".svg", b"<?xml")])
 def test_the_same_input_gives_the_same_bytes(suffix: str, magic: bytes) -> None:
     first, second = (draw_plan(BOARD, hand_program(), suffix) for _ in range(2))

@@ -16,6 +16,7 @@ def own(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_a_new_recipe_is_written_and_the_old_one_is_left_alone(own: Path) -> None:
     new, report = own.with_name("new.yaml"), own.with_name("new.json")
     done = washboard("tune", "tiny", own, "--analyses", "3", "-o", new, "--report", report)

@@ -49,6 +49,7 @@ def test_a_speed_never_exceeds_what_any_of_its_functions_allows():
     assert flush.moved(1000.0) == 80
 
 
+@pytest.mark.slow
 def test_every_move_and_every_cut_gives_a_recipe(outcome):
     moves = moves_of(outcome, outcome.wants, EVERYTHING)
     cuts = cuts_of(outcome, {}, EVERYTHING).values()

@@ -65,6 +65,7 @@ def anew(subject, text):
     return outcome_of(planned, analyse_on(subject, planned.program, planned.recipe, "fast"), "clean", text)
 
 
+@pytest.mark.slow
 def test_a_poor_recipe_becomes_better_with_few_analyses(tuned):
     assert tuned.used == 4
     assert tuned.last.shortfall < 0.5 * tuned.first.shortfall
@@ -74,6 +75,7 @@ def test_a_poor_recipe_becomes_better_with_few_analyses(tuned):
         assert change.after == following.before
 
 
+@pytest.mark.slow
 def test_what_is_predicted_comes_out_when_planned_and_analysed_anew(subject, tuned):
     again = anew(subject, tuned.last.text)
     assert figures_of(again) == figures_of(tuned.last)
@@ -128,6 +130,7 @@ def test_what_is_not_allowed_stays_and_is_named(subject):
     assert "Kept, though it may help: templates.sweep.speed_mm_s." in told
 
 
+@pytest.mark.slow
 def test_a_recipe_that_is_clean_never_becomes_longer(board):
     easy = prepare(board, EASY, lambda *_: None)
     slow = "recipe: own\nextends: smt-aqueous\n" + _thorough()
@@ -153,6 +156,7 @@ sequence:
 """
 
 
+@pytest.mark.slow
 def test_a_suggestion_does_what_is_predicted_of_it(subject):
     from cleaning.analyse import analyse_on
 

@@ -55,6 +55,7 @@ def checked_session():
     return replace(tiny_session(), run=done.run, cell=done.cell, cell_name="ur5e-bench").with_check(done)
 
 
+@pytest.mark.slow
 def test_a_robot_that_can_do_it_goes_where_the_nozzle_goes():
     done = tried()
     cell = done.cell.cell

@@ -43,6 +43,7 @@ def test_the_page_gives_the_bytes_that_the_command_line_writes(session: Session,
         assert make_download(kind, session, (), 10.0, tell).content == place.read_bytes(), kind
 
 
+@pytest.mark.slow
 def test_the_cleaning_report_is_the_one_that_the_command_line_writes(session: Session, tmp_path: Path) -> None:
     assert session.run is not None
     with pytest.raises(ProgramError, match="tab Cleaning"):

@@ -32,6 +32,7 @@ def ready():
     return session.with_check(check_program(session.run, cell, quiet))
 
 
+@pytest.mark.slow
 def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
     one, same = (make_program(ready(), "fanuc", quiet) for _ in range(2))
     assert one.checked is ready().check

@@ -50,6 +50,7 @@ def tracked_text(dialect):
     return write_program(done.program, installation_of(done.cell), dialect, joints)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dialect", sorted(set(DIALECTS) & set(TELLS_MOVES)))
 def test_text_and_place_belong_together(dialect):
     """What the language's own reader finds in the text, motion by motion, is where the page shows it."""
