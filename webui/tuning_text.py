@@ -45,7 +45,7 @@ def totals_html(tuned: Tuned) -> str:
     return box_html(
         f'<div style="font-weight:600;font-size:14px">{headline_of(tuned)}</div>'
         f'<div style="color:{to_hex(QUIET)};font-size:11px;margin-bottom:3px">A prediction of the cleaning model after '
-        f"{tuned.used} analyses; it is no proof of cleanliness. Loops count once.</div>"
+        f"{tuned.used} analyses; it is no proof of cleanliness. Time and liquid of loops are those of once.</div>"
         f'<table style="{_TABLE}">{head}{"".join(_row(row) for row in rows)}</table>'
     )
 

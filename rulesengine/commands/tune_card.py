@@ -78,7 +78,7 @@ def _facts(tuned: Tuned) -> list[tuple[str, str]]:
     loops = [f"sequence[{at}]" for at, step in enumerate(tuned.last.recipe.sequence) if step.enabled and step.until]
     if loops:
         facts.append(
-            ("repeats", f"{', '.join(loops)}: repeated until a sensor says so; tuned and counted as done once")
+            ("repeats", f"{', '.join(loops)}: repeated until a sensor says so; time and liquid are those of once")
         )
     if tuned.last.left_out:
         facts.append(("left out", f"{', '.join(sorted(tuned.last.left_out))}: masks avoid or ignore them"))
