@@ -18,7 +18,7 @@ from cleaning.stages import Stage
 from cleaning.staging import stages_of
 from cleaning.subject import Subject, prepare
 from geometry.finding import Finding, worst_first
-from geometry.progress import Progress, part_of
+from geometry.progress import Progress, part_of, tell_nobody
 from programs.program import TimedProgram
 from recipes.recipe import Recipe
 
@@ -52,7 +52,7 @@ def analyse(
         CleaningError: the program and the recipe do not belong together, or nothing is sprayed.
         ProgramError: the program has no move.
     """
-    tell = progress or _tell_nobody
+    tell = progress or tell_nobody
     subject = prepare(board, parameters, part_of(tell, 0.0, 0.2))
     return analyse_on(subject, program, recipe, effort, part_of(tell, 0.2, 1.0))
 
@@ -61,7 +61,7 @@ def analyse_on(
     subject: Subject, program: TimedProgram, recipe: Recipe, effort: Effort = "fast", progress: Progress | None = None
 ) -> CleaningReport:
     """Predict what a program cleans as ``analyse`` does, on a board that was made ready before."""
-    tell, parameters = progress or _tell_nobody, subject.parameters
+    tell, parameters = progress or tell_nobody, subject.parameters
     staged = stages_of(program, recipe, parameters, _WAY_MM[effort])
     sprayed = _spray(staged.stages, subject, effort, part_of(tell, 0.0, 0.5))
     beneath = gaps_of(subject, sprayed, part_of(tell, 0.5, 0.9))
@@ -127,7 +127,3 @@ def _findings(parts: Sequence[Part], bare: Part, process: Sequence[Judgement]) -
         for name, each in found
         if each.verdict != "clean"
     ]
-
-
-def _tell_nobody(_what: str, _done: float) -> None:
-    pass

@@ -14,7 +14,7 @@ from cleaning.scatter import Account, Ground
 from cleaning.scene import Scene
 from cleaning.stages import Stage
 from geometry.arrays import Indices, Scalars
-from geometry.progress import Progress
+from geometry.progress import Progress, tell_nobody
 
 _BLOCKS = 160
 _BATCH_RAYS = 200_000
@@ -63,12 +63,8 @@ class Exposure:
     what lies on the bare board and on fixtures."""
 
 
-def _untold(_what: str, _done: float) -> None:
-    return
-
-
 def expose(
-    stage: Stage, jet: Jet, facets: Facets, scene: Scene, rays_per_sample: int = 64, tell: Progress = _untold
+    stage: Stage, jet: Jet, facets: Facets, scene: Scene, rays_per_sample: int = 64, tell: Progress = tell_nobody
 ) -> Exposure:
     """Follow rays of the jet from every sample of a stage, and add up what they bring to each cell.
 

@@ -10,7 +10,6 @@ from scipy.special import fdtrc, stdtrit
 
 from geometry.arrays import Scalars
 
-Residuals = Callable[[Scalars], Scalars]
 _LEVEL = 0.975
 _TURNS = 40
 

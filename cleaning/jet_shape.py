@@ -65,15 +65,6 @@ def directions_of(form: JetForm, first: Scalars, second: Scalars) -> Directions:
     return rays / np.linalg.norm(rays, axis=1, keepdims=True)
 
 
-def coordinates_of(form: JetForm, directions: Directions) -> tuple[Scalars, Scalars]:
-    """(n,) coordinates of (n, 3) unit vectors before the orifice; the inverse of ``directions_of``."""
-    x, y, z = directions.T
-    if form.kind in (RING, CONE):
-        return np.arctan2(y, x) % (2 * np.pi), z
-    wide = np.arctan2(x, z) if form.kind == FAN else x / z / np.tan(form.wide)
-    return wide, np.arctan2(y, z)
-
-
 def solid_angle(form: JetForm, directions: Directions) -> Scalars:
     """(n,) area in the form's own density coordinates per area of the box: 1 for all but fans, solid angle there."""
     if form.kind != FAN:

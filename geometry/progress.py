@@ -14,3 +14,7 @@ def part_of(tell: Progress, begin: float, end: float) -> Progress:
         tell(what, begin + (end - begin) * done)
 
     return told
+
+
+def tell_nobody(_what: str, _done: float) -> None:
+    """Be the progress of work that nobody waits for."""

@@ -8,7 +8,7 @@ import numpy as np
 from boards.board import Board
 from geometry.coverage.route import Effort
 from geometry.finding import Finding, worst_first
-from geometry.progress import Progress, part_of
+from geometry.progress import Progress, part_of, tell_nobody
 from programs.plan import Dwell, Jet, Origin, Plan, SprayPass
 from programs.program import TILT_BAND, TimedProgram
 from recipes.check import check_recipe
@@ -71,7 +71,7 @@ def run(
     Raises:
         RecipeError: a component matches no class, or nothing is left to do.
     """
-    tell = progress or _tell_nobody
+    tell = progress or tell_nobody
     job = new_job(recipe, board, before.parts if before is not None and before.board is board else Parts())
     plan = _plan(job, part_of(tell, 0.0, 0.6), sketched)
     tell("timing", 0.6)
@@ -87,7 +87,7 @@ def make_plan(recipe: Recipe, board: Board, progress: Progress | None = None) ->
     Raises:
         RecipeError: a component matches no class, or nothing is left to do.
     """
-    return _plan(new_job(recipe, board, Parts()), progress or _tell_nobody, None)
+    return _plan(new_job(recipe, board, Parts()), progress or tell_nobody, None)
 
 
 def _plan(job: Job, tell: Progress, sketched: Callable[[Plan], None] | None) -> Plan:
@@ -127,10 +127,6 @@ def _idle(board: Board, steps: list[tuple[int, Step]]) -> str:
         f"{counts['bottom']} on the bottom: {asked} all come out empty. Add a template that covers the board, such as "
         "a raster, or look at side, repeats, passes, only and masks."
     )
-
-
-def _tell_nobody(_what: str, _done: float) -> None:
-    pass
 
 
 def _do_step(job: Job, assembly: Assembly, numbered: tuple[int, Step], effort: Effort, tell: Progress) -> None:

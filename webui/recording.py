@@ -10,7 +10,7 @@ import viser
 
 from boards.board import Board
 from geometry.arrays import Scalars
-from geometry.progress import Progress
+from geometry.progress import Progress, tell_nobody
 from programs.errors import ProgramError
 from programs.playback import build_timeline
 from rulesengine.pipeline import Run
@@ -56,7 +56,7 @@ def record(run: Run, rate: float = 10.0, tell: Progress | None = None, checked: 
         _draw_still(server.scene, run)
         recording = server.get_scene_serializer()
         move = _robot_mover(server.scene, checked)
-        for now_s, lasting in _play(server.scene, run, frame_times(end_s, rate), tell or _tell_nobody):
+        for now_s, lasting in _play(server.scene, run, frame_times(end_s, rate), tell or tell_nobody):
             move(now_s)
             recording.insert_sleep(lasting / rate)
         return recording.as_html()
@@ -136,7 +136,3 @@ def _quiet_server() -> Generator[viser.ViserServer]:
                 server.stop()
         finally:
             console.quiet = loud
-
-
-def _tell_nobody(_what: str, _done: float) -> None:
-    pass

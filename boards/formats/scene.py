@@ -1,6 +1,6 @@
 """Boards out of CAD: STEP assemblies, glTF scenes and plain meshes become bodies."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,8 +20,7 @@ from boards.formats.tri import SMALLEST_AREA_MM2
 from geometry.arrays import Triangles
 from geometry.finding import Finding
 from geometry.mesh import areas_and_normals
-
-Progress = Callable[[str, float], None]
+from geometry.progress import Progress, tell_nobody
 
 _STEP = (".step", ".stp")
 _GLTF = (".glb", ".gltf")
@@ -43,7 +42,7 @@ def read_scene(path: Path, progress: Progress | None = None) -> tuple[tuple[Body
     Raises:
         BoardError: the file cannot be read, is damaged, or holds no board.
     """
-    report = progress if progress is not None else _say_nothing
+    report = progress if progress is not None else tell_nobody
     report("reading", 0.0)
     tree, findings = _read_tree(path, report)
     report("finding parts", 0.96)
@@ -64,10 +63,6 @@ def read_scene(path: Path, progress: Progress | None = None) -> tuple[tuple[Body
     report("finding parts", 1.0)
     made = (_make_body("board", slab), *(_make_body(role, part) for role, part in placed))
     return made, (*findings, *turned, *layers, *joined, *around, *renamed)
-
-
-def _say_nothing(what: str, fraction: float) -> None:
-    """Stand in for a caller who does not want to know."""
 
 
 def _read_tree(path: Path, report: Progress) -> tuple[Node, tuple[Finding, ...]]:

@@ -5,7 +5,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from math import exp
 from pathlib import Path
 
@@ -14,8 +13,7 @@ from boards.formats.gltf import parse_gltf
 from boards.formats.step_products import name_products, read_structure
 from boards.formats.tree import Node, refdes_of
 from geometry.finding import Finding
-
-Progress = Callable[[str, float], None]
+from geometry.progress import Progress
 
 # Sag of a chord below 0.02 mm; the angle bounds the number of chords of small arcs.
 _TOL_LINEAR_MM = 0.02

@@ -7,7 +7,7 @@ from pathlib import Path
 from cleaning.analyse import analyse_on
 from cleaning.results import CleaningReport
 from cleaning.subject import Subject
-from geometry.progress import Progress, part_of
+from geometry.progress import Progress, part_of, tell_nobody
 from recipes.load import parse_recipe
 from recipes.located import YamlPath
 from recipes.tree import Tree
@@ -95,14 +95,10 @@ def predict(suggestion: Suggestion, here: Here, goal: Goal = "clean", progress: 
     Raises:
         JobError: the edit cannot be written, or what comes of it cannot be planned or analysed.
     """
-    tell = progress or _tell_nobody
+    tell = progress or tell_nobody
     text = apply_edits(here.text, here.file, suggestion.edits)
     planned = run(parse_recipe(text, file=here.file), here.run.board, part_of(tell, 0.0, 0.3), before=here.run)
     report = analyse_on(here.subject, planned.program, planned.recipe, "fast", part_of(tell, 0.3, 1.0))
     before, after = outcome_of(here.run, here.report, goal), outcome_of(planned, report, goal, text)
     mended = all(want.component != suggestion.component for want in after.wants)
     return Effect(text, figures_of(before), figures_of(after), mended)
-
-
-def _tell_nobody(_what: str, _done: float) -> None:
-    pass

@@ -8,6 +8,7 @@ from html import escape
 import viser
 
 from geometry.arrays import Scalars
+from geometry.progress import tell_nobody
 from programs.errors import ProgramError
 from programs.playback import Timeline, build_timeline
 from programs.posts.native import render_line
@@ -102,7 +103,7 @@ class PlaybackPanel:
         )
         self._player = Player(self._draw)
         self._player.rate = 5.0
-        self._worker: Worker[Playable] = Worker(_tell_nobody)
+        self._worker: Worker[Playable] = Worker(tell_nobody)
         page.on_close(self._close)
         self._buttons.on_click(lambda event: self._press(event.target.value))
         self._slider.on_update(self._scrub)
@@ -240,7 +241,3 @@ def _nothing() -> None:
 
 def _waiting_html() -> str:
     return f'<div style="margin:0 12px;font-size:13px;color:{to_hex(QUIET)}">The program is not planned yet.</div>'
-
-
-def _tell_nobody(_what: str, _done: float) -> None:
-    pass
