@@ -4,9 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from boards.board import Body, Role, Side, Surface
+from boards.board import Body, Pad, Role, Side, Surface
 from boards.library.catalogue import shape_of
 from boards.library.fit import check_apart, check_holes, check_inside
+from boards.library.lands import lands_of, placed
 from boards.library.shape import Shape, Solids
 from boards.library.shapes import Ring, circle, flipped, prism, rotated, shifted
 from geometry.arrays import Triangles
@@ -48,6 +49,8 @@ class Sample:
     top: float
     places: tuple[Place, ...]
     clamps: tuple[tuple[str, Triangles], ...] = ()
+    states_pads: bool = False
+    """Whether the file says what each part is soldered to."""
 
 
 def assemble(sample: Sample) -> tuple[Body, ...]:
@@ -90,7 +93,13 @@ def _component(shape: Shape, place: Place, sample: Sample) -> Body:
         pins=shape.pins,
         side=place.side,
         standoff_mm=shape.standoff_mm,
+        pads=_pads(shape, place) if sample.states_pads else (),
     )
+
+
+def _pads(shape: Shape, place: Place) -> tuple[Pad, ...]:
+    mirror = 1.0 if place.side == "top" else -1.0
+    return tuple(placed(pad, place.x, place.y, place.turn_deg, mirror) for pad in lands_of(shape))
 
 
 def _placed(solid: Triangles, place: Place, sample: Sample) -> Triangles:

@@ -5,11 +5,17 @@ from pathlib import Path
 
 from boards.formats.tri import write_tri
 from boards.library.assemble import assemble
+from boards.library.sensor_hub import SENSOR_HUB
 from boards.library.smt_demo import SMT_DEMO
 from boards.library.tiny import TINY
 from boards.library.two_sided import TWO_SIDED
 
-_FILES = {"smt-demo.tri.gz": SMT_DEMO, "two-sided.tri.gz": TWO_SIDED, "tiny.tri": TINY}
+_FILES = {
+    "smt-demo.tri.gz": SMT_DEMO,
+    "sensor-hub.tri.gz": SENSOR_HUB,
+    "two-sided.tri.gz": TWO_SIDED,
+    "tiny.tri": TINY,
+}
 
 
 def render_samples() -> dict[str, str]:

@@ -13,9 +13,10 @@ import shapely
 from shapely import Polygon
 
 import boards.library
-from boards.board import Body
+from boards.board import Body, Pad, Side
 from boards.formats.tri import read_tri
 from boards.library.assemble import Place, Sample, assemble
+from boards.library.sensor_hub import SENSOR_HUB
 from boards.library.shapes import block, circle, prism, rectangle, rounded, slot, turned
 from boards.library.smt_demo import SMT_DEMO
 from boards.library.tiny import TINY
@@ -24,7 +25,12 @@ from boards.library.write_samples import render_samples
 from boards.packages import package_family, pins_of
 
 FOLDER = Path(boards.library.__file__).parent
-FILES = {"smt-demo": "smt-demo.tri.gz", "two-sided": "two-sided.tri.gz", "tiny": "tiny.tri"}
+FILES = {
+    "smt-demo": "smt-demo.tri.gz",
+    "sensor-hub": "sensor-hub.tri.gz",
+    "two-sided": "two-sided.tri.gz",
+    "tiny": "tiny.tri",
+}
 
 
 @cache
@@ -126,6 +132,41 @@ def test_smt_demo_is_a_dense_board() -> None:
     assert any(0.25 <= low - before - 0.5 <= 1.0 for before, low in pairwise(left))
 
 
+def test_sensor_hub_has_eighty_parts_and_states_what_most_are_soldered_to() -> None:
+    parts = components("sensor-hub")
+    assert len(parts) == 80
+    through_holes_or_round = {"J2", "J3", "D2"}
+    assert {body.name for body in parts if not body.pads} == through_holes_or_round
+    pads = {str(body.package): len(body.pads) for body in parts}
+    assert pads["QFN-48-1EP_7x7mm_P0.5mm"] == 49
+    assert pads["BGA-144_13x13mm_P1.0mm"] == 144
+    assert pads["LQFP-64_10x10mm_P0.5mm"] == 64
+    assert pads["C_0402_1005Metric"] == 2
+
+
+def test_other_samples_leave_the_pads_to_the_package_names() -> None:
+    assert not any(body.pads for name in FILES if name != "sensor-hub" for body in bodies(name))
+
+
+@pytest.mark.parametrize("side", ["top", "bottom"])
+def test_pads_lie_where_a_turned_part_touches_the_board(side: Side) -> None:
+    place = Place("U1", "QFN-16-1EP_3x3mm_P0.5mm", 10.0, 7.0, 30.0, side=side)
+    sample = replace(TINY, places=(place,), states_pads=True)
+    _, part = assemble(sample)
+    z = sample.top if side == "top" else sample.bottom
+    flat = part.patches[np.abs(part.patches[:, :, 2] - z).max(axis=1) < 1e-9][:, :, :2]
+    touching = shapely.union_all(shapely.polygons(flat), grid_size=1e-6)
+    pads = shapely.union_all([outline_of(pad) for pad in part.pads], grid_size=1e-6)
+    assert len(part.pads) == 17
+    assert pads.symmetric_difference(touching).area < 1e-3 * touching.area
+
+
+def outline_of(pad: Pad) -> Polygon:
+    corners = np.array(rectangle((pad.length_mm, pad.width_mm)))
+    cos, sin = np.cos(pad.turn_rad), np.sin(pad.turn_rad)
+    return Polygon(corners @ np.array([[cos, sin], [-sin, cos]]) + [pad.x_mm, pad.y_mm])
+
+
 def test_two_sided_has_parts_on_both_sides_and_its_bottom_at_zero() -> None:
     board, *parts = bodies("two-sided")
     assert board.patches[:, :, 2].min() == 0.0
@@ -195,7 +236,7 @@ def test_solids_have_the_volume_of_their_formulas() -> None:
     assert Polygon(rounded(rectangle((6.0, 4.0)), 1.0, 64)).area == pytest.approx(24.0 - corner, rel=1e-3)
 
 
-@pytest.mark.parametrize("sample", [SMT_DEMO, TWO_SIDED, TINY], ids=lambda sample: sample.name)
+@pytest.mark.parametrize("sample", [SMT_DEMO, SENSOR_HUB, TWO_SIDED, TINY], ids=lambda sample: sample.name)
 def test_names_are_unique_and_the_file_name_is_the_samples(sample: Sample) -> None:
     names = [place.name for place in sample.places]
     assert len(set(names)) == len(names)
