@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from itertools import count
 from typing import cast
 
+from recipes import rewrite
 from recipes.classes import ComponentClass, Mask
 from recipes.errors import RecipeError
 from recipes.located import Located, YamlPath, spell_path
 from recipes.recipe import Function, Limits, Recipe, Step
 from recipes.spec import Spec
 from recipes.tree import Tree
-from webui import rewrite
 from webui.session import Session
 
 SECTIONS: tuple[str, ...] = ("Functions", "Nozzles", "Classes", "Masks", "Templates", "Sequence", "Limits", "General")

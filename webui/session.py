@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 from boards.board import Board
 from programs.plan import Plan
+from recipes import rewrite
 from recipes.load import LoadedRecipe
 from recipes.located import YamlPath
 from recipes.recipe import Recipe
 from recipes.tree import Tree
 from robotcell.load import LoadedCell
 from rulesengine.pipeline import Run
-from webui import rewrite
 from webui.analysed import Analysed
 from webui.checked import Checked
 from webui.document import Document

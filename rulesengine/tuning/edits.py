@@ -5,11 +5,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias
 
-from recipes.edit import own_tree, set_value
 from recipes.errors import RecipeError
 from recipes.keys import name_nearest
-from recipes.load import resolve_text
 from recipes.located import Key, Located, YamlPath, spell_path
+from recipes.rewrite import write_values
 from recipes.tree import Tree
 
 Edits: TypeAlias = tuple[tuple[YamlPath, Tree], ...]
@@ -18,21 +17,14 @@ _PART = re.compile(r"(?:^|\.)([^.\[\]]+)|\[(\d+)\]")
 
 
 def apply_edits(text: str, file: Path, edits: Edits) -> str:
-    """Write values into a recipe; a list that is only inherited is copied into the text first.
+    """Write values into a recipe one after the other; a list that is only inherited is copied into the text first.
 
     Raises:
         RecipeError: a value cannot be written there.
     """
     for path, value in edits:
-        text = set_value(_with_list(text, file, path), path, value)
+        text = write_values(text, file, {path: value})
     return text
-
-
-def _with_list(text: str, file: Path, path: YamlPath) -> str:
-    if path[0] != "sequence" or len(path) == 1 or own_tree(text).get("sequence") is not None:
-        return text
-    inherited = resolve_text(text, file=file).get("sequence")
-    return text if inherited is None else set_value(text, ("sequence",), inherited.plain())
 
 
 def read_kept(words: Sequence[str], root: Located) -> tuple[YamlPath, ...]:
