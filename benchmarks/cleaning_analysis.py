@@ -1,11 +1,11 @@
 """What a program cleans, from the loaded board to the verdicts: stages, total, growth with the board, and how exact.
 
-Run: ``OMP_NUM_THREADS=1 python benchmarks/analyse.py [--board BOARD] [--recipe RECIPE] [--most 16]``
+Run: ``OMP_NUM_THREADS=1 python benchmarks/cleaning_analysis.py [--recipe RECIPE] [--most 16] [BOARD]``
 
-Four parts. Rays: exposure beside embree alone on the same rays (``cleaning_rays.py``). Stages: one analysis of the
-board's program, which should take ten seconds. Exactness: what the rays of that analysis say of the mean volume on some
-components, beside the exact integral. Growth: panels of 1, 4 and 16 copies of the board (up to ``--most``), each
-planned and analysed anew. Times are processor seconds of all threads unless it says clock.
+Three parts. Stages: one analysis of the board's program, which should take ten seconds. Exactness: what the rays of
+that analysis say of the mean volume on some components, beside the exact integral. Growth: panels of 1, 4 and 16 copies
+of the board (up to ``--most``), each planned and analysed anew. Times are processor seconds of all threads unless it
+says clock.
 """
 
 import argparse
@@ -14,7 +14,6 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-import cleaning_rays
 import numpy as np
 from plan import panel
 
@@ -121,13 +120,11 @@ def tell_growth(board: Board, recipe: Recipe, most: int) -> None:
 
 def main(words: list[str]) -> None:
     parser = argparse.ArgumentParser()
-    parser.add_argument("--board", default="smt-demo")
+    parser.add_argument("board", nargs="?", type=Path, default=Path("smt-demo"))
     parser.add_argument("--recipe", default="smt-aqueous")
     parser.add_argument("--most", type=int, default=16, help="copies of the board in the largest panel")
     arguments = parser.parse_args(words)
-    cleaning_rays.main([arguments.board])
-    board, recipe = load_board(Path(arguments.board)), load_recipe(arguments.recipe)
-    print()
+    board, recipe = load_board(arguments.board), load_recipe(arguments.recipe)
     done = tell_stages(board, recipe)
     print()
     tell_exactness(done)
