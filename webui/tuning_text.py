@@ -4,15 +4,13 @@ from html import escape
 
 from rulesengine.summary import clock
 from rulesengine.tuning.diff import recipe_diff
-from rulesengine.tuning.explain import Reason, explain
+from rulesengine.tuning.explain import Reason, explain, is_unfinished
 from rulesengine.tuning.tuned import Change, Figures, Tuned, figures_of
-from webui.cleaning_list import box_html
+from webui.cleaning_list import box_html, note_html
 from webui.palette import ACCENT, QUIET, to_hex
 from webui.tuning_fix import Fix
 
 _MOST_REASONS = 40
-_OPTION = "; --analyses allows more"
-"""Of the command line; here it is an input of the window."""
 _ARROW = "\N{RIGHTWARDS ARROW}"
 _ADDED, _REMOVED = ("#e8f3ea", "#1f6b34"), ("#fbebea", "#9a2a20")
 _TABLE = "border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums"
@@ -98,16 +96,18 @@ def reasons_html(tuned: Tuned) -> str:
     rows = "".join(_reason(reason) for reason in reasons[:_MOST_REASONS])
     more = len(reasons) - _MOST_REASONS
     rest = f'<div style="color:{to_hex(QUIET)}">and {more} more</div>' if more > 0 else ""
-    return _section("Still wanting, and why") + _rolled(box_html(f"{rows}{rest}"), "11vh")
+    hint = (
+        note_html("With a higher limit under Analyses at most, tuning may find more.") if is_unfinished(tuned) else ""
+    )
+    return _section("Still wanting, and why") + _rolled(box_html(f"{rows}{rest}"), "11vh") + hint
 
 
 def _reason(reason: Reason) -> str:
-    why = reason.why.replace(_OPTION, "")
     return (
         f'<div style="margin-top:4px;padding-left:7px;border-left:3px solid {to_hex(ACCENT)}">'
         f'<span style="color:{to_hex(ACCENT)};font-weight:600">{escape(reason.component)}</span> '
         f'<span style="color:{to_hex(QUIET)}">{reason.rule} {escape(reason.name)}</span> '
-        f'{escape(reason.because)} <span style="color:{to_hex(QUIET)}">{escape(why)}</span></div>'
+        f'{escape(reason.because)} <span style="color:{to_hex(QUIET)}">{escape(reason.why)}</span></div>'
     )
 
 

@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from rulesengine.summary import amount, clock, print_facts
-from rulesengine.tuning.explain import Reason
+from rulesengine.tuning.explain import Reason, is_unfinished
 from rulesengine.tuning.tuned import Figures, Tuned, figures_of
 
 _MOST_REASONS = 12
@@ -26,6 +26,8 @@ def print_tuned(console: Console, tuned: Tuned, reasons: Sequence[Reason], diff:
         console.print(escape(f"{reason.because} {reason.why}"))
     if len(reasons) > _MOST_REASONS:
         console.print(f"and {amount(len(reasons) - _MOST_REASONS, 'more component')}; --report has all of them")
+    if is_unfinished(tuned):
+        console.print("With a higher --analyses, tuning may find more.")
     for line in diff.splitlines():
         console.print(Text(line, style=_STYLES.get(line[:1], "")), soft_wrap=True)
     if not diff:

@@ -45,12 +45,23 @@ def explain(tuned: Tuned) -> tuple[Reason, ...]:
     )
 
 
-def _why(tuned: Tuned, want: Want) -> str:
+def is_unfinished(tuned: Tuned) -> bool:
+    """Say whether something is still wanting for which more analyses may find a change."""
+    return tuned.spent and any(not _beyond(want) for want in tuned.last.wants)
+
+
+def _beyond(want: Want) -> str:
+    """Say what it takes where no recipe helps; nothing where one may."""
     rule = want.judgement.rule
-    if rule in _BEYOND:
-        return _BEYOND[rule]
     if want.component == PROCESS and rule == "R10":
         return want.judgement.advice
+    return _BEYOND.get(rule, "")
+
+
+def _why(tuned: Tuned, want: Want) -> str:
+    beyond = _beyond(want)
+    if beyond:
+        return beyond
     parts = [_forbidden(tuned, want), _limited(tuned), _ended(tuned, want)]
     told = " ".join(part for part in parts if part)
     return told or want.judgement.advice
@@ -85,7 +96,7 @@ def _ended(tuned: Tuned, want: Want) -> str:
     bounds = _at_bound(tuned, want)
     told = f"At their bounds: {', '.join(bounds)}." if bounds else ""
     if tuned.spent:
-        return f"{told} The {tuned.asked.analyses} analyses were spent; --analyses allows more.".strip()
+        return f"{told} The {tuned.asked.analyses} analyses were spent.".strip()
     moves = moves_of(tuned.last, [want], tuned.asked.allowed)
     return f"{told} None of the changes that are allowed takes it away.".strip() if moves or bounds else told
 

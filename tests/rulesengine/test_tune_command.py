@@ -32,6 +32,7 @@ def test_a_new_recipe_is_written_and_the_old_one_is_left_alone(own: Path) -> Non
     assert "Not clean: " in done.out
     assert "3 of at most 3" in done.out
     assert "+recipe: new" in done.out
+    assert "a higher --analyses" in done.out
 
 
 @pytest.mark.parametrize(

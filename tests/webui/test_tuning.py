@@ -132,6 +132,10 @@ def test_what_is_still_wanting_is_said_with_its_reason():
     many = [replace(WANT, component=f"U{number}") for number in range(50)]
     assert "and 10 more" in reasons_html(proposal(session, wants=many).tuned)
     spent = reasons_html(proposal(session, wants=[WANT], used=40).tuned)
-    assert "analyses were spent" in spent
+    assert "The 40 analyses were spent." in spent
+    assert "Analyses at most" in spent
     assert "--" not in spent  # options are of the command line
+    assert "Analyses at most" not in html
+    plugged = replace(WANT, judgement=replace(WANT.judgement, rule="R5"))
+    assert "Analyses at most" not in reasons_html(proposal(session, wants=[plugged], used=40).tuned)
     assert reasons_html(proposal(session).tuned) == ""
