@@ -90,16 +90,6 @@ def cast(scene: Scene, origins: Points, directions: Directions) -> tuple[Indices
     return faces, distances
 
 
-def occluded(scene: Scene, origins: Points, targets: Points) -> NDArray[np.bool_]:
-    """(n,) whether a body lies between (n, 3) origins and (n, 3) targets; a surface that the target is on does not."""
-    ways = targets - origins
-    distances = np.linalg.norm(ways, axis=1)
-    directions = ways / np.maximum(distances, _GRAZING)[:, None]
-    return are_blocked(
-        scene, _single(origins - scene.origin), _single(directions), _single(np.maximum(distances, _GRAZING))
-    )
-
-
 def are_blocked(
     scene: Scene, origins: NDArray[np.float32], directions: NDArray[np.float32], lengths: NDArray[np.float32]
 ) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from boards.board import Board
 from cleaning.errors import CleaningError
+from cleaning.exposed import cells_of
 from cleaning.gather import gather
 from cleaning.jet import jet_of
 from cleaning.results import CleaningReport
@@ -68,7 +69,8 @@ def check_names(board: Board, names: Sequence[str]) -> None:
 
 def _verified(report: CleaningReport, subject: Subject, component: int, index: int) -> Verified:
     facets, stage, exposure = subject.facets, report.stages[index], report.exposures[index]
-    cells: Indices = np.flatnonzero((facets.cell_component == component) & facets.cell_exposed)
+    judged = cells_of(facets, report.board, component, report.board.components[component].side)
+    cells: Indices = judged[facets.cell_exposed[judged]]
     exact = gather(stage, jet_of(stage, subject.parameters.spray), facets, subject.scene, cells).volume_mm
     rays = exposure.volume_mm[cells]
     share = facets.cell_areas_mm2[cells] / max(float(facets.cell_areas_mm2[cells].sum()), 1e-30)

@@ -11,7 +11,7 @@ from small_boards import part
 from small_sprays import moved_board, solid_board
 
 from cleaning.facet_split import split_patches
-from cleaning.scene import build_scene, cast, occluded
+from cleaning.scene import are_blocked, build_scene, cast
 from geometry.mesh import areas_and_normals
 
 BOARD = solid_board(part("U1", 40, 20, 20, 20, 5.0))
@@ -43,8 +43,10 @@ def test_a_face_knows_where_it_is_hit():
 
 def test_a_line_of_sight_ends_at_a_body_and_not_at_its_target():
     nozzle = np.array([[20.0, 30.0, 4.0]] * 3)
-    targets = np.array([[40.0, 30.0, 2.0], [70.0, 30.0, 2.0], [25.0, 30.0, 0.0]])
-    assert occluded(SCENE, nozzle, targets).tolist() == [False, True, False]
+    ways = np.array([[40.0, 30.0, 2.0], [70.0, 30.0, 2.0], [25.0, 30.0, 0.0]]) - nozzle
+    lengths = np.linalg.norm(ways, axis=1)
+    single = [(nozzle - SCENE.origin), ways / lengths[:, None], lengths]
+    assert are_blocked(SCENE, *(each.astype(np.float32) for each in single)).tolist() == [False, True, False]
 
 
 def test_stated_normals_decide_which_way_is_out():

@@ -52,3 +52,13 @@ def test_the_mean_is_by_area_of_what_is_exposed(monkeypatch):
 def test_an_unknown_component_is_refused_with_one_like_it():
     with pytest.raises(CleaningError, match=r"tiny has no component 'U9'\. Did you mean U1\?"):
         check_names(small_report().board, ["C1", "U9"])
+
+
+def test_what_faces_the_other_side_is_not_looked_at_as_it_is_not_judged(monkeypatch):
+    monkeypatch.setattr(module, "gather", twice_the_rays)
+    report, before = small_report(), subject()
+    normals = report.facets.cell_normals.copy()
+    mine = np.flatnonzero((report.facets.cell_component == 0) & report.facets.cell_exposed & (normals[:, 2] > 0.9))
+    normals[mine[0]] = (0.0, 0.0, -1.0)
+    turned = replace(before, facets=replace(report.facets, cell_normals=normals))
+    assert verify(report, turned, ["U1"])[0].cells == verify(report, before, ["U1"])[0].cells - 1
