@@ -6,7 +6,8 @@ from html import escape
 from cleaning.results import CleaningReport, ExposedPart, Part
 from cleaning.stages import Stage
 from rulesengine.summary import shorten
-from webui.cleaning_list import box_html, judgement_html
+from webui.boxes import box_html
+from webui.cleaning_list import judgement_html
 from webui.palette import ACCENT, QUIET, to_hex
 from webui.verdict_colours import VERDICT_COLOURS, VERDICT_WORDS
 

@@ -7,6 +7,7 @@ from cleaning.cleanliness import count_cleanliness
 from cleaning.results import CleaningReport, Judgement, Part
 from rulesengine.cleaning_page import headline, honesty
 from rulesengine.summary import clock
+from webui.boxes import box_html, quiet_html
 from webui.component_card import facts_html
 from webui.palette import ACCENT, INK, QUIET, to_hex
 from webui.verdict_colours import VERDICT_COLOURS
@@ -42,7 +43,7 @@ def counts_text(parts: Sequence[Part]) -> str:
 def parts_html(parts: Sequence[Part], selected: str) -> str:
     """Write parts as a table, the selected one marked; a long one says how many more there are."""
     if not parts:
-        return note_html("The board has no parts.")
+        return quiet_html("The board has no parts.")
     head = "".join(
         f'<th style="{_CELL};color:{to_hex(QUIET)};text-align:{side};font-weight:400;width:{width}">{name}</th>'
         for (name, side), width in zip(_HEADINGS, _WIDTHS, strict=True)
@@ -52,7 +53,7 @@ def parts_html(parts: Sequence[Part], selected: str) -> str:
     return (
         '<div style="max-height:26vh;overflow-y:auto;margin:0 12px">'
         f'<table style="border-collapse:collapse;table-layout:fixed;width:100%;font-size:12px;color:{to_hex(INK)}">'
-        f"<tr>{head}</tr>{body}</table></div>" + (note_html(f"and {more} better ones") if more > 0 else "")
+        f"<tr>{head}</tr>{body}</table></div>" + (quiet_html(f"and {more} better ones") if more > 0 else "")
     )
 
 
@@ -74,16 +75,6 @@ def judgement_html(judgement: Judgement, stage: str = "") -> str:
         f"{escape(judgement.because)}{advice}"
         f'<div style="color:{to_hex(QUIET)};font-size:11px">{escape(numbers)}</div></div>'
     )
-
-
-def box_html(inner: str) -> str:
-    """Write text as the page does."""
-    return f'<div style="margin:2px 12px 4px;font-size:12px;line-height:1.45;color:{to_hex(INK)}">{inner}</div>'
-
-
-def note_html(text: str) -> str:
-    """Write a quiet line."""
-    return f'<div style="margin:2px 12px;font-size:12px;color:{to_hex(QUIET)}">{escape(text)}</div>'
 
 
 def _number(name: str, value: float, unit: str, limit: float | None) -> str:

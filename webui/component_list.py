@@ -8,6 +8,7 @@ from html import escape
 
 from boards.board import Component
 from geometry.finding import Finding, Severity
+from webui.boxes import quiet_html
 from webui.finding_list import SEVERITY_COLOURS
 from webui.palette import ACCENT, INK, QUIET, to_hex
 from webui.session import Session
@@ -61,7 +62,7 @@ def findings_about(findings: Iterable[Finding], components: Iterable[Component])
 def rows_html(rows: Sequence[Row], selected: str) -> str:
     """Write the list as a table; a long one says how many more there are."""
     if not rows:
-        return _note("No component fits. Clear the filter to see all.")
+        return quiet_html("No component fits. Clear the filter to see all.")
     head = "".join(
         f'<th style="{_CELL};color:{to_hex(QUIET)};text-align:{side};font-weight:400;width:{width}">{name}</th>'
         for (name, side), width in zip(_HEADINGS, _WIDTHS, strict=True)
@@ -71,7 +72,8 @@ def rows_html(rows: Sequence[Row], selected: str) -> str:
     return (
         '<div style="max-height:34vh;overflow-y:auto;margin:0 12px">'
         f'<table style="border-collapse:collapse;table-layout:fixed;width:100%;font-size:12px;color:{to_hex(INK)}">'
-        f"<tr>{head}</tr>{body}</table></div>" + (_note(f"and {more} more; filter to see them") if more > 0 else "")
+        f"<tr>{head}</tr>{body}</table></div>"
+        + (quiet_html(f"and {more} more; filter to see them") if more > 0 else "")
     )
 
 
@@ -100,7 +102,3 @@ def _fits(row: Row, wanted: str) -> bool:
     if any(sign in wanted for sign in _WILD):
         return any(fnmatchcase(text, wanted) for text in texts)
     return any(wanted in text for text in texts)
-
-
-def _note(text: str) -> str:
-    return f'<div style="margin:2px 12px;font-size:12px;color:{to_hex(QUIET)}">{escape(text)}</div>'

@@ -6,7 +6,7 @@ from rulesengine.summary import clock
 from rulesengine.tuning.diff import recipe_diff
 from rulesengine.tuning.explain import Reason, explain, is_unfinished
 from rulesengine.tuning.tuned import Change, Figures, Tuned, figures_of
-from webui.cleaning_list import box_html, note_html
+from webui.boxes import box_html, quiet_html
 from webui.palette import ACCENT, QUIET, to_hex
 from webui.tuning_fix import Fix
 
@@ -97,7 +97,7 @@ def reasons_html(tuned: Tuned) -> str:
     more = len(reasons) - _MOST_REASONS
     rest = f'<div style="color:{to_hex(QUIET)}">and {more} more</div>' if more > 0 else ""
     hint = (
-        note_html("With a higher limit under Analyses at most, tuning may find more.") if is_unfinished(tuned) else ""
+        quiet_html("With a higher limit under Analyses at most, tuning may find more.") if is_unfinished(tuned) else ""
     )
     return _section("Still wanting, and why") + _rolled(box_html(f"{rows}{rest}"), "11vh") + hint
 

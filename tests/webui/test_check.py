@@ -224,7 +224,7 @@ def test_what_is_missing_or_wrong_is_said_in_the_tab(tmp_path, monkeypatch):
     with opened(tiny_session(), tmp_path) as (page, _, card):
         press(page, "Cell", "ur5e-bench")
         press(page, "Check")
-        wait_for(lambda: "washboard[robot]" in card._state.content)
+        wait_for(lambda: "washboard[robot]" in card._run._job._line.content)
         assert find(page, "Check").label == "Check"
         assert page.client.said == []
 
@@ -242,7 +242,7 @@ def test_a_check_that_is_given_up_leaves_nothing(tmp_path, monkeypatch):
     with opened(tiny_session(), tmp_path) as (page, _, card):
         press(page, "Cell", "ur5e-bench")
         press(page, "Check")
-        wait_for(lambda: "Searching" in card._state.content)
+        wait_for(lambda: "Searching" in card._run._job._line.content)
         press(page, "Cancel")
         assert find(page, "Check").label == "Check"
         assert page.session.checked is None

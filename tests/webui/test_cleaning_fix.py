@@ -137,13 +137,13 @@ def test_suggesting_can_be_given_up_and_what_stops_it_is_said(tmp_path, monkeypa
     monkeypatch.setattr(tuning_suggest, "suggest_fixes", slow)
     with opened(analysed_session(), tmp_path) as (page, card):
         press(page, SUGGEST)
-        wait_for(lambda: "Casting rays" in card._state.content)
+        wait_for(lambda: "Casting rays" in card._run._job._line.content)
         press(page, CANCEL)
         assert find(page, SUGGEST).visible
         assert not any(shown(page))
         monkeypatch.setattr(tuning_suggest, "suggest_fixes", fail)
         press(page, SUGGEST)
-        wait_for(lambda: "no such thing" in card._state.content)
+        wait_for(lambda: "no such thing" in card._run._job._line.content)
 
 
 @pytest.mark.parametrize(("effort", "again"), [("fast", 0), ("sketch", 1)])

@@ -114,7 +114,7 @@ def test_analyse_shows_the_parts_worst_first_and_flies_to_the_worst(tmp_path, by
         wait_for(lambda: page.session.analysis is not None)
         assert by_hand == [("default", "default", "full")]
         assert find(page, "Part").options[1:] == tuple(part.component for part in small_report().worst_first())
-        assert "dirty" in panel._state.content
+        assert "dirty" in panel._run._job._line.content
         press(page, "Through", "Worst")
         assert page.session.selection.component == "U1"
         assert scene.looked == ["U1"]
@@ -143,9 +143,9 @@ def test_other_parameters_take_the_results_out_of_sight(tmp_path, by_hand):
         press(page, "Parameters", "mine.yaml")
         assert page.session.analysis is None
         assert heat_nodes(page) == []
-        assert "changed since" in panel._state.content
+        assert "changed since" in panel._run._job._line.content
         press(page, "Parameters", "default")
-        assert "dirty" in panel._state.content
+        assert "dirty" in panel._run._job._line.content
 
 
 def test_a_parameter_set_outside_the_folder_is_refused(tmp_path):
@@ -161,7 +161,7 @@ def test_what_stops_an_analysis_is_said_in_the_tab(tmp_path, monkeypatch):
     monkeypatch.setattr(cleaning, "analyse_run", fail)
     with opened(tiny_session(), tmp_path) as (page, _, panel):
         press(page, "Analyse")
-        wait_for(lambda: "steam" in panel._state.content)
+        wait_for(lambda: "steam" in panel._run._job._line.content)
         assert find(page, "Analyse").label == "Analyse"
         assert page.client.said == []
 
@@ -175,11 +175,11 @@ def test_an_analysis_that_is_given_up_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr(cleaning, "analyse_run", slow)
     with opened(tiny_session(), tmp_path) as (page, _, panel):
         press(page, "Analyse")
-        wait_for(lambda: "Casting rays" in panel._state.content)
+        wait_for(lambda: "Casting rays" in panel._run._job._line.content)
         press(page, "Cancel")
         assert find(page, "Analyse").label == "Analyse"
         assert page.session.analysed is None
-        assert "Not analysed" in panel._state.content
+        assert "Not analysed" in panel._run._job._line.content
 
 
 def test_a_heat_map_is_drawn_and_taken_away(tmp_path):

@@ -92,21 +92,21 @@ def test_wishes_that_cannot_be_are_said_in_the_window_and_can_be_mended(tmp_path
 def test_a_proposal_waits_until_somebody_decides(tmp_path, by_hand):
     session = tiny_session()
     with opened(session.with_proposal(proposal(session)), tmp_path) as (page, card):
-        assert "not applied" in card._state.content
+        assert "not applied" in card._job._line.content
         press(page, TUNE)
         assert "data-diff" in card._window._proposal.content
         press(page, CLOSE)
         assert windows(page) == []
         assert page.session.proposal is not None
         page.attempt(lambda session: session.edited(session.document.text + "# mine\n"))
-        assert "edited since" in card._state.content
+        assert "edited since" in card._job._line.content
         press(page, TUNE)
         press(page, APPLY)
         assert "not the one that was tuned" in card._window._refusal.content
         assert page.session.document.text.endswith("# mine\n")
         press(page, DISCARD)
         assert page.session.proposal is None
-        assert card._state.content == ""
+        assert card._job._line.content == ""
         assert page.session.document.text.endswith("# mine\n")
 
 
@@ -133,8 +133,8 @@ def test_what_stops_tuning_is_said_and_it_can_begin_again(tmp_path, monkeypatch)
     with opened(tiny_session(), tmp_path) as (page, card):
         press(page, TUNE)
         press(page, START)
-        wait_for(lambda: "steam" in card._window._remark.content)
-        assert "steam" in card._state.content
+        wait_for(lambda: "steam" in card._job._line.content)
+        assert "steam" in card._window._remark.content
         assert find(page, START).visible
         assert page.client.said == []
 
@@ -151,10 +151,10 @@ def test_tuning_that_is_given_up_leaves_nothing(tmp_path, monkeypatch):
         press(page, START)
         wait_for(lambda: "Growing, 3 of" in card._window._working.content)
         press(page, CLOSE)
-        wait_for(lambda: "Growing, 3 of" in card._state.content)
+        wait_for(lambda: "Growing, 3 of" in card._job._line.content)
         press(page, TUNE)
         assert find(page, CANCEL).visible
         press(page, CANCEL)
         assert page.session.proposal is None
-        assert card._state.content == ""
+        assert card._job._line.content == ""
         assert find(page, START).visible

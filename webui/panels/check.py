@@ -1,28 +1,27 @@
 """Whether the robot can do the program: the check, what came of it, and where."""
 
 from html import escape
+from operator import is_
 
 import numpy as np
 import viser
 
-from geometry.errors import JobError
 from geometry.finding import Finding
 from programs.program import MoveTo
 from webui.around import step_around
+from webui.boxes import box_html, quiet_html
 from webui.checked import Checked, check_program, facts_of
 from webui.finding_list import kinds_html, name_findings, tally
 from webui.layers.near_mark import near_glb
 from webui.nearness import Near, moment_of, near_at, nearest_of
 from webui.page import Page
-from webui.palette import ACCENT, INK, QUIET, to_hex
-from webui.remarks import remark_html
+from webui.palette import QUIET, to_hex
+from webui.panels.job import RunButton
 from webui.scene import Scene
 from webui.session import Session
-from webui.work import Worker
 
 _NONE: str = "none"
 _BACK, _ON, _NEAREST = "Previous", "Next", "Nearest"
-_CHECK, _CANCEL = "Check", "Cancel"
 _LAYER = "/near"
 _AROUND_MM = 250.0
 """What is seen to each side where bodies touch: enough to recognise them."""
@@ -36,9 +35,6 @@ class CheckCard:
         self._page, self._scene = page, scene
         self._names: dict[str, Finding] = {}
         self._chosen: Finding | None = None
-        self._remark = ""
-        self._worker: Worker[Checked] = Worker(self._tell)
-        page.on_close(self._worker.close)
         gui = page.client.gui
         self._folder = gui.add_folder("Check", visible=False)
         with self._folder:
@@ -50,8 +46,9 @@ class CheckCard:
                 step=1.0,
                 hint="The jet may lean so far while it sprays, where nothing else is clear.",
             )
-            self._button = gui.add_button(_CHECK, hint="Finds how the joints move, and what keeps the robot from it.")
-            self._state = gui.add_html("")
+            self._run: RunButton[Checked] = RunButton(
+                page, "Check", self._begin, "Finds how the joints move, and what keeps the robot from it."
+            )
             self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
                 "Go to",
                 _NOTHING,
@@ -62,58 +59,31 @@ class CheckCard:
                 "Step", (_BACK, _ON, _NEAREST), visible=False, hint="Through the findings; where bodies are nearest."
             )
             self._list = gui.add_html("")
-        self._button.on_click(lambda _: self._press())
         self._choice.on_update(lambda event: self._go(event.target.value, by_hand=event.client is not None))
         self._steps.on_click(lambda event: self._step(event.target.value))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        if before is None or session.cell is not before.cell or session.run is not before.run:
-            self._remark = ""
+        if before is None or not all(map(is_, _subject_of(session), _subject_of(before))):
+            self._run.show(state_html(session))
         if before is not None and session.cell is before.cell and session.check is before.check:
             return
         self._folder.visible = session.cell is not None
-        self._show_state(session)
         self._chosen = None
         self._unmark()
         self._list_findings(session)
 
-    def _press(self) -> None:
-        if self._button.label == _CANCEL:
-            self._worker.cancel()
-            self._rest()
-            return
+    def _begin(self) -> None:
         session = self._page.session
         run, cell = session.run, session.cell
         if run is None or cell is None or not session.planned:
             self._page.refuse("The recipe as it is now is not planned yet; wait until it is.")
             return
-        self._button.label, self._remark = _CANCEL, ""
         lean = np.radians(self._lean.value)
-        self._worker.start(lambda tell: check_program(run, cell, tell, lean), self._take, self._fail)
+        self._run.start(lambda tell: check_program(run, cell, tell, lean), self._take)
 
     def _take(self, checked: Checked) -> None:
-        self._button.label = _CHECK
         self._page.remember(lambda session: session.with_check(checked))
-
-    def _fail(self, error: Exception) -> None:
-        if isinstance(error, JobError):
-            self._remark = remark_html(str(error))
-        else:
-            self._page.report(error)
-        self._rest()
-
-    def _rest(self) -> None:
-        with self._page.client.atomic():
-            self._button.label = _CHECK
-            self._show_state(self._page.session)
-
-    def _tell(self, what: str, done: float) -> None:
-        if done < 1.0 and self._button.label == _CANCEL:
-            self._state.content = progress_html(what, done)
-
-    def _show_state(self, session: Session) -> None:
-        self._state.content = self._remark or state_html(session)
 
     def _list_findings(self, session: Session) -> None:
         findings = session.check.findings if session.check is not None else ()
@@ -185,6 +155,11 @@ class CheckCard:
         self._scene.draw_over(_LAYER, b"")
 
 
+def _subject_of(session: Session) -> tuple[object, ...]:
+    """What the line beneath the button is about."""
+    return session.cell, session.run, session.checked, session.check
+
+
 def when(finding: Finding, check: Checked) -> float:
     """Say when the robot is where a finding is, s; 0 where nothing moves."""
     moves = [item for item in check.program.instructions if isinstance(item, MoveTo)]
@@ -201,7 +176,7 @@ def state_html(session: Session) -> str:
     if check is None:
         older = session.checked is not None and session.checked.run.board is session.board
         text = "The program or the cell changed since it was checked." if older else "Not checked yet."
-        return _box_html(f'<div style="color:{to_hex(QUIET)}">{text}</div>')
+        return quiet_html(text)
     done = "The robot can do it." if check.motion is not None else "The robot cannot do it."
     if any(finding.severity == "error" for finding in check.findings):
         done = "The robot cannot do it as it is."
@@ -211,23 +186,10 @@ def state_html(session: Session) -> str:
         for name, text in facts_of(check).items()
     )
     head = f'<div style="font-weight:600">{done} <span style="font-weight:400;color:{to_hex(QUIET)}">'
-    return _box_html(
+    return box_html(
         f"{head}{tally(check.findings).capitalize()}.</span></div>"
         f'<table style="border-collapse:collapse;margin-top:2px">{rows}</table>'
     )
-
-
-def progress_html(what: str, done: float) -> str:
-    """Say how far the check is."""
-    return _box_html(
-        f'<div style="color:{to_hex(QUIET)}">{escape(what.capitalize())}\N{HORIZONTAL ELLIPSIS} {done:.0%}</div>'
-        '<div style="height:3px;border-radius:2px;margin-top:4px;background:#e6eaed"><div style="height:3px;'
-        f'border-radius:2px;width:{100 * min(max(done, 0.03), 1.0):.0f}%;background:{to_hex(ACCENT)}"></div></div>'
-    )
-
-
-def _box_html(inner: str) -> str:
-    return f'<div style="margin:2px 12px 4px;font-size:12px;line-height:1.45;color:{to_hex(INK)}">{inner}</div>'
 
 
 _NOTHING: tuple[str, ...] = (_NONE,)

@@ -1,29 +1,27 @@
 """What the program cleans: the analysis, its headline, and the cards that show it."""
 
+from operator import is_
 from typing import TYPE_CHECKING
 
 import viser
 
-from geometry.errors import JobError
 from webui.analysed import Analysed, Asked, analyse_run
-from webui.cleaning_list import headline_html, note_html
+from webui.boxes import quiet_html
+from webui.cleaning_list import headline_html
 from webui.page import Page
-from webui.panels.check import progress_html
 from webui.panels.cleaning_fix import FixCard
 from webui.panels.cleaning_gap import GapCard
 from webui.panels.cleaning_heat import HeatCard
 from webui.panels.cleaning_part import PartCard
 from webui.panels.cleaning_parts import PartsCard
+from webui.panels.job import RunButton
 from webui.panels.tuning import TuneCard
-from webui.remarks import remark_html
 from webui.scene import Scene
 from webui.session import Session
-from webui.work import Worker
 
 if TYPE_CHECKING:
     from cleaning.analyse import Effort
 
-_ANALYSE, _CANCEL = "Analyse", "Cancel"
 _EFFORTS: "dict[str, Effort]" = {"Fast": "fast", "Full": "full", "Sketch": "sketch"}
 """The one that comes first is chosen first."""
 
@@ -34,9 +32,6 @@ class CleaningPanel:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page = page
-        self._remark = ""
-        self._worker: Worker[Analysed] = Worker(self._tell)
-        page.on_close(self._worker.close)
         gui = page.client.gui
         self._choice = gui.add_dropdown(
             "Parameters",
@@ -47,24 +42,20 @@ class CleaningPanel:
         self._effort: viser.GuiDropdownHandle[str] = gui.add_dropdown(
             "Effort", tuple(_EFFORTS), hint="More rays: each spot is known better, and it takes longer."
         )
-        self._button = gui.add_button(_ANALYSE, hint="Predicts what the spray reaches, above and under the parts.")
-        self._state = gui.add_html("")
+        self._run: RunButton[Analysed] = RunButton(
+            page, "Analyse", self._begin, "Predicts what the spray reaches, above and under the parts."
+        )
         self._tune = TuneCard(page)
         self._cards = (PartsCard(page, scene), HeatCard(page, scene), PartCard(page), FixCard(page), GapCard(page))
         self._choice.on_update(lambda event: self._choose(event.target.value, by_hand=event.client is not None))
-        self._button.on_click(lambda _: self._press())
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
         for card in (self._tune, *self._cards):
             card.show(session, before)
         self._show_names(session)
-        if before is None or session.run is not before.run or session.analysed is not before.analysed:
-            self._remark = ""
-        elif session.analysis is before.analysis and session.parameters_name == before.parameters_name:
-            return
-        if self._button.label != _CANCEL:
-            self._state.content = self._remark or state_html(session)
+        if before is None or not all(map(is_, _subject_of(session), _subject_of(before))):
+            self._run.show(state_html(session))
 
     def _show_names(self, session: Session) -> None:
         if session.parameters_name not in self._choice.options:
@@ -79,44 +70,25 @@ class CleaningPanel:
         if by_hand and name != self._page.session.parameters_name:
             self._page.remember(lambda session: session.with_parameters(name))
 
-    def _press(self) -> None:
-        if self._button.label == _CANCEL:
-            self._worker.cancel()
-            self._rest()
-            return
+    def _begin(self) -> None:
         session = self._page.session
         run, name, before = session.played, session.parameters_name, session.analysed
         effort = _EFFORTS[self._effort.value]
         if run is None or not session.planned:
             self._page.refuse("The recipe as it is now is not planned yet; wait until it is.")
             return
-        self._button.label, self._remark = _CANCEL, ""
         project = self._page.project
-        self._worker.start(
-            lambda tell: analyse_run(run, Asked(name, project.open_parameters(name), effort), before, tell),
-            self._take,
-            self._fail,
+        self._run.start(
+            lambda tell: analyse_run(run, Asked(name, project.open_parameters(name), effort), before, tell), self._take
         )
 
     def _take(self, analysed: Analysed) -> None:
-        self._button.label = _ANALYSE
         self._page.remember(lambda session: session.with_analysis(analysed))
 
-    def _fail(self, error: Exception) -> None:
-        if isinstance(error, JobError):
-            self._remark = remark_html(str(error))
-        else:
-            self._page.report(error)
-        self._rest()
 
-    def _rest(self) -> None:
-        with self._page.client.atomic():
-            self._button.label = _ANALYSE
-            self._state.content = self._remark or state_html(self._page.session)
-
-    def _tell(self, what: str, done: float) -> None:
-        if done < 1.0 and self._button.label == _CANCEL:
-            self._state.content = progress_html(what, done)
+def _subject_of(session: Session) -> tuple[object, ...]:
+    """What the line beneath the button is about."""
+    return session.run, session.analysed, session.analysis, session.parameters_name
 
 
 def state_html(session: Session) -> str:
@@ -125,8 +97,8 @@ def state_html(session: Session) -> str:
     if analysis is not None:
         return headline_html(analysis.report)
     if older is None:
-        return note_html("Not analysed yet.")
-    return note_html(
+        return quiet_html("Not analysed yet.")
+    return quiet_html(
         "The program or the parameters changed since it was analysed. "
         f"It was {older.report.verdict} with the parameter set {older.parameters_name}."
     )

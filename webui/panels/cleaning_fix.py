@@ -6,17 +6,14 @@ from functools import partial
 import viser
 
 from cleaning.results import Part
-from geometry.errors import JobError
 from geometry.progress import Progress
 from webui.analysed import Analysed
-from webui.cleaning_list import note_html
+from webui.boxes import quiet_html
 from webui.page import Page
-from webui.panels.check import progress_html
-from webui.remarks import remark_html
+from webui.panels.job import RunButton
 from webui.session import Session
 from webui.tuning_fix import Fix, apply_fix
 from webui.tuning_text import fix_html
-from webui.work import Worker
 
 SUGGEST, CANCEL, APPLY = "Suggest changes", "Cancel suggesting", "Apply this change"
 _MOST = 3
@@ -38,18 +35,13 @@ class FixCard:
     def __init__(self, page: Page) -> None:
         """Build the elements in the container that is open; they are seen where the selected part lacks something."""
         self._page = page
-        self._running = False
         self._found: dict[str, tuple[Fix, ...]] = {}
         """By part; of the analysis that is shown."""
-        self._worker: Worker[tuple[Fix, ...]] = Worker(self._tell)
-        page.on_close(self._worker.close)
         gui = page.client.gui
         self._folder = gui.add_folder("Fix this", visible=False)
         with self._folder:
-            self._button = gui.add_button(SUGGEST, hint=_NOTE)
-            self._state = gui.add_html("")
+            self._run: RunButton[tuple[Fix, ...]] = RunButton(page, SUGGEST, self._begin, _NOTE, CANCEL)
             self._slots = tuple(self._add_slot(number) for number in range(_MOST))
-        self._button.on_click(lambda _: self._press())
 
     def _add_slot(self, number: int) -> _Slot:
         gui = self._page.client.gui
@@ -64,29 +56,23 @@ class FixCard:
             return
         if not same:
             self._found = {}
-        if self._running:
-            self._stop()
+        self._run.stop()
         part = failing_part(session)
         self._folder.visible = part is not None
         self._show_found(part)
 
-    def _show_found(self, part: Part | None, remark: str = "") -> None:
+    def _show_found(self, part: Part | None) -> None:
         found = None if part is None else self._found.get(part.component)
-        self._button.label = SUGGEST
-        self._state.content = remark_html(remark) if remark else note_html(_NOTE if found is None else _said(found))
+        self._run.show(quiet_html(_NOTE if found is None else _said(found)))
         fixes = found or ()
         for number, slot in enumerate(self._slots):
             there = number < len(fixes)
             slot.text.visible = slot.button.visible = there
             slot.text.content = fix_html(fixes[number]) if there else ""
 
-    def _press(self) -> None:
+    def _begin(self) -> None:
         session, project = self._page.session, self._page.project
         part = failing_part(session)
-        if self._running:
-            self._stop()
-            self._show_found(part)
-            return
         run, analysis, component = session.run, session.analysis, "" if part is None else part.component
         if run is None or analysis is None or not component:
             return
@@ -97,31 +83,14 @@ class FixCard:
             parameters = project.open_parameters(analysis.parameters_name)
             return suggest_fixes(Failing(component, session.document, run, parameters, analysis), tell)
 
-        self._running, self._button.label = True, CANCEL
-        self._worker.start(work, partial(self._take, component, analysis), self._fail)
-
-    def _stop(self) -> None:
-        self._worker.cancel()
-        self._running = False
+        self._run.start(work, partial(self._take, component, analysis))
 
     def _take(self, component: str, of: Analysed, found: tuple[Fix, ...]) -> None:
-        self._running = False
         session = self._page.session
         if session.analysis is of:
             self._found[component] = found
         with self._page.client.atomic():
             self._show_found(failing_part(session))
-
-    def _fail(self, error: Exception) -> None:
-        self._running = False
-        if not isinstance(error, JobError):
-            self._page.report(error)
-        with self._page.client.atomic():
-            self._show_found(failing_part(self._page.session), str(error) if isinstance(error, JobError) else "")
-
-    def _tell(self, what: str, done: float) -> None:
-        if done < 1.0 and self._running:
-            self._state.content = progress_html(what, done)
 
     def _apply(self, number: int) -> None:
         part = failing_part(self._page.session)

@@ -3,8 +3,8 @@
 import viser
 
 from cleaning.results import Part
+from webui.boxes import quiet_html
 from webui.cleaning_card import stage_names
-from webui.cleaning_list import note_html
 from webui.gap_view import SHOWN, SIDES, gap_html, picture_of
 from webui.page import Page
 from webui.session import Session
@@ -62,7 +62,7 @@ class GapCard:
         case, stage = (tuple(each.options).index(each.value) for each in (self._case, self._stage))
         picture = picture_of(part, case, stage, SHOWN[self._shown.value], self._side.value)
         missing = "This stage does not act on the gap: it blows, or sprays the other side."
-        self._picture.content = gap_html(picture) if picture is not None else note_html(missing)
+        self._picture.content = gap_html(picture) if picture is not None else quiet_html(missing)
 
 
 def _part(session: Session) -> Part | None:

@@ -1,7 +1,7 @@
 """The card of the selected part; of the bare board where none is."""
 
+from webui.boxes import quiet_html
 from webui.cleaning_card import part_html
-from webui.cleaning_list import note_html
 from webui.page import Page
 from webui.session import Session
 
@@ -29,6 +29,6 @@ def _content(session: Session) -> str:
     part = next((each for each in report.parts if each.component == session.selection.component), None)
     if part is not None:
         return part_html(report, part)
-    return note_html("Choose a part, or click one in the picture. This is the bare board.") + part_html(
+    return quiet_html("Choose a part, or click one in the picture. This is the bare board.") + part_html(
         report, report.bare
     )

@@ -1,9 +1,9 @@
 """Downloads: program, picture, a playback that opens without a server."""
 
 from rulesengine.summary import amount
+from webui.boxes import box_html, quiet_html
 from webui.downloads import KINDS, Download, forbidding, make_download
 from webui.page import Page
-from webui.palette import INK, QUIET, to_hex
 from webui.panels.allowance import Allowance
 from webui.scene import Scene
 from webui.session import Session
@@ -34,7 +34,7 @@ class OutputPanel:
         gui = page.client.gui
         self._state = gui.add_html("")
         self._kind = gui.add_dropdown("File", tuple(KINDS), hint="What to download.")
-        self._hint = gui.add_html(_note_html(_HINTS[_FIRST], QUIET))
+        self._hint = gui.add_html(quiet_html(_HINTS[_FIRST]))
         self._rate = gui.add_dropdown(
             "Speed (x)", _RATES, initial_value="10", visible=False, hint="How many times faster than the robot."
         )
@@ -52,7 +52,7 @@ class OutputPanel:
         self._allowance.offer(rules)
 
     def _choose(self, kind: str) -> None:
-        self._hint.content = _note_html(_HINTS[kind], QUIET)
+        self._hint.content = quiet_html(_HINTS[kind])
         self._rate.visible = kind.startswith("Playback")
 
     def _make(self) -> None:
@@ -81,12 +81,7 @@ def _state_html(rules: dict[str, int]) -> str:
     if not rules:
         return ""
     broken = ", ".join(f"{rule} ({count})" for rule, count in rules.items())
-    return _note_html(
+    return box_html(
         f"{amount(sum(rules.values()), 'error').capitalize()} forbid the program: {broken}. Mend what the findings "
-        "say, or tick the rule below to write the program in spite of it.",
-        INK,
+        "say, or tick the rule below to write the program in spite of it."
     )
-
-
-def _note_html(text: str, colour: tuple[int, int, int]) -> str:
-    return f'<div style="margin:2px 12px;font-size:12px;color:{to_hex(colour)}">{text}</div>'

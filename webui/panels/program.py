@@ -9,16 +9,13 @@ from webui.frame_card import mistakes_html
 from webui.page import Page
 from webui.palette import INK, QUIET, to_hex
 from webui.panels.allowance import Allowance
-from webui.panels.check import progress_html
+from webui.panels.job import RunButton
 from webui.panels.text_preview import TextPreview
-from webui.remarks import remark_html
 from webui.robot_program import Made, download_program, forbidding, make_program
 from webui.scene import Scene
 from webui.session import Session
-from webui.work import Worker
 
 _NO_CELL = "Choose a cell in the tab Robot first: its robot, tools and channels are what a program is written for."
-_WRITE, _CANCEL = "Write", "Cancel"
 
 
 class ProgramPanel:
@@ -28,16 +25,13 @@ class ProgramPanel:
         """Build the elements in the container that is open."""
         self._page = page
         self._made: Made | None = None
-        self._worker: Worker[Made] = Worker(self._tell)
-        page.on_close(self._worker.close)
         gui = page.client.gui
         self._names = {language.title: name for name, language in DIALECTS.items()}
         self._language = gui.add_dropdown("Language", tuple(self._names), hint="Of the robot's controller.")
         self._notes = gui.add_html("")
-        self._write = gui.add_button(
-            _WRITE, visible=False, hint="The program is checked in the cell first, if that was not done."
+        self._run: RunButton[Made] = RunButton(
+            page, "Write", self._begin, "The program is checked in the cell first, if that was not done."
         )
-        self._state = gui.add_html("")
         self._preview = TextPreview(page, scene)
         self._allowance = Allowance(gui)
         self._download = gui.add_button(
@@ -47,13 +41,14 @@ class ProgramPanel:
             hint="The same bytes as the command line writes; several files as a zip.",
         )
         self._language.on_update(lambda event: self._choose(by_hand=event.client is not None))
-        self._write.on_click(lambda _: self._press())
         self._download.on_click(lambda _: self._send())
         self._choose(by_hand=False)
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
         if before is None or session.check is not before.check or session.cell is not before.cell:
+            if session.check is None:
+                self._run.stop()
             self._forget(session)
         elif session.selection != before.selection and self._made is not None:
             self._preview.find(session.selection.made_by)
@@ -62,47 +57,36 @@ class ProgramPanel:
         language = DIALECTS[self._names[self._language.value]]
         self._notes.content = _text_html(language.notes)
         if by_hand and self._made is not None:
-            self._press()
+            self._begin()
 
-    def _press(self) -> None:
-        if self._write.label == _CANCEL:
-            self._worker.cancel()
-            self._write.label, self._state.content = _WRITE, ""
-            return
+    def _begin(self) -> None:
         session, dialect = self._page.session, self._names[self._language.value]
-        self._write.label = _CANCEL
-        self._worker.start(lambda tell: make_program(session, dialect, tell), self._take, self._fail)
+        self._run.start(
+            lambda tell: make_program(session, dialect, tell),
+            self._take,
+            lambda _: self._forget(self._page.session),
+        )
 
     def _take(self, made: Made) -> None:
         if made.checked is not self._page.session.checked:
             self._page.remember(lambda session: session.with_check(made.checked))
         session = self._page.session
         with self._page.client.atomic():
-            self._write.label = _WRITE
             if made.checked is not session.check:  # it is of a program that is no longer this one
                 self._forget(session)
                 return
             self._made = made
-            self._state.content = written_html(made)
+            self._run.show(written_html(made))
             self._preview.open(made.written.files, session.selection.made_by)
             self._allowance.offer(forbidding(made))
             self._download.visible = True
 
-    def _fail(self, error: Exception) -> None:
-        with self._page.client.atomic():
-            self._forget(self._page.session)
-            if isinstance(error, JobError):
-                self._state.content = remark_html(str(error))
-        if not isinstance(error, JobError):
-            self._page.report(error)
-
     def _forget(self, session: Session) -> None:
         """Show no program: there is none of the program as it is now."""
         older, self._made = self._made is not None, None
-        self._write.label = _WRITE
-        self._write.visible = session.cell is not None
+        self._run.handle.visible = session.cell is not None
         changed = "The program or the cell changed since it was written." if older else ""
-        self._state.content = _text_html(_NO_CELL if session.cell is None else changed)
+        self._run.show(_text_html(_NO_CELL if session.cell is None else changed))
         self._preview.open((), "")
         self._allowance.offer(())
         self._download.visible = False
@@ -117,10 +101,6 @@ class ProgramPanel:
             self._page.report(error)
             return
         self._page.client.send_file_download(download.name, download.content, save_immediately=True)
-
-    def _tell(self, what: str, done: float) -> None:
-        if done < 1.0 and self._write.label == _CANCEL:
-            self._state.content = progress_html(what, done)
 
 
 def written_html(made: Made) -> str:

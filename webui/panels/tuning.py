@@ -2,16 +2,15 @@
 
 from geometry.errors import JobError
 from geometry.progress import Progress
-from webui.cleaning_list import note_html
+from webui.boxes import quiet_html
 from webui.page import Page
-from webui.panels.check import progress_html
+from webui.panels.job import Job
 from webui.panels.tuning_window import APPLY, CANCEL, CLOSE, DISCARD, SAVE, START, TuningWindow
-from webui.remarks import reason_of, remark_html
+from webui.remarks import reason_of
 from webui.session import Change, Session
 from webui.tuning import Proposal, TuningError, Wishes
 from webui.tuning_edits import apply_proposal, save_proposal
 from webui.tuning_text import headline_of
-from webui.work import Worker
 
 
 class TuneCard:
@@ -21,24 +20,20 @@ class TuneCard:
         """Build the elements in the container that is open."""
         self._page = page
         self._wishes = Wishes()
-        self._running = False
         self._window: TuningWindow | None = None
-        self._worker: Worker[Proposal] = Worker(self._tell)
-        page.on_close(self._worker.close)
         gui = page.client.gui
         self._button = gui.add_button(
             "Tune\N{HORIZONTAL ELLIPSIS}", hint="Changes the recipe until all that it can clean is predicted clean."
         )
-        self._state = gui.add_html("")
+        self._job: Job[Proposal] = Job(page, self._tell)
         self._button.on_click(lambda _: self._open())
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        if before is not None and session.board is not before.board and self._running:
+        if before is not None and session.board is not before.board and self._job.running:
             self._cancel()
-        changed = before is None or session.proposal is not before.proposal or session.document is not before.document
-        if changed and not self._running:
-            self._state.content = state_html(session)
+        if before is None or session.proposal is not before.proposal or session.document is not before.document:
+            self._job.show(state_html(session))
 
     def _open(self) -> None:
         self._close()
@@ -55,7 +50,7 @@ class TuneCard:
             },
         )
         proposal = self._page.session.proposal
-        if self._running:
+        if self._job.running:
             self._window.tell("tuning", 0.0)
         elif proposal is not None:
             self._window.propose(proposal)
@@ -84,15 +79,14 @@ class TuneCard:
             task = Task(session.document, session.board, name, project.open_parameters(name), asked)
             return propose(task, session.analysed, tell)
 
-        self._running = True
-        self._worker.start(work, self._propose, self._fail)
+        self._job.start(work, self._propose, self._ask)
 
     def _cancel(self) -> None:
-        self._worker.cancel()
-        self._rest("")
+        with self._page.client.atomic():
+            self._job.stop()
+            self._ask("")
 
     def _propose(self, proposal: Proposal) -> None:
-        self._running = False
         if proposal.board is not self._page.session.board:  # another one was chosen just now
             return
         self._page.remember(lambda session: session.with_proposal(proposal))
@@ -100,24 +94,14 @@ class TuneCard:
             with self._page.client.atomic():
                 self._window.propose(proposal)
 
-    def _fail(self, error: Exception) -> None:
-        if not isinstance(error, JobError):
-            self._page.report(error)
-        self._rest(str(error) if isinstance(error, JobError) else "")
-
-    def _rest(self, remark: str) -> None:
+    def _ask(self, remark: str) -> None:
         """Go back to asking."""
-        self._running = False
-        with self._page.client.atomic():
-            self._state.content = remark_html(remark) if remark else state_html(self._page.session)
-            if self._window is not None:
-                self._window.ask(remark)
+        if self._window is not None:
+            self._window.ask(remark)
 
     def _tell(self, what: str, done: float) -> None:
-        if done < 1.0 and self._running:
-            self._state.content = progress_html(what, done)
-            if self._window is not None:
-                self._window.tell(what, done)
+        if self._window is not None:
+            self._window.tell(what, done)
 
     def _take(self, change: Change) -> None:
         if self._page.attempt(change, self._refuse):
@@ -143,4 +127,4 @@ def state_html(session: Session) -> str:
     if proposal is None:
         return ""
     older = "" if proposal.fits(session.document) else " The recipe was edited since."
-    return note_html(f"Tuned, not applied: {headline_of(proposal.tuned).lower()}{older}")
+    return quiet_html(f"Tuned, not applied: {headline_of(proposal.tuned).lower()}{older}")

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import viser
 
 from rulesengine.tuning.knobs import Kind
-from webui.cleaning_list import note_html
+from webui.boxes import quiet_html
 from webui.page import Page
 from webui.palette import QUIET
-from webui.panels.check import progress_html
+from webui.panels.job import progress_html
 from webui.remarks import remark_html
 from webui.tuning import GOALS, KIND_WORDS, Proposal, Wishes
 from webui.tuning_text import changes_html, diff_html, reasons_html, totals_html
@@ -53,7 +53,7 @@ class TuningWindow:
         with self._window:
             self._asking = self._gui.add_folder(None)
             with self._asking:
-                self._gui.add_html(note_html(_NOTE))
+                self._gui.add_html(quiet_html(_NOTE))
                 self._inputs = self._ask(wishes)
                 self._remark = self._gui.add_html("")
                 self._add_button(START)
