@@ -12,7 +12,7 @@ from cleaning.flight import fly, poses_of, rays_of
 from cleaning.jet import Jet
 from cleaning.scatter import Account, Ground
 from cleaning.scene import Scene
-from cleaning.stages import Stage
+from cleaning.stages import Samples, Stage
 from geometry.arrays import Indices, Scalars
 from geometry.progress import Progress, tell_nobody
 
@@ -22,7 +22,10 @@ _BATCH_RAYS = 200_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Growth:
-    """The deposited volume as it grows with time: in block k cell ``cell[i]`` gains ``volume_mm[i]``."""
+    """The deposited volume as it grows with time: in block k cell ``cell[i]`` gains ``volume_mm[i]``.
+
+    No block holds what two templates of the recipe spray.
+    """
 
     until_s: Scalars
     """(b,) end of each block, from the beginning of the program, ascending."""
@@ -85,7 +88,7 @@ def expose(
     account = Account(
         np.zeros((len(facets.cell_areas_mm2), scatter.SUMS)), np.zeros((len(samples.makers), components + 1))
     )
-    blocks = np.unique(np.linspace(0, len(samples.times), _BLOCKS + 1).round().astype(np.int64))
+    blocks = _blocks(samples)
     batches = _batches(blocks, rays_per_sample)
     grown: list[tuple[Indices, Scalars]] = []
     before = np.zeros(len(account.cells))
@@ -98,6 +101,14 @@ def expose(
             tell(stage.made_by, last / len(samples.times))
     growth = _growth(grown, _ends(stage, blocks), facets)
     return _exposure_of(stage, jet, facets, rays_per_sample, account, growth)
+
+
+def _blocks(samples: Samples) -> Indices:
+    """(b + 1,) where the blocks of the growth begin and end."""
+    evenly = np.linspace(0, len(samples.times), _BLOCKS + 1).round().astype(np.int64)
+    templates = np.array(["/".join(maker.split("/")[:2]) for maker in samples.makers])
+    of_sample = np.unique(templates, return_inverse=True)[1][samples.made_by]
+    return np.union1d(evenly, np.flatnonzero(np.diff(of_sample)) + 1)
 
 
 def _batches(blocks: Indices, rays_per_sample: int) -> list[tuple[int, int]]:
