@@ -11,12 +11,14 @@ _FEW = 0.01
 _MANY = 0.05
 _HALF = 0.5
 """Below this share of a limit it is missed by far."""
+_NOTHING = 0.01
+"""Below this share of a limit the digits of a volume mean nothing, and going slower does not help."""
 
 
 def not_sprayed(case: Case) -> Judgement:
     """R1 for a side that no liquid reaches."""
     because = f"No step sprays liquid on the {case.side} side."
-    advice = f"Add a step with side: {case.side} to the sequence."
+    advice = f"Add a step to the sequence that sprays a liquid, with side: {case.side}."
     return Judgement("R1", "not sprayed", "dirty", "A", (), because, advice, where=case.place)
 
 
@@ -51,9 +53,11 @@ def _amount(case: Case, reach: Reach) -> Judgement:
     limits, (least, low, _) = case.parameters.limits, reach.exposed.volume_mm
     limit = limits.wash_volume_mm if reach.use == "wash" else limits.rinse_volume_mm
     numbers = [Number("volume, 5th percentile", low, "mm", limit), Number("volume, least", least, "mm")]
-    because = f"The least wetted twentieth of its exposed surface gets at most {low:.2g} mm in {reach.functions}"
-    because += f" (limit {limit:g} mm)."
     share = low / limit
+    most = f"at most {low:.2g} mm" if share >= _NOTHING else f"less than {_NOTHING * limit:g} mm"
+    because = (
+        f"The least wetted twentieth of its exposed surface gets {most} in {reach.functions} (limit {limit:g} mm)."
+    )
     if reach.use == "wash" and limits.front_s > 0:
         front = reach.exposed.front_s[1]
         numbers.append(Number("time in the wave front, 5th percentile", front, "s", limits.front_s))
@@ -65,8 +69,15 @@ def _amount(case: Case, reach: Reach) -> Judgement:
         because += f" It must be done {often} times" if often else " It is too little even if done"
         because += f", of {reach.repeats} at most." if often else f" {reach.repeats} times, as often as it may be."
     verdict: Verdict = "clean" if share >= 1 else "marginal" if share >= _HALF else "dirty"
-    name, advice = ("exposed", "") if share >= 1 else ("under-exposed", "Go slower or nearer, or add a pass.")
+    name, advice = ("exposed", "") if share >= 1 else ("under-exposed", _more(low / limit))
     return Judgement("R2", name, verdict, "A", tuple(numbers), because, advice, reach.made_by, case.place)
+
+
+def _more(share: float) -> str:
+    """Say what brings more volume to where this share of the limit lands."""
+    if share < _NOTHING:
+        return "Hardly any reaches it there: add a pass from another side, or tilt the jet."
+    return "Go slower or nearer, or add a pass."
 
 
 def judge_load(case: Case, stage: Stage, exposed: ExposedPart) -> list[Judgement]:
