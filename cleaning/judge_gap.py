@@ -1,30 +1,75 @@
 """Rules R4 to R8, R10 to R12 and R14: the gap under a component."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from cleaning.case import Case
-from cleaning.results import Grade, Judgement, Number, Verdict
+from cleaning.results import VERDICTS, Grade, Judgement, Number, Verdict
 from cleaning.stages import Stage
 from cleaning.under import GapResult, GapStage
 
+_DECIDING = frozenset({"R4", "R5", "R14"})
+_OF_FLOW = frozenset({"R6", "R7", "R8"})
+
 
 def judge_gaps(case: Case) -> list[Judgement]:
-    """R4 to R8, R10 to R12, R14: the gap, in its harder case; what the easier one would change is said."""
+    """R4 to R8, R10 to R12, R14: the gap in both of its cases; each rule as it comes out worse, the other one is said.
+
+    The first case is the harder one as a rule, not always: a higher gap holds more of what the rinse leaves, and has
+    places that are flushed less. Where it alone is no thin gap, the first decides, since more flows in a higher one.
+    """
     if case.underside is None or not case.gaps:
         return []
-    judged = [_judge_gap(case, gap) for gap in case.gaps]
-    if len(judged) == 1:
-        return judged[0]
-    easier: dict[str, Verdict] = {each.rule: each.verdict for each in judged[1]}
-    return [_with_bound(each, easier.get(each.rule, "clean"), case.gaps[1]) for each in judged[0]]
+    first, *others = [_judge_gap(case, gap) for gap in case.gaps]
+    if not others:
+        return first
+    lower, higher = case.gaps
+    second = others[0]
+    if _is_beyond(second) and not _is_beyond(first):
+        return [_with_bound(each, "no thin gap, and nothing is said of it", higher) for each in first]
+    found: list[Judgement] = []
+    for rule in dict.fromkeys(each.rule for each in (*first, *second)):
+        one, other = _of_rule(rule, first), _of_rule(rule, second)
+        said, told = _verdict(rule, first), _verdict(rule, second)
+        if one is not None and VERDICTS.index(said) <= VERDICTS.index(told):
+            found.append(_with_bound(one, told, higher))
+        elif other is not None and VERDICTS.index(told) < VERDICTS.index(said):
+            found.append(_with_bound(other, said, lower))
+    return found
 
 
-def _with_bound(judgement: Judgement, other: Verdict, gap: GapResult) -> Judgement:
+def _of_rule(rule: str, judgements: Sequence[Judgement]) -> Judgement | None:
+    return next((each for each in judgements if each.rule == rule), None)
+
+
+def _verdict(rule: str, judgements: Sequence[Judgement]) -> Verdict:
+    """What one case comes to by a rule: that all is well if it says nothing, unless it was not asked.
+
+    A gap that stays dry, is plugged or is no thin gap is judged by that; one that is none of these, by all the others.
+    """
+    stands = _of_rule(rule, judgements) or next((each for each in judgements if _stands_for(each, rule)), None)
+    if stands is not None:
+        return stands.verdict
+    found: list[Verdict] = [each.verdict for each in judgements] if rule in _DECIDING else []
+    return min(found, key=VERDICTS.index) if found else "clean"
+
+
+def _stands_for(judgement: Judgement, rule: str) -> bool:
+    """Whether a rule was not asked because of a judgement."""
+    return judgement.rule == "R4" or _is_beyond([judgement]) or (judgement.rule == "R5" and rule in _OF_FLOW)
+
+
+def _is_beyond(judgements: Sequence[Judgement]) -> bool:
+    return any(each.rule == "R14" and each.numbers for each in judgements)
+
+
+def _with_bound(judgement: Judgement, other: str, gap: GapResult) -> Judgement:
     if other == judgement.verdict:
         return judgement
-    bound = f" At the other bound, a standoff of {1000 * gap.standoff_mm:.0f} um, it is {other}."
+    told = "without a verdict" if other == "no verdict" else other
+    bound = f" At the other bound, a standoff of {1000 * gap.standoff_mm:.0f} um, it is {told}."
     return replace(judgement, because=judgement.because + bound)
 
 

@@ -18,5 +18,13 @@ def judge_part(case: Case) -> tuple[Judgement, ...]:
 
 
 def worst_first(judgements: list[Judgement]) -> tuple[Judgement, ...]:
-    """Dirty before marginal before no verdict before clean; within a verdict in the order in which they came."""
-    return tuple(sorted(judgements, key=lambda each: VERDICTS.index(each.verdict)))
+    """Dirty before marginal before no verdict before clean; within a verdict in the order in which they came.
+
+    Of what is clean, the least sure comes first: one rule is enough to make a part dirty, but clean it is only by all.
+    """
+
+    def rank(judgement: Judgement) -> tuple[int, int]:
+        sure = -ord(judgement.grade) if judgement.verdict == "clean" else 0
+        return VERDICTS.index(judgement.verdict), sure
+
+    return tuple(sorted(judgements, key=rank))

@@ -212,6 +212,44 @@ def test_the_harder_of_two_bounds_decides_and_the_other_is_told():
     assert "75 um, it is clean" in judged.because
 
 
+def test_the_higher_bound_decides_where_it_comes_out_worse():
+    judged = one(judge_part(case((gap(residue=0.01), gap(residue=0.1, standoff_mm=0.075)))), "R7")
+    assert judged.verdict == "marginal"
+    assert "in a gap of 75 um" in judged.because
+    assert "At the other bound, a standoff of 50 um, it is clean." in judged.because
+    known = with_limits(ionic_ug_cm2=0.2)
+    ionic = judge_part(case((gap(), gap(ionic_ug_cm2=0.3, standoff_mm=0.15)), known))
+    assert one(ionic, "R11").verdict == "dirty"
+    assert "50 um, it is clean" in one(ionic, "R11").because
+
+
+def test_rules_that_a_dry_gap_is_not_asked_are_not_said_of_the_other_bound():
+    dry = gap(wash={"margin_pa": -120.0, "entered": False}, residue=1.0)
+    judged = judge_part(case((dry, gap(residue=0.1, standoff_mm=0.075))))
+    assert one(judged, "R4").verdict == "dirty"
+    assert "75 um, it is marginal" in one(judged, "R4").because
+    assert "R7" not in rules(judged)
+    turned = judge_part(case((gap(residue=0.1), replace(dry, standoff_mm=0.075))))
+    assert one(turned, "R4").verdict == "dirty"
+    assert "50 um, it is marginal" in one(turned, "R4").because
+    assert "R7" not in rules(turned)
+
+
+def test_a_higher_bound_that_is_no_thin_gap_is_said():
+    judged = judge_part(case((gap(), gap(standoff_mm=0.4))))
+    assert {each.verdict for each in judged} == {"clean"}
+    assert "a standoff of 400 um, it is no thin gap" in one(judged, "R7").because
+    both = judge_part(case((gap(standoff_mm=0.3), gap(standoff_mm=0.4))))
+    assert one(both, "R14").verdict == "no verdict"
+
+
+def test_a_clean_part_is_as_sure_as_the_least_sure_of_what_makes_it_clean():
+    judged = judge_part(case((gap(),)))
+    assert {each.grade for each in judged} == {"A", "C"}
+    assert (judged[0].rule, judged[0].grade) == ("R7", "C")
+    assert judge_part(case())[0].grade == "A"
+
+
 def test_what_shows_nothing_and_has_no_gap_is_not_judged():
     nothing = exposed(area=0.0)
     judged = judge_part(case(exposed=(nothing,) * 3, reached=(Reach("wash", "clean", "sequence[0]", 1, nothing),)))
