@@ -1,6 +1,7 @@
 """Timed program in, the stages of its process out."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +20,8 @@ from recipes.recipe import Recipe
 
 _PA_PER_BAR = 1e5
 _ROOM_C = 20.0
+_PRESSURES_BAR = (0.0, 1e4)
+_TEMPERATURES_C = (-50.0, 500.0)
 _LONGEST_S = 1.0
 _LONGEST_RAD = np.radians(4.0)
 _NONE = Samples(
@@ -51,7 +54,8 @@ def stages_of(program: TimedProgram, recipe: Recipe, parameters: Parameters, lon
         longest_mm: Way of the orifice that one sample stands for at most; 4 degrees or a second count as much.
 
     Raises:
-        CleaningError: the program names a function or nozzle that the recipe does not have, or never sprays.
+        CleaningError: the program names a function or nozzle that the recipe does not have, sets a pressure or
+            temperature that cannot be, or never sprays.
         ProgramError: the program has no move.
     """
     timeline = build_timeline(program)
@@ -80,7 +84,7 @@ def _read(
     """Read what the commands of one stretch say; its samples are still missing."""
     commands = [item for item in instructions if isinstance(item, Command)]
     first = {command.keyword: command for command in reversed(commands)}
-    settings = {item.arguments[0]: float(item.arguments[1]) for item in reversed(commands) if item.keyword == "SET"}
+    settings = {item.arguments[0]: item.arguments[1] for item in reversed(commands) if item.keyword == "SET"}
     made_by, function = first["FUNCTION"].made_by, first["FUNCTION"].arguments[0]
     nozzle = first["NOZZLE"].arguments[0] if "NOZZLE" in first else ""
     if function not in recipe.functions or nozzle not in recipe.nozzles:
@@ -99,7 +103,8 @@ def _read(
             "those of once; verdicts say how often it must be done."
         )
         findings.append(Finding("loop-once", "info", message, made_by))
-    warmth = settings.get("temperature_c", asked.temperature_c)
+    warmth = _setting(settings, "temperature_c", asked.temperature_c, _TEMPERATURES_C, made_by)
+    pressure = _setting(settings, "pressure_bar", asked.pressure_bar, _PRESSURES_BAR, made_by)
     stage = Stage(
         made_by=made_by,
         function=function,
@@ -108,7 +113,7 @@ def _read(
         nozzle=recipe.nozzles[nozzle],
         solution=asked.solution,
         liquid=liquid,
-        pressure_pa=_PA_PER_BAR * settings.get("pressure_bar", asked.pressure_bar),
+        pressure_pa=_PA_PER_BAR * (asked.pressure_bar if pressure is None else pressure),
         temperature_c=_ROOM_C if warmth is None else warmth,
         begin_s=instructions[0].time_s,
         end_s=end_s,
@@ -116,6 +121,25 @@ def _read(
         repeats=repeats,
     )
     return stage, findings
+
+
+def _setting(
+    settings: Mapping[str, str], key: str, usual: float | None, limits: tuple[float, float], made_by: str
+) -> float | None:
+    """Read what the program sets, which anyone may have edited; else what the recipe asks for."""
+    if key not in settings:
+        return usual
+    try:
+        value = float(settings[key])
+    except ValueError:
+        value = math.nan
+    low, high = limits
+    if not low < value < high:  # the negation catches NaN too
+        raise CleaningError(
+            f"{made_by} sets {key} to {settings[key]}, which must be a number above {low:g} and below {high:g}. "
+            "Correct the SET in the program, or plan it again."
+        )
+    return value
 
 
 def _sample(timeline: Timeline, stage: Stage, longest_mm: float) -> Samples:

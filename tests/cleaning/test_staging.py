@@ -1,3 +1,4 @@
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from cleaning.errors import CleaningError
 from cleaning.load import load_parameters
 from cleaning.staging import stages_of
 from programs.playback import playback
+from programs.program import Command
 from recipes.load import load_recipe
 from rulesengine.pipeline import run
 
@@ -85,6 +87,21 @@ def test_a_nozzle_that_the_recipe_does_not_have_is_named():
     nozzles = {"other": planned().recipe.nozzles["ring60"]}
     with pytest.raises(CleaningError, match="nozzle ring60"):
         staged(nozzles=nozzles)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("pressure_bar", "0"), ("pressure_bar", "-1"), ("pressure_bar", "high"), ("temperature_c", "-300")],
+)
+def test_a_setting_that_cannot_be_is_refused_with_its_place(key, value):
+    """A program may have been edited by hand: what it sets is not what the recipe's checks let through."""
+    program = planned().program
+    edited = tuple(
+        replace(item, arguments=(key, value)) if isinstance(item, Command) and item.arguments[:1] == (key,) else item
+        for item in program.instructions
+    )
+    with pytest.raises(CleaningError, match=rf"sequence\[0\] sets {key} to {value}, which must be a number above"):
+        stages_of(replace(program, instructions=edited), planned().recipe, load_parameters())
 
 
 def test_a_stage_sprays_the_side_at_which_its_jet_points_for_most_of_the_time():
