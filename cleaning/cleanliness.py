@@ -1,11 +1,16 @@
 """Verdicts told apart: whether a component comes out clean, and whether it stays wet underneath."""
 
 from collections.abc import Iterable
+from typing import Literal, TypeAlias
 
 from cleaning.results import VERDICTS, CleaningReport, Part, Verdict
 
 _WET = "R12"
 """The one rule that says nothing of residue: water that is left dries, or is baked out."""
+Outcome: TypeAlias = Verdict | Literal["clean, wet"]
+"""What becomes of a component: how clean it comes out, and apart from that whether it stays wet where it is clean."""
+OUTCOMES: tuple[Outcome, ...] = ("dirty", "marginal", "no verdict", "clean, wet", "clean")
+"""Worst first."""
 
 
 def cleanliness(part: Part) -> Verdict:
@@ -16,6 +21,12 @@ def cleanliness(part: Part) -> Verdict:
 def stays_wet(part: Part) -> bool:
     """Say whether drying leaves water under a component."""
     return any(each.rule == _WET and each.verdict != "clean" for each in part.judgements)
+
+
+def outcome(part: Part) -> Outcome:
+    """Give the verdict on a component as if drying did not matter, and say it where water alone is what it lacks."""
+    clean = cleanliness(part)
+    return "clean, wet" if clean == "clean" and stays_wet(part) else clean
 
 
 def report_cleanliness(report: CleaningReport) -> Verdict:

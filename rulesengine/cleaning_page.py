@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from html import escape
 
 from cleaning.assumptions import assumptions_of
-from cleaning.cleanliness import count_cleanliness, report_cleanliness, stays_wet
-from cleaning.results import VERDICTS, CleaningReport, Part
+from cleaning.cleanliness import OUTCOMES, count_cleanliness, outcome, report_cleanliness, stays_wet
+from cleaning.results import CleaningReport, Part
 from cleaning.verify import Verified
 from rulesengine.cleaning_curves import draw_limiting, draw_volumes
 from rulesengine.cleaning_pictures import VERDICT_COLOURS, draw_exposures, draw_verdicts
@@ -133,7 +133,7 @@ def _head(report: CleaningReport) -> str:
 
 
 def _legend() -> str:
-    return f'<p class="legend">{" ".join(map(verdict_mark, VERDICTS))}</p>'
+    return f'<p class="legend">{" ".join(map(verdict_mark, OUTCOMES))}</p>'
 
 
 def _gaps(report: CleaningReport) -> list[str]:
@@ -148,7 +148,7 @@ def _gaps(report: CleaningReport) -> list[str]:
     for part in _unlike(report, wanting)[:_MOST_GAPS]:
         known = "" if part.underside is None else f"{part.underside.standoff_source}; {part.underside.joints_source}"
         told.append(
-            f"<article><h3>{escape(part.component)} {verdict_mark(part.verdict)}</h3>"
+            f"<article><h3>{escape(part.component)} {verdict_mark(outcome(part))}</h3>"
             f'<p class="q">standoff and joints: {escape(known)}</p>{image(draw_gaps(report, part))}'
             f"{gap_table(report, part)}</article>"
         )

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from boards.board import Side
+from cleaning.cleanliness import Outcome, outcome
 from cleaning.exposed import shown_on_side
 from cleaning.exposure import Exposure
-from cleaning.results import CleaningReport, Verdict
+from cleaning.results import CleaningReport
 from cleaning.stages import Stage
 from geometry.arrays import Scalars
 from rulesengine.cell_pixels import CellPixels, see_cells
@@ -34,13 +35,16 @@ from rulesengine.page import Picture
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-VERDICT_COLOURS: dict[Verdict, str] = {
+VERDICT_COLOURS: dict[Outcome, str] = {
     "dirty": ACCENT,
     "marginal": "#e3b04b",
     "no verdict": "#aab2b8",
+    "clean, wet": "#1d4e85",
     "clean": "#a9cbe3",
 }
-"""Told apart by those who see no red or green, and in grey on paper."""
+"""Told apart by those who see no red or green, and in grey on paper: what is clean is blue, and deep where wet."""
+_DARK: tuple[Outcome, ...] = ("dirty", "clean, wet")
+"""Names on these are white."""
 WIDTH_MM = 180.0
 """Of all pictures on the page: A4 within its margins."""
 _TITLE_MM = 9.0
@@ -48,7 +52,7 @@ _LARGEST_PANEL_MM = 150.0
 
 
 def draw_verdicts(report: CleaningReport) -> list[Picture]:
-    """Draw each side that has components, each component in the colour of its verdict."""
+    """Draw each side that has components, each component in the colour of what becomes of it."""
     sides: list[Side] = [side for side in SIDES if components_of(report.board, side)] or ["top"]
     return [_draw_side(report, side) for side in sides]
 
@@ -57,12 +61,14 @@ def _draw_side(report: CleaningReport, side: Side) -> Picture:
     view = view_of(report.board)
     height_mm = min(_LARGEST_PANEL_MM, WIDTH_MM * view.aspect)
     components = components_of(report.board, side)
-    judged = [part for part, each in zip(report.parts, report.board.components, strict=True) if each.side == side]
+    told = [
+        outcome(part) for part, each in zip(report.parts, report.board.components, strict=True) if each.side == side
+    ]
     with sheet(height_mm + _TITLE_MM, WIDTH_MM) as figure:
         axes = figure.add_axes((0.0, 0.03, 1.0, height_mm / (height_mm + _TITLE_MM) - 0.03))
         frame_board(axes, view)
-        draw_outlines(axes, report.board, side, [VERDICT_COLOURS[part.verdict] for part in judged])
-        write_names(axes, components, ["white" if part.verdict == "dirty" else INK for part in judged])
+        draw_outlines(axes, report.board, side, [VERDICT_COLOURS[each] for each in told])
+        write_names(axes, components, ["white" if each in _DARK else INK for each in told])
         draw_scale_bar(axes)
         axes.set_title(f"{side} side, as seen from the top", loc="left", fontsize=9)
         return Picture(".svg", to_bytes(figure, ".svg"), f"Verdicts on the {side} side of {report.board.name}")

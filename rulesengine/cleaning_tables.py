@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
 from cleaning.assumptions import assumptions_of
-from cleaning.cleanliness import stays_wet, unclean_parts
+from cleaning.cleanliness import Outcome, outcome, stays_wet, unclean_parts
 from cleaning.report import mean_residue
-from cleaning.results import VERDICTS, CleaningReport, Number, Part, Verdict
+from cleaning.results import VERDICTS, CleaningReport, Number, Part
 from cleaning.rinse import film_exchanges
 from cleaning.under import GapStage
 from cleaning.verify import Verified
@@ -38,7 +38,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -
 _RIGHT = ' class="r"'
 
 
-def verdict_mark(verdict: Verdict) -> str:
+def verdict_mark(verdict: Outcome) -> str:
     """Write a verdict with its colour; the word alone says it too."""
     return f'<span class="mark" style="background:{VERDICT_COLOURS[verdict]}"></span>{verdict}'
 
@@ -91,7 +91,7 @@ def _group_row(group: Group, packages: Mapping[str, str]) -> tuple[str, str, str
     return (
         f"<b>{amount(len(group.parts), 'component') if many else names}</b>"
         f'<div class="q">{escape(name_some(kinds, _MOST_PACKAGES))}</div>',
-        f'{verdict_mark(first.verdict)}<div class="q">grade {first.grade}</div>',
+        f'{verdict_mark(outcome(first))}<div class="q">grade {first.grade}</div>',
         "".join(map(_told, group.told)) + (f'<div class="names">{names}</div>' if many else ""),
         "".join(advice),
     )

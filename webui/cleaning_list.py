@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from html import escape
 
-from cleaning.cleanliness import count_cleanliness
+from cleaning.cleanliness import count_cleanliness, outcome
 from cleaning.results import CleaningReport, Judgement, Part
 from rulesengine.cleaning_page import headline, honesty
 from rulesengine.summary import clock
@@ -84,8 +84,9 @@ def _number(name: str, value: float, unit: str, limit: float | None) -> str:
 
 def _row(part: Part, *, marked: bool) -> str:
     residue = "" if part.residue is None else f"{100 * part.residue:.1f} %"
-    texts = (part.component, part.verdict, part.judgements[0].name, residue)
-    dot = f'<span style="color:{to_hex(VERDICT_COLOURS[part.verdict])}">\N{BLACK CIRCLE}</span> '
+    told = outcome(part)
+    texts = (part.component, told, part.judgements[0].name, residue)
+    dot = f'<span style="color:{to_hex(VERDICT_COLOURS[told])}">\N{BLACK CIRCLE}</span> '
     lead = ("", dot, "", "")
     styles = ("", "", "", "text-align:right;font-variant-numeric:tabular-nums")
     cells = "".join(

@@ -1,5 +1,6 @@
 """What a heat map shows: which number of the report, its limit, its colours and their legend."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
@@ -8,6 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from cleaning.cleanliness import outcome
 from cleaning.facets import Facets
 from cleaning.results import CleaningReport
 from geometry.arrays import Scalars
@@ -114,13 +116,8 @@ def scale_html(report: CleaningReport, values: Scalars, scale: Scale) -> str:
         return _percent(float(areas[said & cells].sum()) / total)
 
     if scale.measure.name == "verdict":
-        counts = [sum(part.verdict == verdict for part in report.parts) for verdict in VERDICT_WORDS]
-        return _swatches(
-            [
-                (VERDICT_COLOURS[verdict], f"{VERDICT_WORDS[verdict]}: {count}")
-                for verdict, count in zip(VERDICT_WORDS, counts, strict=True)
-            ]
-        )
+        counts = Counter(map(outcome, report.parts))
+        return _swatches([(VERDICT_COLOURS[each], f"{words}: {counts[each]}") for each, words in VERDICT_WORDS.items()])
     if scale.colouring == "limit":
         passes, unit = scale.measure.passes(values, scale.limit), scale.measure.unit
         within, beyond = ("at least", "less than") if scale.measure.better == "more" else ("at most", "more than")

@@ -7,11 +7,12 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from cleaning.cleanliness import OUTCOMES, outcome
 from cleaning.exposed import shown_on_side
 from cleaning.exposure import Exposure
 from cleaning.gap import GapField
 from cleaning.parameters import Limits
-from cleaning.results import VERDICTS, CleaningReport, Part
+from cleaning.results import CleaningReport, Part
 from cleaning.stages import Stage
 from geometry.arrays import Scalars
 from geometry.errors import JobError
@@ -96,12 +97,12 @@ def exposed_values(exposure: Exposure, name: MeasureName) -> Scalars:
 
 
 def part_value(part: Part, name: MeasureName, stage: int) -> float:
-    """Say one number of a part: its verdict's rank, or that of its harder gap; not a number where there is none.
+    """Say one number of a part: the rank of its outcome, or that of its harder gap; not a number where there is none.
 
     The shear is the median over the gap of the highest shear at each place, the residue the mean in percent.
     """
     if name == "verdict":
-        return float(VERDICTS.index(part.verdict))
+        return float(OUTCOMES.index(outcome(part)))
     harder = harder_gap(part, name, stage)
     if harder is None:
         return np.nan

@@ -1,17 +1,19 @@
-"""Colours and words of verdicts, worst first."""
+"""Colours and words of what becomes of parts, worst first."""
 
-from cleaning.results import Verdict
+from cleaning.cleanliness import Outcome
 
-VERDICT_COLOURS: dict[Verdict, tuple[int, int, int]] = {
+VERDICT_COLOURS: dict[Outcome, tuple[int, int, int]] = {
     "dirty": (163, 32, 42),
     "marginal": (222, 150, 48),
     "no verdict": (150, 160, 168),
+    "clean, wet": (24, 56, 108),
     "clean": (58, 128, 176),
 }
-"""Told apart by all eyes: dark red, orange, grey, blue."""
-VERDICT_WORDS: dict[Verdict, str] = {
+"""Told apart by all eyes: dark red, orange, grey, deep blue, blue."""
+VERDICT_WORDS: dict[Outcome, str] = {
     "dirty": "Dirty",
     "marginal": "Marginal",
     "no verdict": "No verdict",
+    "clean, wet": "Clean, wet underneath",
     "clean": "Clean",
 }

@@ -1,26 +1,32 @@
 from dataclasses import replace
 
 import pytest
-from cleaning_report import small_report
+from cleaning_report import small_report, soaked, soaked_report
 
-from cleaning.cleanliness import cleanliness, count_cleanliness, report_cleanliness, stays_wet, unclean_parts
+from cleaning.cleanliness import (
+    OUTCOMES,
+    cleanliness,
+    count_cleanliness,
+    outcome,
+    report_cleanliness,
+    stays_wet,
+    unclean_parts,
+)
 from cleaning.report import cleaning_report
-from cleaning.results import Judgement
-
-WET = Judgement("R12", "wet under part", "marginal", "B", (), "It stays wet.", "Bake it.")
-
-
-def soaked(part):
-    """The part with water left under it."""
-    if part.verdict == "clean":
-        return replace(part, verdict="marginal", judgements=(WET, *part.judgements))
-    return replace(part, judgements=(*part.judgements, WET))
 
 
 @pytest.mark.parametrize("part", small_report().parts, ids=lambda part: part.component)
 def test_water_that_is_left_says_nothing_of_cleanliness(part):
     assert cleanliness(part) == part.verdict == cleanliness(soaked(part))
     assert (stays_wet(part), stays_wet(soaked(part))) == (False, True)
+
+
+def test_water_is_told_apart_where_nothing_else_is_lacking():
+    parts = small_report().parts
+    assert [outcome(part) for part in parts] == [part.verdict for part in parts]
+    said = {part.verdict: outcome(soaked(part)) for part in parts}
+    assert said == {"dirty": "dirty", "marginal": "marginal", "no verdict": "no verdict", "clean": "clean, wet"}
+    assert {*said.values(), "clean"} == set(OUTCOMES)
 
 
 def test_components_are_counted_by_cleanliness():
@@ -49,7 +55,7 @@ def test_what_is_only_wet_comes_last_of_its_verdict():
 
 def test_the_data_tell_both_apart():
     report = small_report()
-    told = cleaning_report(replace(report, parts=tuple(map(soaked, report.parts))))
+    told = cleaning_report(soaked_report())
     assert told["cleanliness"] == {"dirty": 1, "marginal": 1, "no verdict": 1, "clean": 2}
     assert told["stay_wet"] == 5
     assert [each["cleanliness"] for each in told["components"]] == [part.verdict for part in report.parts]

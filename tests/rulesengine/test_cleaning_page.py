@@ -142,6 +142,9 @@ def test_what_stays_wet_does_not_hide_what_is_clean() -> None:
     assert "Predicted clean and dry (2):" in parts_table(one)
     assert headline(one) == "Predicted: 1 of 5 components dirty; 1 stays wet underneath"
     assert "R12 wet under part" in parts_table(soaked)
+    assert "</span>clean, wet<" in parts_table(soaked)
+    assert "</span>marginal<" not in parts_table(soaked)
+    assert "</span>clean, wet" in cleaning_page_module._legend()
 
 
 def test_components_of_which_the_same_is_said_share_a_row_that_names_them_all() -> None:

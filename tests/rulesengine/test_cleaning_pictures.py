@@ -4,7 +4,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from cleaning_report import small_report
+from cleaning_report import small_report, soaked_report
 from PIL import Image
 
 from cleaning.exposed import shown_on_side
@@ -33,10 +33,23 @@ def upside_down(stage):
 
 
 def test_every_verdict_has_its_colour_on_the_board():
-    (picture,) = draw_verdicts(small_report())
-    ElementTree.fromstring(picture.content)
-    for colour in VERDICT_COLOURS.values():
-        assert colour.encode() in picture.content
+    (dry,), (wet,) = draw_verdicts(small_report()), draw_verdicts(soaked_report())
+    for picture, none in ((dry, "clean, wet"), (wet, "clean")):
+        ElementTree.fromstring(picture.content)
+        for said, colour in VERDICT_COLOURS.items():
+            assert (colour.encode() in picture.content) == (said != none)
+
+
+def test_colours_differ_also_in_grey():
+    """What is clean and stays wet stands off from all others by its lightness alone (CIE 1976 L*)."""
+
+    def lightness(colour):
+        screen = np.array([int(colour[place : place + 2], 16) / 255 for place in (1, 3, 5)])
+        light = np.where(screen <= 0.04045, screen / 12.92, ((screen + 0.055) / 1.055) ** 2.4)
+        return 116 * np.cbrt(light @ [0.2126, 0.7152, 0.0722]) - 16
+
+    wet = lightness(VERDICT_COLOURS["clean, wet"])
+    assert min(abs(lightness(each) - wet) for said, each in VERDICT_COLOURS.items() if said != "clean, wet") > 12
 
 
 def test_what_the_jet_never_hits_stands_out_and_nothing_does_where_all_is_hit():

@@ -3,6 +3,7 @@
 A wash and a rinse from the top. U1 is dirty at both of its standoffs, R1 marginal, C1 and R2 clean, J1 has no verdict.
 """
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from recipes.nozzles import HollowCone
 
 STAGES = 2
 _MAKER = "sequence[0]/around/U1"
+WET = Judgement("R12", "wet under part", "marginal", "B", (), "It stays wet.", "Bake it.")
 
 
 @cache
@@ -60,6 +62,19 @@ def small_report() -> CleaningReport:
             ),
         ),
     )
+
+
+def soaked(part):
+    """The part with water left under it."""
+    if part.verdict == "clean":
+        return replace(part, verdict="marginal", judgements=(WET, *part.judgements))
+    return replace(part, judgements=(*part.judgements, WET))
+
+
+def soaked_report() -> CleaningReport:
+    """Give the report with water left under every part."""
+    report = small_report()
+    return replace(report, parts=tuple(map(soaked, report.parts)))
 
 
 def _stage(index, parameters) -> Stage:

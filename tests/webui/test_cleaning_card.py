@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from cleaning_report import small_report
+from cleaning_report import small_report, soaked_report
 
 from webui.cleaning_card import exposed_html, factors_html, makers_html, part_html, stage_names
 from webui.cleaning_list import MOST_ROWS, headline_html, judgement_html, parts_html
@@ -21,6 +21,15 @@ def test_names_of_the_board_are_text():
 def test_the_selected_part_is_marked():
     assert parts_html(REPORT.worst_first(), "R1").count("box-shadow") == 1
     assert "box-shadow" not in parts_html(REPORT.worst_first(), "")
+
+
+def test_what_is_clean_and_stays_wet_is_called_so():
+    report = soaked_report()
+    told = {part.component: (parts_html([part], ""), part_html(report, part)) for part in report.parts}
+    assert "</span> clean, wet<" in told["C1"][0]
+    assert "Clean, wet underneath" in told["C1"][1]
+    assert "clean, wet" not in told["R1"][0]
+    assert "Marginal" in told["R1"][1]
 
 
 def test_a_long_list_says_how_many_more_there_are():

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cleaning_report import small_report
+from cleaning_report import small_report, soaked_report
 
-from cleaning.results import VERDICTS
+from cleaning.cleanliness import OUTCOMES
 from webui.heat_scale import FAILS, MISSED, PASSES, make_scale, plain_cells, scale_html, tint_cells
 from webui.heat_values import MEASURES, LimitError, cell_values, check_limit
 from webui.verdict_colours import VERDICT_COLOURS, VERDICT_WORDS
@@ -64,8 +64,21 @@ def test_a_verdict_has_its_colour_and_its_word():
         assert (colours[mine] == VERDICT_COLOURS[part.verdict]).all()
         assert VERDICT_WORDS[part.verdict] in html
     assert np.isnan(values[small_report().facets.cell_component < 0]).all()
-    assert tuple(VERDICT_COLOURS) == tuple(VERDICT_WORDS) == VERDICTS
+    assert tuple(VERDICT_COLOURS) == tuple(VERDICT_WORDS) == OUTCOMES
     assert "Clean: 2" in html
+    assert "Clean, wet underneath: 0" in html
+
+
+def test_what_is_clean_and_stays_wet_does_not_look_as_what_is_near_a_limit():
+    report, measure = soaked_report(), MEASURES["Verdict"]
+    values = cell_values(report, measure, 0)
+    scale = make_scale(report, measure, values, "gradient", 0.0)
+    colours = tint_cells(report.facets, values, scale)
+    for name, said in (("C1", "clean, wet"), ("R1", "marginal"), ("U1", "dirty"), ("J1", "no verdict")):
+        assert (colours[cells_of(name)] == VERDICT_COLOURS[said]).all()
+    html = scale_html(report, values, scale)
+    for legend in ("Dirty: 1", "Marginal: 1", "No verdict: 1", "Clean, wet underneath: 2", "Clean: 0"):
+        assert legend in html
 
 
 def test_a_gradient_marks_what_nothing_reached_and_rises_with_the_value():
