@@ -31,8 +31,18 @@ def salt_g_m3(resistivity_mohm_cm: float | None) -> float:
 
 
 def diluted_g_m3(rinse: Rinse, before_g_m3: float, exchanges: float, water_g_m3: float) -> float:
-    """What is in the liquid after a rinse: what was there, diluted, and what the water brings."""
-    return before_g_m3 * math.exp(-rinse.efficiency * exchanges) + water_g_m3
+    """What is in the liquid after a rinse: what was there beyond what the water brings fades away, exp(-eta N).
+
+    So two rinses one after the other are as good as one of as many exchanges, and none leaves more than was there. Of
+    liquid that was purer than the water it is not said that it stays so.
+
+    Args:
+        rinse: Has the efficiency of an exchange, eta.
+        before_g_m3: What was in the liquid.
+        exchanges: N.
+        water_g_m3: What the water brings.
+    """
+    return water_g_m3 + max(before_g_m3 - water_g_m3, 0.0) * math.exp(-rinse.efficiency * exchanges)
 
 
 def ionic_ug_cm2(content_g_m3: float, film_um: float) -> float:

@@ -1,5 +1,7 @@
 """Rinsing dilutes what the bath leaves until the water's own ions decide."""
 
+import math
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -47,3 +49,24 @@ def test_rinsing_longer_never_leaves_more_nor_less_than_the_water_brings(
 ) -> None:
     longer = diluted_g_m3(RINSE, before, exchanges + more, water)
     assert water <= longer <= diluted_g_m3(RINSE, before, exchanges, water)
+
+
+@settings(deadline=None, max_examples=50)
+@given(before=st.floats(0, 1e5), counts=st.lists(st.floats(0, 10), min_size=1, max_size=10), water=st.floats(0, 500))
+def test_rinses_one_after_the_other_are_one_of_as_many_exchanges(
+    before: float, counts: list[float], water: float
+) -> None:
+    content = before
+    for count in counts:
+        after = diluted_g_m3(RINSE, content, count, water)
+        assert water <= after <= max(content, water) * (1 + 1e-12)
+        content = after
+    assert content == pytest.approx(diluted_g_m3(RINSE, before, sum(counts), water), rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("exchanges", [1.0, 3.0, 7.2, 20.0])
+@pytest.mark.parametrize("mohm_cm", [1.0 / 333.0, 0.1, 1.0, 18.0])
+def test_after_a_bath_the_water_adds_to_what_is_left_of_it(exchanges: float, mohm_cm: float) -> None:
+    bath, water = bath_g_m3(BATH), salt_g_m3(mohm_cm)
+    both = bath * math.exp(-RINSE.efficiency * exchanges) + water
+    assert diluted_g_m3(RINSE, bath, exchanges, water) == pytest.approx(both, rel=0.01)
