@@ -9,6 +9,7 @@ from cleaning.exposed import cells_of_side
 from cleaning.exposure import expose
 from cleaning.jet import jet_of
 from cleaning.judge_process import judge_process
+from cleaning.judge_range import judge_range
 from cleaning.load import parameters_sha256
 from cleaning.parameters import Parameters
 from cleaning.parts import Sprayed, bare_part, component_part
@@ -69,7 +70,7 @@ def analyse_on(
     rows = range(len(subject.board.components))
     parts = tuple(component_part(row, subject, sprayed, beneath.get(row)) for row in rows)
     bare = bare_part(subject, sprayed)
-    process = tuple(judge_process(staged.stages, parameters))
+    process = (*judge_process(staged.stages, parameters), *judge_range(staged.stages, subject.board))
     tell("done", 1.0)
     return CleaningReport(
         origin=program.origin,
