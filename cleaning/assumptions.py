@@ -48,4 +48,10 @@ def _leaves(path: str, value: object) -> Iterator[tuple[str, str]]:
 def _written(value: object) -> str:
     if isinstance(value, float):
         return f"{value:g}"
+    if isinstance(value, list):
+        return f"[{', '.join(_within(each) for each in cast('list[object]', value))}]"
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+
+
+def _within(value: object) -> str:
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else _written(value)

@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from boards.underside import Underside
-from cleaning.assumptions import assumptions_of
+from cleaning.assumptions import Assumption, assumptions_of
 from cleaning.cleanliness import cleanliness, count_cleanliness, stays_wet
 from cleaning.exposure import Exposure
 from cleaning.gap import GapField
@@ -23,17 +24,51 @@ _DIGITS = 6
 _SIDES = ("front", "right", "back", "left")
 
 
-def cleaning_report(report: CleaningReport, verified: Sequence[Verified] = ()) -> dict[str, Json]:
+@dataclass(frozen=True, slots=True)
+class Traceability:
+    """What only the line knows: as it was entered, empty where it was not."""
+
+    serial: str = ""
+    detergent: str = ""
+    bath_c: str = ""
+    conductivity: str = ""
+    date: str = ""
+    program_sha256: str = ""
+    """Of the program's file."""
+
+
+_UNTRACED = Traceability()
+
+
+def cleaning_report(
+    report: CleaningReport, verified: Sequence[Verified] = (), trace: Traceability = _UNTRACED
+) -> dict[str, Json]:
     """Collect verdicts with their numbers, stages, gaps and assumptions; the same report gives the same data.
 
     Args:
         report: What the analysis found.
         verified: Components that were worked out exactly besides.
+        trace: What was entered about this board and its bath.
     """
-    origin, parameters = report.origin, report.parameters
-    counts = {verdict: sum(part.verdict == verdict for part in report.parts) for verdict in VERDICTS}
     return {
         "washboard_cleaning_report": VERSION,
+        **summarise_report(report),
+        "traceability": asdict(trace),
+        "stages": [_stage(stage, exposure) for stage, exposure in zip(report.stages, report.exposures, strict=True)],
+        "process": [_judgement(each) for each in report.process],
+        "bare_board": _part(report.bare),
+        "components": [_part(part) for part in report.parts],
+        "verified": [_verified(each) for each in verified],
+        "worst_first": [part.component for part in report.worst_first()],
+        "findings": [finding_data(finding) for finding in report.findings],
+        "assumptions": [_assumption(each) for each in assumptions_of(report.parameters)],
+    }
+
+
+def summarise_report(report: CleaningReport) -> dict[str, Json]:
+    """Collect what a report says of the whole: what it was made from, verdicts, time and litres."""
+    origin, parameters = report.origin, report.parameters
+    return {
         "board": {"name": origin.board, "sha256": origin.board_sha256},
         "recipe": {"name": origin.recipe, "sha256": origin.recipe_sha256},
         "parameters": {
@@ -42,22 +77,38 @@ def cleaning_report(report: CleaningReport, verified: Sequence[Verified] = ()) -
             "kinetics_calibrated": parameters.calibrated,
         },
         "verdict": report.verdict,
-        "verdicts": dict[str, Json](counts),
+        "verdicts": {verdict: sum(part.verdict == verdict for part in report.parts) for verdict in VERDICTS},
         "cleanliness": {**count_cleanliness(report.parts)},
         "stay_wet": sum(map(stays_wet, report.parts)),
         "duration_s": _digits(report.duration_s),
         "litres": {name: _digits(litres) for name, litres in report.litres},
-        "stages": [_stage(stage, exposure) for stage, exposure in zip(report.stages, report.exposures, strict=True)],
-        "process": [_judgement(each) for each in report.process],
-        "bare_board": _part(report.bare),
-        "components": [_part(part) for part in report.parts],
-        "verified": [_verified(each) for each in verified],
-        "worst_first": [part.component for part in report.worst_first()],
-        "findings": [finding_data(finding) for finding in report.findings],
-        "assumptions": [
-            {"path": each.path, "value": each.value, "known": each.known, "source": each.provenance.source}
-            for each in assumptions_of(parameters)
-        ],
+    }
+
+
+def summarise_part(part: Part) -> dict[str, Json]:
+    """Collect what a report says first of one component."""
+    return {
+        "component": part.component,
+        "verdict": part.verdict,
+        "grade": part.grade,
+        "cleanliness": cleanliness(part),
+        "stays_wet": stays_wet(part),
+        "residue": None if part.residue is None else _digits(part.residue),
+        "limiting": part.limiting,
+    }
+
+
+def _assumption(assumption: Assumption) -> Json:
+    entry = assumption.provenance
+    return {
+        "path": assumption.path,
+        "value": assumption.value,
+        "known": assumption.known,
+        "source": entry.source,
+        "date": entry.date,
+        "samples": entry.samples,
+        "rms": entry.rms,
+        "interval": None if entry.interval is None else _all(entry.interval),
     }
 
 
@@ -82,17 +133,12 @@ def _stage(stage: Stage, exposure: Exposure) -> Json:
 
 def _part(part: Part) -> Json:
     return {
-        "component": part.component,
-        "verdict": part.verdict,
-        "grade": part.grade,
-        "cleanliness": cleanliness(part),
-        "stays_wet": stays_wet(part),
+        **summarise_part(part),
         "judgements": [_judgement(each) for each in part.judgements],
         "exposed": [None if each is None else _exposed(each) for each in part.exposed],
         "underside": None if part.underside is None else _underside(part.underside),
         "gaps": [_gap(gap) for gap in part.gaps],
         "elasticity": {name: _digits(value) for name, value in part.elasticity.items()},
-        "limiting": part.limiting,
         "makers": [{"made_by": made_by, "share": _digits(share)} for made_by, share in part.makers],
     }
 

@@ -1,11 +1,11 @@
 """A cleaning report as one page of HTML that needs nothing else: to look at, print and keep."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from html import escape
 
 from cleaning.assumptions import assumptions_of
 from cleaning.cleanliness import OUTCOMES, count_cleanliness, outcome, report_cleanliness, stays_wet
+from cleaning.report import Traceability
 from cleaning.results import CleaningReport, Part
 from cleaning.verify import Verified
 from rulesengine.cleaning_curves import draw_limiting, draw_volumes
@@ -32,17 +32,6 @@ _MOST_GAPS = 6
 _MOST_LIMITED = 15
 
 
-@dataclass(frozen=True, slots=True)
-class Traceability:
-    """What only the line knows; what is empty becomes a blank to fill in by hand."""
-
-    serial: str = ""
-    detergent: str = ""
-    bath_c: str = ""
-    conductivity: str = ""
-    date: str = ""
-
-
 def cleaning_page(report: CleaningReport, trace: Traceability, verified: Sequence[Verified] = ()) -> str:
     """Write the page; the same report and the same entries give the same text.
 
@@ -59,7 +48,7 @@ def cleaning_page(report: CleaningReport, trace: Traceability, verified: Sequenc
             stages_table(report),
             *(f"<p>{escape(text)}</p>" for text in (*renewals(report), *remarks(report))),
         ),
-        section("The board", _legend(), *map(image, draw_verdicts(report))),
+        section("The board", legend(), *map(image, draw_verdicts(report))),
         section("Components, the worst first", parts_table(report)),
         section("The process and the bare board", process_table(report)),
         section("Under the worst parts", *_gaps(report)),
@@ -132,7 +121,8 @@ def _head(report: CleaningReport) -> str:
     )
 
 
-def _legend() -> str:
+def legend() -> str:
+    """Name the colours in which components are drawn."""
     return f'<p class="legend">{" ".join(map(verdict_mark, OUTCOMES))}</p>'
 
 
@@ -195,10 +185,17 @@ def _traces(report: CleaningReport, trace: Traceability) -> str:
     blanks = "".join(
         f"<div><span>{escape(name)}</span><b>{escape(value) or '&nbsp;'}</b></div>" for name, value in entries
     )
-    hashes = [
-        ("board", origin.board, origin.board_sha256),
-        ("recipe", origin.recipe, origin.recipe_sha256),
+    program = [("program", "", trace.program_sha256)] if trace.program_sha256 else []
+    origins = hash_lines([
+        *program, ("board", origin.board, origin.board_sha256), ("recipe", origin.recipe, origin.recipe_sha256),
         ("parameter set", report.parameters.parameters, report.parameters_sha256),
-    ]
-    lines = "".join(f"<div>{what} {escape(name)} <code>{escape(sha)}</code></div>" for what, name, sha in hashes)
-    return f'<div class="blanks">{blanks}</div><div class="hashes">sha256 of what it was made from{lines}</div>'
+    ])  # fmt: skip
+    return f'<div class="blanks">{blanks}</div>{origins}'
+
+
+def hash_lines(hashes: Iterable[tuple[str, str, str]]) -> str:
+    """List what something was made from: what it is, its name, its hash."""
+    lines = "".join(
+        f"<div>{escape(f'{what} {name}'.rstrip())} <code>{escape(sha)}</code></div>" for what, name, sha in hashes
+    )
+    return f'<div class="hashes">sha256 of what it was made from{lines}</div>'

@@ -5,6 +5,7 @@ from html import escape
 
 from cleaning.assumptions import assumptions_of
 from cleaning.cleanliness import Outcome, outcome, stays_wet, unclean_parts
+from cleaning.parameters import Provenance
 from cleaning.report import mean_residue
 from cleaning.results import VERDICTS, CleaningReport, Number, Part
 from cleaning.rinse import film_exchanges
@@ -20,6 +21,8 @@ MOST_TOLD = 100
 _MOST_NAMES = 8
 """In the narrow column; more stand in the wide one."""
 _MOST_PACKAGES = 3
+_LEAST = 1e-3
+"""Below it the digits of a number mean nothing."""
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -> str:
@@ -57,7 +60,9 @@ def _range(low: float, high: float) -> str:
 
 
 def amount_text(value: float) -> str:
-    """Write three digits of a number."""
+    """Write three digits of a number; of next to nothing, that it is that."""
+    if 0 < value < _LEAST:
+        return f"under {_LEAST:g}"
     return f"{value:,.0f}" if 1000 <= abs(value) < 1e9 else f"{value:.3g}"
 
 
@@ -181,7 +186,7 @@ def _gap_cells(result: GapStage, needed: float, left: float) -> tuple[str, ...]:
         amount_text(result.exchanges),
         amount_text(needed),
         f"{result.weak_share:.0%}",
-        f"{left:.1%}",
+        f"{amount_text(100 * left)}%",
         clock(result.wet_s),
     )
 
@@ -224,12 +229,18 @@ def assumptions_table(report: CleaningReport) -> str:
             f"<code>{escape(each.path)}</code>",
             escape(each.value),
             KNOWN_WORDS[each.known],
-            escape(_source(each.provenance.source, each.provenance.date)),
+            escape(_source(each.provenance)),
         )
         for each in assumptions_of(report.parameters)
     ]
     return table(("Parameter", "Value", "Known how", "From"), rows, "small")
 
 
-def _source(source: str, date: str) -> str:
-    return f"{source} ({date})" if date else source
+def _source(entry: Provenance) -> str:
+    """Write where a value comes from; of what was fitted also how well."""
+    told = f"{entry.source} ({entry.date})" if entry.date else entry.source
+    if entry.samples is not None:
+        told += f"; {amount(entry.samples, 'sample')}"
+    if entry.rms is not None:
+        told += f", rms {entry.rms:.3g}"
+    return told if entry.interval is None else f"{told}, 95 % {entry.interval[0]:.4g} to {entry.interval[1]:.4g}"

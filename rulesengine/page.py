@@ -54,6 +54,7 @@ p {{ margin: 4px 0 8px }}
 img {{ display: block; width: 100%; margin: 6px 0; break-inside: avoid }}
 article, .facts, .blanks {{ break-inside: avoid }}
 .q {{ color: #5d6a73; font-size: 11.5px }}
+.legend, h2 + .q {{ break-after: avoid }}
 .honest {{ padding-left: 20px; max-width: 150mm }}
 .facts {{ display: flex; flex-wrap: wrap; gap: 8px 28px; margin-top: 14px }}
 .facts b {{ display: block; font-size: 18px; font-weight: 600 }}
@@ -74,5 +75,6 @@ code {{ font: 11px "DejaVu Sans Mono", monospace; overflow-wrap: anywhere }}
 .blanks {{ display: grid; grid-template-columns: 1fr 1fr; gap: 14px 24px; margin: 10px 0 16px }}
 .blanks div {{ border-bottom: 1px solid {INK} }} .blanks span {{ color: #5d6a73; font-size: 11.5px; margin-right: 8px }}
 @media print {{ main {{ padding: 0 }} }}
+@media screen and (max-width: 700px) {{ table {{ display: block; overflow-x: auto }} }}
 .hashes {{ font-size: 11.5px }} li {{ margin-bottom: 4px }}
 """

@@ -11,11 +11,11 @@ from rulesengine.errors import job_errors
 
 if TYPE_CHECKING:
     from boards.board import Board
+    from cleaning.report import Traceability
     from cleaning.results import CleaningReport
     from cleaning.verify import Verified
     from programs.program import TimedProgram
     from recipes.recipe import Recipe
-    from rulesengine.cleaning_page import Traceability
 
 Effort: TypeAlias = Literal["fast", "full"]
 _NOT_CLEAN = 1
@@ -82,16 +82,17 @@ def analyse(
     washboard analyse demo.wash --effort full --verify U1,U7[/dim]
     """
     with job_errors():
-        from rulesengine.cleaning_page import Traceability
+        from cleaning.report import Traceability
         from rulesengine.commands.cleaning_card import print_cleaning, print_verified
         from rulesengine.commands.terminal import open_console, print_files
-        from rulesengine.commands.writing import check_apart
+        from rulesengine.commands.writing import check_apart, check_named
 
         check_apart((program, board, recipe, parameters, parts), [path for path in (html, data) if path is not None])
+        check_named({"a page": html, "a report": data})
         asked, made_for, made_with = _read(program, board, recipe, parts)
         names = [name.strip() for name in verify.split(",") if name.strip()]
         report, verified = _analyse(asked, made_for, made_with, parameters, effort, names)
-        trace = Traceability(serial, detergent, bath_c, conductivity, date)
+        trace = Traceability(serial, detergent, bath_c, conductivity, date, _sha256(program))
         _write(report, verified, trace, html, data)
         console = open_console()
         print_cleaning(console, report)
@@ -113,21 +114,19 @@ def _read(
     from boards.errors import BoardError
     from programs.load import load_program
     from recipes.load import load_recipe
-    from rulesengine.commands.loading import read_board_of
-    from rulesengine.made_with import find_recipe_of, is_made_with
+    from rulesengine.commands.loading import read_board, read_board_of
+    from rulesengine.made_with import find_recipe_of
+    from rulesengine.used import refuse_other_board
 
     asked = load_program(program)
     made_with = find_recipe_of(asked, program) if recipe is None else load_recipe(recipe)
-    if not is_made_with(asked, made_with):
-        typer.echo(
-            f"warning: {made_with.recipe} is not quite the recipe this program was made with. Plan it again.", err=True
-        )
-    made_for = read_board_of(asked, program, board, parts)
+    made_for = read_board_of(asked, program, None, parts) if board is None else read_board(board, parts)
     if made_for is None:
         raise BoardError(
             f"{program}: the board {asked.origin.board!r} that this program was made for is not at hand. "
             f"Name it: washboard analyse {program} BOARD."
         )
+    refuse_other_board(asked, program, made_for)
     return asked, made_for, made_with
 
 
@@ -145,15 +144,27 @@ def _analyse(
     from cleaning.verify import check_names, verify
     from geometry.progress import part_of
     from rulesengine.commands.loading import progress_bar
+    from rulesengine.used import find_differences, state_used
 
     check_names(board, names)
+    differences = find_differences(program, board, recipe)
+    for each in differences:
+        typer.echo(f"warning: {each.message}", err=True)
     loaded = load_parameters(parameters)
     with progress_bar() as tell:
         subject = prepare(board, loaded, part_of(tell, 0.0, 0.2))
         report = analyse_on(subject, program, recipe, effort, part_of(tell, 0.2, 1.0))
         if names:
             tell("verifying", 1.0)
-        return report, verify(report, subject, names)
+        verified = verify(report, subject, names)
+    return state_used(report, differences), verified
+
+
+def _sha256(program: Path) -> str:
+    """Hash a program's file, to say of which it is told; empty if it is no file that can be read again."""
+    import hashlib
+
+    return hashlib.sha256(program.read_bytes()).hexdigest() if program.is_file() else ""
 
 
 def _write(
@@ -173,6 +184,6 @@ def _write(
 
         contents.append((html, cleaning_page(report, trace, verified).encode("utf-8", errors="replace")))
     if data is not None:
-        contents.append((data, cleaning_bytes(report, verified)))
+        contents.append((data, cleaning_bytes(report, verified, trace)))
     for path, content in contents:
         write_bytes_atomically(path, content)

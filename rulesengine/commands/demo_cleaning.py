@@ -23,7 +23,8 @@ def clean_for_demo(run: "Run", folder: Path) -> None:
     """
     from cleaning.analyse import analyse
     from cleaning.load import load_parameters
-    from rulesengine.cleaning_page import Traceability, cleaning_page
+    from cleaning.report import Traceability
+    from rulesengine.cleaning_page import cleaning_page
     from rulesengine.commands.loading import progress_bar
     from rulesengine.commands.terminal import open_console, print_files
     from rulesengine.commands.writing import cleaning_bytes

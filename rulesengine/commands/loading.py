@@ -54,7 +54,7 @@ def read_board_of(program: "TimedProgram", file: Path, board: str | None, parts:
 
     if board is None:
         with progress_bar() as tell:
-            return find_board(program, file, tell)
+            return find_board(program, file, tell, parts)
     found = read_board(board, parts)
     if found.sha256 != program.origin.board_sha256:
         typer.echo(f"warning: {found.name} is not quite the board this program was made for. Plan it again.", err=True)

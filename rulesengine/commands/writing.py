@@ -17,13 +17,15 @@ from rulesengine.report import blocking, report
 from rulesengine.summary import amount
 
 if TYPE_CHECKING:
+    from cleaning.report import Traceability
     from cleaning.results import CleaningReport
     from cleaning.verify import Verified
     from rulesengine.pipeline import Run
 
 _KINDS = {
     ".wash": "a program", ".json": "a report", ".png": "a picture", ".svg": "a picture",
-    ".yaml": "a recipe", ".yml": "a recipe", ".csv": "a parts table", ".gz": "a board",
+    ".yaml": "a YAML file", ".yml": "a YAML file", ".csv": "a table", ".gz": "a board",
+    ".html": "a page", ".htm": "a page",
 } | dict.fromkeys(SUFFIXES, "a board")  # fmt: skip
 
 
@@ -51,11 +53,23 @@ def check_places(
         except JobError as error:
             raise JobError(f"{picture}: {error}") from None
     wanted = {"a program": program, "a picture": picture, "a report": report_file}
-    places = {kind: path for kind, path in wanted.items() if path is not None}
-    check_apart(read, places.values())
-    for kind, path in places.items():
-        named = _KINDS.get(path.suffix.lower(), kind)
-        if named != kind:
+    check_apart(read, [path for path in wanted.values() if path is not None])
+    check_named(wanted)
+
+
+def check_named(wanted: Mapping[str, Path | None]) -> None:
+    """Refuse a place that bears the name of another thing than is to be written there.
+
+    Args:
+        wanted: Where each kind is to be written: ``"a program"``, ``"a picture"``, ``"a report"``, ``"a page"``,
+            ``"a YAML file"``.
+
+    Raises:
+        OutputError: its suffix is that of another kind.
+    """
+    for kind, path in wanted.items():
+        named = kind if path is None else _KINDS.get(path.suffix.lower(), kind)
+        if path is not None and named != kind:
             reason = f"its name is that of {named}, and {kind} is to be written"
             raise OutputError(path, reason, "Name another file.")
 
@@ -140,17 +154,20 @@ def program_bytes(run: "Run") -> bytes:
 
 def report_bytes(run: "Run") -> bytes:
     """Write the report as JSON."""
-    return _json_bytes(report(run))
+    return json_bytes(report(run))
 
 
-def cleaning_bytes(found: "CleaningReport", verified: "Sequence[Verified]" = ()) -> bytes:
-    """Write as JSON what an analysis found, with the components that were worked out exactly besides."""
-    from cleaning.report import cleaning_report
+def cleaning_bytes(
+    found: "CleaningReport", verified: "Sequence[Verified]" = (), trace: "Traceability | None" = None
+) -> bytes:
+    """Write as JSON what an analysis found, what was worked out exactly besides, and what was entered."""
+    from cleaning.report import Traceability, cleaning_report
 
-    return _json_bytes(cleaning_report(found, verified))
+    return json_bytes(cleaning_report(found, verified, trace or Traceability()))
 
 
-def _json_bytes(data: Mapping[str, object]) -> bytes:
+def json_bytes(data: Mapping[str, object]) -> bytes:
+    """Write plain data as JSON."""
     text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     return text.encode("utf-8", errors="replace")
 

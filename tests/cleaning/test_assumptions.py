@@ -10,7 +10,7 @@ def test_every_value_is_listed_once_with_where_it_comes_from():
     assert found["soil.k1_per_s"].value == "0.012"
     assert found["soil.k1_per_s"].known == "derived"
     assert found["film.decay_mm"].known == "proposed", "its block's provenance covers it"
-    assert found["liquids.saponifier-15.window_c"].value == "[40.0, 71.0]"
+    assert found["liquids.saponifier-15.window_c"].value == "[40, 71]"
 
 
 def test_what_is_left_out_and_what_names_the_set_are_no_assumptions():
@@ -24,4 +24,4 @@ def test_what_is_known_of_single_parts_is_listed_by_its_place():
     parameters = load_parameters().model_copy(update={"parts": [override]})
     values = {each.path: each.value for each in assumptions_of(parameters)}
     assert values["parts[0].match"] == '["QFN*"]'
-    assert values["parts[0].standoff_um"] == "[50.0, 75.0]"
+    assert values["parts[0].standoff_um"] == "[50, 75]"

@@ -3,7 +3,9 @@ from dataclasses import replace
 
 from cleaning_report import small_report
 
-from cleaning.report import cleaning_report
+from cleaning.load import load_parameters
+from cleaning.parameters import Provenance
+from cleaning.report import Traceability, cleaning_report
 
 
 def test_the_same_report_gives_the_same_text_and_it_is_json():
@@ -45,3 +47,29 @@ def test_what_has_no_bound_is_null_because_json_has_no_infinity():
     part = replace(report.parts[0], gaps=(gap,))
     text = json.dumps(cleaning_report(replace(report, parts=(part,))), allow_nan=False)
     assert json.loads(text)["components"][0]["gaps"][0]["exchanges_needed"] is None
+
+
+def test_what_was_entered_and_which_program_it_is_about_are_in_the_data():
+    told = cleaning_report(small_report(), trace=Traceability(serial="SN 42", program_sha256="ab" * 32))
+    assert told["traceability"]["serial"] == "SN 42"
+    assert told["traceability"]["program_sha256"] == "ab" * 32
+    assert told["traceability"]["detergent"] == ""
+
+
+def test_a_fitted_value_is_told_with_what_it_was_fitted_to():
+    entry = Provenance(
+        known="calibrated", source="coupons.csv", date="2026-11-21", samples=48, rms=0.0164, interval=(0.01, 0.014)
+    )
+    provenance = {**load_parameters().provenance, "soil.k1_per_s": entry}
+    parameters = small_report().parameters.model_copy(update={"provenance": provenance})
+    told = cleaning_report(replace(small_report(), parameters=parameters))["assumptions"]
+    k1 = next(each for each in told if each["path"] == "soil.k1_per_s")
+    assert (k1["known"], k1["date"], k1["samples"], k1["rms"]) == ("calibrated", "2026-11-21", 48, 0.0164)
+    assert k1["interval"] == [0.01, 0.014]
+    assert next(each for each in told if each["path"] == "soil.retained")["samples"] is None
+
+
+def test_a_component_has_the_residue_of_its_worse_gap():
+    u1, *_, j1 = cleaning_report(small_report())["components"]
+    assert u1["residue"] == max(gap["residue"] for gap in u1["gaps"])
+    assert (j1["residue"] is None) == (not j1["gaps"])

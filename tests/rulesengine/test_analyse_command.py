@@ -1,4 +1,6 @@
+import hashlib
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +9,7 @@ from cleaning_report import small_report
 from command import contents, washboard
 
 import cleaning.analyse
+from boards.load import load_board
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +108,54 @@ def test_a_recipe_that_is_not_quite_the_one_is_used_with_a_warning(
     report_instead(monkeypatch)
     done = washboard("analyse", program, "tiny", "--recipe", "smt-aqueous")
     assert done.code == 1
-    assert "warning: smt-aqueous is not quite the recipe" in done.err
+    assert re.search(r"warning: smt-aqueous \(sha256 [0-9a-f]{16}\) is not quite the recipe", done.err)
+    assert "noted       smt-aqueous" in done.out, "a report that is kept says it too"
+
+
+def test_another_version_of_the_board_is_analysed_with_a_warning_and_the_report_is_of_it(
+    program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    report_instead(monkeypatch)
+    text = program.read_text("utf-8")
+    older = tmp_path / "older.wash"
+    sha = load_board(Path("tiny")).sha256
+    older.write_text(text.replace(sha, "0" * 64), "utf-8")
+    data = tmp_path / "t.json"
+    done = washboard("analyse", older, "tiny", "--json", data)
+    assert done.code == 1
+    assert "warning: tiny is not quite the board this program was made for (sha256 0000000000000000)" in done.err
+    told = json.loads(data.read_text("utf-8"))
+    assert told["board"] == {"name": "tiny", "sha256": sha}
+    assert told["findings"][0]["rule"] == "board-differs"
+    assert told["traceability"]["program_sha256"] == hashlib.sha256(older.read_bytes()).hexdigest()
+
+
+def test_a_program_of_another_board_is_refused(program: Path) -> None:
+    done = washboard("analyse", program, "two-sided")
+    assert done.code == 2
+    assert done.err.count("\n") == 1
+    assert "made for the board tiny (sha256 " in done.err
+    assert "not for two-sided" in done.err
+
+
+def test_a_parts_table_is_joined_to_the_board_that_is_found(
+    program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    report_instead(monkeypatch)
+    table = tmp_path / "bom.csv"
+    table.write_text("reference,package\nU1,QFN-32\n", "utf-8")
+    planned = tmp_path / "tiny.wash"
+    assert washboard("plan", "tiny", "rinse-only", "--parts", table, "-o", planned).code == 0
+    done = washboard("analyse", planned, "--parts", table)
+    assert (done.code, done.err) == (1, "")
+    assert "nix.csv" in washboard("analyse", planned, "--parts", tmp_path / "nix.csv").err
+
+
+@pytest.mark.parametrize(("option", "name"), [("--html", "a.tri"), ("--json", "a.wash"), ("--html", "a.json")])
+def test_a_file_that_is_named_like_another_thing_is_not_written(program: Path, option: str, name: str) -> None:
+    done = washboard("analyse", program, option, program.parent / name)
+    assert done.code == 2
+    assert "its name is that of" in done.err
 
 
 def test_mistakes_are_refused_before_the_long_work(

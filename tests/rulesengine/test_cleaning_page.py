@@ -6,11 +6,20 @@ import pytest
 from cleaning_report import small_report
 
 from cleaning.parameters import Provenance
+from cleaning.report import Traceability
 from cleaning.results import VERDICTS, Judgement, Number, Part
 from cleaning.verify import Verified
 from rulesengine import cleaning_page as cleaning_page_module
-from rulesengine.cleaning_page import Traceability, cleaning_page, headline, honesty
-from rulesengine.cleaning_tables import MOST_TOLD, amount_text, number_text, parts_table, remarks, renewals
+from rulesengine.cleaning_page import cleaning_page, headline, honesty
+from rulesengine.cleaning_tables import (
+    MOST_TOLD,
+    amount_text,
+    assumptions_table,
+    number_text,
+    parts_table,
+    remarks,
+    renewals,
+)
 from rulesengine.cleaning_words import RULES
 from rulesengine.page import Picture
 
@@ -144,7 +153,7 @@ def test_what_stays_wet_does_not_hide_what_is_clean() -> None:
     assert "R12 wet under part" in parts_table(soaked)
     assert "</span>clean, wet<" in parts_table(soaked)
     assert "</span>marginal<" not in parts_table(soaked)
-    assert "</span>clean, wet" in cleaning_page_module._legend()
+    assert "</span>clean, wet" in cleaning_page_module.legend()
 
 
 def test_components_of_which_the_same_is_said_share_a_row_that_names_them_all() -> None:
@@ -216,3 +225,22 @@ def test_numbers_are_short() -> None:
     assert [amount_text(value) for value in (0.0, 0.0312, 12.34, 12345.6, float("inf"))] == [
         "0", "0.0312", "12.3", "12,346", "inf",
     ]  # fmt: skip
+    assert number_text(Number("volume", 6.1e-06, "mm")) == "volume under 0.001 mm"
+    assert number_text(Number("volume", 0.0, "mm")) == "volume 0 mm"
+    assert number_text(Number("margin", -4e-4, "Pa")) == "margin -0.0004 Pa"
+
+
+def test_a_fitted_value_is_told_with_how_well_it_was_fitted() -> None:
+    report = small_report()
+    fitted = Provenance(
+        known="calibrated", source="c.csv", date="2026-11-21", samples=48, rms=0.02, interval=(4e-4, 5e-4)
+    )
+    known = {**report.parameters.provenance, "soil.k1_per_s": fitted}
+    told = assumptions_table(replace(report, parameters=report.parameters.model_copy(update={"provenance": known})))
+    assert "c.csv (2026-11-21); 48 samples, rms 0.02, 95 % 0.0004 to 0.0005" in told
+
+
+def test_the_program_is_named_by_its_hash_where_it_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cleaning_page_module, "draw_exposures", lambda _: [])
+    told = cleaning_page(small_report(), Traceability(program_sha256="c0de" * 16))
+    assert f"program <code>{'c0de' * 16}</code>" in told
