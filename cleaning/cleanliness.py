@@ -9,8 +9,8 @@ _WET = "R12"
 """The one rule that says nothing of residue: water that is left dries, or is baked out."""
 Outcome: TypeAlias = Verdict | Literal["clean, wet"]
 """What becomes of a component: how clean it comes out, and apart from that whether it stays wet where it is clean."""
-OUTCOMES: tuple[Outcome, ...] = ("dirty", "marginal", "no verdict", "clean, wet", "clean")
-"""Worst first."""
+OUTCOMES: tuple[Outcome, ...] = ("dirty", "marginal", "clean, wet", "no verdict", "clean")
+"""Worst first: water that is left is near a limit too."""
 
 
 def cleanliness(part: Part) -> Verdict:
@@ -40,13 +40,14 @@ def count_cleanliness(parts: Iterable[Part]) -> dict[Verdict, int]:
     return {verdict: found.count(verdict) for verdict in VERDICTS if verdict in found}
 
 
+def rank_parts(report: CleaningReport) -> list[Part]:
+    """Give the components by what becomes of them, the worst first; else as the report ranks them."""
+    return sorted(report.worst_first(), key=lambda part: OUTCOMES.index(outcome(part)))
+
+
 def unclean_parts(report: CleaningReport) -> list[Part]:
-    """Give the components that are not clean, the worst first; those that are only wet come last of their verdict."""
-
-    def rank(part: Part) -> tuple[int, int]:
-        return VERDICTS.index(part.verdict), VERDICTS.index(cleanliness(part))
-
-    return sorted((part for part in report.worst_first() if part.verdict != "clean"), key=rank)
+    """Give the components that lack something, the worst first."""
+    return [part for part in rank_parts(report) if part.verdict != "clean"]
 
 
 def _worst(verdicts: Iterable[Verdict]) -> Verdict:

@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 VERDICT_COLOURS: dict[Outcome, str] = {
     "dirty": ACCENT,
     "marginal": "#e3b04b",
-    "no verdict": "#aab2b8",
     "clean, wet": "#1d4e85",
+    "no verdict": "#aab2b8",
     "clean": "#a9cbe3",
 }
 """Told apart by those who see no red or green, and in grey on paper: what is clean is blue, and deep where wet."""

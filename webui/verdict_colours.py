@@ -5,15 +5,15 @@ from cleaning.cleanliness import Outcome
 VERDICT_COLOURS: dict[Outcome, tuple[int, int, int]] = {
     "dirty": (163, 32, 42),
     "marginal": (222, 150, 48),
-    "no verdict": (150, 160, 168),
     "clean, wet": (24, 56, 108),
+    "no verdict": (150, 160, 168),
     "clean": (58, 128, 176),
 }
-"""Told apart by all eyes: dark red, orange, grey, deep blue, blue."""
+"""Told apart by all eyes: dark red, orange, deep blue, grey, blue."""
 VERDICT_WORDS: dict[Outcome, str] = {
     "dirty": "Dirty",
     "marginal": "Marginal",
-    "no verdict": "No verdict",
     "clean, wet": "Clean, wet underneath",
+    "no verdict": "No verdict",
     "clean": "Clean",
 }

@@ -8,6 +8,7 @@ from cleaning.cleanliness import (
     cleanliness,
     count_cleanliness,
     outcome,
+    rank_parts,
     report_cleanliness,
     stays_wet,
     unclean_parts,
@@ -46,11 +47,14 @@ def test_the_process_and_the_bare_board_count_too():
     assert report_cleanliness(replace(clean, bare=bare)) == "dirty"
 
 
-def test_what_is_only_wet_comes_last_of_its_verdict():
+def test_what_is_only_wet_comes_after_what_is_near_a_limit():
     report = small_report()
     parts = tuple(soaked(part) if part.component == "C1" else part for part in report.parts)
     order = [part.component for part in unclean_parts(replace(report, parts=parts))]
     assert order == ["U1", "R1", "C1", "J1"]
+    told = [part.component for part in rank_parts(soaked_report())]
+    assert (told[:2], {*told[2:4]}, told[4]) == (["U1", "R1"], {"C1", "R2"}, "J1")
+    assert [part.component for part in rank_parts(report)] == [part.component for part in report.worst_first()]
 
 
 def test_the_data_tell_both_apart():

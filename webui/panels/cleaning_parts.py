@@ -2,6 +2,7 @@
 
 import viser
 
+from cleaning.cleanliness import rank_parts
 from cleaning.results import Part
 from webui.around import step_around
 from webui.cleaning_list import MOST_ROWS, parts_html
@@ -39,7 +40,7 @@ class PartsCard:
         if before is None or session.analysis is not before.analysis:
             analysis = session.analysis
             self._folder.visible = analysis is not None
-            self._parts = () if analysis is None else analysis.report.worst_first()
+            self._parts = () if analysis is None else tuple(rank_parts(analysis.report))
             self._show_parts(session)
         elif session.selection != before.selection:
             self._show_parts(session)
