@@ -5,9 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cleaning.cleanliness import cleanliness, count_cleanliness, report_cleanliness, stays_wet
+from cleaning.report import summarise_part, summarise_report
 from cleaning.results import VERDICTS, CleaningReport, Part
 from geometry.finding import Severity
 from geometry.plain import Json
+from programs.program import TimedProgram
 from rulesengine.pipeline import Run
 from rulesengine.sprayed import sprayed_in
 from rulesengine.summary import clock
@@ -35,7 +37,12 @@ class Row:
 
 def compare(here: Run, there: Run) -> list[Row]:
     """Compare totals, litres by function, strokes by template, and findings by severity."""
-    return [*_totals(here, there), *_litres(here, there), *_templates(here, there), *_findings(here, there)]
+    return [*compare_programs(here.program, there.program), *_templates(here, there), *_findings(here, there)]
+
+
+def compare_programs(here: TimedProgram, there: TimedProgram) -> list[Row]:
+    """Compare totals, and litres by function: what a program itself says."""
+    return [*_totals(here, there), *_litres(here, there)]
 
 
 def compare_cleaning(here: CleaningReport, there: CleaningReport) -> list[Row]:
@@ -44,27 +51,19 @@ def compare_cleaning(here: CleaningReport, there: CleaningReport) -> list[Row]:
 
 
 def comparison_data(rows: Sequence[Row], here: CleaningReport, there: CleaningReport) -> dict[str, Json]:
-    """Collect what is compared as plain data; the same runs give the same data."""
+    """Collect what is compared as plain data, each report as ``cleaning_report`` has it; the same gives the same."""
+    both = {
+        name: [None if part is None else summarise_part(part) for part in parts]
+        for name, parts in _by_component(here, there).items()
+    }
     return {
         "washboard_comparison": 1,
-        "board": {"name": here.origin.board, "sha256": here.origin.board_sha256},
-        "recipes": [{"name": each.origin.recipe, "sha256": each.origin.recipe_sha256} for each in (here, there)],
-        "parameters": {"name": here.parameters.parameters, "sha256": here.parameters_sha256},
+        "reports": [summarise_report(here), summarise_report(there)],
         "rows": [
             {"group": row.group, "name": row.name, "values": [row.here, row.there], "change": row.change}
             for row in rows
         ],
-        "components": [_both(name, one, other) for name, (one, other) in _by_component(here, there).items()],
-    }
-
-
-def _both(name: str, one: Part | None, other: Part | None) -> Json:
-    """The verdict and residue of one component in both; null where it is in one alone."""
-    both = (one, other)
-    return {
-        "component": name,
-        "verdicts": [None if each is None else each.verdict for each in both],
-        "residues": [None if each is None or each.residue is None else round(each.residue, 6) for each in both],
+        "components": [{"component": name, "reports": list[Json](parts)} for name, parts in both.items()],
     }
 
 
@@ -74,8 +73,8 @@ def _by_component(here: CleaningReport, there: CleaningReport) -> dict[str, tupl
     return {name: (one.get(name), other.get(name)) for name in worst}
 
 
-def _totals(here: Run, there: Run) -> list[Row]:
-    one, other = here.program.totals, there.program.totals
+def _totals(here: TimedProgram, there: TimedProgram) -> list[Row]:
+    one, other = here.totals, there.totals
     group = "Program"
     return [
         Row(
@@ -87,8 +86,8 @@ def _totals(here: Run, there: Run) -> list[Row]:
     ]
 
 
-def _litres(here: Run, there: Run) -> list[Row]:
-    one, other = dict(here.program.totals.liquid_l), dict(there.program.totals.liquid_l)
+def _litres(here: TimedProgram, there: TimedProgram) -> list[Row]:
+    one, other = dict(here.totals.liquid_l), dict(there.totals.liquid_l)
     return [
         Row(
             "Liquid",
@@ -154,6 +153,7 @@ def _verdicts(here: CleaningReport, there: CleaningReport) -> list[Row]:
         Row("Cleaning", "Predicted verdict", report_cleanliness(here), report_cleanliness(there)),
         *(Row("Cleaning", f"Components {each}", str(one.get(each, 0)), str(other.get(each, 0))) for each in VERDICTS),
         Row("Cleaning", "Components that stay wet underneath", wet, others_wet),
+        Row("Cleaning", "Bare board", cleanliness(here.bare), cleanliness(there.bare)),
     ]
 
 

@@ -1,42 +1,53 @@
-"""Two recipes on the same board as one page of HTML."""
+"""Two recipes or programs on the same board as one page of HTML."""
 
 from collections.abc import Sequence
 from html import escape
 
 from cleaning.results import CleaningReport
-from rulesengine.cleaning_page import headline, honesty
+from rulesengine.cleaning_page import hash_lines, headline, honesty, legend
 from rulesengine.cleaning_pictures import VERDICT_COLOURS, draw_verdicts
 from rulesengine.cleaning_tables import table
 from rulesengine.comparison import Row
 from rulesengine.page import image, section, whole_page
 
 
-def comparison_page(rows: Sequence[Row], here: CleaningReport, there: CleaningReport) -> str:
-    """Write the page; the same runs give the same text.
+def comparison_page(rows: Sequence[Row], reports: tuple[CleaningReport, CleaningReport], names: tuple[str, str]) -> str:
+    """Write the page; the same reports give the same text.
 
     Args:
         rows: What is compared.
-        here: What the first recipe cleans.
-        there: What the second does, on the same board.
+        reports: What each cleans, on the same board.
+        names: What each is called.
     """
-    one, other = here.origin.recipe, there.origin.recipe
+    here, _ = reports
+    one, other = names
+    verdicts = "".join(_verdict(name, report) for name, report in zip(names, reports, strict=True))
     head = (
         f'<header><p class="q">{escape(here.origin.board)}</p><h1>{escape(one)} and {escape(other)}</h1>'
-        f"{_verdict(here)}{_verdict(there)}"
-        f'<p class="honest">{escape(honesty(here))}</p></header>'
+        f'{verdicts}<p class="honest">{escape(honesty(here))}</p></header>'
     )
     boards = [
-        section(f"{report.origin.recipe}: the board", *map(image, draw_verdicts(report))) for report in (here, there)
+        section(f"{name}: the board", legend(), *map(image, draw_verdicts(report)))
+        for name, report in zip(names, reports, strict=True)
     ]
-    return whole_page(f"{here.origin.board}: {one} and {other}", [head, *_tables(rows, one, other), *boards])
+    traces = section("Where it comes from", hash_lines(_origins(reports)))
+    return whole_page(f"{here.origin.board}: {one} and {other}", [head, *_tables(rows, one, other), *boards, traces])
 
 
-def _verdict(report: CleaningReport) -> str:
-    """One recipe's verdict in a line."""
+def _origins(reports: tuple[CleaningReport, CleaningReport]) -> list[tuple[str, str, str]]:
+    here, _ = reports
+    return [
+        ("board", here.origin.board, here.origin.board_sha256),
+        *(("recipe", each.origin.recipe, each.origin.recipe_sha256) for each in reports),
+        ("parameter set", here.parameters.parameters, here.parameters_sha256),
+    ]
+
+
+def _verdict(name: str, report: CleaningReport) -> str:
+    """The verdict on one of them in a line."""
     colour = VERDICT_COLOURS[report.verdict]
     return (
-        f'<p><span class="mark" style="background:{colour}"></span><b>{escape(report.origin.recipe)}</b> '
-        f"{escape(headline(report))}</p>"
+        f'<p><span class="mark" style="background:{colour}"></span><b>{escape(name)}</b> {escape(headline(report))}</p>'
     )
 
 

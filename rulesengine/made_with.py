@@ -11,12 +11,15 @@ _SUFFIXES = (".yaml", ".yml")
 _SHOWN = 16
 
 
-def find_recipe_of(program: TimedProgram, file: Path) -> Recipe:
+def find_recipe_of(
+    program: TimedProgram, file: Path, advice: str = "Name it with --recipe, or plan the board again."
+) -> Recipe:
     """Look for the recipe in the library and beside the program; it must say the very same, by its fingerprint.
 
     Args:
         program: Names the recipe.
         file: Where the program was read.
+        advice: What to do where it is not at hand.
 
     Raises:
         RecipeError: it is not there, cannot be used, or has been changed since.
@@ -34,7 +37,7 @@ def find_recipe_of(program: TimedProgram, file: Path) -> Recipe:
     changed = f"{places[-1]} says something else now" if places else "it is neither in the library nor beside it"
     message = (
         f"the recipe {named!r} that this program was made with (sha256 {wanted[:_SHOWN]}) is not at hand: {changed}. "
-        "Name it with --recipe, or plan the board again."
+        f"{advice}"
     )
     raise RecipeError(message, file=file)
 

@@ -29,6 +29,21 @@ def refuse_other_board(program: TimedProgram, file: Path, board: Board) -> None:
         )
 
 
+def refuse_other_version(program: TimedProgram, file: Path, board: Board) -> None:
+    """Refuse every board but the very one that a program, read from a file, was made for.
+
+    Raises:
+        BoardError: it is another board, or another version of it.
+    """
+    refuse_other_board(program, file, board)
+    wanted = program.origin.board_sha256
+    if board.sha256 != wanted:
+        raise BoardError(
+            f"{file}: this program was made for another version of {board.name} (sha256 {wanted[:_SHOWN]}, not "
+            f"{board.sha256[:_SHOWN]}). Plan it again."
+        )
+
+
 def find_differences(program: TimedProgram, board: Board, recipe: Recipe) -> list[Finding]:
     """Say where board or recipe are another version than the program was made from."""
     found: list[Finding] = []

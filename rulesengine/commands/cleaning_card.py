@@ -55,9 +55,18 @@ def print_verified(console: Console, verified: Sequence[Verified]) -> None:
     console.print(table)
 
 
-def print_comparison(console: Console, rows: Sequence[Row], here: str, there: str) -> None:
-    """One line for each quantity; what does not differ is dim."""
-    table = _table("", f">{here}", f">{there}", ">change")
+def print_comparison(console: Console, rows: Sequence[Row], report: CleaningReport, names: tuple[str, str]) -> None:
+    """What it is worth, and one line for each quantity; what does not differ is dim.
+
+    Args:
+        console: Where.
+        rows: What is compared.
+        report: One of the two.
+        names: What they are called.
+    """
+    console.print(f"[bold]{escape(report.origin.board)}[/bold] with [bold]{escape(' and '.join(names))}[/bold].")
+    console.print(escape(honesty(report)), style="dim")
+    table = _table("", *(f">{name}" for name in names), ">change")
     group = ""
     for row in rows:
         if row.group != group:

@@ -1,75 +1,114 @@
-"""``washboard compare``: two recipes on the same board."""
+"""``washboard compare``: two recipes, or programs, on the same board."""
 
-import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rulesengine.commands.analyse import Effort, EffortOption, ParametersOption
-from rulesengine.commands.arguments import BoardSource, Parts, RecipeSource
+from rulesengine.commands.arguments import BoardSource, Parts, complete_recipe
 from rulesengine.errors import job_errors
 
 if TYPE_CHECKING:
+    from boards.board import Board
     from cleaning.results import CleaningReport
+    from geometry.progress import Progress
+    from programs.program import TimedProgram
+    from recipes.recipe import Recipe
     from rulesengine.comparison import Row
     from rulesengine.pipeline import Run
+
+_PROGRAM = ".wash"
+
+Compared = Annotated[
+    str,
+    typer.Argument(
+        help="Recipe, a file or a name of the library, that is planned on the board; or a program made for it.",
+        metavar="RECIPE|PROGRAM.wash",
+        autocompletion=complete_recipe,
+    ),
+]
 
 
 def compare(
     board: BoardSource,
-    recipe: RecipeSource,
-    other: RecipeSource,
+    one: Compared,
+    other: Compared,
     parameters: ParametersOption = "default",
     parts: Parts = None,
     html: Annotated[Path | None, typer.Option("--html", help="Both side by side, to print.", metavar="HTML")] = None,
     data: Annotated[Path | None, typer.Option("--json", help="The same as data.", metavar="JSON")] = None,
     effort: EffortOption = "fast",
 ) -> None:
-    """Plan a board with two recipes and predict what each cleans: time, litres, strokes, and verdicts that differ.
+    """Predict what two recipes, or programs, clean on a board: time, litres, strokes, and verdicts that differ.
+
+    Strokes and findings are those of planning: they are compared where both are recipes.
 
     [dim]washboard compare smt-demo smt-aqueous low-standoff
-    washboard compare board.step mine.yaml thine.yaml --html both.html[/dim]
+    washboard compare board.step mine.yaml thine.yaml --html both.html
+    washboard compare smt-demo old.wash new.wash[/dim]
     """
     with job_errors():
         from rulesengine.commands.cleaning_card import print_comparison
         from rulesengine.commands.terminal import open_console, print_files
-        from rulesengine.commands.writing import check_apart
-        from rulesengine.comparison import compare as rows_of
+        from rulesengine.commands.writing import check_apart, check_named
         from rulesengine.comparison import compare_cleaning
 
         written = [path for path in (html, data) if path is not None]
-        check_apart((board, recipe, other, parameters, parts), written)
-        _refuse_programs(recipe, other)
-        (one, here), (two, there) = _carry_out((board, parts), (recipe, other), parameters, effort)
-        rows = [*compare_cleaning(here, there), *rows_of(one, two)]
-        _write(rows, (here, there), html, data)
+        check_apart((board, one, other, parameters, parts), written)
+        check_named({"a page": html, "a report": data})
+        asked = (_read(one), _read(other))
+        (here, cleaned), (there, cleaned_there) = _carry_out((board, parts), asked, parameters, effort)
+        rows = [*compare_cleaning(cleaned, cleaned_there), *_compare(here, there)]
+        names = _names(*asked)
+        _write(rows, (cleaned, cleaned_there), names, html, data)
         console = open_console()
-        print_comparison(console, rows, here.origin.recipe, there.origin.recipe)
+        print_comparison(console, rows, cleaned, names)
         print_files(console, html=html, data=data)
 
 
-def _refuse_programs(*recipes: str) -> None:
-    """Say of a program in a recipe's place what to do instead.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Asked:
+    """What is to be compared, as it was read."""
+
+    source: str
+    recipe: "Recipe"
+    program: "TimedProgram | None"
+    """``None`` where the recipe is to be planned."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Carried:
+    """A program on the board."""
+
+    recipe: "Recipe"
+    program: "TimedProgram"
+    run: "Run | None"
+    """``None`` where it was not planned here."""
+
+
+def _read(source: str) -> _Asked:
+    """Read a recipe, or a program with the recipe that it was made with.
 
     Raises:
-        RecipeError: one of them is the file of a program.
+        JobError: it cannot be used.
     """
-    from recipes.errors import RecipeError
+    from programs.load import load_program
+    from recipes.load import load_recipe
+    from rulesengine.made_with import find_recipe_of
 
-    for each in recipes:
-        if Path(each).suffix.lower() == ".wash":
-            raise RecipeError(
-                "this is a program; two recipes are compared, which are planned on the board. Name the recipe that it "
-                f"was made with, or look at each program by itself: washboard analyse {each}.",
-                file=each,
-            )
+    file = Path(source)
+    if file.suffix.lower() != _PROGRAM:
+        return _Asked(source, load_recipe(source), None)
+    program = load_program(file)
+    return _Asked(source, find_recipe_of(program, file, "Put it beside the program, or plan the board again."), program)
 
 
 def _carry_out(
-    source: tuple[str, Path | None], recipes: tuple[str, str], parameters: str, effort: Effort
-) -> "tuple[tuple[Run, CleaningReport], tuple[Run, CleaningReport]]":
-    """Plan and analyse both, on a board that is made ready once.
+    source: tuple[str, Path | None], asked: tuple[_Asked, _Asked], parameters: str, effort: Effort
+) -> "list[tuple[_Carried, CleaningReport]]":
+    """Plan what is to be planned and analyse both, on a board that is made ready once.
 
     Raises:
         JobError: something cannot be used.
@@ -79,40 +118,70 @@ def _carry_out(
     from cleaning.load import load_parameters
     from cleaning.subject import prepare
     from geometry.progress import part_of
-    from recipes.load import load_recipe
     from rulesengine.commands.loading import progress_bar
-    from rulesengine.pipeline import run
 
-    first, second = (load_recipe(each) for each in recipes)
     known = load_parameters(parameters)
     with progress_bar() as tell:
         board = load_board(Path(source[0]), source[1], part_of(tell, 0.0, 0.1))
-        planned = (run(first, board, part_of(tell, 0.1, 0.2)), run(second, board, part_of(tell, 0.2, 0.3)))
+        one, other = asked
+        carried = (_carry(one, board, part_of(tell, 0.1, 0.2)), _carry(other, board, part_of(tell, 0.2, 0.3)))
         subject = prepare(board, known, part_of(tell, 0.3, 0.4))
+        spans = (part_of(tell, 0.4, 0.7), part_of(tell, 0.7, 1.0))
+        return [
+            (each, analyse_on(subject, each.program, each.recipe, effort, span))
+            for each, span in zip(carried, spans, strict=True)
+        ]
 
-        def done(each: "Run", begin: float) -> "tuple[Run, CleaningReport]":
-            told = part_of(tell, begin, begin + 0.3)
-            return each, analyse_on(subject, each.program, each.recipe, effort, told)
 
-        return done(planned[0], 0.4), done(planned[1], 0.7)
+def _carry(asked: _Asked, board: "Board", tell: "Progress") -> _Carried:
+    """Plan a recipe; a program is there already.
+
+    Raises:
+        JobError: the recipe cannot be planned, or the program was made for another board.
+    """
+    from rulesengine.pipeline import run
+    from rulesengine.used import refuse_other_version
+
+    if asked.program is not None:
+        refuse_other_version(asked.program, Path(asked.source), board)
+        return _Carried(asked.recipe, asked.program, None)
+    planned = run(asked.recipe, board, tell)
+    return _Carried(planned.recipe, planned.program, planned)
+
+
+def _compare(here: _Carried, there: _Carried) -> "list[Row]":
+    from rulesengine.comparison import compare, compare_programs
+
+    if here.run is None or there.run is None:
+        return compare_programs(here.program, there.program)
+    return compare(here.run, there.run)
+
+
+def _names(here: _Asked, there: _Asked) -> tuple[str, str]:
+    """Call recipes by their names and programs by their files; what would be called the same, as it was asked for."""
+    one, other = (each.recipe.recipe if each.program is None else Path(each.source).name for each in (here, there))
+    return (one, other) if one != other else (here.source, there.source)
 
 
 def _write(
-    rows: "list[Row]", reports: "tuple[CleaningReport, CleaningReport]", html: Path | None, data: Path | None
+    rows: "list[Row]",
+    reports: "tuple[CleaningReport, CleaningReport]",
+    names: tuple[str, str],
+    html: Path | None,
+    data: Path | None,
 ) -> None:
     """Render everything, then write it."""
-    from rulesengine.output import write_text_atomically
+    from rulesengine.commands.writing import json_bytes
+    from rulesengine.output import write_bytes_atomically
 
-    here, there = reports
-    contents: list[tuple[Path, str]] = []
+    contents: list[tuple[Path, bytes]] = []
     if html is not None:
         from rulesengine.comparison_page import comparison_page
 
-        contents.append((html, comparison_page(rows, here, there)))
+        contents.append((html, comparison_page(rows, reports, names).encode("utf-8", errors="replace")))
     if data is not None:
         from rulesengine.comparison import comparison_data
 
-        text = json.dumps(comparison_data(rows, here, there), indent=2, ensure_ascii=False, allow_nan=False)
-        contents.append((data, text + "\n"))
-    for path, text in contents:
-        write_text_atomically(path, text)
+        contents.append((data, json_bytes(comparison_data(rows, *reports))))
+    for path, content in contents:
+        write_bytes_atomically(path, content)

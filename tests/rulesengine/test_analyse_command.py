@@ -193,20 +193,53 @@ def test_components_of_which_the_same_is_said_stand_in_one_line(program: Path, m
     assert lines[0].startswith(", ".join(f"R{number}" for number in range(1, 13)) + " and 3 more")
 
 
-def test_programs_in_the_place_of_recipes_are_refused_with_what_to_do(program: Path) -> None:
-    refused = washboard("compare", "tiny", program, program)
-    assert refused.code == 2
-    assert "this is a program" in refused.err
-    assert f"washboard analyse {program}" in refused.err
-
-
 def test_two_recipes_are_compared(tmp_path: Path) -> None:
     files = ("--html", tmp_path / "both.html", "--json", tmp_path / "both.json")
     done = washboard("compare", "tiny", "rinse-only", "dry-only", *files)
     assert done.code == 0, done.err
+    assert "no proof of cleanliness" in done.out
     assert "Total time" in done.out
+    assert "Strokes" in done.out
     assert "Worst residue under a part" in done.out
     told = json.loads((tmp_path / "both.json").read_text("utf-8"))
-    assert [each["name"] for each in told["recipes"]] == ["rinse-only", "dry-only"]
+    assert [each["recipe"]["name"] for each in told["reports"]] == ["rinse-only", "dry-only"]
     assert len(told["components"]) == 5
     assert "rinse-only and dry-only" in (tmp_path / "both.html").read_text("utf-8")
+
+
+def test_programs_are_compared_as_the_recipes_that_they_were_made_with(
+    program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    report_instead(monkeypatch)
+    by_recipe = washboard("compare", "tiny", "rinse-only", "dry-only").out.splitlines()
+    dried = tmp_path / "dried.wash"
+    assert washboard("plan", "tiny", "dry-only", "-o", dried).code == 0
+    done = washboard("compare", "tiny", program, dried)
+    assert (done.code, done.err) == (0, "")
+    assert "tiny.wash and dried.wash" in done.out
+    told = [line.split() for line in done.out.splitlines()]
+    for name in ("Total time", "Travel", "Moves"):
+        assert next(line for line in by_recipe if name in line).split() in told, "it is the same program"
+    assert "Strokes" not in done.out
+
+
+def test_what_has_one_name_is_told_apart_by_its_file(
+    program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    report_instead(monkeypatch)
+    (tmp_path / "mine.yaml").write_text("recipe: rinse-only\nextends: rinse-only\n", "utf-8")
+    done = washboard("compare", "tiny", "rinse-only", tmp_path / "mine.yaml")
+    assert f"rinse-only and {tmp_path / 'mine.yaml'}" in done.out
+
+
+def test_a_program_that_cannot_be_compared_is_refused_with_what_to_do(program: Path, tmp_path: Path) -> None:
+    other = washboard("compare", "two-sided", program, "rinse-only")
+    assert (other.code, "not for two-sided" in other.err) == (2, True)
+    older = tmp_path / "older.wash"
+    text = program.read_text("utf-8")
+    older.write_text(text.replace(load_board(Path("tiny")).sha256, "0" * 64), "utf-8")
+    changed = washboard("compare", "tiny", "rinse-only", older)
+    assert (changed.code, "another version of tiny (sha256 0000" in changed.err) == (2, True)
+    older.write_text(text.replace("RECIPE rinse-only", "RECIPE lost"), "utf-8")
+    lost = washboard("compare", "tiny", "rinse-only", older)
+    assert (lost.code, "Put it beside the program" in lost.err) == (2, True)

@@ -49,6 +49,7 @@ def test_reports_are_compared_by_verdict_and_worst_residue():
     assert rows["Components clean"] == ("2", "3")
     assert rows["Worst residue under a part"] == ("31 % (U1)", "4 % (R1)")
     assert rows["U1"] == ("dirty", "clean")
+    assert rows["Bare board"] == ("clean", "clean")
     assert "R1" not in rows, "its verdict is the same"
 
 
