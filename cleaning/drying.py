@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from cleaning.demands import require_not_negative, require_positive, require_temperature
 from cleaning.edges import EdgePressure
 from cleaning.humid_air import (
     latent_heat_j_kg,
@@ -70,8 +71,9 @@ def blow_off_m(drying: Drying, tension_n_m: float, head_pa: float) -> float:
     Args:
         drying: Has the angles, and which share of the head is found between two edges of a part.
         tension_n_m: Surface tension of the liquid.
-        head_pa: rho U^2 / 2 of the gas at the part.
+        head_pa: rho U^2 / 2 of the gas at the part; none where it blows from elsewhere.
     """
+    require_not_negative(tension_n_m=tension_n_m, head_pa=max(head_pa, 0.0))
     if head_pa <= 0.0:
         return math.inf
     grip = math.cos(math.radians(drying.receding_deg)) - math.cos(math.radians(drying.advancing_deg))
@@ -87,6 +89,9 @@ def film_dry_s(drying: Drying, air_c: float, film_m: float, liquid_kg_m3: float)
         film_m: Thickness.
         liquid_kg_m3: Density of the liquid, which evaporates as water does.
     """
+    require_temperature(air_c=air_c)
+    require_not_negative(film_m=film_m)
+    require_positive(liquid_kg_m3=liquid_kg_m3)
     surface = wet_surface_c(air_c, vapour_pressure_pa(drying.room_c, drying.room_humidity_pct))
     heat = drying.transfer_w_m2_k * (air_c - surface)
     return liquid_kg_m3 * film_m * latent_heat_j_kg(surface) / heat if heat > 0.0 else math.inf
@@ -104,6 +109,9 @@ def gap_dry_s(drying: Drying, board_c: float, depth_m: float, liquid_kg_m3: floa
         depth_m: From the edge to the farthest place.
         liquid_kg_m3: Density of the liquid, which evaporates as water does.
     """
+    require_temperature(board_c=board_c)
+    require_not_negative(depth_m=depth_m)
+    require_positive(liquid_kg_m3=liquid_kg_m3)
     present = vapour_kg_m3(vapour_pressure_pa(drying.room_c, drying.room_humidity_pct), board_c)
     drive = vapour_kg_m3(saturation_pa(board_c), board_c) - present
     if drive <= 0.0:

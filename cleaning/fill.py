@@ -5,6 +5,8 @@ print spreads over the open part of the gap; since the gap is about half as high
 cancels, and the share of the height that is filled follows from the share of the area that joints take.
 """
 
+from cleaning.demands import require_not_negative
+from cleaning.errors import CleaningError
 from cleaning.parameters import Gap, Soil
 
 _LEAST_OPEN = 0.01
@@ -17,7 +19,13 @@ def fill_share(soil: Soil, coverage: float, paste_factor: float | None = None) -
         soil: What is to be removed.
         coverage: Share of the underside that joints take, 0 to 1.
         paste_factor: Scales f0 for this part; left out: that of the soil.
+
+    Raises:
+        CleaningError: the coverage is no share.
     """
+    require_not_negative(coverage=coverage)
+    if coverage > 1.0:
+        raise CleaningError(f"coverage must be a share of at most 1, not {coverage:g}")
     factor = soil.paste_factor if paste_factor is None else paste_factor
     amount = soil.retained * factor * coverage
     free = 1.0 - coverage

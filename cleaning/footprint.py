@@ -3,7 +3,11 @@
 import math
 from dataclasses import dataclass
 
+from cleaning.demands import require_not_negative, require_positive
+from cleaning.errors import CleaningError
+
 _FLAT = 1e-12
+_QUARTER = 0.5 * math.pi
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +43,17 @@ def footprint(half_angle: float, tilt: float, height: float) -> Footprint:
     Args:
         half_angle: From the axis to the cone, rad, between 0 and a quarter turn.
         tilt: From the normal of the plane to the axis, rad, from 0 to below a quarter turn.
-        height: Of the apex above the plane.
+        height: Of the apex above the plane, in any unit: lengths come out in it.
+
+    Raises:
+        CleaningError: an angle or the height is none.
     """
+    require_positive(height=height)
+    require_not_negative(half_angle=half_angle, tilt=tilt)
+    if max(half_angle, tilt) >= _QUARTER:
+        raise CleaningError(
+            f"half_angle {half_angle:g} and tilt {tilt:g} must be below a quarter turn, {_QUARTER:.4f} rad"
+        )
     sine, cosine = math.sin(half_angle), math.cos(half_angle)
     discriminant = math.cos(tilt) ** 2 - sine**2
     near = height * math.tan(tilt - half_angle)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from cleaning.demands import require_not_negative, require_positive
 from cleaning.errors import CleaningError
 from cleaning.gap_grid import Grid
 from cleaning.gap_solve import Held, Rim, assemble, link, pad
@@ -44,8 +45,11 @@ def fill(grid: Grid, rim: Rim, depth_m: ArrayLike, viscosity_pa_s: float, held: 
         held: impulses inside, such as at holes that fill; not counted as wet themselves.
 
     Raises:
-        CleaningError: an impulse is negative: liquid that runs out again is no filling.
+        CleaningError: an impulse is negative: liquid that runs out again is no filling; or a depth or the viscosity
+            is no number that it can be.
     """
+    require_not_negative(depth_m=depth_m)
+    require_positive(viscosity_pa_s=viscosity_pa_s)
     padded = pad(grid, rim, held)
     links = link(grid, rim, None if held is None else held.level)
     if len(padded) > 1:
@@ -62,6 +66,8 @@ def fill(grid: Grid, rim: Rim, depth_m: ArrayLike, viscosity_pa_s: float, held: 
 
 def front_m(impulse_pa_s: float, height_m: float, viscosity_pa_s: float) -> float:
     """How far a straight front gets between plates: L^2 = h^2 w / (6 mu), which is Washburn's law for capillarity."""
+    require_not_negative(impulse_pa_s=impulse_pa_s)
+    require_positive(height_m=height_m, viscosity_pa_s=viscosity_pa_s)
     return float(np.sqrt(height_m**2 * impulse_pa_s / (6.0 * viscosity_pa_s)))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.underside import Joint
+from cleaning.demands import require_not_negative
 from cleaning.edges import SEGMENTS
 from cleaning.errors import CleaningError
 from cleaning.gap_grid import Grid, mobility_of, narrowed_grid
@@ -84,9 +85,10 @@ def solve_gap(length_m: float, width_m: float, height_m: float, joints: Sequence
         cells: along the longer side.
 
     Raises:
-        CleaningError: a size is not positive, or there are fewer than two cells.
+        CleaningError: a size is not positive, a joint is no outline, or there are fewer than two cells.
     """
     lattice = _lattice(length_m, width_m, height_m, cells)
+    _check_joints(joints)
     joints = tuple(quantised(joint) for joint in joints)
     posts, walls = split_posts(joints, RESOLVED * min(lattice.dx_m, lattice.dy_m))
     thick = outlines_of(walls, ROUND_SKIN * height_m, STRAIGHT_SKIN * height_m)
@@ -117,6 +119,13 @@ def solve_gap(length_m: float, width_m: float, height_m: float, joints: Sequence
         coverage,
         share[listed].astype(np.float32),
     )
+
+
+def _check_joints(joints: Sequence[Joint]) -> None:
+    for joint in joints:
+        if not np.isfinite((joint.x_mm, joint.y_mm, joint.turn_rad)).all():
+            raise CleaningError(f"a joint needs a place, not ({joint.x_mm:g}, {joint.y_mm:g}) mm, {joint.turn_rad:g}")
+        require_not_negative(length_mm=joint.length_mm, width_mm=joint.width_mm)
 
 
 def _lattice(length_m: float, width_m: float, height_m: float, cells: int) -> Lattice:

@@ -5,6 +5,8 @@ from typing import cast
 
 from scipy.optimize import brentq
 
+from cleaning.demands import require_not_negative, require_temperature
+
 _ZERO_C = 273.15
 _ATMOSPHERE_PA = 101325.0
 _GAS_CONSTANT = 8.314462618
@@ -66,6 +68,8 @@ def wet_surface_c(air_c: float, vapour_pa: float) -> float:
         air_c: Of the stream.
         vapour_pa: Partial pressure of the vapour in it; what is more than saturates it does not count.
     """
+    require_temperature(air_c=air_c)
+    require_not_negative(vapour_pa=vapour_pa)
     present = vapour_kg_m3(min(vapour_pa, saturation_pa(air_c)), air_c)
 
     def surplus(surface_c: float) -> float:

@@ -13,6 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from cleaning.demands import require_not_negative, require_temperature
 from cleaning.parameters import Soil
 
 GAS_CONSTANT = 8.314462618
@@ -24,6 +25,8 @@ REFERENCE_C = 60.0
 
 def softening_rate(soil: Soil, temperature_c: float, concentration_pct: float) -> float:
     """Give k1, 1/s: Arrhenius in temperature, saturating in concentration; 0 without a cleaning agent."""
+    require_temperature(temperature_c=temperature_c)
+    require_not_negative(concentration_pct=concentration_pct)
     warmth = 1.0 / (ZERO_C + temperature_c) - 1.0 / (ZERO_C + REFERENCE_C)
     arrhenius = math.exp(-1000.0 * soil.activation_kj_mol / GAS_CONSTANT * warmth)
     saturation = concentration_pct / (concentration_pct + soil.half_pct)
@@ -34,6 +37,7 @@ def softening_rate(soil: Soil, temperature_c: float, concentration_pct: float) -
 def removal_rate(soil: Soil, shear_pa: NDArray[np.floating]) -> NDArray[np.float64]:
     """Give k2, 1/s, for each wall shear: a power of it above the threshold, else 0."""
     shear = np.asarray(shear_pa, dtype=np.float64)
+    require_not_negative(shear_pa=shear)
     rate = soil.k_m_per_s * (shear / soil.shear_reference_pa) ** soil.shear_exponent
     return np.where(shear > soil.shear_threshold_pa, rate, 0.0)
 
@@ -56,7 +60,11 @@ def step(
 
     Returns:
         What is hard and what is soft afterwards.
+
+    Raises:
+        CleaningError: a number is negative or not finite.
     """
+    require_not_negative(hard=hard, soft=soft, k1=k1, k2=k2, seconds=seconds)
     hard_, soft_ = np.asarray(hard, dtype=np.float64), np.asarray(soft, dtype=np.float64)
     a = np.asarray(k1, dtype=np.float64) * seconds
     b = np.asarray(k2, dtype=np.float64) * seconds

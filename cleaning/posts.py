@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
+from cleaning.demands import require_not_negative, require_positive
 from cleaning.errors import CleaningError
 
 ROUND_SKIN = 0.28
@@ -32,6 +33,7 @@ def round_posts(solid: ArrayLike) -> NDArray[np.float64]:
     Rayleigh (1892) as carried on by Perrins and others (1979); above `NEARLY` Keller's (1963) law for narrow gaps, made
     to meet it. Pressure in a gap and voltage in a sheet with holes obey the same equation.
     """
+    require_not_negative(solid=solid)
     share = np.asarray(solid, dtype=np.float64)
     wide = np.minimum(share, NEARLY)
     narrow = np.sqrt(np.maximum(TOUCHING - np.maximum(share, NEARLY), 0.0))
@@ -41,6 +43,7 @@ def round_posts(solid: ArrayLike) -> NDArray[np.float64]:
 
 def square_posts(solid: ArrayLike) -> NDArray[np.float64]:
     """K of a square array of square posts, wide against the height of the gap; 0 where they touch."""
+    require_not_negative(solid=solid)
     side = np.sqrt(np.clip(np.asarray(solid, dtype=np.float64), 0.0, 1.0))
     return np.clip(np.asarray(_SQUARE(side), dtype=np.float64), 0.0, 1.0)
 
@@ -51,6 +54,7 @@ def tall_posts(solid: ArrayLike) -> NDArray[np.float64]:
     Up to a solid share of 0.05 the drag of Sangani and Acrivos (1982), above it Gebart's (1992) law for narrow gaps
     times a table that comes from Brinkman's equation; 0 where posts touch.
     """
+    require_not_negative(solid=solid)
     share = np.asarray(solid, dtype=np.float64)
     thin = np.clip(share, 1e-12, _TALL_SHARES[0])
     dilute = (-0.5 * np.log(thin) - 0.738 + thin - 0.887 * thin**2 + 2.038 * thin**3) / (4.0 * np.pi)
@@ -64,6 +68,8 @@ def inflated_share(diameter: ArrayLike, pitch: ArrayLike, height: ArrayLike) -> 
 
     All three in the same unit.
     """
+    require_not_negative(diameter=diameter, height=height)
+    require_positive(pitch=pitch)
     radius = 0.5 * np.asarray(diameter, dtype=np.float64) + ROUND_SKIN * np.asarray(height, dtype=np.float64)
     return np.pi * (radius / np.asarray(pitch, dtype=np.float64)) ** 2
 
@@ -76,6 +82,8 @@ def post_factor(diameter: ArrayLike, pitch: ArrayLike, height: ArrayLike) -> NDA
     where layers fill the space between posts. Within 4 % of 3-D Stokes flow for solid shares of 0.05 to 0.6 and
     heights of 0.1 to 2 pitches.
     """
+    require_not_negative(diameter=diameter, height=height)
+    require_positive(pitch=pitch)
     pitches = np.asarray(pitch, dtype=np.float64)
     solid = np.pi * (0.5 * np.asarray(diameter, dtype=np.float64) / pitches) ** 2
     low, tall = round_posts(solid), tall_posts(solid)
@@ -99,6 +107,7 @@ def duct_factor(width_over_height: ArrayLike) -> NDArray[np.float64]:
 
 def duct_with_skin(width_over_height: ArrayLike) -> NDArray[np.float64]:
     """The same from walls that are moved inwards by the skin: good from a width of two heights on."""
+    require_positive(width_over_height=width_over_height)
     ratio = np.asarray(width_over_height, dtype=np.float64)
     return np.maximum(1.0 - 2.0 * STRAIGHT_SKIN / ratio, 0.0)
 

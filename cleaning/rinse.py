@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from cleaning.demands import require_not_negative, require_positive
 from cleaning.parameters import Liquid, Rinse
 from cleaning.stages import Stage
 from cleaning.under import GapStage
@@ -15,6 +16,7 @@ _SALT_US_CM_PER_G_M3 = 2.16
 
 def film_exchanges(rinse: Rinse, volume_mm: float) -> float:
     """How often the film on an exposed surface is renewed by a volume of liquid per area, mm."""
+    require_not_negative(volume_mm=volume_mm)
     return 1000.0 * volume_mm / rinse.film_um
 
 
@@ -27,6 +29,7 @@ def salt_g_m3(resistivity_mohm_cm: float | None) -> float:
     """Ions in water as common salt, from its resistivity; none where it is not stated or above that of pure water."""
     if resistivity_mohm_cm is None:
         return 0.0
+    require_positive(resistivity_mohm_cm=resistivity_mohm_cm)
     return max(0.0, (1.0 / resistivity_mohm_cm - _PURE_WATER_US_CM) / _SALT_US_CM_PER_G_M3)
 
 
@@ -42,11 +45,13 @@ def diluted_g_m3(rinse: Rinse, before_g_m3: float, exchanges: float, water_g_m3:
         exchanges: N.
         water_g_m3: What the water brings.
     """
+    require_not_negative(before_g_m3=before_g_m3, exchanges=exchanges, water_g_m3=water_g_m3)
     return water_g_m3 + max(before_g_m3 - water_g_m3, 0.0) * math.exp(-rinse.efficiency * exchanges)
 
 
 def ionic_ug_cm2(content_g_m3: float, film_um: float) -> float:
     """What stays on a surface when a film on it dries: an index, not a measurement."""
+    require_not_negative(content_g_m3=content_g_m3, film_um=film_um)
     return 1e-4 * content_g_m3 * film_um
 
 

@@ -5,10 +5,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from cleaning.demands import require_not_negative, require_positive
 from cleaning.gap_solve import Flow
 
 STILL = 1e-12
 """Share of the strongest flow below which a face lets nothing through: rounding makes circles otherwise."""
+_NOTHING = 1e-300
 
 
 def saturation(
@@ -16,10 +18,14 @@ def saturation(
 ) -> NDArray[np.float64]:
     """Share of saturation at the end of a way through a gap of even height: 1 - exp(-k L / (u h)).
 
-    ``dissolving_m_s`` is the mass transfer coefficient of the soiled wall.
+    ``dissolving_m_s`` is the mass transfer coefficient of the soiled wall. What stands still is saturated. All
+    arguments broadcast.
     """
+    require_not_negative(dissolving_m_s=dissolving_m_s, path_m=path_m, u_m_s=u_m_s)
+    require_positive(height_m=height_m)
     ways = np.asarray(dissolving_m_s, dtype=np.float64) * np.asarray(path_m, dtype=np.float64)
-    return -np.expm1(-ways / (np.asarray(u_m_s, dtype=np.float64) * np.asarray(height_m, dtype=np.float64)))
+    flow = np.asarray(u_m_s, dtype=np.float64) * np.asarray(height_m, dtype=np.float64)
+    return -np.expm1(-ways / np.maximum(flow, _NOTHING))
 
 
 def saturation_in(
@@ -39,6 +45,8 @@ def saturation_in(
     Returns:
         (k, rows, columns) and (k,) shares of saturation; the second is the mean of what leaves through the rim.
     """
+    require_not_negative(soiled_m2=soiled_m2, dissolving_m_s=dissolving_m_s)
+    require_positive(viscosity_pa_s=viscosity_pa_s)
     shape = flow.pressure.shape[1:]
     area = np.broadcast_to(np.asarray(soiled_m2, dtype=np.float64), shape).ravel()
     cells, ends = np.ones(flow.pressure.shape), np.ones(len(flow.pressure))
