@@ -12,6 +12,8 @@ from cleaning.under import GapResult, GapStage
 
 _DECIDING = frozenset({"R4", "R5", "R14"})
 _OF_FLOW = frozenset({"R6", "R7", "R8"})
+_LEAST_PERCENT = 0.01
+"""Of residue: far below every limit, so that its digits mean nothing."""
 
 
 def judge_gaps(case: Case) -> list[Judgement]:
@@ -69,7 +71,7 @@ def _with_bound(judgement: Judgement, other: str, gap: GapResult) -> Judgement:
     if other == judgement.verdict:
         return judgement
     told = "without a verdict" if other == "no verdict" else other
-    bound = f" At the other bound, a standoff of {1000 * gap.standoff_mm:.0f} um, it is {told}."
+    bound = f" At the other bound, a standoff of {1000 * gap.standoff_mm:.0f} µm, it is {told}."
     return replace(judgement, because=judgement.because + bound)
 
 
@@ -98,7 +100,7 @@ def _unwashed(case: Case) -> Judgement:
 
 
 def _gap_text(gap: GapResult) -> str:
-    return f"under it, in a gap of {1000 * gap.standoff_mm:.0f} um"
+    return f"under it, in a gap of {1000 * gap.standoff_mm:.0f} µm"
 
 
 def _beyond(case: Case, gap: GapResult, acts: list[tuple[Stage, GapStage]]) -> list[Judgement]:
@@ -108,11 +110,11 @@ def _beyond(case: Case, gap: GapResult, acts: list[tuple[Stage, GapStage]]) -> l
     if 1000.0 * gap.standoff_mm <= limits.thickest_um and reynolds <= limits.most_reynolds:
         return []
     numbers = (
-        Number("standoff", 1000.0 * gap.standoff_mm, "um", limits.thickest_um),
+        Number("standoff", 1000.0 * gap.standoff_mm, "µm", limits.thickest_um),
         Number("reduced Reynolds number", reynolds, "", limits.most_reynolds),
     )
     because = (
-        f"A gap of {numbers[0].value:.0f} um with a reduced Reynolds number of {reynolds:.2g} is no thin gap, so that "
+        f"A gap of {numbers[0].value:.0f} µm with a reduced Reynolds number of {reynolds:.2g} is no thin gap, so that "
         "nothing can be said of the flow under it."
     )
     return [Judgement("R14", "model limit", "no verdict", "A", numbers, because, "Inspect it.", "", case.place)]
@@ -194,10 +196,17 @@ def _residue(case: Case, gap: GapResult) -> list[Judgement]:
     verdict: Verdict = "dirty" if gap.residue > limits.gap_dirty else "marginal"
     if gap.residue <= limits.gap_marginal and not pocket:
         verdict = "clean"
-    because = f"{mean:.2g} % of the residue is left {_gap_text(gap)}; in its worst tenth {worst:.2g} %."
+    because = f"{_percent(mean)} of the residue is left {_gap_text(gap)}; in its worst tenth {_percent(worst)}."
     advice = "" if verdict == "clean" else "Soak longer, wash warmer, or add perimeter passes."
     name = "pocket" if pocket and gap.residue <= limits.gap_dirty else "residue"
     return [Judgement("R7", name, verdict, grade, numbers, because, advice, "", _pocket_place(case, gap))]
+
+
+def _percent(value: float) -> str:
+    """Write percent with two digits, and what is next to nothing as that."""
+    if 0.0 < value < _LEAST_PERCENT:
+        return f"less than {_LEAST_PERCENT:g} %"
+    return f"{value:.0f} %" if value >= 10.0 else f"{value:.2g} %"
 
 
 def _pocket_place(case: Case, gap: GapResult) -> tuple[float, float, float]:
@@ -227,8 +236,8 @@ def _rinsed(case: Case, gap: GapResult, rinses: list[tuple[Stage, GapStage]]) ->
             )
         )
     if limits.ionic_ug_cm2 is not None and gap.ionic_ug_cm2 > limits.ionic_ug_cm2:
-        ionic = Number("estimated ionic index", gap.ionic_ug_cm2, "ug/cm2", limits.ionic_ug_cm2)
-        because = f"An estimated {ionic.value:.2g} ug/cm2 stays {_gap_text(gap)}; your limit is {ionic.limit:g}."
+        ionic = Number("estimated ionic index", gap.ionic_ug_cm2, "µg/cm²", limits.ionic_ug_cm2)
+        because = f"An estimated {ionic.value:.2g} µg/cm² stays {_gap_text(gap)}; your limit is {ionic.limit:g}."
         found.append(Judgement("R11", "ionic", "dirty", "C", (ionic,), because, "Rinse more.", "", case.place))
     return found
 
@@ -241,8 +250,8 @@ def _dried(case: Case, gap: GapResult) -> list[Judgement]:
     if drying.bake_c is not None and gap.dry_s is not None and gap.dry_s <= 60.0 * drying.bake_min:
         return []
     standoff = 1000.0 * gap.standoff_mm
-    numbers = (Number("gap", standoff, "um"), Number("least gap that is blown clear", gap.blow_off_um, "um"))
-    clears = f"gaps from {gap.blow_off_um:.0f} um on" if np.isfinite(gap.blow_off_um) else "no gap here"
-    because = f"Drying blows clear {clears}; this one is {standoff:.0f} um high."
+    numbers = (Number("gap", standoff, "µm"), Number("least gap that is blown clear", gap.blow_off_um, "µm"))
+    clears = f"gaps from {gap.blow_off_um:.0f} µm on" if np.isfinite(gap.blow_off_um) else "no gap here"
+    because = f"Drying blows clear {clears}; this one is {standoff:.0f} µm high."
     advice = "Blow from nearer or slower, or bake the board afterwards (drying.bake_c)."
     return [Judgement("R12", "wet under part", "marginal", "B", numbers, because, advice, "", case.place)]

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
+from math import isinf
 
 from cleaning.assumptions import assumptions_of
 from cleaning.cleanliness import Outcome, outcome, stays_wet, unclean_parts
@@ -63,6 +64,8 @@ def amount_text(value: float) -> str:
     """Write three digits of a number; of next to nothing, that it is that."""
     if 0 < value < _LEAST:
         return f"under {_LEAST:g}"
+    if isinf(value):
+        return "∞"
     return f"{value:,.0f}" if 1000 <= abs(value) < 1e9 else f"{value:.3g}"
 
 

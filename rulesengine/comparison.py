@@ -166,7 +166,8 @@ def _worst_residue(report: CleaningReport) -> str:
     """Write the highest residue and where it is; what has no gap has none."""
     known = [(part.residue, part.component) for part in report.parts if part.residue is not None]
     residue, component = max(known, key=lambda each: each[0], default=(0.0, ""))
-    return f"{100 * residue:.3g} % ({component})" if component else _NONE
+    percent = "under 0.01" if 0 < residue < 1e-4 else f"{100 * residue:.3g}"
+    return f"{percent} % ({component})" if component else _NONE
 
 
 def _components(here: CleaningReport, there: CleaningReport) -> list[Row]:

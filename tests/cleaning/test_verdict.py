@@ -209,36 +209,36 @@ def test_what_is_no_thin_gap_has_no_verdict(beyond):
 def test_the_harder_of_two_bounds_decides_and_the_other_is_told():
     judged = one(judge_part(case((gap(residue=0.3), gap(residue=0.01, standoff_mm=0.075)))), "R7")
     assert judged.verdict == "dirty"
-    assert "75 um, it is clean" in judged.because
+    assert "75 µm, it is clean" in judged.because
 
 
 def test_the_higher_bound_decides_where_it_comes_out_worse():
     judged = one(judge_part(case((gap(residue=0.01), gap(residue=0.1, standoff_mm=0.075)))), "R7")
     assert judged.verdict == "marginal"
-    assert "in a gap of 75 um" in judged.because
-    assert "At the other bound, a standoff of 50 um, it is clean." in judged.because
+    assert "in a gap of 75 µm" in judged.because
+    assert "At the other bound, a standoff of 50 µm, it is clean." in judged.because
     known = with_limits(ionic_ug_cm2=0.2)
     ionic = judge_part(case((gap(), gap(ionic_ug_cm2=0.3, standoff_mm=0.15)), known))
     assert one(ionic, "R11").verdict == "dirty"
-    assert "50 um, it is clean" in one(ionic, "R11").because
+    assert "50 µm, it is clean" in one(ionic, "R11").because
 
 
 def test_rules_that_a_dry_gap_is_not_asked_are_not_said_of_the_other_bound():
     dry = gap(wash={"margin_pa": -120.0, "entered": False}, residue=1.0)
     judged = judge_part(case((dry, gap(residue=0.1, standoff_mm=0.075))))
     assert one(judged, "R4").verdict == "dirty"
-    assert "75 um, it is marginal" in one(judged, "R4").because
+    assert "75 µm, it is marginal" in one(judged, "R4").because
     assert "R7" not in rules(judged)
     turned = judge_part(case((gap(residue=0.1), replace(dry, standoff_mm=0.075))))
     assert one(turned, "R4").verdict == "dirty"
-    assert "50 um, it is marginal" in one(turned, "R4").because
+    assert "50 µm, it is marginal" in one(turned, "R4").because
     assert "R7" not in rules(turned)
 
 
 def test_a_higher_bound_that_is_no_thin_gap_is_said():
     judged = judge_part(case((gap(), gap(standoff_mm=0.4))))
     assert {each.verdict for each in judged} == {"clean"}
-    assert "a standoff of 400 um, it is no thin gap" in one(judged, "R7").because
+    assert "a standoff of 400 µm, it is no thin gap" in one(judged, "R7").because
     both = judge_part(case((gap(standoff_mm=0.3), gap(standoff_mm=0.4))))
     assert one(both, "R14").verdict == "no verdict"
 
@@ -291,3 +291,16 @@ def test_more_residue_less_liquid_and_fewer_exchanges_never_judge_better(residue
     assert rank(residue, low * worse, missed, n) <= first
     assert rank(residue, low, max(missed, worse), n) <= first
     assert rank(residue, low, missed, n * worse) <= first
+
+
+@pytest.mark.parametrize(
+    ("residue", "worst", "says"),
+    [
+        (0.996, 1.0, "100 % of the residue is left under it, in a gap of 50 µm; in its worst tenth 100 %."),
+        (0.0719, 0.234, "7.2 % of the residue is left under it, in a gap of 50 µm; in its worst tenth 23 %."),
+        (0.00067, 0.0, "0.067 % of the residue is left under it, in a gap of 50 µm; in its worst tenth 0 %."),
+        (2e-9, 3e-5, "less than 0.01 % of the residue is left under it, in a gap of 50 µm; in its worst tenth less "),
+    ],
+)
+def test_residue_is_written_as_a_person_writes_percent(residue, worst, says):
+    assert says in one(judge_part(case((gap(residue=residue, residue_worst=worst),))), "R7").because

@@ -223,10 +223,11 @@ def test_numbers_are_short() -> None:
     low, high = Number("gap", 25.0, "um", 100.0), Number("gap", 50.0, "um", 100.0)
     assert (number_text(low), number_text(low, high)) == ("gap 25 um (limit 100)", "gap 25 to 50 um (limit 100)")
     assert [amount_text(value) for value in (0.0, 0.0312, 12.34, 12345.6, float("inf"))] == [
-        "0", "0.0312", "12.3", "12,346", "inf",
+        "0", "0.0312", "12.3", "12,346", "∞",
     ]  # fmt: skip
     assert number_text(Number("volume", 6.1e-06, "mm")) == "volume under 0.001 mm"
     assert number_text(Number("volume", 0.0, "mm")) == "volume 0 mm"
+    assert number_text(Number("gap", float("inf"), "µm")) == "gap ∞ µm"
     assert number_text(Number("margin", -4e-4, "Pa")) == "margin -0.0004 Pa"
 
 

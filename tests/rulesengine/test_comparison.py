@@ -75,3 +75,10 @@ def test_without_gaps_there_is_no_residue():
     bare = replace(report, parts=tuple(replace(part, gaps=()) for part in report.parts))
     rows = {row.name: row for row in compare_cleaning(report, bare)}
     assert rows["Worst residue under a part"].there == "none"
+
+
+def test_residue_that_is_next_to_nothing_is_said_to_be_that():
+    report = small_report()
+    rinsed = tuple(replace(part, gaps=tuple(replace(gap, residue=2e-9) for gap in part.gaps)) for part in report.parts)
+    rows = {row.name: row for row in compare_cleaning(report, replace(report, parts=rinsed))}
+    assert rows["Worst residue under a part"].there.startswith("under 0.01 % (")
