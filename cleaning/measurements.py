@@ -46,6 +46,14 @@ class Measurements:
     """(n,) line in the file, from 1."""
     header_line: int
 
+    @property
+    def repeated(self) -> list[tuple[int, int]]:
+        """Lines that say the same as an earlier one to the last digit, each with that one."""
+        first: dict[tuple[float, ...], int] = {}
+        rows = zip(*(column.tolist() for column in self.columns.values()), strict=True)
+        pairs = [(line, first.setdefault(row, line)) for line, row in zip(self.lines.tolist(), rows, strict=True)]
+        return [(line, earlier) for line, earlier in pairs if line != earlier]
+
     def __len__(self) -> int:
         """Number of measurements."""
         return len(self.lines)

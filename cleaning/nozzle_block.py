@@ -86,11 +86,14 @@ def choose_nozzle(source: str | Path, name: str | None) -> tuple[str, HollowCone
     cones = {key: nozzle for key, nozzle in nozzles.items() if isinstance(nozzle, HollowCone)}
     if name is None and len(cones) == 1:
         return next(iter(cones.items()))
-    if name is None or name not in cones:
+    if name is not None and name in cones:
+        return name, cones[name]
+    if not cones:
+        message = "this recipe has no hollow cone; name one that has with --recipe"
+    else:
         wanted = "--nozzle must say which one" if name is None else f"{name!r} is no hollow cone of this recipe"
         message = f"{wanted}; {name_nearest(name or '', cones)}"
-        raise CleaningError(message, path="nozzles", file=find_recipe(source))
-    return name, cones[name]
+    raise CleaningError(message, path="nozzles", file=find_recipe(source))
 
 
 def _numbers(fit: RingFit) -> dict[str, float]:

@@ -138,12 +138,13 @@ def gap(
 
 def _check(data: Path, recipe: str, output: Path | None, picture: Path | None, *read: str) -> None:
     """Refuse places that cannot be meant or written, before the work begins."""
-    from rulesengine.commands.writing import check_apart
+    from rulesengine.commands.writing import check_apart, check_named
     from rulesengine.drawing import check_suffix
 
     if picture is not None:
         check_suffix(picture.suffix)
     check_apart((data, recipe, *read), [path for path in (output, picture) if path is not None])
+    check_named({"a YAML file": output})
 
 
 def _write(contents: dict[Path | None, bytes | None]) -> None:

@@ -13,6 +13,7 @@ from cleaning.intervals import Estimate
 from cleaning.measurements import Measurements
 from cleaning.parameters import Liquid, Parameters
 from recipes.keys import name_nearest
+from rulesengine.summary import amount
 
 
 def choose_solution(parameters: Parameters, name: str | None) -> Liquid:
@@ -74,6 +75,14 @@ def _print_source(console: Console, measurements: Measurements, how_well: str) -
     made_up = "  SYNTHETIC" if measurements.synthetic else ""
     told = f"{measurements.source}: {len(measurements)} rows, {how_well}{made_up}"
     console.print(escape(told), soft_wrap=True, highlight=False)
+    repeated = measurements.repeated
+    if repeated:
+        line, earlier = repeated[0]
+        says = "says" if len(repeated) == 1 else "say"
+        console.print(
+            f"{amount(len(repeated), 'row')} {says} the same as an earlier one, first line {line} as line {earlier}: "
+            "what was pasted twice makes intervals too narrow."
+        )
 
 
 def _waves(amplitudes: tuple[float, ...], unit: str) -> str:
@@ -82,7 +91,7 @@ def _waves(amplitudes: tuple[float, ...], unit: str) -> str:
     for order, (cosine, sine) in enumerate(zip(amplitudes[::2], amplitudes[1::2], strict=True), 1):
         most = math.degrees(math.atan2(sine, cosine)) / order % (360 / order)
         times = "once" if order == 1 else "twice"
-        told.append(f"{math.hypot(cosine, sine):.2g}{unit} {times} around, most at {most:.0f}")
+        told.append(f"{math.hypot(cosine, sine):.2g}{unit} {times} around, most at {most:.0f} degrees")
     return ", ".join(told)
 
 

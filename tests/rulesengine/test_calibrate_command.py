@@ -59,12 +59,14 @@ def test_coupons_make_a_set_that_says_what_they_do_not_tell(tmp_path: Path) -> N
     [
         (("ring", "none.csv"), "error: none.csv: cannot be read: No such file"),
         (("ring", RING, "--nozzle", "knife"), "'knife' is no hollow cone of this recipe; known: ring60"),
-        (("ring", RING, "--recipe", "dry-only"), "--nozzle must say which one; known: none"),
+        (("ring", RING, "--recipe", "dry-only"), "this recipe has no hollow cone; name one that has with --recipe"),
+        (("ring", RING, "-o", "mine.wash"), "its name is that of a program, and a YAML file is to be written"),
         (("ring", COUPONS), f"error: {COUPONS}:3: unknown column 'standoff_um'"),
         (("gap", RING), f"error: {RING}:3: unknown column 'tilt_deg'; "),
         (("gap", COUPONS, "--solution", "soap"), "'soap' is no liquid for washing; known: saponifier-15"),
         (("gap", COUPONS, "--parameters", "mine"), "no parameter set 'mine'"),
         (("gap", COUPONS, "--date", "today"), "'today' is no date"),
+        (("gap", COUPONS, "--date", "2026-13-45"), "'2026-13-45' is no date"),
         (("gap", COUPONS, "--picture", "a.pdf"), "a picture is written as .png or .svg"),
         (("gap", COUPONS, "-o", COUPONS), "it is read by this command"),
     ],
@@ -94,3 +96,19 @@ def test_rings_of_all_kinds_are_drawn(tmp_path: Path) -> None:
     assert "All sheets have one tilt" in result.out
     assert "The ring is a circle" in result.out
     assert "60 mm, tilted 0" in picture.read_text("utf-8")
+
+
+def test_rows_that_were_pasted_twice_are_noticed(tmp_path: Path) -> None:
+    lines = RING.read_text("utf-8").splitlines()
+    data = tmp_path / "ring.csv"
+    data.write_text("\n".join([*lines, lines[3], lines[7]]), "utf-8")
+    told = washboard("calibrate", "ring", data).out
+    assert f"2 rows say the same as an earlier one, first line {len(lines) + 1} as line 4" in told
+    assert "as an earlier one" not in washboard("calibrate", "ring", RING).out
+
+
+def test_directions_in_which_a_ring_is_widest_are_in_degrees() -> None:
+    assert (
+        "most at 337 degrees, 0.72 degrees twice around, most at 44 degrees."
+        in washboard("calibrate", "ring", RING).out
+    )
