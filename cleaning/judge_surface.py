@@ -93,7 +93,7 @@ def judge_load(case: Case, stage: Stage, exposed: ExposedPart) -> list[Judgement
         warmth = Number("temperature", stage.temperature_c, "°C", window[1])
         because = f"{stage.function} is at {stage.temperature_c:g} °C; it bears {window[0]:g} to {window[1]:g} °C."
         advice = f"Change temperature_c of {stage.function}."
-        found.append(Judgement("R13", "process", "dirty", "A", (warmth,), because, advice, stage.made_by, case.place))
+        found.append(Judgement("R13", "process", "dirty", "B", (warmth,), because, advice, stage.made_by, case.place))
     return found
 
 
