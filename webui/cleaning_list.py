@@ -9,13 +9,16 @@ from rulesengine.cleaning_page import headline, honesty
 from rulesengine.summary import clock
 from webui.boxes import box_html, quiet_html
 from webui.component_card import facts_html
-from webui.palette import ACCENT, INK, QUIET, to_hex
+from webui.listing import Cell, Column, listing_html
+from webui.palette import QUIET, to_hex
 from webui.verdict_colours import VERDICT_COLOURS
 
-MOST_ROWS = 200
-_CELL = "padding:1px 8px 1px 0;white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
-_HEADINGS = (("Part", "left"), ("Verdict", "left"), ("Because", "left"), ("Residue", "right"))
-_WIDTHS = ("18%", "28%", "34%", "20%")
+_COLUMNS = (
+    Column("Part", "18%"),
+    Column("Verdict", "28%"),
+    Column("Because", "34%"),
+    Column("Residue", "20%", "right"),
+)
 
 
 def headline_html(report: CleaningReport) -> str:
@@ -44,17 +47,7 @@ def parts_html(parts: Sequence[Part], selected: str) -> str:
     """Write parts as a table, the selected one marked; a long one says how many more there are."""
     if not parts:
         return quiet_html("The board has no parts.")
-    head = "".join(
-        f'<th style="{_CELL};color:{to_hex(QUIET)};text-align:{side};font-weight:400;width:{width}">{name}</th>'
-        for (name, side), width in zip(_HEADINGS, _WIDTHS, strict=True)
-    )
-    body = "".join(_row(part, marked=part.component == selected) for part in parts[:MOST_ROWS])
-    more = len(parts) - MOST_ROWS
-    return (
-        '<div style="max-height:26vh;overflow-y:auto;margin:0 12px">'
-        f'<table style="border-collapse:collapse;table-layout:fixed;width:100%;font-size:12px;color:{to_hex(INK)}">'
-        f"<tr>{head}</tr>{body}</table></div>" + (quiet_html(f"and {more} better ones") if more > 0 else "")
-    )
+    return listing_html(_COLUMNS, [_cells(part) for part in parts], selected, height="26vh", more="better ones")
 
 
 def judgement_html(judgement: Judgement, stage: str = "") -> str:
@@ -82,16 +75,8 @@ def _number(name: str, value: float, unit: str, limit: float | None) -> str:
     return f"{name} {value:.3g}{' ' if unit else ''}{unit}{against}"
 
 
-def _row(part: Part, *, marked: bool) -> str:
+def _cells(part: Part) -> tuple[Cell, ...]:
     residue = "" if part.residue is None else f"{100 * part.residue:.1f} %"
     told = outcome(part)
-    texts = (part.component, told, part.judgements[0].name, residue)
     dot = f'<span style="color:{to_hex(VERDICT_COLOURS[told])}">\N{BLACK CIRCLE}</span> '
-    lead = ("", dot, "", "")
-    styles = ("", "", "", "text-align:right;font-variant-numeric:tabular-nums")
-    cells = "".join(
-        f'<td style="{_CELL};{style}" title="{escape(text)}">{mark}{escape(text)}</td>'
-        for text, style, mark in zip(texts, styles, lead, strict=True)
-    )
-    ground = f' style="background:#fbf1ee;box-shadow:inset 3px 0 0 {to_hex(ACCENT)}"' if marked else ""
-    return f"<tr{ground}>{cells}</tr>"
+    return Cell(part.component), Cell(told, mark=dot), Cell(part.judgements[0].name), Cell(residue)

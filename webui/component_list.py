@@ -4,21 +4,17 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from html import escape
 
 from boards.board import Component
 from geometry.finding import Finding, Severity
 from webui.boxes import quiet_html
 from webui.finding_list import SEVERITY_COLOURS
-from webui.palette import ACCENT, INK, QUIET, to_hex
+from webui.listing import Cell, Column, listing_html
 from webui.session import Session
 
-MOST_ROWS = 200
 _WILD = "*?["
 _WORD = re.compile(r"[^\s+/,;:()'\"]+")
-_CELL = "padding:1px 8px 1px 0;white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
-_HEADINGS = (("Part", "left"), ("Package", "left"), ("Class", "left"), ("Height", "right"))
-_WIDTHS = ("18%", "37%", "24%", "21%")
+_COLUMNS = (Column("Part", "18%"), Column("Package", "37%"), Column("Class", "24%"), Column("Height", "21%", "right"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,18 +59,8 @@ def rows_html(rows: Sequence[Row], selected: str) -> str:
     """Write the list as a table; a long one says how many more there are."""
     if not rows:
         return quiet_html("No component fits. Clear the filter to see all.")
-    head = "".join(
-        f'<th style="{_CELL};color:{to_hex(QUIET)};text-align:{side};font-weight:400;width:{width}">{name}</th>'
-        for (name, side), width in zip(_HEADINGS, _WIDTHS, strict=True)
-    )
-    body = "".join(_row(row, marked=row.component.name == selected) for row in rows[:MOST_ROWS])
-    more = len(rows) - MOST_ROWS
-    return (
-        '<div style="max-height:34vh;overflow-y:auto;margin:0 12px">'
-        f'<table style="border-collapse:collapse;table-layout:fixed;width:100%;font-size:12px;color:{to_hex(INK)}">'
-        f"<tr>{head}</tr>{body}</table></div>"
-        + (quiet_html(f"and {more} more; filter to see them") if more > 0 else "")
-    )
+    cells = [_cells(row) for row in rows]
+    return listing_html(_COLUMNS, cells, selected, height="34vh", more="more; filter to see them")
 
 
 _RANK: dict[Severity | None, int] = {"error": 0, "warning": 1, "info": 2, None: 2}
@@ -84,17 +70,11 @@ def _worst(findings: Sequence[Finding]) -> Severity | None:
     return min((finding.severity for finding in findings), key=lambda severity: _RANK[severity], default=None)
 
 
-def _row(row: Row, *, marked: bool) -> str:
+def _cells(row: Row) -> tuple[Cell, ...]:
     component = row.component
-    texts = (component.name, component.package, row.component_class, f"{component.height_mm:.2f} mm")
-    name = f"font-weight:600;color:{SEVERITY_COLOURS[row.worst]}" if row.worst else ""
-    styles = (name, "", "", "text-align:right")
-    cells = "".join(
-        f'<td style="{_CELL};{style}" title="{escape(text)}">{escape(text)}</td>'
-        for text, style in zip(texts, styles, strict=True)
-    )
-    ground = f' style="background:#fbf1ee;box-shadow:inset 3px 0 0 {to_hex(ACCENT)}"' if marked else ""
-    return f"<tr{ground}>{cells}</tr>"
+    style = f"font-weight:600;color:{SEVERITY_COLOURS[row.worst]}" if row.worst else ""
+    others = (component.package, row.component_class, f"{component.height_mm:.2f} mm")
+    return Cell(component.name, style), *map(Cell, others)
 
 
 def _fits(row: Row, wanted: str) -> bool:

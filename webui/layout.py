@@ -47,18 +47,14 @@ def lay_out(page: Page) -> list[Panel]:
     panels: list[Panel] = [scene]
     panels.append(StatusPanel(page, scene))
     gui.add_html(_NARROW_TABS)
-    left = gui.add_panel()
-    for label, kind in _LEFT:
-        with left.add_tab(label):
-            panels.append(kind(page, scene))
+    left, right = gui.add_panel(), gui.add_panel()
+    for side, kinds in ((left, _LEFT), (right, _RIGHT)):
+        for label, kind in kinds:
+            with side.add_tab(label):
+                panels.append(kind(page, scene))
+        side.set_width(_SIDE_PX)
     left.dock_left()
-    left.set_width(_SIDE_PX)
-    right = gui.add_panel()
-    for label, kind in _RIGHT:
-        with right.add_tab(label):
-            panels.append(kind(page, scene))
     right.dock_right()
-    right.set_width(_SIDE_PX)
     gui.main_panel.float(x=-20, y=20, width=_STATUS_PX)
     below = gui.add_panel()
     with below.add_tab("Playback"):

@@ -1,6 +1,6 @@
 """What the page says about strokes: legend, card, neighbours in the program."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
 from webui.around import step_around
@@ -17,25 +17,24 @@ _MOST_FINDINGS = 4
 
 def legend_html(tints: Mapping[str, Tint]) -> str:
     """Say what colours mean."""
-    items = "".join(
-        f'<span style="display:inline-flex;align-items:center;margin:0 12px 2px 0">'
-        f'<span style="width:14px;height:4px;border-radius:2px;background:{to_hex(tint)};margin-right:5px"></span>'
-        f"{escape(name)}</span>"
-        for name, tint in tints.items()
-    )
-    return f'<div style="margin:0 12px;font-size:12px;color:{to_hex(INK)};line-height:1.6">{items}</div>'
+    shape = "width:14px;height:4px;border-radius:2px;margin-right:5px"
+    return _legend_html(shape, [(tint, escape(name)) for name, tint in tints.items()])
 
 
 def marker_legend_html() -> str:
     """Say what markers mean."""
     words = {"pause": "pause, larger if longer"}
-    items = "".join(
-        f'<span style="display:inline-flex;align-items:center;margin:0 12px 2px 0">'
-        f'<span style="width:8px;height:8px;transform:rotate(45deg);background:{to_hex(tint)};margin:0 7px 0 3px">'
-        f"</span>{words.get(kind, kind)}</span>"
-        for kind, tint in COLOURS.items()
+    shape = "width:8px;height:8px;transform:rotate(45deg);margin:0 7px 0 3px"
+    return _legend_html(shape, [(tint, words.get(kind, kind)) for kind, tint in COLOURS.items()])
+
+
+def _legend_html(shape: str, items: Iterable[tuple[Tint, str]]) -> str:
+    told = "".join(
+        '<span style="display:inline-flex;align-items:center;margin:0 12px 2px 0">'
+        f'<span style="{shape};background:{to_hex(tint)}"></span>{text}</span>'
+        for tint, text in items
     )
-    return f'<div style="margin:0 12px;font-size:12px;color:{to_hex(INK)};line-height:1.6">{items}</div>'
+    return f'<div style="margin:0 12px;font-size:12px;color:{to_hex(INK)};line-height:1.6">{told}</div>'
 
 
 def makers_in_order(lines: Sequence[StrokeLine]) -> list[str]:

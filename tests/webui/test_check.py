@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from small_page import find, press, small_page
+from small_page import find, press, small_page, wait_for
 from small_scene import SmallScene
 from tiny_session import tiny_session
 
@@ -151,13 +151,6 @@ def opened(session, folder):
         page.open([scene, panel])
         yield page, scene, panel._cards[0]
         page.close()
-
-
-def wait_for(condition):
-    end = time.monotonic() + 20.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
 
 
 def test_check_tells_how_far_it_is_and_what_came_of_it(tmp_path, monkeypatch):

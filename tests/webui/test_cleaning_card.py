@@ -5,7 +5,8 @@ from dataclasses import replace
 from cleaning_report import small_report, soaked_report
 
 from webui.cleaning_card import exposed_html, factors_html, makers_html, part_html, stage_names
-from webui.cleaning_list import MOST_ROWS, headline_html, judgement_html, parts_html
+from webui.cleaning_list import headline_html, judgement_html, parts_html
+from webui.listing import MOST_ROWS
 
 REPORT = small_report()
 

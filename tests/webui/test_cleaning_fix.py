@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from cleaning_report import small_report
-from small_page import find, inputs, press, small_page
+from small_page import find, inputs, press, small_page, wait_for
 from tiny_session import tiny_session
 from tuned_recipe import slower
 
@@ -56,13 +56,6 @@ def by_hand(monkeypatch):
 
     monkeypatch.setattr(tuning_suggest, "suggest_fixes", suggest_fixes)
     return asked
-
-
-def wait_for(condition):
-    end = time.monotonic() + 20.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
 
 
 def shown(page):

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cleaning_report import small_report
-from small_page import find, press, small_page
+from small_page import find, press, small_page, wait_for
 from small_scene import SmallScene
 from tiny_session import tiny_session
 
@@ -48,13 +48,6 @@ def by_hand(monkeypatch):
 
     monkeypatch.setattr(cleaning, "analyse_run", analyse)
     return asked
-
-
-def wait_for(condition):
-    end = time.monotonic() + 20.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
 
 
 def heat_nodes(page):

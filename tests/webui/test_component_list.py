@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from tiny_session import tiny_session
 
 from geometry.finding import Finding
-from webui.component_list import MOST_ROWS, findings_about, list_rows, rows_html
+from webui.component_list import findings_about, list_rows, rows_html
+from webui.listing import MOST_ROWS
 
 
 def names_of(session, wanted=""):

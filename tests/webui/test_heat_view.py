@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from cleaning_report import small_report
+from small_page import wait_for
 
 from webui import heat_view
 from webui.heat_view import HeatView
@@ -43,13 +44,6 @@ def view_of_pieces(monkeypatch, fade_s=0.05):
     monkeypatch.setattr(heat_view, "heat_pieces", lambda facets: heat_pieces(facets, 100))
     drawing = Drawing()
     return HeatView(drawing), drawing
-
-
-def wait_for(condition):
-    end = time.monotonic() + 20.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def test_the_same_colours_send_nothing(monkeypatch):

@@ -5,7 +5,7 @@ import time
 from contextlib import contextmanager
 
 import pytest
-from small_page import find, press, small_page
+from small_page import find, press, small_page, wait_for
 from tiny_session import tiny_session
 
 from geometry.errors import JobError
@@ -25,13 +25,6 @@ def button_of(page, work, done=lambda _: None, failed=lambda _: None):
     button = RunButton(page, "Do", lambda: button.start(work, done, failed), "Does it.", "Stop")
     button.show(HOLDS)
     return button
-
-
-def wait_for(condition):
-    end = time.monotonic() + 20.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def says(button):

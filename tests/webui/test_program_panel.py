@@ -1,12 +1,11 @@
 import io
-import time
 import zipfile
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 
 import pytest
-from small_page import find, press, small_page
+from small_page import find, press, small_page, wait_for
 from small_scene import SmallScene
 from tiny_session import tiny_session
 
@@ -97,13 +96,6 @@ def opened(session, folder):
         page.open([scene, panel])
         yield page, panel, sent
         page.close()
-
-
-def wait_for(condition):
-    end = time.monotonic() + 20.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
 
 
 def test_the_panel_writes_shows_and_gives_away(tmp_path):

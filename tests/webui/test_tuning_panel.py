@@ -4,7 +4,7 @@ import time
 from contextlib import contextmanager
 
 import pytest
-from small_page import find, inputs, press, small_page, windows
+from small_page import find, inputs, press, small_page, wait_for, windows
 from tiny_session import tiny_session
 from tuned_recipe import proposal, slower
 
@@ -38,13 +38,6 @@ def by_hand(monkeypatch):
 
     monkeypatch.setattr(tuning_run, "propose", propose)
     return asked
-
-
-def wait_for(condition):
-    end = time.monotonic() + 20.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
 
 
 def seen(page):

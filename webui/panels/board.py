@@ -9,6 +9,7 @@ import viser
 from boards.board import Board, Side
 from boards.load import board_library, load_board
 from geometry.progress import Progress
+from webui.choices import offer
 from webui.component_card import board_html
 from webui.imports import Loaded, import_board, join_table, progress_html
 from webui.layers.ground import ColourBy
@@ -70,11 +71,7 @@ class BoardPanel:
         return tuple(dict.fromkeys([*self._page.project.boards(), self._given[0], session.board_name]))
 
     def _offer(self, session: Session) -> None:
-        names = self._names(session)
-        if tuple(self._choice.options) != names:
-            self._choice.options = names
-        if self._choice.value != session.board_name:
-            self._choice.value = session.board_name
+        offer(self._choice, self._names(session), session.board_name)
 
     def _choose(self, name: str, *, by_hand: bool) -> None:
         if by_hand and name != self._page.session.board_name:

@@ -11,6 +11,7 @@ from programs.program import MoveTo
 from webui.around import step_around
 from webui.boxes import box_html, quiet_html
 from webui.checked import Checked, check_program, facts_of
+from webui.choices import offer
 from webui.finding_list import kinds_html, name_findings, tally
 from webui.layers.near_mark import near_glb
 from webui.nearness import Near, moment_of, near_at, nearest_of
@@ -88,10 +89,8 @@ class CheckCard:
     def _list_findings(self, session: Session) -> None:
         findings = session.check.findings if session.check is not None else ()
         self._names = name_findings(findings)
-        options = (_NONE, *self._names)
-        if tuple(self._choice.options) != options:
-            self._choice.options = options
-        self._choice.value = next((name for name, each in self._names.items() if each is self._chosen), _NONE)
+        chosen = next((name for name, each in self._names.items() if each is self._chosen), _NONE)
+        offer(self._choice, (_NONE, *self._names), chosen)
         self._choice.visible = self._steps.visible = session.check is not None
         self._list.content = kinds_html(findings, session.loaded, self._chosen) if session.check is not None else ""
 

@@ -5,7 +5,9 @@ import viser
 from cleaning.cleanliness import rank_parts
 from cleaning.results import Part
 from webui.around import step_around
-from webui.cleaning_list import MOST_ROWS, parts_html
+from webui.choices import offer
+from webui.cleaning_list import parts_html
+from webui.listing import MOST_ROWS
 from webui.page import Page
 from webui.scene import Scene
 from webui.session import Session
@@ -51,11 +53,7 @@ class PartsCard:
             return
         self._list.content = parts_html(self._parts, selected)
         names = (_NONE, *(part.component for part in self._parts[:MOST_ROWS]))
-        if tuple(self._choice.options) != names:
-            self._choice.options = names
-        wanted = selected if selected in names else _NONE
-        if self._choice.value != wanted:
-            self._choice.value = wanted
+        offer(self._choice, names, selected if selected in names else _NONE)
 
     def _step(self, button: str) -> None:
         names = [part.component for part in self._parts]

@@ -2,8 +2,10 @@
 
 import viser
 
+from webui.choices import offer
 from webui.component_card import component_html
-from webui.component_list import MOST_ROWS, Row, list_rows, rows_html
+from webui.component_list import Row, list_rows, rows_html
+from webui.listing import MOST_ROWS
 from webui.page import Page
 from webui.scene import Scene
 from webui.session import Session
@@ -51,11 +53,7 @@ class ComponentsPanel:
         selected = session.selection.component
         self._list.content = rows_html(self._rows, selected)
         names = (_NONE, *(row.component.name for row in self._rows[:MOST_ROWS]))
-        if tuple(self._choice.options) != names:
-            self._choice.options = names
-        wanted = selected if selected in names else _NONE
-        if self._choice.value != wanted:
-            self._choice.value = wanted
+        offer(self._choice, names, selected if selected in names else _NONE)
 
     def _go_on(self, steps: int) -> None:
         """Go to the next part of the list, or the one before; around its end."""

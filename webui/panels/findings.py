@@ -5,6 +5,7 @@ import viser
 from geometry.finding import Finding
 from rulesengine.comparison import SEVERITY_WORDS
 from webui.around import step_around
+from webui.choices import offer
 from webui.finding_list import (
     ALL,
     CLEANING,
@@ -72,9 +73,7 @@ class FindingsPanel:
         self._names = name_findings(shown)
         self._list.content = findings_html(shown, session.loaded, self._chosen)
         options = (_NONE, *list(self._names)[:_MOST_NAMED])
-        if tuple(self._choice.options) != options:
-            self._choice.options = options
-        self._choice.value = self._name if self._name in options else _NONE
+        offer(self._choice, options, self._name if self._name in options else _NONE)
 
     @property
     def _name(self) -> str:

@@ -5,6 +5,7 @@ from html import escape
 from robotcell.check import check_cell
 from robotcell.frames import frame_card
 from robotcell.load import LoadedCell
+from webui.choices import offer
 from webui.frame_card import frames_html, mistakes_html
 from webui.page import Page
 from webui.palette import INK, QUIET, to_hex
@@ -51,11 +52,7 @@ class RobotPanel:
             self._show_frames(session)
         if before is not None and session.cell is before.cell:
             return
-        names, wanted = self._names(session), session.cell_name or _NONE
-        if tuple(self._choice.options) != names:
-            self._choice.options = names
-        if self._choice.value != wanted:
-            self._choice.value = wanted
+        offer(self._choice, self._names(session), session.cell_name or _NONE)
         self._about.content = about_html(session.cell)
         self._look.visible = self._seen.visible = session.cell is not None
         if session.cell is not None:
