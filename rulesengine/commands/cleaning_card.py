@@ -113,11 +113,11 @@ def _facts(report: CleaningReport) -> list[tuple[str, str]]:
         word: sum(each.known == word for each in assumed) for word in dict.fromkeys(each.known for each in assumed)
     }
     counts, wet = count_cleanliness(report.parts), wet_count(report)
-    litres = sum(value for _, value in report.litres)
+    litres = f"{sum(value for _, value in report.litres):.2f} l" if report.litres else "no liquid"
     return [
         ("components", ", ".join(f"{count} {verdict}" for verdict, count in counts.items()) or "none"),
         *([("wet", f"{wet} {wet_words(wet)}")] if wet else []),
-        ("takes", f"{clock(report.duration_s)}, {litres:.2f} l"),
+        ("takes", f"{clock(report.duration_s)}, {litres}"),
         ("assumed", f"{len(assumed)} values of {report.parameters.parameters}: "
                     + ", ".join(f"{count} {word}" for word, count in known.items())),
         *(("noted", shorten(each)) for each in remarks(report)),

@@ -66,6 +66,9 @@ def test_the_worst_come_first_with_what_to_do(program: Path, monkeypatch: pytest
     assert "Wash it longer: time limits it most." in told
     assert "1 dirty, 1 marginal, 1 no verdict, 2 clean" in told
     assert "values of default: " in told
+    assert "takes       1 min 32 s, 2.60 l" in told
+    report_instead(monkeypatch, litres=())
+    assert "takes       1 min 32 s, no liquid" in washboard("analyse", program).out
 
 
 @pytest.mark.slow
