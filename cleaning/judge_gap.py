@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from cleaning.case import Case
+from cleaning.digits import two_digits
 from cleaning.results import VERDICTS, Grade, Judgement, Number, Verdict
 from cleaning.stages import Stage
 from cleaning.under import GapResult, GapStage
@@ -114,8 +115,8 @@ def _beyond(case: Case, gap: GapResult, acts: list[tuple[Stage, GapStage]]) -> l
         Number("reduced Reynolds number", reynolds, "", limits.most_reynolds),
     )
     because = (
-        f"A gap of {numbers[0].value:.0f} µm with a reduced Reynolds number of {reynolds:.2g} is no thin gap, so that "
-        "nothing can be said of the flow under it."
+        f"A gap of {numbers[0].value:.0f} µm with a reduced Reynolds number of {two_digits(reynolds)} is no thin gap, "
+        "so that nothing can be said of the flow under it."
     )
     return [Judgement("R14", "model limit", "no verdict", "A", numbers, because, "Inspect it.", "", case.place)]
 
@@ -206,7 +207,7 @@ def _percent(value: float) -> str:
     """Write percent with two digits, and what is next to nothing as that."""
     if 0.0 < value < _LEAST_PERCENT:
         return f"less than {_LEAST_PERCENT:g} %"
-    return f"{value:.0f} %" if value >= 10.0 else f"{value:.2g} %"
+    return f"{two_digits(value)} %"
 
 
 def _pocket_place(case: Case, gap: GapResult) -> tuple[float, float, float]:
@@ -237,7 +238,9 @@ def _rinsed(case: Case, gap: GapResult, rinses: list[tuple[Stage, GapStage]]) ->
         )
     if limits.ionic_ug_cm2 is not None and gap.ionic_ug_cm2 > limits.ionic_ug_cm2:
         ionic = Number("estimated ionic index", gap.ionic_ug_cm2, "µg/cm²", limits.ionic_ug_cm2)
-        because = f"An estimated {ionic.value:.2g} µg/cm² stays {_gap_text(gap)}; your limit is {ionic.limit:g}."
+        because = (
+            f"An estimated {two_digits(ionic.value)} µg/cm² stays {_gap_text(gap)}; your limit is {ionic.limit:g}."
+        )
         found.append(Judgement("R11", "ionic", "dirty", "C", (ionic,), because, "Rinse more.", "", case.place))
     return found
 

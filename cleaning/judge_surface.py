@@ -3,6 +3,7 @@
 from math import ceil
 
 from cleaning.case import Case, Reach
+from cleaning.digits import two_digits
 from cleaning.results import ExposedPart, Judgement, Number, Verdict
 from cleaning.stages import Stage
 
@@ -54,14 +55,14 @@ def _amount(case: Case, reach: Reach) -> Judgement:
     limit = limits.wash_volume_mm if reach.use == "wash" else limits.rinse_volume_mm
     numbers = [Number("volume, 5th percentile", low, "mm", limit), Number("volume, least", least, "mm")]
     share = low / limit
-    most = f"at most {low:.2g} mm" if share >= _NOTHING else f"less than {_NOTHING * limit:g} mm"
+    most = f"at most {two_digits(low)} mm" if share >= _NOTHING else f"less than {_NOTHING * limit:g} mm"
     because = (
         f"The least wetted twentieth of its exposed surface gets {most} in {reach.functions} (limit {limit:g} mm)."
     )
     if reach.use == "wash" and limits.front_s > 0:
         front = reach.exposed.front_s[1]
         numbers.append(Number("time in the wave front, 5th percentile", front, "s", limits.front_s))
-        because += f" It is in the wave front for {front:.2g} s (limit {limits.front_s:g} s)."
+        because += f" It is in the wave front for {two_digits(front)} s (limit {limits.front_s:g} s)."
         share = min(share, front / limits.front_s)
     if share < 1 and reach.repeats > 1:
         share *= reach.repeats
@@ -86,7 +87,7 @@ def judge_load(case: Case, stage: Stage, exposed: ExposedPart) -> list[Judgement
     bears, window = case.override.most_kpa, case.override.window_c
     if bears is not None and exposed.peak_pa > 1000.0 * bears:
         peak = Number("peak pressure", exposed.peak_pa / 1000.0, "kPa", bears)
-        because = f"{stage.function} presses with {peak.value:.2g} kPa on it; it bears {bears:g} kPa."
+        because = f"{stage.function} presses with {two_digits(peak.value)} kPa on it; it bears {bears:g} kPa."
         advice = "Avoid it with a mask, spray from further away, or lower the pressure."
         found.append(Judgement("R3", "damage risk", "dirty", "A", (peak,), because, advice, stage.made_by, case.place))
     if window is not None and not window[0] <= stage.temperature_c <= window[1]:
