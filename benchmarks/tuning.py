@@ -1,11 +1,11 @@
 """What tuning finds from a poor recipe, against a plain grid search over the same knobs.
 
-Run: ``OMP_NUM_THREADS=1 python benchmarks/tuning.py [--analyses 40] [--grid 400] [BOARD]``
+Run: ``OMP_NUM_THREADS=1 python benchmarks/tuning.py [--analyses 40] [--grid 432] [BOARD]``
 
-The poor recipe only rushes across the board. The grid has around it what tuning adds by itself: paths around the
-components and the rim, a slanted one across; their speeds, and how often washing and rinsing are done. It is analysed
-in the order of the time that the programs take, which planning alone tells, up to the first that is clean: no grid
-search needs fewer analyses to find its fastest clean recipe. Both are judged by the same fast analyses.
+The poor recipe only rushes across the board. The grid has what tuning adds by itself: paths around the components and
+the rim, a slanted one across; their speeds, and how often washing and rinsing are done. It is analysed in the order of
+the time that the programs take, which planning alone tells, up to the first that is as clean as the tuned one: no grid
+search needs fewer analyses to find its fastest recipe of that cleanliness. Both are judged by the same fast analyses.
 """
 
 import argparse
@@ -20,6 +20,7 @@ from cleaning.subject import Subject, prepare
 from recipes.load import recipe_library
 from rulesengine.tuning.asked import Asked, Limits
 from rulesengine.tuning.bench import Bench
+from rulesengine.tuning.explain import explain
 from rulesengine.tuning.knobs import KINDS
 from rulesengine.tuning.moves import Allowed
 from rulesengine.tuning.outcome import Outcome, seconds_of
@@ -37,35 +38,52 @@ sequence:
 GRID = """recipe: poor
 extends: smt-aqueous
 templates:
-  sweep: {{speed_mm_s: 60}}
-  rim: {{path: board_perimeter, height_mm: 40, speed_mm_s: {rim}, offset_mm: 5, tilt_deg: 20}}
-  across: {{path: raster, height_mm: 40, speed_mm_s: 40, direction_deg: across_longest_edge, tilt_deg: 25}}
+  sweep: {{speed_mm_s: {sweep}}}
+  rim: {{path: board_perimeter, height_mm: 40, speed_mm_s: 40, offset_mm: 5, tilt_deg: 20}}
+  across: {{path: raster, height_mm: 40, speed_mm_s: {across}, direction_deg: across_longest_edge, tilt_deg: 25}}
   parts: {{path: component_perimeter, height_mm: 40, speed_mm_s: {parts}, tilt_deg: 39, passes: {passes}}}
 sequence:
   - {{function: clean, nozzle: ring60, paths: [{paths}], repeat: {wash}}}
   - {{function: rinse, nozzle: ring60, paths: [{paths}], repeat: {rinse}}}
 """
-PATHS = ("rim, parts", "rim, across, parts")
-KNOBS = {"rim": (20, 40, 80), "parts": (10, 20, 40), "passes": (1, 2), "wash": (2, 4, 8), "rinse": (1, 2, 4)}
+KNOBS = {
+    "sweep": (40, 80),
+    "across": (0, 10, 20, 40),
+    "parts": (10, 20, 40),
+    "passes": (1, 2),
+    "wash": (2, 4, 8),
+    "rinse": (1, 2, 4),
+}
+"""Speeds in mm/s; 0: there is no such path."""
 ALLOWED = Allowed(frozenset(KINDS) - {"pressure", "temperature"})
 
 
 def grid_texts() -> list[str]:
-    named = [dict(zip(KNOBS, values, strict=True)) for values in itertools.product(*KNOBS.values())]
-    return [GRID.format(**values, paths=paths) for values in named for paths in PATHS]
+    texts: list[str] = []
+    for values in itertools.product(*KNOBS.values()):
+        named = dict(zip(KNOBS, values, strict=True))
+        paths = "rim, sweep, across, parts" if named["across"] else "rim, sweep, parts"
+        texts.append(GRID.format(**named | {"across": named["across"] or 40}, paths=paths))
+    return texts
 
 
-def search_grid(subject: Subject, most: int) -> tuple[Outcome | None, int, int]:
-    """The fastest clean recipe of the grid, how many analyses it took, and how many recipes there are."""
+def as_clean(outcome: Outcome, other: Outcome) -> bool:
+    return len(outcome.wants) <= len(other.wants) and outcome.shortfall <= other.shortfall
+
+
+def search_grid(subject: Subject, tuned: Outcome, most: int) -> tuple[Outcome | None, int, int]:
+    """The fastest recipe of the grid that is as clean, how many analyses it took, and how many recipes there are."""
     texts = grid_texts()
     bench = Bench(FILE, subject, "clean", most)
     bench.first(POOR)
     planned = [(text, bench.planned(text)) for text in texts]
     timed = sorted((seconds_of(run), text) for text, run in planned if run is not None)
-    for _, text in timed:
+    for seconds, text in timed:
         outcome = bench.outcome(text)
-        if outcome is None or outcome.clean:
+        if outcome is None or as_clean(outcome, tuned):
             return outcome, bench.used - 1, len(texts)
+        told = f"{bench.used - 1} of {len(timed)}, {seconds:.0f} s: {len(outcome.wants)} wanting"
+        print(told, end="\r", file=sys.stderr, flush=True)
     return None, bench.used - 1, len(texts)
 
 
@@ -73,7 +91,7 @@ def main() -> None:
     reader = argparse.ArgumentParser()
     reader.add_argument("board", nargs="?", default="tiny")
     reader.add_argument("--analyses", type=int, default=40)
-    reader.add_argument("--grid", type=int, default=400)
+    reader.add_argument("--grid", type=int, default=432)
     asked = reader.parse_args()
     subject = prepare(load_board(Path(asked.board)), load_parameters(), lambda *_: None)
     begin = time.perf_counter()
@@ -81,17 +99,19 @@ def main() -> None:
     middle = time.perf_counter()
     last = tuned.last
     print(f"{asked.board}: {last.total} components")
-    state = "clean" if last.clean else f"{len(last.wants)} judgements wanting"
+    state = (
+        "clean" if last.clean else "wanting: " + "; ".join(f"{each.component} {each.rule}" for each in explain(tuned))
+    )
     print(f"tuned: {state}, {last.seconds:.0f} s, {last.litres:.2f} l, {tuned.used} analyses ({middle - begin:.0f} s)")
     sys.stdout.flush()
-    best, used, size = search_grid(subject, asked.grid)
+    best, used, size = search_grid(subject, last, asked.grid)
     end = time.perf_counter()
-    found = "no clean one" if best is None else f"clean, {best.seconds:.0f} s, {best.litres:.2f} l"
+    found = "none as clean" if best is None else f"{best.seconds:.0f} s, {best.litres:.2f} l"
     print(f"grid of {size}: {found}, {used} analyses ({end - middle:.0f} s)")
     if best is None:
         return
     print(f"tuned / grid: time {last.seconds / best.seconds:.2f}, analyses {tuned.used / used:.2f}")
-    if not last.clean or last.seconds > best.seconds or tuned.used > used:
+    if last.seconds > best.seconds or tuned.used > used:
         sys.exit("tuning is no better than the grid")
 
 

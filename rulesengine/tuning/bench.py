@@ -5,11 +5,13 @@ from pathlib import Path
 from typing import TypeAlias
 
 from cleaning.analyse import analyse_on
+from cleaning.staging import stages_of
 from cleaning.subject import Subject
 from geometry.errors import JobError
 from recipes.load import parse_recipe
 from rulesengine.pipeline import Run, run
 from rulesengine.report import blocking
+from rulesengine.tuning.deposits import sprayed_in
 from rulesengine.tuning.edits import Edits, apply_edits
 from rulesengine.tuning.goals import Goal
 from rulesengine.tuning.outcome import Outcome, outcome_of
@@ -72,6 +74,14 @@ class Bench:
                 stops = {finding.rule for finding in blocking(done.findings, ())}
                 self._runs[text] = done if stops <= self._errors else None
         return self._runs[text]
+
+    def sprayed_s(self, text: str) -> dict[tuple[str, str], float]:
+        """How long each template of each step sprays in the program of a text; nothing where it cannot be planned."""
+        planned = self.planned(text)
+        if planned is None:
+            return {}
+        stages = stages_of(planned.program, planned.recipe, self.subject.parameters).stages
+        return dict(pair for stage in stages for pair in sprayed_in(stage))
 
     def outcome(self, text: str) -> Outcome | None:
         """Predict what a text does; ``None`` where it cannot be planned or no analysis is left."""

@@ -47,7 +47,7 @@ def explain(tuned: Tuned) -> tuple[Reason, ...]:
 
 def is_unfinished(tuned: Tuned) -> bool:
     """Say whether something is still wanting for which more analyses may find a change."""
-    return tuned.spent and any(not _beyond(want) for want in tuned.last.wants)
+    return tuned.spent and bool(tuned.last.mendable)
 
 
 def _beyond(want: Want) -> str:

@@ -13,6 +13,8 @@ PROCESS = "process"
 _BEYOND = frozenset({"R14"})
 """Nothing can be said there, so nothing can be asked."""
 _DRYING = frozenset({"R12"})
+_UNMENDABLE = frozenset({"R5", "R9"})
+_OF_FLOW = frozenset({"R6", "R7", "R8", "R10"})
 _EACH = 0.1
 """What one judgement weighs, however little is missing: the last few percent count as well."""
 _LEAST_SHARE = 1e-9
@@ -126,6 +128,19 @@ def _short(rule: str, number: Number) -> float:
             return (value - limit) / max(100.0 - limit, 1.0)
         case _:
             return 1.0
+
+
+def mendable(wants: tuple[Want, ...]) -> tuple[Want, ...]:
+    """Pick those that a recipe may take away: not a plugged gap with what is wanting in it, and not a spent bath."""
+    plugged = {want.component for want in wants if want.judgement.rule == "R5"}
+    return tuple(want for want in wants if not _is_beyond(want, plugged))
+
+
+def _is_beyond(want: Want, plugged: set[str]) -> bool:
+    rule = want.judgement.rule
+    if rule in _UNMENDABLE or (want.component == PROCESS and rule == "R10"):
+        return True
+    return want.component in plugged and rule in _OF_FLOW
 
 
 def shortfall_of(wants: tuple[Want, ...]) -> float:

@@ -52,7 +52,7 @@ def grow(growth: Growth, begin: Outcome, least_left: int) -> tuple[Outcome, list
         least_left: Analyses to be left for what comes after.
     """
     now, changes = begin, list[Change]()
-    while not now.clean and growth.bench.left > least_left:
+    while now.mendable and growth.bench.left > least_left:
         better = _step(growth, now, least_left)
         if better is None:
             break
@@ -91,7 +91,7 @@ def _rank(growth: Growth, now: Outcome) -> list[Ranked]:
         return growth.trust.get(move.key, 1.0)
 
     promising = sorted(
-        moves_of(now, now.wants, growth.asked.allowed), key=lambda move: -round(trust(move) * move.most, 6)
+        moves_of(now, now.mendable, growth.asked.allowed), key=lambda move: -round(trust(move) * move.most, 6)
     )
     ranked: list[Ranked] = []
     for move in promising[:_PLANNED]:

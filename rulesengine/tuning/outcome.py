@@ -8,7 +8,8 @@ from cleaning.results import CleaningReport
 from recipes.recipe import Recipe
 from rulesengine.classify import service
 from rulesengine.pipeline import Run
-from rulesengine.tuning.goals import PROCESS, Goal, Spare, Want, shortfall_of, spares_of, wants_of
+from rulesengine.tuning.deposits import Deposits, deposits_of
+from rulesengine.tuning.goals import PROCESS, Goal, Spare, Want, mendable, shortfall_of, spares_of, wants_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,11 +53,18 @@ class Outcome:
     seconds: float
     litres: float
     shortfall: float
+    deposits: Deposits
+    """What each template leaves on the surface."""
 
     @property
     def clean(self) -> bool:
         """Whether nothing is wanting."""
         return not self.wants
+
+    @property
+    def mendable(self) -> tuple[Want, ...]:
+        """What is wanting and may be mended by a recipe."""
+        return mendable(self.wants)
 
     @property
     def worst_residue(self) -> float:
@@ -75,7 +83,7 @@ class Outcome:
 
 
 def outcome_of(run: Run, report: CleaningReport, goal: Goal, text: str = "") -> Outcome:
-    """Keep of an analysis what tuning looks at; the arrays of the surface are let go."""
+    """Keep of an analysis what tuning looks at."""
     masks, _ = service(run.recipe, run.board)
     left_out = frozenset(masks.ignored) | {name for name, _ in masks.avoided}
     wants = wants_of(report, goal, left_out)
@@ -99,6 +107,7 @@ def outcome_of(run: Run, report: CleaningReport, goal: Goal, text: str = "") -> 
         seconds=seconds_of(run),
         litres=litres_of(run),
         shortfall=shortfall_of(wants),
+        deposits=deposits_of(report),
     )
 
 

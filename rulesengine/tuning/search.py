@@ -11,11 +11,12 @@ from recipes.edit import remove_value
 from recipes.load import parse_recipe
 from recipes.located import YamlPath
 from rulesengine.tuning.asked import Asked
+from rulesengine.tuning.balance import balance
 from rulesengine.tuning.bench import Bench
 from rulesengine.tuning.grow import Growth, grow
 from rulesengine.tuning.moves import knobs_for
 from rulesengine.tuning.outcome import Outcome
-from rulesengine.tuning.tighten import Shop, squeeze, tighten
+from rulesengine.tuning.tighten import Shop, as_good_as, squeeze, tighten
 from rulesengine.tuning.tuned import Change, Tuned
 
 _KEPT = (0.4, 0.2, 0.0)
@@ -42,9 +43,10 @@ def tune(bench: Bench, text: str, asked: Asked) -> Tuned:
     for share in _KEPT:
         now, made = grow(growth, now, int(share * asked.analyses))
         changes += made
-        now, made = tighten(shop, now)
-        changes += made
-        if now.clean or bench.left <= 0:
+        for shorten in (balance, tighten):
+            now, made = shorten(shop, now, as_good_as(now))
+            changes += made
+        if not now.mendable or bench.left <= 0:
             break
     return Tuned(asked, first, _tidied(bench, first, now), tuple(changes), bench.used)
 

@@ -22,7 +22,7 @@ def likely(outcome: Outcome, steps: frozenset[str], template: str, saved_s: floa
         template: Of which it takes something away; empty: of the whole steps.
         saved_s: Time that the whole cut saves.
     """
-    if any(_starves(want, outcome, steps, template) for want in outcome.wants):
+    if any(_starves(want, outcome, steps, template) for want in outcome.mendable):
         return 0.0
     return min(
         (share for spare in outcome.spares for share in _allowed(spare, outcome, steps, template, saved_s)), default=1.0

@@ -13,8 +13,6 @@ from rulesengine.tuning.tuned import Change, figures_of
 
 _TRIALS = 3
 """Analyses for one cut, at most."""
-_LIKELY = 0.7
-"""A path that is to be left out altogether must be about as likely as this not to be missed."""
 _LEAST_SAVED = 0.01
 """Share of the program's time below which a saving is not tried for."""
 _SCALES = (1.0, 0.3, 0.1)
@@ -34,15 +32,20 @@ class Shop:
     began: Mapping[YamlPath, float]
 
 
-def tighten(shop: Shop, begin: Outcome) -> tuple[Outcome, list[Change]]:
-    """Make a recipe shorter as long as no more is wanting than before; never longer."""
-    now, changes = begin, list[Change]()
+def as_good_as(begin: Outcome) -> Holds:
+    """Say when an outcome is as good as another: clean if that is, else with no more wanting, in all and in number."""
 
     def holds(after: Outcome) -> bool:
         if begin.clean or after.clean:
             return after.clean
         return after.shortfall <= begin.shortfall and len(after.wants) <= len(begin.wants)
 
+    return holds
+
+
+def tighten(shop: Shop, begin: Outcome, holds: Holds) -> tuple[Outcome, list[Change]]:
+    """Make a recipe shorter by its pauses and by what it states by class, one at a time; never longer."""
+    now, changes = begin, list[Change]()
     needed: set[str] = set()  # a path that cannot be spared is not spared later: there is less and less of others
     for scale in _SCALES:
         for name in [each for each in _by_saving(shop, now, scale) if each not in needed]:
@@ -62,8 +65,10 @@ def _by_saving(shop: Shop, now: Outcome, scale: float) -> list[str]:
     """Name the cuts that probably save more than a little, what saves most first."""
     saved: dict[str, float] = {}
     for name, cut in cuts_of(now, shop.began, shop.asked.allowed).items():
+        if cut.knob is None or not (cut.knob.of_class or cut.knob.kind == "dwells"):
+            continue  # is balanced with all others
         seconds, share = _promise(shop, now, cut)
-        if seconds * share > scale * _LEAST_SAVED * now.seconds and (cut.knob is not None or share > _LIKELY):
+        if seconds * share > scale * _LEAST_SAVED * now.seconds:
             saved[name] = round(seconds * share, 3)
     return sorted(saved, key=lambda name: -saved[name])
 

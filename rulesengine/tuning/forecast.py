@@ -1,0 +1,178 @@
+"""What comes of spraying longer or shorter from each template: amounts and times add up, so that no analysis is needed.
+
+On exposed surfaces that is exact but for the grain of the rays. What else the model knows of (pressure at edges, flow
+and rinsing under parts) is left to analyses: where one finds less than was foretold, more is asked for from then on.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from boards.board import Side
+from geometry.arrays import Scalars
+from rulesengine.tuning.deposits import Deposits
+from rulesengine.tuning.effects import arrives_nowhere, steps_for
+from rulesengine.tuning.goals import Spare, Want
+from rulesengine.tuning.knobs import enabled_steps
+from rulesengine.tuning.need import Key, Kind, Need
+from rulesengine.tuning.outcome import Outcome
+
+_SAFE = 1.01
+_MOST_SHORT = 0.8
+_MOST_DOUBT = 1.25
+"""No doubt grows by more at once: where a part has few cells, chance decides much of what the least wetted gets."""
+_SPARE = 1.03
+"""What the least wetted places are to get more than they need."""
+_NO_CELLS = np.empty(0, dtype=np.int64)
+_FLOWING = ("R6", "R10", "R11")
+
+
+@dataclass(slots=True)
+class Learnt:
+    """What analyses taught of where forecasts promise too much."""
+
+    doubts: dict[Key, float] = field(default_factory=dict[Key, float])
+    """How many times as much is asked for."""
+    means: dict[Key, tuple[float, frozenset[str]]] = field(default_factory=dict[Key, tuple[float, frozenset[str]]])
+    """Mean amounts that are needed for what is no matter of the surface, and of which steps."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Forecast:
+    """An outcome, taken apart so that others near it can be foretold."""
+
+    outcome: Outcome
+    deposits: Deposits
+    idle_s: Mapping[str, float]
+    """How long each step does not spray."""
+    rest_s: float
+    """Outside of all steps that spray."""
+    needs: tuple[Need, ...]
+
+    def durations(self, times: Scalars, often: Mapping[str, float]) -> dict[str, float]:
+        """Foretell how long the steps take, s.
+
+        Args:
+            times: (deposits,) how many times as long each is sprayed.
+            often: How many times as often a step is done; 1 if it is not named.
+        """
+        found = {step: idle * often.get(step, 1.0) for step, idle in self.idle_s.items()}
+        for deposit, many in zip(self.deposits.each, times.tolist(), strict=True):
+            found[deposit.step] += many * deposit.seconds
+        return found
+
+    def seconds(self, times: Scalars, often: Mapping[str, float]) -> float:
+        """Foretell how long the program takes, s."""
+        return self.rest_s + sum(self.durations(times, often).values())
+
+
+def forecast(outcome: Outcome, learnt: Learnt) -> Forecast:
+    """Take an outcome apart: what holds must go on to hold, and what is wanting must not lose."""
+    deposits = outcome.deposits
+    idle = {step.made_by: step.seconds for step in outcome.steps}
+    for deposit in deposits.each:
+        idle[deposit.step] -= deposit.seconds
+    rest = outcome.seconds - sum(step.seconds for step in outcome.steps)
+    needs = [need for spare in outcome.spares for need in _of_spare(spare, outcome, learnt)]
+    needs += [need for want in outcome.mendable for need in _of_want(want, outcome)]
+    needs += [_surface(key, "mean", steps, outcome, least) for key, (least, steps) in learnt.means.items()]
+    return Forecast(outcome, deposits, idle, rest, tuple(needs))
+
+
+def learn(learnt: Learnt, foretold: Forecast, found: Outcome, times: Scalars, often: Mapping[str, float]) -> bool:
+    """Keep in mind what an analysis finds wanting though it was foretold to hold; ``False`` if there is no lesson."""
+    durations = foretold.durations(times, often)
+    before = {_key(want): want.deficit for want in foretold.outcome.wants}
+    needs = {need.key: need for need in foretold.needs}
+    lessons = 0
+    for want in found.wants:
+        key = _key(want)
+        if want.deficit <= before.get(key, -1.0):
+            continue
+        need = needs.get(key)
+        if need is not None and need.kind != "mean":
+            doubt = learnt.doubts.get(key, 1.0)
+            promised = need.amount(times, durations) * doubt / need.least
+            missing = _SAFE * promised / (1.0 - min(want.deficit, _MOST_SHORT))
+            learnt.doubts[key] = min(missing, _MOST_DOUBT * max(doubt, promised))
+            lessons += 1
+        else:
+            lessons += _learn_mean(learnt, want, foretold, times)
+    return lessons > 0
+
+
+def _learn_mean(learnt: Learnt, want: Want, foretold: Forecast, times: Scalars) -> bool:
+    """Ask for more than what was too little, and for less than what was enough."""
+    steps = steps_for(want, foretold.outcome)
+    need = _surface(_key(want), "mean", steps, foretold.outcome, 0.0)
+    had, gets = need.amount(np.ones(len(times)), {}), need.amount(times, {})
+    if gets < had:
+        learnt.means[need.key] = (had * gets) ** 0.5, steps
+    return gets < had
+
+
+def _key(of: Spare | Want) -> Key:
+    return of.component, of.judgement.rule, of.judgement.stage
+
+
+def _of_spare(spare: Spare, outcome: Outcome, learnt: Learnt) -> Iterator[Need]:
+    share = spare.needed * learnt.doubts.get(_key(spare), 1.0)
+    if spare.judgement.rule == "R7":
+        yield _soaking(spare, outcome, share)
+    elif spare.judgement.rule == "R2":
+        yield _lowest(spare, outcome, _SPARE * share)
+
+
+def _of_want(want: Want, outcome: Outcome) -> Iterator[Need]:
+    """An amount that is too small is asked for in full; of what else is wanting, there shall be no less."""
+    rule = want.judgement.rule
+    if rule == "R7":
+        yield _soaking(want, outcome, 1.0)
+    elif rule == "R2" and not arrives_nowhere(want):
+        yield _lowest(want, outcome, 1.0 / (1.0 - want.deficit))
+    elif rule in _FLOWING and want.deficit < 1.0:
+        steps = steps_for(want, outcome)
+        need = _surface(_key(want), "mean", steps, outcome, 0.0)
+        yield replace(need, least=need.amount(np.ones(len(outcome.deposits.each)), {}))
+
+
+def _soaking(of: Spare | Want, outcome: Outcome, share: float) -> Need:
+    steps = steps_for(of, outcome)
+    least = share * sum(step.seconds for step in outcome.steps if step.made_by in steps)
+    return Need(_key(of), "time", least, steps, (), np.empty((0, 0)), np.empty(0))
+
+
+def _lowest(of: Spare | Want, outcome: Outcome, share: float) -> Need:
+    """What the least wetted places get; where the judgement names no step, its number tells which it adds up."""
+    now = np.ones(len(outcome.deposits.each))
+    value = of.judgement.numbers[0].value
+    found = [_surface(_key(of), "low", steps, outcome, 0.0) for steps in _groups(of, outcome)]
+    amounts = [need.amount(now, {}) for need in found]
+    nearest = min(range(len(found)), key=lambda at: abs(amounts[at] - value))
+    return replace(found[nearest], least=share * amounts[nearest])
+
+
+def _groups(of: Spare | Want, outcome: Outcome) -> list[frozenset[str]]:
+    if of.judgement.stage:
+        return [frozenset({of.judgement.stage})]
+    sides = _sides(outcome)
+    keys = dict.fromkeys((side, outcome.use_of(made_by)) for made_by, side in sides.items())
+    groups = [frozenset(step for step in sides if (sides[step], outcome.use_of(step)) == key) for key in keys]
+    return [group for group in groups if group]
+
+
+def _sides(outcome: Outcome) -> dict[str, Side]:
+    known = {deposit.step for deposit in outcome.deposits.each}
+    sides: dict[str, Side] = {made_by: step.side for made_by, step in enabled_steps(outcome.recipe)}
+    return {made_by: side for made_by, side in sides.items() if made_by in known}
+
+
+def _surface(key: Key, kind: Kind, steps: frozenset[str], outcome: Outcome, least: float) -> Need:
+    """What some steps, all on one side, leave on the surface of a component."""
+    deposits = outcome.deposits
+    sides: list[Side] = [side for step, side in _sides(outcome).items() if step in steps]
+    cells = deposits.cells.get((key[0], sides[0]), _NO_CELLS) if sides else _NO_CELLS
+    which = tuple(at for at, deposit in enumerate(deposits.each) if deposit.step in steps)
+    volumes = np.array([deposits.each[at].volume_mm[cells] for at in which], dtype=np.float64)
+    return Need(key, kind, least, steps, which, volumes.reshape(len(which), len(cells)), deposits.areas_mm2[cells])
