@@ -1,4 +1,4 @@
-"""One thing that must not become less: what the least wetted places get, what a surface gets on the whole, or a time."""
+"""One thing that must not become less: what the least wetted places get, what a surface gets in all, or a time."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
