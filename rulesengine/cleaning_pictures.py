@@ -61,7 +61,7 @@ def _draw_side(report: CleaningReport, side: Side) -> Picture:
     view = view_of(report.board)
     height_mm = min(_LARGEST_PANEL_MM, WIDTH_MM * view.aspect)
     components = components_of(report.board, side)
-    told = [
+    told: list[Outcome] = [
         outcome(part) for part, each in zip(report.parts, report.board.components, strict=True) if each.side == side
     ]
     with sheet(height_mm + _TITLE_MM, WIDTH_MM) as figure:
