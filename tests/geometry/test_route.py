@@ -236,7 +236,10 @@ def test_few_strokes_with_very_many_ways(count):
     assert route.length_mm == pytest.approx([9, 19][count - 1], abs=0.01)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind",
+    [pytest.param(kind, marks=pytest.mark.slow if kind in ("clustered", "fixed") else ()) for kind in KINDS],
+)
 def test_a_sketch_is_a_route_that_is_no_longer_than_the_given_one_nor_shorter_than_the_full_one(kind):
     choices = strokes_of(kind, 30, 1)
     forget_routes()

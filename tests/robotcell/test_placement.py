@@ -27,7 +27,14 @@ def maribor(tool: float) -> Cell:
     return Cell("maribor", load_robot("ur5"), np.eye(4), pose((0.5, 0, 0.12), (0, 0, 0)), home, (lance,), (), 0.0)
 
 
-@pytest.mark.parametrize(("tool", "best"), [(0.0, 0.1169), (0.15, 0.1100), (0.25, 0.1019)])
+@pytest.mark.parametrize(
+    ("tool", "best"),
+    [
+        pytest.param(0.0, 0.1169, marks=pytest.mark.slow),
+        (0.15, 0.1100),
+        pytest.param(0.25, 0.1019, marks=pytest.mark.slow),
+    ],
+)
 def test_the_best_places_of_the_maribor_part_are_found(tool: float, best: float) -> None:
     """Recomputed references; they depend a little on how densely the top is sampled."""
     found = find_placement(maribor(tool), flat_top(), Wish(criterion="mean", floor=0.028, distance=(0.15, 0.9)))

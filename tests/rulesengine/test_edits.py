@@ -60,6 +60,8 @@ EDITS = {
     "another order": lambda recipe: edited(recipe, "sequence", recipe.model_dump(mode="json")["sequence"][::-1]),
     "a step less": lambda recipe: edited(recipe, "sequence", 1, "enabled", False),
 }
+LONG = ("tilt", "class rule", "speed by class", "acceleration", "another order", "a step less")
+"""Edits after which most is planned again; the others of their sort stay in the quick part."""
 
 
 def new_board(name=""):
@@ -86,7 +88,7 @@ def same(one, other):
     return render(one.program) == render(other.program) and one.findings == other.findings
 
 
-@pytest.mark.parametrize("kind", EDITS)
+@pytest.mark.parametrize("kind", [pytest.param(kind, marks=pytest.mark.slow if kind in LONG else ()) for kind in EDITS])
 def test_a_run_after_an_edit_is_the_run_of_the_edited_recipe(kind):
     before = first()
     after = run(EDITS[kind](before.recipe), before.board, sketched=lambda _: None, before=before)

@@ -91,12 +91,14 @@ def test_the_same_is_found_twice(subject, tuned):
     assert told[0] == told[1]
 
 
+@pytest.mark.slow
 def test_comments_and_order_stay(tuned):
     assert "# in a hurry" in tuned.last.text
     kept = [line for line in POOR.splitlines() if "paths:" not in line and "sweep" not in line]
     assert [line for line in tuned.last.text.splitlines() if line in kept] == kept
 
 
+@pytest.mark.slow
 def test_what_stays_wanting_is_explained(tuned):
     reasons = {reason.component: reason for reason in explain(tuned)}
     assert set(reasons) == {want.component for want in tuned.last.wants}

@@ -1,6 +1,7 @@
 """Programs that tests build by hand or at random."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from hypothesis import strategies as st
@@ -62,42 +63,51 @@ _MAKERS = st.one_of(
 _LENGTHS = st.one_of(st.floats(-500, 500), st.floats(-0.001, 0.001))
 
 
-@st.composite
-def _quaternions(draw: st.DrawFn) -> tuple[float, float, float, float]:
-    parts = np.array([draw(st.floats(-1, 1)) for _ in range(4)])
-    length = float(np.linalg.norm(parts))
-    w, x, y, z = (parts / length).tolist() if length > 0.1 else DOWN
+def _unit(parts: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    length = math.hypot(*parts)
+    if length <= 0.1:
+        return DOWN
+    w, x, y, z = (part / length for part in parts)
     return w, x, y, z
 
 
-def _commands(time_s: float, made_by: str) -> st.SearchStrategy[Instruction]:
-    return st.one_of(
-        st.builds(lambda name: Command(time_s, "FUNCTION", (name,), made_by), _NAMES),
-        st.builds(
-            lambda name, n: Command(time_s, "NOZZLE", (name, "TOOL", str(n)), made_by), _NAMES, st.integers(0, 99)
-        ),
-        st.builds(lambda name, x: Command(time_s, "SET", (name, f"{x:.3f}"), made_by), _NAMES, st.floats(-9, 9)),
-        st.builds(lambda word: Command(time_s, "GRIP", (word,), made_by), st.sampled_from(["open", "close"])),
-        st.builds(lambda on: SetNozzle(time_s, on, made_by), st.booleans()),
-        st.builds(lambda seconds: Wait(time_s, seconds, made_by), st.floats(0, 2)),
-        st.builds(
-            lambda position, quaternion, speed: MoveTo(time_s, position, quaternion, speed, made_by),
-            st.tuples(_LENGTHS, _LENGTHS, _LENGTHS),
-            _quaternions(),
-            st.floats(0, 300),
-        ),
-    )
+_QUATERNIONS = st.tuples(*4 * [st.floats(-1, 1)]).map(_unit)
+# What is said at some time for some maker. Built once: building them for each instruction takes longer than drawing.
+_SAID: st.SearchStrategy[Callable[[float, str], Instruction]] = st.one_of(
+    st.builds(lambda name: lambda time_s, by: Command(time_s, "FUNCTION", (name,), by), _NAMES),
+    st.builds(
+        lambda name, n: lambda time_s, by: Command(time_s, "NOZZLE", (name, "TOOL", str(n)), by),
+        _NAMES,
+        st.integers(0, 99),
+    ),
+    st.builds(
+        lambda name, x: lambda time_s, by: Command(time_s, "SET", (name, f"{x:.3f}"), by), _NAMES, st.floats(-9, 9)
+    ),
+    st.builds(lambda word: lambda time_s, by: Command(time_s, "GRIP", (word,), by), st.sampled_from(["open", "close"])),
+    st.builds(lambda on: lambda time_s, by: SetNozzle(time_s, on, by), st.booleans()),
+    st.builds(lambda seconds: lambda time_s, by: Wait(time_s, seconds, by), st.floats(0, 2)),
+    st.builds(
+        lambda position, quaternion, speed: lambda time_s, by: MoveTo(time_s, position, quaternion, speed, by),
+        st.tuples(_LENGTHS, _LENGTHS, _LENGTHS),
+        _QUATERNIONS,
+        st.floats(0, 300),
+    ),
+)
+_PAUSES = st.one_of(st.just(0.0), st.floats(0, 3))
+_COUNTS = st.integers(0, 12)
+_FUNCTIONS = st.lists(_NAMES, max_size=2)
 
 
 @st.composite
 def programs(draw: st.DrawFn) -> TimedProgram:
     """Any valid program: it begins at a pose, ends with the jet off and keeps its waits."""
-    instructions: list[Instruction] = [MoveTo(0.0, (0.0, 0.0, 110.0), draw(_quaternions()), 0.0, draw(_MAKERS))]
+    instructions: list[Instruction] = [MoveTo(0.0, (0.0, 0.0, 110.0), draw(_QUATERNIONS), 0.0, draw(_MAKERS))]
     time_s = 0.0
-    for _ in range(draw(st.integers(0, 12))):
-        time_s += draw(st.one_of(st.just(0.0), st.floats(0, 3)))
-        item = draw(_commands(time_s, draw(_MAKERS)))
+    for _ in range(draw(_COUNTS)):
+        time_s += draw(_PAUSES)
+        made_by = draw(_MAKERS)
+        item = draw(_SAID)(time_s, made_by)
         instructions.append(item)
         time_s += item.duration_s if isinstance(item, Wait) else 0.0
     instructions.append(SetNozzle(time_s, False, ""))
-    return program_of(*instructions, liquid=tuple((name, 1.25) for name in draw(st.lists(_NAMES, max_size=2))))
+    return program_of(*instructions, liquid=tuple((name, 1.25) for name in draw(_FUNCTIONS)))
