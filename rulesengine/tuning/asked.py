@@ -18,6 +18,11 @@ class Limits:
     seconds: float | None = None
     litres: float | None = None
 
+    @property
+    def any(self) -> bool:
+        """Whether there is a limit."""
+        return self.seconds is not None or self.litres is not None
+
     def excess(self, seconds: float, litres: float) -> float:
         """Say by which share a program is above its limits, both together; 0 within them."""
         over = 0.0

@@ -10,10 +10,11 @@ from rulesengine.tuning.deposits import BOARD
 from rulesengine.tuning.forecast import Forecast, Learnt, forecast, learn
 from rulesengine.tuning.goals import Want
 from rulesengine.tuning.move import Move
+from rulesengine.tuning.need import key_of
 from rulesengine.tuning.outcome import Outcome, litres_of, seconds_of
 from rulesengine.tuning.pace import Pace, pace, paces_of
-from rulesengine.tuning.shortest import shortest
-from rulesengine.tuning.tighten import Holds, Shop
+from rulesengine.tuning.shop import Shop
+from rulesengine.tuning.standard import Standard
 from rulesengine.tuning.tuned import Change, figures_of
 from rulesengine.tuning.ways import Way, speeds_of, ways_of
 
@@ -23,24 +24,21 @@ _LEAST_BY_PATH = 0.03
 """for a path that is added, this much."""
 _FAILED = 3
 """How often a way may fail before it is left."""
-_COMPARED = 3
-"""Ways that are compared with what they would be without some surfaces."""
 _SCARCE = 0.5
 """A surface is taken for lacking so much where a path is added for it."""
 
 
 @dataclass(slots=True)
-class Balance:
+class _Balance:
     """Where to try, for what, and what was learnt there."""
 
     shop: Shop
-    holds: Holds
-    """Whether an outcome is as good as the one to begin with."""
-    learnt: Learnt = field(default_factory=Learnt)
+    standard: Standard
+    learnt: Learnt
     failed: dict[str, int] = field(default_factory=dict[str, int])
 
 
-def balance(shop: Shop, begin: Outcome, holds: Holds) -> tuple[Outcome, list[Change]]:
+def balance(shop: Shop, standard: Standard) -> tuple[Outcome, list[Change]]:
     """Make a recipe shorter as long as it holds.
 
     All speeds change at once, with one whole number or one path less. Where a path more would save more than it takes,
@@ -48,11 +46,10 @@ def balance(shop: Shop, begin: Outcome, holds: Holds) -> tuple[Outcome, list[Cha
 
     Args:
         shop: Where to try.
-        begin: What holds.
-        holds: Whether another outcome does.
+        standard: What to begin with, and to be held against.
     """
-    balancing = Balance(shop, holds)
-    now, changes = begin, list[Change]()
+    balancing = _Balance(shop, standard, Learnt(hopeless=standard.hopeless))
+    now, changes = standard.begin, list[Change]()
     while shop.bench.left > 0:
         here = _look(balancing, now)
         way, path = here.way, _path(balancing, here)
@@ -86,17 +83,19 @@ class _Here:
         return found if found is not None and found.found.seconds < (1.0 - _LEAST_SAVED) * self.now.seconds else None
 
 
-def _look(balancing: Balance, now: Outcome) -> _Here:
+def _look(balancing: _Balance, now: Outcome) -> _Here:
     foretold = forecast(now, balancing.learnt)
     paces = paces_of(balancing.shop.bench, now.text, speeds_of(balancing.shop, now))
     ways = [way for way in ways_of(balancing.shop, foretold, paces) if balancing.failed.get(way.name, 0) < _FAILED]
     return _Here(foretold, paces, ways)
 
 
-def _by_way(balancing: Balance, here: _Here, way: Way) -> tuple[Outcome, list[Change]]:
+def _by_way(balancing: _Balance, here: _Here, way: Way) -> tuple[Outcome, list[Change]]:
     now, used = here.now, balancing.shop.bench.used
     after, way = _analysed(balancing, here, way)
-    if after is not None and balancing.holds(after):
+    if after is not None and balancing.standard.holds(after):
+        balancing.learnt.forget_half()
+        balancing.failed = {name: often - 1 for name, often in balancing.failed.items()}
         return after, [Change(way.what, figures_of(now), figures_of(after))]
     lessons = False
     if after is not None and balancing.shop.bench.used > used:  # what was tried before teaches no more
@@ -105,7 +104,7 @@ def _by_way(balancing: Balance, here: _Here, way: Way) -> tuple[Outcome, list[Ch
     return now, []
 
 
-def _analysed(balancing: Balance, here: _Here, way: Way) -> tuple[Outcome | None, Way]:
+def _analysed(balancing: _Balance, here: _Here, way: Way) -> tuple[Outcome | None, Way]:
     """Analyse a way if it does make the program shorter and asks for no more liquid; tell what it came to."""
     bench, now = balancing.shop.bench, here.now
     each = now.deposits.each
@@ -124,20 +123,20 @@ def _analysed(balancing: Balance, here: _Here, way: Way) -> tuple[Outcome | None
     return bench.outcome(paced.text), replace(way, what=(*way.what, *paced.what), found=found)
 
 
-def _path(balancing: Balance, here: _Here) -> Move | None:
+def _path(balancing: _Balance, here: _Here) -> Move | None:
     """Find the path whose surfaces make the program most of what it is longer, if it would save enough by itself."""
     bench, now = balancing.shop.bench, here.now
     seconds = now.seconds if here.way is None else here.way.found.seconds
     best: tuple[float, Move] | None = None
     for wants, rest in _scarce(here.foretold):
-        without = [found.seconds for way in here.ways[:_COMPARED] if (found := shortest(rest, way.scheme)) is not None]
+        without = ways_of(balancing.shop, rest, here.paces)
         moves = [move for move in added_paths(now, wants) if balancing.shop.asked.allowed.may(move)]
         for move in moves if without else ():
             text = bench.edited(now.text, move.edits)
             planned = None if text is None or balancing.failed.get(move.what) else bench.planned(text)
             if planned is None:
                 continue
-            saved = seconds - min(without) - (seconds_of(planned) - now.seconds)
+            saved = seconds - without[0].found.seconds - (seconds_of(planned) - now.seconds)
             if saved > _LEAST_BY_PATH * now.seconds and (best is None or saved > best[0]):
                 best = saved, move
     return None if best is None else best[1]
@@ -147,23 +146,22 @@ def _scarce(foretold: Forecast) -> Iterator[tuple[list[Want], Forecast]]:
     """Give the surfaces of the board, then those of the parts, as if they lacked something; and what else is needed."""
     for of_board in (True, False):
         mine = {need.key for need in foretold.needs if need.kind == "low" and (need.key[0] == BOARD) == of_board}
-        wants = [
-            Want(spare.component, spare.judgement, _SCARCE)
-            for spare in foretold.outcome.spares
-            if (spare.component, spare.judgement.rule, spare.judgement.stage) in mine
+        wants = [want for want in foretold.outcome.wants if key_of(want) in mine]
+        wants += [
+            Want(each.component, each.judgement, _SCARCE) for each in foretold.outcome.spares if key_of(each) in mine
         ]
         yield wants, replace(foretold, needs=tuple(need for need in foretold.needs if need.key not in mine))
 
 
-def _by_path(balancing: Balance, now: Outcome, move: Move) -> tuple[Outcome, list[Change]]:
+def _by_path(balancing: _Balance, now: Outcome, move: Move) -> tuple[Outcome, list[Change]]:
     """Add a path, and see whether that saves more than it takes."""
     shop = balancing.shop
     balancing.failed[move.what] = 1
     text = shop.bench.edited(now.text, move.edits)
     longer = None if text is None else shop.bench.outcome(text)
-    if longer is None or not balancing.holds(longer):
+    if longer is None or not balancing.standard.holds(longer):
         return now, []
-    fresh, after = Balance(shop, balancing.holds), longer
+    fresh, after = _Balance(shop, balancing.standard, Learnt(hopeless=balancing.standard.hopeless)), longer
     changes = [Change((move.what,), figures_of(now), figures_of(longer))]
     while shop.bench.left > 0 and after.seconds >= now.seconds:
         here = _look(fresh, after)

@@ -15,7 +15,7 @@ from rulesengine.tuning.deposits import Deposits
 from rulesengine.tuning.effects import arrives_nowhere, steps_for
 from rulesengine.tuning.goals import Spare, Want
 from rulesengine.tuning.knobs import enabled_steps
-from rulesengine.tuning.need import Key, Kind, Need
+from rulesengine.tuning.need import Key, Kind, Need, key_of
 from rulesengine.tuning.outcome import Outcome
 
 _SAFE = 1.01
@@ -26,6 +26,7 @@ _SPARE = 1.03
 """What the least wetted places are to get more than they need."""
 _NO_CELLS = np.empty(0, dtype=np.int64)
 _FLOWING = ("R6", "R10", "R11")
+_OF_AMOUNT = ("R2", "R7", *_FLOWING)
 
 
 @dataclass(slots=True)
@@ -36,6 +37,12 @@ class Learnt:
     """How many times as much is asked for."""
     means: dict[Key, tuple[float, frozenset[str]]] = field(default_factory=dict[Key, tuple[float, frozenset[str]]])
     """Mean amounts that are needed for what is no matter of the surface, and of which steps."""
+    hopeless: frozenset[Key] = frozenset()
+    """What stays wanting however long it is sprayed: no time is asked for it."""
+
+    def forget_half(self) -> None:
+        """Doubt less: forecasts from another outcome may err elsewhere."""
+        self.doubts = {key: doubt**0.5 for key, doubt in self.doubts.items()}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,19 +82,37 @@ def forecast(outcome: Outcome, learnt: Learnt) -> Forecast:
         idle[deposit.step] -= deposit.seconds
     rest = outcome.seconds - sum(step.seconds for step in outcome.steps)
     needs = [need for spare in outcome.spares for need in _of_spare(spare, outcome, learnt)]
-    needs += [need for want in outcome.mendable for need in _of_want(want, outcome)]
+    needs += [
+        need for want in outcome.mendable if key_of(want) not in learnt.hopeless for need in _of_want(want, outcome)
+    ]
     needs += [_surface(key, "mean", steps, outcome, least) for key, (least, steps) in learnt.means.items()]
     return Forecast(outcome, deposits, idle, rest, tuple(needs))
+
+
+def hopeless_of(outcome: Outcome, longest: Mapping[str, float]) -> frozenset[Key]:
+    """Name what stays wanting however long it is sprayed: what is no matter of amounts, and what is out of reach.
+
+    Args:
+        outcome: What is wanting in it.
+        longest: How many times as long each template may spray at most; 1 for those that are not named.
+    """
+    times = np.array([longest.get(deposit.template, 1.0) for deposit in outcome.deposits.each])
+    found = {key_of(want) for want in outcome.wants if want.judgement.rule not in _OF_AMOUNT or arrives_nowhere(want)}
+    for want in outcome.mendable:
+        if want.judgement.rule == "R2" and not arrives_nowhere(want):
+            need = _lowest(want, outcome, 1.0 / (1.0 - want.deficit))
+            found |= {need.key} if need.amount(times, {}) < need.least else set()
+    return frozenset(found)
 
 
 def learn(learnt: Learnt, foretold: Forecast, found: Outcome, times: Scalars, often: Mapping[str, float]) -> bool:
     """Keep in mind what an analysis finds wanting though it was foretold to hold; ``False`` if there is no lesson."""
     durations = foretold.durations(times, often)
-    before = {_key(want): want.deficit for want in foretold.outcome.wants}
+    before = {key_of(want): want.deficit for want in foretold.outcome.wants}
     needs = {need.key: need for need in foretold.needs}
     lessons = 0
     for want in found.wants:
-        key = _key(want)
+        key = key_of(want)
         if want.deficit <= before.get(key, -1.0):
             continue
         need = needs.get(key)
@@ -105,19 +130,15 @@ def learn(learnt: Learnt, foretold: Forecast, found: Outcome, times: Scalars, of
 def _learn_mean(learnt: Learnt, want: Want, foretold: Forecast, times: Scalars) -> bool:
     """Ask for more than what was too little, and for less than what was enough."""
     steps = steps_for(want, foretold.outcome)
-    need = _surface(_key(want), "mean", steps, foretold.outcome, 0.0)
+    need = _surface(key_of(want), "mean", steps, foretold.outcome, 0.0)
     had, gets = need.amount(np.ones(len(times)), {}), need.amount(times, {})
     if gets < had:
         learnt.means[need.key] = (had * gets) ** 0.5, steps
     return gets < had
 
 
-def _key(of: Spare | Want) -> Key:
-    return of.component, of.judgement.rule, of.judgement.stage
-
-
 def _of_spare(spare: Spare, outcome: Outcome, learnt: Learnt) -> Iterator[Need]:
-    share = spare.needed * learnt.doubts.get(_key(spare), 1.0)
+    share = spare.needed * learnt.doubts.get(key_of(spare), 1.0)
     if spare.judgement.rule == "R7":
         yield _soaking(spare, outcome, share)
     elif spare.judgement.rule == "R2":
@@ -133,21 +154,21 @@ def _of_want(want: Want, outcome: Outcome) -> Iterator[Need]:
         yield _lowest(want, outcome, 1.0 / (1.0 - want.deficit))
     elif rule in _FLOWING and want.deficit < 1.0:
         steps = steps_for(want, outcome)
-        need = _surface(_key(want), "mean", steps, outcome, 0.0)
+        need = _surface(key_of(want), "mean", steps, outcome, 0.0)
         yield replace(need, least=need.amount(np.ones(len(outcome.deposits.each)), {}))
 
 
 def _soaking(of: Spare | Want, outcome: Outcome, share: float) -> Need:
     steps = steps_for(of, outcome)
     least = share * sum(step.seconds for step in outcome.steps if step.made_by in steps)
-    return Need(_key(of), "time", least, steps, (), np.empty((0, 0)), np.empty(0))
+    return Need(key_of(of), "time", least, steps, (), np.empty((0, 0)), np.empty(0))
 
 
 def _lowest(of: Spare | Want, outcome: Outcome, share: float) -> Need:
     """What the least wetted places get; where the judgement names no step, its number tells which it adds up."""
     now = np.ones(len(outcome.deposits.each))
     value = of.judgement.numbers[0].value
-    found = [_surface(_key(of), "low", steps, outcome, 0.0) for steps in _groups(of, outcome)]
+    found = [_surface(key_of(of), "low", steps, outcome, 0.0) for steps in _groups(of, outcome)]
     amounts = [need.amount(now, {}) for need in found]
     nearest = min(range(len(found)), key=lambda at: abs(amounts[at] - value))
     return replace(found[nearest], least=share * amounts[nearest])

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from cleaning.exposed import percentile
 from geometry.arrays import Scalars
+from rulesengine.tuning.goals import Spare, Want
 
 Key: TypeAlias = tuple[str, str, str]
 """Component, rule and step of a judgement; no step: all of its kind together."""
@@ -17,6 +18,11 @@ Kind: TypeAlias = Literal["low", "mean", "time"]
 _LOW = 0.05
 _BAND = (0.02, 0.08)
 """Cells around the 5th percentile, which tell who sprays it."""
+
+
+def key_of(of: Spare | Want) -> Key:
+    """Tell judgements apart, from one outcome to the next."""
+    return of.component, of.judgement.rule, of.judgement.stage
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,7 +16,9 @@ from rulesengine.tuning.bench import Bench
 from rulesengine.tuning.grow import Growth, grow
 from rulesengine.tuning.moves import knobs_for
 from rulesengine.tuning.outcome import Outcome
-from rulesengine.tuning.tighten import Shop, as_good_as, squeeze, tighten
+from rulesengine.tuning.shop import Shop
+from rulesengine.tuning.standard import standard_of
+from rulesengine.tuning.tighten import squeeze, tighten
 from rulesengine.tuning.tuned import Change, Tuned
 
 _KEPT = (0.4, 0.2, 0.0)
@@ -41,12 +43,14 @@ def tune(bench: Bench, text: str, asked: Asked) -> Tuned:
         now, changes = squeeze(shop, now)
     growth = Growth(bench, asked)
     for share in _KEPT:
-        now, made = grow(growth, now, int(share * asked.analyses))
+        least = int(share * asked.analyses)
+        now, made = grow(growth, now, least)
         changes += made
+        grown = bench.left > least
         for shorten in (balance, tighten):
-            now, made = shorten(shop, now, as_good_as(now))
+            now, made = shorten(shop, standard_of(shop, now))
             changes += made
-        if not now.mendable or bench.left <= 0:
+        if not now.mendable or bench.left <= 0 or (grown and not asked.limits.any):
             break
     return Tuned(asked, first, _tidied(bench, first, now), tuple(changes), bench.used)
 

@@ -1,14 +1,10 @@
 """The second half of tuning: take away what is not needed, knob by knob, by bisection."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-
-from recipes.located import YamlPath
-from rulesengine.tuning.asked import Asked
-from rulesengine.tuning.bench import Bench
 from rulesengine.tuning.cuts import Cut, cuts_of
 from rulesengine.tuning.outcome import Outcome, litres_of, seconds_of
+from rulesengine.tuning.shop import Shop
 from rulesengine.tuning.spare import likely
+from rulesengine.tuning.standard import Standard
 from rulesengine.tuning.tuned import Change, figures_of
 
 _TRIALS = 3
@@ -20,36 +16,14 @@ _SCALES = (1.0, 0.3, 0.1)
 _SQUEEZED = 3
 """Ways to keep a limit that are compared at a time."""
 
-Holds = Callable[[Outcome], bool]
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Shop:
-    """Where to try, for what, and where tuning began."""
-
-    bench: Bench
-    asked: Asked
-    began: Mapping[YamlPath, float]
-
-
-def as_good_as(begin: Outcome) -> Holds:
-    """Say when an outcome is as good as another: clean if that is, else with no more wanting, in all and in number."""
-
-    def holds(after: Outcome) -> bool:
-        if begin.clean or after.clean:
-            return after.clean
-        return after.shortfall <= begin.shortfall and len(after.wants) <= len(begin.wants)
-
-    return holds
-
-
-def tighten(shop: Shop, begin: Outcome, holds: Holds) -> tuple[Outcome, list[Change]]:
+def tighten(shop: Shop, standard: Standard) -> tuple[Outcome, list[Change]]:
     """Make a recipe shorter by its pauses and by what it states by class, one at a time; never longer."""
-    now, changes = begin, list[Change]()
+    now, changes = standard.begin, list[Change]()
     needed: set[str] = set()  # a path that cannot be spared is not spared later: there is less and less of others
     for scale in _SCALES:
         for name in [each for each in _by_saving(shop, now, scale) if each not in needed]:
-            now, made = _cut(shop, now, (name, scale), holds)
+            now, made = _cut(shop, now, (name, scale), standard)
             changes += made
             cut = _named(shop, now, name)
             if cut is None or cut.knob is None:
@@ -81,7 +55,7 @@ def _promise(shop: Shop, now: Outcome, cut: Cut) -> tuple[float, float]:
     return saved, likely(now, frozenset(cut.steps), cut.template, saved)
 
 
-def _cut(shop: Shop, now: Outcome, named: tuple[str, float], holds: Holds) -> tuple[Outcome, list[Change]]:
+def _cut(shop: Shop, now: Outcome, named: tuple[str, float], standard: Standard) -> tuple[Outcome, list[Change]]:
     """Turn one knob as far as holds: first a part of what is likely, then by halves."""
     name, scale = named
     cut = _named(shop, now, name)
@@ -93,7 +67,7 @@ def _cut(shop: Shop, now: Outcome, named: tuple[str, float], holds: Holds) -> tu
         if value is None:
             break
         after = _shorter(shop, now, cut, value)
-        if after is not None and holds(after):
+        if after is not None and standard.holds(after):
             now, good, what = after, value, cut.at(value)[0]
             if good == cut.end:
                 break

@@ -10,8 +10,8 @@ from rulesengine.tuning.knobs import Knob
 from rulesengine.tuning.moves import knobs_for
 from rulesengine.tuning.outcome import Outcome
 from rulesengine.tuning.pace import Pace
+from rulesengine.tuning.shop import Shop
 from rulesengine.tuning.shortest import Scheme, Shortest, shortest
-from rulesengine.tuning.tighten import Shop
 
 
 @dataclass(frozen=True, slots=True, eq=False)
