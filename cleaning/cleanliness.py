@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Literal, TypeAlias
 
-from cleaning.results import VERDICTS, CleaningReport, Part, Verdict
+from cleaning.results import VERDICTS, CleaningReport, Judgement, Part, Verdict
 
 _WET = "R12"
 """The one rule that says nothing of residue: water that is left dries, or is baked out."""
@@ -29,9 +29,21 @@ def outcome(part: Part) -> Outcome:
     return "clean, wet" if clean == "clean" and stays_wet(part) else clean
 
 
+def deciding_judgement(part: Part) -> Judgement:
+    """Give the judgement that decides what becomes of a component: that it stays wet counts where nothing else does."""
+    wet = outcome(part) == "clean, wet"
+    return next((each for each in part.judgements if (each.rule == _WET) == wet), part.judgements[0])
+
+
 def report_cleanliness(report: CleaningReport) -> Verdict:
     """Give the verdict on a board and its process as if drying did not matter."""
     return _worst([*map(cleanliness, (report.bare, *report.parts)), *(each.verdict for each in report.process)])
+
+
+def report_outcome(report: CleaningReport) -> Outcome:
+    """Give the verdict on a board and its process as if drying did not matter, and say it where water alone is left."""
+    clean = report_cleanliness(report)
+    return "clean, wet" if clean == "clean" and any(map(stays_wet, report.parts)) else clean
 
 
 def count_cleanliness(parts: Iterable[Part]) -> dict[Verdict, int]:
@@ -41,8 +53,8 @@ def count_cleanliness(parts: Iterable[Part]) -> dict[Verdict, int]:
 
 
 def rank_parts(report: CleaningReport) -> list[Part]:
-    """Give the components by what becomes of them, the worst first; else as the report ranks them."""
-    return sorted(report.worst_first(), key=lambda part: OUTCOMES.index(outcome(part)))
+    """Give the components by what becomes of them, the worst first; then by residue, then in the board's order."""
+    return sorted(report.parts, key=lambda part: (OUTCOMES.index(outcome(part)), -(part.residue or 0.0)))
 
 
 def unclean_parts(report: CleaningReport) -> list[Part]:

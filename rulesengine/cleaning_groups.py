@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+from cleaning.cleanliness import deciding_judgement, outcome
 from cleaning.results import Grade, Judgement, Number, Part, Verdict
 
 _NUMBER = re.compile(r"(?<![^\s(])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?=$|[\s.,;:)%])")
@@ -72,7 +73,7 @@ def group_alike(parts: Iterable[Part], judgements_of: Callable[[Part], Sequence[
     for part in parts:
         judgements = judgements_of(part)
         numbers = [float(found) for text in _sentences(judgements) for found in _NUMBER.findall(text)]
-        of_kind = alike.setdefault((part.verdict, part.grade, *map(_kind, judgements)), [])
+        of_kind = alike.setdefault((outcome(part), *map(_kind, judgements)), [])
         group = next((each for each in of_kind if each.fits(numbers)), None)
         if group is None:
             group = _Open([], numbers, numbers)
@@ -139,13 +140,14 @@ def tell_one(judgement: Judgement) -> Told:
 
 
 def deciding(part: Part) -> Sequence[Judgement]:
-    """Give the judgement that decides."""
-    return part.judgements[:1]
+    """Give the judgement that decides what becomes of a component."""
+    return [deciding_judgement(part)]
 
 
 def unclean(part: Part) -> Sequence[Judgement]:
-    """Give all judgements that find something; those of a clean component begin with the first."""
-    return [each for each in part.judgements if each.verdict != "clean"] or part.judgements[:1]
+    """Give the judgement that decides, then all others that find something."""
+    first = deciding_judgement(part)
+    return [first, *(each for each in part.judgements if each.verdict != "clean" and each is not first)]
 
 
 def name_some(names: Sequence[str], most: int) -> str:

@@ -4,7 +4,15 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from cleaning.assumptions import assumptions_of
-from cleaning.cleanliness import OUTCOMES, count_cleanliness, outcome, report_cleanliness, stays_wet
+from cleaning.cleanliness import (
+    OUTCOMES,
+    count_cleanliness,
+    outcome,
+    rank_parts,
+    report_cleanliness,
+    report_outcome,
+    stays_wet,
+)
 from cleaning.report import Traceability
 from cleaning.results import CleaningReport, Part
 from cleaning.verify import Verified
@@ -116,7 +124,7 @@ def _head(report: CleaningReport) -> str:
     cards = "".join(f"<div><b>{escape(value)}</b><span>{escape(what)}</span></div>" for value, what in facts)
     return (
         f'<header><p class="q">{escape(origin.board)} with {escape(origin.recipe)}</p>'
-        f'<h1 style="border-color:{VERDICT_COLOURS[report.verdict]}">{escape(headline(report))}</h1>'
+        f'<h1 style="border-color:{VERDICT_COLOURS[report_outcome(report)]}">{escape(headline(report))}</h1>'
         f'<p class="honest">{escape(honesty(report))}</p><div class="facts">{cards}</div></header>'
     )
 
@@ -128,7 +136,7 @@ def legend() -> str:
 
 def _gaps(report: CleaningReport) -> list[str]:
     """Draw the gaps of the worst parts, one of each package; while others are not, those that are clean need none."""
-    parts = [part for part in report.worst_first() if part.gaps]
+    parts = [part for part in rank_parts(report) if part.gaps]
     wanting: Sequence[Part] = [part for part in parts if part.verdict != "clean"] or parts[:1]
     told = [
         '<p class="q">Pressure and flow as if only the side that drives most of it were pressed; grey are solder '
@@ -155,7 +163,7 @@ def _unlike(report: CleaningReport, parts: Sequence[Part]) -> list[Part]:
 
 
 def _limiting(report: CleaningReport) -> list[str]:
-    parts = [part for part in report.worst_first() if part.limiting][:_MOST_LIMITED]
+    parts = [part for part in rank_parts(report) if part.limiting][:_MOST_LIMITED]
     picture = draw_limiting(parts)
     note = '<p class="q">How strongly the residue answers to each factor; the strongest is marked.</p>'
     return [] if picture is None else [note, image(picture)]

@@ -99,7 +99,7 @@ def _group_row(group: Group, packages: Mapping[str, str]) -> tuple[str, str, str
     return (
         f"<b>{amount(len(group.parts), 'component') if many else names}</b>"
         f'<div class="q">{escape(name_some(kinds, _MOST_PACKAGES))}</div>',
-        f'{verdict_mark(outcome(first))}<div class="q">grade {first.grade}</div>',
+        f'{verdict_mark(outcome(first))}<div class="q">grade {group.told[0].grade}</div>',
         "".join(map(_told, group.told)) + (f'<div class="names">{names}</div>' if many else ""),
         "".join(advice),
     )

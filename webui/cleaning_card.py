@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from html import escape
 
-from cleaning.cleanliness import outcome
+from cleaning.cleanliness import deciding_judgement, outcome
 from cleaning.results import CleaningReport, ExposedPart, Part
 from cleaning.stages import Stage
 from rulesengine.summary import shorten
@@ -31,12 +31,13 @@ def stage_names(stages: tuple[Stage, ...]) -> tuple[str, ...]:
 def part_html(report: CleaningReport, part: Part) -> str:
     """Say all that was found of one part."""
     names = dict(zip((stage.made_by for stage in report.stages), stage_names(report.stages), strict=True))
-    colour = to_hex(VERDICT_COLOURS[outcome(part)])
-    said = "".join(judgement_html(each, names.get(each.stage, "")) for each in part.judgements)
+    colour, first = to_hex(VERDICT_COLOURS[outcome(part)]), deciding_judgement(part)
+    judgements = sorted(part.judgements, key=lambda each: each is not first)
+    said = "".join(judgement_html(each, names.get(each.stage, "")) for each in judgements)
     return box_html(
         f'<div style="font-weight:600"><span style="color:{to_hex(ACCENT)}">{escape(part.component)}</span> '
         f'<span style="color:{colour}">{VERDICT_WORDS[outcome(part)]}</span> '
-        f'<span style="font-weight:400;color:{to_hex(QUIET)}">grade {part.grade}</span></div>'
+        f'<span style="font-weight:400;color:{to_hex(QUIET)}">grade {first.grade}</span></div>'
         f"{said}{exposed_html(part.exposed, stage_names(report.stages))}{factors_html(part.elasticity, part.limiting)}"
         f"{makers_html(part.makers)}"
     )

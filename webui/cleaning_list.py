@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from html import escape
 
-from cleaning.cleanliness import count_cleanliness, outcome
+from cleaning.cleanliness import count_cleanliness, deciding_judgement, outcome, report_outcome
 from cleaning.results import CleaningReport, Judgement, Part
 from rulesengine.cleaning_page import headline, honesty
 from rulesengine.summary import clock
@@ -23,7 +23,7 @@ _COLUMNS = (
 
 def headline_html(report: CleaningReport) -> str:
     """Say what the worst is, how far that can be trusted, and what the process takes."""
-    colour = VERDICT_COLOURS[report.verdict]
+    colour = VERDICT_COLOURS[report_outcome(report)]
     facts = {
         "Parts": counts_text(report.parts),
         "Time": clock(report.duration_s),
@@ -79,4 +79,4 @@ def _cells(part: Part) -> tuple[Cell, ...]:
     residue = "" if part.residue is None else f"{100 * part.residue:.1f} %"
     told = outcome(part)
     dot = f'<span style="color:{to_hex(VERDICT_COLOURS[told])}">\N{BLACK CIRCLE}</span> '
-    return Cell(part.component), Cell(told, mark=dot), Cell(part.judgements[0].name), Cell(residue)
+    return Cell(part.component), Cell(told, mark=dot), Cell(deciding_judgement(part).name), Cell(residue)

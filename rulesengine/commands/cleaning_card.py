@@ -7,8 +7,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from cleaning.assumptions import assumptions_of
-from cleaning.cleanliness import count_cleanliness, unclean_parts
-from cleaning.results import CleaningReport, Verdict
+from cleaning.cleanliness import Outcome, count_cleanliness, outcome, report_outcome, unclean_parts
+from cleaning.results import CleaningReport
 from cleaning.verify import Verified
 from rulesengine.cleaning_groups import Group, Told, deciding, group_alike, name_some, tell_one
 from rulesengine.cleaning_page import headline, honesty, wet_count, wet_words
@@ -18,7 +18,9 @@ from rulesengine.summary import amount, clock, print_facts, shorten
 
 _MOST_GROUPS = 12
 _MOST_NAMES = 12
-_STYLES: dict[Verdict, str] = {"dirty": "bold red", "marginal": "yellow", "no verdict": "dim", "clean": "green"}
+_STYLES: dict[Outcome, str] = {
+    "dirty": "bold red", "marginal": "yellow", "clean, wet": "cyan", "no verdict": "dim", "clean": "green",
+}  # fmt: skip
 
 
 def print_cleaning(console: Console, report: CleaningReport) -> None:
@@ -26,7 +28,7 @@ def print_cleaning(console: Console, report: CleaningReport) -> None:
     origin = report.origin
     console.print(
         f"[bold]{escape(origin.board)}[/bold] with [bold]{escape(origin.recipe)}[/bold]. "
-        f"[{_STYLES[report.verdict]}]{escape(headline(report))}[/]"
+        f"[{_STYLES[report_outcome(report)]}]{escape(headline(report))}[/]"
     )
     console.print(escape(honesty(report)), style="dim")
     console.print(_stages(report))
@@ -95,9 +97,9 @@ def _stages(report: CleaningReport) -> Table:
 def _parts(groups: Sequence[Group]) -> Table:
     table = _table("component", "verdict", "grade", "rule", "because", "what to do")
     for group in groups:
-        first, worst = group.told[0], group.parts[0]
+        first, told = group.told[0], outcome(group.parts[0])
         table.add_row(
-            escape(name_some(group.names, _MOST_NAMES)), f"[{_STYLES[worst.verdict]}]{worst.verdict}[/]", worst.grade,
+            escape(name_some(group.names, _MOST_NAMES)), f"[{_STYLES[told]}]{told}[/]", first.grade,
             f"{first.rule} {escape(first.name)}", escape(_because(first)), escape(first.advice),
         )  # fmt: skip
     return table

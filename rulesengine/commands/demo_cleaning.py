@@ -46,7 +46,7 @@ def clean_for_demo(run: "Run", folder: Path) -> None:
 
 def print_worst(console: Console, report: CleaningReport, seconds: float) -> None:
     """Headline and what it is worth, how many have which verdict, the worst few with the reason, how long it took."""
-    from cleaning.cleanliness import count_cleanliness, unclean_parts
+    from cleaning.cleanliness import count_cleanliness, outcome, unclean_parts
     from rulesengine.cleaning_groups import deciding, group_alike, name_some
     from rulesengine.cleaning_page import headline, honesty
     from rulesengine.summary import clock, print_facts
@@ -59,7 +59,7 @@ def print_worst(console: Console, report: CleaningReport, seconds: float) -> Non
         console,
         [
             ("verdicts", ", ".join(f"{count} {verdict}" for verdict, count in counts.items()) or "none"),
-            *((name_some(each.names, 1), f"{each.parts[0].verdict}: {each.told[0].because}") for each in worst),
+            *((name_some(each.names, 1), f"{outcome(each.parts[0])}: {each.told[0].because}") for each in worst),
             ("analysed", f"in {clock(seconds)}"),
         ],
     )

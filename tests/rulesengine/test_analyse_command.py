@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from cleaning_report import small_report
+from cleaning_report import small_report, soaked_report
 from command import contents, washboard
 
 import cleaning.analyse
@@ -69,6 +69,14 @@ def test_the_worst_come_first_with_what_to_do(program: Path, monkeypatch: pytest
     assert "takes       1 min 32 s, 2.60 l" in told
     report_instead(monkeypatch, litres=())
     assert "takes       1 min 32 s, no liquid" in washboard("analyse", program).out
+
+
+def test_what_is_clean_and_stays_wet_is_not_called_marginal(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    report_instead(monkeypatch, parts=soaked_report().parts)
+    rows = {line.split()[0].rstrip(","): line for line in washboard("analyse", program).out.splitlines() if line}
+    assert re.search(r"C1, R2 +clean, wet +B +R12 ", rows["C1"])
+    assert re.search(r"R1 +marginal +B +R10 ", rows["R1"])
+    assert re.search(r"J1 +no verdict +A +R14 ", rows["J1"])
 
 
 @pytest.mark.slow

@@ -40,7 +40,17 @@ def test_what_differs_in_more_than_numbers_stands_apart():
     ]  # fmt: skip
     parts = [wet("R1", 57, 25), *(wet(f"R{at}", 57, 25, **change) for at, change in enumerate(unlike, start=2))]
     assert [len(group.parts) for group in group_alike(parts, deciding)] == [1] * len(parts)
-    assert len(group_alike([parts[0], replace(parts[0], verdict="dirty")], deciding)) == 2
+
+
+def test_what_is_clean_and_stays_wet_stands_apart_from_what_lacks_more():
+    wet_only = wet("R2", 57, 25)
+    unknown = replace(R1.judgements[0], rule="R14", name="model limit", verdict="no verdict", grade="A")
+    undecided = replace(wet_only, component="R3", judgements=(*wet_only.judgements, unknown))
+    groups = group_alike([R1, wet_only, undecided], deciding)
+    assert [(group.names, group.told[0].rule) for group in groups] == [
+        (("R1",), "R10"), (("R2",), "R12"), (("R3",), "R14"),
+    ]  # fmt: skip
+    assert [each.rule for each in unclean(undecided)] == ["R14", "R12"], "what decides is said first"
 
 
 def test_numbers_far_from_each_other_are_not_put_together():
@@ -56,10 +66,9 @@ def test_digits_of_names_are_no_numbers():
 
 
 def test_all_that_is_found_must_be_alike_where_all_is_told():
-    both = wet("R1", 57, 25)
-    more = replace(both, component="R2", judgements=(*both.judgements, *R1.judgements))
-    assert len(group_alike([both, more], deciding)) == 1
-    assert [len(group.told) for group in group_alike([both, more], unclean)] == [1, 2]
+    more = replace(R1, component="R2", judgements=(*R1.judgements, *wet("R2", 57, 25).judgements))
+    assert len(group_alike([R1, more], deciding)) == 1
+    assert [len(group.told) for group in group_alike([R1, more], unclean)] == [1, 2]
 
 
 @given(values=st.lists(st.tuples(st.floats(0, 500), st.floats(1, 500)), min_size=1, max_size=30))

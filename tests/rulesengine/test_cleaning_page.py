@@ -11,6 +11,7 @@ from cleaning.results import VERDICTS, Judgement, Number, Part
 from cleaning.verify import Verified
 from rulesengine import cleaning_page as cleaning_page_module
 from rulesengine.cleaning_page import cleaning_page, headline, honesty
+from rulesengine.cleaning_pictures import VERDICT_COLOURS
 from rulesengine.cleaning_tables import (
     MOST_TOLD,
     amount_text,
@@ -154,6 +155,7 @@ def test_what_stays_wet_does_not_hide_what_is_clean() -> None:
     assert "</span>clean, wet<" in parts_table(soaked)
     assert "</span>marginal<" not in parts_table(soaked)
     assert "</span>clean, wet" in cleaning_page_module.legend()
+    assert f'<h1 style="border-color:{VERDICT_COLOURS["clean, wet"]}">' in told
 
 
 def test_components_of_which_the_same_is_said_share_a_row_that_names_them_all() -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from cleaning_report import small_report
+from cleaning_report import small_report, soaked_report
 from command import contents, washboard
 from rich.console import Console
 
@@ -50,6 +50,12 @@ def test_the_worst_three_are_told_with_their_reasons_and_what_it_is_worth() -> N
         assert f"{part.verdict}: {part.judgements[0].because}" in line
     assert lines[6].split() == ["analysed", "in", "12.3", "s"]
     assert len(lines) == 7
+
+
+def test_a_part_that_is_clean_and_stays_wet_is_not_called_marginal() -> None:
+    report = soaked_report()
+    clean = replace(report, parts=tuple(part for part in report.parts if part.component in ("C1", "R2")))
+    assert "C1 and 1 more  clean, wet: It stays wet." in told(clean)
 
 
 def test_of_a_clean_board_no_part_is_named() -> None:

@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 
-from cleaning_report import small_report, soaked_report
+from cleaning_report import WET, small_report, soaked_report
 
 from webui.cleaning_card import exposed_html, factors_html, makers_html, part_html, stage_names
 from webui.cleaning_list import headline_html, judgement_html, parts_html
 from webui.listing import MOST_ROWS
+from webui.palette import to_hex
+from webui.verdict_colours import VERDICT_COLOURS
 
 REPORT = small_report()
 
@@ -31,6 +33,26 @@ def test_what_is_clean_and_stays_wet_is_called_so():
     assert "Clean, wet underneath" in told["C1"][1]
     assert "clean, wet" not in told["R1"][0]
     assert "Marginal" in told["R1"][1]
+
+
+def test_the_headline_has_the_colour_of_what_it_says():
+    clean = tuple(part for part in soaked_report().parts if part.component in ("C1", "R2"))
+    colours = {
+        outcome: to_hex(VERDICT_COLOURS[outcome]) in headline_html(report)
+        for outcome, report in (
+            ("dirty", REPORT), ("clean, wet", replace(REPORT, parts=clean, verdict="marginal")),
+        )
+    }  # fmt: skip
+    assert all(colours.values()), colours
+
+
+def test_the_rule_that_decides_is_told_first_although_the_part_stays_wet_too():
+    j1 = next(part for part in REPORT.parts if part.component == "J1")
+    both = replace(j1, judgements=(WET, *j1.judgements), verdict="marginal", grade="B")
+    html = part_html(REPORT, both)
+    assert html.index("R14 model limit") < html.index("R12 wet under part")
+    assert "grade A</span></div>" in html
+    assert ">model limit<" in parts_html([both], "")
 
 
 def test_a_long_list_says_how_many_more_there_are():

@@ -61,7 +61,7 @@ def test_an_analysis_counts_for_its_program_and_its_parameters_alone():
     newer = replace(session, run=replace(session.run, program=replace(session.run.program)))
     assert newer.analysis is None
     assert "changed since" in state_html(newer)
-    assert "It was dirty" in state_html(newer)
+    assert "parameter set default: dirty." in state_html(newer)
     assert session.with_parameters("other").analysis is None
     assert session.with_parameters("other").with_parameters("default").analysis is session.analysed
     assert session.with_board("other", session.board).analysed is None

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import viser
 
+from cleaning.cleanliness import report_outcome
 from webui.analysed import Analysed, Asked, analyse_run
 from webui.boxes import quiet_html
 from webui.cleaning_list import headline_html
@@ -18,6 +19,7 @@ from webui.panels.job import RunButton
 from webui.panels.tuning import TuneCard
 from webui.scene import Scene
 from webui.session import Session
+from webui.verdict_colours import VERDICT_WORDS
 
 if TYPE_CHECKING:
     from cleaning.analyse import Effort
@@ -98,7 +100,8 @@ def state_html(session: Session) -> str:
         return headline_html(analysis.report)
     if older is None:
         return quiet_html("Not analysed yet.")
+    told = VERDICT_WORDS[report_outcome(older.report)].lower()
     return quiet_html(
         "The program or the parameters changed since it was analysed. "
-        f"It was {older.report.verdict} with the parameter set {older.parameters_name}."
+        f"Before, with the parameter set {older.parameters_name}: {told}."
     )
