@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 from geometry.finding import Finding
 from programs.analog import IN_OWN_UNIT, Counting, find_out_of_range
-from programs.motion import SAME_MM, Event, Line, MotionProgram, Reference, Repeat, Step, Switch, split_line
+from programs.motion import Event, Line, MotionProgram, Reference, Repeat, Step, Switch, split_line
 
 Saying: TypeAlias = Literal["distance and time", "distance", "time", "percent", "boundary", "stop"]
 """How a language places an output on a line.
@@ -116,7 +116,7 @@ def _lower_line(line: Line, capability: Capability) -> Iterator[Step]:
         yield line
         return
     match capability.says:
-        case "distance" | "distance and time" if line.length_mm <= SAME_MM and not _is_near_end(line, capability):
+        case "distance" | "distance and time" if line.turns_on_the_spot and not _is_near_end(line, capability):
             yield from _divided_at_signals(line)
         case "percent" if not _is_fine_enough(line, capability):
             yield from _divided_at_signals(line)
@@ -268,7 +268,7 @@ def _error_of(line: Line, lowered: list[Step], capability: Capability) -> Iterat
     if len(said) != len(line.events):  # the robot stands for each: they are late by the stop, not misplaced
         said = []
     for wanted, (part, event) in zip(line.events if said else (), said, strict=True):
-        place = event.share if part.length_mm <= SAME_MM else _share_of(part, event)
+        place = event.share if part.turns_on_the_spot else _share_of(part, event)
         leaves_s = part.time_s - line.time_s + part.course.second_at(place) + event.offset_s
         late_s = abs(leaves_s - wanted.signal_s) + capability.cycle_s
         yield EventError(late_s * wanted.speed_mm_s, late_s, wanted.made_by)

@@ -50,17 +50,17 @@ def _line(track: Track, first: int, last: int, rates: NDArray[np.float64], maker
         shares=shares_along(track, first, last),
         joints=track.joints[first : last + 1],
     )
-    on_the_spot = math.dist(start.position, target.position) <= SAME_MM
-    return Line(
+    line = Line(
         start=start,
         target=target,
-        speed_mm_s=0.0 if on_the_spot else speed,
+        speed_mm_s=speed,
         turn_rad_s=turn,
         blend_mm=0.0,
         course=course,
         time_s=float(track.times[first]),
         made_by=makers[track.maker[last]],
     )
+    return replace(line, speed_mm_s=0.0) if line.turns_on_the_spot else line
 
 
 def pose_of(track: Track, at: int) -> Pose:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
+from math import degrees
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -15,7 +16,9 @@ from programs.pose import Pose, angle, between, distance
 
 Reference: TypeAlias = Literal["start", "end"]
 SAME_MM = 1e-6
-"""A line shorter than this turns on the spot."""
+"""A line shorter than this goes nowhere."""
+UNTOLD_MM = 2e-3
+"""A shorter way may vanish in a robot's program: all languages are given places to 0.001 mm in each coordinate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +92,15 @@ class Line:
         return angle(self.start, self.target)
 
     @property
+    def turns_on_the_spot(self) -> bool:
+        """Whether only the orientation changes, as far as a program tells it: then its speed is that of the turn.
+
+        Of a way that is lost in the last digit no speed can be kept, and it would leave the turn as fast as it can be.
+        """
+        way = self.length_mm
+        return way <= SAME_MM or (way <= UNTOLD_MM and degrees(self.angle_rad) > way)
+
+    @property
     def duration_s(self) -> float:
         """How long the plan takes for it."""
         return float(self.course.seconds[-1])
@@ -104,7 +116,7 @@ class Line:
 
     def speed_at(self, seconds: float) -> float:
         """Speed of the orifice on the planned course, mm/s."""
-        if self.length_mm <= SAME_MM:
+        if self.turns_on_the_spot:
             return 0.0
         times = self.course.seconds
         at = int(np.clip(np.searchsorted(times, seconds, side="right"), 1, len(times) - 1))
@@ -114,7 +126,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """Come to this pose by a joint motion: the first pose, and the same pose with another tool or board."""
+    """Come to this pose by a joint motion: the first pose, and where it is after a new tool or board or a call."""
 
     target: Pose
     joints: tuple[float, ...]

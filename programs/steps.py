@@ -1,6 +1,7 @@
 """Timed program in, the controller's steps out."""
 
 from dataclasses import dataclass, field
+from math import degrees
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from programs.installation import Assignment, Installation
 from programs.layout import Hold, Layout, Wanted, lay_out
 from programs.lines import lines_of, pose_of
 from programs.motion import (
+    UNTOLD_MM,
     Call,
     EndRepeat,
     Line,
@@ -24,7 +26,7 @@ from programs.motion import (
     UseBoard,
     UseTool,
 )
-from programs.pose import Pose
+from programs.pose import Pose, angle, distance
 from programs.program import TILT_BAND, Command, MoveTo, TimedProgram
 from programs.soundness import TICK_S
 from programs.tracks import Track
@@ -122,7 +124,9 @@ class _Teller:
         """Tell the lines of a track."""
         makers, several = self.layout.makers, len(track.times) > 1
         self.now = float(track.times[0])
-        self.pose, self.joints = pose_of(track, 0), tuple(track.joints[0].tolist())
+        before, self.pose, self.joints = self.pose, pose_of(track, 0), tuple(track.joints[0].tolist())
+        # After a command a motion may begin elsewhere, also where the cell knows no other tool or place of the board.
+        self.reached &= before is not None and _is_at(before, self.pose)
         self.reach(makers[track.maker[int(several)]])
         if several:
             for line in lines_of(track, makers):
@@ -235,3 +239,8 @@ class _Teller:
             message = f"{key} has no input in cell {self.installation.cell}; the loop is done {count} times."
             self.warn("no-sensor", message, made_by)
         self.add(Repeat(count, key, least, sensor, made_by))
+
+
+def _is_at(one: Pose, other: Pose) -> bool:
+    """Whether two poses are the same as far as a program tells them."""
+    return distance(one, other) <= UNTOLD_MM and degrees(angle(one, other)) <= UNTOLD_MM

@@ -6,7 +6,7 @@ from itertools import accumulate
 
 from geometry.finding import Finding
 from programs.installation import Installation, Valve
-from programs.motion import SAME_MM, Event, Line, Note, Pause, Step, Switch
+from programs.motion import Event, Line, Note, Pause, Step, Switch
 
 _MOMENT_S = 1e-7
 """Times nearer than this are one."""
@@ -143,8 +143,7 @@ def _event(line: Line, spot: _Spot, signal: _Signal, steps: Sequence[Step]) -> E
     wished = steps[wish.step] if wish.step < len(steps) else None
     speed = wished.speed_at(wish.seconds) if isinstance(wished, Line) and wish.seconds > _MOMENT_S else 0.0
     channel, value = signal.valve.channel, 1.0 if wish.spraying else 0.0
-    turns_on_the_spot = line.length_mm <= SAME_MM
-    if spot.step != wish.step or turns_on_the_spot:
+    if spot.step != wish.step or line.turns_on_the_spot:
         offset_s = spot.seconds - line.duration_s
         return Event(channel, value, "end", 0.0, offset_s, 1.0, spot.seconds, speed, wish.made_by)
     share = line.course.share_at(wish.seconds)

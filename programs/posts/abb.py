@@ -23,7 +23,7 @@ from programs.pose import Pose
 from programs.posts.abb_data import NO_AXES, RESERVED, jointtarget, pose_data
 from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.heading import heading
-from programs.posts.routines import Names, tell_steps, turn_limit, turns_on_the_spot
+from programs.posts.routines import Names, tell_steps, turn_limit
 from programs.posts.wording import cut, fixed, make_name, short
 
 TITLE = "ABB RAPID"
@@ -135,7 +135,7 @@ class _Writer:
         """Name the speed of a line: the TCP's, and the turn's where it decides."""
         turn = turn_limit(line)
         rate = "500" if turn is None else short(turn, 1)
-        speed = "100" if turns_on_the_spot(line) else short(line.speed_mm_s, 1)
+        speed = "100" if line.turns_on_the_spot else short(line.speed_mm_s, 1)
         name = f"s{speed}_r{rate}".replace(".", "p").replace("_r500", "")
         self.speeds[name] = f"[{speed},{rate},5000,1000]"
         return name

@@ -3,7 +3,7 @@
 import math
 from itertools import pairwise
 
-from programs.motion import SAME_MM, Line, Step
+from programs.motion import Line, Step
 
 _STRAIGHT = 1e-3
 """Radians between two directions that count as one."""
@@ -20,7 +20,7 @@ def follow(steps: tuple[Step, ...]) -> dict[int, Line]:
 
 def goes_on(line: Line, after: Line) -> bool:
     """Whether the next line has the same direction."""
-    if min(line.length_mm, after.length_mm) <= SAME_MM:
+    if line.turns_on_the_spot or after.turns_on_the_spot:
         return False
     one, two = (
         [(b - a) / each.length_mm for a, b in zip(each.start.position, each.target.position, strict=True)]

@@ -20,7 +20,6 @@ from programs.posts.routines import (
     number_slots,
     outputs_of,
     tell,
-    turns_on_the_spot,
 )
 from programs.posts.wording import cut, fixed, make_name, short
 
@@ -148,7 +147,7 @@ def _move(line: Line, placed: Placed) -> Iterator[str]:
     """Write a line; ``Next`` lets the program go on while the robot moves, and wait for the percents of its outputs."""
     passing = "@0" if line.blend_mm == 0.0 else f"@{max(int(line.blend_mm), 1)}"
     speed = f"{fixed(line.speed_mm_s, 1)} * PER_MM_S"
-    if turns_on_the_spot(line):
+    if line.turns_on_the_spot:
         speed = f"{fixed(degrees_per_s(line), 1)} * PER_DEG_S"
     goes_on = ", Next" if placed.begins or placed.inside else ""
     yield f"Move L, {passing} {_position(line.target)}, Speed = {speed}{goes_on}"

@@ -19,7 +19,6 @@ from programs.posts.routines import (
     number_slots,
     outputs_of,
     tell,
-    turns_on_the_spot,
 )
 from programs.posts.wording import cut, fixed, make_name, short
 
@@ -146,7 +145,7 @@ def _reach(writer: _Writer, reach: Reach) -> Iterator[str]:
 
 
 def _move(writer: _Writer, line: Line) -> Iterator[str]:
-    turns = turns_on_the_spot(line)
+    turns = line.turns_on_the_spot
     yield from writer.set("SpeedR", fixed(degrees_per_s(line), 1)) if turns else ()
     yield from () if turns else writer.set("SpeedS", fixed(line.speed_mm_s, 1))
     options = " ROT" * turns + " CP" * (line.blend_mm > 0.0)

@@ -27,7 +27,7 @@ from programs.posts.corners import follow, goes_on
 from programs.posts.fanuc_text import ANALOG, assign, configure, hundredths, operand, program_text, remark
 from programs.posts.numbering import Frames, Tables, number_frames, table_lines
 from programs.posts.reading import split_wait
-from programs.posts.routines import tell_steps, turns_on_the_spot
+from programs.posts.routines import tell_steps
 from programs.posts.sheet import sheet, short_heading
 from programs.posts.wording import fixed, make_name, short
 
@@ -203,7 +203,7 @@ def _line(writer: _Writer, line: Line) -> str:
             f"{line.made_by}: two outputs change at one moment, and FANUC times one on a motion. "
             "Give the valve a shortest pulse, or part the two."
         )
-    if turns_on_the_spot(line):
+    if line.turns_on_the_spot:
         speed = f"{max(math.floor(math.degrees(line.turn_rad_s) + 0.3), 1)}deg/sec"
     else:
         speed = f"{round(line.speed_mm_s)}mm/sec"

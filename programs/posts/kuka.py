@@ -23,7 +23,7 @@ from programs.pose import Pose
 from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.heading import heading
 from programs.posts.kuka_text import ANALOG, assign, axes, data_list, frame, operand, source
-from programs.posts.routines import Names, tell_steps, turn_limit, turns_on_the_spot
+from programs.posts.routines import Names, tell_steps, turn_limit
 from programs.posts.wording import cut, fixed, make_name, short
 
 TITLE = "KUKA KRL"
@@ -176,7 +176,7 @@ def _reach(writer: _Writer, step: Reach) -> Iterable[str]:
 
 def _speeds(writer: _Writer, line: Line) -> Iterable[str]:
     """Set the speed of the TCP in m/s, and that of the turn in degrees/s, each where it matters."""
-    if not turns_on_the_spot(line):
+    if not line.turns_on_the_spot:
         yield from writer.set("$VEL.CP", short(line.speed_mm_s / 1000.0, 6))
     turn = turn_limit(line)
     rate = _ORI_DEG_S if turn is None else turn
@@ -186,7 +186,7 @@ def _speeds(writer: _Writer, line: Line) -> Iterable[str]:
 
 def _trigger(line: Line, event: Event) -> str:
     """Say when an output changes: so many mm from the end of the next motion, so many ms from there."""
-    place = "DISTANCE=1" if turns_on_the_spot(line) else f"PATH={fixed(event.offset_mm, 2)}"
+    place = "DISTANCE=1" if line.turns_on_the_spot else f"PATH={fixed(event.offset_mm, 2)}"
     delay = round(1000.0 * event.offset_s)
     return f"TRIGGER WHEN {place} DELAY={delay} DO {assign(event.channel, event.value)}"
 

@@ -119,7 +119,7 @@ class _Controller:
             self.arm.reach(pose)
             return
         length_mm = self.arm.length_to(pose) if self.arm.pose is not None else 0.0
-        speed_mm_s = 1000.0 * self.settings["VEL.CP"] if length_mm else 0.0
+        speed_mm_s = 1000.0 * self.settings.get("VEL.CP", 0.0) if length_mm else 0.0
         signals = tuple(
             ReadSignal(channel, value, 1.0 + place / length_mm if length_mm else 1.0, seconds)
             for place, seconds, channel, value in self.triggers

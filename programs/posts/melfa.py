@@ -11,7 +11,7 @@ from programs.pose import Pose, inverse
 from programs.posts.angles import fixed_xyz
 from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.heading import heading
-from programs.posts.routines import Placed, joint_words, outputs_of, tell, turns_on_the_spot
+from programs.posts.routines import Placed, joint_words, outputs_of, tell
 from programs.posts.wording import cut, fixed, make_name, short
 
 TITLE = "Mitsubishi MELFA-BASIC"
@@ -162,7 +162,7 @@ def _move(writer: _Writer, line: Line, placed: Placed) -> Iterator[str]:
     """Write a line; a move takes one output with it, others that begin there are set right before."""
     near = short(line.blend_mm, 2)
     yield from writer.set("Cnt", "0" if line.blend_mm == 0.0 else f"1,{near},{near}")
-    yield from writer.set("Spd", "M_NSpd" if turns_on_the_spot(line) else short(line.speed_mm_s, 1))
+    yield from writer.set("Spd", "M_NSpd" if line.turns_on_the_spot else short(line.speed_mm_s, 1))
     *others, last = ["", *(_output(event.channel, event.value) for event in placed.begins)]
     yield from others[1:] if last else ()
     yield f"Mvs {writer.point(line.target)}{f' Wth {last}' if last else ''}"

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from programs.errors import ProgramError
 from programs.installation import Channel, Installation
-from programs.motion import SAME_MM, Call, Event, Line, MotionProgram, Pause, Reach, Step, Switch, UseBoard, UseTool
+from programs.motion import Call, Event, Line, MotionProgram, Pause, Reach, Step, Switch, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.axes import in_controller_units
 from programs.posts.chapters import Chapter
@@ -131,11 +131,6 @@ def number_slots(motion: MotionProgram, most: int) -> Slots:
     return Slots({number: tools[number] if number in tools else next(free) for number in numbers}, boards)
 
 
-def turns_on_the_spot(line: Line) -> bool:
-    """Whether only the orientation changes."""
-    return line.length_mm <= SAME_MM
-
-
 def joint_words(joints: tuple[float, ...], installation: Installation, digits: int) -> list[str]:
     """Write joint values: degrees and mm."""
     return [fixed(value, digits) for value in in_controller_units(joints, installation)]
@@ -146,7 +141,7 @@ def turn_limit(line: Line) -> float | None:
 
     A tenth more than planned on a line with a length, so that the speed of the TCP decides; rounded up to a tenth.
     """
-    if turns_on_the_spot(line):
+    if line.turns_on_the_spot:
         return degrees_per_s(line)
     if math.degrees(line.angle_rad) <= 0.5:
         return None

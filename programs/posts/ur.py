@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from programs.events import Capability, Lowered
 from programs.installation import Installation
 from programs.motion import (
+    UNTOLD_MM,
     Call,
     EndRepeat,
     Line,
@@ -22,7 +23,7 @@ from programs.pose import Pose
 from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.corners import follow
 from programs.posts.heading import heading
-from programs.posts.routines import Names, tell_steps, turns_on_the_spot
+from programs.posts.routines import Names, tell_steps
 from programs.posts.ur_text import ANALOG, WATCHER, joints_text, metres, output, pose_text, rest_blend
 from programs.posts.wording import cut, fixed, make_name, short
 
@@ -141,22 +142,27 @@ def _instructions(writer: _Writer, step: Step) -> Iterable[str]:
 
 def _line(writer: _Writer, line: Line) -> Iterable[str]:
     """Arm the outputs, move, and see to it that none is left at a stop."""
-    on_the_spot = turns_on_the_spot(line)
+    way_mm = _told_way(line)
     ends = f"{pose_text(line.start)}, {pose_text(line.target)}"
-    late = [event for event in line.events if on_the_spot and event.share > 0.5]
+    late = [event for event in line.events if not way_mm and event.share > 0.5]
     for event in line.events:
-        if not on_the_spot:
+        if way_mm:
             yield f"arm({ends}, {metres(event.offset_mm)}, {output(event.channel, event.value)})"
         elif event not in late:
             yield f"set_out({output(event.channel, event.value)})"
     after = writer.following.get(id(line))
-    lengths = (0.0 if on_the_spot else line.length_mm, after.length_mm if after is not None else 0.0)
-    blend = f"r={metres(rest_blend(line.blend_mm, lengths))}"
-    pace = f"t={fixed(max(line.duration_s, 0.01), 3)}" if on_the_spot else f"v={metres(line.speed_mm_s)}"
+    blend = f"r={metres(rest_blend(line.blend_mm, (way_mm, _told_way(after) if after is not None else 0.0)))}"
+    turns = line.turns_on_the_spot
+    pace = f"t={fixed(max(line.duration_s, 0.01), 3)}" if turns else f"v={metres(line.speed_mm_s)}"
     yield f"movel(pose_trans(board, {pose_text(line.target)}), {_ACCELERATION}, {pace}, {blend})"
     yield from (f"set_out({output(event.channel, event.value)})" for event in late)
-    if line.events and line.blend_mm == 0.0 and not on_the_spot:
+    if line.events and line.blend_mm == 0.0 and way_mm:
         yield "settle()"
+
+
+def _told_way(line: Line) -> float:
+    """Length of a line in mm; 0 where its ends may be written as one place, which has no direction to watch."""
+    return line.length_mm if line.length_mm > UNTOLD_MM else 0.0
 
 
 def _main(writer: _Writer, parts: tuple[Part, ...]) -> list[str]:

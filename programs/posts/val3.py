@@ -28,7 +28,6 @@ from programs.posts.routines import (
     degrees_per_s,
     outputs_of,
     tell,
-    turns_on_the_spot,
 )
 from programs.posts.val3_data import Data, signal_name, variables
 from programs.posts.wording import cut, fixed, make_name, short
@@ -107,7 +106,7 @@ class _Writer:
 
     def movement(self, line: Line) -> str:
         """Name the speed and the zone of a line."""
-        turns = turns_on_the_spot(line)
+        turns = line.turns_on_the_spot
         rate = degrees_per_s(line) if turns else line.speed_mm_s
         zone = f"z{fixed(line.blend_mm, 2)}" if line.blend_mm else "fine"
         said = f"{'r' if turns else 'm'}{short(rate, 1)}_{zone}".replace(".", "p")

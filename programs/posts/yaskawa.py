@@ -27,7 +27,7 @@ from programs.posts.chapters import Begin, Chapter, End, Part, divide, nest
 from programs.posts.corners import follow, goes_on
 from programs.posts.numbering import Frames, Tables, number_frames, part_at_boards, table_lines
 from programs.posts.reading import split_wait
-from programs.posts.routines import tell_steps, turns_on_the_spot
+from programs.posts.routines import tell_steps
 from programs.posts.sheet import sheet, short_heading
 from programs.posts.wording import cut, fixed, make_name, short
 
@@ -190,7 +190,7 @@ def _line(writer: _Writer, line: Line) -> Iterable[str]:
             f"{line.made_by}: two outputs change at one moment, and INFORM times one on a motion. "
             "Give the valve a shortest pulse, or part the two."
         )
-    if turns_on_the_spot(line):
+    if line.turns_on_the_spot:
         speed = f"VR={fixed(max(math.degrees(line.turn_rad_s), 0.1), 1)}"
     else:
         speed = f"V={fixed(line.speed_mm_s, 1)}"

@@ -5,10 +5,10 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from installations import bare_cell, small_cell
 from robot_programs import PROGRAMS, joints_of, three_speeds
-from small_programs import programs
+from small_programs import DOWN, program_of, programs
 
 from programs.events import lower
 from programs.export import Exported, export
@@ -17,7 +17,7 @@ from programs.motion import MotionProgram
 from programs.posts import native
 from programs.posts.compare import compare
 from programs.posts.dialects import DIALECTS
-from programs.program import TimedProgram
+from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram
 from programs.steps import make_motion
 
 CASES = [pytest.param(name, made, id=f"{name}-{made}") for name in DIALECTS for made in PROGRAMS]
@@ -91,8 +91,48 @@ def test_a_small_program_reads_as_an_integrator_would_want_it(name: str, golden:
         golden(f"posts/{name}/{file}", text)
 
 
+ROUND = (0.0, 0.0, 0.0, 1.0)
+"""Half a turn from DOWN."""
+START, LOW = MoveTo(0.0, (0.0, 0.0, 110.0), DOWN, 0.0, ""), MoveTo(0.0, (0.0, 0.0, 0.0), DOWN, 0.0, "")
+
+
+def turned_at(x: float) -> TimedProgram:
+    """From 12.345, as far as x and a quarter of a turn in two seconds, then half a turn in one."""
+    quarter = (0.0, 0.5**0.5, 0.0, 0.5**0.5)
+    told: list[Instruction] = [MoveTo(0.0, (12.345, 0.0, 60.0), DOWN, 0.0, "")]
+    told += [MoveTo(2.0, (x, 0.0, 60.0), quarter, 0.0, ""), Command(2.0, "GRIP", ("open",), "")]
+    told += [MoveTo(3.0, (12.345, 0.0, 60.0), (0.0, 0.5**0.5, 0.0, -(0.5**0.5)), 0.0, "")]
+    return program_of(*told, SetNozzle(3.0, False, ""))
+
+
+@pytest.mark.parametrize("name", [name for name, dialect in DIALECTS.items() if not dialect.needs_joints])
+def test_a_turn_whose_way_is_lost_in_the_last_digit_is_told_as_one_on_the_spot(name: str) -> None:
+    on_the_spot, nearly = ("\n".join(exported(name, turned_at(x)).files.values()) for x in (12.345, 12.346))
+    assert nearly.replace("12.346", "12.345").replace("0.012346", "0.012345") == on_the_spot
+    assert nearly != on_the_spot
+
+
 @NAMED
 @settings(deadline=None, max_examples=15)
+@example(program=program_of(START, LOW, MoveTo(0.0, (0.0, 0.0, 0.001), ROUND, 0.0, ""), SetNozzle(0.0, False, "")))
+@example(  # the first tool is named where the orifice jumps: as if it had been another
+    program=program_of(
+        START,
+        Command(0.0, "NOZZLE", ("a", "TOOL", "1"), ""),
+        LOW,
+        MoveTo(1.0, LOW.position, ROUND, 0.0, ""),
+        SetNozzle(1.0, False, ""),
+    )
+)
+@example(  # so it may be where the cell does not know what a routine moves
+    program=program_of(
+        START,
+        Command(0.0, "CALL", ("other",), ""),
+        LOW,
+        MoveTo(1.0, (0.0, 0.0, 5.0), ROUND, 0.0, ""),
+        SetNozzle(1.0, False, ""),
+    )
+)
 @given(program=programs().map(lambda program: native.parse(native.render(program))))  # as a file holds it
 def test_any_sound_program_is_read_back_as_planned(name: str, program: TimedProgram) -> None:
     dialect, cell = DIALECTS[name], small_cell()

@@ -4,7 +4,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from installations import small_cell
+from installations import WASH, small_cell
 from robot_programs import PROGRAMS, joints_of
 from robot_steps import line, pose, program, turn
 
@@ -12,7 +12,7 @@ from programs.errors import ProgramError
 from programs.events import lower
 from programs.export import export
 from programs.installation import Installation
-from programs.motion import Line, MotionProgram, Reach, Step, UseBoard, UseTool
+from programs.motion import Event, Line, MotionProgram, Reach, Step, UseBoard, UseTool
 from programs.pose import IDENTITY
 from programs.posts import ur, ur_reader
 from programs.posts.compare import compare
@@ -51,6 +51,14 @@ def test_a_turn_on_the_spot_is_given_its_time() -> None:
     lines = written(program(*READY, turn(pose(0), math.pi / 2, 1.0)))
     (move,) = statements(lines, "movel(")
     assert move.endswith("a=1.2, t=1.000, r=0)")
+
+
+def test_no_output_waits_on_a_way_whose_ends_are_written_alike() -> None:
+    """The thread would have no direction in which to measure the way done."""
+    event = Event(WASH, 1.0, "start", 0.0002, 0.0, 0.5, 2e-5, 10.0, "s")
+    lines = written(program(*READY, line(pose(0), pose(0.0004), 10.0, events=(event,))))
+    assert statements(lines, "arm(p", "set_out(0", "movel(", "settle()")[0] == "set_out(0, 1, 1)"
+    assert not statements(lines, "arm(p", "settle()")
 
 
 def test_an_output_during_a_turn_on_the_spot_divides_it() -> None:
