@@ -85,6 +85,6 @@ def test_very_many_findings_are_all_gone_through():
     with opened(analysed_session(many)) as (page, _, panel):
         assert len(find(page, "Go to").options) == 501
         press(page, "Step", "Previous")
-        assert panel._chosen == many[-1]
+        assert panel._steps.chosen == many[-1]
         press(page, "Step", "Previous")
-        assert panel._chosen == many[-2]
+        assert panel._steps.chosen == many[-2]

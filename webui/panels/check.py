@@ -4,25 +4,25 @@ from html import escape
 from operator import is_
 
 import numpy as np
-import viser
 
 from geometry.finding import Finding
 from programs.program import MoveTo
-from webui.around import step_around
 from webui.boxes import box_html, quiet_html
 from webui.checked import Checked, check_program, facts_of
-from webui.choices import offer
-from webui.finding_list import kinds_html, name_findings, tally
+from webui.finding_list import kinds_html, tally
 from webui.layers.near_mark import near_glb
 from webui.nearness import Near, moment_of, near_at, nearest_of
 from webui.page import Page
 from webui.palette import QUIET, to_hex
+from webui.panels.finding_steps import FindingSteps
 from webui.panels.job import RunButton
 from webui.scene import Scene
 from webui.session import Session
 
-_NONE: str = "none"
-_BACK, _ON, _NEAREST = "Previous", "Next", "Nearest"
+_HINTS = (
+    "Shows the place, who asked for it, and the robot at that moment.",
+    "Through the findings; where bodies are nearest.",
+)
 _LAYER = "/near"
 _AROUND_MM = 250.0
 """What is seen to each side where bodies touch: enough to recognise them."""
@@ -34,8 +34,6 @@ class CheckCard:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open; they are seen where there is a cell."""
         self._page, self._scene = page, scene
-        self._names: dict[str, Finding] = {}
-        self._chosen: Finding | None = None
         gui = page.client.gui
         self._folder = gui.add_folder("Check", visible=False)
         with self._folder:
@@ -50,18 +48,9 @@ class CheckCard:
             self._run: RunButton[Checked] = RunButton(
                 page, "Check", self._begin, "Finds how the joints move, and what keeps the robot from it."
             )
-            self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-                "Go to",
-                _NOTHING,
-                visible=False,
-                hint="Shows the place, who asked for it, and the robot at that moment.",
-            )
-            self._steps = gui.add_button_group(
-                "Step", (_BACK, _ON, _NEAREST), visible=False, hint="Through the findings; where bodies are nearest."
-            )
+            self._steps = FindingSteps(gui, _HINTS, self._go, {"Nearest": self._show_nearest})
+            self._steps.show(visible=False)
             self._list = gui.add_html("")
-        self._choice.on_update(lambda event: self._go(event.target.value, by_hand=event.client is not None))
-        self._steps.on_click(lambda event: self._step(event.target.value))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
@@ -70,7 +59,7 @@ class CheckCard:
         if before is not None and session.cell is before.cell and session.check is before.check:
             return
         self._folder.visible = session.cell is not None
-        self._chosen = None
+        self._steps.chosen = None
         self._unmark()
         self._list_findings(session)
 
@@ -88,30 +77,19 @@ class CheckCard:
 
     def _list_findings(self, session: Session) -> None:
         findings = session.check.findings if session.check is not None else ()
-        self._names = name_findings(findings)
-        chosen = next((name for name, each in self._names.items() if each is self._chosen), _NONE)
-        offer(self._choice, (_NONE, *self._names), chosen)
-        self._choice.visible = self._steps.visible = session.check is not None
-        self._list.content = kinds_html(findings, session.loaded, self._chosen) if session.check is not None else ""
+        self._steps.offer(findings)
+        self._steps.show(visible=session.check is not None)
+        chosen = self._steps.chosen
+        self._list.content = kinds_html(findings, session.loaded, chosen) if session.check is not None else ""
 
-    def _step(self, button: str) -> None:
-        if button == _NEAREST:
-            self._show_nearest()
-            return
-        if self._names:
-            self._go(step_around(list(self._names), self._choice.value, 1 if button == _ON else -1), by_hand=True)
-
-    def _go(self, name: str, *, by_hand: bool) -> None:
+    def _go(self, finding: Finding | None) -> None:
         """Show what a finding is about: place, maker, the robot at that moment, what it touches there."""
-        if not by_hand:
-            return
         session = self._page.session
-        self._chosen = self._names.get(name)
         with self._page.client.atomic():
             self._list_findings(session)
             self._unmark()
-        if self._chosen is not None:
-            self._look_at(self._chosen, session.check)
+        if finding is not None:
+            self._look_at(finding, session.check)
 
     def _look_at(self, finding: Finding, check: Checked | None) -> None:
         near = None
@@ -189,6 +167,3 @@ def state_html(session: Session) -> str:
         f"{head}{tally(check.findings).capitalize()}.</span></div>"
         f'<table style="border-collapse:collapse;margin-top:2px">{rows}</table>'
     )
-
-
-_NOTHING: tuple[str, ...] = (_NONE,)

@@ -4,8 +4,6 @@ import viser
 
 from geometry.finding import Finding
 from rulesengine.comparison import SEVERITY_WORDS
-from webui.around import step_around
-from webui.choices import offer
 from webui.finding_list import (
     ALL,
     CLEANING,
@@ -15,18 +13,15 @@ from webui.finding_list import (
     findings_html,
     findings_of,
     judged_of,
-    name_findings,
     tally,
 )
 from webui.page import Page
 from webui.palette import INK, to_hex
+from webui.panels.finding_steps import FindingSteps
 from webui.scene import Scene
 from webui.session import Session
 
-_NONE: str = "none"
-_BACK, _ON = "Previous", "Next"
-_MOST_NAMED = 500
-"""Findings to choose from by name; the buttons go through all."""
+_HINTS = ("Flies there, and opens what asked for it in the recipe.", "Through the findings that are listed.")
 
 
 class FindingsPanel:
@@ -35,8 +30,6 @@ class FindingsPanel:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
-        self._names: dict[str, Finding] = {}
-        self._chosen: Finding | None = None
         gui = page.client.gui
         self._tally = gui.add_html("")
         self._source: viser.GuiDropdownHandle[str] = gui.add_dropdown(
@@ -44,15 +37,10 @@ class FindingsPanel:
         )
         self._severity = gui.add_dropdown("Severity", (ALL, *SEVERITY_WORDS.values()), hint="Errors forbid the export.")
         self._rule: viser.GuiDropdownHandle[str] = gui.add_dropdown("Rule", (ALL,), hint="Name of the check.")
-        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-            "Go to", (_NONE,), hint="Flies there, and opens what asked for it in the recipe."
-        )
-        self._steps = gui.add_button_group("Step", (_BACK, _ON), hint="Through the findings that are listed.")
+        self._steps = FindingSteps(gui, _HINTS, self._go)
         self._list = gui.add_html("")
         for filtering in (self._source, self._severity, self._rule):
             filtering.on_update(lambda event: self._filter(by_hand=event.client is not None))
-        self._choice.on_update(lambda event: self._go(event.target.value, by_hand=event.client is not None))
-        self._steps.on_click(lambda event: self._step(event.target.value))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
@@ -64,40 +52,27 @@ class FindingsPanel:
         rules = (ALL, *dict.fromkeys(finding.rule for finding in findings))
         if tuple(self._rule.options) != rules:
             self._rule.options = rules
-        self._chosen = next((finding for finding in findings if finding == self._chosen), None)
+        self._steps.chosen = next((finding for finding in findings if finding == self._steps.chosen), None)
         self._list_findings(session)
 
     def _list_findings(self, session: Session) -> None:
         source = self._source.value if self._source.visible else ALL
         shown = choose_findings(findings_of(session, source), self._severity.value, self._rule.value)
-        self._names = name_findings(shown)
-        self._list.content = findings_html(shown, session.loaded, self._chosen)
-        options = (_NONE, *list(self._names)[:_MOST_NAMED])
-        offer(self._choice, options, self._name if self._name in options else _NONE)
-
-    @property
-    def _name(self) -> str:
-        return next((name for name, each in self._names.items() if each is self._chosen), _NONE)
+        self._list.content = findings_html(shown, session.loaded, self._steps.chosen)
+        self._steps.offer(shown)
 
     def _filter(self, *, by_hand: bool) -> None:
         if by_hand:
             with self._page.client.atomic():
                 self._list_findings(self._page.session)
 
-    def _step(self, button: str) -> None:
-        if self._names:
-            self._go(step_around(list(self._names), self._name, 1 if button == _ON else -1), by_hand=True)
-
-    def _go(self, name: str, *, by_hand: bool) -> None:
+    def _go(self, finding: Finding | None) -> None:
         """Fly to where a finding is and select what it is about."""
-        if not by_hand:
-            return
         session = self._page.session
-        self._chosen = self._names.get(name)
         with self._page.client.atomic():
             self._list_findings(session)
-            if self._chosen is not None:
-                self._look_at(self._chosen, session)
+            if finding is not None:
+                self._look_at(finding, session)
 
     def _look_at(self, finding: Finding, session: Session) -> None:
         component = component_of(finding, session.board)
