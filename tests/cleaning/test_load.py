@@ -48,7 +48,16 @@ def test_the_sets_rank_the_residues_as_they_are_known_to_give_way() -> None:
 
 
 def test_nothing_said_nothing_changed() -> None:
-    assert extend("") == BASE.model_copy(update={"parameters": "mine", "extends": "default"})
+    own = {"parameters": "mine", "extends": "default", "description": ""}
+    assert extend("") == BASE.model_copy(update=own)
+
+
+def test_a_description_is_of_the_set_that_it_stands_in() -> None:
+    assert BASE.description
+    assert extend("").description == ""
+    assert extend("description: Ours.\n").description == "Ours."
+    assert extend("description: null\n").description == ""
+    assert read_parameters("aged").parameters.description.startswith("Rosin residue that hardened")
 
 
 def test_a_changed_value_is_changed_alone_and_says_where_it_comes_from() -> None:
@@ -121,6 +130,14 @@ def test_kinetics_count_as_calibrated_only_where_both_rates_were_measured() -> N
         ("provenance: {soil.k_m_per_s: {known: proposed, source: x, interval: [2, 1]}}\n", "the lower number comes"),
         ("provenance: {soil: {known: proposed, source: x, interval: [0, 1]}}\n", "is that of one value"),
         ("provenance: {soil: {known: proposed, source: x, date: today}}\n", "provenance.soil.date: 'today' does not"),
+        (
+            "provenance: {soil: {known: proposed, source: x, date: 2026-13-45}}\n",
+            "mine.yaml:3: provenance.soil.date: '2026-13-45' is no day of the calendar",
+        ),
+        (
+            "provenance: {soil: {known: proposed, source: x, date: '2026-02-29'}}\n",
+            "provenance.soil.date: '2026-02-29' is no day of the calendar",
+        ),
         ("liquids: {di-water: {window_c: [60, 40]}}\n", "liquids.di-water.window_c: [60, 40]: the lower number"),
         ("liquids: {saponifier-15: {concentration_pct: 0}}\n", "must be above 0 for washing"),
         ("limits: {gap_marginal: 0.3}\n", "limits.gap_marginal: must be at most gap_dirty, 0.2, not 0.3"),
