@@ -17,6 +17,7 @@ from cleaning.report import Traceability
 from cleaning.results import CleaningReport, Part
 from cleaning.verify import Verified
 from rulesengine.cleaning_curves import draw_limiting, draw_volumes
+from rulesengine.cleaning_made import Made
 from rulesengine.cleaning_pictures import VERDICT_COLOURS, draw_exposures, draw_verdicts
 from rulesengine.cleaning_tables import (
     assumptions_table,
@@ -40,13 +41,16 @@ _MOST_GAPS = 6
 _MOST_LIMITED = 15
 
 
-def cleaning_page(report: CleaningReport, trace: Traceability, verified: Sequence[Verified] = ()) -> str:
+def cleaning_page(
+    report: CleaningReport, trace: Traceability, verified: Sequence[Verified] = (), made: Made | None = None
+) -> str:
     """Write the page; the same report and the same entries give the same text.
 
     Args:
         report: What the analysis found.
         trace: What was entered about this board and its bath.
         verified: Components that were worked out exactly besides.
+        made: By what it was found; ``None`` where that is not known.
     """
     origin = report.origin
     sections = [
@@ -64,7 +68,7 @@ def cleaning_page(report: CleaningReport, trace: Traceability, verified: Sequenc
         section("What reaches the surface", *_surface(report)),
         section("Worked out exactly", verified_table(verified)),
         section("The rules", rules_table(report)),
-        section("Where it comes from", _traces(report, trace)),
+        section("Where it comes from", _traces(report, trace, made)),
         section("What this model cannot say", f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in LIMITS)}</ul>"),
         section("All that was assumed", assumptions_table(report)),
     ]
@@ -183,7 +187,7 @@ def _surface(report: CleaningReport) -> list[str]:
     return [note, *maps, *([] if curves is None else [image(curves)])]
 
 
-def _traces(report: CleaningReport, trace: Traceability) -> str:
+def _traces(report: CleaningReport, trace: Traceability, made: Made | None) -> str:
     origin = report.origin
     entries = [
         ("Serial number", trace.serial), ("Date", trace.date), ("Detergent and lot", trace.detergent),
@@ -198,7 +202,8 @@ def _traces(report: CleaningReport, trace: Traceability) -> str:
         *program, ("board", origin.board, origin.board_sha256), ("recipe", origin.recipe, origin.recipe_sha256),
         ("parameter set", report.parameters.parameters, report.parameters_sha256),
     ])  # fmt: skip
-    return f'<div class="blanks">{blanks}</div>{origins}'
+    by = "" if made is None else f'<p class="q">Analysed by {escape(str(made))}.</p>'
+    return f'<div class="blanks">{blanks}</div>{by}{origins}'
 
 
 def hash_lines(hashes: Iterable[tuple[str, str, str]]) -> str:

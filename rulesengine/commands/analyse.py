@@ -1,6 +1,6 @@
 """``washboard analyse``: what a program cleans on its board."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from cleaning.verify import Verified
     from programs.program import TimedProgram
     from recipes.recipe import Recipe
+    from rulesengine.cleaning_made import Made
 
 Effort: TypeAlias = Literal["fast", "full"]
 _NOT_CLEAN = 1
@@ -83,24 +84,45 @@ def analyse(
     """
     with job_errors():
         from cleaning.report import Traceability
+        from rulesengine.cleaning_made import made_here
         from rulesengine.commands.cleaning_card import print_cleaning, print_verified
         from rulesengine.commands.terminal import open_console, print_files
-        from rulesengine.commands.writing import check_apart, check_named
 
-        check_apart((program, board, recipe, parameters, parts), [path for path in (html, data) if path is not None])
-        check_named({"a page": html, "a report": data})
+        check_files((program, board, recipe, parameters, parts), {"a page": html, "a report": data})
         asked, made_for, made_with = _read(program, board, recipe, parts)
         names = [name.strip() for name in verify.split(",") if name.strip()]
         report, verified = _analyse(asked, made_for, made_with, parameters, effort, names)
         trace = Traceability(serial, detergent, bath_c, conductivity, date, _sha256(program))
-        _write(report, verified, trace, html, data)
+        made = made_here(effort)
+        _write(report, verified, trace, html, data, made)
         console = open_console()
-        print_cleaning(console, report)
+        print_cleaning(console, report, made)
         if verified:
             print_verified(console, verified)
         print_files(console, html=html, data=data)
         if report.verdict != "clean":
             raise typer.Exit(_NOT_CLEAN)
+
+
+def check_files(read: Sequence[str | Path | None], wanted: Mapping[str, Path | None]) -> None:
+    """Refuse places that cannot be meant or written, before the long work begins.
+
+    Args:
+        read: What the command reads.
+        wanted: Where each kind is to be written.
+
+    Raises:
+        OutputError: one of them cannot be meant or written.
+    """
+    from rulesengine.commands.writing import check_apart, check_named
+    from rulesengine.output import OutputError
+
+    written = [path for path in wanted.values() if path is not None]
+    for path in written:
+        if path == Path("-"):
+            raise OutputError(path, "stdout has the summary", "Name a file.")
+    check_apart(read, written)
+    check_named(wanted)
 
 
 def _read(
@@ -173,17 +195,21 @@ def _write(
     trace: "Traceability",
     html: Path | None,
     data: Path | None,
+    made: "Made | None" = None,
 ) -> None:
     """Render everything, then write it."""
-    from rulesengine.commands.writing import cleaning_bytes
+    from cleaning.report import cleaning_report
+    from rulesengine.cleaning_made import tell_made
+    from rulesengine.commands.writing import json_bytes
     from rulesengine.output import write_bytes_atomically
 
     contents: list[tuple[Path, bytes]] = []
     if html is not None:
         from rulesengine.cleaning_page import cleaning_page
 
-        contents.append((html, cleaning_page(report, trace, verified).encode("utf-8", errors="replace")))
+        contents.append((html, cleaning_page(report, trace, verified, made).encode("utf-8", errors="replace")))
     if data is not None:
-        contents.append((data, cleaning_bytes(report, verified, trace)))
+        told = cleaning_report(report, verified, trace)
+        contents.append((data, json_bytes(told if made is None else tell_made(told, made))))
     for path, content in contents:
         write_bytes_atomically(path, content)

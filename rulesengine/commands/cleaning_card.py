@@ -1,6 +1,6 @@
 """What a program cleans, as a person wants to read it in a terminal."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from rich.console import Console
 from rich.markup import escape
@@ -11,6 +11,7 @@ from cleaning.cleanliness import Outcome, count_cleanliness, outcome, report_out
 from cleaning.results import CleaningReport
 from cleaning.verify import Verified
 from rulesengine.cleaning_groups import Group, Told, deciding, group_alike, name_some, tell_one
+from rulesengine.cleaning_made import Made
 from rulesengine.cleaning_page import headline, honesty, wet_count, wet_words
 from rulesengine.cleaning_tables import amount_text, difference_text, number_text, remarks
 from rulesengine.comparison import Row
@@ -23,8 +24,8 @@ _STYLES: dict[Outcome, str] = {
 }  # fmt: skip
 
 
-def print_cleaning(console: Console, report: CleaningReport) -> None:
-    """Headline and what it is worth, the stages, the worst components, what is wrong with the process."""
+def print_cleaning(console: Console, report: CleaningReport, made: Made) -> None:
+    """Headline and what it is worth, the stages, the worst components, what is wrong with the process; by what."""
     origin = report.origin
     console.print(
         f"[bold]{escape(origin.board)}[/bold] with [bold]{escape(origin.recipe)}[/bold]. "
@@ -43,7 +44,15 @@ def print_cleaning(console: Console, report: CleaningReport) -> None:
     ]:
         if each.verdict != "clean":
             console.print(f"[{_STYLES[each.verdict]}]{each.verdict}[/]  {name}: {escape(_because(tell_one(each)))}")
-    print_facts(console, _facts(report))
+    print_each(console, [*_facts(report), ("analysed", f"by {made}")])
+
+
+def print_each(console: Console, facts: Iterable[tuple[str, str]]) -> None:
+    """Print facts beneath each other; none is filled with blanks to the length of the longest, as in one table."""
+    told = list(facts)
+    width = max((len(name) for name, _ in told), default=0)
+    for name, text in told:
+        print_facts(console, [(name.ljust(width), text)])
 
 
 def print_verified(console: Console, verified: Sequence[Verified]) -> None:

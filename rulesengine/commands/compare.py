@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rulesengine.commands.analyse import Effort, EffortOption, ParametersOption
+from rulesengine.commands.analyse import Effort, EffortOption, ParametersOption, check_files
 from rulesengine.commands.arguments import BoardSource, Parts, complete_recipe
 from rulesengine.errors import job_errors
 
@@ -52,12 +52,9 @@ def compare(
     with job_errors():
         from rulesengine.commands.cleaning_card import print_comparison
         from rulesengine.commands.terminal import open_console, print_files
-        from rulesengine.commands.writing import check_apart, check_named
         from rulesengine.comparison import compare_cleaning
 
-        written = [path for path in (html, data) if path is not None]
-        check_apart((board, one, other, parameters, parts), written)
-        check_named({"a page": html, "a report": data})
+        check_files((board, one, other, parameters, parts), {"a page": html, "a report": data})
         asked = (_read(one), _read(other))
         (here, cleaned), (there, cleaned_there) = _carry_out((board, parts), asked, parameters, effort)
         rows = [*compare_cleaning(cleaned, cleaned_there), *_compare(here, there)]

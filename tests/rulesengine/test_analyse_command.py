@@ -2,6 +2,7 @@ import hashlib
 import json
 import re
 from dataclasses import replace
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -77,6 +78,36 @@ def test_what_is_clean_and_stays_wet_is_not_called_marginal(program: Path, monke
     assert re.search(r"C1, R2 +clean, wet +B +R12 ", rows["C1"])
     assert re.search(r"R1 +marginal +B +R10 ", rows["R1"])
     assert re.search(r"J1 +no verdict +A +R14 ", rows["J1"])
+
+
+def test_every_report_says_by_which_version_and_how_thoroughly_it_was_made(
+    program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    report_instead(monkeypatch)
+    page, data = tmp_path / "t.html", tmp_path / "t.json"
+    out = washboard("analyse", program, "--html", page, "--json", data, "--effort", "full").out
+    assert f"analysed    by Washboard {version('washboard')}, effort full" in out.splitlines()
+    assert f"Analysed by Washboard {version('washboard')}, effort full." in page.read_text("utf-8")
+    told = json.loads(data.read_text("utf-8"))
+    assert [*told][:3] == ["washboard_cleaning_report", "washboard", "effort"]
+    assert (told["washboard"], told["effort"]) == (version("washboard"), "full")
+
+
+def test_facts_have_no_blanks_at_their_ends(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    report_instead(monkeypatch, parts=soaked_report().parts)
+    lines = washboard("analyse", program).out.splitlines()
+    facts = [line for line in lines if re.match(r"(components|wet|takes|assumed|noted|analysed)  ", line)]
+    assert len(facts) >= 6
+    assert [line for line in facts if line != line.rstrip()] == []
+    assert {re.match(r"\w+ +", line).end() for line in facts} == {12}, "they stand in one column"
+
+
+@pytest.mark.parametrize("option", ["--html", "--json"])
+def test_no_file_is_called_like_a_pipe(program: Path, option: str) -> None:
+    commands = (("analyse", program), ("compare", "tiny", "rinse-only", "dry-only"))
+    for done in (washboard(*words, option, "-") for words in commands):
+        assert (done.code, done.out) == (2, "")
+        assert "-: cannot be written: stdout has the summary. Name a file." in done.err
 
 
 @pytest.mark.slow

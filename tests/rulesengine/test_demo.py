@@ -1,6 +1,7 @@
 import io
 import json
 from dataclasses import replace
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,7 @@ def test_the_demonstration_does_all_of_it_and_dirt_is_no_failure(tmp_path: Path)
     found = json.loads(written["tiny-cleaning.json"])
     assert found["recipe"]["name"] == "rinse-only"
     assert found["verdict"] == "dirty"
+    assert (found["washboard"], found["effort"]) == (version("washboard"), "fast")
     assert all(name in done.out for name in written)
     assert done.out.index("can be done") < done.out.index("no proof of cleanliness")
     page = written["tiny-cleaning.html"].decode()
