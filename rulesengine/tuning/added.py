@@ -13,6 +13,7 @@ from rulesengine.tuning.effects import effect, steps_for
 from rulesengine.tuning.goals import Want
 from rulesengine.tuning.knobs import enabled_steps
 from rulesengine.tuning.move import Move
+from rulesengine.tuning.need import key_of
 from rulesengine.tuning.outcome import Outcome
 
 _HEIGHT_MM = 40.0
@@ -101,7 +102,8 @@ def _added(word: str, template: dict[str, Any], steps: list[_Lacking], recipe: R
     where = ", ".join(f"sequence[{each.at}].paths" for each in steps)
     what = f"{where}: + {name} ({template['path']})"
     acts = tuple(f"sequence[{each.at}]" for each in steps)
-    yield Move("sides", what, tuple(edits), gain, ("sides", f"{word} {steps[0].step.function}"), acts)
+    aims = frozenset(key_of(want) for each in steps for want in each.wants if _gain(word, want) > 0)
+    yield Move("sides", what, tuple(edits), gain, ("sides", f"{word} {steps[0].step.function}"), acts, aims=aims)
 
 
 def _name(wanted: str, recipe: Recipe, steps: list[_Lacking]) -> str:

@@ -161,15 +161,15 @@ def _by_path(balancing: _Balance, now: Outcome, move: Move) -> tuple[Outcome, li
     longer = None if text is None else shop.bench.outcome(text)
     if longer is None or not balancing.standard.holds(longer):
         return now, []
-    fresh, after = _Balance(shop, balancing.standard, Learnt(hopeless=balancing.standard.hopeless)), longer
-    changes = [Change((move.what,), figures_of(now), figures_of(longer))]
+    fresh = _Balance(shop, balancing.standard, Learnt(hopeless=balancing.standard.hopeless))
+    after, what = longer, [move.what]
     while shop.bench.left > 0 and after.seconds >= now.seconds:
         here = _look(fresh, after)
         if here.way is None or here.way.found.seconds >= now.seconds:
             return now, []
         after, made = _by_way(fresh, here, here.way)
-        changes += made
+        what += [each for change in made for each in change.what]
     if after.seconds >= now.seconds:
         return now, []
     balancing.learnt, balancing.failed = fresh.learnt, fresh.failed | {move.what: 1}
-    return after, changes
+    return after, [Change(tuple(what), figures_of(now), figures_of(after))]

@@ -102,7 +102,9 @@ def hopeless_of(outcome: Outcome, longest: Mapping[str, float]) -> frozenset[Key
         if want.judgement.rule == "R2" and not arrives_nowhere(want):
             need = _lowest(want, outcome, 1.0 / (1.0 - want.deficit))
             found |= {need.key} if need.amount(times, {}) < need.least else set()
-    return frozenset(found)
+    # Where much of a surface is missed, amounts are not judged; they are as soon as a little less is missed.
+    missed = [want for want in outcome.wants if want.judgement.rule == "R1" and want.judgement.verdict == "dirty"]
+    return frozenset(found | {(want.component, "R2", want.judgement.stage) for want in missed})
 
 
 def learn(learnt: Learnt, foretold: Forecast, found: Outcome, times: Scalars, often: Mapping[str, float]) -> bool:

@@ -29,11 +29,13 @@ class Want:
     judgement: Judgement
     deficit: float
     """From 0, where it just holds, to 1; to 2 where places are never hit, of which the rules ask no more."""
+    hope: float = 1.0
+    """Less where changes that were to help did not."""
 
     @property
     def weight(self) -> float:
         """What it adds to the shortfall."""
-        return _EACH + self.deficit
+        return self.hope * (_EACH + self.deficit)
 
 
 def wants_of(report: CleaningReport, goal: Goal, left_out: frozenset[str]) -> tuple[Want, ...]:

@@ -1,13 +1,14 @@
 """The first half of tuning: change what helps most for the time that it takes, until nothing is wanting."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from rulesengine.tuning.asked import Asked
 from rulesengine.tuning.bench import Bench
 from rulesengine.tuning.edits import Edits
 from rulesengine.tuning.move import Move
 from rulesengine.tuning.moves import moves_of
+from rulesengine.tuning.need import Key, key_of
 from rulesengine.tuning.outcome import Outcome, litres_of, seconds_of
 from rulesengine.tuning.tuned import Change, figures_of
 
@@ -22,6 +23,7 @@ _SECONDS = 20.0
 _LEAST = 0.005
 """Share of the shortfall that a move must take away."""
 _DISAPPOINTED = 0.25
+_HARDLY, _DESPAIR = 0.98, 0.6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,6 +43,9 @@ class Growth:
     bench: Bench
     asked: Asked
     trust: dict[tuple[str, str], float] = field(default_factory=dict[tuple[str, str], float])
+    """By what is alike of moves."""
+    hope: dict[Key, float] = field(default_factory=dict[Key, float])
+    """By what is wanting."""
 
 
 def grow(growth: Growth, begin: Outcome, least_left: int) -> tuple[Outcome, list[Change]]:
@@ -75,7 +80,18 @@ def _step(growth: Growth, now: Outcome, least_left: int) -> tuple[Sequence[Move]
         _learn(growth, moves, gained / max(sum(move.most for move in moves), 1e-9))
         if after is not None and gained > _LEAST * now.shortfall:
             return moves, after
+        _despair(growth, now, moves, after)
     return None
+
+
+def _despair(growth: Growth, now: Outcome, moves: Sequence[Move], after: Outcome | None) -> None:
+    """Hope less for what was to become better and did not, so that moves for something else come first."""
+    left = {} if after is None else {key_of(want): want.deficit for want in after.wants}
+    aims = frozenset(key for move in moves for key in move.aims)
+    for want in now.mendable:
+        key = key_of(want)
+        if key in aims and (after is None or left.get(key, 0.0) > _HARDLY * want.deficit):
+            growth.hope[key] = _DESPAIR * growth.hope.get(key, 1.0)
 
 
 def _learn(growth: Growth, moves: Sequence[Move], share: float) -> None:
@@ -90,9 +106,8 @@ def _rank(growth: Growth, now: Outcome) -> list[Ranked]:
     def trust(move: Move) -> float:
         return growth.trust.get(move.key, 1.0)
 
-    promising = sorted(
-        moves_of(now, now.mendable, growth.asked.allowed), key=lambda move: -round(trust(move) * move.most, 6)
-    )
+    wants = [replace(want, hope=growth.hope.get(key_of(want), 1.0)) for want in now.mendable]
+    promising = sorted(moves_of(now, wants, growth.asked.allowed), key=lambda move: -round(trust(move) * move.most, 6))
     ranked: list[Ranked] = []
     for move in promising[:_PLANNED]:
         text = growth.bench.edited(now.text, move.edits)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from rulesengine.tuning.edits import Edits
 from rulesengine.tuning.knobs import Kind
+from rulesengine.tuning.need import Key
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +24,9 @@ class Move:
     soak: float = 0.0
     """Shortfall that is a matter of time: it goes if the program becomes ``soak_s`` longer, in part before."""
     soak_s: float = 0.0
+
+    aims: frozenset[Key] = frozenset()
+    """What it is to help against."""
 
     @property
     def most(self) -> float:

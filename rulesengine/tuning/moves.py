@@ -11,6 +11,7 @@ from rulesengine.tuning.effects import helps, need, steps_for
 from rulesengine.tuning.goals import Want
 from rulesengine.tuning.knobs import Kind, Knob, knobs_of
 from rulesengine.tuning.move import Move
+from rulesengine.tuning.need import key_of
 from rulesengine.tuning.outcome import Outcome
 
 _NEARER = 0.8
@@ -81,7 +82,8 @@ def _move(knob: Knob, value: float, helped: list[tuple[Want, float]], soak_s: fl
     of_class = f" of {knob.of_class}" if knob.rest is not None else ""
     what = f"{spell_path(knob.path)}{of_class}: {knob.value:g} -> {new:g}"
     key = (knob.kind, f"{knob.template or spell_path(knob.path)} {knob.of_class}")
-    yield Move(knob.kind, what, knob.edit(new), gain, key, knob.steps, soak, soak_s)
+    aims = frozenset(key_of(want) for want, _ in helped)
+    yield Move(knob.kind, what, knob.edit(new), gain, key, knob.steps, soak, soak_s, aims)
 
 
 def _backed(knob: Knob) -> float:

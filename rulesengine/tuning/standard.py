@@ -22,12 +22,20 @@ class Standard:
 
     def holds(self, after: Outcome) -> bool:
         """Say whether no more is wanting than at the beginning, in all and in number."""
-        ranks = {key_of(want): VERDICTS.index(want.judgement.verdict) for want in self.begin.wants}
-        left = [want for want in after.wants if key_of(want) in self.hopeless]
-        if any(VERDICTS.index(want.judgement.verdict) < ranks[key_of(want)] for want in left):
+        before, now = self._ranks(self.begin), self._ranks(after)
+        if any(rank < before.get(name, rank) for name, rank in now.items()):
             return False
-        asked, before = self._asked(after), self._asked(self.begin)
-        return len(asked) <= len(before) and shortfall_of(asked) <= shortfall_of(before)
+        asked, begin = self._asked(after), self._asked(self.begin)
+        return len(asked) <= len(begin) and shortfall_of(asked) <= shortfall_of(begin)
+
+    def _ranks(self, outcome: Outcome) -> dict[str, int]:
+        """Rank the worst verdict on what is hopeless of each component; 0 is the worst."""
+        found: dict[str, int] = {}
+        for want in outcome.wants:
+            if key_of(want) in self.hopeless:
+                rank = VERDICTS.index(want.judgement.verdict)
+                found[want.component] = min(rank, found.get(want.component, rank))
+        return found
 
     def _asked(self, outcome: Outcome) -> tuple[Want, ...]:
         return tuple(want for want in outcome.wants if key_of(want) not in self.hopeless)
