@@ -1,11 +1,12 @@
 """Whether a program's text does what was planned."""
 
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from math import degrees
 from typing import TypeAlias
 
 from programs.analog import Counting
-from programs.installation import Channel, Installation
+from programs.installation import Installation
 from programs.motion import (
     UNTOLD_MM,
     Call,
@@ -23,7 +24,8 @@ from programs.motion import (
     UseTool,
 )
 from programs.pose import Pose, angle, between, distance
-from programs.posts.axes import AXIS_DEG, AXIS_MM, in_controller_units, place_on, units_of
+from programs.posts.axes import AXIS_DEG, AXIS_MM, place_on, units_of
+from programs.posts.likeness import apart, is_channel, same_axes, same_condition, same_pose, same_value
 from programs.posts.rebuilt import (
     Axes,
     ReadBoard,
@@ -40,7 +42,6 @@ from programs.posts.rebuilt import (
     Rebuilt,
 )
 
-POSE_MM, POSE_DEG = 0.01, 0.01
 EVENT_MM, EVENT_S = 0.5, 0.002
 _DIGIT = 2e-3
 """mm and degrees that written digits may shift a pose by."""
@@ -66,8 +67,9 @@ def compare(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
         installation: The cell.
     """
     judge = _Judge(installation, rebuilt.analog, rebuilt.steps)
-    for step in motion.steps:
-        judge.step(step)
+    steps = [step for step in motion.steps if not isinstance(step, Note)]
+    for step, after in zip_longest(steps, steps[1:]):
+        judge.step(step, after)
         if len(judge.differences) >= _MOST_DIFFERENCES:
             return tuple(judge.differences)
     if judge.next() is not None:
@@ -106,17 +108,15 @@ class _Judge:
             self.at += 1
         return self.read[self.at] if self.at < len(self.read) else None
 
-    def step(self, step: Step) -> None:
-        """Match one step of the plan."""
+    def step(self, step: Step, after: Step | None) -> None:
+        """Match one step of the plan; what comes after it says whether a line goes on."""
         match step:
-            case Note():
-                pass
             case UseTool():
                 self.planned_tool = step
             case UseBoard():
                 self.planned_board = step
             case Line():
-                self.line(step)
+                self.line(step, isinstance(after, Line))
             case _:
                 found = self.next()
                 self.at += 1
@@ -136,16 +136,18 @@ class _Judge:
             if not known or (place is None and len(set(self.tools.values())) < len(self.tools)):
                 self.differ(f"tool {label} is used for another tool than before", step.made_by)
             planned = self.installation.tool(tool.number).T_flange_tcp
-            if place is not None and not _same_pose(place, planned):
+            if place is not None and not same_pose(place, planned):
                 self.differ(f"tool {label} is at {place}, planned {planned}", step.made_by)
         place = self.read_board.T_base_board if self.read_board is not None else None
-        if place is not None and board is not None and not _same_pose(place, board.T_base_board):
+        if place is not None and board is not None and not same_pose(place, board.T_base_board):
             self.differ(f"the board is at {place}, planned {board.T_base_board}", step.made_by)
 
-    def line(self, line: Line) -> None:
-        """Match one line with the lines that it was divided into."""
-        done, begin, fired = 0.0, line.start, list[_Fired]()
-        while done < 1.0:
+    def line(self, line: Line, another: bool) -> None:
+        """Match one line with the lines that it was divided into; another one may come right after it."""
+        done, begin, fired, stops = 0.0, line.start, list[_Fired](), None
+        while done < 1.0 or self.ends_again(line, len(line.events) - len(fired)):
+            if done == 1.0 and another and (line.blend_mm > 0.0 or stops is not False):
+                break  # it is that other one
             found = self.next()
             if isinstance(found, ReadSwitch) and len(fired) < len(line.events):
                 fired.append((ReadSignal(found.channel, found.value, 0.0, 0.0), done, done))
@@ -153,7 +155,7 @@ class _Judge:
                 target, end = self.locate(line, found.target, done)
                 self.part(line, found, (begin, done, target, end))
                 fired += [(signal, done, end) for signal in found.signals]
-                done, begin = end, target
+                done, begin, stops = end, target, found.stops
             else:
                 self.differ(f"planned a line, read {found}", line.made_by)
                 return
@@ -161,12 +163,32 @@ class _Judge:
         while isinstance(found := self.next(), ReadSwitch) and len(fired) < len(line.events):
             fired.append((ReadSignal(found.channel, found.value, 0.0, 0.0), 1.0, 1.0))
             self.at += 1
+        if stops is not None and stops != (line.blend_mm == 0.0):
+            self.differ(f"the line {'stops' if stops else 'does not stop'}", line.made_by)
         self.signals(line, fired)
+
+    def ends_again(self, line: Line, due: int) -> bool:
+        """Whether what is read next ends where a planned line does: it may be divided as near to its end as that.
+
+        Args:
+            line: What is planned.
+            due: Outputs that have yet to change on it.
+        """
+        target = self.target_after(0) if due or not isinstance(self.next(), ReadSwitch) else None
+        if isinstance(target, Axes):
+            share, off = place_on(line.course, units_of(self.installation), target.values, 0.0)
+            return share == 1.0 and off <= 1.0
+        return target is not None and same_pose(target, line.target)
+
+    def target_after(self, steps: int) -> Pose | Axes | None:
+        """Look where a line ends that is read so many steps from here, or past an output from there."""
+        after = (step for step in self.read[self.at + steps : self.at + steps + 2] if not isinstance(step, ReadSwitch))
+        return found.target if isinstance(found := next(after, None), ReadLine) else None
 
     def locate(self, line: Line, target: Pose | Axes, done: float) -> tuple[Pose, float]:
         """Find how far along a planned line a target is; axes have to lie on the planned motion, half way too."""
         if isinstance(target, Pose):
-            reached = _same_pose(target, line.target) and not self.goes_nearer(line, target)
+            reached = same_pose(target, line.target) and not self.goes_nearer(line, target)
             return target, 1.0 if reached else _share_of(line, target, done)
         units = units_of(self.installation)
         share, off = place_on(line.course, units, target.values, done)
@@ -181,20 +203,17 @@ class _Judge:
 
     def goes_nearer(self, line: Line, target: Pose) -> bool:
         """Whether a target just before a line's end is not yet the end: a division may lie that near to it."""
-        after = (step for step in self.read[self.at + 1 : self.at + 3] if not isinstance(step, ReadSwitch))
-        following = next(after, None)
-        if not isinstance(following, ReadLine) or not isinstance(following.target, Pose):
-            return False
-        return _apart(following.target, line.target) + _DIGIT < _apart(target, line.target)
+        following = self.target_after(1)
+        return isinstance(following, Pose) and apart(following, line.target) + _DIGIT < apart(target, line.target)
 
     def part(self, line: Line, found: ReadLine, way: tuple[Pose, float, Pose, float]) -> None:
-        """Check the end and the middle of a line that was read, its speed and whether it stops."""
+        """Check the end and the middle of a line that was read, and its speed."""
         begin, first, target, last = way
         for what, planned, actual in (
             ("ends", line.pose_at(last), target),
             ("is half way", line.pose_at(0.5 * (first + last)), between(begin, target, 0.5)),
         ):
-            if not _same_pose(planned, actual):
+            if not same_pose(planned, actual):
                 self.differ(f"the line {what} at {actual}, planned {planned}", line.made_by)
         # Of a way that is hardly more than what its digits may shift it by, a language tells the turn's speed, or none.
         is_told = distance(begin, target) > UNTOLD_MM + _DIGIT
@@ -203,8 +222,6 @@ class _Judge:
             speed_mm_s = (last - first) * line.length_mm / found.duration_s
         if asked and speed_mm_s is not None and abs(speed_mm_s - asked) > max(_SPEED_MM_S, _SPEED_SHARE * asked):
             self.differ(f"speed {speed_mm_s:g}, planned {asked:g} mm/s", line.made_by)
-        if last == 1.0 and found.stops is not None and found.stops != (line.blend_mm == 0.0):
-            self.differ(f"the line {'stops' if found.stops else 'does not stop'}", line.made_by)
 
     def signals(self, line: Line, fired: list[_Fired]) -> None:
         """Check what switches on a line, and when."""
@@ -212,7 +229,7 @@ class _Judge:
             self.differ(f"{len(fired)} signals on the line, planned {len(line.events)}", line.made_by)
             return
         for (signal, first, last), event in zip(fired, line.events, strict=True):
-            if not _is_channel(signal.channel, event.channel) or not _same_value(
+            if not is_channel(signal.channel, event.channel) or not same_value(
                 event.channel, event.value, signal.value, self.analog
             ):
                 self.differ(f"signal {signal}, planned {event}", event.made_by)
@@ -237,55 +254,18 @@ def _share_of(line: Line, target: Pose, done: float) -> float:
 def _same_step(step: Step, found: ReadStep | None, installation: Installation, analog: Counting) -> bool:
     match step, found:
         case Reach(), ReadReach(target=Axes(values=axes)):
-            return _same_axes(step.joints, axes, installation)
+            return same_axes(step.joints, axes, installation)
         case Reach(), ReadReach(target=Pose() as target):
-            return _same_pose(step.target, target)
+            return same_pose(step.target, target)
         case Pause(), ReadPause():
             return abs(step.duration_s - found.duration_s) <= _PAUSE_S
         case Switch(), ReadSwitch():
-            return _is_channel(found.channel, step.channel) and _same_value(
-                step.channel, step.value, found.value, analog
-            )
+            return is_channel(found.channel, step.channel) and same_value(step.channel, step.value, found.value, analog)
         case Call(), ReadCall():
             return bool(found.label)
         case Repeat(), ReadRepeat():
-            return step.count == found.count and _same_condition(step, found, analog)
+            return step.count == found.count and same_condition(step, found, analog)
         case EndRepeat(), ReadEndRepeat():
             return True
         case _:
             return False
-
-
-def _same_value(channel: Channel, planned: float, read: float, analog: Counting) -> bool:
-    """Whether an output is given what was planned; an analog one as the volts at its terminal."""
-    if channel.kind != "analog":
-        return abs(planned - read) <= 1e-6
-    return abs(planned - analog.value(channel, read)) <= analog.tolerance(channel)
-
-
-def _same_condition(step: Repeat, found: ReadRepeat, analog: Counting) -> bool:
-    """Whether a loop that looks at its input ends at the same volts."""
-    if step.sensor is None or found.least is None:
-        return True
-    pairs = [(found.least, step.least)]
-    if found.reading is not None:
-        pairs += zip(found.reading, analog.reading(step.sensor), strict=True)
-    return all(abs(read - planned) <= 1e-6 * max(1.0, abs(planned)) for read, planned in pairs)
-
-
-def _is_channel(label: str, channel: Channel) -> bool:
-    return label in (channel.name, f"{channel.kind} {channel.number}")
-
-
-def _same_axes(joints: tuple[float, ...], axes: tuple[float, ...], installation: Installation) -> bool:
-    planned = in_controller_units(joints, installation)
-    return len(planned) == len(axes) and all(abs(a - b) <= 0.001 for a, b in zip(planned, axes, strict=True))
-
-
-def _apart(one: Pose, other: Pose) -> float:
-    """Millimetres or degrees between two poses, whichever are more."""
-    return max(distance(one, other), degrees(angle(one, other)))
-
-
-def _same_pose(one: Pose, other: Pose) -> bool:
-    return distance(one, other) <= POSE_MM and degrees(angle(one, other)) <= POSE_DEG

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator, Mapping
 
 from programs.errors import ProgramError
-from programs.pose import Pose, angle, distance
+from programs.pose import Pose
 from programs.posts.rebuilt import (
     ReadCall,
     ReadEndRepeat,
@@ -44,7 +44,7 @@ def read(files: Mapping[str, str]) -> Rebuilt:
         elif events == "reach":
             steps.append(ReadReach(pose))
         elif not events.startswith(("board ", "note ")):
-            if before is not None and (distance(before[1], pose) > 0 or angle(before[1], pose) > 1e-9):
+            if before is not None and (time_s > before[0] or before[1] != pose):
                 steps.append(ReadLine(pose, None, None))
             steps += _switched(events)
         before = (time_s, pose)

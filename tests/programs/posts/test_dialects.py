@@ -17,7 +17,7 @@ from programs.motion import MotionProgram
 from programs.posts import native
 from programs.posts.compare import compare
 from programs.posts.dialects import DIALECTS
-from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram
+from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Wait
 from programs.steps import make_motion
 
 CASES = [pytest.param(name, made, id=f"{name}-{made}") for name in DIALECTS for made in PROGRAMS]
@@ -115,6 +115,24 @@ def test_a_turn_whose_way_is_lost_in_the_last_digit_is_told_as_one_on_the_spot(n
 @NAMED
 @settings(deadline=None, max_examples=15)
 @example(program=program_of(START, LOW, MoveTo(0.0, (0.0, 0.0, 0.001), ROUND, 0.0, ""), SetNozzle(0.0, False, "")))
+@example(  # a line of 0.004 mm that is divided for its output
+    program=program_of(
+        Command(0.0, "NOZZLE", ("ring60", "TOOL", "1"), ""),
+        LOW,
+        SetNozzle(0.1, True, "a"),
+        Wait(0.21, 0.0, "b"),
+        MoveTo(0.21, (0.002, 0.003, 0.002), DOWN, 0.0, "a"),
+        SetNozzle(0.21, False, ""),
+    )
+)
+@example(  # a command at a place that is written like the one before it
+    program=program_of(
+        LOW,
+        Command(0.0005, "FUNCTION", ("clean",), ""),
+        MoveTo(8.0, (0.004, 1.0, 0.0), DOWN, 0.0, ""),
+        SetNozzle(8.0, False, ""),
+    )
+)
 @example(  # the first tool is named where the orifice jumps: as if it had been another
     program=program_of(
         START,
