@@ -145,7 +145,7 @@ def _solve(case: _Case, x: Scalars) -> Scalars | None:
             rows.append((need.slopes(times) @ case.spread[list(need.which)])[None])
             least.append(np.array([need.least]))
     bounds = np.column_stack([np.maximum(case.low, x / _WAY), np.minimum(case.high, x * _WAY)])
-    scale = np.maximum(np.concatenate(least), 1e-9)
+    scale = np.maximum(np.abs(np.concatenate(least)), 1e-9)
     found = linprog(
         seconds @ case.spread, -np.concatenate(rows) / scale[:, None], -np.concatenate(least) / scale, bounds=bounds
     )
