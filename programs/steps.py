@@ -211,15 +211,21 @@ class _Teller:
         self.add(Switch(setting.channel, given, made_by, f"{key} = {quantity:g}"))
 
     def mount(self, nozzle: str, number: int, made_by: str) -> None:
-        """Use a nozzle, and its tool if it is another one."""
+        """Use a nozzle, and its tool if it is another one; a jet that goes on is from then on that of the nozzle."""
+        valves = [self.installation.valves.get(name) for name in (self.nozzle, nozzle)]
+        before, after = (valve.channel if valve is not None else None for valve in valves)
+        passes = self.spraying and before != after
+        if passes:
+            self.wishes.append(Wish(len(self.steps), 0.0, False, self.nozzle, made_by))
         self.nozzle = nozzle
         self.add(Note(f"nozzle {nozzle}, tool {number}", made_by))
-        if number == self.tool:
-            return
-        if number not in self.installation.tools:
-            self.warn("no-tool", f"cell {self.installation.cell} has no tool {number}.", made_by, "error")
-        self.tool, self.reached = number, False
-        self.add(UseTool(number, nozzle, made_by))
+        if number != self.tool:
+            if number not in self.installation.tools:
+                self.warn("no-tool", f"cell {self.installation.cell} has no tool {number}.", made_by, "error")
+            self.tool, self.reached = number, False
+            self.add(UseTool(number, nozzle, made_by))
+        if passes:
+            self.wishes.append(Wish(len(self.steps), 0.0, True, nozzle, made_by))
 
     def call(self, name: str, made_by: str) -> None:
         """Run a routine of the cell, and find the board where it puts it."""

@@ -1,10 +1,13 @@
-"""Where a motion has to be reached anew."""
+"""Where a motion has to be reached anew, and whose jet it is."""
+
+from collections.abc import Sequence
 
 from installations import small_cell
 from small_programs import DOWN, program_of
 
-from programs.motion import Call, Line, Reach
-from programs.program import Command, MoveTo, TimedProgram
+from programs.installation import Channel
+from programs.motion import Call, Line, Reach, Step, Switch, UseTool
+from programs.program import Command, MoveTo, SetNozzle, TimedProgram
 from programs.steps import make_motion
 
 UP, DOWN_THERE = (0.0, 0.0, 110.0), (0.0, 0.0, 50.0)
@@ -36,3 +39,32 @@ def test_where_a_routine_leaves_the_orifice_elsewhere_the_robot_goes_before_it_d
 def test_where_a_routine_leaves_it_where_it_is_nothing_is_reached_again() -> None:
     steps = make_motion(called(UP), small_cell()).steps
     assert sum(isinstance(step, Reach) for step in steps) == 1
+
+
+def test_a_jet_that_goes_on_with_another_nozzle_is_shut_at_the_first() -> None:
+    told = program_of(
+        Command(0.0, "NOZZLE", ("ring60", "TOOL", "1"), "s"),
+        MoveTo(0.0, UP, DOWN, 0.0, "s"),
+        SetNozzle(0.0, True, "s"),
+        MoveTo(1.0, DOWN_THERE, DOWN, 0.0, "s"),
+        Command(1.0, "NOZZLE", ("knife", "TOOL", "2"), "s"),
+        MoveTo(2.0, UP, DOWN, 0.0, "s"),
+        SetNozzle(2.0, False, "s"),
+    )
+    steps = make_motion(told, small_cell()).steps
+    change = next(at for at, step in enumerate(steps) if isinstance(step, UseTool) and step.number == 2)
+    valves = small_cell().valves
+    wash, air = (valves[name].channel for name in ("ring60", "knife"))
+    assert switched(steps[:change])[2:] == [(wash, 1.0), (wash, 0.0)]
+    assert switched(steps[change:]) == [(air, 1.0), (air, 0.0)]
+
+
+def switched(steps: Sequence[Step]) -> list[tuple[Channel, float]]:
+    """What changes, in order: at rest and on lines."""
+    changes: list[tuple[Channel, float]] = []
+    for step in steps:
+        if isinstance(step, Switch):
+            changes.append((step.channel, step.value))
+        elif isinstance(step, Line):
+            changes += [(event.channel, event.value) for event in step.events]
+    return changes
