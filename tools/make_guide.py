@@ -105,6 +105,7 @@ def check_robot(tab: DrivenPage) -> None:
     tab.wait_for_input("Time (s)", "value => Number(value) > 40")
     tab.press("Pause")
     tab.press("Whole cell")
+    tab.page.mouse.move(700, 10)  # a hint would hide what the cell consists of
 
 
 def look_at_reach(tab: DrivenPage) -> None:
@@ -140,7 +141,7 @@ def look_at_cleaning(tab: DrivenPage) -> None:
 
 
 def look_at_gap(tab: DrivenPage) -> None:
-    """Why the worst part is judged as it is, and what flows under it."""
+    """What flows under the worst part."""
     tab.choose("Show", "Shear under parts")
     tab.press("Worst")
     tab.choose("In the gap", "Wall shear")
