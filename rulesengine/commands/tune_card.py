@@ -53,8 +53,10 @@ def _changes(tuned: Tuned) -> Table:
     table.add_row("[dim]as it was[/dim]", *_totals(first, tuned.last.total))
     for change in tuned.changes:
         before, after = change.before, change.after
+        for what in change.what[:-1]:  # made at once: the last of them has the numbers of all
+            table.add_row(escape(what))
         table.add_row(
-            escape("; ".join(change.what)),
+            escape(change.what[-1]),
             f"{after.held - before.held:+d}" if after.held != before.held else "",
             f"{after.wanting - before.wanting:+d}" if after.wanting != before.wanting else "",
             f"{before.worst_residue:.2%} -> {after.worst_residue:.2%}",
