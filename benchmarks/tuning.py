@@ -74,10 +74,9 @@ def as_clean(outcome: Outcome, other: Outcome) -> bool:
 def search_grid(subject: Subject, tuned: Outcome, most: int) -> tuple[Outcome | None, int, int]:
     """The fastest recipe of the grid that is as clean, how many analyses it took, and how many recipes there are."""
     texts = grid_texts()
-    bench = Bench(FILE, subject, "clean", most)
+    bench = Bench(FILE, subject, "clean", most + 1)
     bench.first(POOR)
-    planned = [(text, bench.planned(text)) for text in texts]
-    timed = sorted((seconds_of(run), text) for text, run in planned if run is not None)
+    timed = sorted((seconds_of(run), text) for text in texts if (run := bench.planned(text)) is not None)
     for seconds, text in timed:
         outcome = bench.outcome(text)
         if outcome is None or as_clean(outcome, tuned):
