@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from html import escape
 
+from cleaning.cleanliness import report_outcome
 from cleaning.results import CleaningReport
 from rulesengine.cleaning_page import hash_lines, headline, honesty, legend
 from rulesengine.cleaning_pictures import VERDICT_COLOURS, draw_verdicts
@@ -45,7 +46,7 @@ def _origins(reports: tuple[CleaningReport, CleaningReport]) -> list[tuple[str, 
 
 def _verdict(name: str, report: CleaningReport) -> str:
     """The verdict on one of them in a line."""
-    colour = VERDICT_COLOURS[report.verdict]
+    colour = VERDICT_COLOURS[report_outcome(report)]
     return (
         f'<p><span class="mark" style="background:{colour}"></span><b>{escape(name)}</b> {escape(headline(report))}</p>'
     )

@@ -115,13 +115,14 @@ def print_findings(console: Console, findings: Sequence[Finding]) -> None:
 
 
 def print_facts(console: Console, facts: Iterable[tuple[str, str]]) -> None:
-    """Two columns: what it is, and what there is to say."""
-    table = Table(box=None, pad_edge=False, show_header=False)
-    table.add_column(style="dim", min_width=8, no_wrap=True)
-    table.add_column(overflow="fold")
-    for name, text in facts:
+    """Two columns: what it is, and what there is to say; no line is filled with blanks to the length of the longest."""
+    told = list(facts)
+    width = max((len(name) for name, _ in told), default=0)
+    for name, text in told:
+        table = Table(box=None, pad_edge=False, show_header=False)
+        table.add_column(style="dim", min_width=max(8, width), no_wrap=True)
+        table.add_column(overflow="fold")
         table.add_row(name, escape(text))
-    if table.row_count:
         console.print(table)
 
 

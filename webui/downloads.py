@@ -5,6 +5,7 @@ import threading
 from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 
 from geometry.finding import Finding
 from geometry.progress import Progress
@@ -83,14 +84,17 @@ def _cleaning(session: Session, suffix: str) -> bytes:
     Raises:
         ProgramError: the program was not analysed.
     """
+    from rulesengine.cleaning_made import made_here
     from rulesengine.cleaning_page import Traceability, cleaning_page
 
-    if session.analysis is None:
+    analysis, run = session.analysis, session.run
+    if analysis is None or run is None:
         raise ProgramError("this program was not analysed with these parameters; press Analyse in the tab Cleaning.")
+    made, trace = made_here(analysis.effort), Traceability(program_sha256=sha256(program_bytes(run)).hexdigest())
     if suffix.endswith(".json"):
-        return cleaning_bytes(session.analysis.report)
+        return cleaning_bytes(analysis.report, made, trace)
     with _ONE_DRAWS:
-        return cleaning_page(session.analysis.report, Traceability()).encode()
+        return cleaning_page(analysis.report, trace, made=made).encode()
 
 
 def _content(suffix: str, run: Run, allowed: Collection[str]) -> bytes:

@@ -115,13 +115,8 @@ def check_files(read: Sequence[str | Path | None], wanted: Mapping[str, Path | N
         OutputError: one of them cannot be meant or written.
     """
     from rulesengine.commands.writing import check_apart, check_named
-    from rulesengine.output import OutputError
 
-    written = [path for path in wanted.values() if path is not None]
-    for path in written:
-        if path == Path("-"):
-            raise OutputError(path, "stdout has the summary", "Name a file.")
-    check_apart(read, written)
+    check_apart(read, [path for path in wanted.values() if path is not None])
     check_named(wanted)
 
 
@@ -195,12 +190,10 @@ def _write(
     trace: "Traceability",
     html: Path | None,
     data: Path | None,
-    made: "Made | None" = None,
+    made: "Made",
 ) -> None:
     """Render everything, then write it."""
-    from cleaning.report import cleaning_report
-    from rulesengine.cleaning_made import tell_made
-    from rulesengine.commands.writing import json_bytes
+    from rulesengine.commands.writing import cleaning_bytes
     from rulesengine.output import write_bytes_atomically
 
     contents: list[tuple[Path, bytes]] = []
@@ -209,7 +202,6 @@ def _write(
 
         contents.append((html, cleaning_page(report, trace, verified, made).encode("utf-8", errors="replace")))
     if data is not None:
-        told = cleaning_report(report, verified, trace)
-        contents.append((data, json_bytes(told if made is None else tell_made(told, made))))
+        contents.append((data, cleaning_bytes(report, made, trace, verified)))
     for path, content in contents:
         write_bytes_atomically(path, content)

@@ -1,6 +1,6 @@
 """What a program cleans, as a person wants to read it in a terminal."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from rich.console import Console
 from rich.markup import escape
@@ -44,15 +44,7 @@ def print_cleaning(console: Console, report: CleaningReport, made: Made) -> None
     ]:
         if each.verdict != "clean":
             console.print(f"[{_STYLES[each.verdict]}]{each.verdict}[/]  {name}: {escape(_because(tell_one(each)))}")
-    print_each(console, [*_facts(report), ("analysed", f"by {made}")])
-
-
-def print_each(console: Console, facts: Iterable[tuple[str, str]]) -> None:
-    """Print facts beneath each other; none is filled with blanks to the length of the longest, as in one table."""
-    told = list(facts)
-    width = max((len(name) for name, _ in told), default=0)
-    for name, text in told:
-        print_facts(console, [(name.ljust(width), text)])
+    print_facts(console, [*_facts(report), ("analysed", f"by {made}")])
 
 
 def print_verified(console: Console, verified: Sequence[Verified]) -> None:

@@ -23,12 +23,12 @@ def clean_for_demo(run: "Run", folder: Path) -> None:
     """
     from cleaning.analyse import analyse
     from cleaning.load import load_parameters
-    from cleaning.report import Traceability, cleaning_report
-    from rulesengine.cleaning_made import made_here, tell_made
+    from cleaning.report import Traceability
+    from rulesengine.cleaning_made import made_here
     from rulesengine.cleaning_page import cleaning_page
     from rulesengine.commands.loading import progress_bar
     from rulesengine.commands.terminal import open_console, print_files
-    from rulesengine.commands.writing import json_bytes
+    from rulesengine.commands.writing import cleaning_bytes
     from rulesengine.output import write_bytes_atomically, write_text_atomically
 
     begun = perf_counter()
@@ -38,7 +38,7 @@ def clean_for_demo(run: "Run", folder: Path) -> None:
     page, data = (folder / f"{run.board.name}-cleaning{end}" for end in (".html", ".json"))
     made = made_here("fast")
     told = cleaning_page(report, Traceability(), made=made)
-    found = json_bytes(tell_made(cleaning_report(report), made))
+    found = cleaning_bytes(report, made, Traceability())
     write_text_atomically(page, told)
     write_bytes_atomically(data, found)
     console = open_console()
@@ -51,14 +51,13 @@ def print_worst(console: Console, report: CleaningReport, seconds: float) -> Non
     from cleaning.cleanliness import count_cleanliness, outcome, unclean_parts
     from rulesengine.cleaning_groups import deciding, group_alike, name_some
     from rulesengine.cleaning_page import headline, honesty
-    from rulesengine.commands.cleaning_card import print_each
-    from rulesengine.summary import clock
+    from rulesengine.summary import clock, print_facts
 
     console.print(f"[bold]{escape(report.origin.board)}[/bold], what comes out clean. {escape(headline(report))}")
     console.print(escape(honesty(report)), style="dim")
     counts = count_cleanliness(report.parts)
     worst = group_alike(unclean_parts(report), deciding)[:_WORST]
-    print_each(
+    print_facts(
         console,
         [
             ("verdicts", ", ".join(f"{count} {verdict}" for verdict, count in counts.items()) or "none"),

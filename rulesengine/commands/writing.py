@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from cleaning.report import Traceability
     from cleaning.results import CleaningReport
     from cleaning.verify import Verified
+    from rulesengine.cleaning_made import Made
     from rulesengine.pipeline import Run
 
 _KINDS = {
@@ -106,8 +107,10 @@ def _check_place(path: Path) -> None:
     """Refuse a place where no file can be written.
 
     Raises:
-        OutputError: it is a folder, in no folder, or not writable.
+        OutputError: it is a folder, in no folder, or not writable, or it is to be no file.
     """
+    if path == Path("-"):
+        raise OutputError(path, "stdout has the summary", "Name a file.")
     try:
         real = Path(os.path.realpath(path))
         if real.is_dir():
@@ -158,12 +161,13 @@ def report_bytes(run: "Run") -> bytes:
 
 
 def cleaning_bytes(
-    found: "CleaningReport", verified: "Sequence[Verified]" = (), trace: "Traceability | None" = None
+    found: "CleaningReport", made: "Made", trace: "Traceability", verified: "Sequence[Verified]" = ()
 ) -> bytes:
-    """Write as JSON what an analysis found, what was worked out exactly besides, and what was entered."""
-    from cleaning.report import Traceability, cleaning_report
+    """Write as JSON what an analysis found and by what, what was entered, and what was worked out exactly besides."""
+    from cleaning.report import cleaning_report
+    from rulesengine.cleaning_made import tell_made
 
-    return json_bytes(cleaning_report(found, verified, trace or Traceability()))
+    return json_bytes(tell_made(cleaning_report(found, verified, trace), made))
 
 
 def json_bytes(data: Mapping[str, object]) -> bytes:

@@ -1,5 +1,6 @@
 import re
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ from cleaning_report import small_report
 
 from geometry.finding import Finding
 from programs.errors import ProgramError
+from rulesengine.cleaning_made import made_here
 from rulesengine.cleaning_page import Traceability
 from rulesengine.commands import analyse
 from rulesengine.commands.writing import write_run
@@ -49,10 +51,13 @@ def test_the_cleaning_report_is_the_one_that_the_command_line_writes(session: Se
     with pytest.raises(ProgramError, match="tab Cleaning"):
         make_download(CLEANING_DATA, session, (), 10.0, tell)
     analysed = session.with_analysis(Analysed(session.run.program, "default", small_report()))
-    analyse._write(small_report(), (), Traceability(), None, tmp_path / "a.json")
+    program = sha256(make_download(PROGRAM, session, (), 10.0, tell).content).hexdigest()
+    written = [tmp_path / "a.html", tmp_path / "a.json"]
+    analyse._write(small_report(), (), Traceability(program_sha256=program), *written, made_here("fast"))
     data, page = (make_download(kind, analysed, (), 10.0, tell) for kind in (CLEANING_DATA, CLEANING_PAGE))
     assert data.content == (tmp_path / "a.json").read_bytes()
     assert data.name == "smt-demo-rinse-only-cleaning.json"
+    assert page.content == (tmp_path / "a.html").read_bytes()
     assert page.content.startswith(b"<!DOCTYPE html>")
     assert page.name == "smt-demo-rinse-only-cleaning.html"
 
