@@ -1,4 +1,4 @@
-"""The first half of tuning: change what helps most for the time that it takes, until nothing is wanting."""
+"""The first part of tuning: change what helps most for the time that it takes, until nothing is wanting."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -38,7 +38,7 @@ class Ranked:
 
 @dataclass(slots=True)
 class Growth:
-    """One run of the first half, and what it has learnt of which moves disappoint."""
+    """One run of the first part, and what it has learnt of which moves disappoint."""
 
     bench: Bench
     asked: Asked

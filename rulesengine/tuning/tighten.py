@@ -1,4 +1,4 @@
-"""The second half of tuning: take away what is not needed, knob by knob, by bisection."""
+"""Take away what is not needed of pauses and of numbers by class, one by one, by bisection; and keep to limits."""
 
 from rulesengine.tuning.cuts import Cut, cuts_of
 from rulesengine.tuning.outcome import Outcome, litres_of, seconds_of
@@ -20,14 +20,10 @@ _SQUEEZED = 3
 def tighten(shop: Shop, standard: Standard) -> tuple[Outcome, list[Change]]:
     """Make a recipe shorter by its pauses and by what it states by class, one at a time; never longer."""
     now, changes = standard.begin, list[Change]()
-    needed: set[str] = set()  # a path that cannot be spared is not spared later: there is less and less of others
     for scale in _SCALES:
-        for name in [each for each in _by_saving(shop, now, scale) if each not in needed]:
+        for name in _by_saving(shop, now, scale):
             now, made = _cut(shop, now, (name, scale), standard)
             changes += made
-            cut = _named(shop, now, name)
-            if cut is None or cut.knob is None:
-                needed.add(name)
     return now, changes
 
 
