@@ -3,15 +3,14 @@
 import json
 import os
 import re
-from datetime import date as day
 from pathlib import Path
 
 from cleaning.calibrate_gap import GapFit
+from cleaning.consistency import is_day
 from cleaning.errors import CleaningError
 from cleaning.load import parameter_library, read_parameters_text
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]*")
-_DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
 
 
 def calibrated_set(fit: GapFit, source: str | Path, file: Path, date: str = "") -> str:
@@ -29,7 +28,8 @@ def calibrated_set(fit: GapFit, source: str | Path, file: Path, date: str = "") 
     if _NAME.fullmatch(file.stem) is None:
         message = f"{file.stem!r} cannot name a set: begin with a letter; use letters, digits and _ . - only"
         raise CleaningError(message, file=file)
-    _check_date(date)
+    if date and not is_day(date):
+        raise CleaningError(f"{date!r} is no date; write it as in 2026-11-21")
     values = {name: _rounded(estimate.value) for name, estimate in fit.estimates.items()}
     untold = fit.untold.items()
     lines = [
@@ -47,15 +47,6 @@ def calibrated_set(fit: GapFit, source: str | Path, file: Path, date: str = "") 
     text = "\n".join(lines) + "\n"
     read_parameters_text(text, file=file)
     return text
-
-
-def _check_date(date: str) -> None:
-    try:
-        known = not date or (_DATE.fullmatch(date) is not None and bool(day.fromisoformat(date)))
-    except ValueError:
-        known = False
-    if not known:
-        raise CleaningError(f"{date!r} is no date; write it as in 2026-11-21")
 
 
 def _made_up(fit: GapFit) -> bool:

@@ -1,6 +1,8 @@
 """What must hold between the values of a parameter set; a set that breaks it is refused."""
 
+import re
 from collections.abc import Callable, Iterator
+from datetime import date as day
 from typing import Any, cast
 
 from cleaning.parameters import Parameters, Provenance
@@ -8,6 +10,7 @@ from recipes.keys import name_nearest
 from recipes.located import Located, YamlPath, spell_path
 from recipes.problems import Problem
 
+_DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
 _TEXTS = (("parameters",), ("description",), ("extends",))
 _FITTED = ("calibrated", "synthetic")
 
@@ -27,7 +30,15 @@ def find_problems(parameters: Parameters, root: Located) -> list[Problem]:
         _check_provenance,
     )
     problems = [problem for check in checks for problem in check(parameters)]
-    return [*problems, *_check_inherited(root)]
+    return [*problems, *_check_inherited(root), *_check_dates(parameters)]
+
+
+def is_day(date: str) -> bool:
+    """Say whether a date is one of the calendar, written as in 2026-11-21."""
+    try:
+        return _DATE.fullmatch(date) is not None and bool(day.fromisoformat(date))
+    except ValueError:
+        return False
 
 
 def value_paths(value: Any, path: YamlPath = ()) -> Iterator[YamlPath]:
@@ -97,6 +108,13 @@ def _check_provenance(parameters: Parameters) -> Iterator[Problem]:
             block = block.rpartition(".")[0]
         within = [each for each in named if each.rpartition(".")[0] == block] or list(named)
         yield Problem(at, f"names nothing of this set; {name_nearest(name, within)}")
+
+
+def _check_dates(parameters: Parameters) -> Iterator[Problem]:
+    """Look for dates that are written like one and are none; the type looks at the digits alone."""
+    for name, entry in parameters.provenance.items():
+        if entry.date and not is_day(entry.date):
+            yield Problem(("provenance", name, "date"), f"{entry.date!r} is no day of the calendar")
 
 
 def _named_values(value: Any, name: str) -> Iterator[tuple[str, Any]]:

@@ -16,7 +16,7 @@ from geometry.arrays import Indices, Scalars
 _SIDES: tuple[Side, ...] = ("top", "bottom")
 _WALL = -0.2
 _LIFT_MM = 1e-6
-_LOW = 0.05
+LOW = 0.05
 """Percentile that stands for the places that get little."""
 BARE = -1
 """Stands for the bare board where the index of a component is asked for."""
@@ -107,7 +107,7 @@ def together(exposures: Sequence[Exposure]) -> Exposure:
 
 def _spread(values: Scalars, areas: Scalars) -> tuple[float, float, float]:
     """Least, 5th percentile by area, mean by area."""
-    return float(values.min()), percentile(values, areas, _LOW), float(np.average(values, weights=areas))
+    return float(values.min()), percentile(values, areas, LOW), float(np.average(values, weights=areas))
 
 
 def percentile(values: Scalars, weights: NDArray[np.float64], share: float) -> float:

@@ -106,9 +106,8 @@ def expose(
 def _blocks(samples: Samples) -> Indices:
     """(b + 1,) where the blocks of the growth begin and end."""
     evenly = np.linspace(0, len(samples.times), _BLOCKS + 1).round().astype(np.int64)
-    templates = np.array(["/".join(maker.split("/")[:2]) for maker in samples.makers])
-    of_sample = np.unique(templates, return_inverse=True)[1][samples.made_by]
-    return np.union1d(evenly, np.flatnonzero(np.diff(of_sample)) + 1)
+    templates = samples.templates
+    return np.union1d(evenly, np.flatnonzero(templates[1:] != templates[:-1]) + 1)
 
 
 def _batches(blocks: Indices, rays_per_sample: int) -> list[tuple[int, int]]:

@@ -3,9 +3,7 @@
 import hashlib
 import json
 import os
-from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import date as day
 from functools import cache
 from pathlib import Path
 
@@ -18,7 +16,7 @@ from recipes.document import Document, Schema
 from recipes.files import find_file, is_bare, read_text
 from recipes.inherit import inherit
 from recipes.located import Located, read_yaml
-from recipes.problems import Problem, raise_problems, translate
+from recipes.problems import raise_problems, translate
 
 _LIBRARY = Path(__file__).parent / "library"
 
@@ -92,7 +90,7 @@ def locate_parameters(text: str, *, file: Path | str = "<parameters>") -> Loaded
     except ValidationError as error:
         raise_problems(translate(error, root, PARAMETERS), root, PARAMETERS)
         raise AssertionError("a refused parameter set has a problem") from error
-    raise_problems([*find_problems(parameters, root), *_check_dates(parameters)], root, PARAMETERS)
+    raise_problems(find_problems(parameters, root), root, PARAMETERS)
     return LoadedParameters(parameters, root)
 
 
@@ -102,15 +100,6 @@ def _described_by_itself(root: Located) -> Located:
     if described is None or described.mark.file == root.mark.file or not isinstance(root.value, dict):
         return root
     return Located({key: node for key, node in root.value.items() if key != "description"}, root.mark)
-
-
-def _check_dates(parameters: Parameters) -> Iterator[Problem]:
-    """Look for dates that are written like one and are none; the type looks at the digits alone."""
-    for name, entry in parameters.provenance.items():
-        try:
-            day.fromisoformat(entry.date or "2026-11-21")
-        except ValueError:
-            yield Problem(("provenance", name, "date"), f"{entry.date!r} is no day of the calendar")
 
 
 def parameters_sha256(parameters: Parameters) -> str:

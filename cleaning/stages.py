@@ -30,6 +30,12 @@ class Samples:
     """(n,) index into ``makers``."""
     makers: tuple[str, ...]
 
+    @property
+    def templates(self) -> NDArray[np.str_]:
+        """(n,) The template of each: ``"around"`` of ``"sequence[0]/around/U1"``; empty where there is none."""
+        names = [maker.split("/")[1] if "/" in maker else "" for maker in self.makers]
+        return np.array(names, dtype=np.str_)[self.made_by]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stage:

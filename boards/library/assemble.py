@@ -1,5 +1,6 @@
 """Put sample parts on a sample board."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from boards.board import Body, Pad, Role, Side, Surface
 from boards.library.catalogue import shape_of
 from boards.library.fit import check_apart, check_holes, check_inside
-from boards.library.lands import lands_of, placed
+from boards.library.lands import lands_of
 from boards.library.shape import Shape, Solids
 from boards.library.shapes import Ring, circle, flipped, prism, rotated, shifted
 from geometry.arrays import Triangles
@@ -98,8 +99,9 @@ def _component(shape: Shape, place: Place, sample: Sample) -> Body:
 
 
 def _pads(shape: Shape, place: Place) -> tuple[Pad, ...]:
-    mirror = 1.0 if place.side == "top" else -1.0
-    return tuple(placed(pad, place.x, place.y, place.turn_deg, mirror) for pad in lands_of(shape))
+    turn = math.radians(place.turn_deg)
+    spots = ((pad, _on_board(pad.x_mm, pad.y_mm, place)) for pad in lands_of(shape))
+    return tuple(replace(pad, x_mm=x, y_mm=y, turn_rad=turn) for pad, (x, y) in spots)
 
 
 def _placed(solid: Triangles, place: Place, sample: Sample) -> Triangles:
@@ -109,12 +111,14 @@ def _placed(solid: Triangles, place: Place, sample: Sample) -> Triangles:
 
 
 def _drills(shape: Shape, place: Place) -> list[Ring]:
+    return [circle(diameter / 2, _DRILL_SIDES, _on_board(x, y, place)) for x, y, diameter in shape.drills]
+
+
+def _on_board(x: float, y: float, place: Place) -> tuple[float, float]:
+    """Find where a spot of a part comes to lie."""
     mirror = 1.0 if place.side == "top" else -1.0
-    rings: list[Ring] = []
-    for x, y, diameter in shape.drills:
-        centre = rotated(np.array([[[mirror * x, y, 0.0]]]), place.turn_deg)[0, 0]
-        rings.append(circle(diameter / 2, _DRILL_SIDES, (place.x + float(centre[0]), place.y + float(centre[1]))))
-    return rings
+    turned = rotated(np.array([[[mirror * x, y, 0.0]]]), place.turn_deg)[0, 0]
+    return place.x + float(turned[0]), place.y + float(turned[1])
 
 
 def _body(name: str, role: Role, solids: Solids) -> Body:

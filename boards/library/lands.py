@@ -1,6 +1,5 @@
 """What a sample part is soldered to: a pad under whatever of it touches the board."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -38,17 +37,3 @@ def _under(solid: Triangles) -> Iterator[Pad]:
 
 def _rounded(pad: Pad) -> Pad:
     return replace(pad, width_mm=pad.length_mm, round=True)
-
-
-def placed(pad: Pad, x: float, y: float, turn_deg: float, mirror: float) -> Pad:
-    """Put a pad of a part where the part goes; ``mirror`` is -1 on the bottom, else 1."""
-    turn = math.radians(turn_deg)
-    along, across = mirror * pad.x_mm, pad.y_mm
-    return Pad(
-        x + along * math.cos(turn) - across * math.sin(turn),
-        y + along * math.sin(turn) + across * math.cos(turn),
-        pad.length_mm,
-        pad.width_mm,
-        turn,
-        pad.round,
-    )

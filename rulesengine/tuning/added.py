@@ -10,7 +10,7 @@ from recipes.located import YamlPath
 from recipes.paths import BoardPerimeter, ComponentPerimeter, Raster
 from recipes.recipe import Recipe, Step
 from rulesengine.tuning.effects import effect, steps_for
-from rulesengine.tuning.goals import Want
+from rulesengine.tuning.goals import BOARD, Want
 from rulesengine.tuning.knobs import enabled_steps
 from rulesengine.tuning.move import Move
 from rulesengine.tuning.need import key_of
@@ -24,7 +24,6 @@ _RIM_OFFSET_MM = 5.0
 _BEYOND_HALF_ANGLE_DEG = 5.0
 _STEEPEST_DEG = 84.0
 _ACROSS = 0.5
-_BOARD = "board"
 
 
 def added_paths(outcome: Outcome, wants: Sequence[Want]) -> Iterator[Move]:
@@ -86,7 +85,7 @@ def _has_across(step: Step, recipe: Recipe) -> bool:
 
 def _gain(word: str, want: Want) -> float:
     """A path around components is for them, one around the rim for the board; one across reaches surfaces."""
-    rule, of_board = want.judgement.rule, want.component == _BOARD
+    rule, of_board = want.judgement.rule, want.component == BOARD
     if word == "across":
         return _ACROSS * want.weight if rule in ("R1", "R2") else 0.0
     return want.weight * effect("sides", want) if of_board == (word == "rim") else 0.0

@@ -6,9 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rulesengine.tuning.added import added_paths
-from rulesengine.tuning.deposits import BOARD
 from rulesengine.tuning.forecast import Forecast, Learnt, forecast, learn
-from rulesengine.tuning.goals import Want
+from rulesengine.tuning.goals import BOARD, Want
 from rulesengine.tuning.move import Move
 from rulesengine.tuning.need import key_of
 from rulesengine.tuning.outcome import Outcome, litres_of, seconds_of
@@ -34,7 +33,7 @@ class _Balance:
 
     shop: Shop
     standard: Standard
-    learnt: Learnt
+    learnt: Learnt = field(default_factory=Learnt)
     failed: dict[str, int] = field(default_factory=dict[str, int])
 
 
@@ -48,7 +47,7 @@ def balance(shop: Shop, standard: Standard) -> tuple[Outcome, list[Change]]:
         shop: Where to try.
         standard: What to begin with, and to be held against.
     """
-    balancing = _Balance(shop, standard, Learnt(hopeless=standard.hopeless))
+    balancing = _Balance(shop, standard)
     now, changes = standard.begin, list[Change]()
     while shop.bench.left > 0:
         here = _look(balancing, now)
@@ -84,7 +83,7 @@ class _Here:
 
 
 def _look(balancing: _Balance, now: Outcome) -> _Here:
-    foretold = forecast(now, balancing.learnt)
+    foretold = forecast(now, balancing.learnt, balancing.standard.hopeless)
     paces = paces_of(balancing.shop.bench, now.text, speeds_of(balancing.shop, now))
     ways = [way for way in ways_of(balancing.shop, foretold, paces) if balancing.failed.get(way.name, 0) < _FAILED]
     return _Here(foretold, paces, ways)
@@ -129,11 +128,12 @@ def _path(balancing: _Balance, here: _Here) -> Move | None:
     seconds = now.seconds if here.way is None else here.way.found.seconds
     best: tuple[float, Move] | None = None
     for wants, rest in _scarce(here.foretold):
-        without = ways_of(balancing.shop, rest, here.paces)
         moves = [move for move in added_paths(now, wants) if balancing.shop.asked.allowed.may(move)]
+        moves = [move for move in moves if not balancing.failed.get(move.what)]
+        without = ways_of(balancing.shop, rest, here.paces) if moves else []
         for move in moves if without else ():
             text = bench.edited(now.text, move.edits)
-            planned = None if text is None or balancing.failed.get(move.what) else bench.planned(text)
+            planned = None if text is None else bench.planned(text)
             if planned is None:
                 continue
             saved = seconds - without[0].found.seconds - (seconds_of(planned) - now.seconds)
@@ -161,7 +161,7 @@ def _by_path(balancing: _Balance, now: Outcome, move: Move) -> tuple[Outcome, li
     longer = None if text is None else shop.bench.outcome(text)
     if longer is None or not balancing.standard.holds(longer):
         return now, []
-    fresh = _Balance(shop, balancing.standard, Learnt(hopeless=balancing.standard.hopeless))
+    fresh = _Balance(shop, balancing.standard)
     after, what = longer, [move.what]
     while shop.bench.left > 0 and after.seconds >= now.seconds:
         here = _look(fresh, after)

@@ -34,6 +34,7 @@ class Bench:
         self.tell: Tell = _tell_nobody
         self._last: Run | None = None
         self._runs: dict[str, Run | None] = {}
+        self._sprayed: dict[str, dict[tuple[str, str], float]] = {}
         self._outcomes: dict[str, Outcome] = {}
         self._errors: frozenset[str] = frozenset()
 
@@ -77,11 +78,13 @@ class Bench:
 
     def sprayed_s(self, text: str) -> dict[tuple[str, str], float]:
         """How long each template of each step sprays in the program of a text; nothing where it cannot be planned."""
-        planned = self.planned(text)
-        if planned is None:
-            return {}
-        stages = stages_of(planned.program, planned.recipe, self.subject.parameters).stages
-        return dict(pair for stage in stages for pair in sprayed_in(stage))
+        if text not in self._sprayed:
+            planned = self.planned(text)
+            stages = (
+                () if planned is None else stages_of(planned.program, planned.recipe, self.subject.parameters).stages
+            )
+            self._sprayed[text] = dict(pair for stage in stages for pair in sprayed_in(stage))
+        return self._sprayed[text]
 
     def outcome(self, text: str) -> Outcome | None:
         """Predict what a text does; ``None`` where it cannot be planned or no analysis is left."""

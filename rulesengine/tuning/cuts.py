@@ -49,8 +49,7 @@ class Cut:
         """Say and write what it changes, the knob being set to a value."""
         if self.knob is None:
             return self.name, self.edits
-        of_class = f" of {self.knob.of_class}" if self.knob.rest is not None else ""
-        return f"{spell_path(self.knob.path)}{of_class}: {self.knob.value:g} -> {value:g}", self.knob.edit(value)
+        return self.knob.told(value), self.knob.edit(value)
 
     def halfway(self, good: float, bad: float) -> float | None:
         """Give the value between one that holds and one that does not; ``None`` where there is none."""

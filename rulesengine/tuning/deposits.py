@@ -12,9 +12,8 @@ from cleaning.exposure import Exposure
 from cleaning.results import CleaningReport
 from cleaning.stages import Stage
 from geometry.arrays import Indices, Scalars
+from rulesengine.tuning.goals import BOARD
 
-BOARD = "board"
-"""Stands for a component's name where the bare board is meant."""
 _LEAST = 1e-12
 
 
@@ -63,19 +62,13 @@ def deposits_of(report: CleaningReport) -> Deposits:
 
 def sprayed_in(stage: Stage) -> Iterator[tuple[tuple[str, str], float]]:
     """Tell how long each template sprays in a stage, s, by step and template."""
-    of_sample = _templates(stage)
+    of_sample = stage.samples.templates
     for template in dict.fromkeys(of_sample.tolist()):
         yield (stage.made_by, template), float(stage.samples.seconds[of_sample == template].sum())
 
 
-def _templates(stage: Stage) -> NDArray[np.str_]:
-    """(n,) The template of each sample; a maker is written as in ``"sequence[0]/around/U1"``."""
-    names = np.array([maker.split("/")[1] if "/" in maker else "" for maker in stage.samples.makers], dtype=np.str_)
-    return names[stage.samples.made_by]
-
-
 def _of_stage(stage: Stage, exposure: Exposure) -> Iterator[Deposit]:
-    samples, growth, of_sample = stage.samples, exposure.growth, _templates(stage)
+    samples, growth, of_sample = stage.samples, exposure.growth, stage.samples.templates
     last = np.searchsorted(samples.times, growth.until_s) - 1
     of_entry = np.repeat(of_sample[last], np.diff(growth.start))
     count = len(exposure.volume_mm)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from recipes.located import spell_path
 from rulesengine.tuning.edits import is_kept
 from rulesengine.tuning.effects import helps
-from rulesengine.tuning.goals import PROCESS, Want
+from rulesengine.tuning.goals import Want
 from rulesengine.tuning.knobs import KINDS
 from rulesengine.tuning.moves import Allowed, knobs_for, moves_of
 from rulesengine.tuning.tuned import Tuned
@@ -50,16 +50,13 @@ def is_unfinished(tuned: Tuned) -> bool:
     return tuned.spent and bool(tuned.last.mendable)
 
 
-def _beyond(want: Want) -> str:
+def _beyond(tuned: Tuned, want: Want) -> str:
     """Say what it takes where no recipe helps; nothing where one may."""
-    rule = want.judgement.rule
-    if want.component == PROCESS and rule == "R10":
-        return want.judgement.advice
-    return _BEYOND.get(rule, "")
+    return "" if want in tuned.last.mendable else _BEYOND.get(want.judgement.rule, want.judgement.advice)
 
 
 def _why(tuned: Tuned, want: Want) -> str:
-    beyond = _beyond(want)
+    beyond = _beyond(tuned, want)
     if beyond:
         return beyond
     parts = [_forbidden(tuned, want), _limited(tuned), _ended(tuned, want)]

@@ -37,8 +37,6 @@ class Learnt:
     """How many times as much is asked for."""
     means: dict[Key, tuple[float, frozenset[str]]] = field(default_factory=dict[Key, tuple[float, frozenset[str]]])
     """Mean amounts that are needed for what is no matter of the surface, and of which steps."""
-    hopeless: frozenset[Key] = frozenset()
-    """What stays wanting however long it is sprayed: no time is asked for it."""
 
     def forget_half(self) -> None:
         """Doubt less: forecasts from another outcome may err elsewhere."""
@@ -74,17 +72,21 @@ class Forecast:
         return self.rest_s + sum(self.durations(times, often).values())
 
 
-def forecast(outcome: Outcome, learnt: Learnt) -> Forecast:
-    """Take an outcome apart: what holds must go on to hold, and what is wanting must not lose."""
+def forecast(outcome: Outcome, learnt: Learnt, hopeless: frozenset[Key] = frozenset()) -> Forecast:
+    """Take an outcome apart: what holds must go on to hold, and what is wanting must not lose.
+
+    Args:
+        outcome: Of an analysis.
+        learnt: What others taught.
+        hopeless: What stays wanting however long it is sprayed: no time is asked for it.
+    """
     deposits = outcome.deposits
     idle = {step.made_by: step.seconds for step in outcome.steps}
     for deposit in deposits.each:
         idle[deposit.step] -= deposit.seconds
     rest = outcome.seconds - sum(step.seconds for step in outcome.steps)
     needs = [need for spare in outcome.spares for need in _of_spare(spare, outcome, learnt)]
-    needs += [
-        need for want in outcome.mendable if key_of(want) not in learnt.hopeless for need in _of_want(want, outcome)
-    ]
+    needs += [need for want in outcome.mendable if key_of(want) not in hopeless for need in _of_want(want, outcome)]
     needs += [_surface(key, "mean", steps, outcome, least) for key, (least, steps) in learnt.means.items()]
     return Forecast(outcome, deposits, idle, rest, tuple(needs))
 
@@ -162,8 +164,7 @@ def _of_want(want: Want, outcome: Outcome) -> Iterator[Need]:
 
 def _soaking(of: Spare | Want, outcome: Outcome, share: float) -> Need:
     steps = steps_for(of, outcome)
-    least = share * sum(step.seconds for step in outcome.steps if step.made_by in steps)
-    return Need(key_of(of), "time", least, steps, (), np.empty((0, 0)), np.empty(0))
+    return Need(key_of(of), "time", share * outcome.seconds_in(steps), steps, (), np.empty((0, 0)), np.empty(0))
 
 
 def _lowest(of: Spare | Want, outcome: Outcome, share: float) -> Need:

@@ -8,6 +8,8 @@ from typing import Literal, TypeAlias
 from cleaning.results import CleaningReport, Judgement, Number, Part
 
 Goal: TypeAlias = Literal["clean", "clean-and-dry"]
+BOARD = "board"
+"""Stands for a component's name where the bare board is meant."""
 PROCESS = "process"
 """Stands for a component's name where the whole process is judged."""
 _BEYOND = frozenset({"R14"})

@@ -4,10 +4,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias, cast, get_args
 
+from cleaning.judge_range import FARTHEST_MM, NEAREST_MM
 from geometry.errors import JobError
 from recipes.consistency import half_spread_deg
 from recipes.keys import name_nearest
-from recipes.located import YamlPath
+from recipes.located import YamlPath, spell_path
 from recipes.paths import ComponentPerimeter, PathSpec
 from recipes.recipe import Recipe, Step
 from recipes.spec import for_class
@@ -21,9 +22,6 @@ _OF_CLASS = ("passes", "edge_delay_s", "delay_s", "speed_mm_s")
 _SLOWEST_MM_S = 5.0
 _MOST_LAPS = 24.0
 _LONGEST_S = 10.0
-_LOWEST_MM = 20.0
-"""Nearer nozzles are outside of what the cleaning model holds for, and so are those farther off than the next."""
-_HIGHEST_MM = 200.0
 _MOST_TILT_DEG = 50.0
 _CLOSED_DEG = 84.0
 """Tilt and half angle together stay below, so that the cone closes on the board."""
@@ -58,6 +56,11 @@ class Knob:
         """Round to the grain and keep within the bounds."""
         rounded = round(round(value / self.grain) * self.grain, 6)
         return min(max(rounded, self.least), self.most)
+
+    def told(self, value: float) -> str:
+        """Say what another value changes, such as ``"templates.sweep.speed_mm_s: 60 -> 40"``."""
+        of_class = f" of {self.of_class}" if self.rest is not None else ""
+        return f"{spell_path(self.path)}{of_class}: {self.value:g} -> {value:g}"
 
     def edit(self, value: float) -> Edits:
         """Write another value."""
@@ -114,7 +117,7 @@ def _of_template(
     using = [step for made_by, step in enabled_steps(recipe) if made_by in steps]
     fastest = min(recipe.functions[step.function].max_speed_mm_s for step in using)
     spread = max(half_spread_deg(recipe.nozzles[step.nozzle]) for step in using)
-    lowest = max(_LOWEST_MM, recipe.limits.clearance_mm + 1.0)
+    lowest = max(NEAREST_MM, recipe.limits.clearance_mm + 1.0)
     at: YamlPath = ("templates", name)
     least_tilt = min(spread + 1.0, _MOST_TILT_DEG) // 1.0 if _leans_in(spec) else 0.0
     fields: dict[str, Knob] = {
@@ -127,7 +130,7 @@ def _of_template(
         "tilt_deg": Knob(
             "tilts", at, 0.0, least_tilt, min(_MOST_TILT_DEG, _CLOSED_DEG - spread), 1.0, 1.0, steps, name
         ),
-        "height_mm": Knob("heights", at, 0.0, lowest, _HIGHEST_MM, 1.0, -1.0, steps, name),
+        "height_mm": Knob("heights", at, 0.0, lowest, FARTHEST_MM, 1.0, -1.0, steps, name),
     }
     for field, knob in fields.items():
         if field in type(spec).model_fields:

@@ -66,9 +66,7 @@ def _soak_s(outcome: Outcome, helped: list[tuple[Want, float]]) -> float:
     longest = 0.0
     for want, _ in helped:
         if want.judgement.rule == _BY_TIME:
-            steps = steps_for(want, outcome)
-            seconds = sum(step.seconds for step in outcome.steps if step.made_by in steps)
-            longest = max(longest, (need(want) - 1.0) * seconds)
+            longest = max(longest, (need(want) - 1.0) * outcome.seconds_in(steps_for(want, outcome)))
     return longest
 
 
@@ -79,11 +77,9 @@ def _move(knob: Knob, value: float, helped: list[tuple[Want, float]], soak_s: fl
     by_time = knob.kind in _TAKES_TIME and soak_s > 0
     soak = sum(want.weight * share for want, share in helped if by_time and want.judgement.rule == _BY_TIME)
     gain = sum(want.weight * share for want, share in helped) - soak
-    of_class = f" of {knob.of_class}" if knob.rest is not None else ""
-    what = f"{spell_path(knob.path)}{of_class}: {knob.value:g} -> {new:g}"
     key = (knob.kind, f"{knob.template or spell_path(knob.path)} {knob.of_class}")
     aims = frozenset(key_of(want) for want, _ in helped)
-    yield Move(knob.kind, what, knob.edit(new), gain, key, knob.steps, soak, soak_s, aims)
+    yield Move(knob.kind, knob.told(new), knob.edit(new), gain, key, knob.steps, soak, soak_s, aims)
 
 
 def _backed(knob: Knob) -> float:

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.exposed import percentile
+from cleaning.exposed import LOW, percentile
 from geometry.arrays import Scalars
 from rulesengine.tuning.goals import Spare, Want
 
@@ -15,7 +15,6 @@ Key: TypeAlias = tuple[str, str, str]
 """Component, rule and step of a judgement; no step: all of its kind together."""
 Kind: TypeAlias = Literal["low", "mean", "time"]
 """The 5th percentile by area, the mean by area (mm of liquid), or how long the steps take (s)."""
-_LOW = 0.05
 _BAND = (0.02, 0.08)
 """Cells around the 5th percentile, which tell who sprays it."""
 
@@ -53,7 +52,7 @@ class Need:
             return 0.0
         found = times[list(self.which)] @ self.volumes
         if self.kind == "low":
-            return percentile(found, self.areas, _LOW)
+            return percentile(found, self.areas, LOW)
         return float(np.average(found, weights=self.areas))
 
     def slopes(self, times: Scalars) -> Scalars:
@@ -66,5 +65,5 @@ class Need:
         first, last = np.searchsorted(reached, _BAND)
         near = order[first : last + 1]
         mean = float(np.average(found[near], weights=self.areas[near]))
-        scale = percentile(found, self.areas, _LOW) / mean if mean > 0 else 0.0
+        scale = percentile(found, self.areas, LOW) / mean if mean > 0 else 0.0
         return scale * np.average(self.volumes[:, near], axis=1, weights=self.areas[near])

@@ -9,7 +9,7 @@ from recipes.recipe import Recipe
 from rulesengine.classify import service
 from rulesengine.pipeline import Run
 from rulesengine.tuning.deposits import Deposits, deposits_of
-from rulesengine.tuning.goals import PROCESS, Goal, Spare, Want, mendable, shortfall_of, spares_of, wants_of
+from rulesengine.tuning.goals import BOARD, PROCESS, Goal, Spare, Want, mendable, shortfall_of, spares_of, wants_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +74,12 @@ class Outcome:
     @property
     def held(self) -> int:
         """How many of the components that are asked for lack nothing."""
-        lacking = {want.component for want in self.wants} - {"board", PROCESS}
+        lacking = {want.component for want in self.wants} - {BOARD, PROCESS}
         return self.total - len(lacking)
+
+    def seconds_in(self, steps: frozenset[str]) -> float:
+        """How long some steps take together."""
+        return sum(step.seconds for step in self.steps if step.made_by in steps)
 
     def use_of(self, made_by: str) -> Use | None:
         """Say what a step is for; nothing where it did not spray."""

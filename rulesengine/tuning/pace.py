@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from math import floor
 from typing import TypeAlias
 
-from recipes.located import spell_path
 from rulesengine.tuning.bench import Bench
 from rulesengine.tuning.edits import Edits
 from rulesengine.tuning.knobs import Knob
@@ -103,8 +102,7 @@ def pace(
             for name, each in paces.items()
         }
         if not left or all(each.speed(factors[name]) == values[name] for name, each in better.items()):
-            what = (f"{spell_path(knob.path)}: {knob.value:g} -> {value:g}" for knob, value in turned)
-            return Paced(changed, tuple(what), sprayed)
+            return Paced(changed, tuple(knob.told(value) for knob, value in turned), sprayed)
         paces = better
     return None
 

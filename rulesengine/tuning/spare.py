@@ -19,7 +19,7 @@ def likely(outcome: Outcome, steps: frozenset[str], template: str, saved_s: floa
     Args:
         outcome: Of the recipe before the cut.
         steps: Where it acts.
-        template: Of which it takes something away; empty: of the whole steps.
+        template: Of which it takes something away.
         saved_s: Time that the whole cut saves.
     """
     if any(_starves(want, outcome, steps, template) for want in outcome.mendable):
@@ -34,8 +34,7 @@ def _starves(want: Want, outcome: Outcome, steps: frozenset[str], template: str)
     concerned = steps_for(want, outcome)
     if want.judgement.rule not in _AMOUNTS or arrives_nowhere(want) or not concerned & steps:
         return False
-    by_time = want.judgement.rule == "R7" or not template
-    return by_time or template_share(want.component, template, concerned, outcome) > _HARDLY
+    return want.judgement.rule == "R7" or template_share(want.component, template, concerned, outcome) > _HARDLY
 
 
 def _allowed(spare: Spare, outcome: Outcome, steps: frozenset[str], template: str, saved_s: float) -> Iterator[float]:
@@ -44,9 +43,7 @@ def _allowed(spare: Spare, outcome: Outcome, steps: frozenset[str], template: st
         return
     room = 1.0 - spare.needed
     if spare.judgement.rule == "R7":
-        seconds = sum(step.seconds for step in outcome.steps if step.made_by in concerned)
-        yield room * seconds / saved_s if saved_s > 0 else 1.0
+        yield room * outcome.seconds_in(concerned) / saved_s if saved_s > 0 else 1.0
     else:
-        taken = template_share(spare.component, template, concerned, outcome) if template else 1.0
-        share = room / taken if taken > 0 else 1.0
-        yield max(share, _DOUBT) if template else share
+        taken = template_share(spare.component, template, concerned, outcome)
+        yield max(room / taken if taken > 0 else 1.0, _DOUBT)
