@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from boards.board import Board
 from boards.load import load_board
-from robotcell.cell import Cell, Tool
-from robotcell.clearance import clearance
-from robotcell.collision import Collider, build_collider, collides, first_pairs
-from robotcell.robot import Body, Box, Capsule, Joints, Poses, Robot, flange_poses, jacobians
-from robotcell.robots import load_robot
-from robotcell.scene import Scene
-from robotcell.sweep import collides_between
+from robotcell.cell.cell import Cell, Tool
+from robotcell.cell.robot_library import load_robot
+from robotcell.collision.body_pairs import Scene
+from robotcell.collision.clearance import clearance
+from robotcell.collision.collision import Collider, build_collider, collides, first_pairs
+from robotcell.collision.sweep import collides_between
+from robotcell.robot.robot import Body, Box, Capsule, Joints, Poses, Robot, flange_poses, jacobians
 
 ROUNDS = 3
 TOOL = 1

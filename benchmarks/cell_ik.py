@@ -16,10 +16,10 @@ import numpy as np
 import ssik
 from eaik.IK_Homogeneous import HomogeneousRobot
 
-from robotcell.ik import solve
-from robotcell.ik_chain import chain_of
-from robotcell.robot import Poses, Robot, flange_poses
-from robotcell.robots import load_robot
+from robotcell.cell.robot_library import load_robot
+from robotcell.kinematics.chain import chain_of
+from robotcell.kinematics.inverse import solve
+from robotcell.robot.robot import Poses, Robot, flange_poses
 
 ARMS = ("ur5", "ur5e", "kr6-r900", "cairo")
 SINGULAR = {"any": {}, "joint 5 at 0": {4: 0.0}, "joint 3 at 0": {2: 0.0}, "joints 3 and 5 at 0": {2: 0.0, 4: 0.0}}

@@ -16,11 +16,11 @@ from toppra.constraint import JointAccelerationConstraint, JointVelocityConstrai
 from boards.load import load_board
 from programs.program import TimedProgram
 from recipes.load import load_recipe
-from robotcell.cell import Cell
-from robotcell.load import read_cell
-from robotcell.rates import rates_of
+from robotcell.cell.cell import Cell
+from robotcell.cell.load import read_cell
+from robotcell.robot.rates import rates_of
 from robotcell.track import CellReport, terms_of, track
-from rulesengine.pipeline import run
+from rulesengine.planning.pipeline import run
 
 toppra.setup_logging("ERROR")
 RUNS = 60

@@ -21,13 +21,13 @@ from boards.board import Board
 from boards.load import load_board
 from boards.understand import understand
 from cleaning.analyse import analyse_on
-from cleaning.load import load_parameters
-from cleaning.results import CleaningReport
-from cleaning.subject import Subject, prepare
+from cleaning.parameters.load import load_parameters
+from cleaning.prepared_board import Subject, prepare
+from cleaning.verdicts.results import CleaningReport
 from cleaning.verify import verify
 from recipes.load import load_recipe
 from recipes.recipe import Recipe
-from rulesengine.pipeline import run
+from rulesengine.planning.pipeline import run
 
 GOAL_S = 10.0
 VERIFIED = 12

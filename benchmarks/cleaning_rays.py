@@ -19,15 +19,15 @@ from numpy.typing import NDArray
 
 from boards.board import Board
 from boards.load import load_board
-from cleaning.exposure import Exposure, expose
-from cleaning.facets import Facets, build_facets
-from cleaning.flight import poses_of, rays_of
-from cleaning.gather import gather
-from cleaning.jet import Jet, jet_of
-from cleaning.load import load_parameters
-from cleaning.scatter import deal
-from cleaning.scene import Scene, build_scene
-from cleaning.stages import Samples, Stage
+from cleaning.exposure.accumulate import deal
+from cleaning.exposure.exact import gather
+from cleaning.exposure.exposure import Exposure, expose
+from cleaning.exposure.trace import poses_of, rays_of
+from cleaning.jet.jet import Jet, jet_of
+from cleaning.parameters.load import load_parameters
+from cleaning.process.stages import Samples, Stage
+from cleaning.surface.facets import Facets, build_facets
+from cleaning.surface.ray_scene import Scene, build_scene
 from recipes.nozzles import HollowCone
 
 ROUNDS = 5

@@ -31,11 +31,11 @@ from large_board import finer, write_large_board
 from boards.board import Board
 from boards.load import load_board
 from recipes.load import load_recipe
-from rulesengine.pipeline import run
-from webui.layers.ground import ground_glb
-from webui.layers.ribbons import board_size_mm, line_width_mm
-from webui.layers.strokes import StrokeLine, stroke_lines, strokes_glb, tint_strokes
-from webui.lighting import light_scene
+from rulesengine.planning.pipeline import run
+from webui.glb.ribbons import board_size_mm, line_width_mm
+from webui.layers.paths.strokes import StrokeLine, stroke_lines, strokes_glb, tint_strokes
+from webui.layers.surface.ground import ground_glb
+from webui.scene.lighting import light_scene
 
 TRIANGLES, VERTICES = 200_000, 50_000
 SECONDS = 20.0

@@ -22,17 +22,17 @@ from shapely import box
 
 from boards.board import Board, Body
 from boards.formats.prism import prism
-from boards.formats.tri import read_tri, write_tri
+from boards.formats.tri.tri import read_tri, write_tri
 from boards.understand import understand
 from geometry.coverage.route import forget_routes
-from programs.posts import native
+from programs.native import write as native
 from recipes.load import load_recipe
 from recipes.recipe import Recipe
-from rulesengine.blend import round_corners
-from rulesengine.coupling import solve_runs, spans_of
-from rulesengine.pipeline import make_plan
-from rulesengine.profile import parametrise
-from rulesengine.timing import chain_of, time_plan
+from rulesengine.planning.pipeline import make_plan
+from rulesengine.timing.corner_blending import round_corners
+from rulesengine.timing.coupled_limits import solve_runs, spans_of
+from rulesengine.timing.speed_profile import parametrise
+from rulesengine.timing.time_plan import chain_of, time_plan
 
 GAP_MM = 5.0
 

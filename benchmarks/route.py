@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from ortools.constraint_solver import pywrapcp, routing_enums_pb2
 
-import rulesengine.order
-from boards.formats.tri import read_tri
+import rulesengine.planning.stroke_order
+from boards.formats.tri.tri import read_tri
 from boards.understand import understand
 from geometry.arrays import Indices, Points
 from geometry.coverage.route import Choices, Route, shortest_route
@@ -23,7 +23,7 @@ from geometry.coverage.route_exact import choose_ways
 from geometry.coverage.route_network import MICRONS_PER_MM, ROUNDING, Network, build_network
 from geometry.coverage.route_search import search_order
 from recipes.load import load_recipe
-from rulesengine.pipeline import make_plan
+from rulesengine.planning.pipeline import make_plan
 
 LONG_RUNS = 2
 LONG_EFFORT = 20.0
@@ -47,9 +47,9 @@ def board_strokes(path: Path) -> list[tuple[Choices, Points]]:
         return shortest_route(choices, start, end)
 
     bodies, findings = read_tri(path)
-    rulesengine.order.shortest_route = listen
+    rulesengine.planning.stroke_order.shortest_route = listen
     make_plan(load_recipe("smt-aqueous"), understand(bodies, path.stem, findings))
-    rulesengine.order.shortest_route = shortest_route
+    rulesengine.planning.stroke_order.shortest_route = shortest_route
     return asked
 
 

@@ -11,11 +11,11 @@ from geometry.arrays import Directions, Points
 from programs.plan import Command, Dwell, Jet, Origin, Plan, PlanItem, SprayPass, Transfer
 from programs.program import MoveTo
 from recipes.recipe import Limits
-from rulesengine.blend import round_corners
-from rulesengine.coupling import solve_runs, spans_of
-from rulesengine.profile import parametrise
-from rulesengine.stages import take
-from rulesengine.timing import chain_of, time_plan
+from rulesengine.timing.corner_blending import round_corners
+from rulesengine.timing.coupled_limits import solve_runs, spans_of
+from rulesengine.timing.limit_intervals import take
+from rulesengine.timing.speed_profile import parametrise
+from rulesengine.timing.time_plan import chain_of, time_plan
 
 JET = Jet("clean", "ring60", "saponifier-15", 2.0, True)
 UP = 110.0

@@ -15,16 +15,15 @@ import time
 from pathlib import Path
 
 from boards.load import load_board
-from cleaning.load import load_parameters
-from cleaning.subject import Subject, prepare
+from cleaning.parameters.load import load_parameters
+from cleaning.prepared_board import Subject, prepare
 from recipes.load import recipe_library
-from rulesengine.tuning.asked import Asked, Limits
-from rulesengine.tuning.bench import Bench
 from rulesengine.tuning.explain import explain
-from rulesengine.tuning.knobs import KINDS
-from rulesengine.tuning.moves import Allowed
-from rulesengine.tuning.outcome import Outcome, seconds_of
-from rulesengine.tuning.search import tune
+from rulesengine.tuning.trial.outcome import Outcome, seconds_of
+from rulesengine.tuning.trial.request import Allowed, Asked, Limits
+from rulesengine.tuning.trial.trial_runner import Bench
+from rulesengine.tuning.tune import tune
+from rulesengine.tuning.variables.design_variables import KINDS
 
 FILE = recipe_library()["smt-aqueous"].with_name("poor.yaml")
 POOR = """recipe: poor

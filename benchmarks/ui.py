@@ -25,14 +25,14 @@ from driven_page import CHROMIUM, DrivenPage, open_chromium
 from boards.load import load_board
 from geometry.coverage.route import forget_routes
 from programs.plan import Plan
-from rulesengine.pipeline import run
-from webui.app import open_session, serve
-from webui.garbage import set_aside
-from webui.layers.markers import find_markers, markers_glb
-from webui.layers.ribbons import board_size_mm, line_width_mm
-from webui.layers.strokes import stroke_lines, strokes_glb, tint_strokes, transfers_glb
-from webui.project import open_project
-from webui.session import Session
+from rulesengine.planning.pipeline import run
+from webui.glb.ribbons import board_size_mm, line_width_mm
+from webui.layers.paths.markers import find_markers, markers_glb
+from webui.layers.paths.strokes import stroke_lines, strokes_glb, tint_strokes, transfers_glb
+from webui.page.project import open_project
+from webui.page.session import Session
+from webui.server.server import open_session, serve
+from webui.threads.freeze_gc import set_aside
 
 FIELDS = {"speed_mm_s": "Speed (mm/s)", "height_mm": "Height (mm)", "tilt_deg": "Tilt (\N{DEGREE SIGN})"}
 REPEATS = 7

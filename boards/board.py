@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias
 from shapely import Polygon
 
 from geometry.arrays import Directions, Triangles
-from geometry.finding import Finding
+from specs.finding import Finding
 
 Role: TypeAlias = Literal["board", "component", "fixture"]
 Side: TypeAlias = Literal["top", "bottom"]

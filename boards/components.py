@@ -9,7 +9,7 @@ from shapely import Polygon, STRtree
 
 from boards.board import Body, Component, Side
 from boards.errors import BoardError
-from boards.packages import package_family, pins_of
+from boards.packages.package_families import package_family, pins_of
 from boards.slab import Slab
 from geometry.gridframe import GridFrame
 from geometry.mesh import areas_and_normals

@@ -1,6 +1,6 @@
 """What stops the reading of a board."""
 
-from geometry.errors import LocatedError
+from specs.errors import LocatedError
 
 
 class BoardError(LocatedError):

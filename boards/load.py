@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from boards.board import Board, Body
 from boards.errors import BoardError
-from geometry.finding import Finding
+from specs.finding import Finding
 
 Progress: TypeAlias = Callable[[str, float], None]
 """Told what is being done and how much of the whole is done, 0 to 1."""
@@ -40,7 +40,7 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress | None 
     tell(f"reading {file.name}", 0.0)
     bodies, findings = _read(file, lambda text, share: tell(text, 0.8 * share))
     if parts is not None:
-        from boards.parts import join_parts
+        from boards.parts_table.join import join_parts
 
         tell(f"joining {parts.name}", 0.8)
         bodies, more = join_parts(bodies, parts)
@@ -106,7 +106,7 @@ def _read(file: Path, progress: Progress) -> _Read:
     name = file.name.lower()
     match name.removesuffix(".gz").rpartition(".")[2] if name.endswith(".tri.gz") else name.rpartition(".")[2]:
         case "tri":
-            from boards.formats.tri import read_tri
+            from boards.formats.tri.tri import read_tri
 
             return read_tri(file)
         case "step" | "stp" | "glb" | "gltf" | "stl" | "obj" | "ply":
@@ -114,11 +114,11 @@ def _read(file: Path, progress: Progress) -> _Read:
 
             return read_scene(file, progress)
         case "emn" | "emp" | "idf":
-            from boards.formats.idf import read_idf
+            from boards.formats.idf.idf import read_idf
 
             return read_idf(file)
         case "kicad_pcb":
-            from boards.formats.kicad import read_kicad
+            from boards.formats.kicad.kicad import read_kicad
 
             return read_kicad(file)
         case _:

@@ -10,11 +10,11 @@ from shapely import Polygon
 from boards.board import Board, Body, Obstacle, Side
 from boards.components import Shape, component_of, shape_of, side_of, with_neighbours
 from boards.errors import BoardError
-from boards.formats.tri import write_tri
+from boards.formats.tri.tri import write_tri
 from boards.slab import find_slab
-from geometry.finding import Finding, worst_first
 from geometry.gridframe import GridFrame, find_grid_frame
 from geometry.polygons import GRID_MM, canonical, drop_collinear, join_pieces, polygons_of, project, simplify_within
+from specs.finding import Finding, worst_first
 
 _OUTLINE_TOLERANCE_MM = 0.01
 _LEAST_RISE_MM = 1e-3

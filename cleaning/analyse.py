@@ -4,24 +4,24 @@ from collections.abc import Sequence
 from typing import Literal, TypeAlias
 
 from boards.board import Board
-from cleaning.beneath import gaps_of
-from cleaning.exposed import cells_of_side
-from cleaning.exposure import expose
-from cleaning.jet import jet_of
-from cleaning.judge_process import judge_process
-from cleaning.judge_range import judge_range
-from cleaning.load import parameters_sha256
-from cleaning.parameters import Parameters
-from cleaning.parts import Sprayed, bare_part, component_part
-from cleaning.results import VERDICTS, CleaningReport, Judgement, Part, Verdict
-from cleaning.settle import settle
-from cleaning.stages import Stage
-from cleaning.staging import stages_of
-from cleaning.subject import Subject, prepare
-from geometry.finding import Finding, worst_first
-from geometry.progress import Progress, part_of, tell_nobody
+from cleaning.exposure.exposure import expose
+from cleaning.exposure.refine import settle
+from cleaning.jet.jet import jet_of
+from cleaning.judge_component import Sprayed, bare_part, component_part
+from cleaning.parameters.load import parameters_sha256
+from cleaning.parameters.model import Parameters
+from cleaning.prepared_board import Subject, prepare
+from cleaning.process.split_stages import stages_of
+from cleaning.process.stages import Stage
+from cleaning.undersides_of_board import gaps_of
+from cleaning.verdicts.exposed_area import cells_of_side
+from cleaning.verdicts.process_rules import judge_process
+from cleaning.verdicts.results import VERDICTS, CleaningReport, Judgement, Part, Verdict
+from cleaning.verdicts.validity_rules import judge_range
 from programs.program import TimedProgram
 from recipes.recipe import Recipe
+from specs.finding import Finding, worst_first
+from specs.progress import Progress, part_of, tell_nobody
 
 Effort: TypeAlias = Literal["sketch", "fast", "full"]
 _RAYS: dict[Effort, int] = {"sketch": 300_000, "fast": 4_000_000, "full": 8_000_000}

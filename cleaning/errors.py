@@ -1,6 +1,6 @@
 """What stops an analysis."""
 
-from geometry.errors import LocatedError
+from specs.errors import LocatedError
 
 
 class CleaningError(LocatedError):

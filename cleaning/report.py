@@ -6,17 +6,17 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from boards.underside import Underside
-from cleaning.assumptions import Assumption, assumptions_of
-from cleaning.cleanliness import cleanliness, count_cleanliness, stays_wet
-from cleaning.exposure import Exposure
-from cleaning.gap import GapField
-from cleaning.results import VERDICTS, CleaningReport, ExposedPart, Judgement, Part
-from cleaning.stages import Stage
-from cleaning.under import GapResult, GapStage
+from boards.undersides.underside import Underside
+from cleaning.exposure.exposure import Exposure
+from cleaning.gap.flow_field import GapField
+from cleaning.parameters.provenance import Assumption, assumptions_of
+from cleaning.process.stages import Stage
+from cleaning.undersides.gap_result import GapResult, GapStage
+from cleaning.verdicts.cleanliness import cleanliness, count_cleanliness, stays_wet
+from cleaning.verdicts.results import VERDICTS, CleaningReport, ExposedPart, Judgement, Part
 from cleaning.verify import Verified
-from geometry.finding import finding_data
-from geometry.plain import Json
+from specs.finding import finding_data
+from specs.json import Json
 
 VERSION = 1
 """Of the data: it changes when a key changes its meaning or goes."""

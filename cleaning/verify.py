@@ -8,11 +8,11 @@ import numpy as np
 
 from boards.board import Board
 from cleaning.errors import CleaningError
-from cleaning.exposed import cells_of
-from cleaning.gather import gather
-from cleaning.jet import jet_of
-from cleaning.results import CleaningReport
-from cleaning.subject import Subject
+from cleaning.exposure.exact import gather
+from cleaning.jet.jet import jet_of
+from cleaning.prepared_board import Subject
+from cleaning.verdicts.exposed_area import cells_of
+from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Indices
 
 

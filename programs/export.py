@@ -7,13 +7,13 @@ from difflib import get_close_matches
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.finding import Finding
 from programs.errors import ProgramError
-from programs.events import EventError, lower
-from programs.installation import Installation
+from programs.motion.installation import Installation
+from programs.motion.lower import EventError, lower
+from programs.motion.make_motion import make_motion
 from programs.posts.dialects import DIALECTS, Dialect
 from programs.program import TimedProgram
-from programs.steps import make_motion
+from specs.finding import Finding
 
 
 @dataclass(frozen=True, slots=True)

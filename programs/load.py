@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from programs.errors import ProgramError
-from programs.posts import native
+from programs.native import write as native
 from programs.program import TimedProgram
 
 LARGEST_BYTES = 200_000_000

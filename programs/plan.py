@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from geometry.arrays import Directions, Points
-from geometry.finding import Finding
+from specs.finding import Finding
 
 
 @dataclass(frozen=True, slots=True)

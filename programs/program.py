@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from geometry.finding import Finding
 from programs.plan import Origin
+from specs.finding import Finding
 
 
 @dataclass(frozen=True, slots=True)

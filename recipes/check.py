@@ -3,11 +3,11 @@
 import math
 from collections.abc import Iterator
 
-from geometry.finding import Finding
 from recipes.classes import ComponentClass
 from recipes.nozzles import HollowCone
 from recipes.paths import ComponentPerimeter
 from recipes.recipe import Recipe
+from specs.finding import Finding
 
 _RING_TOLERANCE_DEG = 8.0
 _TAKES_ALL = ComponentClass()

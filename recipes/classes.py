@@ -2,7 +2,7 @@
 
 from pydantic import Field, model_validator
 
-from recipes.spec import NonNegativeFloat, Spec
+from specs.spec import NonNegativeFloat, Spec
 
 
 class Range(Spec):

@@ -4,12 +4,12 @@ import math
 from collections.abc import Callable, Iterator
 from typing import cast
 
-from recipes.keys import name_nearest
-from recipes.located import YamlPath
 from recipes.nozzles import HollowCone, Nozzle
 from recipes.paths import ComponentPerimeter, PathSpec, StraightLine
-from recipes.problems import Problem
 from recipes.recipe import Recipe
+from specs.yaml.keys import name_nearest
+from specs.yaml.located import YamlPath
+from specs.yaml.problems import Problem
 
 _DEFAULT = "default"
 _FLATTEST_DEG = 85.0  # a ray of the spray flatter than this does not close on the board (cleaning model, section 1.1)

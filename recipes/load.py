@@ -10,12 +10,13 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from recipes.consistency import find_problems
+from recipes.document import RECIPE
 from recipes.errors import RecipeError
-from recipes.files import find_file, is_bare, read_text
-from recipes.inherit import inherit
-from recipes.located import Located, read_yaml
-from recipes.problems import raise_problems, translate
 from recipes.recipe import Recipe
+from specs.yaml.files import find_file, is_bare, read_text
+from specs.yaml.inherit import inherit
+from specs.yaml.located import Located, read_yaml
+from specs.yaml.problems import raise_problems, translate
 
 _LIBRARY = Path(__file__).parent / "library"
 
@@ -53,7 +54,7 @@ def read_recipe(source: str | Path) -> LoadedRecipe:
         RecipeError: it cannot be found or used.
     """
     path = find_recipe(source)
-    return read_recipe_text(read_text(path), file=path)
+    return read_recipe_text(read_text(path, RECIPE), file=path)
 
 
 def parse_recipe(text: str, *, file: Path | str = "<recipe>") -> Recipe:
@@ -80,9 +81,9 @@ def read_recipe_text(text: str, *, file: Path | str = "<recipe>") -> LoadedRecip
         # JSON is what makes pydantic strict about types (no "60", no true for 1) while lists still become tuples.
         recipe = Recipe.model_validate_json(json.dumps(root.plain()), strict=True)
     except ValidationError as error:
-        raise_problems(translate(error, root), root)
+        raise_problems(translate(error, root, RECIPE), root, RECIPE)
         raise AssertionError("a refused recipe has a problem") from error
-    raise_problems(find_problems(recipe), root)
+    raise_problems(find_problems(recipe), root, RECIPE)
     return LoadedRecipe(recipe, root)
 
 
@@ -92,7 +93,7 @@ def resolve_text(text: str, *, file: Path | str = "<recipe>") -> Located:
     Raises:
         RecipeError: it is not YAML, or what it extends cannot be read.
     """
-    return inherit(read_yaml(text, file), _read_extended)
+    return inherit(read_yaml(text, file, RECIPE), _read_extended, RECIPE)
 
 
 def recipe_sha256(recipe: Recipe) -> str:
@@ -112,7 +113,7 @@ def find_recipe(source: str | Path) -> Path:
     Raises:
         RecipeError: a bare name that is neither in the library nor a file.
     """
-    return find_file(source, recipe_library())
+    return find_file(source, recipe_library(), RECIPE)
 
 
 def _read_extended(name: str, where: Located) -> Located:
@@ -123,7 +124,7 @@ def _read_extended(name: str, where: Located) -> Located:
         if path is None and is_bare(name):
             find_recipe(name)
         path = path or Path(os.path.normpath(Path(where.mark.file).parent / name))
-        text = read_text(path)
+        text = read_text(path, RECIPE)
     except RecipeError as error:
         raise say(str(error)) from None
-    return read_yaml(text, path)
+    return read_yaml(text, path, RECIPE)

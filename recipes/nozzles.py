@@ -5,7 +5,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, model_validator
 
-from recipes.spec import NonNegativeFloat, PositiveFloat, Spec
+from specs.spec import NonNegativeFloat, PositiveFloat, Spec
 
 HalfAngle: TypeAlias = Annotated[float, Field(gt=0, lt=85)]
 

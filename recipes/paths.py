@@ -4,7 +4,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
-from recipes.spec import (
+from specs.spec import (
     Count,
     CountByClass,
     HeightByClass,

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from recipes.classes import ComponentClass, Mask
 from recipes.nozzles import Nozzle
 from recipes.paths import PathSpec
-from recipes.spec import NonNegativeFloat, PositiveFloat, Spec
+from specs.spec import NonNegativeFloat, PositiveFloat, Spec
 
 Name: TypeAlias = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")]
 """A word that can stand in a program file and in a robot's program."""

@@ -7,11 +7,11 @@ removed is written as ``null``.
 from collections.abc import Mapping
 from pathlib import Path
 
-from recipes.edit import insert_value, move_value, own_tree, remove_value, rename_key, set_value
 from recipes.errors import RecipeError
 from recipes.load import resolve_text
-from recipes.located import Located, YamlPath, spell_path
-from recipes.tree import Tree
+from specs.yaml.edit import insert_value, move_value, own_tree, remove_value, rename_key, set_value
+from specs.yaml.located import Located, YamlPath, spell_path
+from specs.yaml.tree import Tree
 
 _LISTS = ("masks", "sequence")
 

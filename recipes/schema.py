@@ -3,8 +3,9 @@
 import json
 from typing import Any, cast
 
-from recipes.document import Schema, model_schema
-from recipes.tables import require_kind, write_tables
+from recipes.document import model_schema
+from specs.yaml.document import Schema
+from specs.yaml.key_tables import require_kind, write_tables
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _OVERRIDE = "Override"

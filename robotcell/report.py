@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from geometry.finding import finding_data
-from geometry.plain import Json
 from programs.program import MoveTo, TimedProgram, Totals
-from robotcell.rates import Rates, rates_of
-from robotcell.robot import Joint
+from robotcell.robot.rates import Rates, rates_of
+from robotcell.robot.robot import Joint
 from robotcell.track import CellReport
+from specs.finding import finding_data
+from specs.json import Json
 
 
 def cell_report(report: CellReport) -> dict[str, Json]:

@@ -8,26 +8,26 @@ import numpy as np
 
 from boards.board import Board
 from geometry.arrays import Indices, Scalars
-from geometry.finding import Finding, worst_first
-from geometry.progress import Progress, part_of
 from programs.errors import ProgramError
 from programs.program import TILT_BAND, Command, TimedProgram
-from robotcell.attempt import Motion
-from robotcell.cell import Cell
-from robotcell.check import check_cell
-from robotcell.clearance import Clearance
-from robotcell.course import Course, Flags, course_of
-from robotcell.explain import Scene, breaks, collisions, leaning, nearly_singular, slowness, unreachable
-from robotcell.follow import Followed
-from robotcell.joint_move import find_move
-from robotcell.load import LoadedCell
-from robotcell.motion import OutOfReach, find_motion
-from robotcell.pace import pace
-from robotcell.questions import Questions, ask_of
-from robotcell.remedies import find_remedy, places_of, share_reached
-from robotcell.retell import retell
-from robotcell.robot import Joints, Poses
-from robotcell.singularity import singularity
+from robotcell.cell.cell import Cell
+from robotcell.cell.load import LoadedCell
+from robotcell.collision.clearance import Clearance
+from robotcell.diagnosis.findings import Scene, breaks, collisions, leaning, nearly_singular, slowness, unreachable
+from robotcell.diagnosis.plausibility import check_cell
+from robotcell.diagnosis.remedies import find_remedy, places_of, share_reached
+from robotcell.motion.attempt import Motion
+from robotcell.motion.cell_queries import Questions, ask_of
+from robotcell.motion.joint_move import find_move
+from robotcell.motion.joint_program import retell
+from robotcell.motion.plan_joints import OutOfReach, find_motion
+from robotcell.motion.retime import pace
+from robotcell.motion.sampled_path import Course, Flags, course_of
+from robotcell.motion.track_branch import Followed
+from robotcell.robot.conditioning import singularity
+from robotcell.robot.robot import Joints, Poses
+from specs.finding import Finding, worst_first
+from specs.progress import Progress, part_of
 
 _MOST_LEAN_DEG = 45.0
 

@@ -12,9 +12,8 @@ import pytest
 import typer
 from typer.core import TyperGroup
 
+from commandline.main import app
 from recipes.load import load_recipe
-from rulesengine.cli import app
-from webui import main as _with_the_browser  # noqa: F401  it adds its command
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])

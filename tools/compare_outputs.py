@@ -20,8 +20,19 @@ BOARDS = ("tiny", "two-sided", "sensor-hub", "smt-demo")
 RECIPES = ("smt-aqueous", "low-standoff", "rinse-only", "dry-only")
 CELLS = ("ur5e-bench", "ur5-bench", "kr6-bench", "cairo-bench", "gantry")
 DIALECTS = (
-    "abb abb-paint fanuc kuka linuxcnc ur yaskawa epson denso melfa val3 joint-table"  # those that a cell can time
-).split()
+    "abb",
+    "abb-paint",
+    "fanuc",
+    "kuka",
+    "linuxcnc",
+    "ur",
+    "yaskawa",
+    "epson",
+    "denso",
+    "melfa",
+    "val3",
+    "joint-table",
+)
 SHOWN_LINES = 12
 
 
@@ -31,7 +42,10 @@ def commands(board: str, recipe: str) -> Iterator[tuple[str, list[str]]]:
     stem = wash.removesuffix(".wash")
     yield "plan", ["plan", board, recipe, "-o", wash, "--report", f"{stem}.json", "--picture", f"{stem}.svg"]
     yield "show", ["show", wash]
-    yield "analyse", ["analyse", wash, "--html", f"{stem}.html", "--json", f"{stem}-cleaning.json", "--date", "2026-01-01"]
+    yield (
+        "analyse",
+        ["analyse", wash, "--html", f"{stem}.html", "--json", f"{stem}-cleaning.json", "--date", "2026-01-01"],
+    )
     for cell in CELLS if board == "tiny" else ("ur5e-bench", "gantry"):
         yield f"check-{cell}", ["check", wash, cell]
     for dialect in DIALECTS:
@@ -72,7 +86,12 @@ def run(checkout: Path, folder: Path) -> None:
         if printed.exists():
             continue
         done = subprocess.run(
-            [sys.executable, "-c", start, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False
+            [sys.executable, "-c", start, *words],
+            cwd=folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
         )
         printed.write_text(f"{done.stdout}{done.stderr}exit {done.returncode}\n", "utf-8")
         print(done.returncode, *words, flush=True)
@@ -91,7 +110,9 @@ def diff(before: Path, after: Path) -> int:
             different += 1
             print(f"{name}:")
             lines = [f.read_text("utf-8", "replace").splitlines() for f in (one, two)]
-            shown = [x for x in difflib.unified_diff(*lines, lineterm="", n=0) if not x.startswith(("---", "+++", "@@"))]
+            shown = [
+                x for x in difflib.unified_diff(*lines, lineterm="", n=0) if not x.startswith(("---", "+++", "@@"))
+            ]
             for line in shown[:SHOWN_LINES]:
                 print(f"  {line[:200]}")
             if len(shown) > SHOWN_LINES:

@@ -13,8 +13,8 @@ sys.path.insert(0, str(ROOT / "tests" / "support"))
 
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium  # noqa: E402
 
-from webui.app import open_session, serve  # noqa: E402
-from webui.project import open_project  # noqa: E402
+from webui.page.project import open_project  # noqa: E402
+from webui.server.server import open_session, serve  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images"
 SETTLE_MS = 2500

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from geometry.finding import Finding
+from specs.finding import Finding
 
 _LISTED = 20
 

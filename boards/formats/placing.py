@@ -8,7 +8,7 @@ from boards.board import Role
 from boards.formats.loose import height_range, plan_hull, touching_groups
 from boards.formats.tree import Part
 from geometry.arrays import Triangles
-from geometry.finding import Finding, Severity
+from specs.finding import Finding, Severity
 
 _LAYER_MM = 0.15  # copper, mask and print are thinner than this; no component is
 _NO_HEIGHT_MM = 0.01

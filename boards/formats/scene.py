@@ -16,11 +16,11 @@ from boards.formats.meshes import read_mesh
 from boards.formats.placing import drop_layers, join_repeated, name_parts, split_roles
 from boards.formats.step import read_step
 from boards.formats.tree import Node, Part, has_refdes, is_called_board, label_of, refdes_of, split_parts
-from boards.formats.tri import SMALLEST_AREA_MM2
+from boards.formats.tri.tri import SMALLEST_AREA_MM2
 from geometry.arrays import Triangles
-from geometry.finding import Finding
 from geometry.mesh import areas_and_normals
-from geometry.progress import Progress, tell_nobody
+from specs.finding import Finding
+from specs.progress import Progress, tell_nobody
 
 _STEP = (".step", ".stp")
 _GLTF = (".glb", ".gltf")

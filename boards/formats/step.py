@@ -12,8 +12,8 @@ from boards.errors import BoardError
 from boards.formats.gltf import parse_gltf
 from boards.formats.step_products import name_products, read_structure
 from boards.formats.tree import Node, refdes_of
-from geometry.finding import Finding
-from geometry.progress import Progress
+from specs.finding import Finding
+from specs.progress import Progress
 
 # Sag of a chord below 0.02 mm; the angle bounds the number of chords of small arcs.
 _TOL_LINEAR_MM = 0.02

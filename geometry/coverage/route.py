@@ -6,8 +6,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from geometry.arrays import Points
-from geometry.memory import Memory
-from geometry.progress import Progress
+from geometry.coverage.recent_answers import Memory
+from specs.progress import Progress
 
 Effort: TypeAlias = Literal["sketch", "full"]
 """A sketch is made in a moment: an order that is repaired, without the search for a better one."""

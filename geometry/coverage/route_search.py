@@ -12,7 +12,7 @@ from geometry.coverage.route_desk import Desk, do_turn, keep, look_at, new_desk,
 from geometry.coverage.route_exact import choose_ways, solve_small, start_order
 from geometry.coverage.route_network import Network, Whole, leg
 from geometry.coverage.route_tour import Tour, at, new_tour
-from geometry.progress import Progress
+from specs.progress import Progress
 
 MOST_EXACT = 9
 """Up to so many strokes the best order is found by dynamic programming"""

@@ -4,35 +4,33 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from programs.events import Capability, Lowered
-from programs.installation import Installation
-from programs.posts import (
-    abb,
-    abb_paint,
-    abb_paint_reader,
-    abb_reader,
-    denso,
-    denso_reader,
-    epson,
-    epson_reader,
-    fanuc,
-    fanuc_reader,
-    joint_table,
-    joint_table_reader,
-    kuka,
-    kuka_reader,
-    linuxcnc,
-    linuxcnc_reader,
-    melfa,
-    melfa_reader,
-    ur,
-    ur_reader,
-    val3,
-    val3_reader,
-    yaskawa,
-    yaskawa_reader,
-)
-from programs.posts.rebuilt import Rebuilt
+from programs.motion.installation import Installation
+from programs.motion.lower import Capability, Lowered
+from programs.posts.abb import paint as abb_paint
+from programs.posts.abb import read as abb_reader
+from programs.posts.abb import read_paint as abb_paint_reader
+from programs.posts.abb import write as abb
+from programs.posts.denso import read as denso_reader
+from programs.posts.denso import write as denso
+from programs.posts.epson import read as epson_reader
+from programs.posts.epson import write as epson
+from programs.posts.fanuc import read as fanuc_reader
+from programs.posts.fanuc import write as fanuc
+from programs.posts.joint_table import read as joint_table_reader
+from programs.posts.joint_table import write as joint_table
+from programs.posts.kuka import read as kuka_reader
+from programs.posts.kuka import write as kuka
+from programs.posts.linuxcnc import read as linuxcnc_reader
+from programs.posts.linuxcnc import write as linuxcnc
+from programs.posts.melfa import read as melfa_reader
+from programs.posts.melfa import write as melfa
+from programs.posts.reading.rebuilt import Rebuilt
+from programs.posts.ur import read as ur_reader
+from programs.posts.ur import write as ur
+from programs.posts.val3 import read as val3_reader
+from programs.posts.val3 import write as val3
+from programs.posts.yaskawa import read as yaskawa_reader
+from programs.posts.yaskawa import write as yaskawa
 
 ProgramFiles: TypeAlias = Mapping[str, str]
 """Text by file name, the one to start with first."""

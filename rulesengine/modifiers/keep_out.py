@@ -9,11 +9,11 @@ from shapely import MultiPolygon, Polygon, unary_union
 
 from boards.board import Board, Side
 from geometry.arrays import Points2
-from geometry.finding import Finding
 from recipes.footprint import footprint
 from recipes.nozzles import Nozzle
-from rulesengine.classify import Service
-from rulesengine.stroke import Stroke, StrokeSet, reference_axes
+from rulesengine.strokes.classify import Service
+from rulesengine.strokes.stroke import Stroke, StrokeSet, reference_axes
+from specs.finding import Finding
 
 _STEP_MM = 0.5
 _SHORTEST_MM = 1.0  # a rest of a stroke shorter than this is not worth opening the valve

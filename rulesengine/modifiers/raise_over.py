@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from geometry.arrays import Scalars
-from geometry.finding import Finding
-from rulesengine.clearance import Floors, Span
 from rulesengine.modifiers.slopes import Needed, needed_heights
-from rulesengine.stroke import Stroke
+from rulesengine.strokes.safe_height import Floors, Span
+from rulesengine.strokes.stroke import Stroke
+from specs.finding import Finding
 
 _SAME_MM = 1e-6
 _APART_MM = 1e-5

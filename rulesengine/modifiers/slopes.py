@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import Scalars
-from rulesengine.clearance import Span
+from rulesengine.strokes.safe_height import Span
 
 _WIDER_MM = 1e-4  # a span that is only touched has a length too, and neighbours overlap
 _FAR_MM = 1e9

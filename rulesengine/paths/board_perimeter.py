@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from geometry.arrays import Points2, Scalars
-from geometry.finding import Finding
 from recipes.paths import BoardPerimeter
-from rulesengine.own_frame import own_frame
-from rulesengine.ring import RingRule, offset_rings, ring_stroke
-from rulesengine.stroke import Site, Stroke, StrokeSet
+from rulesengine.paths.closed_path import RingRule, offset_rings, ring_stroke
+from rulesengine.strokes.board_grid import own_frame
+from rulesengine.strokes.stroke import Site, Stroke, StrokeSet
+from specs.finding import Finding
 
 _CORNERS = {"front_left": (-1, -1), "front_right": (1, -1), "back_left": (-1, 1), "back_right": (1, 1)}
 _AS_FAR_MM = 1e-3

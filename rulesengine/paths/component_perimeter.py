@@ -7,13 +7,13 @@ from shapely import Polygon, STRtree
 
 from boards.board import Component
 from geometry.arrays import Points2
-from geometry.finding import Finding
 from recipes.footprint import core_footprint, mean_angle
 from recipes.paths import ComponentPerimeter
-from rulesengine.groups import Demand, Group, demand, grouped
-from rulesengine.own_frame import own_frame
-from rulesengine.ring import Lean, RingRule, leans, offset_rings, ring_stroke
-from rulesengine.stroke import Site, Stroke, StrokeSet, reference_axes, tilted
+from rulesengine.paths.closed_path import Lean, RingRule, leans, offset_rings, ring_stroke
+from rulesengine.strokes.board_grid import own_frame
+from rulesengine.strokes.outline_groups import Demand, Group, demand, grouped
+from rulesengine.strokes.stroke import Site, Stroke, StrokeSet, reference_axes, tilted
+from specs.finding import Finding
 
 _LEANS: dict[str, Lean] = {
     "component": "inside",

@@ -1,8 +1,8 @@
 """Final flush: across the board in one direction, back with the jet off and above everything."""
 
 from recipes.paths import FinalFlush
-from rulesengine.lines import lay_lines, one_way_stroke, travel_of
-from rulesengine.stroke import Site, StrokeSet
+from rulesengine.paths.parallel_lines import lay_lines, one_way_stroke, travel_of
+from rulesengine.strokes.stroke import Site, StrokeSet
 
 
 def plan_final_flush(spec: FinalFlush, site: Site) -> StrokeSet:

@@ -5,8 +5,8 @@ import numpy as np
 from geometry.arrays import Directions2, Points2
 from geometry.coverage.stripes import Stripe
 from recipes.paths import Raster
-from rulesengine.lines import lay_lines, orifice_line, pose_of, swath, travel_of
-from rulesengine.stroke import Site, Stroke, StrokeSet
+from rulesengine.paths.parallel_lines import lay_lines, orifice_line, pose_of, swath, travel_of
+from rulesengine.strokes.stroke import Site, Stroke, StrokeSet
 
 
 def plan_raster(spec: Raster, site: Site) -> StrokeSet:

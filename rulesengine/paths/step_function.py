@@ -1,9 +1,9 @@
 """Step function: across the board in one direction, pausing at each component edge to flush out what is left."""
 
 from recipes.paths import StepFunction
-from rulesengine.lines import lay_lines, one_way_stroke, travel_of
 from rulesengine.modifiers.pause_at_edges import edges_of, pause_at_edges
-from rulesengine.stroke import Site, StrokeSet
+from rulesengine.paths.parallel_lines import lay_lines, one_way_stroke, travel_of
+from rulesengine.strokes.stroke import Site, StrokeSet
 
 
 def plan_step_function(spec: StepFunction, site: Site) -> StrokeSet:

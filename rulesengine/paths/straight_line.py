@@ -3,8 +3,8 @@
 import numpy as np
 
 from recipes.paths import StraightLine
-from rulesengine.lines import lean_of
-from rulesengine.stroke import Site, Stroke, StrokeSet, tilted
+from rulesengine.paths.parallel_lines import lean_of
+from rulesengine.strokes.stroke import Site, Stroke, StrokeSet, tilted
 
 
 def plan_straight_line(spec: StraightLine, site: Site) -> StrokeSet:

@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass
 
-from recipes.located import spell_path
-from rulesengine.tuning.edits import is_kept
-from rulesengine.tuning.effects import helps
-from rulesengine.tuning.goals import Want
-from rulesengine.tuning.knobs import KINDS
-from rulesengine.tuning.moves import Allowed, knobs_for, moves_of
-from rulesengine.tuning.tuned import Tuned
+from rulesengine.tuning.changes.candidate_changes import knobs_for, moves_of
+from rulesengine.tuning.changes.expected_effect import helps
+from rulesengine.tuning.trial.request import Allowed
+from rulesengine.tuning.trial.requirements import Want
+from rulesengine.tuning.trial.result import Tuned
+from rulesengine.tuning.variables.design_variables import KINDS
+from rulesengine.tuning.variables.recipe_edits import is_kept
+from specs.yaml.located import spell_path
 
 _BEYOND = {
     "R5": "No recipe opens a plugged gap: it takes other paste, pads or standoff.",

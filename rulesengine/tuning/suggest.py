@@ -5,19 +5,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cleaning.analyse import analyse_on
-from cleaning.results import CleaningReport
-from cleaning.subject import Subject
-from geometry.progress import Progress, part_of, tell_nobody
+from cleaning.prepared_board import Subject
+from cleaning.verdicts.results import CleaningReport
 from recipes.load import parse_recipe
-from recipes.located import YamlPath
-from recipes.tree import Tree
-from rulesengine.pipeline import Run, run
-from rulesengine.tuning.edits import Edits, apply_edits
-from rulesengine.tuning.goals import Goal, Want
-from rulesengine.tuning.knobs import KINDS
-from rulesengine.tuning.moves import Allowed, moves_of
-from rulesengine.tuning.outcome import Outcome, outcome_of
-from rulesengine.tuning.tuned import Figures, figures_of
+from rulesengine.planning.pipeline import Run, run
+from rulesengine.tuning.changes.candidate_changes import moves_of
+from rulesengine.tuning.trial.outcome import Outcome, outcome_of
+from rulesengine.tuning.trial.request import Allowed
+from rulesengine.tuning.trial.requirements import Goal, Want
+from rulesengine.tuning.trial.result import Figures, figures_of
+from rulesengine.tuning.variables.design_variables import KINDS
+from rulesengine.tuning.variables.recipe_edits import Edits, apply_edits
+from specs.progress import Progress, part_of, tell_nobody
+from specs.yaml.located import YamlPath
+from specs.yaml.tree import Tree
 
 _MOST = 3
 """Suggestions for one component."""

@@ -10,7 +10,7 @@ from shapely import Polygon, box
 
 from boards.board import Board, Body, Surface
 from boards.errors import BoardError
-from boards.formats.tri import read_tri, write_tri
+from boards.formats.tri.tri import read_tri, write_tri
 from boards.understand import understand
 from geometry.mesh import areas_and_normals
 

@@ -34,12 +34,12 @@ from boards.load import load_board
 from boards.understand import understand
 from cleaning.analyse import analyse, analyse_on
 from cleaning.errors import CleaningError
+from cleaning.prepared_board import prepare
 from cleaning.report import cleaning_report
-from cleaning.results import VERDICTS
-from cleaning.subject import prepare
+from cleaning.verdicts.results import VERDICTS
 from programs.program import SetNozzle
 from recipes.load import load_recipe
-from rulesengine.pipeline import run
+from rulesengine.planning.pipeline import run
 
 MASK = "masks: [{avoid: [J1], margin_mm: 3}]"
 

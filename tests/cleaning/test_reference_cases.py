@@ -13,14 +13,14 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 from small_sprays import RING, downward, one_jet, samples_of, sprayed, stage_of
 
-from cleaning.beneath import gaps_of
-from cleaning.humid_air import vapour_pressure_pa, wet_surface_c
-from cleaning.jet import intensity
-from cleaning.kinetics import step
-from cleaning.parameters import PartOverride
-from cleaning.parts import Sprayed
-from cleaning.subject import prepare
-from cleaning.water import water_surface_tension_n_m
+from cleaning.jet.jet import intensity
+from cleaning.judge_component import Sprayed
+from cleaning.parameters.humid_air import vapour_pressure_pa, wet_surface_c
+from cleaning.parameters.model import PartOverride
+from cleaning.parameters.water import water_surface_tension_n_m
+from cleaning.prepared_board import prepare
+from cleaning.undersides.kinetics import step
+from cleaning.undersides_of_board import gaps_of
 from recipes.nozzles import HollowCone
 
 LINE = samples_of([[x, 20.0, 45.0] for x in range(-10, 45, 5)], downward(20.0, 30.0), seconds=4.0)

@@ -3,8 +3,8 @@ from dataclasses import replace
 
 from cleaning_report import small_report
 
-from cleaning.load import load_parameters
-from cleaning.parameters import Provenance
+from cleaning.parameters.load import load_parameters
+from cleaning.parameters.model import Provenance
 from cleaning.report import Traceability, cleaning_report
 
 

@@ -6,8 +6,8 @@ from cleaning_report import small_report
 
 from cleaning import verify as module
 from cleaning.errors import CleaningError
-from cleaning.gather import Gathered
-from cleaning.subject import Subject
+from cleaning.exposure.exact import Gathered
+from cleaning.prepared_board import Subject
 from cleaning.verify import check_names, verify
 
 

@@ -6,7 +6,7 @@ from small_programs import hand_program
 from programs import load
 from programs.errors import ProgramError
 from programs.load import load_program
-from programs.posts import native
+from programs.native import write as native
 
 HAND = native.render(hand_program())
 

@@ -1,8 +1,8 @@
 """What is allowed but probably not meant is found and said."""
 
-from geometry.finding import Finding
 from recipes.check import check_recipe
 from recipes.load import parse_recipe
+from specs.finding import Finding
 
 HEAD = "recipe: mine\nextends: smt-aqueous\n"
 

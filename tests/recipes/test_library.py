@@ -9,7 +9,7 @@ from recipes.consistency import half_spread_deg, values_of
 from recipes.load import load_recipe, recipe_library
 from recipes.nozzles import AirKnife, HollowCone
 from recipes.paths import ComponentPerimeter, FinalFlush, Raster
-from recipes.spec import for_class
+from specs.spec import for_class
 
 NAMES = list(recipe_library())
 

@@ -4,10 +4,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from recipes.document import RECIPE
 from recipes.errors import RecipeError
-from recipes.files import read_text
 from recipes.load import parse_recipe, recipe_library, resolve_text
 from recipes.rewrite import insert, move, remove, rename, write_values
+from specs.errors import EditError
+from specs.yaml.files import read_text
 
 SMT = recipe_library()["smt-aqueous"]
 OWN = "recipe: mine\nextends: smt-aqueous  # as it comes\n"
@@ -91,14 +93,14 @@ def test_a_name_that_is_inherited_stays(file):
 
 
 def test_a_step_that_is_not_there_is_refused(file):
-    with pytest.raises(RecipeError):
+    with pytest.raises(EditError):
         write_values(OWN, file, {("sequence", 9, "paths"): ["sweep"]})
 
 
 @settings(deadline=None, max_examples=15)
 @given(data=st.data())
 def test_steps_that_are_moved_are_the_same_steps(data):
-    steps = parse_recipe(read_text(SMT), file=SMT).sequence
+    steps = parse_recipe(read_text(SMT, RECIPE), file=SMT).sequence
     at, to = (data.draw(st.integers(0, len(steps) - 1)) for _ in range(2))
     expected = [step for number, step in enumerate(steps) if number != at]
     expected.insert(to, steps[at])

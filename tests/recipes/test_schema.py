@@ -8,10 +8,10 @@ import jsonschema
 import pytest
 from ruamel.yaml import YAML
 
-from recipes.document import model_schema
-from recipes.keys import known_keys, name_nearest
+from recipes.document import RECIPE, model_schema
 from recipes.load import recipe_library
 from recipes.schema import recipe_keys, recipe_schema
+from specs.yaml.keys import known_keys, name_nearest
 
 ROOT = Path(__file__).parents[2]
 VALIDATOR = jsonschema.Draft202012Validator(json.loads(recipe_schema()))
@@ -77,11 +77,11 @@ def test_a_template_without_its_path_class_is_marked_unless_it_may_be_inherited(
 
 def test_known_keys_follow_the_path_class() -> None:
     data = {"templates": {"a": {"path": "raster", "pitch_mm": {}}, "b": {"path": "nonsense"}}}
-    assert "pitch_mm" in known_keys(("templates", "a"), data)
-    assert "passes" not in known_keys(("templates", "a"), data)
-    assert known_keys(("templates", "b"), data) == {}
-    assert "from" in known_keys(("templates", "c"), {"templates": {"c": {"path": "straight_line"}}})
-    assert "max_repeats" in known_keys(("sequence", 0, "until"), {"sequence": [{"until": {}}]})
+    assert "pitch_mm" in known_keys(("templates", "a"), data, RECIPE)
+    assert "passes" not in known_keys(("templates", "a"), data, RECIPE)
+    assert known_keys(("templates", "b"), data, RECIPE) == {}
+    assert "from" in known_keys(("templates", "c"), {"templates": {"c": {"path": "straight_line"}}}, RECIPE)
+    assert "max_repeats" in known_keys(("sequence", 0, "until"), {"sequence": [{"until": {}}]}, RECIPE)
 
 
 def test_the_nearest_name_is_given_if_there_is_one_near() -> None:

@@ -10,20 +10,20 @@ from small_cells import TWO_TCPS
 from small_programs import program_of
 from tracked import HEIGHT, line_program, moves_of
 
-from programs.events import lower
-from programs.installation import Installation
-from programs.motion import Line, MotionProgram, Reach, UseTool
+from programs.motion.installation import Installation
+from programs.motion.lower import lower
+from programs.motion.make_motion import make_motion
+from programs.motion.steps_of_robot import Line, MotionProgram, Reach, UseTool
+from programs.native import write as native
 from programs.playback import playback
 from programs.pose import Pose, angle, distance
-from programs.posts import native
-from programs.posts.compare import compare
 from programs.posts.dialects import DIALECTS
+from programs.posts.reading.compare import compare
 from programs.program import Command, Instruction, MoveTo, TimedProgram, Wait
-from programs.steps import make_motion
-from robotcell.installing import installation_of, to_pose
-from robotcell.load import read_cell_text
-from robotcell.poses import inverse
-from robotcell.robot import flange_poses
+from robotcell.cell.installation import installation_of, to_pose
+from robotcell.cell.load import read_cell_text
+from robotcell.robot.poses import inverse
+from robotcell.robot.robot import flange_poses
 from robotcell.track import CellReport, Terms, track
 
 LOADED = read_cell_text(TWO_TCPS)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from tracked import MADE_BY, line_program, moves_of, rates, reached_mm
 
+from programs.native import write as native
 from programs.playback import playback
-from programs.posts import native
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
-from robotcell.cell import Cell
+from robotcell.cell.cell import Cell
+from robotcell.cell.load import read_cell
 from robotcell.errors import CellError
-from robotcell.load import read_cell
-from robotcell.poses import pose
-from robotcell.robot import Body, Box
+from robotcell.robot.poses import pose
+from robotcell.robot.robot import Body, Box
 from robotcell.track import CellReport, Terms, terms_of, track
 
 ROUND = Terms(round_nozzles=frozenset({"ring60"}))

@@ -5,13 +5,13 @@ from hypothesis import strategies as st
 from small_programs import program_of, programs
 from tracked import moves_of
 
-from geometry.errors import JobError
 from programs.errors import ProgramError
-from programs.posts import native
+from programs.native import write as native
 from programs.program import Command, MoveTo, TimedProgram
-from robotcell.load import read_cell
-from robotcell.robot import flange_poses
+from robotcell.cell.load import read_cell
+from robotcell.robot.robot import flange_poses
 from robotcell.track import Terms, track
+from specs.errors import JobError
 
 
 def shrunk(program: TimedProgram) -> TimedProgram:

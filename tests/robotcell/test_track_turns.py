@@ -10,10 +10,10 @@ from tracked import line_program, moves_of
 
 from programs.errors import ProgramError
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram
-from robotcell.cell import Cell
-from robotcell.load import read_cell
-from robotcell.poses import pose
-from robotcell.robot import Body, Box, Capsule
+from robotcell.cell.cell import Cell
+from robotcell.cell.load import read_cell
+from robotcell.robot.poses import pose
+from robotcell.robot.robot import Body, Box, Capsule
 from robotcell.track import Terms, track
 
 ROUND = Terms(round_nozzles=frozenset({"ring60"}))
@@ -172,7 +172,7 @@ def test_a_board_that_is_turned_over_is_sprayed_where_it_then_is() -> None:
     terms = dataclasses.replace(ROUND, placements={"flip_to_bottom": turned})
     report = track(program, cell, None, terms=terms)
     assert report.possible, report.findings
-    from robotcell.robot import flange_poses
+    from robotcell.robot.robot import flange_poses
 
     tip = (cell.T_cell_base @ flange_poses(cell.robot, report.joints[-1:]) @ cell.tools[0].T_flange_tcp)[0]
     np.testing.assert_allclose(tip[:3, 3], (turned @ [0.048, 0.04, below * 1e-3, 1.0])[:3], atol=1e-6)

@@ -13,13 +13,13 @@ from rigid import Motion, differences, moved_bodies, moved_recipe
 
 from boards.board import Board
 from boards.understand import understand
-from geometry.errors import JobError
-from programs.posts import native
-from programs.posts.native_reader import parse
+from programs.native import write as native
+from programs.native.read import parse
 from recipes.load import load_recipe
-from rulesengine.clearance import floors
 from rulesengine.modifiers.slopes import needed_heights
-from rulesengine.pipeline import make_plan, run
+from rulesengine.planning.pipeline import make_plan, run
+from rulesengine.strokes.safe_height import floors
+from specs.errors import JobError
 
 LIMITS = {
     "as they are": ({}, {}),

@@ -7,13 +7,13 @@ import pytest
 from acceptance import complaints
 from rigid import Motion, differences, moved_bodies, moved_recipe
 
-from boards.formats.tri import write_tri
+from boards.formats.tri.tri import write_tri
 from boards.load import board_library, load_board
 from boards.understand import understand
-from programs.posts import native
-from programs.posts.native_reader import parse
+from programs.native import write as native
+from programs.native.read import parse
 from recipes.load import load_recipe, recipe_library
-from rulesengine.pipeline import run
+from rulesengine.planning.pipeline import run
 
 RECIPES = sorted(recipe_library())
 BIG = sorted(set(board_library()) - {"tiny"})

@@ -11,11 +11,11 @@ import judge_space
 import numpy as np
 from shapely import MultiPoint
 
-from programs.posts import native
+from programs.native import write as native
 from recipes.nozzles import FullCone, HollowCone
 from recipes.paths import ComponentPerimeter, Raster, StepFunction
-from recipes.spec import for_class
-from rulesengine.classify import service
+from rulesengine.strokes.classify import service
+from specs.spec import for_class
 
 _ROUNDING_TURNS = 2e-3
 
@@ -108,7 +108,7 @@ def _unwetted(run, track, spec, step, maker, told):
 def _main(board, recipe="smt-aqueous", parts=None):
     from boards.load import load_board
     from recipes.load import load_recipe
-    from rulesengine.pipeline import run
+    from rulesengine.planning.pipeline import run
 
     done = run(load_recipe(recipe), load_board(Path(board), Path(parts) if parts else None))
     wrong = complaints(done)

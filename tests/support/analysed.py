@@ -7,10 +7,10 @@ from hostile import at, body
 
 from boards.understand import understand
 from cleaning.analyse import analyse_on
-from cleaning.load import load_parameters
-from cleaning.subject import prepare
+from cleaning.parameters.load import load_parameters
+from cleaning.prepared_board import prepare
 from recipes.load import parse_recipe
-from rulesengine.pipeline import run
+from rulesengine.planning.pipeline import run
 
 PARAMETERS = load_parameters()
 WASH = "{function: clean, nozzle: ring60, paths: [around]}"

@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcell.robot import Joint, Joints, Poses, Robot, flange_poses, jacobians
-from robotcell.robots import load_robot, robot_library
+from robotcell.cell.robot_library import load_robot, robot_library
+from robotcell.robot.robot import Joint, Joints, Poses, Robot, flange_poses, jacobians
 
 LIBRARY = list(robot_library())
 QUARTER = np.pi / 2

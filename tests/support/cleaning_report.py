@@ -11,15 +11,15 @@ import numpy as np
 from cleaning_surface import exposure_of, facets_of
 
 from boards.load import load_board
-from boards.underside import GapCase, Joint, Underside
-from cleaning.gap import GapField
-from cleaning.load import load_parameters
-from cleaning.results import CleaningReport, ExposedPart, Judgement, Number, Part
-from cleaning.stages import Samples, Stage
-from cleaning.under import GapResult, GapStage
-from geometry.finding import Finding
+from boards.undersides.underside import GapCase, Joint, Underside
+from cleaning.gap.flow_field import GapField
+from cleaning.parameters.load import load_parameters
+from cleaning.process.stages import Samples, Stage
+from cleaning.undersides.gap_result import GapResult, GapStage
+from cleaning.verdicts.results import CleaningReport, ExposedPart, Judgement, Number, Part
 from programs.plan import Origin
 from recipes.nozzles import HollowCone
+from specs.finding import Finding
 
 STAGES = 2
 _MAKER = "sequence[0]/around/U1"

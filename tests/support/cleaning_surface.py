@@ -3,9 +3,9 @@
 import numpy as np
 import shapely
 
-from cleaning.exposure import Exposure, Growth
-from cleaning.facets import Facets
-from cleaning.stages import Stage
+from cleaning.exposure.exposure import Exposure, Growth
+from cleaning.process.stages import Stage
+from cleaning.surface.facets import Facets
 from geometry.mesh import areas_and_normals
 
 _DIRECTIONS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)

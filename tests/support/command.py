@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest.mock import patch
 
-from rulesengine.cli import main
+from commandline.main import main
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 from made_up import PLAN, coupon_table, written
 
-from cleaning.coupon import Bench, read_coupons
-from cleaning.load import load_parameters
+from cleaning.calibration.coupon import Bench, read_coupons
+from cleaning.parameters.load import load_parameters
 from recipes.load import load_recipe
 
 PARAMETERS = load_parameters()

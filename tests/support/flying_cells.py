@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 from small_boards import board_of
 
 from boards.board import Body as BoardBody
-from robotcell.cell import Cell, Tool
-from robotcell.robot import Joint, Mesh, Robot
+from robotcell.cell.cell import Cell, Tool
+from robotcell.robot.robot import Joint, Mesh, Robot
 
 BOX_FACES = np.array(
     [[0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4], [2, 6, 7], [2, 7, 3], [0, 4, 6], [0, 6, 2],

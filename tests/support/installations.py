@@ -2,7 +2,7 @@
 
 import math
 
-from programs.installation import Assignment, Channel, Installation, Joint, Sensor, Setting, Tool, Valve
+from programs.motion.installation import Assignment, Channel, Installation, Joint, Sensor, Setting, Tool, Valve
 from programs.pose import Pose
 
 WASH = Channel("digital", "doWash", 1)

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from boards.underside import GapCase, Underside
-from cleaning.case import Case, Reach
-from cleaning.gap import GapField
-from cleaning.load import load_parameters
-from cleaning.parameters import PartOverride
-from cleaning.results import ExposedPart
-from cleaning.stages import Samples, Stage
-from cleaning.under import GapResult, GapStage
+from boards.undersides.underside import GapCase, Underside
+from cleaning.gap.flow_field import GapField
+from cleaning.parameters.load import load_parameters
+from cleaning.parameters.model import PartOverride
+from cleaning.process.stages import Samples, Stage
+from cleaning.undersides.gap_result import GapResult, GapStage
+from cleaning.verdicts.evidence import Case, Reach
+from cleaning.verdicts.results import ExposedPart
 from recipes.nozzles import HollowCone
 
 USES = ("wash", "rinse", "dry")

@@ -4,10 +4,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from sample_boards.assemble import Place, Sample, assemble
+from sample_boards.shapes import rectangle
 
-from boards.formats.tri import write_tri
-from boards.library.assemble import Place, Sample, assemble
-from boards.library.shapes import rectangle
+from boards.formats.tri.tri import write_tri
 
 COLUMNS, ROWS = 10, 8
 PITCH_MM = (15.5, 11.2)

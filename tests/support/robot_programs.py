@@ -14,8 +14,8 @@ from geometry.frames import align_signs
 from programs.plan import Command, Jet, PlanItem, SprayPass, Transfer
 from programs.program import MoveTo, SetNozzle, TimedProgram
 from recipes.load import load_recipe
-from rulesengine.pipeline import run
-from rulesengine.timing import time_plan
+from rulesengine.planning.pipeline import run
+from rulesengine.timing.time_plan import time_plan
 
 KNIFE = Jet("dry", "knife", "hot-air", 400.0, False)
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from programs.installation import Channel
-from programs.motion import Course, Event, Line, MotionProgram, Pause, Step, Switch
+from programs.motion.installation import Channel
+from programs.motion.steps_of_robot import Course, Event, Line, MotionProgram, Pause, Step, Switch
 from programs.plan import Origin
 from programs.pose import Pose
 

@@ -7,10 +7,10 @@ import numpy as np
 
 import robotcell
 from programs.program import MoveTo, TimedProgram
-from robotcell.cell import Cell, Tool
-from robotcell.poses import pose
-from robotcell.robot import Body, Box, Capsule
-from robotcell.urdf import read_urdf
+from robotcell.cell.cell import Cell, Tool
+from robotcell.robot.poses import pose
+from robotcell.robot.robot import Body, Box, Capsule
+from robotcell.robot.urdf import read_urdf
 
 ROBOTS = Path(robotcell.__file__).parent / "library" / "robots"
 

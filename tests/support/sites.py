@@ -3,7 +3,7 @@
 from programs.plan import Jet
 from recipes.nozzles import HollowCone
 from recipes.recipe import Limits
-from rulesengine.stroke import Site
+from rulesengine.strokes.stroke import Site
 
 CONE = HollowCone(half_angle_deg=30, flow_lpm=2)
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import rich
 import viser
 
-from webui.page import Page
+from webui.page.page import Page
 
 
 @dataclass

@@ -1,7 +1,7 @@
 """A scene without a camera: it remembers where it was to look, what was drawn, and which moments were asked for."""
 
-from webui.robot_view import RobotView
-from webui.scene import View
+from webui.scene.robot_view import RobotView
+from webui.scene.scene import View
 
 
 class SmallScene:

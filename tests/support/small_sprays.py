@@ -9,9 +9,9 @@ from small_boards import THICKNESS_MM, board_of
 
 from boards.board import Body
 from boards.formats.prism import prism
-from cleaning.jet import jet_of
-from cleaning.load import load_parameters
-from cleaning.stages import Samples, Stage
+from cleaning.jet.jet import jet_of
+from cleaning.parameters.load import load_parameters
+from cleaning.process.stages import Samples, Stage
 from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Wavefront
 
 PARAMETERS = load_parameters()

@@ -4,9 +4,9 @@ from functools import cache
 from pathlib import Path
 
 from boards.load import load_board
-from rulesengine.pipeline import run
-from webui.document import open_document
-from webui.session import Session
+from rulesengine.planning.pipeline import run
+from webui.page.document import open_document
+from webui.page.session import Session
 
 
 @cache

@@ -6,8 +6,8 @@ import numpy as np
 from small_programs import DOWN, program_of
 
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Wait
-from robotcell.cell import Cell
-from robotcell.robot import flange_poses
+from robotcell.cell.cell import Cell
+from robotcell.robot.robot import flange_poses
 from robotcell.track import CellReport
 
 MADE_BY = "sequence[0]/sweep"

@@ -2,14 +2,13 @@
 
 from dataclasses import fields
 
-from cleaning.results import Judgement, Number
-from rulesengine.tuning.asked import Asked, Limits
-from rulesengine.tuning.goals import Want
-from rulesengine.tuning.knobs import KINDS
-from rulesengine.tuning.moves import Allowed
-from rulesengine.tuning.outcome import Outcome
-from rulesengine.tuning.tuned import Change, Tuned, figures_of
-from webui.tuning import Proposal
+from cleaning.verdicts.results import Judgement, Number
+from rulesengine.tuning.trial.outcome import Outcome
+from rulesengine.tuning.trial.request import Allowed, Asked, Limits
+from rulesengine.tuning.trial.requirements import Want
+from rulesengine.tuning.trial.result import Change, Tuned, figures_of
+from rulesengine.tuning.variables.design_variables import KINDS
+from webui.page.proposal import Proposal
 
 WANT = Want(
     "U1",

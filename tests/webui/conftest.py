@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from webui.app import Server, open_session, serve
-from webui.project import open_project
+from webui.page.project import open_project
+from webui.server.server import Server, open_session, serve
 
 
 @pytest.fixture

@@ -10,15 +10,15 @@ from installations import bare_cell, small_cell
 from robot_programs import PROGRAMS, joints_of, three_speeds
 from small_programs import DOWN, program_of, programs
 
-from programs.events import lower
 from programs.export import Exported, export
-from programs.installation import Installation
-from programs.motion import MotionProgram
-from programs.posts import native
-from programs.posts.compare import compare
+from programs.motion.installation import Installation
+from programs.motion.lower import lower
+from programs.motion.make_motion import make_motion
+from programs.motion.steps_of_robot import MotionProgram
+from programs.native import write as native
 from programs.posts.dialects import DIALECTS
+from programs.posts.reading.compare import compare
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Wait
-from programs.steps import make_motion
 
 CASES = [pytest.param(name, made, id=f"{name}-{made}") for name in DIALECTS for made in PROGRAMS]
 NAMED = pytest.mark.parametrize("name", list(DIALECTS))

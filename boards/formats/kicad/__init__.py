@@ -1,0 +1,1 @@
+"""KiCad boards: outline, footprints, pads and heights from models."""

@@ -1,0 +1,209 @@
+"""KiCad boards, versions 5 to 9: ``.kicad_pcb``."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from shapely import LineString, MultiPolygon, Polygon
+
+from boards.board import Body
+from boards.errors import BoardError
+from boards.formats.kicad.kicad_footprint import Footprint, body_outline, drawn, drill_loops, is_copper, read_footprint
+from boards.formats.kicad.kicad_items import Item, read_items
+from boards.formats.kicad.kicad_pads import flat_pads
+from boards.formats.kicad.kicad_shapes import polyline
+from boards.formats.loops import CHAIN_MM, Point2, chain, outline_of
+from boards.formats.names import distinct_names, some
+from boards.formats.prism import NOMINAL_HEIGHT, prism
+from boards.packages.package_families import package_family
+from geometry.arrays import Points2
+from specs.finding import Finding
+
+_EDGE = "Edge.Cuts"
+_ASSUMED_MM = 3.0
+"""Height of a part whose package no family knows: higher than most of what is soldered flat, and always reported."""
+
+_FIRST_VERSION, _LAST_VERSION = 20160000, 20250300
+_DEFAULT_THICKNESS_MM = 1.6
+
+_NO_PART = re.compile(
+    r"fiducial|mounting_?hole|test_?(?:point|pad)|solder_?jumper|^sj(?:_|$)|net_?tie|logo|symbol_|svg2mod",
+    re.IGNORECASE,
+)
+"""Names of footprints that are copper or print only, unless they name a family of packages."""
+
+_VIRTUAL = frozenset({"virtual", "exclude_from_bom"})
+"""Attributes of what is not bought: before version 6, and since."""
+
+
+@dataclass(slots=True)
+class _Notes:
+    """Names for the findings, as they are met."""
+
+    left_out: list[str] = field(default_factory=list[str])
+    assumed: list[str] = field(default_factory=list[str])
+    from_pads: list[str] = field(default_factory=list[str])
+    opened: list[str] = field(default_factory=list[str])
+
+
+def read_kicad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+    """Read a KiCad board: outline, and one prism a component.
+
+    KiCad's y points down; it is turned round (y = -y of KiCad) and the origin is kept, so that the frame is x right,
+    y back, z up with the board's underside at z = 0, and positions agree with KiCad's own ``.pos`` files.
+    A body's outline is the footprint's fabrication drawing, else its courtyard less 0.25 mm, else the box around its
+    pads. Its height and the gap beneath it are nominal, from the package's name: the body carries them as
+    ``x-height=nominal``, so that a parts table may replace them. ``standoff_mm`` stays unknown, as KiCad does not
+    state it. Pads that are soldered flat come along. Drilled holes and slots from 1 mm across are cut out of the board.
+
+    Returns:
+        The board and its components in file order, and what was noticed.
+
+    Raises:
+        BoardError: The file cannot be read, or its outline is missing, open or crosses itself.
+    """
+    board, items = read_items(path)
+    footprints = [read_footprint(item) for item in items if item.head in ("footprint", "module")]
+    thickness_mm = _thickness_mm(items)
+    notes = _Notes()
+    patches, normals, surfaces = prism(_read_outline(items, footprints, path, notes), 0.0, thickness_mm)
+    bodies = [Body("board", "board", patches, normals, surfaces)]
+    parts = [(part, *body_outline(part)) for part in footprints if _is_part(part, notes)]
+    notes.left_out += [_wish(part) for part, outline, _ in parts if outline is None]
+    solid = [(part, outline, source) for part, outline, source in parts if outline is not None]
+    names, findings = distinct_names([_wish(part) for part, _, _ in solid])
+    for (part, outline, source), name in zip(solid, names, strict=True):
+        if source == "pads":
+            notes.from_pads.append(name)
+        bodies.append(_build_body(part, outline, name, thickness_mm, notes))
+    return tuple(bodies), (*_check_version(board), *findings, *_findings(notes))
+
+
+def _wish(part: Footprint) -> str:
+    return "".join(part.reference.split()) or part.package or "unnamed"
+
+
+def _thickness_mm(items: Sequence[Item]) -> float:
+    general = next((item for item in items if item.head == "general"), None)
+    thickness = None if general is None else general.first("thickness")
+    if thickness is None:
+        return _DEFAULT_THICKNESS_MM
+    if thickness.number(0) <= 0.0:
+        raise thickness.error("the board's thickness must be above 0. Correct it in the board setup.")
+    return thickness.number(0)
+
+
+def _read_outline(
+    items: Sequence[Item], footprints: Sequence[Footprint], path: Path, notes: _Notes
+) -> Polygon | MultiPolygon:
+    """Chain everything that is drawn on Edge.Cuts, footprints included.
+
+    Lines that enclose nothing are noted where a closed edge lies around them: breaking and scoring lines.
+    """
+    edges = [
+        line
+        for item in items
+        if item.head.startswith("gr_") and item.word("layer") == _EDGE and (line := polyline(item)) is not None
+    ]
+    drills: list[Points2] = []
+    for footprint in footprints:
+        edges.extend(footprint.place(line) for line in drawn(footprint, _EDGE))
+        drills.extend(drill_loops(footprint))
+    loops, opened = chain(edges)
+    if opened and not _lie_within(opened, loops):
+        raise BoardError(
+            f"the board outline on {_EDGE} is open between {_spot(opened[0][0])} and {_spot(opened[0][-1])}"
+            + (f" and in {len(opened) - 1} more places" if len(opened) > 1 else "")
+            + f" (KiCad's coordinates). Close it within {CHAIN_MM:g} mm in KiCad.",
+            file=path,
+        )
+    notes.opened += [_spot(line[0]) for line in opened]
+    return outline_of(loops, drills, file=path, spot=_spot)
+
+
+def _lie_within(lines: Sequence[Points2], loops: Sequence[Points2]) -> bool:
+    """Whether the largest loop lies around all of the lines."""
+    edge = max((Polygon(loop) for loop in loops), key=lambda loop: round(loop.area, 4), default=Polygon())
+    return edge.is_valid and all(edge.buffer(CHAIN_MM).covers(LineString(line)) for line in lines)
+
+
+def _spot(point: Point2) -> str:
+    """Say a point as KiCad shows it, y down."""
+    return f"x {point[0]:.3f}, y {-point[1] + 0.0:.3f} mm"
+
+
+def _is_part(part: Footprint, notes: _Notes) -> bool:
+    """Whether a footprint carries a body; what does not is noted."""
+    family = package_family(part.package)
+    flat = family is not None and family.source == "no body"
+    bare = not part.pads and not any(drawn(part, layer) for layer in ("F.Fab", "B.Fab", "F.CrtYd", "B.CrtYd"))
+    # Real connectors are marked virtual, too: what has two pins or more stays in the nozzle's way.
+    virtual = family is None and (part.pins or 0) < 2 and bool(part.attributes & _VIRTUAL)
+    copper = family is None and (is_copper(part) or _NO_PART.search(part.package) is not None)
+    if flat or bare or virtual or copper or "dnp" in part.attributes:
+        notes.left_out.append(_wish(part))
+        return False
+    return True
+
+
+def _build_body(part: Footprint, outline: Polygon | MultiPolygon, name: str, top_z_mm: float, notes: _Notes) -> Body:
+    """Stand a prism of nominal height on the part's side."""
+    family = package_family(part.package)
+    if family is None:
+        notes.assumed.append(f"{name} ({part.package})")
+    height_mm = _ASSUMED_MM if family is None else family.height_mm
+    gap_mm = (family.standoff_mm or 0.0) if family is not None else 0.0
+    gap_mm = gap_mm if gap_mm < height_mm else 0.0
+    low, high = (-height_mm, -gap_mm) if part.side == "bottom" else (top_z_mm + gap_mm, top_z_mm + height_mm)
+    patches, normals, surfaces = prism(part.place_outline(outline), low, high)
+    return Body(
+        name,
+        "component",
+        patches,
+        normals,
+        surfaces,
+        package=part.package or None,
+        part=part.part or None,
+        value=part.value or None,
+        pins=part.pins,
+        side=part.side,
+        extra=((NOMINAL_HEIGHT, "nominal"),),
+        pads=flat_pads(part),
+    )
+
+
+def _check_version(board: Item) -> list[Finding]:
+    version = int(board.atoms[0]) if board.atoms else 0
+    if _FIRST_VERSION <= version <= _LAST_VERSION:
+        return []
+    message = f"The file is of format version {version}; versions 5 to 9 of KiCad are known. Check what was read."
+    return [Finding("kicad-version", "warning", message)]
+
+
+def _findings(notes: _Notes) -> list[Finding]:
+    findings: list[Finding] = []
+    if notes.left_out:
+        message = (
+            f"{len(notes.left_out)} footprints without a body or not mounted are left out: {some(notes.left_out)}."
+        )
+        findings.append(Finding("no-body", "info", message))
+    if notes.opened:
+        message = (
+            f"{len(notes.opened)} lines on {_EDGE} enclose nothing and were left out; they start at "
+            f"{some(notes.opened)} (KiCad's coordinates). Close them if they are cut-outs."
+        )
+        findings.append(Finding("open-edge", "warning", message))
+    if notes.assumed:
+        message = (
+            f"{len(notes.assumed)} components are of no known package family and were given a height of "
+            f"{_ASSUMED_MM:g} mm: {some(notes.assumed)}. Give a parts table with a height column."
+        )
+        findings.append(Finding("assumed-height", "warning", message))
+    if notes.from_pads:
+        message = (
+            f"{len(notes.from_pads)} footprints have neither a fabrication drawing nor a courtyard; the box around "
+            f"their pads was taken for the body: {some(notes.from_pads)}. Draw F.Fab where the body is larger."
+        )
+        findings.append(Finding("outline-from-pads", "warning", message))
+    return findings

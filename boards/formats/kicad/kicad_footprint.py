@@ -1,0 +1,199 @@
+"""One footprint of a KiCad board: where it is, its pads, and the outline of the body it carries."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely import MultiPolygon, Polygon
+from shapely.affinity import affine_transform
+
+from boards.board import Side
+from boards.formats.kicad.kicad_items import Item
+from boards.formats.kicad.kicad_shapes import polyline
+from boards.formats.loops import DRILL_MM, Point2, slot
+from geometry.arrays import Points2
+
+_COURTYARD_MM = 0.25
+"""Usual distance of KiCad's courtyard from the body (KiCad library convention F5.3)."""
+
+_PART_KEYS = ("mpn", "manufacturerpartnumber", "mfrpartnumber", "mfrpn", "partnumber", "manufacturerpn", "pn", "part")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Footprint:
+    """A placed footprint. Board frame, mm, y up; what is drawn in it stays in its own frame until ``place``."""
+
+    item: Item
+    reference: str
+    package: str
+    """Name without the library."""
+    side: Side
+    origin: Point2
+    turn_rad: float
+    """Counter-clockwise as seen from the top, on both sides."""
+    attributes: frozenset[str]
+    value: str
+    part: str
+
+    def place(self, points: Points2) -> Points2:
+        """Bring points of the footprint's frame ``(n, 2)`` onto the board."""
+        cos, sin = math.cos(self.turn_rad), math.sin(self.turn_rad)
+        return points @ np.array([[cos, sin], [-sin, cos]]) + self.origin
+
+    def place_outline(self, outline: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
+        """Bring an outline onto the board; every vertex keeps its place in its ring."""
+        cos, sin = math.cos(self.turn_rad), math.sin(self.turn_rad)
+        return affine_transform(outline, [cos, -sin, sin, cos, float(self.origin[0]), float(self.origin[1])])
+
+    @property
+    def pads(self) -> tuple[Item, ...]:
+        """Every pad, plain holes included."""
+        return tuple(self.item.all("pad"))
+
+    @property
+    def pins(self) -> int | None:
+        """Number of different pad numbers; ``None`` without any."""
+        numbers = {pad.atoms[0] for pad in self.pads if pad.atoms and pad.atoms[0].strip()}
+        return len(numbers) or None
+
+
+def read_footprint(item: Item) -> Footprint:
+    """Read a ``footprint`` (a ``module`` before version 6).
+
+    Raises:
+        BoardError: It has no position, or a number in it cannot be read.
+    """
+    at = item.first("at")
+    if at is None:
+        raise item.error(f"the footprint {item.atoms[:1]} has no (at x y). Save the board in KiCad again.")
+    properties = {_plain(entry.atoms[0]): entry.atoms[1] for entry in item.all("property") if len(entry.atoms) > 1}
+    texts = {entry.atoms[0]: entry.atoms[1] for entry in item.all("fp_text") if len(entry.atoms) > 1}
+    attributes = [atom for entry in item.all("attr") for atom in entry.atoms]
+    return Footprint(
+        item,
+        reference=(properties.get("reference") or texts.get("reference") or "").strip(),
+        package=(item.atoms[0] if item.atoms else "").rpartition(":")[2].strip(),
+        side="bottom" if item.word("layer").startswith("B.") else "top",
+        origin=at.here(),
+        turn_rad=math.radians(at.number(2)) if len(at.atoms) > 2 else 0.0,
+        attributes=frozenset(attributes),
+        value=(properties.get("value") or texts.get("value") or "").strip(),
+        part=next((properties[key].strip() for key in _PART_KEYS if properties.get(key, "").strip()), ""),
+    )
+
+
+def _plain(key: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", key.lower())
+
+
+def drawn(footprint: Footprint, layer: str) -> list[Points2]:
+    """Polylines on one layer, in the footprint's frame."""
+    lines = [
+        polyline(entry)
+        for entry in footprint.item.items
+        if entry.head.startswith("fp_") and entry.word("layer") == layer
+    ]
+    return [line for line in lines if line is not None]
+
+
+def body_outline(footprint: Footprint) -> tuple[Polygon | MultiPolygon | None, str]:
+    """Outline of the body in the footprint's frame: fabrication layer, else courtyard, else around the pads.
+
+    A fabrication drawing that is small beside the pads is a mark, not a body.
+
+    Returns:
+        The outline (``None`` if nothing has an area) and its source: ``fab``, ``courtyard`` or ``pads``.
+    """
+    front = "B." if footprint.side == "bottom" else "F."
+    pads = _pads_box(footprint)
+    fabricated = _filled(drawn(footprint, f"{front}Fab"))
+    if fabricated is not None and (pads is None or fabricated.area >= 0.1 * pads.area):
+        return fabricated, "fab"
+    courtyard = _filled(drawn(footprint, f"{front}CrtYd"))
+    if courtyard is not None:
+        shrunk = courtyard.buffer(-_COURTYARD_MM, join_style="mitre")
+        return (courtyard if shrunk.is_empty else shrunk), "courtyard"
+    return pads, "pads"
+
+
+def is_copper(footprint: Footprint) -> bool:
+    """Whether nothing but one pad is there: a via, a hole or a wire pad that was made a footprint."""
+    pads = [pad for pad in footprint.pads if "np_thru_hole" not in pad.atoms]
+    shown = any(drawn(footprint, layer) for layer in ("F.Fab", "B.Fab", "F.CrtYd", "B.CrtYd"))
+    return len(pads) < 2 and not shown and footprint.item.first("model") is None
+
+
+def _filled(lines: Sequence[Points2]) -> Polygon | MultiPolygon | None:
+    """Everything that the lines enclose; ``None`` if they enclose nothing."""
+    strings = [shapely.LineString(line) for line in lines if len(line) > 1 and np.ptp(line, axis=0).max() > 0.0]
+    if not strings:
+        return None
+    # Ends that miss each other by a rounding are snapped to 0.001 mm, or nothing would be enclosed.
+    noded = shapely.union_all(shapely.set_precision(strings, 0.001))
+    cells = [cell for cell in shapely.get_parts(shapely.polygonize([noded])).tolist() if isinstance(cell, Polygon)]
+    if not cells:
+        return None
+    whole = shapely.union_all([Polygon(cell.exterior) for cell in cells])
+    pieces = [Polygon(part.exterior) for part in shapely.get_parts(whole).tolist() if isinstance(part, Polygon)]
+    largest = max(piece.area for piece in pieces)
+    # A mark beside the body, such as the dot of pin 1, is no part of it.
+    kept = [piece for piece in pieces if piece.area >= 0.2 * largest]
+    return kept[0] if len(kept) == 1 else MultiPolygon(kept)
+
+
+def _pads_box(footprint: Footprint) -> Polygon | None:
+    """Box around the pads in the footprint's frame; ``None`` if there is no copper."""
+    corners = [_pad_corners(pad, footprint) for pad in footprint.pads if "np_thru_hole" not in pad.atoms]
+    if not corners:
+        return None
+    points = np.concatenate(corners)
+    (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
+    return shapely.box(x0, y0, x1, y1) if x1 - x0 > 0.01 and y1 - y0 > 0.01 else None
+
+
+def _pad_turn(pad: Item, footprint: Footprint) -> float:
+    """Angle of a pad in its footprint; the file states it on the board."""
+    at = pad.first("at")
+    stated = math.radians(at.number(2)) if at is not None and len(at.atoms) > 2 else 0.0
+    return stated - footprint.turn_rad
+
+
+def _pad_corners(pad: Item, footprint: Footprint) -> Points2:
+    size = pad.first("size")
+    if size is None:
+        raise pad.error(f"a pad of {footprint.reference} has no size. Save the board in KiCad again.")
+    half = np.array([size.number(0), size.number(1)]) / 2.0
+    turn = _pad_turn(pad, footprint)
+    cos, sin = math.cos(turn), math.sin(turn)
+    corners = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]]) * half
+    return corners @ np.array([[cos, sin], [-sin, cos]]) + pad.point("at")
+
+
+def drill_loops(footprint: Footprint) -> list[Points2]:
+    """Drilled holes and slots from 1 mm across, on the board, as open rings."""
+    loops: list[Points2] = []
+    for pad in footprint.pads:
+        drill = pad.first("drill")
+        sizes = [number for number in map(_size, drill.atoms) if number > 0.0] if drill is not None else []
+        if not sizes or min(sizes) < DRILL_MM or drill is None:
+            continue
+        width, height = sizes[0], sizes[-1]
+        turn = _pad_turn(pad, footprint) + footprint.turn_rad + (math.pi / 2.0 if height > width else 0.0)
+        offset = drill.first("offset")
+        centre = pad.point("at") + (offset.here() if offset is not None else 0.0)
+        along = np.array([math.cos(turn), math.sin(turn)])
+        half = abs(width - height) / 2.0
+        loops.append(slot(footprint.place(centre[None, :])[0], along, half, min(width, height) / 2.0))
+    return loops
+
+
+def _size(atom: str) -> float:
+    """Number of an atom of ``(drill oval 1 2)``; the word counts as zero."""
+    try:
+        value = float(atom)
+    except ValueError:
+        return 0.0
+    return value if math.isfinite(value) else 0.0

@@ -1,0 +1,1 @@
+"""The board file of Washboard and its older forms: triangles with components."""

@@ -1,0 +1,235 @@
+"""The triangulated board file ``.tri``: read with its numbers in bulk, written the same way every time."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import cast, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.board import Body, Role, Side, Surface
+from boards.errors import BoardError
+from boards.formats.tri.tri_legacy import read_legacy_layout
+from boards.formats.tri.tri_pads import read_pads, write_pads
+from boards.formats.tri.tri_records import MILLIMETRES, Item, Layout, read_count, read_layout
+from boards.formats.tri.tri_text import cut, is_number, read_text
+from geometry.arrays import Directions, Triangles
+from geometry.mesh import areas_and_normals, cross_products
+from specs.finding import Finding
+
+SMALLEST_AREA_MM2 = 2.5e-9
+"""A smaller triangle is degenerate: on a grid of 0.0001 mm the smallest has twice this area."""
+
+_FARTHEST_MM = 1e6
+_PATCH = "%.4f " * 9 + "%.5f %.5f %.5f\n"
+_ROWS = 4096
+
+
+def read_tri(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+    """Read a board file of either layout, packed or not; lengths become millimetres.
+
+    Returns:
+        The bodies in file order, and what was noticed while reading.
+
+    Raises:
+        BoardError: The file does not follow the format; the message names the line.
+    """
+    content = cut(read_text(path), path)
+    layout = read_layout(content, path) if content.records else read_legacy_layout(content, path)
+    values = content.numbers.values
+    may_be_far = values.size and max(values.max(), -values.min()) * MILLIMETRES[layout.units] > _FARTHEST_MM
+    patches, normals = _gather(values, layout)
+    if layout.units != "mm":
+        patches *= MILLIMETRES[layout.units]
+    if may_be_far:
+        _check_distance(patches, layout, path)
+    keep, notes = _check_patches(patches, normals, layout)
+    roles = _legacy_roles(layout.items, patches) if layout.legacy else _read_roles(layout.items, path)
+    if layout.legacy:
+        message = (
+            "The file holds numbers only and states no units: mm taken, the board is the object of largest plan area."
+        )
+        notes.append(Finding("tri-legacy", "info", message))
+    return tuple(_build(layout, roles, patches, normals, keep, path)), tuple(notes)
+
+
+def _gather(values: NDArray[np.float64], layout: Layout) -> tuple[Triangles, Directions]:
+    """Sort the numbers into patches and normals; a normal that is not stated is zero for now."""
+    count = len(layout.offsets)
+    if (layout.widths == 12).all() and count * 12 == len(values):
+        table = values.reshape(-1, 12)
+        return table[:, :9].reshape(-1, 3, 3), table[:, 9:].copy()
+    patches = values[layout.offsets[:, None] + np.arange(9)].reshape(-1, 3, 3)
+    normals = np.zeros((count, 3))
+    stated = layout.widths == 12
+    normals[stated] = values[layout.offsets[stated, None] + np.arange(9, 12)]
+    return patches, normals
+
+
+def _check_distance(patches: Triangles, layout: Layout, path: Path) -> None:
+    far = np.flatnonzero((np.abs(patches) > _FARTHEST_MM).any(axis=(1, 2)))
+    if far.size:
+        raise BoardError(
+            "a vertex lies more than 1 km away. Check the units.", file=path, line=int(layout.lines[far[0]])
+        )
+
+
+def _check_patches(patches: Triangles, normals: Directions, layout: Layout) -> tuple[NDArray[np.bool_], list[Finding]]:
+    """Complete the normals in place; return which patches have an area, and what was noticed."""
+    windings = cross_products(patches)
+    keep = np.einsum("ij,ij->i", windings, windings) > (2.0 * SMALLEST_AREA_MM2) ** 2
+    square = np.einsum("ij,ij->i", normals, normals)
+    stated = layout.widths == 12
+    lost = stated & (square < 1e-12) & keep
+    odd = np.abs(square - 1.0) > 2e-4  # five decimals of a unit vector stay as they are, to be written the same again
+    scaled = odd & (square >= 1e-12)
+    normals[scaled] /= np.sqrt(square[scaled, None])
+    taken = square < 1e-12
+    normals[taken] = areas_and_normals(patches[taken])[1]
+    against = keep & (np.einsum("ij,ij->i", normals, windings) < 0.0)
+    notes: list[Finding] = []
+    for mask, rule, text in (
+        (~keep, "tri-degenerate", "without an area were left out"),
+        (lost, "tri-zero-normal", "have a normal of zero length: the winding's was taken"),
+        (against, "tri-normal", "have a normal more than 90° away from their winding: the stated normal was taken"),
+    ):
+        count = int(np.count_nonzero(mask))
+        if count:
+            line = int(layout.lines[np.flatnonzero(mask)[0]])
+            notes.append(Finding(rule, "warning", f"{count} patches {text} (first in line {line})."))
+    return keep, notes
+
+
+def _legacy_roles(items: Iterable[Item], patches: Triangles) -> list[Role]:
+    areas: list[float] = []
+    begin = 0
+    for item in items:
+        count = sum(patches for _, patches in item.surfaces)
+        corners = patches[begin : begin + count].reshape(-1, 3)[:, :2]
+        areas.append(float(np.prod(np.ptp(corners, axis=0))) if count else 0.0)
+        begin += count
+    board = int(np.argmax(np.round(areas, 4)))
+    return ["board" if place == board else "component" for place in range(len(areas))]
+
+
+def _read_roles(items: Iterable[Item], path: Path) -> list[Role]:
+    roles: list[Role] = []
+    board: Item | None = None
+    for item in items:
+        role = cast(Role | None, _choice(item, "role", get_args(Role), path))
+        if role is None:
+            raise BoardError(f"object {item.name} has no role=board, component or fixture.", file=path, line=item.line)
+        if role == "board":
+            if board is not None:
+                message = f"a second board, {item.name}; line {board.line} has one already. Give one another role."
+                raise BoardError(message, file=path, line=item.line)
+            board = item
+        roles.append(role)
+    if board is None:
+        raise BoardError("no object has role=board. Give it to the bare board.", file=path)
+    return roles
+
+
+def _choice(item: Item, key: str, words: tuple[str, ...], path: Path) -> str | None:
+    value = item.attributes.get(key)
+    if value is not None and value not in words:
+        raise BoardError(f"{key}={value[:40]!r} of {item.name}: write {' or '.join(words)}.", file=path, line=item.line)
+    return value
+
+
+def _build(
+    layout: Layout, roles: list[Role], patches: Triangles, normals: Directions, keep: NDArray[np.bool_], path: Path
+) -> Iterator[Body]:
+    patches, normals = (patches, normals) if keep.all() else (patches[keep], normals[keep])
+    counts = [count for item in layout.items for _, count in item.surfaces]
+    left = iter(np.diff(np.concatenate(([0], np.cumsum(keep)))[np.cumsum([0, *counts])]).tolist())
+    last = 0
+    for item, role in zip(layout.items, roles, strict=True):
+        first = last
+        kept = [Surface(name, next(left)) for name, _ in item.surfaces]
+        surfaces = tuple(surface for surface in kept if surface.patches)
+        last = first + sum(surface.patches for surface in surfaces)
+        if first == last:
+            raise BoardError(f"object {item.name} has no patch with an area.", file=path, line=item.line)
+        attributes = item.attributes
+        yield Body(
+            name=item.name,
+            role=role,
+            patches=patches[first:last],
+            normals=normals[first:last],
+            surfaces=surfaces,
+            package=attributes.get("package"),
+            part=attributes.get("part"),
+            value=attributes.get("value"),
+            pins=read_count(attributes["pins"], f"pins of {item.name}", item.line, path)
+            if "pins" in attributes
+            else None,
+            side=cast(Side | None, _choice(item, "side", get_args(Side), path)),
+            standoff_mm=_read_standoff(item, layout.units, path),
+            extra=tuple((key, value) for key, value in attributes.items() if key.startswith("x-")),
+            pads=read_pads(item, layout.units, path),
+        )
+
+
+def _read_standoff(item: Item, units: str, path: Path) -> float | None:
+    word = item.attributes.get("standoff")
+    if word is None:
+        return None
+    if is_number(word) and 0.0 <= float(word) * MILLIMETRES[units] <= _FARTHEST_MM:
+        return float(word) * MILLIMETRES[units] + 0.0
+    raise BoardError(f"standoff={word[:40]!r} of {item.name}: write a length ≥ 0.", file=path, line=item.line)
+
+
+def write_tri(bodies: Iterable[Body]) -> str:
+    """Write bodies as the text of a board file: the same bodies give the same text, and so does reading it back.
+
+    Lengths are rounded to 0.0001 mm, normals to five decimals; patches that lose their area by that are left out.
+
+    Raises:
+        BoardError: A body has no patch with an area.
+    """
+    parts: list[str] = []
+    count = 0
+    for body in bodies:
+        count += 1
+        parts.extend(_write_body(body))
+    return f"board-tri 1\nunits mm\nobjects {count}\n" + "".join(parts)
+
+
+def _write_body(body: Body) -> Iterator[str]:
+    table = np.hstack([np.round(body.patches.reshape(-1, 9), 4), np.round(body.normals, 5)]) + 0.0
+    keep = areas_and_normals(table[:, :9].reshape(-1, 3, 3))[0] > SMALLEST_AREA_MM2
+    owner = np.repeat(np.arange(len(body.surfaces)), [surface.patches for surface in body.surfaces])
+    counts = np.bincount(owner[keep], minlength=len(body.surfaces)).tolist()
+    surfaces = [(surface.name, count) for surface, count in zip(body.surfaces, counts, strict=True) if count]
+    if not surfaces:
+        raise BoardError(f"{body.name} has no patch with an area: it cannot be written to a board file.")
+    yield f"object {_word(body.name)} surfaces {len(surfaces)} role={body.role}{_attributes(body)}\n"
+    table = table[keep]
+    begin = 0
+    for name, count in surfaces:
+        yield f"surface {_word(name)} patches {count}\n"
+        for first in range(begin, begin + count, _ROWS):
+            rows = table[first : min(first + _ROWS, begin + count)]
+            yield _PATCH * len(rows) % tuple(rows.ravel().tolist())
+        begin += count
+
+
+def _attributes(body: Body) -> str:
+    stated: list[tuple[str, object]] = [
+        ("package", body.package),
+        ("part", body.part),
+        ("value", body.value),
+        ("pins", body.pins),
+        ("side", body.side),
+        ("standoff", None if body.standoff_mm is None else f"{body.standoff_mm:.4f}"),
+        ("pads", write_pads(body.pads)),
+        *body.extra,
+    ]
+    return "".join(f" {key}={_word(str(value))}" for key, value in stated if value is not None)
+
+
+def _word(text: str) -> str:
+    """Quote a text where it must be; the format knows no escapes, so a double quote becomes two single ones."""
+    plain = " ".join(text.replace('"', "''").split())
+    return f'"{plain}"' if not plain or " " in plain or "#" in plain else plain

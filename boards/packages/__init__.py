@@ -1,0 +1,1 @@
+"""Package families: what a package name says of size, height and standoff."""

@@ -1,0 +1,1 @@
+"""Placement tables and bills of materials, joined to a board."""

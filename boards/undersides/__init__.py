@@ -1,0 +1,1 @@
+"""What is beneath a component: gap height, joints and pads."""

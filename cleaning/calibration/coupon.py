@@ -1,0 +1,206 @@
+"""A glass coupon on two shims above a plate with dyed residue: how much of it a spray leaves, by the model's own laws.
+
+The shims close two sides. The nozzle stands upright beside one of the open sides, its reference azimuth towards the
+coupon, and the flow goes straight through to the other: one pressure drop, one shear, one residue everywhere. The
+coupon is wet from the beginning, and its residue is too thin to narrow the gap.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cleaning.calibration.measurements import Column, Measurements, read_measurements, require_variation
+from cleaning.errors import CleaningError
+from cleaning.film.edge_pressure import edge_pressures
+from cleaning.gap.edge_segments import Edges
+from cleaning.gap.inertia import inertial, lubrication_velocity
+from cleaning.jet.jet import Jet, jet_of
+from cleaning.parameters.liquid import density_kg_m3, viscosity_pa_s
+from cleaning.parameters.model import Film, Liquid, Parameters, Soil
+from cleaning.process.stages import Samples, Stage
+from cleaning.undersides.kinetics import removal_rate, softening_rate, step
+from geometry.arrays import Indices, Scalars
+from recipes.nozzles import Nozzle
+
+_BAR_PA = 1e5
+_COUPON_THICK_MM = 1.0
+_LEAST_ROWS = 8
+_HEIGHT_MM = 50.0
+_DISTANCE_MM = 40.0
+_SIZE_MM = 25.0
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """With what the coupons were sprayed, and what is known beforehand."""
+
+    nozzle: Nozzle
+    liquid: Liquid
+    parameters: Parameters
+
+
+@dataclass(frozen=True)
+class Coupons:
+    """n measurements on coupons."""
+
+    measurements: Measurements
+    bench: Bench
+
+    @cached_property
+    def blows(self) -> tuple[list[tuple[float, ...]], Indices]:
+        """Distinct pressure, size, height and distance in the order of the file; and which is each row's (n,)."""
+        return _distinct(self.measurements, ("pressure_bar", "width_mm", "length_mm", "height_mm", "distance_mm"))
+
+    @cached_property
+    def baths(self) -> tuple[list[tuple[float, ...]], Indices]:
+        """Distinct temperature and concentration, likewise."""
+        return _distinct(self.measurements, ("temperature_c", "concentration_pct"))
+
+    @property
+    def cleaned(self) -> Scalars:
+        """(n,) share that was cleaned."""
+        return self.measurements.columns["cleaned_fraction"]
+
+    @property
+    def between(self) -> NDArray[np.bool_]:
+        """(n,) whether a coupon is neither untouched nor clean.
+
+        Nothing is seen below 0 or above 1, so that those at the ends show no scatter: a fit must not count them when
+        it judges how large that is.
+        """
+        return (self.cleaned > 0.0) & (self.cleaned < 1.0)
+
+    @cached_property
+    def jets(self) -> list[tuple[Stage, Jet]]:
+        """The jet of each blow; it takes some time to find."""
+        stages = [_stage(self.bench, bar, height) for bar, _, _, height, _ in self.blows[0]]
+        return [(stage, jet_of(stage, self.bench.parameters.spray)) for stage in stages]
+
+    def drop_pa(self, film: Film) -> Scalars:
+        """(n,) pressure of the side before the nozzle less that of the far side."""
+        blows = zip(self.jets, self.blows[0], strict=True)
+        each = [_drop(*jet, _edges(width, length, away), film) for jet, (_, width, length, _, away) in blows]
+        return np.array(each, dtype=np.float64)[self.blows[1]]
+
+    def shear_pa(self, drop_pa: Scalars) -> Scalars:
+        """(n,) wall shear in the gap: 6 mu u / h of the flow that viscosity and inertia allow."""
+        columns = self.measurements.columns
+        height, path = 1e-6 * columns["standoff_um"], 1e-3 * columns["length_mm"]
+        loss = self.bench.parameters.gap.entrance_loss
+        shear = np.zeros(len(height))
+        for index, (celsius, _) in enumerate(self.baths[0]):
+            mine = self.baths[1] == index
+            viscosity = viscosity_pa_s(self.bench.liquid, celsius)
+            density = density_kg_m3(self.bench.liquid, celsius)
+            thin = lubrication_velocity(drop_pa[mine], height[mine], path[mine], viscosity)
+            speed = inertial(thin, height[mine], path[mine], density, viscosity, loss)
+            shear[mine] = 6.0 * viscosity * np.maximum(speed, 0.0) / height[mine]
+        return shear
+
+    def predict(self, soil: Soil, shear_pa: Scalars) -> Scalars:
+        """(n,) share that the model says is cleaned."""
+        each = [softening_rate(soil, celsius, percent) for celsius, percent in self.baths[0]]
+        softening = np.array(each, dtype=np.float64)[self.baths[1]]
+        hard, soft = step(1.0, 0.0, softening, removal_rate(soil, shear_pa), self.measurements.columns["time_s"])
+        return 1.0 - hard - soft
+
+
+def read_coupons(path: Path, bench: Bench) -> Coupons:
+    """Read measurements on coupons.
+
+    Raises:
+        CleaningError: they cannot be used; the message says which line.
+    """
+    measurements = read_measurements(path, _columns(bench.liquid), _LEAST_ROWS)
+    require_variation(path, measurements, "time_s", "measure at two times at least, or no rate can be told")
+    require_variation(
+        path,
+        measurements,
+        "temperature_c",
+        "measure at two temperatures at least, some 10 °C apart, for the activation",
+    )
+    require_variation(path, measurements, "cleaned_fraction", "nothing changed, so that nothing can be told")
+    coupons = Coupons(measurements, bench)
+    between = int(coupons.between.sum())
+    if between < _LEAST_ROWS:
+        message = f"{between} rows lie between 0 and 1; {_LEAST_ROWS} are needed. Try times between"
+        raise CleaningError(message, path="cleaned_fraction", file=path, line=measurements.header_line)
+    return coupons
+
+
+def _columns(liquid: Liquid) -> Mapping[str, Column]:
+    return {
+        "standoff_um": Column(1.0, 1000.0),
+        "time_s": Column(0.1, 1e5),
+        "temperature_c": Column(1.0, 99.0),
+        "pressure_bar": Column(0.01, 100.0),
+        "cleaned_fraction": Column(0.0, 1.0),
+        "width_mm": Column(1.0, 200.0, default=_SIZE_MM),
+        "length_mm": Column(1.0, 200.0, default=_SIZE_MM),
+        "concentration_pct": Column(0.01, 100.0, default=liquid.concentration_pct),
+        "height_mm": Column(5.0, 500.0, default=_HEIGHT_MM),
+        "distance_mm": Column(1.0, 500.0, default=_DISTANCE_MM),
+    }
+
+
+def _distinct(measurements: Measurements, names: tuple[str, ...]) -> tuple[list[tuple[float, ...]], Indices]:
+    keys = list(zip(*(measurements.columns[name].tolist() for name in names), strict=True))
+    order = {key: index for index, key in enumerate(dict.fromkeys(keys))}
+    return list(order), np.array([order[key] for key in keys], dtype=np.int64)
+
+
+def _drop(stage: Stage, jet: Jet, edges: Edges, film: Film) -> float:
+    """Pressure drop over one coupon, Pa: what the analysis says of the edges of a part of this size and place."""
+    (found,) = edge_pressures(stage, jet, edges, film)
+    if not len(found.sample):
+        return 0.0
+    return float(found.pressure_pa[0, :2].mean() - found.pressure_pa[0, 4:6].mean())
+
+
+def _edges(width_mm: float, length_mm: float, distance_mm: float) -> Edges:
+    """The eight edge segments of a coupon whose front side faces the nozzle at the origin, from -y."""
+    quarter, near, far = 0.25 * width_mm, distance_mm, distance_mm + length_mm
+    places = [(-quarter, near), (quarter, near)]
+    places += [(2 * quarter, near + 0.25 * length_mm), (2 * quarter, near + 0.75 * length_mm)]
+    places += [(quarter, far), (-quarter, far)]
+    places += [(-2 * quarter, near + 0.75 * length_mm), (-2 * quarter, near + 0.25 * length_mm)]
+    outward = np.repeat([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]], 2, axis=0)
+    return Edges(
+        component=np.zeros(1, dtype=np.int64),
+        middles=np.array([[[x, y, 0.0] for x, y in places]]),
+        outward=outward[None],
+        heights_mm=np.array([_COUPON_THICK_MM]),
+        sheltered=np.full((1, 8), np.inf),
+        facing=np.ones(1),
+    )
+
+
+def _stage(bench: Bench, pressure_bar: float, height_mm: float) -> Stage:
+    """The nozzle over the origin, upright, its reference azimuth towards +y."""
+    axes = np.array([[[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]])
+    samples = Samples(
+        times=np.zeros(1),
+        seconds=np.ones(1),
+        tcp=np.array([[0.0, 0.0, height_mm]]),
+        axes=axes,
+        made_by=np.zeros(1, dtype=np.int64),
+        makers=("coupon",),
+    )
+    return Stage(
+        made_by="coupon",
+        function="clean",
+        use="wash",
+        nozzle_name="coupon",
+        nozzle=bench.nozzle,
+        solution="coupon",
+        liquid=bench.liquid,
+        pressure_pa=_BAR_PA * pressure_bar,
+        temperature_c=60.0,
+        begin_s=0.0,
+        end_s=1.0,
+        samples=samples,
+    )

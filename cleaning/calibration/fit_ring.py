@@ -1,0 +1,209 @@
+"""Fitting the ring of a hollow cone to spray patterns that were measured on flat sheets.
+
+The ring has a half angle that may vary about the axis, and a Gaussian profile in the polar angle. Where its inner and
+outer edges were measured, they are taken for two sigmas inside and outside of the middle, as recipes and jets have it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cleaning.calibration.confidence import Estimate, Fit, chance_of_less, half_widths
+from cleaning.calibration.measurements import Measurements
+from cleaning.calibration.spray_patterns import Rays, harmonics, places, rays_to, read_sheets, sheet_of
+from cleaning.errors import CleaningError
+from geometry.arrays import Scalars
+from recipes.footprint import RING_EDGE_SIGMAS
+
+Quantity: TypeAlias = Literal["volume", "pressure"]
+"""What an intensity stands for: deposited volume (water-sensitive paper), or stress (pressure film)."""
+_ORDER = 2
+_LEAST_AZIMUTHS = 8
+_WIDEST_GAP = np.pi / 2
+_CHANCE = 0.01
+_ANGLES = (np.radians(1.0), np.radians(84.0))
+_SIGMAS = (np.radians(0.2), np.radians(20.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """How well one sheet is met."""
+
+    height_mm: float
+    tilt_deg: float
+    samples: int
+    rms: float
+    bias: float
+    """Mean of measured less fitted; a cone that contracts with distance shows in it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RingFit:
+    """A fitted ring."""
+
+    measurements: Measurements
+    half_angle_deg: Estimate
+    """Mean about the axis."""
+    sigma_deg: Estimate
+    waves_deg: tuple[float, ...]
+    """Cosine and sine amplitudes of the half angle, by order; empty where the ring is no worse as a circle."""
+    gain: tuple[float, ...]
+    """Cosine and sine amplitudes of the intensity about the axis; empty where edges were measured, or none matters."""
+    rms: float
+    unit: str
+    """Of ``rms`` and of the sheets: ``"mm"``, or ``"of the peak"``."""
+    sheets: tuple[Sheet, ...]
+
+    def middle(self, azimuth: Scalars) -> Scalars:
+        """Half angle at azimuths (n,), both rad."""
+        order = len(self.waves_deg) // 2
+        waves = harmonics(azimuth, order) @ np.radians(np.array(self.waves_deg, dtype=np.float64))
+        return np.asarray(np.radians(self.half_angle_deg.value) + waves, dtype=np.float64)
+
+
+def calibrate_ring(path: Path, quantity: Quantity = "volume") -> RingFit:
+    """Fit half angle, sigma and the ring's irregularity to a table of measured patterns.
+
+    Args:
+        path: CSV of edges (azimuth, inner and outer radius) or of intensities, at two heights at least.
+        quantity: What intensities stand for.
+
+    Raises:
+        CleaningError: the table cannot be used, or shows no ring.
+    """
+    sheets = read_sheets(path)
+    solve = _edges(sheets) if "intensity" not in sheets.columns else _intensities(sheets, quantity)
+    fit = solve(0)
+    if _sees_around(sheets):
+        wavy = solve(_ORDER)
+        if wavy.fit.freedom > 0 and chance_of_less(fit.fit, wavy.fit) < _CHANCE:
+            fit = wavy
+    return _conclude(path, sheets, fit)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Solved:
+    """The optimum for one number of harmonics: parameters are middle, sigma, waves, gain."""
+
+    fit: Fit
+    left: NDArray[np.float64]
+    """(n, k) what is left of each row."""
+    order: int
+    unit: str
+
+
+_Solve: TypeAlias = Callable[[int], _Solved]
+
+
+def _edges(sheets: Measurements) -> _Solve:
+    """Prepare the fit of edges: linear in all parameters, weighted so that what is left is in mm on the sheet."""
+    radii = (sheets.columns["inner_mm"], sheets.columns["outer_mm"])
+    rays = [rays_to(sheets, *places(sheets, radius)) for radius in radii]
+    nearby = [rays_to(sheets, *places(sheets, radius + 1e-3)) for radius in radii]
+    weights = [1e-3 / (near.polar - ray.polar) for near, ray in zip(nearby, rays, strict=True)]
+
+    def solve(order: int) -> _Solved:
+        rows = [_edge_design(ray, side, order) for ray, side in zip(rays, (-1.0, 1.0), strict=True)]
+        design = np.vstack([weight[:, None] * row for weight, row in zip(weights, rows, strict=True)])
+        wanted = np.concatenate([weight * ray.polar for weight, ray in zip(weights, rays, strict=True)])
+        found = np.asarray(np.linalg.lstsq(design, wanted)[0], dtype=np.float64)
+        left = wanted - design @ found
+        fit = Fit(found, float(left @ left), len(wanted) - len(found), -design)
+        return _Solved(fit, left.reshape(2, -1).T, order, "mm")
+
+    return solve
+
+
+def _edge_design(rays: Rays, side: float, order: int) -> NDArray[np.float64]:
+    ones = np.ones(len(rays.polar))
+    return np.column_stack([ones, side * RING_EDGE_SIGMAS * ones, harmonics(rays.azimuth, order)])
+
+
+def _intensities(sheets: Measurements, quantity: Quantity) -> _Solve:
+    """Prepare the fit of intensities; how strong each sheet is altogether is unknown and fitted with the rest."""
+    from scipy.optimize import least_squares
+
+    around = (sheets.columns["x_mm"], sheets.columns["y_mm"]) if "x_mm" in sheets.columns else None
+    rays = rays_to(sheets, *(around or places(sheets, sheets.columns["radius_mm"])))
+    keys, sheet = sheet_of(sheets)
+    members = np.array([sheet == index for index in range(len(keys))])
+    peaks = np.array([sheets.columns["intensity"][mine].max() for mine in members])
+    measured = sheets.columns["intensity"] / np.maximum(peaks, 1e-300)[sheet]
+    spread = rays.incidence_cosine ** (2 if quantity == "pressure" else 1) / rays.length**2
+    weight = measured / spread
+    start = float(np.clip(weight @ rays.polar / weight.sum(), *_ANGLES))
+
+    def residuals(values: Scalars, order: int) -> Scalars:
+        waves = harmonics(rays.azimuth, order)
+        middle = values[0] + waves @ values[2 : 2 + 2 * order]
+        shape = spread * (1.0 + waves @ values[2 + 2 * order :])
+        shape = shape * np.exp(-0.5 * ((rays.polar - middle) / values[1]) ** 2)
+        strength = (members @ (shape * measured)) / np.maximum(members @ shape**2, 1e-300)
+        return np.asarray(measured - strength[sheet] * shape, dtype=np.float64)
+
+    def solve(order: int) -> _Solved:
+        low = np.array([_ANGLES[0], _SIGMAS[0], *np.full(2 * order, -0.3), *np.full(2 * order, -1.0)])
+        high = np.array([_ANGLES[1], _SIGMAS[1], *np.full(2 * order, 0.3), *np.full(2 * order, 1.0)])
+        starts = [np.array([start, sigma, *np.zeros(4 * order)]) for sigma in np.radians([1.5, 3.0, 6.0])]
+        tried = [least_squares(residuals, first, bounds=(low, high), args=(order,)) for first in starts]
+        best = tried[int(np.argmin([round(float(each.cost), 12) for each in tried]))]
+        freedom = len(measured) - len(low) - len(keys)
+        fit = Fit(np.asarray(best.x, dtype=np.float64), 2.0 * float(best.cost), freedom, np.asarray(best.jac))
+        return _Solved(fit, np.asarray(best.fun)[:, None], order, "of the peak")
+
+    return solve
+
+
+def _sees_around(sheets: Measurements) -> bool:
+    """Tell whether the ring was measured at enough azimuths on all sides to say how it varies about the axis."""
+    columns = sheets.columns
+    around = np.radians(columns["azimuth_deg"]) if "azimuth_deg" in columns else None
+    if around is None:
+        around = np.arctan2(columns["y_mm"], columns["x_mm"])
+    distinct = np.unique(np.round(around % (2 * np.pi), 3))
+    gaps = np.diff(np.append(distinct, distinct[0] + 2 * np.pi))
+    return len(distinct) >= _LEAST_AZIMUTHS and float(gaps.max()) <= _WIDEST_GAP
+
+
+def _conclude(path: Path, sheets: Measurements, solved: _Solved) -> RingFit:
+    fit, order = solved.fit, solved.order
+    _check_ring(path, sheets, solved)
+    half = half_widths(fit)
+    angle, sigma = (
+        Estimate(*(float(np.degrees(each)) for each in (value, value - wide, value + wide)))
+        for value, wide in zip(fit.parameters[:2], half[:2], strict=True)
+    )
+    keys, sheet = sheet_of(sheets)
+    told = tuple(_sheet(key, solved.left[sheet == index]) for index, key in enumerate(keys))
+    return RingFit(
+        measurements=sheets,
+        half_angle_deg=angle,
+        sigma_deg=sigma,
+        waves_deg=tuple(np.degrees(fit.parameters[2 : 2 + 2 * order]).tolist()),
+        gain=tuple(fit.parameters[2 + 2 * order :].tolist()),
+        rms=float(np.sqrt(np.mean(solved.left**2))),
+        unit=solved.unit,
+        sheets=told,
+    )
+
+
+def _check_ring(path: Path, sheets: Measurements, solved: _Solved) -> None:
+    angle, sigma = solved.fit.parameters[:2]
+    if solved.fit.freedom <= 0:
+        message = f"{len(sheets)} rows are too few for what is fitted to them"
+        raise CleaningError(message, file=path, line=sheets.header_line)
+    inside = _ANGLES[0] < angle < _ANGLES[1] and 1.01 * _SIGMAS[0] < sigma < 0.99 * _SIGMAS[1]
+    if not inside or np.linalg.matrix_rank(solved.fit.jacobian) < len(solved.fit.parameters):
+        message = (
+            f"these patterns show no ring: the fit ends at a half angle of {np.degrees(angle):.1f} and a sigma of "
+            f"{np.degrees(sigma):.1f} degrees. Radii are told from where the nozzle's axis meets the sheet"
+        )
+        raise CleaningError(message, file=path, line=sheets.header_line)
+
+
+def _sheet(key: tuple[float, float], left: NDArray[np.float64]) -> Sheet:
+    return Sheet(*key, len(left), float(np.sqrt(np.mean(left**2))), float(np.mean(left)))

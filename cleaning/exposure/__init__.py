@@ -1,0 +1,1 @@
+"""How much liquid reaches each place of the surface: rays, line of sight, sums by cell."""

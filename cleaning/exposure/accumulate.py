@@ -1,0 +1,147 @@
+"""The inner loops of exposure: dealing rays to poses, and adding up what they bring."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cleaning.jet.compiled_jet import KNIFE, JetForm, stress_factor
+from geometry.coverage.compiled import compiled, quick
+
+VOLUME, CONE, FRONT, NORMAL, TANGENTIAL, PEAK, HITS = range(7)
+"""Columns of what is added up for each cell; volumes in mm³, the rest times area in mm²."""
+SUMS = 8
+"""One more column than that: a row is one line of the cache."""
+_GRAZING = 1e-6
+
+
+class Rays(NamedTuple):
+    """A deck for compiled code: one row a ray, as ``RAY`` columns say."""
+
+    rows: NDArray[np.float64]
+    """(n, 8): start x, direction, strength, inside, front, spread."""
+    per_sample: int
+    """How many are dealt to each sample."""
+
+
+class Poses(NamedTuple):
+    """The samples of a stage for compiled code."""
+
+    seconds: NDArray[np.float64]
+    tcp: NDArray[np.float64]
+    axes: NDArray[np.float64]
+    maker: NDArray[np.int64]
+
+
+class Ground(NamedTuple):
+    """The faces that rays land on."""
+
+    planes: NDArray[np.float64]
+    """(m, 4)"""
+    cell: NDArray[np.int32]
+    """(m,)"""
+    component: NDArray[np.int32]
+    """(c,) of each cell; the number of components for what belongs to none."""
+
+
+class Account(NamedTuple):
+    """What is added up."""
+
+    cells: NDArray[np.float64]
+    """(c, SUMS)"""
+    makers: NDArray[np.float64]
+    """(makers, components + 1) mm³; the last column is what belongs to no component."""
+
+
+@quick
+def deal(
+    rays: Rays,
+    poses: Poses,
+    origin: NDArray[np.float64],
+    first: int,
+    out: tuple[NDArray[np.float32], NDArray[np.float32]],
+) -> None:
+    """Place the rays of some samples, beginning with sample ``first``; origins are counted from ``origin``."""
+    origins, directions = out
+    count, deck = rays.per_sample, len(rays.rows)
+    for i in range(len(origins) // count):
+        tcp, axes = poses.tcp[first + i], poses.axes[first + i]
+        next_ray = (first + i) * count % deck
+        for k in range(count):
+            row = rays.rows[next_ray]
+            next_ray = next_ray + 1 if next_ray + 1 < deck else 0
+            ray = i * count + k
+            for axis in range(3):
+                origins[ray, axis] = tcp[axis] - origin[axis] + axes[axis, 0] * row[0]
+                directions[ray, axis] = axes[axis, 0] * row[1] + axes[axis, 1] * row[2] + axes[axis, 2] * row[3]
+
+
+@compiled
+def spread_at(jet: JetForm, z: float, y: float, length: float) -> float:
+    """Area at right angles to a ray over which a unit of density coordinates has spread, mm²; (y, z) its direction."""
+    if jet.kind != KNIFE:
+        return length * length
+    return length * z * (z + y * y / z) * (jet.half_slot_mm + length * z * math.tan(jet.wide))
+
+
+@quick
+def land(
+    jet: JetForm,
+    rays: Rays,
+    poses: Poses,
+    ground: Ground,
+    flight: tuple[int, NDArray[np.int32], bool],
+    account: Account,
+) -> None:
+    """Add up what the rays of some samples bring.
+
+    Args:
+        jet: Whose rays.
+        rays: Its deck.
+        poses: The samples.
+        ground: What is hit.
+        flight: The first sample, (n,) faces hit or -1, and whether the jet leaves liquid.
+        account: What is added to.
+    """
+    first, faces, wets = flight
+    count, deck = rays.per_sample, len(rays.rows)
+    flow_mm3_s = jet.flow_m3_s * 1e9
+    for i in range(len(faces) // count):
+        sample = first + i
+        seconds = poses.seconds[sample] / count
+        tcp, axes = poses.tcp[sample], poses.axes[sample]
+        by_maker = account.makers[poses.maker[sample]]
+        next_ray = sample * count % deck
+        for k in range(count):
+            row = rays.rows[next_ray]
+            next_ray = next_ray + 1 if next_ray + 1 < deck else 0
+            face = faces[i * count + k]
+            if face < 0:
+                continue
+            plane = ground.planes[face]
+            facing = 0.0
+            away = plane[3]
+            for axis in range(3):
+                along = axes[axis, 0] * row[1] + axes[axis, 1] * row[2] + axes[axis, 2] * row[3]
+                facing += plane[axis] * along
+                away -= plane[axis] * (tcp[axis] + axes[axis, 0] * row[0])
+            cell = ground.cell[face]
+            sums = account.cells[cell]
+            sums[HITS] += 1.0
+            volume = flow_mm3_s * jet.scale * row[4] * row[7] * seconds
+            if wets:
+                sums[VOLUME] += volume
+                by_maker[ground.component[cell]] += volume
+            cosine = abs(facing)
+            if cosine < _GRAZING:
+                continue
+            length = max(away / facing, 1e-3)
+            spread = spread_at(jet, row[3], row[2], length)
+            area_s = spread / cosine * row[7] * seconds
+            sums[CONE] += row[5] * area_s
+            sums[FRONT] += row[6] * area_s
+            stress = stress_factor(jet, row[4], length, spread) * cosine * cosine
+            sums[NORMAL] += stress * area_s
+            sums[TANGENTIAL] += stress * math.sqrt(max(1.0 - cosine * cosine, 0.0)) / cosine * area_s
+            sums[PEAK] = max(sums[PEAK], stress)

@@ -1,0 +1,185 @@
+"""What reaches chosen cells, worked out exactly: the answer that ``expose`` estimates by following rays.
+
+Each facet is asked at three places inside it, a small one at its middle: what every sample of the stage sprays there,
+and whether anything stands in between.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cleaning.exposure.accumulate import Poses
+from cleaning.exposure.trace import poses_of
+from cleaning.jet.compiled_jet import JetForm, misses, profile, ray_to, stress_factor
+from cleaning.jet.jet import Jet
+from cleaning.jet.ray_samples import FRONT
+from cleaning.process.stages import Stage
+from cleaning.surface.facets import Facets
+from cleaning.surface.ray_scene import Scene, are_blocked
+from cleaning.surface.sky_view import SMALL_MM2, inner_points
+from geometry.arrays import Indices, Points, Scalars
+from geometry.coverage.compiled import quick
+
+_CONE, _FRONT, _VOLUME, _NORMAL, _TANGENTIAL, _PEAK, _COLUMNS = range(7)
+_RAYS = 200_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Gathered:
+    """What reaches each of k chosen cells in one stage: the same quantities as in ``Exposure``."""
+
+    cells: Indices
+    """(k,) index into the cells of the facets."""
+    cone_s: Scalars
+    front_s: Scalars
+    volume_mm: Scalars
+    peak_pa: Scalars
+    impulse_n_pa_s: Scalars
+    impulse_t_pa_s: Scalars
+
+
+def gather(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices) -> Gathered:
+    """Add up, over all samples, what each chosen cell gets.
+
+    Args:
+        stage: With samples.
+        jet: ``jet_of`` the stage.
+        facets: ``build_facets`` of the scene.
+        scene: What stands in between.
+        cells: (k,) each at most once.
+    """
+    row = np.full(len(facets.cell_areas_mm2), -1, dtype=np.int64)
+    row[cells] = np.arange(len(cells))
+    chosen = np.flatnonzero((row[facets.cell] >= 0) & facets.exposed)
+    places, facet, weights = _places(facets, chosen)
+    found = _reached(stage, jet, scene, places, facets.normals[facet])
+    whose = row[facets.cell[facet]]
+    # A place that sees no sky gets next to nothing and its area is not counted: as where rays are followed.
+    sums = [np.bincount(whose, found[:, k] * weights, len(cells)) for k in range(_PEAK)]
+    peak = np.zeros(len(cells))
+    np.maximum.at(peak, whose, found[:, _PEAK])
+    cone, front, volume, normal, tangential = (each / facets.cell_areas_mm2[cells] for each in sums)
+    return Gathered(cells, cone, front, volume * (0.0 if jet.gas else 1.0), peak, normal, tangential)
+
+
+def glimpse(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices) -> Gathered:
+    """Ask each chosen cell at one place alone: exact there, and many times quicker than ``gather``.
+
+    The place is the middle of the largest facet of the cell that is exposed.
+    """
+    shown = np.flatnonzero(facets.exposed)
+    order = shown[np.argsort(-facets.areas_mm2[shown], kind="stable")]
+    largest = np.zeros(len(facets.cell_areas_mm2), dtype=np.int64)
+    largest[facets.cell[order[::-1]]] = order[::-1]
+    chosen = largest[cells]
+    found = _reached(stage, jet, scene, facets.triangles[chosen].mean(axis=1), facets.normals[chosen])
+    cone, front, volume, normal, tangential, peak = found.T
+    return Gathered(cells, cone, front, volume * (0.0 if jet.gas else 1.0), peak, normal, tangential)
+
+
+def _places(facets: Facets, chosen: Indices) -> tuple[Points, Indices, Scalars]:
+    """Where chosen facets are asked: (n, 3) places, (n,) whose they are, and (n,) how much area each stands for."""
+    small = facets.areas_mm2[chosen] < SMALL_MM2
+    tiny, large = chosen[small], chosen[~small]
+    return (
+        np.concatenate([facets.triangles[tiny].mean(axis=1), inner_points(facets.triangles[large]).reshape(-1, 3)]),
+        np.concatenate([tiny, np.repeat(large, 3)]),
+        np.concatenate([facets.areas_mm2[tiny], np.repeat(facets.areas_mm2[large] / 3, 3)]),
+    )
+
+
+class Sights(NamedTuple):
+    """Lines of sight from the nozzle to places, for compiled code; as ``cleaning.scene`` takes them."""
+
+    origins: NDArray[np.float32]
+    directions: NDArray[np.float32]
+    lengths: NDArray[np.float32]
+    values: NDArray[np.float64]
+    """(n, 6) what reaches the place if nothing stands in between: s, s, mm, Pa s, Pa s, Pa."""
+
+
+def _reached(stage: Stage, jet: Jet, scene: Scene, places: Points, normals: Points) -> NDArray[np.float64]:
+    """(n, 6) of (n, 3) places: seconds in cone and front, mm, Pa s, Pa s, and the highest stress."""
+    poses = poses_of(stage.samples)
+    found = np.zeros((len(places), _COLUMNS))
+    room = _RAYS + len(poses.tcp)
+    sights = Sights(
+        np.empty((room, 3), dtype=np.float32),
+        np.empty((room, 3), dtype=np.float32),
+        np.empty(room, dtype=np.float32),
+        np.empty((room, _COLUMNS)),
+    )
+    begin, filled, counts = 0, 0, np.zeros(len(places), dtype=np.int64)
+    for k, (place, normal) in enumerate(zip(places, normals, strict=True)):
+        counts[k] = look(jet.form, poses, (place, normal, scene.origin), sights, filled)
+        filled += int(counts[k])
+        if filled >= _RAYS or k == len(places) - 1:
+            blocked = are_blocked(scene, sights.origins[:filled], sights.directions[:filled], sights.lengths[:filled])
+            add(sights.values, blocked, counts[begin : k + 1], found[begin : k + 1])
+            begin, filled = k + 1, 0
+    return found
+
+
+@quick
+def add(values: NDArray[np.float64], blocked: NDArray[np.bool_], counts: Indices, found: NDArray[np.float64]) -> None:
+    """Add what is not blocked to its place: ``counts`` says how many lines of sight each has, one after the other."""
+    k = 0
+    for place in range(len(counts)):
+        for _ in range(counts[place]):
+            if not blocked[k]:
+                for column in range(_PEAK):
+                    found[place, column] += values[k, column]
+                found[place, _PEAK] = max(found[place, _PEAK], values[k, _PEAK])
+            k += 1
+
+
+@quick
+def look(jet: JetForm, poses: Poses, target: tuple[Points, Points, Points], sights: Sights, begin: int) -> int:
+    """Lay a line of sight from each sample that sprays a place, or has it in its outer cone.
+
+    Args:
+        jet: Whose shape.
+        poses: The samples.
+        target: (3,) place, (3,) outward normal, and (3,) origin from which the lines are counted.
+        sights: Filled from row ``begin`` on.
+        begin: First free row.
+
+    Returns:
+        How many there are.
+    """
+    place, normal, origin = target
+    row = begin
+    for i in range(len(poses.tcp)):
+        turn, tcp = poses.axes[i], poses.tcp[i]
+        dx, dy, dz = place[0] - tcp[0], place[1] - tcp[1], place[2] - tcp[2]
+        z = turn[0, 2] * dx + turn[1, 2] * dy + turn[2, 2] * dz
+        x = turn[0, 0] * dx + turn[1, 0] * dy + turn[2, 0] * dz
+        y = turn[0, 1] * dx + turn[1, 1] * dy + turn[2, 1] * dz
+        if misses(jet, x, y, z):
+            continue
+        ux, uy, uz, length, spread = ray_to(jet, x, y, z)
+        strength, within = profile(jet, ux, uy, uz)
+        if strength <= 0.0 and not within:
+            continue
+        cosine = 0.0
+        for axis in range(3):
+            along = turn[axis, 0] * ux + turn[axis, 1] * uy + turn[axis, 2] * uz
+            cosine -= along * normal[axis]
+            sights.directions[row, axis] = along
+            sights.origins[row, axis] = place[axis] - along * length - origin[axis]
+        if cosine <= 0.0:
+            continue
+        sights.lengths[row] = length
+        seconds, values = poses.seconds[i], sights.values[row]
+        stress = stress_factor(jet, strength, length, spread) * cosine * cosine
+        values[_CONE] = seconds if within else 0.0
+        values[_FRONT] = seconds if strength > FRONT else 0.0
+        values[_VOLUME] = jet.flow_m3_s * 1e9 * jet.scale * strength / spread * cosine * seconds
+        values[_NORMAL] = stress * seconds
+        values[_TANGENTIAL] = stress * math.sqrt(max(1.0 - cosine * cosine, 0.0)) / cosine * seconds
+        values[_PEAK] = stress
+        row += 1
+    return row - begin

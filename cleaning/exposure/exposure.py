@@ -1,0 +1,156 @@
+"""What reaches the exposed surfaces in one stage."""
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cleaning.exposure import accumulate as scatter
+from cleaning.exposure.accumulate import Account, Ground
+from cleaning.exposure.trace import fly, poses_of, rays_of
+from cleaning.jet.jet import Jet
+from cleaning.process.stages import Samples, Stage
+from cleaning.surface.facets import Facets
+from cleaning.surface.ray_scene import Scene
+from geometry.arrays import Indices, Scalars
+from specs.progress import Progress, tell_nobody
+
+_BLOCKS = 160
+_BATCH_RAYS = 200_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Growth:
+    """The deposited volume as it grows with time: in block k cell ``cell[i]`` gains ``volume_mm[i]``.
+
+    No block holds what two templates of the recipe spray.
+    """
+
+    until_s: Scalars
+    """(b,) end of each block, from the beginning of the program, ascending."""
+    start: Indices
+    """(b + 1,) where each block's entries begin in the arrays below, and where the last ends."""
+    cell: Indices
+    """(k,) index into the cells of the facets."""
+    volume_mm: NDArray[np.float32]
+    """(k,)"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Exposure:
+    """What reaches each of c cells (``Facets``) in one stage. Zero where nothing does."""
+
+    cone_s: Scalars
+    """(c,) time in the outer cone, visible: the 1993 metric."""
+    front_s: Scalars
+    """(c,) time in which the flux is above a tenth of its peak."""
+    volume_mm: Scalars
+    """(c,) deposited volume per area."""
+    peak_pa: Scalars
+    """(c,) highest normal stress."""
+    impulse_n_pa_s: Scalars
+    """(c,) normal stress over time."""
+    impulse_t_pa_s: Scalars
+    """(c,) tangential stress over time."""
+    hits: Indices
+    """(c,) rays that landed: fewer than 30 say little."""
+    sprayed_mm3: float
+    """Volume that left the nozzle."""
+    landed_mm3: float
+    """Share of it that landed on a facet; the rest missed the board."""
+    rays: int
+    growth: Growth
+    by_maker_mm3: NDArray[np.float64] = field(default_factory=lambda: np.zeros((1, 0)))
+    """(components + 1, makers of the stage's samples) volume that each maker left on each component; in the last row
+    what lies on the bare board and on fixtures."""
+
+
+def expose(
+    stage: Stage, jet: Jet, facets: Facets, scene: Scene, rays_per_sample: int = 64, tell: Progress = tell_nobody
+) -> Exposure:
+    """Follow rays of the jet from every sample of a stage, and add up what they bring to each cell.
+
+    Args:
+        stage: With samples; no sample, no exposure.
+        jet: ``jet_of`` the stage.
+        facets: ``build_facets`` of the scene.
+        scene: What casts shadows.
+        rays_per_sample: At least 1; all in all a cell should be hit 30 times.
+        tell: Told how far it is.
+    """
+    samples = stage.samples
+    rays, poses = rays_of(jet, rays_per_sample), poses_of(samples)
+    # Of int64, a ground would need twice the memory that compiled code jumps about in.
+    components = int(facets.component.max(initial=-1)) + 1
+    belongs = np.where(facets.cell_component < 0, components, facets.cell_component)
+    ground = Ground(scene.planes, facets.cell.astype(np.int32), belongs.astype(np.int32))
+    account = Account(
+        np.zeros((len(facets.cell_areas_mm2), scatter.SUMS)), np.zeros((len(samples.makers), components + 1))
+    )
+    blocks = _blocks(samples)
+    batches = _batches(blocks, rays_per_sample)
+    grown: list[tuple[Indices, Scalars]] = []
+    before = np.zeros(len(account.cells))
+    for (first, last), faces in zip(batches, fly(rays, poses, scene, batches), strict=True):
+        scatter.land(jet.form, rays, poses, ground, (first, faces, not jet.gas), account)
+        if last in blocks:
+            cells = np.flatnonzero(account.cells[:, scatter.VOLUME] > before)
+            grown.append((cells, account.cells[cells, scatter.VOLUME] - before[cells]))
+            before = account.cells[:, scatter.VOLUME].copy()
+            tell(stage.made_by, last / len(samples.times))
+    growth = _growth(grown, _ends(stage, blocks), facets)
+    return _exposure_of(stage, jet, facets, rays_per_sample, account, growth)
+
+
+def _blocks(samples: Samples) -> Indices:
+    """(b + 1,) where the blocks of the growth begin and end."""
+    evenly = np.linspace(0, len(samples.times), _BLOCKS + 1).round().astype(np.int64)
+    templates = samples.templates
+    return np.union1d(evenly, np.flatnonzero(templates[1:] != templates[:-1]) + 1)
+
+
+def _batches(blocks: Indices, rays_per_sample: int) -> list[tuple[int, int]]:
+    """Runs of samples whose rays fit a batch, none across the end of a block."""
+    step = max(1, _BATCH_RAYS // rays_per_sample)
+    return [
+        (first, min(first + step, end)) for begin, end in pairwise(blocks.tolist()) for first in range(begin, end, step)
+    ]
+
+
+def _ends(stage: Stage, blocks: Indices) -> Scalars:
+    """(b,) when each block of samples ends, s."""
+    samples = stage.samples
+    if len(blocks) < 2:
+        return np.empty(0)
+    last = blocks[1:] - 1
+    return samples.times[last] + samples.seconds[last] / 2
+
+
+def _growth(grown: list[tuple[Indices, Scalars]], ends: Scalars, facets: Facets) -> Growth:
+    cells = [cells for cells, _ in grown]
+    start = np.cumsum([0, *(len(some) for some in cells)]).astype(np.int64)
+    cell = np.concatenate([np.empty(0, dtype=np.int64), *cells])
+    volumes = np.concatenate([np.empty(0), *(volumes for _, volumes in grown)])
+    return Growth(ends, start, cell, (volumes / facets.cell_areas_mm2[cell]).astype(np.float32))
+
+
+def _exposure_of(
+    stage: Stage, jet: Jet, facets: Facets, rays_per_sample: int, account: Account, growth: Growth
+) -> Exposure:
+    sums = account.cells
+    means = sums / facets.cell_areas_mm2[:, None]
+    return Exposure(
+        cone_s=means[:, scatter.CONE],
+        front_s=means[:, scatter.FRONT],
+        volume_mm=means[:, scatter.VOLUME],
+        peak_pa=sums[:, scatter.PEAK].copy(),
+        impulse_n_pa_s=means[:, scatter.NORMAL],
+        impulse_t_pa_s=means[:, scatter.TANGENTIAL],
+        hits=sums[:, scatter.HITS].astype(np.int64),
+        sprayed_mm3=jet.flow_m3_s * 1e9 * stage.spray_s,
+        landed_mm3=float(sums[:, scatter.VOLUME].sum()),
+        rays=len(stage.samples.times) * rays_per_sample,
+        growth=growth,
+        by_maker_mm3=account.makers.T.copy(),
+    )

@@ -1,0 +1,241 @@
+"""Pressure on the edge segments of components while a jet passes: its own stress, and the film that it drives."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cleaning.film.film import Rim, Spot, farthest, film_momentum, rim_at, rim_of
+from cleaning.gap.edge_segments import SEGMENTS, EdgePressure, Edges
+from cleaning.jet.compiled_jet import CONE, KNIFE, RING, TAIL_SIGMAS, JetForm, ray_to, stress_of
+from cleaning.jet.inlined import inlined
+from cleaning.jet.jet import Jet
+from cleaning.parameters.model import Film
+from cleaning.process.stages import Stage
+from geometry.arrays import Directions, Indices, Points, Scalars
+from geometry.coverage.compiled import quick
+
+_RADII = 3.0
+"""Distance from the pole, in distances from there to the rim, beyond which a jet does nothing."""
+
+
+class _Air(NamedTuple):
+    """How a jet of gas slows down: with (core / x) to a power, in terms of the speed squared."""
+
+    stagnation_pa: float
+    """At the orifice; 0 for liquids."""
+    core_mm: float
+    power: float
+
+
+class _Law(NamedTuple):
+    """Everything about the jet and its film."""
+
+    jet: JetForm
+    rim: Rim
+    air: _Air
+    lit: tuple[float, float]
+    """Least and greatest squared cosine of the angle from the axis at which a cone presses at all."""
+    lee: float
+    puddle_mm: float
+    most_pa: float
+
+
+class _Part(NamedTuple):
+    """The edges of one component. Board frame, mm."""
+
+    middles: Points
+    """(8, 3)"""
+    outward: Directions
+    """(8, 3)"""
+    spared: NDArray[np.float64]
+    """(8,) share of the film's pressure that neighbours leave, where the film comes from that side."""
+    height_mm: float
+    facing: float
+
+
+def edge_pressures(stage: Stage, jet: Jet, edges: Edges, film: Film) -> list[EdgePressure]:
+    """Find the pressure on every edge segment from every sample of a stage that is near enough to matter.
+
+    A liquid presses with the normal stress of its jet on the board before the edge, and with the film's momentum that
+    is stopped in a puddle of depth d: cos² psi M'/(2 d) where the film comes towards the edge, -c_lee times as much
+    where it runs off behind the part; psi lies between the film and the edge's normal. A neighbour within the film's
+    ``shelter_mm`` of an edge that the film comes to leaves only the share ``shelter`` of it there. What the part itself
+    keeps off the puddle before its edge does not press. No pressure is above the stagnation pressure of the jet.
+
+    A gas presses with cos² psi rho U²/2, likewise, of which the jet's own stress, where it strikes the board, is a
+    part (Bernoulli).
+
+    Only jets above the component's own side and towards it count, and only within three distances from the pole to the
+    rim of the spray.
+
+    Returns:
+        One for each row of the edges; without samples where the spray never comes near.
+    """
+    law = _law_of(jet, film)
+    spared = np.where(edges.sheltered <= film.shelter_mm, film.shelter, 1.0)
+    poses = (np.ascontiguousarray(stage.samples.tcp), np.ascontiguousarray(stage.samples.axes))
+    sample = np.empty(len(stage.samples.times), dtype=np.int64)
+    pressure = np.empty((len(sample), SEGMENTS))
+    found: list[EdgePressure] = []
+    for row in range(len(edges.component)):
+        part = _Part(
+            edges.middles[row], edges.outward[row], spared[row], float(edges.heights_mm[row]), float(edges.facing[row])
+        )
+        count = _press(law, part, poses, (sample, pressure))
+        found.append(EdgePressure(sample[:count].copy(), pressure[:count].copy()))
+    return found
+
+
+def _law_of(jet: Jet, film: Film) -> _Law:
+    stagnation = 0.5 * jet.density_kg_m3 * jet.speed_m_s**2
+    return _Law(jet.form, rim_of(jet, film), _air_of(jet), _lit_by(jet), film.lee, film.puddle_mm, stagnation)
+
+
+def _air_of(jet: Jet) -> _Air:
+    """Put the laws of ``cleaning.jet.gas_speed_at`` into numbers: a plane free jet, or the flow of a solid angle."""
+    if not jet.gas:
+        return _Air(0.0, 0.0, 0.0)
+    stagnation = 0.5 * jet.density_kg_m3 * jet.speed_m_s**2
+    if jet.form.gas_curtain:
+        return _Air(stagnation, jet.form.core_mm, 1.0)
+    return _Air(stagnation, 1e3 * math.sqrt(jet.flow_m3_s * jet.form.scale / jet.speed_m_s), 2.0)
+
+
+def _lit_by(jet: Jet) -> tuple[float, float]:
+    if jet.form.kind not in (RING, CONE):
+        return -1.0, math.inf
+    inner, outer = jet.half_angles - TAIL_SIGMAS * jet.sigmas, jet.half_angles + TAIL_SIGMAS * jet.sigmas
+    inmost = max(0.0, float(inner.min())) if jet.form.kind == RING else 0.0
+    outmost = min(math.pi / 2, float(outer.max()))
+    return math.cos(outmost) ** 2 * (1.0 - 1e-9), math.cos(inmost) ** 2 * (1.0 + 1e-9)
+
+
+@quick
+def _press(law: _Law, part: _Part, poses: tuple[Points, NDArray[np.float64]], out: tuple[Indices, Points]) -> int:
+    """Fill the samples that are near and their pressures (k, 8); return how many they are."""
+    tcp, axes = poses
+    sample, pressure = out
+    centre, radius = _around(part)
+    count = 0
+    for at in range(len(tcp)):
+        facing = -axes[at, 2, 2] * part.facing
+        height = (tcp[at, 2] - centre[2]) * part.facing
+        if facing <= 0.0 or height <= 0.0:
+            continue
+        standoff = height / facing
+        x, y = tcp[at, 0] + standoff * axes[at, 0, 2], tcp[at, 1] + standoff * axes[at, 1, 2]
+        near = _RADII * farthest(law.rim, standoff, facing) + radius
+        if (x - centre[0]) ** 2 + (y - centre[1]) ** 2 > near * near:
+            continue
+        if _press_once(law, part, (tcp[at], axes[at], x, y, standoff), pressure[count]):
+            sample[count] = at
+            count += 1
+    return count
+
+
+@inlined
+def _around(part: _Part) -> tuple[tuple[float, float, float], float]:
+    """Middle of the segments, and the distance of the farthest from it."""
+    x, y, z = part.middles[:, 0].mean(), part.middles[:, 1].mean(), part.middles[:, 2].mean()
+    radius = 0.0
+    for at in range(SEGMENTS):
+        radius = max(radius, math.hypot(part.middles[at, 0] - x, part.middles[at, 1] - y))
+    return (x, y, z), radius
+
+
+@inlined
+def _press_once(
+    law: _Law,
+    part: _Part,
+    pose: tuple[Scalars, NDArray[np.float64], float, float, float],
+    pressure: Scalars,
+) -> bool:
+    """Fill the pressures (8,) of one sample and tell whether any segment is within its reach."""
+    tcp, turn, pole_x, pole_y, standoff = pose
+    reached = False
+    for at in range(SEGMENTS):
+        place = part.middles[at, 0] - pole_x, part.middles[at, 1] - pole_y
+        flow_x, flow_y, away = _from_pole(law, turn, place, standoff)
+        spot = Spot(
+            flow_x * turn[0, 0] + flow_y * turn[1, 0],
+            flow_x * turn[0, 1] + flow_y * turn[1, 1],
+            flow_x * turn[0, 2] + flow_y * turn[1, 2],
+            standoff,
+            -turn[2, 2] * part.facing,
+        )
+        pressure[at] = 0.0
+        there = rim_at(law.rim, spot)
+        if away > _RADII * there[0]:
+            continue
+        reached = True
+        struck = _struck(law, part, at, (tcp, turn)) if _lit(law, spot, away) else 0.0
+        towards = -(flow_x * part.outward[at, 0] + flow_y * part.outward[at, 1])
+        if law.air.stagnation_pa > 0.0:
+            x_mm = max(standoff + away, 1e-9)
+            head = law.air.stagnation_pa * min(1.0, (law.air.core_mm / x_mm) ** law.air.power)
+            driven = max(0.0, head - struck)
+        else:
+            momentum = film_momentum(law.rim, spot, there, away)
+            driven = abs(momentum) / (2e-3 * law.puddle_mm)
+            towards = math.copysign(1.0, momentum) * towards
+        share = part.spared[at] if towards > 0.0 else -law.lee
+        total = struck + share * towards * towards * driven
+        pressure[at] = max(-law.most_pa, min(law.most_pa, total))
+    return reached
+
+
+@inlined
+def _from_pole(
+    law: _Law, turn: NDArray[np.float64], place: tuple[float, float], standoff: float
+) -> tuple[float, float, float]:
+    """Unit vector in the board's plane along which the flow comes to a place, and how far it has come, mm.
+
+    Flow comes from the pole; that of a curtain of gas from the nearest point of the line that the curtain strikes. At
+    the pole itself there is no direction, and the vector is zero.
+    """
+    x, y = place
+    if law.jet.kind == KNIFE and law.air.stagnation_pa > 0.0:
+        line_x, line_y = turn[0, 0], turn[1, 0]
+        squared = line_x * line_x + line_y * line_y
+        half = law.rim.half_slot_mm + standoff * law.rim.wide
+        along = max(-half, min(half, (x * line_x + y * line_y) / max(squared, 1e-12)))
+        x, y = x - along * line_x, y - along * line_y
+    away = math.sqrt(x * x + y * y)
+    if away < 1e-9:
+        return 0.0, 0.0, 0.0
+    return x / away, y / away, away
+
+
+@inlined
+def _lit(law: _Law, spot: Spot, away: float) -> bool:
+    """Whether the jet may press there at all: a quick answer for the many places that it does not."""
+    along = spot.standoff_mm + away * spot.z
+    squared = along * along + away * away * (1.0 - spot.z * spot.z)
+    least, most = law.lit
+    return least * squared <= along * along <= most * squared
+
+
+@quick
+def _struck(law: _Law, part: _Part, at: int, pose: tuple[Scalars, NDArray[np.float64]]) -> float:
+    """Normal stress of the jet on the puddle before a segment, of which the part shades what is behind it, Pa."""
+    tcp, turn = pose
+    x, y, z = part.middles[at, 0] - tcp[0], part.middles[at, 1] - tcp[1], part.middles[at, 2] - tcp[2]
+    place = (
+        turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z,
+        turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z,
+        turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z,
+    )
+    if place[2] <= 0.0:
+        return 0.0
+    up = (turn[2, 0] * part.facing, turn[2, 1] * part.facing, turn[2, 2] * part.facing)
+    ray_x, ray_y, ray_z, _, _ = ray_to(law.jet, place[0], place[1], place[2])
+    over = 0.0
+    for axis in range(2):
+        over += part.outward[at, axis] * (turn[axis, 0] * ray_x + turn[axis, 1] * ray_y + turn[axis, 2] * ray_z)
+    fall = -(up[0] * ray_x + up[1] * ray_y + up[2] * ray_z)
+    shaded = part.height_mm * over / law.puddle_mm
+    if shaded >= fall:
+        return 0.0
+    return stress_of(law.jet, place, up) * (1.0 - max(0.0, shaded) / fall)

@@ -1,0 +1,1 @@
+"""Flow in the gap under a component: grid, Hele-Shaw solution, joints, filling."""

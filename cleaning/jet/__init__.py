@@ -1,0 +1,1 @@
+"""What leaves the nozzle: flow, distribution by direction, footprint on a plane."""

@@ -1,0 +1,152 @@
+"""One component, or the bare board, after all stages: exposed surface, gap, judgements."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from boards.board import Side
+from boards.undersides.underside import Underside
+from cleaning.exposure.exposure import Exposure
+from cleaning.exposure.occlusion import occluder
+from cleaning.jet.jet import Jet
+from cleaning.parameters.model import PartOverride, Use
+from cleaning.prepared_board import Subject
+from cleaning.process.stages import Stage
+from cleaning.undersides.gap_result import GapResult
+from cleaning.undersides.sensitivity import limiting
+from cleaning.verdicts.evidence import Case, Reach
+from cleaning.verdicts.exposed_area import BARE, cells_of, exposed_part, together
+from cleaning.verdicts.judge import judge_part
+from cleaning.verdicts.results import Part
+from geometry.arrays import Indices
+
+_MOST_MAKERS = 12
+_LIQUIDS: tuple[Use, ...] = ("wash", "rinse")
+_ALL = PartOverride(match=["*"])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sprayed:
+    """One stage and what it leaves."""
+
+    stage: Stage
+    jet: Jet
+    exposure: Exposure
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Beneath:
+    """The gap of one component after all stages."""
+
+    underside: Underside
+    gaps: tuple[GapResult, ...]
+    elasticity: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Surface:
+    name: str
+    row: int
+    """Of the component in the board, or ``BARE``."""
+    side: Side
+    place: tuple[float, float, float]
+    cells: dict[Side, Indices]
+    """Of each side on which it is judged."""
+    override: PartOverride
+
+
+def component_part(row: int, subject: Subject, sprayed: Sequence[Sprayed], beneath: Beneath | None) -> Part:
+    """Judge component ``row`` of the board."""
+    component = subject.board.components[row]
+    middle = component.outline.centroid
+    side = component.side
+    place = (middle.x, middle.y, subject.board.surface_z_mm(side))
+    cells: dict[Side, Indices] = {side: subject.cells[row]}
+    surface = _Surface(component.name, row, side, place, cells, subject.overrides[row])
+    return _part(surface, subject, sprayed, beneath)
+
+
+def bare_part(subject: Subject, sprayed: Sequence[Sprayed]) -> Part:
+    """Judge the bare board on all sides that are sprayed."""
+    board = subject.board
+    sides: list[Side] = [each.stage.side for each in sprayed]
+    cells: dict[Side, Indices] = {side: cells_of(subject.facets, board, BARE, side) for side in dict.fromkeys(sides)}
+    middle = board.outline.centroid
+    surface = _Surface("board", BARE, "top", (middle.x, middle.y, board.top_z_mm), cells, _ALL)
+    return _part(surface, subject, sprayed, None)
+
+
+def _part(surface: _Surface, subject: Subject, sprayed: Sequence[Sprayed], beneath: Beneath | None) -> Part:
+    sides: list[Side] = [each.stage.side for each in sprayed]
+    acting = [surface.cells.get(side) for side in sides]
+    exposed = tuple(
+        None if cells is None else exposed_part(each.exposure, subject.facets, cells)
+        for each, cells in zip(sprayed, acting, strict=True)
+    )
+    reached: list[Reach] = []
+    for use in _LIQUIDS:
+        for side, cells in surface.cells.items():
+            group = [each for each, on in zip(sprayed, sides, strict=True) if each.stage.use == use and on == side]
+            reached += [_reach(use, group, subject, cells)] if group else []
+    case = Case(
+        component=surface.name,
+        side=surface.side,
+        place=surface.place,
+        stages=tuple(each.stage for each in sprayed),
+        exposed=exposed,
+        reached=reached,
+        underside=None if beneath is None else beneath.underside,
+        gaps=() if beneath is None else beneath.gaps,
+        override=surface.override,
+        occluder=_occluder(surface, subject, sprayed),
+        parameters=subject.parameters,
+    )
+    judgements = judge_part(case)
+    elasticities = {} if beneath is None else dict(beneath.elasticity)
+    return Part(
+        component=surface.name,
+        verdict=judgements[0].verdict,
+        grade=judgements[0].grade,
+        judgements=judgements,
+        exposed=exposed,
+        underside=case.underside,
+        gaps=tuple(case.gaps),
+        elasticity=elasticities,
+        limiting=limiting(elasticities),
+        makers=_makers(surface.row, sprayed),
+    )
+
+
+def _reach(use: Use, group: Sequence[Sprayed], subject: Subject, cells: Indices) -> Reach:
+    functions = list(dict.fromkeys(each.stage.function for each in group))
+    made_by = group[0].stage.made_by if len(group) == 1 else ""
+    exposure = together([each.exposure for each in group])
+    repeats = min(each.stage.repeats for each in group)
+    return Reach(use, " and ".join(functions), made_by, repeats, exposed_part(exposure, subject.facets, cells))
+
+
+def _occluder(surface: _Surface, subject: Subject, sprayed: Sequence[Sprayed]) -> str:
+    """Name what stands before the cells that the first stage of liquid misses; nothing if it misses none."""
+    for each in sprayed:
+        cells = surface.cells.get(each.stage.side)
+        if each.stage.use == "dry" or cells is None:
+            continue
+        missed = cells[subject.facets.cell_exposed[cells] & (each.exposure.cone_s[cells] <= 0)]
+        if len(missed):
+            body = occluder(missed, each.stage, each.jet, subject.facets, subject.scene)
+            return "" if body < 0 else subject.board.bodies[body].name
+    return ""
+
+
+def _makers(row: int, sprayed: Sequence[Sprayed]) -> tuple[tuple[str, float], ...]:
+    """Who sprays the surface, with the share of the volume on it that each gives."""
+    volumes: dict[str, float] = {}
+    for each in sprayed:
+        given = each.exposure.by_maker_mm3[row]
+        for index in np.flatnonzero(given > 0).tolist():
+            maker = each.stage.samples.makers[index]
+            volumes[maker] = volumes.get(maker, 0.0) + float(given[index])
+    total = sum(volumes.values())
+    most = sorted(volumes, key=lambda maker: -volumes[maker])[:_MOST_MAKERS]
+    return tuple((maker, volumes[maker] / total) for maker in most)

@@ -1,0 +1,1 @@
+"""Parameter sets of the cleaning model, their provenance, and liquids and air from them."""

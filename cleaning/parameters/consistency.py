@@ -1,0 +1,180 @@
+"""What must hold between the values of a parameter set; a set that breaks it is refused."""
+
+import re
+from collections.abc import Callable, Iterator
+from datetime import date as day
+from typing import Any, cast
+
+from cleaning.parameters.model import Parameters, Provenance
+from specs.yaml.keys import name_nearest
+from specs.yaml.located import Located, YamlPath, spell_path
+from specs.yaml.problems import Problem
+
+_DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
+_TEXTS = (("parameters",), ("description",), ("extends",))
+_FITTED = ("calibrated", "synthetic")
+
+
+def find_problems(parameters: Parameters, root: Located) -> list[Problem]:
+    """Look for what makes a set useless, or its provenance untrue, although each value is well formed.
+
+    Args:
+        parameters: The set.
+        root: Its resolved tree: a value that was inherited bears the mark of the file it stands in.
+    """
+    checks: tuple[Callable[[Parameters], Iterator[Problem]], ...] = (
+        _check_liquids,
+        _check_pairs,
+        _check_limits,
+        _check_drying,
+        _check_provenance,
+    )
+    problems = [problem for check in checks for problem in check(parameters)]
+    return [*problems, *_check_inherited(root), *_check_dates(parameters)]
+
+
+def is_day(date: str) -> bool:
+    """Say whether a date is one of the calendar, written as in 2026-11-21."""
+    try:
+        return _DATE.fullmatch(date) is not None and bool(day.fromisoformat(date))
+    except ValueError:
+        return False
+
+
+def value_paths(value: Any, path: YamlPath = ()) -> Iterator[YamlPath]:
+    """Give the path of every single value in a tree of mappings; a list counts as one."""
+    if isinstance(value, dict):
+        for key, inner in cast("dict[str, Any]", value).items():
+            yield from value_paths(inner, (*path, key))
+    else:
+        yield path
+
+
+def _check_liquids(parameters: Parameters) -> Iterator[Problem]:
+    missing = {"hollow_cone", "full_cone", "flat_fan", "air_knife"} - set(parameters.spray.flow_exponent)
+    if missing:
+        yield Problem(("spray", "flow_exponent"), f"is missing for {', '.join(sorted(missing))}; liquids have 0.5")
+    for name, liquid in parameters.liquids.items():
+        at: YamlPath = ("liquids", name)
+        if liquid.use == "wash" and liquid.concentration_pct == 0:
+            message = "must be above 0 for washing: without it nothing softens. 100 if the liquid itself is the agent"
+            yield Problem((*at, "concentration_pct"), message)
+        yield from _check_pair((*at, "window_c"), liquid.window_c)
+
+
+def _check_pairs(parameters: Parameters) -> Iterator[Problem]:
+    for index, part in enumerate(parameters.parts):
+        yield from _check_pair(("parts", index, "standoff_um"), part.standoff_um)
+        yield from _check_pair(("parts", index, "window_c"), part.window_c)
+    for name, entry in parameters.provenance.items():
+        yield from _check_pair(("provenance", name, "interval"), entry.interval)
+
+
+def _check_pair(path: YamlPath, pair: tuple[float, float] | None) -> Iterator[Problem]:
+    if pair is not None and pair[0] > pair[1]:
+        yield Problem(path, f"[{pair[0]:g}, {pair[1]:g}]: the lower number comes first")
+
+
+def _check_limits(parameters: Parameters) -> Iterator[Problem]:
+    limits = parameters.limits
+    if limits.gap_marginal > limits.gap_dirty:
+        message = f"must be at most gap_dirty, {limits.gap_dirty:g}, not {limits.gap_marginal:g}"
+        yield Problem(("limits", "gap_marginal"), message)
+    if limits.rinse_fail_mohm > limits.rinse_warn_mohm:
+        message = f"must be at most rinse_warn_mohm, {limits.rinse_warn_mohm:g}, not {limits.rinse_fail_mohm:g}"
+        yield Problem(("limits", "rinse_fail_mohm"), message)
+
+
+def _check_drying(parameters: Parameters) -> Iterator[Problem]:
+    drying = parameters.drying
+    if drying.receding_deg > drying.advancing_deg:
+        message = f"must be at most advancing_deg, {drying.advancing_deg:g}, not {drying.receding_deg:g}"
+        yield Problem(("drying", "receding_deg"), message)
+    if drying.bake_min > 0 and drying.bake_c is None:
+        yield Problem(("drying", "bake_min"), "needs the temperature of the bake too: bake_c")
+    if drying.bake_c is not None and drying.bake_min == 0:
+        yield Problem(("drying", "bake_c"), "needs the time of the bake too: bake_min")
+
+
+def _check_provenance(parameters: Parameters) -> Iterator[Problem]:
+    named = dict(_named_values(parameters.model_dump(mode="json", exclude={"provenance"}), ""))
+    for name, entry in parameters.provenance.items():
+        at: YamlPath = ("provenance", name)
+        if name in named:
+            yield from _check_fit(at, entry, named[name])
+            continue
+        block = name.rpartition(".")[0]
+        while block and block not in named:
+            block = block.rpartition(".")[0]
+        within = [each for each in named if each.rpartition(".")[0] == block] or list(named)
+        yield Problem(at, f"names nothing of this set; {name_nearest(name, within)}")
+
+
+def _check_dates(parameters: Parameters) -> Iterator[Problem]:
+    """Look for dates that are written like one and are none; the type looks at the digits alone."""
+    for name, entry in parameters.provenance.items():
+        if entry.date and not is_day(entry.date):
+            yield Problem(("provenance", name, "date"), f"{entry.date!r} is no day of the calendar")
+
+
+def _named_values(value: Any, name: str) -> Iterator[tuple[str, Any]]:
+    """Give every value and block by the path that provenance calls it."""
+    if isinstance(value, dict):
+        for key, inner in cast("dict[str, Any]", value).items():
+            inner_name = f"{name}.{key}" if name else key
+            yield inner_name, inner
+            yield from _named_values(inner, inner_name)
+    elif isinstance(value, list):
+        for index, inner in enumerate(cast("list[Any]", value)):
+            if isinstance(inner, dict):
+                yield f"{name}[{index}]", inner
+                yield from _named_values(cast("dict[str, Any]", inner), f"{name}[{index}]")
+
+
+def _check_fit(at: YamlPath, entry: Provenance, value: Any) -> Iterator[Problem]:
+    """A value that claims to be fitted says how well, and is the one that was fitted."""
+    if entry.known in _FITTED and (entry.samples is None or entry.rms is None):
+        yield Problem((*at, "known"), f"{entry.known} needs samples and rms too: what was fitted, and how well")
+    if entry.interval is None:
+        return
+    low, high = entry.interval
+    if not isinstance(value, int | float):
+        yield Problem((*at, "interval"), "is that of one value; name the value, not the block around it")
+    elif low <= high and not low <= value <= high:
+        message = f"{value:g} lies outside {low:g} to {high:g}: the value was changed, so say anew where it comes from"
+        yield Problem((*at, "interval"), message)
+
+
+def _check_inherited(root: Located) -> Iterator[Problem]:
+    """A set that changes a value says where the new one comes from: what it inherits speaks of the old one."""
+    own, tree = root.mark.file, root.value
+    provenance = root.get("provenance")
+    if not isinstance(tree, dict) or provenance is None or not isinstance(provenance.value, dict):
+        return
+    entries = provenance.value
+    told: set[YamlPath] = set()
+    for path in value_paths({key: node.plain() for key, node in tree.items() if key != "provenance"}):
+        if path in _TEXTS or root.at(path).mark.file != own:
+            continue
+        name = next((name for name in _covering(path) if name in entries), None)
+        if name is None or entries[name].mark.file == own:
+            continue
+        where = path[:2] if name == "liquids" and _is_all_in(root.at(path[:2]), own) else path
+        if where not in told:
+            told.add(where)
+            message = (
+                f"is stated here, but where it comes from is inherited and speaks of another value; add to "
+                f"provenance: {spell_path(where)}: {{known: proposed, source: ...}}"
+            )
+            yield Problem(where, message)
+
+
+def _is_all_in(node: Located, file: str) -> bool:
+    """Tell whether every single value of a block stands in one file: whether none of it is inherited."""
+    return all(node.at(path).mark.file == file for path in value_paths(node.plain()))
+
+
+def _covering(path: YamlPath) -> Iterator[str]:
+    """Give the paths under which a value's provenance is looked for, its own first."""
+    for length in range(len(path), 0, -1):
+        yield ".".join(map(str, path[:length]))

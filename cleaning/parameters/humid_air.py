@@ -1,0 +1,83 @@
+"""Water and moist air: vapour pressure, diffusion, and how cold a wet surface gets in a stream of air."""
+
+import math
+from typing import cast
+
+from scipy.optimize import brentq
+
+from cleaning.require import require_not_negative, require_temperature
+
+_ZERO_C = 273.15
+_ATMOSPHERE_PA = 101325.0
+_GAS_CONSTANT = 8.314462618
+_WATER_KG_MOL = 0.01801528
+_AIR_J_KG_K = 287.05
+_AIR_HEAT_J_KG_K = 1007.0
+_LEWIS = 0.87
+"""Thermal diffusivity of air over the diffusivity of vapour in it."""
+_CRITICAL_K, _CRITICAL_PA = 647.096, 22.064e6
+_COLDEST_C = -100.0
+"""No wet surface gets colder: even dry air at room temperature keeps it near 6 degrees C."""
+_SATURATION = (
+    (-7.85951783, 1.0),
+    (1.84408259, 1.5),
+    (-11.7866497, 3.0),
+    (22.6807411, 3.5),
+    (-15.9618719, 4.0),
+    (1.80122502, 7.5),
+)
+
+
+def saturation_pa(temperature_c: float) -> float:
+    """Vapour pressure of liquid water (Wagner and Pruss, J. Phys. Chem. Ref. Data 31 (2002) 387, equation 2.5).
+
+    Above the critical point, where there is no liquid, it stays what it is there.
+    """
+    kelvin = min(temperature_c + _ZERO_C, _CRITICAL_K)
+    tau = 1.0 - kelvin / _CRITICAL_K
+    return _CRITICAL_PA * math.exp(_CRITICAL_K / kelvin * sum(factor * tau**power for factor, power in _SATURATION))
+
+
+def vapour_kg_m3(pressure_pa: float, temperature_c: float) -> float:
+    """Density of vapour at its partial pressure, as an ideal gas."""
+    return pressure_pa * _WATER_KG_MOL / (_GAS_CONSTANT * (temperature_c + _ZERO_C))
+
+
+def latent_heat_j_kg(temperature_c: float) -> float:
+    """Heat of evaporation of water, linear between 0 and 100 degrees C, within 0.4 % of tables."""
+    return 2.501e6 - 2.44e3 * temperature_c
+
+
+def vapour_diffusivity_m2_s(temperature_c: float) -> float:
+    """Diffusivity of vapour in air at one atmosphere (Massman, Atmos. Environ. 32 (1998) 1111)."""
+    return 2.178e-5 * ((temperature_c + _ZERO_C) / _ZERO_C) ** 1.81
+
+
+def vapour_pressure_pa(room_c: float, humidity_pct: float) -> float:
+    """Partial pressure of the vapour in room air; warming the air does not change it."""
+    return 0.01 * humidity_pct * saturation_pa(room_c)
+
+
+def wet_surface_c(air_c: float, vapour_pa: float) -> float:
+    """Find how cold a wet surface gets in a stream of air: what heat arrives evaporates water.
+
+    Solves ``h (Ta - Ts) = h_m L (rho_s(Ts) - rho_a)`` with ``h_m = h / (rho c_p Le^(2/3))`` (Chilton and Colburn), from
+    which the heat transfer h cancels. Radiation is left out.
+
+    Args:
+        air_c: Of the stream.
+        vapour_pa: Partial pressure of the vapour in it; what is more than saturates it does not count.
+    """
+    require_temperature(air_c=air_c)
+    require_not_negative(vapour_pa=vapour_pa)
+    present = vapour_kg_m3(min(vapour_pa, saturation_pa(air_c)), air_c)
+
+    def surplus(surface_c: float) -> float:
+        mean_k = 0.5 * (air_c + surface_c) + _ZERO_C
+        volumetric = _ATMOSPHERE_PA / (_AIR_J_KG_K * mean_k) * _AIR_HEAT_J_KG_K * _LEWIS ** (2.0 / 3.0)
+        lost = vapour_kg_m3(saturation_pa(surface_c), surface_c) - present
+        return volumetric * (air_c - surface_c) - latent_heat_j_kg(surface_c) * lost
+
+    if air_c <= _COLDEST_C or surplus(air_c) >= 0.0:
+        return air_c
+    return cast(float, brentq(surplus, _COLDEST_C, air_c, xtol=1e-9))

@@ -1,0 +1,192 @@
+"""What the model must be told besides board and recipe: liquids, residue, film, gaps, limits, and how each is known."""
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field
+
+from specs.spec import NonNegativeFloat, PositiveFloat, Spec
+
+Word: TypeAlias = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")]
+Share: TypeAlias = Annotated[float, Field(ge=0, le=1)]
+Percent: TypeAlias = Annotated[float, Field(ge=0, le=100)]
+Celsius: TypeAlias = Annotated[float, Field(gt=-273.15, lt=1000)]
+Contact: TypeAlias = Annotated[float, Field(ge=0, le=180)]
+Known: TypeAlias = Literal["source", "derived", "literature", "proposed", "calibrated", "synthetic"]
+Use: TypeAlias = Literal["wash", "rinse", "dry"]
+
+
+class Provenance(Spec):
+    """Where values come from."""
+
+    known: Known = Field(
+        description="source: read there; derived: calculated; literature: believed, unchecked; proposed: ours; "
+        "calibrated: fitted to the user's measurements; synthetic: fitted to made-up data."
+    )
+    source: str = Field(min_length=1, description="Document, measurement or reason.")
+    date: str = Field(
+        default="", pattern=r"^(\d{4}-\d{2}-\d{2})?$", description="Of the measurement, as in 2026-11-21."
+    )
+    samples: int | None = Field(default=None, ge=1, description="Number of measurements that were fitted.")
+    rms: float | None = Field(default=None, ge=0, description="Root mean square of what the fit leaves.")
+    interval: tuple[float, float] | None = Field(default=None, description="95 % interval of the fitted value.")
+
+
+class Spray(Spec):
+    """How liquid leaves an orifice."""
+
+    discharge: Annotated[float, Field(gt=0, le=1)] = Field(description="Velocity coefficient of the orifice.")
+    flow_exponent: dict[Literal["hollow_cone", "full_cone", "flat_fan", "air_knife"], PositiveFloat] = Field(
+        description="Flow goes with the pressure to this power, by pattern."
+    )
+    cone_sigma_deg: PositiveFloat = Field(description="Softness of the edge of full cones and fans.")
+
+
+class Liquid(Spec):
+    """A solution or gas, by the name that recipes use."""
+
+    use: Use = Field(description="What it is for.")
+    density_kg_m3: PositiveFloat = Field(default=1000.0, description="At the process temperature.")
+    surface_tension_mn_m: PositiveFloat | None = Field(
+        default=None, description="Left out: that of pure water at the process temperature."
+    )
+    viscosity_mpa_s: PositiveFloat | None = Field(
+        default=None, description="At 60 °C; left out: pure water's. It follows water's temperature either way."
+    )
+    contact_board_deg: Contact = Field(default=75.0, description="Advancing contact angle on the board.")
+    contact_part_deg: Contact = Field(default=75.0, description="Advancing contact angle on the component.")
+    concentration_pct: Percent = Field(
+        default=0.0, description="Of the cleaning agent; 100 where the liquid itself dissolves the residue."
+    )
+    bath_nvr_pct: Percent = Field(default=0.0, description="Non-volatile residue that the bath carries.")
+    resistivity_mohm_cm: PositiveFloat | None = Field(default=None, description="Of rinse water as it is sprayed.")
+    window_c: tuple[Celsius, Celsius] | None = Field(default=None, description="Temperatures at which it may be used.")
+
+
+class Film(Spec):
+    """The film that runs from the wave front across the board."""
+
+    retention: Share = Field(description="Share of momentum that survives the impact (chi).")
+    decay_mm: PositiveFloat = Field(description="Length over which the film's momentum falls to 1/e (l).")
+    puddle_mm: PositiveFloat = Field(description="Depth of liquid that the film ploughs into at an edge (d_p).")
+    lee: Share = Field(description="Suction coefficient of a lee edge (c_lee).")
+    shelter: Share = Field(description="Share that is left behind an upstream component (S).")
+    shelter_mm: PositiveFloat = Field(description="How near that component must be.")
+    hold_s: NonNegativeFloat = Field(description="How long a pressure must be held to open a gap.")
+
+
+class Soil(Spec):
+    """What is to be removed, and how it gives way."""
+
+    k1_per_s: PositiveFloat = Field(description="Softening by chemistry at 60 °C and the reference concentration.")
+    activation_kj_mol: NonNegativeFloat = Field(description="Of the softening.")
+    half_pct: PositiveFloat = Field(description="Concentration at which softening is half of its limit.")
+    reference_pct: PositiveFloat = Field(description="Concentration at which k1_per_s holds.")
+    k_m_per_s: NonNegativeFloat = Field(description="Removal of what is soft, at the reference shear.")
+    shear_reference_pa: PositiveFloat = Field(description="Wall shear at which k_m_per_s holds.")
+    shear_exponent: PositiveFloat = Field(description="Removal goes with the shear to this power.")
+    shear_threshold_pa: NonNegativeFloat = Field(description="Below it nothing is removed.")
+    density_kg_m3: PositiveFloat = Field(description="Of the residue.")
+    retained: Share = Field(description="Share of the printed flux that stays after reflow, for f0.")
+    paste_factor: Annotated[float, Field(ge=0, le=3)] = Field(description="Venting and spatter: scales f0.")
+    front_um: PositiveFloat = Field(description="Depth over which a plugged gap softens from its rim (l_s).")
+    age_h: NonNegativeFloat | None = Field(default=None, description="Hours from reflow to washing; left out: unknown.")
+
+
+class Gap(Spec):
+    """Flow in thin gaps."""
+
+    cells: Annotated[int, Field(ge=4, le=200)] = Field(description="Cells of a gap along each side.")
+    entrance_loss: NonNegativeFloat = Field(description="Entrance and exit loss (zeta).")
+    most_reynolds: PositiveFloat = Field(description="Reduced Reynolds number above which it is no thin gap.")
+    thickest_um: PositiveFloat = Field(description="Higher gaps are treated as exposed.")
+    plugged: Share = Field(description="Fill above which nothing flows through.")
+    capacity_kg_m3: PositiveFloat = Field(description="Residue that a cubic metre of liquid can carry (c_cap).")
+
+
+class Rinse(Spec):
+    """Dilution of what the wash leaves."""
+
+    film_um: PositiveFloat = Field(description="Film on exposed surfaces that one exchange replaces.")
+    final_film_um: PositiveFloat = Field(description="Film that stays when the rinse ends.")
+    efficiency: Share = Field(description="Of an exchange (eta).")
+
+
+class Drying(Spec):
+    """Blow-off and evaporation."""
+
+    receding_deg: Contact = Field(description="Contact angle of the rear of a moving drop.")
+    advancing_deg: Contact = Field(description="Contact angle of its front.")
+    pressure_coefficient: PositiveFloat = Field(description="Difference of c_p across a part (dC_p).")
+    residual_film_um: PositiveFloat = Field(description="Film that blow-off leaves.")
+    transfer_w_m2_k: PositiveFloat = Field(description="Heat transfer to the board while it is blown on.")
+    room_c: Celsius = Field(description="Air that is heated for drying.")
+    room_humidity_pct: Percent = Field(description="Of that air.")
+    bake_c: Celsius | None = Field(default=None, description="Temperature of a bake that follows; left out: none.")
+    bake_min: NonNegativeFloat = Field(default=0.0, description="How long.")
+
+
+class PartOverride(Spec):
+    """What is known of some components better than their package family says. The first that matches counts."""
+
+    match: list[str] = Field(min_length=1, description="Patterns of reference designators or packages, such as QFN*.")
+    standoff_um: tuple[PositiveFloat, PositiveFloat] | None = Field(default=None, description="Lowest and highest.")
+    paste_factor: Annotated[float, Field(ge=0, le=3)] | None = Field(default=None, description="Scales its f0.")
+    most_kpa: PositiveFloat | None = Field(default=None, description="Impact pressure that it bears.")
+    window_c: tuple[Celsius, Celsius] | None = Field(default=None, description="Temperatures that it bears.")
+
+
+class Limits(Spec):
+    """What counts as clean."""
+
+    wash_volume_mm: PositiveFloat = Field(description="Least solution on an exposed surface in washing.")
+    rinse_volume_mm: PositiveFloat = Field(description="Least water on an exposed surface in rinsing.")
+    front_s: NonNegativeFloat = Field(description="Least time in the wave front in washing.")
+    gap_marginal: Share = Field(description="Residue under a part above which it is marginal.")
+    gap_dirty: Share = Field(description="Residue under a part above which it is dirty.")
+    pocket: Share = Field(description="Residue of the worst tenth of a gap above which there is a pocket.")
+    weak_shear_pa: NonNegativeFloat = Field(description="Wall shear below which a place is not flushed.")
+    weak_share: Share = Field(description="Share of a gap that may be below it.")
+    exchanges: PositiveFloat = Field(description="Least exchanges of water under a part in rinsing.")
+    rinse_warn_mohm: PositiveFloat = Field(description="Resistivity of the water below which to warn.")
+    rinse_fail_mohm: PositiveFloat = Field(description="Resistivity of the water below which it fails.")
+    bath_nvr_pct: PositiveFloat = Field(description="Non-volatile residue above which the bath is changed.")
+    ionic_ug_cm2: PositiveFloat | None = Field(default=None, description="The user's own limit; left out: none.")
+    hours_after_reflow: PositiveFloat | None = Field(
+        default=None, description="Oldest residue that may be washed; out: any."
+    )
+
+
+class Parameters(Spec):
+    """A parameter set of the cleaning model: one YAML file."""
+
+    parameters: Word = Field(description="Name of the set.")
+    description: str = Field(default="", description="What it holds for.")
+    extends: str | None = Field(default=None, description="Set whose keys are inherited: a library name or a file.")
+    spray: Spray
+    liquids: dict[Word, Liquid] = Field(min_length=1, description="Solutions and gases by the name in recipes.")
+    soil: Soil
+    film: Film
+    gap: Gap
+    rinse: Rinse
+    drying: Drying
+    parts: list[PartOverride] = Field(default=[], description="What is known of some components.")
+    limits: Limits
+    provenance: dict[str, Provenance] = Field(
+        description="Where values come from, by path such as soil.k1_per_s; a block's covers all within it."
+    )
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether the kinetics were fitted to real measurements: the grade of verdicts on residue depends on it."""
+        return all(self.known(f"soil.{name}").known == "calibrated" for name in ("k1_per_s", "k_m_per_s"))
+
+    def known(self, path: str) -> Provenance:
+        """Find where a value comes from: its own entry, else that of the nearest block around it."""
+        while path:
+            if path in self.provenance:
+                return self.provenance[path]
+            path = path.rpartition("[" if path.endswith("]") else ".")[0]
+        return _UNSTATED
+
+
+_UNSTATED = Provenance(known="proposed", source="not stated in the parameter set")

@@ -1,0 +1,57 @@
+"""What an analysis takes for granted: every value of a parameter set, with how it is known."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import cast
+
+from cleaning.parameters.model import Known, Parameters, Provenance
+
+_NOT_VALUES = ("parameters", "description", "provenance", "extends")
+"""Keys that name and document a set; no number follows from them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Assumption:
+    """One value that the model was told."""
+
+    path: str
+    """Such as ``"soil.k1_per_s"``."""
+    value: str
+    """As one would write it in the file."""
+    provenance: Provenance
+
+    @property
+    def known(self) -> Known:
+        """How it is known."""
+        return self.provenance.known
+
+
+def assumptions_of(parameters: Parameters) -> tuple[Assumption, ...]:
+    """List every value that a parameter set states, in its order; what is left out is no assumption."""
+    plain = cast("dict[str, object]", parameters.model_dump(mode="json", exclude_none=True, by_alias=True))
+    leaves = [leaf for key, value in plain.items() if key not in _NOT_VALUES for leaf in _leaves(key, value)]
+    return tuple(Assumption(path, value, parameters.known(path)) for path, value in leaves)
+
+
+def _leaves(path: str, value: object) -> Iterator[tuple[str, str]]:
+    if isinstance(value, dict):
+        for key, inner in cast("dict[str, object]", value).items():
+            yield from _leaves(f"{path}.{key}", inner)
+    elif isinstance(value, list) and any(isinstance(each, dict) for each in cast("list[object]", value)):
+        for index, inner in enumerate(cast("list[object]", value)):
+            yield from _leaves(f"{path}[{index}]", inner)
+    elif value != []:
+        yield path, _written(value)
+
+
+def _written(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:g}"
+    if isinstance(value, list):
+        return f"[{', '.join(_within(each) for each in cast('list[object]', value))}]"
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+
+
+def _within(value: object) -> str:
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else _written(value)

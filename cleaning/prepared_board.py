@@ -1,0 +1,107 @@
+"""A board made ready for analysis: what depends on no program, so that it serves for many."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from functools import partial
+
+from boards.board import Board, Component
+from boards.undersides.underside import GapCase, Joint, Underside, undersides_of
+from cleaning.gap.edge_segments import Edges, build_edges
+from cleaning.gap.flow_field import GapField, solve_gap
+from cleaning.parameters.model import Parameters, PartOverride
+from cleaning.surface.facets import Facets, build_facets
+from cleaning.surface.ray_scene import Scene, build_scene, cast
+from cleaning.verdicts.exposed_area import cells_of_each
+from geometry.arrays import Indices
+from specs.progress import Progress
+
+_MM = 1e-3
+_NOTHING = PartOverride(match=["*"])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Subject:
+    """One board with what is known of its parts, and the parameters of the model."""
+
+    board: Board
+    parameters: Parameters
+    scene: Scene
+    facets: Facets
+    cells: tuple[Indices, ...]
+    """Per component the cells that it has on its own side."""
+    overrides: tuple[PartOverride, ...]
+    """One per component; says nothing where nothing special is known."""
+    undersides: tuple[Underside, ...]
+    """Of the components that have a thin gap, in the board's order."""
+    rows: tuple[int, ...]
+    """(undersides,) index of the component of each."""
+    edges: Edges
+    """Row i belongs to underside i."""
+    fields: tuple[tuple[GapField, ...], ...]
+    """Per underside one per case."""
+
+
+def prepare(board: Board, parameters: Parameters, progress: Progress) -> Subject:
+    """Cut the surface into facets, find the gaps, and solve the flow in each kind of gap once."""
+    progress("cutting the surface", 0.0)
+    scene = build_scene(board)
+    facets = build_facets(board, scene)
+    progress("solving the gaps", 0.7)
+    overrides = tuple(_override(component, parameters.parts) for component in board.components)
+    index = {component.name: row for row, component in enumerate(board.components)}
+    undersides = tuple(_stated(each, overrides[index[each.component]]) for each in undersides_of(board))
+    solved: dict[tuple[float, float, GapCase], GapField] = {}
+    fields = tuple(
+        tuple(_field(underside, case, parameters.gap.cells, solved) for case in underside.cases)
+        for underside in undersides
+    )
+    progress("done", 1.0)
+    return Subject(
+        board=board,
+        parameters=parameters,
+        scene=scene,
+        facets=facets,
+        cells=cells_of_each(facets, board),
+        overrides=overrides,
+        undersides=undersides,
+        rows=tuple(index[each.component] for each in undersides),
+        edges=build_edges(undersides, board, partial(cast, scene)),
+        fields=fields,
+    )
+
+
+def _override(component: Component, known: Sequence[PartOverride]) -> PartOverride:
+    """Find the first that matches the component's name or package."""
+    names = (component.name, component.package)
+    fits = (each for each in known if any(fnmatchcase(name, pattern) for pattern in each.match for name in names))
+    return next(fits, _NOTHING)
+
+
+def _stated(underside: Underside, known: PartOverride) -> Underside:
+    """Put in the standoff that the parameter set states: the lowest is the harder case."""
+    if known.standoff_um is None:
+        return underside
+    heights = [_MM * each for each in dict.fromkeys(known.standoff_um)]
+    first, last = underside.cases[0].joints, underside.cases[-1].joints
+    joints = [first, last] if len(heights) == 2 or first != last else [first]
+    cases = tuple(GapCase(heights[min(at, len(heights) - 1)], each) for at, each in enumerate(joints))
+    return replace(underside, cases=cases, standoff_source="stated in the parameter set")
+
+
+def _field(
+    underside: Underside, case: GapCase, cells: int, solved: dict[tuple[float, float, GapCase], GapField]
+) -> GapField:
+    """Solve a gap, or take the answer from one like it: to a micrometre it is the same package."""
+    joints = tuple(_rounded(joint) for joint in case.joints)
+    key = (round(underside.length_mm, 3), round(underside.width_mm, 3), GapCase(round(case.standoff_mm, 5), joints))
+    if key not in solved:
+        length, width, rounded = key
+        solved[key] = solve_gap(_MM * length, _MM * width, _MM * rounded.standoff_mm, joints, cells)
+    return solved[key]
+
+
+def _rounded(joint: Joint) -> Joint:
+    numbers = (joint.x_mm, joint.y_mm, joint.length_mm, joint.width_mm)
+    x, y, length, width = (round(number, 3) + 0.0 for number in numbers)
+    return Joint(x, y, length, width, joint.round, round(joint.turn_rad, 4) + 0.0)

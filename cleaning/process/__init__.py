@@ -1,0 +1,1 @@
+"""A program split into stages of washing, rinsing and drying."""

@@ -1,0 +1,188 @@
+"""Timed program in, the stages of its process out."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from cleaning.errors import CleaningError
+from cleaning.parameters.model import Parameters
+from cleaning.process.solution_use import choose_liquid
+from cleaning.process.stages import Samples, Stage
+from geometry.arrays import Scalars
+from geometry.frames import rotation_angles
+from programs.playback import Timeline, build_timeline, play
+from programs.program import Command, Instruction, TimedProgram
+from recipes.recipe import Recipe
+from specs.finding import Finding
+
+_PA_PER_BAR = 1e5
+_ROOM_C = 20.0
+_PRESSURES_BAR = (0.0, 1e4)
+_TEMPERATURES_C = (-50.0, 500.0)
+_LONGEST_S = 1.0
+_LONGEST_RAD = np.radians(4.0)
+_NONE = Samples(
+    times=np.empty(0),
+    seconds=np.empty(0),
+    tcp=np.empty((0, 3)),
+    axes=np.empty((0, 3, 3)),
+    made_by=np.empty(0, dtype=np.int64),
+    makers=(),
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Staged:
+    """The stages of a program that spray, in order, and what was noticed."""
+
+    stages: tuple[Stage, ...]
+    findings: tuple[Finding, ...]
+
+
+def stages_of(program: TimedProgram, recipe: Recipe, parameters: Parameters, longest_mm: float = 3.0) -> Staged:
+    """Cut a program at its FUNCTION instructions and sample the open nozzle of each.
+
+    The body of a loop counts once, as in the program's totals: how often a sensor will ask for it is not known here.
+
+    Args:
+        program: Any program that was planned with this recipe.
+        recipe: Has the functions and nozzles that the program names.
+        parameters: Have the liquids.
+        longest_mm: Way of the orifice that one sample stands for at most; 4 degrees or a second count as much.
+
+    Raises:
+        CleaningError: the program names a function or nozzle that the recipe does not have, sets a pressure or
+            temperature that cannot be, or never sprays.
+        ProgramError: the program has no move.
+    """
+    timeline = build_timeline(program)
+    begins = [at for at, item in enumerate(program.instructions) if _is_function(item)]
+    stages: list[Stage] = []
+    findings: list[Finding] = []
+    for begin, end in zip(begins, [*begins[1:], len(program.instructions)], strict=True):
+        until_s = program.instructions[min(end, len(program.instructions) - 1)].time_s
+        stage, noticed = _read(program.instructions[begin:end], until_s, recipe, parameters)
+        samples = _sample(timeline, stage, longest_mm)
+        if len(samples.times):
+            stages.append(replace(stage, samples=samples))
+            findings += noticed
+    if not stages:
+        raise CleaningError("the program never sprays, so that it cleans nothing. Plan one whose paths spray.")
+    return Staged(tuple(stages), tuple(findings))
+
+
+def _is_function(item: Instruction) -> bool:
+    return isinstance(item, Command) and item.keyword == "FUNCTION"
+
+
+def _read(
+    instructions: Sequence[Instruction], end_s: float, recipe: Recipe, parameters: Parameters
+) -> tuple[Stage, list[Finding]]:
+    """Read what the commands of one stretch say; its samples are still missing."""
+    commands = [item for item in instructions if isinstance(item, Command)]
+    first = {command.keyword: command for command in reversed(commands)}
+    settings = {item.arguments[0]: item.arguments[1] for item in reversed(commands) if item.keyword == "SET"}
+    made_by, function = first["FUNCTION"].made_by, first["FUNCTION"].arguments[0]
+    nozzle = first["NOZZLE"].arguments[0] if "NOZZLE" in first else ""
+    if function not in recipe.functions or nozzle not in recipe.nozzles:
+        missing = f"function {function}" if function not in recipe.functions else f"nozzle {nozzle or '(none)'}"
+        raise CleaningError(
+            f"the program uses {missing}, which the recipe {recipe.recipe} does not have. Give the recipe that the "
+            "program was planned with, or plan it again."
+        )
+    asked = recipe.functions[function]
+    liquid, assumed = choose_liquid(function, asked, recipe.nozzles[nozzle], parameters)
+    findings = [Finding("liquid-unknown", "warning", assumed, made_by)] if assumed else []
+    repeats = int(first["REPEAT"].arguments[0]) if "REPEAT" in first else 1
+    if repeats > 1:
+        message = (
+            f"{function} is repeated until a sensor says so, {repeats} times at most. Times, litres and pictures are "
+            "those of once; verdicts say how often it must be done."
+        )
+        findings.append(Finding("loop-once", "info", message, made_by))
+    warmth = _setting(settings, "temperature_c", asked.temperature_c, _TEMPERATURES_C, made_by)
+    pressure = _setting(settings, "pressure_bar", asked.pressure_bar, _PRESSURES_BAR, made_by)
+    stage = Stage(
+        made_by=made_by,
+        function=function,
+        use=liquid.use,
+        nozzle_name=nozzle,
+        nozzle=recipe.nozzles[nozzle],
+        solution=asked.solution,
+        liquid=liquid,
+        pressure_pa=_PA_PER_BAR * (asked.pressure_bar if pressure is None else pressure),
+        temperature_c=_ROOM_C if warmth is None else warmth,
+        begin_s=instructions[0].time_s,
+        end_s=end_s,
+        samples=_NONE,
+        repeats=repeats,
+    )
+    return stage, findings
+
+
+def _setting(
+    settings: Mapping[str, str], key: str, usual: float | None, limits: tuple[float, float], made_by: str
+) -> float | None:
+    """Read what the program sets, which anyone may have edited; else what the recipe asks for."""
+    if key not in settings:
+        return usual
+    try:
+        value = float(settings[key])
+    except ValueError:
+        value = math.nan
+    low, high = limits
+    if not low < value < high:  # the negation catches NaN too
+        raise CleaningError(
+            f"{made_by} sets {key} to {settings[key]}, which must be a number above {low:g} and below {high:g}. "
+            "Correct the SET in the program, or plan it again."
+        )
+    return value
+
+
+def _sample(timeline: Timeline, stage: Stage, longest_mm: float) -> Samples:
+    """Sample the open nozzle between the stage's two times."""
+    spent = _spent(timeline, longest_mm)
+    edges = [_cut(timeline.times, spent, on, off) for on, off in _open(timeline, stage.begin_s, stage.end_s)]
+    if not edges:
+        return _NONE
+    times = np.concatenate([0.5 * (each[1:] + each[:-1]) for each in edges])
+    states = play(timeline, times)
+    return Samples(
+        times=times,
+        seconds=np.concatenate([np.diff(each) for each in edges]),
+        tcp=states.tcp,
+        axes=Rotation.from_quat(states.quaternion, scalar_first=True).as_matrix(),
+        made_by=states.made_by,
+        makers=states.makers,
+    )
+
+
+def _open(timeline: Timeline, begin_s: float, end_s: float) -> list[tuple[float, float]]:
+    """Intervals within two times in which the jet is on."""
+    inside = timeline.switch_times[(timeline.switch_times > begin_s) & (timeline.switch_times < end_s)]
+    times = np.concatenate([[begin_s], inside, [end_s]])
+    on = timeline.switched_on[np.searchsorted(timeline.switch_times, 0.5 * (times[1:] + times[:-1]), side="right")]
+    spraying = zip(times[:-1][on].tolist(), times[1:][on].tolist(), strict=True)
+    return [(begin, end) for begin, end in spraying if end > begin]
+
+
+def _spent(timeline: Timeline, longest_mm: float) -> Scalars:
+    """(k,) samples that are due up to each key pose: for its way, its turning and its time, whichever asks for more."""
+    way = np.linalg.norm(np.diff(timeline.tcp, axis=0), axis=1) / longest_mm
+    turn = rotation_angles(timeline.quaternion[:-1], timeline.quaternion[1:]) / _LONGEST_RAD
+    due = np.maximum(np.maximum(way, turn), np.diff(timeline.times) / _LONGEST_S)
+    return np.concatenate([[0.0], np.cumsum(due)])
+
+
+def _cut(times: Scalars, spent: Scalars, on: float, off: float) -> Scalars:
+    """Times that cut an interval into shares of equal due."""
+    ends = np.interp([on, off], times, spent)
+    inside = (times > on) & (times < off)
+    due, at = np.concatenate([ends[:1], spent[inside], ends[1:]]), np.concatenate([[on], times[inside], [off]])
+    shares = max(1, int(np.ceil(ends[1] - ends[0] - 1e-9)))
+    cut = np.interp(np.linspace(ends[0], ends[1], shares + 1), due, at)
+    cut[0], cut[-1] = on, off
+    return cut

@@ -1,0 +1,82 @@
+"""Which facets see the open sky, so that spray may reach them at all."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.board import Board
+from cleaning.surface.ray_scene import Scene, cast_rays
+from geometry.arrays import Directions, Points, Scalars, Triangles
+
+_DIRECTIONS = 24
+_ENOUGH = 4
+"""Free directions that make a place exposed: gaps between leads, of which a nozzle sees a sliver at best, are not."""
+_FACING = 1e-3
+_WIDEST = np.radians(60.0)
+_GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+_LIFT_MM = 2e-3
+"""Rays begin this far off their facet."""
+_SIDEWAYS = 0.1
+"""A bare surface whose normal is flatter than this belongs to the rim and looks at both sides."""
+SMALL_MM2 = 0.05
+"""Facets below this are judged at their middle alone."""
+CORNERS = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
+"""Three places inside a triangle, barycentric: their mean integrates squares exactly."""
+
+
+def inner_points(triangles: Triangles) -> NDArray[np.float64]:
+    """(m, 3, 3): three places inside each of (m, 3, 3) triangles, as ``CORNERS`` says."""
+    return np.einsum("kc,mcx->mkx", CORNERS, triangles)
+
+
+def open_share(board: Board, scene: Scene) -> Scalars:
+    """(m,) share of each face that sees enough sky of its own side: 0, 1/3, 2/3 or 1.
+
+    A place sees sky if four of 24 directions within 60 degrees of the side's normal lead away from its facet and hit
+    nothing. The side is that of the body's component, or beyond the other surface of the board the other one; bare
+    board and fixtures look where their facets look, and to both sides from a rim.
+    """
+    inside = inner_points(scene.triangles)
+    small = scene.areas_mm2 < SMALL_MM2
+    seen = np.zeros((len(small), 3), dtype=np.bool_)
+    up, down = _looks(board, scene)
+    for sign, looks in ((1.0, up), (-1.0, down)):
+        for corner in range(3):
+            which = np.flatnonzero(looks & ~seen[:, corner] & ~(small & (corner > 0)))
+            places = np.where(small[which, None], scene.triangles[which].mean(axis=1), inside[which, corner])
+            seen[which, corner] = _sees(scene, places, scene.normals[which], _sky(board, sign))
+    seen[small, 1:] = seen[small, :1]
+    return np.count_nonzero(seen, axis=1) / 3.0
+
+
+def _looks(board: Board, scene: Scene) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(m,) whether a face looks for the sky above, and for that below."""
+    sides = {component.name: component.side for component in board.components}
+    side = np.array([{"top": 1, "bottom": -1}.get(sides.get(body.name, ""), 0) for body in board.bodies])[scene.body]
+    middle = scene.triangles[:, :, 2].mean(axis=1)
+    through_down = middle < board.bottom_z_mm - _LIFT_MM
+    through_up = middle > board.top_z_mm + _LIFT_MM
+    slope = scene.normals[:, 2]
+    up = np.where(side == 0, slope > -_SIDEWAYS, ((side > 0) & ~through_down) | ((side < 0) & through_up))
+    down = np.where(side == 0, slope < _SIDEWAYS, ((side < 0) & ~through_up) | ((side > 0) & through_down))
+    return up, down
+
+
+def _sky(board: Board, sign: float) -> Directions:
+    """(24, 3) directions within 60 degrees of a side's normal, the steepest first; they turn with the board."""
+    count = np.arange(_DIRECTIONS)
+    upward = 1.0 - (1.0 - np.cos(_WIDEST)) * count / (_DIRECTIONS - 1)
+    azimuth = 2 * np.pi * _GOLDEN * count + np.arctan2(board.axis[1], board.axis[0])
+    sine = np.sqrt(1.0 - upward**2)
+    return np.column_stack([sine * np.cos(azimuth), sine * np.sin(azimuth), sign * upward])
+
+
+def _sees(scene: Scene, places: Points, normals: Directions, sky: Directions) -> NDArray[np.bool_]:
+    """(n,) whether enough directions of the sky are free. Places that have seen enough are not asked again."""
+    starts = (places - scene.origin + _LIFT_MM * normals).astype(np.float32)
+    free = np.zeros(len(places), dtype=np.int64)
+    for direction in sky:
+        which = np.flatnonzero((normals @ direction > _FACING) & (free < _ENOUGH))
+        if len(which):
+            rays = np.ascontiguousarray(np.broadcast_to(direction.astype(np.float32), (len(which), 3)))
+            free[which] += cast_rays(scene, np.ascontiguousarray(starts[which]), rays) < 0
+    return free >= _ENOUGH

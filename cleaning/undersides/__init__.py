@@ -1,0 +1,1 @@
+"""Washing, rinsing and drying of one gap through all stages."""

@@ -1,0 +1,79 @@
+"""How residue gives way: hard residue softens by chemistry, soft residue is carried off by shear.
+
+The form follows what is seen on rosin flux (Beaudoin and others, Ind. Eng. Chem. Res. 34 (1995) 3307): the solution
+soaks the film, then shear strips it. With H the hard and S the softened share,
+
+    dH/dt = -k1 H        dS/dt = k1 H - k2 S
+
+and H + S is what is left. For rates that are constant during a step the solution is exact, whatever the step's length.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cleaning.parameters.model import Soil
+from cleaning.require import require_not_negative, require_temperature
+
+GAS_CONSTANT = 8.314462618
+"""J / (mol K)"""
+ZERO_C = 273.15
+REFERENCE_C = 60.0
+"""Temperature at which ``Soil.k1_per_s`` holds."""
+
+
+def softening_rate(soil: Soil, temperature_c: float, concentration_pct: float) -> float:
+    """Give k1, 1/s: Arrhenius in temperature, saturating in concentration; 0 without a cleaning agent."""
+    require_temperature(temperature_c=temperature_c)
+    require_not_negative(concentration_pct=concentration_pct)
+    warmth = 1.0 / (ZERO_C + temperature_c) - 1.0 / (ZERO_C + REFERENCE_C)
+    arrhenius = math.exp(-1000.0 * soil.activation_kj_mol / GAS_CONSTANT * warmth)
+    saturation = concentration_pct / (concentration_pct + soil.half_pct)
+    reference = soil.reference_pct / (soil.reference_pct + soil.half_pct)
+    return soil.k1_per_s * arrhenius * saturation / reference
+
+
+def removal_rate(soil: Soil, shear_pa: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Give k2, 1/s, for each wall shear: a power of it above the threshold, else 0."""
+    shear = np.asarray(shear_pa, dtype=np.float64)
+    require_not_negative(shear_pa=shear)
+    rate = soil.k_m_per_s * (shear / soil.shear_reference_pa) ** soil.shear_exponent
+    return np.where(shear > soil.shear_threshold_pa, rate, 0.0)
+
+
+def step(
+    hard: NDArray[np.float64] | float,
+    soft: NDArray[np.float64] | float,
+    k1: NDArray[np.float64] | float,
+    k2: NDArray[np.float64] | float,
+    seconds: NDArray[np.float64] | float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Let residue soften and leave for a while at constant rates.
+
+    Args:
+        hard: Share that is hard, of any shape.
+        soft: Share that is soft.
+        k1: Softening, 1/s, not negative.
+        k2: Removal, 1/s, not negative.
+        seconds: How long, not negative. All arguments broadcast.
+
+    Returns:
+        What is hard and what is soft afterwards.
+
+    Raises:
+        CleaningError: a number is negative or not finite.
+    """
+    require_not_negative(hard=hard, soft=soft, k1=k1, k2=k2, seconds=seconds)
+    hard_, soft_ = np.asarray(hard, dtype=np.float64), np.asarray(soft, dtype=np.float64)
+    a = np.asarray(k1, dtype=np.float64) * seconds
+    b = np.asarray(k2, dtype=np.float64) * seconds
+    # The slower rate is taken out of the exponentials: nothing can overflow, and a = b is no special case.
+    passed = a * np.exp(-np.minimum(a, b)) * _mean_decay(np.abs(b - a))
+    return hard_ * np.exp(-a), soft_ * np.exp(-b) + hard_ * passed
+
+
+def _mean_decay(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give (1 - exp(-x)) / x, which is 1 at 0."""
+    some = np.where(x > 0.0, x, 1.0)
+    return np.where(x > 0.0, -np.expm1(-some) / some, 1.0)

@@ -1,0 +1,246 @@
+"""What happens under one component while the process goes on: entry, flow, residue, rinse, drying."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cleaning.gap.edge_segments import SEGMENTS, EdgePressure
+from cleaning.gap.flow_field import GapField
+from cleaning.gap.flushing import Flushed, Setting, flush
+from cleaning.gap.inertia import inertial, plug_front_m, reduced_reynolds
+from cleaning.gap.initial_fill import exchanges_needed, fill_share, is_plugged, open_share
+from cleaning.parameters.liquid import capillary_pa, density_kg_m3, viscosity_pa_s
+from cleaning.parameters.model import Parameters
+from cleaning.process.stages import Stage
+from cleaning.undersides.capillary_entry import entry_margin
+from cleaning.undersides.drying import dry_gap
+from cleaning.undersides.gap_result import GapResult, GapStage
+from cleaning.undersides.kinetics import softening_rate, step
+from cleaning.undersides.rinse import gap_content_g_m3, ionic_ug_cm2
+from geometry.arrays import Scalars
+
+_MM = 1e-3
+_UM = 1e-6
+_TENTH = 0.1 - 1e-9
+_SAME = 1e-6
+"""Shares of residue nearer than this are the same."""
+
+
+@dataclass(frozen=True)
+class _Gap:
+    """One gap, and what of it stays the same. SI."""
+
+    field: GapField
+    height_m: float
+    fill: float
+    parameters: Parameters
+
+    @cached_property
+    def basis(self) -> NDArray[np.float32]:
+        """(2, 8, c) velocity times viscosity at this height, one row per component and segment."""
+        scale = np.float32((self.height_m / self.field.height_m) ** 2)
+        return np.ascontiguousarray(np.moveaxis(self.field.velocity, 2, 0)) * scale
+
+    @cached_property
+    def weights(self) -> Scalars:
+        """(c,) weight of each cell in a mean over the gap."""
+        weights = self.field.weights.astype(np.float64)
+        return weights / weights.sum()
+
+    @property
+    def plugged(self) -> bool:
+        """Whether so much residue is in it that nothing flows through."""
+        return is_plugged(self.parameters.gap, self.fill)
+
+
+@dataclass(frozen=True, slots=True)
+class _State:
+    """What is left between two stages."""
+
+    hard: float
+    soft: Scalars
+    front_m: float
+    """How far a plugged gap is opened from its rim."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Liquid:
+    """What a stage brings into a gap. SI."""
+
+    density: float
+    viscosity: float
+    softening: float
+
+
+def under_component(
+    field: GapField,
+    standoff_mm: float,
+    stages: Sequence[Stage],
+    pressures: Sequence[EdgePressure | None],
+    parameters: Parameters,
+    paste_factor: float | None = None,
+) -> GapResult:
+    """Follow one gap through all stages.
+
+    A liquid stage acts from the moment at which it gets in until its end: while the jet passes, shear carries off what
+    is soft; all the time, the solution softens what is hard. Gas dries.
+
+    Args:
+        field: Flow for the joints of the gap; one of another height is scaled.
+        standoff_mm: Height of the gap.
+        stages: Of the process.
+        pressures: On the edges, one per stage; ``None`` where the stage sprays another side.
+        parameters: Everything else.
+        paste_factor: Scales the residue at first; left out: the parameters' own.
+    """
+    gap = _Gap(field, _MM * standoff_mm, fill_share(parameters.soil, field.coverage, paste_factor), parameters)
+    state = _State(1.0, np.zeros(len(field.cells)), 0.0)
+    acts: list[GapStage | None] = []
+    for stage, pressure in zip(stages, pressures, strict=True):
+        act = None
+        if pressure is not None and stage.use != "dry":
+            act, state = _act(gap, stage, pressure, state)
+        acts.append(act)
+    residue = _residue(gap, state)
+    worst, worst_at = _worst(gap, residue)
+    depth = 0.5 * min(field.length_m, field.width_m)
+    dried = dry_gap(parameters.drying, stages, pressures, gap.height_m, depth)
+    return GapResult(
+        standoff_mm=standoff_mm,
+        field=field,
+        fill=gap.fill,
+        stages=tuple(acts),
+        exchanges_needed=exchanges_needed(parameters.soil, parameters.gap, gap.fill),
+        residue=_mean(gap, residue),
+        residue_worst=worst,
+        worst_at=worst_at,
+        ionic_ug_cm2=ionic_ug_cm2(gap_content_g_m3(parameters.rinse, stages, acts), gap.height_m / _UM),
+        blow_off_um=None if dried is None else dried[0] / _UM,
+        dry_s=None if dried is None else dried[1],
+    )
+
+
+def _act(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> tuple[GapStage, _State]:
+    """Let one liquid stage act on a gap."""
+    parameters = gap.parameters
+    height = gap.height_m * open_share(parameters.gap, gap.fill * _mean(gap, _residue(gap, state)))
+    capillary = capillary_pa(stage.liquid, stage.temperature_c, height)
+    margin, first = entry_margin(pressure, stage, capillary, parameters.film.hold_s)
+    liquid = _Liquid(
+        density_kg_m3(stage.liquid, stage.temperature_c),
+        viscosity_pa_s(stage.liquid, stage.temperature_c),
+        softening_rate(parameters.soil, stage.temperature_c, stage.liquid.concentration_pct),
+    )
+    cells = len(gap.field.cells)
+    done, after, wet_s = Flushed(state.hard, state.soft, np.zeros(cells), 0.0, 0.0), state, 0.0
+    if first >= 0:
+        seconds, wet_s = _pulses(stage, pressure, first)
+        if gap.plugged:
+            front = plug_front_m(liquid.softening, _UM * parameters.soil.front_um, wet_s)
+            after = _State(state.hard, state.soft, state.front_m + float(front))
+        else:
+            pulses = np.ascontiguousarray(pressure.pressure_pa[first:])
+            done = flush(gap.basis, pulses, seconds, _setting(gap, liquid), state.hard, state.soft)
+            rest = wet_s - float(seconds.sum())
+            hard, soft = step(done.hard, done.soft, liquid.softening, 0.0, max(rest, 0.0))
+            after = _State(float(hard), soft, state.front_m)
+    weak = done.shear_pa < parameters.limits.weak_shear_pa
+    path = gap.field.path_m
+    act = GapStage(
+        margin_pa=margin,
+        entered=first >= 0,
+        edge_pa=_highest(pressure),
+        side_shear_pa=_side_shear(gap, liquid, pressure, after),
+        shear_pa=done.shear_pa.astype(np.float32),
+        weak_share=_mean(gap, weak.astype(np.float64)),
+        exchanges=2.0 * done.travelled_m / path,
+        reynolds=float(reduced_reynolds(done.fastest_m_s, gap.height_m, path, liquid.density, liquid.viscosity)),
+        wet_s=wet_s,
+        residue=_residue(gap, after).astype(np.float32),
+    )
+    return act, after
+
+
+def _pulses(stage: Stage, pressure: EdgePressure, first: int) -> tuple[NDArray[np.float64], float]:
+    """(k, 2) soak before each sample that is near, and the sample itself; and the time to the stage's end; all in s."""
+    near = pressure.sample[first:]
+    times, seconds = stage.samples.times[near], stage.samples.seconds[near]
+    begins, ends = times - 0.5 * seconds, times + 0.5 * seconds
+    soaks = np.maximum(begins - np.concatenate([begins[:1], ends[:-1]]), 0.0)
+    return np.column_stack([soaks, seconds]), max(stage.end_s - float(begins[0]), 0.0)
+
+
+def _setting(gap: _Gap, liquid: _Liquid) -> Setting:
+    soil = gap.parameters.soil
+    return Setting(
+        weights=gap.weights,
+        height_m=gap.height_m,
+        path_m=gap.field.path_m,
+        fill=gap.fill,
+        viscosity_pa_s=liquid.viscosity,
+        drag_pa_s2_m2=0.5 * liquid.density * (1.0 + gap.parameters.gap.entrance_loss),
+        k1_per_s=liquid.softening,
+        k2_per_s=soil.k_m_per_s / soil.shear_reference_pa**soil.shear_exponent,
+        shear_exponent=soil.shear_exponent,
+        shear_threshold_pa=soil.shear_threshold_pa,
+    )
+
+
+def _highest(pressure: EdgePressure) -> tuple[float, ...]:
+    """(8,) highest pressure on each segment; 0 where the spray never comes near."""
+    if not len(pressure.sample):
+        return (0.0,) * SEGMENTS
+    return tuple(float(each) for each in pressure.pressure_pa.max(axis=0))
+
+
+def _side_shear(gap: _Gap, liquid: _Liquid, pressure: EdgePressure, state: _State) -> tuple[float, ...]:
+    """(4,) wall shear that nine tenths of the gap exceed if each side alone is pressed as hard as it ever was."""
+    if gap.plugged or not len(pressure.sample):
+        return (0.0,) * (SEGMENTS // 2)
+    best = pressure.pressure_pa.reshape(-1, SEGMENTS // 2, 2).mean(axis=2).max(axis=0).clip(min=0.0)
+    sides = gap.basis.reshape(2, SEGMENTS // 2, 2, -1).sum(axis=2)
+    flow = best[:, None] * np.hypot(sides[0], sides[1])
+    open_ = 1.0 - gap.fill * _mean(gap, _residue(gap, state))
+    mean = flow @ gap.weights * open_**2 / liquid.viscosity
+    loss = gap.parameters.gap.entrance_loss
+    slowed = inertial(mean, gap.height_m * open_, gap.field.path_m, liquid.density, liquid.viscosity, loss)
+    share = np.divide(slowed, mean, out=np.ones_like(mean), where=mean > 0.0)
+    least = [np.sort(each)[_tenth(each, gap.weights)] for each in flow]
+    shear = share * 6.0 * open_ / gap.height_m * least
+    return tuple(float(each) for each in shear)
+
+
+def _residue(gap: _Gap, state: _State) -> Scalars:
+    """(c,) share of the residue that is left in each cell."""
+    if not gap.plugged:
+        return state.hard + state.soft
+    field = gap.field
+    centres = np.abs(field.centres)
+    rim = np.minimum(0.5 * field.length_m - centres[:, 0], 0.5 * field.width_m - centres[:, 1])
+    cell = min(field.length_m / field.shape[1], field.width_m / field.shape[0])
+    return 1.0 - np.clip((state.front_m - rim) / cell + 0.5, 0.0, 1.0)
+
+
+def _mean(gap: _Gap, values: Scalars) -> float:
+    """Mean over the gap of what is 1 at most; exactly 1 where all of it is."""
+    return 1.0 - float(gap.weights @ (1.0 - values))
+
+
+def _worst(gap: _Gap, residue: Scalars) -> tuple[float, tuple[float, float]]:
+    """Mean of the worst tenth, and the worst place in mm: of several alike that nearest to the middle."""
+    order = np.argsort(-residue, kind="stable")
+    tenth = order[: _tenth(-residue, gap.weights) + 1]
+    worst = 1.0 - float(np.average(1.0 - residue[tenth], weights=gap.weights[tenth]))
+    alike = np.flatnonzero(residue >= residue.max() - _SAME)
+    centres = gap.field.centres[alike]
+    at = centres[np.argmin(np.round(np.hypot(centres[:, 0], centres[:, 1]) / _UM))] / _MM
+    return worst, (float(at[0]), float(at[1]))
+
+
+def _tenth(values: Scalars, weights: Scalars) -> int:
+    """Rank, from the least, of the value below which a tenth of the gap lies."""
+    passed = np.cumsum(weights[np.argsort(values, kind="stable")])
+    return min(int(np.searchsorted(passed, _TENTH)), len(values) - 1)

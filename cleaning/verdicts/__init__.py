@@ -1,0 +1,1 @@
+"""Rules, judgements and the verdict on each component."""

@@ -1,0 +1,67 @@
+"""Verdicts told apart: whether a component comes out clean, and whether it stays wet underneath."""
+
+from collections.abc import Iterable
+from typing import Literal, TypeAlias
+
+from cleaning.verdicts.results import VERDICTS, CleaningReport, Judgement, Part, Verdict
+
+_WET = "R12"
+"""The one rule that says nothing of residue: water that is left dries, or is baked out."""
+Outcome: TypeAlias = Verdict | Literal["clean, wet"]
+"""What becomes of a component: how clean it comes out, and apart from that whether it stays wet where it is clean."""
+OUTCOMES: tuple[Outcome, ...] = ("dirty", "marginal", "clean, wet", "no verdict", "clean")
+"""Worst first: water that is left is near a limit too."""
+
+
+def cleanliness(part: Part) -> Verdict:
+    """Give the verdict on a component as if drying did not matter."""
+    return _worst(each.verdict for each in part.judgements if each.rule != _WET)
+
+
+def stays_wet(part: Part) -> bool:
+    """Say whether drying leaves water under a component."""
+    return any(each.rule == _WET and each.verdict != "clean" for each in part.judgements)
+
+
+def outcome(part: Part) -> Outcome:
+    """Give the verdict on a component as if drying did not matter, and say it where water alone is what it lacks."""
+    clean = cleanliness(part)
+    return "clean, wet" if clean == "clean" and stays_wet(part) else clean
+
+
+def deciding_judgement(part: Part) -> Judgement:
+    """Give the judgement that decides what becomes of a component: that it stays wet counts where nothing else does."""
+    wet = outcome(part) == "clean, wet"
+    return next((each for each in part.judgements if (each.rule == _WET) == wet), part.judgements[0])
+
+
+def report_cleanliness(report: CleaningReport) -> Verdict:
+    """Give the verdict on a board and its process as if drying did not matter."""
+    return _worst([*map(cleanliness, (report.bare, *report.parts)), *(each.verdict for each in report.process)])
+
+
+def report_outcome(report: CleaningReport) -> Outcome:
+    """Give the verdict on a board and its process as if drying did not matter, and say it where water alone is left."""
+    clean = report_cleanliness(report)
+    return "clean, wet" if clean == "clean" and any(map(stays_wet, report.parts)) else clean
+
+
+def count_cleanliness(parts: Iterable[Part]) -> dict[Verdict, int]:
+    """Count components by their cleanliness, the worst first; a verdict that none has is left out."""
+    found = [cleanliness(part) for part in parts]
+    return {verdict: found.count(verdict) for verdict in VERDICTS if verdict in found}
+
+
+def rank_parts(report: CleaningReport) -> list[Part]:
+    """Give the components by what becomes of them, the worst first; then by residue, then in the board's order."""
+    return sorted(report.parts, key=lambda part: (OUTCOMES.index(outcome(part)), -(part.residue or 0.0)))
+
+
+def unclean_parts(report: CleaningReport) -> list[Part]:
+    """Give the components that lack something, the worst first."""
+    return [part for part in rank_parts(report) if part.verdict != "clean"]
+
+
+def _worst(verdicts: Iterable[Verdict]) -> Verdict:
+    found = list(verdicts)
+    return min(found, key=VERDICTS.index) if found else "clean"

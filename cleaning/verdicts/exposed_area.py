@@ -1,0 +1,117 @@
+"""Which surface a side has, and what reaches it, summed up for a component or the bare board: the least first."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.board import Board, Side
+from cleaning.exposure.exposure import Exposure
+from cleaning.surface.facets import Facets
+from cleaning.verdicts.results import ExposedPart
+from geometry.arrays import Indices, Scalars
+
+_SIDES: tuple[Side, ...] = ("top", "bottom")
+_WALL = -0.2
+_LIFT_MM = 1e-6
+LOW = 0.05
+"""Percentile that stands for the places that get little."""
+BARE = -1
+"""Stands for the bare board where the index of a component is asked for."""
+
+
+def cells_of_side(facets: Facets, board: Board, side: Side) -> Indices:
+    """Find the cells of a side: of its components and of the bare board, those that face it.
+
+    Walls belong to it, unless they stand beyond the other surface, as ends of pins do; so those of the bare board
+    belong to both sides. Fixtures belong to none. Hidden cells are among them.
+    """
+    of_side = np.array([component.side == side for component in board.components] + [True])  # the bare board is last
+    cells = np.flatnonzero(of_side[facets.cell_component])
+    return _facing(facets, board, side, cells)
+
+
+def shown_on_side(facets: Facets, board: Board, side: Side) -> NDArray[np.bool_]:
+    """(c,) which cells of a side are exposed: what can be sprayed there."""
+    shown = np.zeros(len(facets.cell_exposed), dtype=np.bool_)
+    cells = cells_of_side(facets, board, side)
+    shown[cells] = facets.cell_exposed[cells]
+    return shown
+
+
+def cells_of(facets: Facets, board: Board, component: int, side: Side) -> Indices:
+    """Find those cells of a side that belong to one of its components, or to the bare board, which is ``BARE``."""
+    return _facing(facets, board, side, np.flatnonzero(facets.cell_component == component))
+
+
+def cells_of_each(facets: Facets, board: Board) -> tuple[Indices, ...]:
+    """Find the cells of every component on its own side, as ``cells_of`` does, in one go."""
+    order = np.argsort(facets.cell_component, kind="stable")
+    ends = np.searchsorted(facets.cell_component[order], np.arange(len(board.components) + 1))
+    faces = {side: np.zeros(len(order), dtype=np.bool_) for side in _SIDES}
+    for side in _SIDES:
+        faces[side][_facing(facets, board, side, np.arange(len(order)))] = True
+    groups = (order[begin:end] for begin, end in pairwise(ends.tolist()))
+    return tuple(cells[faces[component.side][cells]] for component, cells in zip(board.components, groups, strict=True))
+
+
+def _facing(facets: Facets, board: Board, side: Side, cells: Indices) -> Indices:
+    up = 1.0 if side == "top" else -1.0
+    beyond = board.bottom_z_mm if side == "top" else -board.top_z_mm
+    faces = (up * facets.cell_normals[cells, 2] > _WALL) & (up * facets.cell_centres[cells, 2] > beyond - _LIFT_MM)
+    fixture = np.array([body.role == "fixture" for body in board.bodies])
+    if fixture.any() and (facets.cell_component[cells] == BARE).any():
+        body = np.zeros(len(facets.cell_areas_mm2), dtype=np.int64)
+        body[facets.cell] = facets.body
+        faces &= ~fixture[body[cells]]
+    return cells[faces]
+
+
+def exposed_part(exposure: Exposure, facets: Facets, cells: Indices) -> ExposedPart:
+    """Sum up one stage over some cells; hidden ones are counted and not judged."""
+    shown = cells[facets.cell_exposed[cells]]
+    areas = facets.cell_areas_mm2[shown]
+    hidden = float(facets.cell_areas_mm2[cells].sum() - areas.sum())
+    if not len(shown):
+        return ExposedPart(0.0, hidden, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
+    missed = float(areas[exposure.cone_s[shown] <= 0].sum() / areas.sum())
+    return ExposedPart(
+        area_mm2=float(areas.sum()),
+        hidden_mm2=hidden,
+        missed_share=missed,
+        volume_mm=_spread(exposure.volume_mm[shown], areas),
+        front_s=_spread(exposure.front_s[shown], areas),
+        cone_s=_spread(exposure.cone_s[shown], areas),
+        peak_pa=float(exposure.peak_pa[shown].max()),
+    )
+
+
+def together(exposures: Sequence[Exposure]) -> Exposure:
+    """Add up several stages of one use; how the volume grew and who gave it is not kept apart."""
+    first = exposures[0]
+    if len(exposures) == 1:
+        return first
+    return replace(
+        first,
+        cone_s=np.sum([each.cone_s for each in exposures], axis=0),
+        front_s=np.sum([each.front_s for each in exposures], axis=0),
+        volume_mm=np.sum([each.volume_mm for each in exposures], axis=0),
+        peak_pa=np.max([each.peak_pa for each in exposures], axis=0),
+        impulse_n_pa_s=np.sum([each.impulse_n_pa_s for each in exposures], axis=0),
+        impulse_t_pa_s=np.sum([each.impulse_t_pa_s for each in exposures], axis=0),
+        hits=np.sum([each.hits for each in exposures], axis=0),
+    )
+
+
+def _spread(values: Scalars, areas: Scalars) -> tuple[float, float, float]:
+    """Least, 5th percentile by area, mean by area."""
+    return float(values.min()), percentile(values, areas, LOW), float(np.average(values, weights=areas))
+
+
+def percentile(values: Scalars, weights: NDArray[np.float64], share: float) -> float:
+    """Give the least value that at least this share of the weights does not exceed."""
+    order = np.argsort(values, kind="stable")
+    reached = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(reached, share * reached[-1] * (1.0 - 1e-12))])

@@ -1,0 +1,135 @@
+"""The results of an analysis: verdicts, each with the numbers that caused it and how far they can be trusted."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from boards.board import Board
+from boards.undersides.underside import Underside
+from cleaning.exposure.exposure import Exposure
+from cleaning.parameters.model import Parameters
+from cleaning.process.stages import Stage
+from cleaning.surface.facets import Facets
+from cleaning.undersides.gap_result import GapResult
+from programs.plan import Origin
+from specs.finding import Finding
+
+Grade: TypeAlias = Literal["A", "B", "C"]
+"""A: geometry and balances; B: physics with parameters from the literature; C: uncalibrated kinetics."""
+Verdict: TypeAlias = Literal["clean", "marginal", "dirty", "no verdict"]
+"""As predicted. ``no verdict``: outside of what the model holds for."""
+VERDICTS: tuple[Verdict, ...] = ("dirty", "marginal", "no verdict", "clean")
+"""Worst first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """One number behind a judgement."""
+
+    name: str
+    value: float
+    unit: str
+    limit: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What one rule says of one component, or of the whole board."""
+
+    rule: str
+    """``"R1"`` to ``"R14"``."""
+    name: str
+    """Such as ``"dry gap"``."""
+    verdict: Verdict
+    grade: Grade
+    numbers: tuple[Number, ...]
+    because: str
+    """One sentence with the numbers."""
+    advice: str
+    """What to do about it; empty where there is nothing to do."""
+    stage: str = ""
+    """``made_by`` of the stage; empty for all together."""
+    where: tuple[float, float, float] | None = None
+    """Place in the board frame, mm."""
+    sides: tuple[tuple[float, float], ...] = ()
+    """Directions, outward in the board's plane, from which a pass is missing (R8)."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExposedPart:
+    """What reaches the exposed surface of one component, or of the bare board, in one stage."""
+
+    area_mm2: float
+    """Exposed."""
+    hidden_mm2: float
+    """Sees no open sky: not judged here."""
+    missed_share: float
+    """Of the exposed area, never hit."""
+    volume_mm: tuple[float, float, float]
+    """Least, 5th percentile by area, mean."""
+    front_s: tuple[float, float, float]
+    cone_s: tuple[float, float, float]
+    peak_pa: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """Everything said of one component."""
+
+    component: str
+    """Reference designator; ``"board"`` for the bare board."""
+    verdict: Verdict
+    grade: Grade
+    """Of the judgement that decides."""
+    judgements: tuple[Judgement, ...]
+    """Worst first; at least one."""
+    exposed: tuple[ExposedPart | None, ...]
+    """One per stage; ``None`` where the stage sprays the other side."""
+    underside: Underside | None
+    """``None`` where no thin gap is known."""
+    gaps: tuple[GapResult, ...]
+    """One per case of the underside, the harder first."""
+    elasticity: Mapping[str, float]
+    """d ln(residue) / d ln(x) for ``time``, ``temperature``, ``chemistry``, ``pressure``, ``standoff``; empty without a
+    gap."""
+    limiting: str
+    """The factor with the strongest elasticity; empty where there is none."""
+    makers: tuple[tuple[str, float], ...]
+    """Who sprays it, and which share of the volume on it each gives, most first; at most 12."""
+
+    @property
+    def residue(self) -> float | None:
+        """Worst share of residue left in its gap; ``None`` without a gap."""
+        return max((gap.residue for gap in self.gaps), default=None)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CleaningReport:
+    """What a program cleans on a board."""
+
+    origin: Origin
+    board: Board
+    parameters: Parameters
+    parameters_sha256: str
+    stages: tuple[Stage, ...]
+    facets: Facets
+    exposures: tuple[Exposure, ...]
+    """One per stage."""
+    bare: Part
+    """The bare board."""
+    parts: tuple[Part, ...]
+    """One per component, in the board's order."""
+    process: tuple[Judgement, ...]
+    """What holds for the whole process: bath, water, temperatures, limits of the model."""
+    verdict: Verdict
+    """Of the worst component: never an average."""
+    duration_s: float
+    litres: tuple[tuple[str, float], ...]
+    """By function, in the order of first use."""
+    findings: tuple[Finding, ...]
+    """Worst first."""
+
+    def worst_first(self) -> tuple[Part, ...]:
+        """Components, the worst verdict first; then by residue, then in the board's order."""
+        rank = {verdict: index for index, verdict in enumerate(VERDICTS)}
+        return tuple(sorted(self.parts, key=lambda part: (rank[part.verdict], -(part.residue or 0.0))))

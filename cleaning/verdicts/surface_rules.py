@@ -1,0 +1,104 @@
+"""Rules R1, R2, R3 and R13: what reaches the exposed surface of a component, and what it bears."""
+
+from math import ceil
+
+from cleaning.process.stages import Stage
+from cleaning.verdicts.evidence import Case, Reach
+from cleaning.verdicts.results import ExposedPart, Judgement, Number, Verdict
+from cleaning.verdicts.rounding import two_digits
+
+_FEW = 0.01
+"""Share of an exposed surface that may be missed without a word: less than the rays can tell."""
+_MANY = 0.05
+_HALF = 0.5
+"""Below this share of a limit it is missed by far."""
+_NOTHING = 0.01
+"""Below this share of a limit the digits of a volume mean nothing, and going slower does not help."""
+
+
+def not_sprayed(case: Case) -> Judgement:
+    """R1 for a side that no liquid reaches."""
+    because = f"No step sprays liquid on the {case.side} side."
+    advice = f"Add a step to the sequence that sprays a liquid, with side: {case.side}."
+    return Judgement("R1", "not sprayed", "dirty", "A", (), because, advice, where=case.place)
+
+
+def judge_reach(case: Case, reach: Reach) -> list[Judgement]:
+    """R1 and R2: exposed surfaces that are missed, or get too little. A component that shows nothing has none."""
+    exposed = reach.exposed
+    if exposed.area_mm2 == 0:
+        return []
+    missed = _missed(case, reach)
+    return missed if exposed.missed_share > _MANY else [*missed, _amount(case, reach)]
+
+
+def _missed(case: Case, reach: Reach) -> list[Judgement]:
+    if reach.exposed.missed_share <= _FEW:
+        return []
+    share = Number("missed", 100.0 * reach.exposed.missed_share, "%", 100.0 * _FEW)
+    because = f"{share.value:.1f} % of its exposed surface is never hit in {reach.functions}"
+    because += f"; {_blocker(case)} stands in the way." if case.occluder else "."
+    advice = "Spray it from another side or tilt, or add a perimeter pass around it."
+    verdict: Verdict = "dirty" if reach.exposed.missed_share > _MANY else "marginal"
+    name = "shadowed" if case.occluder else "missed"
+    return [Judgement("R1", name, verdict, "A", (share,), because, advice, reach.made_by, case.place)]
+
+
+def _blocker(case: Case) -> str:
+    if case.occluder == case.component:
+        return "its own body" if case.component != "board" else "the board itself"
+    return "the board" if case.occluder == "board" else case.occluder
+
+
+def _amount(case: Case, reach: Reach) -> Judgement:
+    limits, (least, low, _) = case.parameters.limits, reach.exposed.volume_mm
+    limit = limits.wash_volume_mm if reach.use == "wash" else limits.rinse_volume_mm
+    numbers = [Number("volume, 5th percentile", low, "mm", limit), Number("volume, least", least, "mm")]
+    share = low / limit
+    most = f"at most {two_digits(low)} mm" if share >= _NOTHING else f"less than {_NOTHING * limit:g} mm"
+    because = (
+        f"The least wetted twentieth of its exposed surface gets {most} in {reach.functions} (limit {limit:g} mm)."
+    )
+    if reach.use == "wash" and limits.front_s > 0:
+        front = reach.exposed.front_s[1]
+        numbers.append(Number("time in the wave front, 5th percentile", front, "s", limits.front_s))
+        because += f" It is in the wave front for {two_digits(front)} s (limit {limits.front_s:g} s)."
+        share = min(share, front / limits.front_s)
+    if share < 1 and reach.repeats > 1:
+        share *= reach.repeats
+        often = ceil(reach.repeats / share) if share >= 1 else 0
+        because += f" It must be done {often} times" if often else " It is too little even if done"
+        because += f", of {reach.repeats} at most." if often else f" {reach.repeats} times, as often as it may be."
+    verdict: Verdict = "clean" if share >= 1 else "marginal" if share >= _HALF else "dirty"
+    name, advice = ("exposed", "") if share >= 1 else ("under-exposed", _more(low / limit))
+    return Judgement("R2", name, verdict, "A", tuple(numbers), because, advice, reach.made_by, case.place)
+
+
+def _more(share: float) -> str:
+    """Say what brings more volume to where this share of the limit lands."""
+    if share < _NOTHING:
+        return "Hardly any reaches it there: add a pass from another side, or tilt the jet."
+    return "Go slower or nearer, or add a pass."
+
+
+def judge_load(case: Case, stage: Stage, exposed: ExposedPart) -> list[Judgement]:
+    """R3 and R13: what the component itself bears."""
+    found: list[Judgement] = []
+    bears, window = case.override.most_kpa, case.override.window_c
+    if bears is not None and exposed.peak_pa > 1000.0 * bears:
+        peak = Number("peak pressure", exposed.peak_pa / 1000.0, "kPa", bears)
+        because = f"{stage.function} presses with {two_digits(peak.value)} kPa on it; it bears {bears:g} kPa."
+        advice = "Avoid it with a mask, spray from further away, or lower the pressure."
+        found.append(Judgement("R3", "damage risk", "dirty", "A", (peak,), because, advice, stage.made_by, case.place))
+    if window is not None and not window[0] <= stage.temperature_c <= window[1]:
+        warmth = Number("temperature", stage.temperature_c, "°C", window[1])
+        because = f"{stage.function} is at {stage.temperature_c:g} °C; it bears {window[0]:g} to {window[1]:g} °C."
+        advice = f"Change temperature_c of {stage.function}."
+        found.append(Judgement("R13", "process", "dirty", "B", (warmth,), because, advice, stage.made_by, case.place))
+    return found
+
+
+def not_judged(case: Case) -> Judgement:
+    """R14 for a component that shows nothing and has no gap that is known."""
+    because = "It shows no surface that spray can reach, and no gap under it is known."
+    return Judgement("R14", "model limit", "no verdict", "A", (), because, "Inspect it.", "", case.place)

@@ -1,0 +1,1 @@
+"""The commands of `washboard`, one file each."""

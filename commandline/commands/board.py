@@ -1,0 +1,85 @@
+"""``washboard board``: read boards from CAD and look at them."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from commandline.arguments import BoardSource, Parts, Picture
+from commandline.errors import job_errors
+
+app = typer.Typer(help="Read a board from CAD, look at what was understood.", no_args_is_help=True)
+_ROWS = 40
+
+
+@app.command("import")
+def import_(
+    source: BoardSource,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Board file to write; .tri.gz compresses it.", metavar="Y.tri")
+    ],
+    parts: Parts = None,
+) -> None:
+    """Turn CAD into a board file: STEP, GLB, glTF, STL, OBJ, PLY, IDF, KiCad or .tri.
+
+    [dim]washboard board import board.step -o board.tri --parts placement.csv[/dim]
+    """
+    with job_errors():
+        import gzip
+
+        from boards.errors import BoardError
+        from boards.formats.tri.tri import write_tri
+        from commandline.loading import read_board
+        from reports.files.atomic_write import write_bytes_atomically
+        from reports.files.write_run import check_apart
+        from reports.terminal.board_card import print_board
+        from reports.terminal.console import open_console, print_files
+
+        if not output.name.endswith((".tri", ".tri.gz")):
+            raise BoardError("board files end in .tri or .tri.gz; name the output so.", file=output)
+        check_apart((source, parts), [output])
+        board = read_board(source, parts)
+        content = write_tri(board.bodies).encode("utf-8", errors="replace")
+        write_bytes_atomically(output, gzip.compress(content, mtime=0) if output.suffix == ".gz" else content)
+        console = open_console()
+        print_board(console, board, rows=0)
+        print_files(console, board=output)
+
+
+@app.command()
+def show(
+    source: BoardSource,
+    parts: Parts = None,
+    picture: Picture = None,
+    all_: Annotated[bool, typer.Option("--all", help="List every component.")] = False,
+) -> None:
+    """Print the board's card: surfaces, outline, components, standoffs, findings.
+
+    [dim]washboard board show smt-demo --picture smt-demo.png[/dim]
+    """
+    with job_errors():
+        from commandline.loading import read_board
+        from reports.files.write_run import check_places
+        from reports.terminal.board_card import print_board
+        from reports.terminal.console import open_console, print_files
+
+        check_places(read=(source, parts), picture=picture)
+        board = read_board(source, parts)
+        if picture is not None:
+            from reports.files.atomic_write import write_bytes_atomically
+            from reports.pictures.plan_picture import draw_board
+
+            write_bytes_atomically(picture, draw_board(board, picture.suffix))
+        console = open_console()
+        print_board(console, board, rows=None if all_ else _ROWS)
+        print_files(console, picture=picture)
+
+
+@app.command("list")
+def list_() -> None:
+    """List the sample boards."""
+    with job_errors():
+        from boards.load import board_library
+
+        for name in board_library():
+            typer.echo(name)

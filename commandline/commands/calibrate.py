@@ -1,0 +1,155 @@
+"""``washboard calibrate``: fit nozzles and kinetics to measurements."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from commandline.arguments import complete_parameters, complete_recipe
+from commandline.errors import job_errors
+
+app = typer.Typer(help="Fit nozzles and kinetics to measurements of your own.", no_args_is_help=True)
+
+Data = Annotated[Path, typer.Argument(help="Table of measurements.", metavar="DATA.csv")]
+Picture = Annotated[
+    Path | None,
+    typer.Option("--picture", help="Picture of measurements and fit to write.", metavar="PNG|SVG"),
+]
+NozzleName = Annotated[
+    str | None, typer.Option("--nozzle", help="Hollow cone of the recipe; left out: its only one.", metavar="NAME")
+]
+
+
+@app.command()
+def ring(
+    data: Data,
+    recipe: Annotated[
+        str,
+        typer.Option(
+            "--recipe",
+            help="Recipe whose nozzle was measured; the new one is a copy with the fitted ring.",
+            metavar="RECIPE",
+            autocompletion=complete_recipe,
+        ),
+    ] = "smt-aqueous",
+    nozzle: NozzleName = None,
+    quantity: Annotated[
+        Literal["volume", "pressure"],
+        typer.Option("--quantity", help="What intensities stand for: water-sensitive paper, or pressure film."),
+    ] = "volume",
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="New recipe; left out: the nozzle's lines are printed.", metavar="OUT.yaml"
+        ),
+    ] = None,
+    picture: Picture = None,
+) -> None:
+    """Fit half angle, spread and irregularity of a hollow cone to patterns on flat sheets.
+
+    Columns: height_mm, tilt_deg, azimuth_deg, inner_mm, outer_mm; or intensity with x_mm, y_mm.
+
+    [dim]washboard calibrate ring pattern.csv
+    washboard calibrate ring pattern.csv --recipe mine.yaml --nozzle ring60 -o measured.yaml --picture ring.png[/dim]
+    """
+    with job_errors():
+        from cleaning.calibration.fit_ring import calibrate_ring
+        from cleaning.calibration.nozzle_yaml import choose_nozzle, nozzle_text, recipe_with_ring
+        from reports.terminal.calibrate_card import print_ring
+        from reports.terminal.console import open_console, print_files
+
+        _check(data, recipe, output, picture)
+        name, _ = choose_nozzle(recipe, nozzle)
+        fit = calibrate_ring(data, quantity)
+        text = None if output is None else recipe_with_ring(fit, recipe, name, output)
+        drawn = b""
+        if picture is not None:
+            from reports.pictures.calibration_picture import draw_ring
+
+            drawn = draw_ring(fit, picture.suffix)
+        _write({output: None if text is None else text.encode(), picture: drawn})
+        console = open_console()
+        print_ring(console, fit)
+        if text is None:
+            typer.echo(nozzle_text(fit), nl=False)
+        print_files(console, recipe=output, picture=picture)
+
+
+@app.command()
+def gap(
+    data: Data,
+    parameters: Annotated[
+        str,
+        typer.Option(
+            "--parameters",
+            help="Parameter set to begin with; the new one extends it.",
+            metavar="PARAMETERS",
+            autocompletion=complete_parameters,
+        ),
+    ] = "default",
+    recipe: Annotated[
+        str,
+        typer.Option("--recipe", help="Recipe that has the nozzle.", metavar="RECIPE", autocompletion=complete_recipe),
+    ] = "smt-aqueous",
+    nozzle: NozzleName = None,
+    solution: Annotated[
+        str | None,
+        typer.Option("--solution", help="Liquid of the set; left out: its first for washing.", metavar="NAME"),
+    ] = None,
+    date: Annotated[str, typer.Option("--date", help="Of the measurement, for its provenance.", metavar="DATE")] = "",
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="New parameter set; left out: it is printed.", metavar="OUT.yaml"),
+    ] = None,
+    picture: Picture = None,
+) -> None:
+    """Fit the kinetics of the residue to what was cleaned under glass coupons.
+
+    Columns: standoff_um, time_s, temperature_c, pressure_bar, cleaned_fraction.
+
+    [dim]washboard calibrate gap coupons.csv --date 2026-11-21 -o our-line.yaml --picture coupons.png[/dim]
+    """
+    with job_errors():
+        from cleaning.calibration.coupon import Bench
+        from cleaning.calibration.fit_kinetics import calibrate_gap
+        from cleaning.calibration.fitted_parameters import calibrated_set
+        from cleaning.calibration.nozzle_yaml import choose_nozzle
+        from cleaning.parameters.load import load_parameters
+        from reports.terminal.calibrate_card import choose_solution, print_gap
+        from reports.terminal.console import open_console, print_files
+
+        _check(data, recipe, output, picture, parameters)
+        known = load_parameters(parameters)
+        bench = Bench(choose_nozzle(recipe, nozzle)[1], choose_solution(known, solution), known)
+        fit = calibrate_gap(data, bench)
+        text = calibrated_set(fit, parameters, output or Path("calibrated.yaml"), date)
+        drawn = b""
+        if picture is not None:
+            from reports.pictures.calibration_picture import draw_gap
+
+            drawn = draw_gap(fit, picture.suffix)
+        _write({output: text.encode(), picture: drawn})
+        console = open_console()
+        print_gap(console, fit)
+        if output is None:
+            typer.echo(text, nl=False)
+        print_files(console, parameters=output, picture=picture)
+
+
+def _check(data: Path, recipe: str, output: Path | None, picture: Path | None, *read: str) -> None:
+    """Refuse places that cannot be meant or written, before the work begins."""
+    from reports.files.write_run import check_apart, check_named
+    from reports.pictures.sheet import check_suffix
+
+    if picture is not None:
+        check_suffix(picture.suffix)
+    check_apart((data, recipe, *read), [path for path in (output, picture) if path is not None])
+    check_named({"a YAML file": output})
+
+
+def _write(contents: dict[Path | None, bytes | None]) -> None:
+    from reports.files.atomic_write import write_bytes_atomically
+
+    for path, content in contents.items():
+        if path is not None and content is not None:
+            write_bytes_atomically(path, content)

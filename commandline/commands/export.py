@@ -1,0 +1,128 @@
+"""``washboard export``: a program in the language of a robot."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from commandline.arguments import MadeFor, Parts, complete_cell
+from commandline.errors import job_errors
+from specs.errors import JobError
+
+if TYPE_CHECKING:
+    from reports.files.export_robot import CellExport
+
+
+def complete_dialect(incomplete: str) -> list[str]:
+    """Names of the dialects."""
+    from programs.posts.dialects import DIALECTS
+
+    return [name for name in DIALECTS if name.startswith(incomplete)]
+
+
+def export(
+    program: Annotated[Path | None, typer.Argument(help="Native program.", metavar="PROGRAM.wash")] = None,
+    cell: Annotated[
+        str | None,
+        typer.Option(
+            "--cell", help="Cell file, or the name of a library cell.", metavar="CELL", autocompletion=complete_cell
+        ),
+    ] = None,
+    dialect: Annotated[
+        str, typer.Option("--dialect", help="Language; --list names them.", autocompletion=complete_dialect)
+    ] = "abb",
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="File to write; a folder where there are several.", metavar="OUT"),
+    ] = None,
+    board: MadeFor = None,
+    parts: Parts = None,
+    allow: Annotated[
+        list[str] | None,
+        typer.Option("--allow", help="Write in spite of errors of this rule; may be repeated.", metavar="RULE"),
+    ] = None,
+    list_dialects: Annotated[bool, typer.Option("--list", help="List the languages and stop.")] = False,
+) -> None:
+    """Write a program in the language of a robot, as the robot of a cell does it.
+
+    [dim]washboard export --list
+    washboard export demo.wash --cell ur5e-bench --dialect abb -o demo.mod[/dim]
+    """
+    with job_errors():
+        if list_dialects:
+            _list()
+            return
+        from commandline.loading import progress_bar, read_board_of
+        from programs.export import find_dialect
+        from programs.load import load_program
+        from reports.files.export_robot import export_in_cell
+        from reports.files.write_run import check_apart, check_folder
+        from robotcell.cell.load import read_cell
+
+        if program is None or cell is None:
+            raise JobError("a program and --cell CELL are needed, or --list; `washboard export --help` shows how.")
+        find_dialect(dialect)
+        if output is not None and output.is_dir():
+            check_folder(output)
+        elif output is not None:
+            check_apart((program, cell, board, parts), [output])
+        lies_in, asked = read_cell(cell), load_program(program)
+        made_for = read_board_of(asked, program, board, parts)
+        with progress_bar() as tell:
+            done = export_in_cell(asked, lies_in, dialect, made_for, tell)
+        _write(done, dialect, output, allow or [])
+
+
+def _write(done: "CellExport", dialect: str, output: Path | None, allowed: list[str]) -> None:
+    """Write the files unless a finding forbids it, and say what was found in any case.
+
+    Raises:
+        ProgramError: a finding forbids it.
+    """
+    from programs.errors import ProgramError
+    from reports.files.atomic_folder import write_files
+    from reports.files.write_run import reason_not_to
+    from reports.tables.summary import print_facts, print_findings
+    from reports.terminal.console import open_console
+    from specs.finding import blocking
+
+    console = open_console()
+    written: list[Path] = []
+    stops = blocking(done.findings, allowed)
+    try:
+        if output is not None and stops:
+            raise ProgramError(reason_not_to(stops), file=output)
+        if output is not None:
+            written = write_files(output, done.exported.files)
+    finally:
+        print_facts(console, _facts(done, dialect))
+        print_findings(console, done.findings)
+    for path in written:
+        console.print(f"Written  {path}", markup=False, soft_wrap=True)
+    if output is None:
+        console.print("[dim]Nothing was written; -o OUT writes it.[/dim]")
+
+
+def _facts(done: "CellExport", dialect: str) -> list[tuple[str, str]]:
+    from programs.posts.dialects import DIALECTS
+    from reports.tables.summary import clock
+
+    language, error = DIALECTS[dialect], done.exported.error
+    files, text = done.exported.files, "".join(done.exported.files.values())
+    asked_s, takes_s = done.report.asked.totals.duration_s, done.report.program.totals.duration_s
+    longer = f", {clock(asked_s)} asked for" if abs(takes_s - asked_s) >= 0.5 else ""
+    return [
+        ("language", f"{language.title}, class {language.capability.controller_class}"),
+        ("files", f"{len(files)}, {text.count(chr(10))} lines, {len(text) / 1000:.0f} kB"),
+        ("time", clock(takes_s) + longer),
+        ("events", f"wrong by at most {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"),
+        ("note", language.notes),
+    ]
+
+
+def _list() -> None:
+    from programs.posts.dialects import DIALECTS
+
+    width = max(map(len, DIALECTS))
+    for name, language in DIALECTS.items():
+        typer.echo(f"{name:<{width}}  {language.title}, class {language.capability.controller_class}. {language.notes}")

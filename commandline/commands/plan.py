@@ -1,0 +1,71 @@
+"""``washboard classify`` and ``plan``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from commandline.arguments import BoardSource, Parts, Picture, RecipeSource
+from commandline.errors import job_errors
+
+
+def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Parts = None) -> None:
+    """Show which class takes each component, and the rule that put it there.
+
+    [dim]washboard classify smt-demo smt-aqueous[/dim]
+    """
+    with job_errors():
+        from commandline.loading import read_board
+        from recipes.load import load_recipe
+        from reports.tables.summary import print_findings
+        from reports.terminal.board_card import print_classes
+        from reports.terminal.console import open_console
+        from rulesengine.strokes import classify as rules
+
+        loaded_recipe = load_recipe(recipe)
+        loaded = read_board(board, parts)
+        classified, findings = rules.classify(loaded_recipe, loaded)
+        _, mask_findings = rules.service(loaded_recipe, loaded)
+        console = open_console()
+        print_classes(console, loaded.components, classified)
+        print_findings(console, (*findings, *mask_findings))
+
+
+def plan(
+    board: BoardSource,
+    recipe: RecipeSource = "smt-aqueous",
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Program to write.", metavar="OUT.wash")] = None,
+    picture: Picture = None,
+    report: Annotated[
+        Path | None, typer.Option("--report", help="Everything the summary says, and more, as data.", metavar="JSON")
+    ] = None,
+    parts: Parts = None,
+    allow: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--allow", help="Write the program in spite of errors of this rule; may be repeated.", metavar="RULE"
+        ),
+    ] = None,
+) -> None:
+    """Plan a board: follow the recipe over it, write the timed program, say what came out.
+
+    [dim]washboard plan smt-demo
+    washboard plan smt-demo smt-aqueous -o demo.wash --picture demo.png
+    washboard plan board.step my-recipe.yaml --parts placement.csv -o board.wash --report board.json[/dim]
+    """
+    with job_errors():
+        from commandline.loading import read_and_run
+        from reports.files.write_run import check_places, write_run
+        from reports.tables.summary import print_run
+        from reports.terminal.console import open_console, print_files
+
+        check_places(read=(board, recipe, parts), program=output, picture=picture, report_file=report)
+        done = read_and_run(board, recipe, parts)
+        console = open_console()
+        try:  # files first: who reads the summary may close the pipe after one line
+            write_run(done, output=output, picture=picture, report_file=report, allowed=allow or [])
+        finally:
+            print_run(console, done)
+        print_files(console, program=output, picture=picture, report=report)
+        if output is None:
+            console.print("[dim]No program was written; -o OUT.wash writes it.[/dim]")

@@ -1,0 +1,109 @@
+"""``washboard recipe``: begin a recipe, check it, look at it."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from commandline.arguments import RecipeSource
+from commandline.errors import job_errors
+
+app = typer.Typer(help="Begin a recipe, check it, look at it.", no_args_is_help=True)
+
+
+@app.command("list")
+def list_recipes() -> None:
+    """List the recipes that come with Washboard."""
+    with job_errors():
+        from recipes.load import load_recipe, recipe_library
+
+        names = recipe_library()
+        width = max(map(len, names), default=0)
+        for name in names:
+            typer.echo(f"{name:<{width}}  {load_recipe(name).description}")
+
+
+@app.command()
+def new(
+    source: RecipeSource = "smt-aqueous",
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="File to write; the recipe is named after it.", metavar="OUT.yaml"),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it exists.")] = False,
+) -> None:
+    """Write a commented recipe to begin with: a copy of one from the library, or of a file.
+
+    [dim]washboard recipe new -o my-board.yaml
+    washboard recipe new low-standoff -o my-board.yaml[/dim]
+    """
+    with job_errors():
+        from recipes.start import start_recipe
+        from reports.files.atomic_write import OutputError, write_text_atomically
+        from reports.files.write_run import check_apart
+
+        file = Path(f"{Path(source).stem}.yaml") if output is None else output
+        if file.exists() and not force:
+            raise OutputError(file, "it exists", "Name another file, or overwrite it with --force.")
+        check_apart([source], [file])
+        write_text_atomically(file, start_recipe(source, file))
+        typer.echo(f"{file}: edit it, then run `washboard recipe check {file}`")
+
+
+@app.command()
+def check(source: RecipeSource) -> None:
+    """Check a recipe: the first mistake with its file, line and YAML path; then what is probably not meant.
+
+    [dim]washboard recipe check my-board.yaml[/dim]
+    """
+    with job_errors():
+        from recipes.check import check_recipe
+        from recipes.load import load_recipe
+        from reports.tables.summary import amount
+
+        recipe = load_recipe(source)
+        findings = check_recipe(recipe)
+        for finding in findings:
+            typer.echo(f"{finding.severity}: {finding.made_by}: {finding.message} [{finding.rule}]")
+        told = [
+            amount(sum(step.enabled for step in recipe.sequence), "step"),
+            amount(len(recipe.templates), "template"),
+            amount(len(recipe.classes), "class", "classes"),
+            amount(len(findings), "finding"),
+        ]
+        typer.echo(f"{recipe.recipe}: can be used; {', '.join(told)}")
+
+
+@app.command()
+def show(source: RecipeSource = "smt-aqueous") -> None:
+    """Show a recipe with every value resolved, and the file and line each part was written on.
+
+    [dim]washboard recipe show low-standoff[/dim]
+    """
+    with job_errors():
+        from recipes.load import read_recipe
+        from reports.terminal.console import open_console
+        from reports.terminal.recipe_card import print_recipe
+
+        print_recipe(open_console(), read_recipe(source))
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON schema; an editor that knows it completes keys and marks mistakes.
+
+    [dim]washboard recipe schema > recipe.schema.json[/dim]
+    """
+    with job_errors():
+        from recipes.schema import recipe_schema
+
+        typer.echo(recipe_schema().encode(), nl=False)  # UTF-8 whatever the terminal speaks
+
+
+@app.command()
+def keys() -> None:
+    """Print every key of a recipe with its default and meaning, as Markdown."""
+    with job_errors():
+        from recipes.schema import recipe_keys
+
+        typer.echo(recipe_keys().encode(), nl=False)

@@ -1,0 +1,59 @@
+"""``washboard ui``."""
+
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from commandline.arguments import BoardSource, RecipeSource, complete_cell
+from commandline.errors import job_errors
+
+
+def ui(
+    board: BoardSource = "smt-demo",
+    recipe: RecipeSource = "smt-aqueous",
+    cell: Annotated[
+        str,
+        typer.Option(
+            "--cell",
+            help="Robot cell to begin with: a file, or a name of the library.",
+            metavar="CELL",
+            autocompletion=complete_cell,
+        ),
+    ] = "",
+    folder: Annotated[
+        Path, typer.Option("--folder", help="Project folder: the page reads and writes nothing outside.", metavar="DIR")
+    ] = Path(),
+    host: Annotated[
+        str, typer.Option("--host", help="Address to listen at; others than this machine's are open to all.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option("--port", help="Port to listen at; the next free one is taken.", min=1, max=65535)
+    ] = 8080,
+) -> None:
+    """Open the page in which recipes are edited and paths are looked at.
+
+    [dim]washboard ui
+    washboard ui board.step my-recipe.yaml --cell ur5e-bench --port 9000[/dim]
+    """
+    with job_errors():
+        from reports.terminal.console import open_console
+        from webui.page.project import open_project
+        from webui.server.server import is_loopback, open_session, serve
+
+        project = open_project(folder)
+        session = open_session(board, recipe, cell)
+        server = serve(session, project, host, port)
+        console = open_console()
+        with suppress(KeyboardInterrupt):
+            if server.port != port:
+                console.print(f"Port {port} is in use.")
+            if not is_loopback(host):
+                warning = f"Everyone in this network can read and write {escape(str(project.folder))}."
+                console.print(f"[bold red]{warning}[/bold red]", soft_wrap=True)
+            console.print(f"Washboard is at {server.address} (Ctrl-C ends it)")
+            server.viser.sleep_forever()
+        server.stop()
+        console.print("Stopped.")

@@ -1,0 +1,95 @@
+"""The command line; each command imports what it needs when it runs, so that help is quick."""
+
+import io
+import logging
+import sys
+from typing import Annotated, TextIO, cast
+
+import typer
+
+from commandline.commands import (
+    analyse,
+    board,
+    calibrate,
+    cell,
+    check,
+    compare,
+    demo,
+    export,
+    parameters,
+    plan,
+    recipe,
+    ui,
+)
+from commandline.commands import show as program
+from commandline.commands import tune as tuning
+from commandline.errors import UsageError, job_errors, say_misused
+
+app = typer.Typer(
+    name="washboard",
+    help="Program robots that spray-clean printed circuit boards: CAD and a recipe in, a timed nozzle program out.",
+    epilog="Start with: washboard demo",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+)
+app.command("plan")(plan.plan)
+app.command("show")(program.show)
+app.command("classify")(plan.classify)
+app.command("check")(check.check)
+app.command("export")(export.export)
+app.command("analyse")(analyse.analyse)
+app.command("compare")(compare.compare)
+app.command("tune")(tuning.tune)
+app.command("demo")(demo.demo)
+app.add_typer(board.app, name="board")
+app.add_typer(recipe.app, name="recipe")
+app.add_typer(cell.app, name="cell")
+app.add_typer(parameters.app, name="parameters")
+app.add_typer(calibrate.app, name="calibrate")
+app.command("ui")(ui.ui)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"washboard {version('washboard')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and stop.")
+    ] = False,
+) -> None:
+    """Options of the whole command."""
+
+
+def main() -> None:
+    """Run ``washboard``: whatever happens, it ends in an exit code and not in a traceback."""
+    _write_any_text()
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it talks about its cache where no home can be written
+    try:
+        with job_errors():
+            sys.exit(_run())
+    except typer.Exit as end:
+        sys.exit(end.exit_code)
+
+
+def _run() -> int:
+    try:
+        return app(standalone_mode=False) or 0  # None unless something raised typer.Exit
+    except UsageError as error:
+        return say_misused(error)
+    finally:
+        stdout = cast("TextIO | None", sys.stdout)
+        if stdout is not None:  # a shell may have closed it: washboard >&-
+            stdout.flush()  # here a closed pipe can still be told from a defect; at exit it could not
+
+
+def _write_any_text() -> None:
+    """A terminal that knows only ASCII gets a mark in place of a letter, not an error."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")

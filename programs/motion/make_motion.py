@@ -1,0 +1,252 @@
+"""Timed program in, the controller's steps out."""
+
+from dataclasses import dataclass, field
+from math import degrees
+
+import numpy as np
+from numpy.typing import NDArray
+
+from programs.errors import ProgramError
+from programs.motion.installation import Assignment, Installation
+from programs.motion.layout import Hold, Layout, Wanted, lay_out
+from programs.motion.line_fit import lines_of, pose_of
+from programs.motion.steps_of_robot import (
+    UNTOLD_MM,
+    Call,
+    EndRepeat,
+    Line,
+    MotionProgram,
+    Note,
+    Pause,
+    Reach,
+    Repeat,
+    Step,
+    Switch,
+    UseBoard,
+    UseTool,
+)
+from programs.motion.tracks import Track
+from programs.motion.valves import Wish, open_valves
+from programs.pose import Pose, angle, distance
+from programs.program import TILT_BAND, Command, MoveTo, TimedProgram
+from programs.soundness import TICK_S
+from specs.finding import Finding
+
+
+def make_motion(
+    program: TimedProgram, installation: Installation, joints: NDArray[np.float64] | None = None
+) -> MotionProgram:
+    """Turn samples into the fewest straight lines, and wishes for the jet into signals for its valve.
+
+    Every sample lies within 0.004 mm and 0.004 degrees of the lines.
+
+    Args:
+        program: Any sound program.
+        installation: The cell it is to run in.
+        joints: (moves, dof) the joint motion that goes with it, radians or mm; ``None`` if it is not known.
+
+    Raises:
+        ProgramError: the program has no move, or the joints do not belong to it.
+    """
+    moves = sum(isinstance(item, MoveTo) for item in program.instructions)
+    rows = np.empty((moves, 0)) if joints is None else np.asarray(joints, dtype=np.float64)
+    if rows.shape != (moves, len(installation.joints) if joints is not None else 0):
+        raise ProgramError(
+            f"the joint motion has {' x '.join(map(str, rows.shape))} numbers, the program {moves} moves and the cell "
+            f"{len(installation.joints)} joints; track this program in this cell."
+        )
+    teller = _Teller(installation, lay_out(program, rows))
+    teller.tell()
+    steps, found = open_valves(teller.steps, teller.wishes, installation)
+    return MotionProgram(program.origin, program.totals.duration_s, tuple(steps), (*teller.findings, *found))
+
+
+@dataclass(slots=True)
+class _Teller:
+    """What has been told so far, and what holds at the end of it."""
+
+    installation: Installation
+    layout: Layout
+    steps: list[Step] = field(default_factory=list[Step])
+    wishes: list[Wish] = field(default_factory=list[Wish])
+    findings: list[Finding] = field(default_factory=list[Finding])
+    begins: list[float] = field(default_factory=list[float])
+    """Program time at which each step begins."""
+    now: float = 0.0
+    pose: Pose | None = None
+    joints: tuple[float, ...] = ()
+    tool: int = -1
+    nozzle: str = ""
+    spraying: bool = False
+    reached: bool = False
+    """Whether the robot is at ``pose`` with this tool and this board."""
+
+    def tell(self) -> None:
+        """Tell all items."""
+        self.add(UseBoard("", self.installation.T_base_board, ""))
+        for item in self.layout.items:
+            match item:
+                case Track():
+                    self.drive(item)
+                case Hold():
+                    self.now = item.time_s
+                    self.reach(item.made_by)
+                    self.add(Pause(item.duration_s, item.made_by))
+                    self.now += item.duration_s
+                case Wanted():
+                    self.want(item)
+                case Command():
+                    self.now = item.time_s
+                    self.obey(item)
+
+    def add(self, *steps: Step) -> None:
+        """Add steps that begin now."""
+        self.steps += steps
+        self.begins += [self.now] * len(steps)
+
+    def warn(self, rule: str, message: str, made_by: str, severity: str = "warning") -> None:
+        """Note a finding, once."""
+        found = Finding(rule, "error" if severity == "error" else "warning", message, made_by)
+        if all((other.rule, other.message) != (rule, message) for other in self.findings):
+            self.findings.append(found)
+
+    def reach(self, made_by: str) -> None:
+        """Come to the pose by a joint motion if the robot is not there."""
+        if self.tool < 0:
+            self.warn("no-tool", "the program moves before it says NOZZLE; name the nozzle first.", made_by, "error")
+            self.tool = min(self.installation.tools, default=0)
+            self.add(UseTool(self.tool, self.nozzle, made_by))
+        if not self.reached and self.pose is not None:
+            self.add(Reach(self.pose, self.joints, made_by))
+            self.reached = True
+
+    def drive(self, track: Track) -> None:
+        """Tell the lines of a track."""
+        makers, several = self.layout.makers, len(track.times) > 1
+        self.now = float(track.times[0])
+        before, self.pose, self.joints = self.pose, pose_of(track, 0), tuple(track.joints[0].tolist())
+        # After a command a motion may begin elsewhere, also where the cell knows no other tool or place of the board.
+        self.reached &= before is not None and _is_at(before, self.pose)
+        self.reach(makers[track.maker[int(several)]])
+        if several:
+            for line in lines_of(track, makers):
+                self.now = line.time_s
+                self.add(line)
+        self.now = float(track.times[-1])
+        self.pose, self.joints = pose_of(track, -1), tuple(track.joints[-1].tolist())
+
+    def want(self, wanted: Wanted) -> None:
+        """Find the step that runs at the time of a wish."""
+        if wanted.spraying == self.spraying:
+            return
+        self.spraying = wanted.spraying
+        step = len(self.steps)
+        while step > 0 and self.begins[step - 1] > wanted.time_s - 0.5 * TICK_S and self.moves(step - 1):
+            step -= 1
+        seconds = 0.0
+        if step > 0 and self.moves(step - 1):
+            step -= 1
+            seconds = min(max(wanted.time_s - self.begins[step], 0.0), self.lasting(step))
+        self.wishes.append(Wish(step, seconds, wanted.spraying, self.nozzle, wanted.made_by))
+
+    def moves(self, step: int) -> bool:
+        """Whether a step takes time."""
+        return isinstance(self.steps[step], Line | Pause)
+
+    def lasting(self, step: int) -> float:
+        """Seconds that a step takes."""
+        each = self.steps[step]
+        return each.duration_s if isinstance(each, Line | Pause) else 0.0
+
+    def obey(self, command: Command) -> None:
+        """Tell a command."""
+        made_by, words = command.made_by, command.arguments
+        match command.keyword:
+            case "FUNCTION":
+                self.add(Note(f"function {words[0]}", made_by))
+                self.assign(self.installation.functions.get(words[0]), f"FUNCTION {words[0]}", made_by)
+            case "SOLUTION":
+                self.add(Note(f"solution {words[0]}", made_by))
+                self.assign(self.installation.solutions.get(words[0]), f"SOLUTION {words[0]}", made_by)
+            case "SET":
+                self.set(words[0], words[1], made_by)
+            case "GRIP":
+                self.add(Note(f"grip {words[0]}", made_by))
+                self.assign(self.installation.grips.get(words[0]), f"GRIP {words[0]}", made_by)
+            case "NOZZLE":
+                self.mount(words[0], int(words[2]), made_by)
+            case "CALL":
+                self.call(words[0], made_by)
+            case "REPEAT":
+                self.repeat(int(words[0]), words[2], float(words[4]), made_by)
+            case _:
+                self.add(EndRepeat(made_by))
+
+    def assign(self, assignments: tuple[Assignment, ...] | None, what: str, made_by: str) -> None:
+        """Set the outputs that the cell gives to a word."""
+        if assignments is None:
+            self.unmapped(what, made_by)
+            return
+        self.add(*(Switch(each.channel, each.value, made_by, what) for each in assignments))
+
+    def unmapped(self, what: str, made_by: str) -> None:
+        """Say that something stays a comment."""
+        cell = self.installation.cell
+        self.warn("no-channel", f"{what} has no channel in cell {cell}; it is a comment in the program.", made_by)
+
+    def set(self, key: str, value: str, made_by: str) -> None:
+        """Set the output that carries a quantity, or say what it should be."""
+        self.add(Note(f"{key} = {value}", made_by))
+        if key == TILT_BAND:  # what the robot may do, not what the cell does
+            return
+        setting = self.installation.settings.get(key)
+        try:
+            quantity = float(value)
+        except ValueError:
+            setting, quantity = None, 0.0
+        if setting is None:
+            self.unmapped(f"SET {key}", made_by)
+            return
+        given = round(setting.scale * quantity + setting.offset, 6)
+        self.add(Switch(setting.channel, given, made_by, f"{key} = {quantity:g}"))
+
+    def mount(self, nozzle: str, number: int, made_by: str) -> None:
+        """Use a nozzle, and its tool if it is another one; a jet that goes on is from then on that of the nozzle."""
+        valves = [self.installation.valves.get(name) for name in (self.nozzle, nozzle)]
+        before, after = (valve.channel if valve is not None else None for valve in valves)
+        passes = self.spraying and before != after
+        if passes:
+            self.wishes.append(Wish(len(self.steps), 0.0, False, self.nozzle, made_by))
+        self.nozzle = nozzle
+        self.add(Note(f"nozzle {nozzle}, tool {number}", made_by))
+        if number != self.tool:
+            if number not in self.installation.tools:
+                self.warn("no-tool", f"cell {self.installation.cell} has no tool {number}.", made_by, "error")
+            self.tool, self.reached = number, False
+            self.add(UseTool(number, nozzle, made_by))
+        if passes:
+            self.wishes.append(Wish(len(self.steps), 0.0, True, nozzle, made_by))
+
+    def call(self, name: str, made_by: str) -> None:
+        """Run a routine of the cell, and find the board where it puts it."""
+        self.add(Call(name, made_by))
+        place = self.installation.placements.get(name)
+        if place is not None:
+            self.reached = False
+            self.add(UseBoard(name, place, made_by))
+        elif name.startswith("flip"):
+            message = f"the cell does not say where the board lies after CALL {name}; state it in its placements."
+            self.warn("no-placement", message, made_by)
+
+    def repeat(self, count: int, key: str, least: float, made_by: str) -> None:
+        """Begin a loop."""
+        sensor = self.installation.sensors.get(key)
+        if sensor is None:
+            message = f"{key} has no input in cell {self.installation.cell}; the loop is done {count} times."
+            self.warn("no-sensor", message, made_by)
+        self.add(Repeat(count, key, least, sensor, made_by))
+
+
+def _is_at(one: Pose, other: Pose) -> bool:
+    """Whether two poses are the same as far as a program tells them."""
+    return distance(one, other) <= UNTOLD_MM and degrees(angle(one, other)) <= UNTOLD_MM

@@ -1,0 +1,268 @@
+"""What a robot's controller executes: lines with events on them, pauses, outputs, loops. Board frame, mm, s."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from math import degrees
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.arrays import Scalars
+from programs.motion.installation import Channel, Sensor
+from programs.plan import Origin
+from programs.pose import Pose, angle, between, distance
+from specs.finding import Finding
+
+Reference: TypeAlias = Literal["start", "end"]
+SAME_MM = 1e-6
+"""A line shorter than this goes nowhere."""
+UNTOLD_MM = 2e-3
+"""A shorter way may vanish in a robot's program: all languages are given places to 0.001 mm in each coordinate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """An output that changes while the line that holds it is driven.
+
+    The signal leaves ``offset_s`` after the TCP is ``offset_mm`` past the reference; both are negative for before.
+    """
+
+    channel: Channel
+    value: float
+    reference: Reference
+    offset_mm: float
+    offset_s: float
+    share: float
+    """The place of ``offset_mm`` as a share of the line; also where the line turns on the spot."""
+    signal_s: float
+    """When it is to leave, seconds from the line's beginning on the planned course: what the offsets say in time."""
+    speed_mm_s: float
+    """Of the orifice at the moment for which the jet is wanted, or no longer wanted."""
+    made_by: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """The planned run along one line, at m moments from its beginning to its end."""
+
+    seconds: Scalars
+    """(m,) since the line's beginning, increasing from 0."""
+    shares: Scalars
+    """(m,) of the line done, from 0 to 1, not decreasing."""
+    joints: NDArray[np.float64]
+    """(m, dof) radians or mm; dof is 0 where the joint motion is not known."""
+
+    def share_at(self, seconds: float) -> float:
+        """How much of the line is done by then."""
+        return float(np.interp(seconds, self.seconds, self.shares))
+
+    def second_at(self, share: float) -> float:
+        """When so much of the line is done."""
+        return float(np.interp(share, self.shares, self.seconds))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """Straight in position and by slerp in orientation, from where the last step ended."""
+
+    start: Pose
+    target: Pose
+    speed_mm_s: float
+    """Commanded speed of the TCP: the plateau that the plan reaches on this line; 0 if it turns on the spot."""
+    turn_rad_s: float
+    """The plateau of the turn; 0 if it does not turn."""
+    blend_mm: float
+    """The target is passed within this; 0 is a stop."""
+    course: Course
+    time_s: float
+    """When it begins, in the program's own time."""
+    made_by: str
+    events: tuple[Event, ...] = ()
+    """In the order of their signals."""
+
+    @property
+    def length_mm(self) -> float:
+        """How far the orifice goes."""
+        return distance(self.start, self.target)
+
+    @property
+    def angle_rad(self) -> float:
+        """How far the tool turns."""
+        return angle(self.start, self.target)
+
+    @property
+    def turns_on_the_spot(self) -> bool:
+        """Whether only the orientation changes, as far as a program tells it: then its speed is that of the turn.
+
+        Of a way that is lost in the last digit no speed can be kept, and it would leave the turn as fast as it can be.
+        """
+        way = self.length_mm
+        return way <= SAME_MM or (way <= UNTOLD_MM and degrees(self.angle_rad) > way)
+
+    @property
+    def duration_s(self) -> float:
+        """How long the plan takes for it."""
+        return float(self.course.seconds[-1])
+
+    @property
+    def joints(self) -> tuple[float, ...]:
+        """At the target; empty if not known."""
+        return tuple(self.course.joints[-1].tolist())
+
+    def pose_at(self, share: float) -> Pose:
+        """Where the tool is when so much of the line is done."""
+        return between(self.start, self.target, share)
+
+    def speed_at(self, seconds: float) -> float:
+        """Speed of the orifice on the planned course, mm/s."""
+        if self.turns_on_the_spot:
+            return 0.0
+        times = self.course.seconds
+        at = int(np.clip(np.searchsorted(times, seconds, side="right"), 1, len(times) - 1))
+        rate = (self.course.shares[at] - self.course.shares[at - 1]) / (times[at] - times[at - 1])
+        return float(rate) * self.length_mm
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """Come to this pose by a joint motion: the first pose, and where it is after a new tool or board or a call."""
+
+    target: Pose
+    joints: tuple[float, ...]
+    """Empty if not known."""
+    made_by: str
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """Hold the pose."""
+
+    duration_s: float
+    made_by: str
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """Set an output while the robot stands."""
+
+    channel: Channel
+    value: float
+    made_by: str
+    what: str = ""
+    """The words that ask for it, such as ``pressure_bar = 3.500``; empty for a valve."""
+
+
+@dataclass(frozen=True, slots=True)
+class UseTool:
+    """The TCP is that of this tool from now on."""
+
+    number: int
+    nozzle: str
+    made_by: str
+
+
+@dataclass(frozen=True, slots=True)
+class UseBoard:
+    """The board lies elsewhere from now on."""
+
+    placement: str
+    """The ``CALL`` that moved it; empty for where it lies first."""
+    T_base_board: Pose
+    made_by: str
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """Run a routine that the integrator provides."""
+
+    name: str
+    made_by: str
+
+
+@dataclass(frozen=True, slots=True)
+class Repeat:
+    """Do what follows up to EndRepeat at least once and at most ``count`` times, until the sensor shows ``least``."""
+
+    count: int
+    key: str
+    least: float
+    sensor: Sensor | None
+    """``None`` where the cell has no such input: then all ``count`` are done."""
+    made_by: str
+
+
+@dataclass(frozen=True, slots=True)
+class EndRepeat:
+    """The end of the innermost Repeat."""
+
+    made_by: str
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What the person who reads the program should know: FUNCTION, SOLUTION, and what has no channel."""
+
+    text: str
+    made_by: str
+
+
+Step: TypeAlias = Line | Reach | Pause | Switch | UseTool | UseBoard | Call | Repeat | EndRepeat | Note
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionProgram:
+    """A program as steps, with what was noticed while it was made."""
+
+    origin: Origin
+    duration_s: float
+    """As planned, each loop once."""
+    steps: tuple[Step, ...]
+    findings: tuple[Finding, ...]
+
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """The straight lines, in order."""
+        return tuple(step for step in self.steps if isinstance(step, Line))
+
+
+def split_line(line: Line, shares: tuple[float, ...], blend_mm: float) -> list[Line]:
+    """Divide a line at collinear points that are passed within ``blend_mm``; its events are left out.
+
+    Args:
+        line: The line.
+        shares: Where, increasing, each between 0 and 1 and none of them either.
+        blend_mm: Zone at the new points.
+    """
+    cuts = (0.0, *shares, 1.0)
+    poses = [line.start, *(line.pose_at(share) for share in shares), line.target]
+    parts: list[Line] = []
+    for number, (begin, end) in enumerate(pairwise(cuts)):
+        course = _part_of(line.course, begin, end)
+        parts.append(
+            Line(
+                start=poses[number],
+                target=poses[number + 1],
+                speed_mm_s=line.speed_mm_s,
+                turn_rad_s=line.turn_rad_s,
+                blend_mm=line.blend_mm if end == 1.0 else blend_mm,
+                course=course,
+                time_s=line.time_s + line.course.second_at(begin) if begin else line.time_s,
+                made_by=line.made_by,
+            )
+        )
+    return parts
+
+
+def _part_of(course: Course, begin: float, end: float) -> Course:
+    """The stretch of a course between two shares, counted from its own beginning."""
+    first, last = course.second_at(begin) if begin else 0.0, course.second_at(end) if end < 1 else course.seconds[-1]
+    inside = (course.seconds > first + 1e-9) & (course.seconds < last - 1e-9)
+    seconds = np.concatenate(([first], course.seconds[inside], [last]))
+    shares = np.concatenate(([begin], course.shares[inside], [end]))
+    columns = [np.interp(seconds, course.seconds, column) for column in course.joints.T]
+    return Course(
+        seconds=seconds - first,
+        shares=np.clip((shares - begin) / (end - begin), 0.0, 1.0),
+        joints=np.array(columns, dtype=np.float64).T.reshape(len(seconds), -1),
+    )

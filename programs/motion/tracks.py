@@ -1,0 +1,191 @@
+"""Few straight lines in place of many samples: where a stretch of motion has to have a vertex.
+
+Positions in mm and orientations in degrees are measured alike, as six coordinates: a plan that is kept within 0.004 mm
+and 0.004 degrees treats a millimetre like a degree.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.arrays import Indices, Points, Quaternions, Scalars
+from geometry.frames import rotation_vectors
+
+TOLERANCE = 0.004
+"""mm and degrees that a sample may be off the line that replaces it."""
+_REST_SHARE, _REST_FLOOR = 0.25, 0.6
+"""A motion rests at a sample if, carried on to it, its speed falls below this share of the mean speed of the segment
+beside it; mm/s or deg/s that the rounding of two samples can pretend do not count."""
+_SHARP_RAD = np.radians(45.0)
+_ALIKE = 3.0
+_LEVEL_SHARE, _LEVEL_FLOOR = 0.02, 0.5
+"""What speeds on one level may differ by."""
+_LEVEL_S, _LONG_S = 0.04, 0.25
+"""What lasts less is no level; what lasts longer is one also beside a segment that is not much shorter."""
+_DIP_SHARE, _DIP_FLOOR = 0.15, 3.0
+"""A dip of the speed between two rises is one if it is deeper than this."""
+
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """Samples of a motion without a pause. Board frame, mm, s."""
+
+    times: Scalars
+    """(n,) strictly increasing."""
+    tcp: Points
+    """(n, 3)"""
+    quaternion: Quaternions
+    """(n, 4) neighbours with the same sign."""
+    maker: Indices
+    """(n,) who asked for the segment that ends at each sample."""
+    joints: NDArray[np.float64]
+    """(n, dof); dof is 0 where they are not known."""
+
+    def steps(self) -> NDArray[np.float64]:
+        """(n - 1, 6) way and turn of each segment: mm, axis times degrees."""
+        turn = np.degrees(rotation_vectors(self.quaternion[:-1], self.quaternion[1:]))
+        return np.hstack((np.diff(self.tcp, axis=0), turn))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Vertices:
+    """Which samples remain, the first and the last always, and at which of them the motion rests."""
+
+    kept: Indices
+    rests: Flags
+    """Of each kept sample."""
+
+
+def find_vertices(track: Track) -> Vertices:
+    """Choose the fewest samples whose straight connections pass every sample within the tolerance."""
+    steps, lasting = track.steps(), np.diff(track.times)
+    lengths = np.linalg.norm(steps, axis=1)
+    rates = lengths / lasting
+    rests = _rests(rates, lasting, _bends(steps, lengths))
+    forced = rests.copy()
+    forced[1:-1] |= np.diff(track.maker[1:]) != 0
+    borders = np.flatnonzero(rests)
+    for first, last in zip(borders[:-1].tolist(), borders[1:].tolist(), strict=True):
+        for at in _speed_borders(rates[first:last].tolist(), lasting[first:last].tolist()):
+            forced[first + at] = True
+    from programs.motion.thinning import thin  # compiled: only those who export should wait for it
+
+    kept = thin(np.ascontiguousarray(track.tcp), np.ascontiguousarray(track.quaternion), forced, TOLERANCE)
+    return Vertices(kept, rests[kept])
+
+
+def shares_along(track: Track, first: int, last: int) -> Scalars:
+    """Give how much of the line from one kept sample to the next is done at each sample between and at both."""
+    way = track.tcp[first : last + 1] - track.tcp[first]
+    start = np.repeat(track.quaternion[first : first + 1], last + 1 - first, axis=0)
+    turn = np.degrees(rotation_vectors(start, track.quaternion[first : last + 1]))
+    run = np.hstack((way, turn))
+    squared = float(run[-1] @ run[-1])
+    if squared == 0.0:
+        return np.linspace(0.0, 1.0, last + 1 - first)
+    shares = np.maximum.accumulate(np.clip(run @ run[-1] / squared, 0.0, 1.0))
+    shares[0], shares[-1] = 0.0, 1.0
+    return shares
+
+
+def _rests(rates: Scalars, lasting: Scalars, bends: Scalars) -> Flags:
+    """At which samples the motion comes to rest: both ends, and where its speed, carried on, vanishes."""
+    count = len(rates) + 1
+    rests = np.zeros(count, dtype=np.bool_)
+    rests[[0, -1]] = True
+    if len(rates) < 2:
+        return rests
+    change = np.diff(rates) / (lasting[1:] + lasting[:-1])  # half the slope
+    left = np.ones((2, count))  # of the speed of the segment before, and of the one after
+    left[0, 2:] = _left_at_end(rates[1:], change * lasting[1:], lasting[1:] <= _ALIKE * lasting[:-1])
+    left[1, :-2] = _left_at_end(rates[:-1], -change * lasting[:-1], lasting[:-1] <= _ALIKE * lasting[1:])
+    least, most = left.min(axis=0), left.max(axis=0)
+    sharp = bends > _SHARP_RAD
+    # Nothing turns sharply in full flight; on a straight way both sides have to agree.
+    inner = np.flatnonzero((np.where(sharp, least, most) <= _REST_SHARE)[1:-1]) + 1
+    # A stop whose neighbours are slow too is one stop: at the sharpest corner, or where both sides agree best.
+    for group in np.split(inner, np.flatnonzero(np.diff(inner) > 1) + 1):
+        if len(group):
+            score = np.where(sharp[group], -np.round(bends[group], 2), np.round(most[group] + least[group], 3))
+            rests[group[int(np.argmin(score))]] = True
+    return rests
+
+
+def _bends(steps: NDArray[np.float64], lengths: Scalars) -> Scalars:
+    """By how much the motion changes its direction at each sample (n,), way and turn together: radians."""
+    ways = steps / np.maximum(lengths, 1e-12)[:, None]
+    cosine = np.einsum("ij,ij->i", ways[:-1], ways[1:])
+    return np.concatenate(([0.0], np.arccos(np.clip(cosine, -1.0, 1.0)), [0.0]))
+
+
+def _left_at_end(rates: Scalars, change: Scalars, alike: Flags) -> Scalars:
+    """What is left of the mean speed of a segment at one end of it, carried on from its neighbour on the other.
+
+    Over a segment much longer than its neighbour the speed is level: a slope between the two says nothing about it.
+    """
+    left = np.maximum(rates + change - _REST_FLOOR, 0.0) / np.maximum(rates, 1e-9)
+    return np.where(alike, left, 1.0)
+
+
+def _speed_borders(rates: list[float], lasting: list[float]) -> set[int]:
+    """Say where between two rests the commanded speed has to change: samples, counted from the first rest.
+
+    Where the motion slows down to a lower level the border is where the level begins; where it speeds up, where the
+    level ends. So the faster line never covers what is to be slow.
+    """
+    borders = _dips(rates)
+    for first, last in _levels(rates, lasting):
+        fast = max(rates[first:last]) * (1.0 + _LEVEL_SHARE) + _LEVEL_FLOOR
+        length_s = sum(lasting[first:last])
+        for beside, border in ((first - 1, first), (last, last)):
+            is_level = length_s >= _LONG_S or length_s >= _ALIKE * lasting[beside % len(lasting)]
+            if 0 <= beside < len(rates) and is_level and rates[beside] > fast:
+                borders.add(border)
+    return borders
+
+
+def _levels(rates: list[float], lasting: list[float]) -> list[tuple[int, int]]:
+    """Find stretches of steady speed: the first segment of each, and the first after it."""
+    levels: list[tuple[int, int]] = []
+    first = 0
+    for at in range(1, len(rates) + 1):
+        allowed = _LEVEL_FLOOR + _LEVEL_SHARE * rates[first]
+        if at < len(rates) and abs(rates[at] - rates[first]) <= allowed:
+            continue
+        half = (at - first) // 2
+        drift = abs(_mean(rates[at - half : at]) - _mean(rates[first : first + half])) if half else 0.0
+        if sum(lasting[first:at]) >= _LEVEL_S and drift <= 0.3 * allowed:
+            levels.append((first, at))
+        first = at
+    return levels
+
+
+def _dips(rates: list[float]) -> set[int]:
+    """Find where the speed falls and rises again: the samples at both ends of the slowest part."""
+    found: set[int] = set()
+    high = low = rates[0]
+    lowest = 0
+    for at, rate in enumerate(rates):
+        if rate < low:
+            low, lowest = rate, at
+        elif rate > low + _DIP_FLOOR + _DIP_SHARE * low and high > low + _DIP_FLOOR + _DIP_SHARE * low:
+            ceiling = low + 0.3 * (min(high, rate) - low)
+            first, last = lowest, lowest + 1
+            while rates[first - 1] <= ceiling:
+                first -= 1
+            while rates[last] <= ceiling:
+                last += 1
+            found |= {first, last}
+            high = low = rate
+            lowest = at
+        if rate >= high:
+            high = low = rate
+            lowest = at
+    return found
+
+
+def _mean(values: list[float]) -> float:
+    return sum(values) / len(values)

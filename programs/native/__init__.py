@@ -1,0 +1,1 @@
+"""The native program file: writer and reader."""

@@ -1,0 +1,1 @@
+"""Denso PacScript."""

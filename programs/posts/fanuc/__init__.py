@@ -1,0 +1,1 @@
+"""Fanuc TP in its text form (LS)."""

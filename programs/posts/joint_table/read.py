@@ -1,0 +1,67 @@
+"""Reads the table that ``joint_table`` writes."""
+
+import csv
+import re
+from collections.abc import Iterator, Mapping
+
+from programs.errors import ProgramError
+from programs.pose import Pose
+from programs.posts.reading.rebuilt import (
+    ReadCall,
+    ReadEndRepeat,
+    ReadLine,
+    ReadPause,
+    ReadReach,
+    ReadRepeat,
+    ReadStep,
+    ReadSwitch,
+    ReadTool,
+    Rebuilt,
+)
+
+_ASSIGNMENT = re.compile(r"(\w+) = (-?[\d.]+)")
+_LOOP = re.compile(r"repeat (\d+) until .* >= (-?[\d.]+)")
+
+
+def read(files: Mapping[str, str]) -> Rebuilt:
+    """Rebuild the motion of the orifice from the pose columns, and what is switched from the events.
+
+    Raises:
+        ProgramError: it is not one table, or a row says what ``joint_table`` does not write.
+    """
+    if len(files) != 1:
+        raise ProgramError("a joint table is one file.")
+    lines = [line for line in next(iter(files.values())).splitlines() if not line.startswith("#")]
+    steps: list[ReadStep] = []
+    before: tuple[float, Pose] | None = None
+    for number, row in enumerate(csv.DictReader(lines), start=1):
+        if int(row["node"]) != number:
+            raise ProgramError(f"node {row['node']} stands in row {number}.")
+        x, y, z, a, b, c, d = (float(row[key]) for key in ("x", "y", "z", "qw", "qx", "qy", "qz"))
+        time_s, pose, events = float(row["time_s"]), Pose((x, y, z), (a, b, c, d)), row["events"]
+        if events == "held":
+            steps.append(ReadPause(time_s - (before[0] if before else 0.0)))
+        elif events == "reach":
+            steps.append(ReadReach(pose))
+        elif not events.startswith(("board ", "note ")):
+            if before is not None and (time_s > before[0] or before[1] != pose):
+                steps.append(ReadLine(pose, None, None))
+            steps += _switched(events)
+        before = (time_s, pose)
+    return Rebuilt(tuple(steps))
+
+
+def _switched(events: str) -> Iterator[ReadStep]:
+    for words in events.split("; ") if events else ():
+        if match := _ASSIGNMENT.fullmatch(words):
+            yield ReadSwitch(match[1], float(match[2]))
+        elif match := _LOOP.fullmatch(words):
+            yield ReadRepeat(int(match[1]), float(match[2]))
+        elif words == "end repeat":
+            yield ReadEndRepeat()
+        elif words.startswith("call "):
+            yield ReadCall(words[5:])
+        elif words.startswith("tool "):
+            yield ReadTool(words, None)
+        else:
+            raise ProgramError(f"unknown event {words!r}.")

@@ -1,0 +1,142 @@
+"""The joint look-up table of the Cairo arm (2009): node, time, joints, and what is switched when."""
+
+import csv
+import io
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from programs.errors import ProgramError
+from programs.motion.installation import Installation
+from programs.motion.lower import Capability, Lowered
+from programs.motion.steps_of_robot import (
+    Call,
+    EndRepeat,
+    Line,
+    Note,
+    Pause,
+    Reach,
+    Repeat,
+    Step,
+    Switch,
+    UseBoard,
+    UseTool,
+)
+from programs.pose import Pose
+from programs.posts.writing.heading import heading
+from programs.posts.writing.wording import cut, fixed, make_name, short
+
+TITLE = "Joint look-up table"
+NOTES = (
+    "CSV for a controller that plays joint values at times: degrees and mm, straight from row to row. "
+    "Loops and calls are words in the column of events."
+)
+LONGEST_LINE = 250
+CAPABILITY = Capability(controller_class=1, says="distance and time", cycle_s=5e-5, most_events=10**6)
+"""Each signal has a row at its own time; times have four decimals."""
+_SHARES_APART = 1e-9
+
+
+@dataclass(slots=True)
+class _Row:
+    """Where the robot is at a time."""
+
+    time_s: float
+    joints: tuple[float, ...]
+    pose: Pose
+    events: str
+    made_by: str
+
+
+def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
+    """Write the table: one file.
+
+    Raises:
+        ProgramError: the joint motion is not known.
+    """
+    out = io.StringIO()
+    for line in heading(lowered, installation, CAPABILITY, TITLE):
+        out.write(f"# {cut(line, LONGEST_LINE - 2)}\n")
+    out.write("# Joints in degrees or mm; pose of the orifice in the board's CAD frame, mm, quaternion w x y z\n")
+    table = csv.writer(out, lineterminator="\n")
+    names = [f"{make_name(joint.name, 24)}_{_UNITS[joint.kind]}" for joint in installation.joints]
+    table.writerow(["node", "time_s", *names, "x", "y", "z", "qw", "qx", "qy", "qz", "events", "made_by"])
+    kinds = [joint.kind for joint in installation.joints]
+    for node, row in enumerate(_rows(lowered.motion.steps), start=1):
+        joints = [
+            fixed(math.degrees(value) if kind == "revolute" else value, 5)
+            for value, kind in zip(row.joints, kinds, strict=True)
+        ]
+        pose = [fixed(value, 3) for value in row.pose.position] + [fixed(value, 7) for value in row.pose.quaternion]
+        table.writerow([node, fixed(row.time_s, 4), *joints, *pose, row.events, cut(row.made_by, 60)])
+    return {f"{make_name(lowered.motion.origin.board, 60)}.csv": out.getvalue()}
+
+
+_UNITS = {"revolute": "deg", "prismatic": "mm"}
+
+
+def _rows(steps: Sequence[Step]) -> Iterator[_Row]:
+    """Give a row for every sample, signal and step; what comes before the first pose stands with it."""
+    now, at, waiting = 0.0, None, list[Step]()
+    for step in steps:
+        match step:
+            case Line():
+                for at in _samples(step, now):
+                    yield at
+                now += step.duration_s
+            case Pause() if at is not None:
+                now += step.duration_s
+                at = _Row(now, at.joints, at.pose, "held", step.made_by)
+                yield at
+            case Reach():
+                if not step.joints:
+                    raise ProgramError("the joint motion is not known; track the program in a cell first.")
+                if at is None:
+                    yield from (_Row(now, step.joints, step.target, _words(each), each.made_by) for each in waiting)
+                at = _Row(now, step.joints, step.target, "reach", step.made_by)
+                yield at
+            case _ if at is None:
+                waiting.append(step)
+            case _:
+                yield _Row(now, at.joints, at.pose, _words(step), step.made_by)
+
+
+def _samples(line: Line, begin_s: float) -> Iterator[_Row]:
+    """Give the rows of a line: its samples, and each signal at its own time."""
+    course = line.course
+    signals = [event.signal_s for event in line.events]
+    moments = np.unique(np.concatenate((course.seconds[1:], signals)))
+    last = 0.0
+    for seconds in moments.tolist():
+        events = [event for event in line.events if event.signal_s == seconds]
+        share = course.share_at(seconds)
+        if share - last < _SHARES_APART and not events and seconds < line.duration_s:
+            continue
+        joints = tuple(float(np.interp(seconds, course.seconds, column)) for column in course.joints.T)
+        words = "; ".join(f"{event.channel.name} = {short(event.value, 6)}" for event in events)
+        yield _Row(begin_s + seconds, joints, line.pose_at(share), words, line.made_by)
+        last = share
+
+
+def _words(step: Step) -> str:
+    match step:
+        case Switch():
+            return f"{step.channel.name} = {short(step.value, 6)}"
+        case UseTool():
+            return f"tool {step.number}"
+        case UseBoard():
+            return f"board {cut(step.placement or 'as mounted', 60)}"
+        case Call():
+            return f"call {cut(step.name, 60)}"
+        case Repeat():
+            return f"repeat {step.count} until {cut(step.key, 40)} >= {short(step.least, 6)}"
+        case EndRepeat():
+            return "end repeat"
+        case Note():
+            return f"note {cut(step.text, 60)}"
+        case Pause():
+            return "held"
+        case Line() | Reach():
+            raise AssertionError("these have rows of their own")

@@ -1,0 +1,1 @@
+"""LinuxCNC G-code."""

@@ -1,0 +1,1 @@
+"""Mitsubishi MELFA-BASIC V and VI."""

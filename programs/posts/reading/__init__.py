@@ -1,0 +1,1 @@
+"""Exported programs read back and compared with the motion they were made from."""

@@ -1,0 +1,119 @@
+"""What a reader finds in a program's text: steps as they would be executed, each loop once. Board frame, mm, s."""
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from programs.motion.analog import IN_OWN_UNIT, Counting
+from programs.pose import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class ReadSignal:
+    """An output that changes during a line."""
+
+    channel: str
+    """As the language calls it; ``Channel.name``, or kind and number such as ``digital 3``."""
+    value: float
+    share: float
+    """Place that the time counts from, as a share of the line that was read."""
+    offset_s: float
+    """When the signal leaves, relative to the moment at that place; negative for before."""
+
+
+@dataclass(frozen=True, slots=True)
+class Axes:
+    """Where the axes are, in languages that say that instead of a pose."""
+
+    values: tuple[float, ...]
+    """In the order of the cell's joints, degrees or mm."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadLine:
+    """A straight line, or a part of one that is straight in the axes."""
+
+    target: Pose | Axes
+    """T_board_tool."""
+    stops: bool | None
+    """``None`` where the language states times."""
+    speed_mm_s: float | None
+    """0 if it turns on the spot; ``None`` where the language states times."""
+    signals: tuple[ReadSignal, ...] = ()
+    duration_s: float | None = None
+    """At full speed, where the language states that in place of the speed."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadReach:
+    """A joint motion to a pose."""
+
+    target: Pose | Axes
+
+
+@dataclass(frozen=True, slots=True)
+class ReadPause:
+    """A pause."""
+
+    duration_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class ReadSwitch:
+    """An output that changes while the robot stands."""
+
+    channel: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class ReadTool:
+    """Another tool is used from now on."""
+
+    label: str
+    T_flange_tcp: Pose | None
+    """``None`` where the program leaves it to the controller's tool table."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadBoard:
+    """The board lies here from now on."""
+
+    T_base_board: Pose | None
+    """``None`` where the program leaves it to the controller's frame table."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadCall:
+    """A routine of the integrator's."""
+
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
+class ReadRepeat:
+    """A loop begins."""
+
+    count: int
+    least: float | None
+    """The quantity, in its own unit, that ends it; ``None`` where it only counts."""
+    reading: tuple[float, float] | None = None
+    """Scale and offset that turn the input's number into the quantity; ``None`` where the text does not say them."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadEndRepeat:
+    """The innermost loop ends."""
+
+
+ReadStep: TypeAlias = (
+    ReadLine | ReadReach | ReadPause | ReadSwitch | ReadTool | ReadBoard | ReadCall | ReadRepeat | ReadEndRepeat
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Rebuilt:
+    """A program as its text says it."""
+
+    steps: tuple[ReadStep, ...]
+    analog: Counting = IN_OWN_UNIT
+    """How its analog values and readings count."""

@@ -1,0 +1,121 @@
+"""How URScript is written, whatever it does, and the thread that switches outputs on the path."""
+
+import math
+
+from programs.motion.analog import Counting
+from programs.motion.installation import Channel
+from programs.pose import Pose
+from programs.posts.writing.angles import rotation_vector
+from programs.posts.writing.wording import short
+
+QUEUE = 16
+"""Outputs that may wait at once: those of a line, and the last of the line before, whose blend has begun."""
+_NARROWEST_MM = 0.001
+"""A blend that is written as 0 is a stop."""
+ANALOG = Counting(full=1.0, least=0.0, zero_ma=4.0, reads_amperes=True)
+"""By the script manual of the e-Series outputs take a level from 0 to 1, where 1 is 10 V or, in the domain of currents,
+20 mA, and inputs are read in volts or amperes. That 0 is 4 mA then is what users of the RTDE interface were told."""
+KINDS = {"digital": 0, "group": 1, "analog": 2}
+
+WATCHER = f"""\
+# Outputs on the path. A move with outputs is preceded by one arm() for each: from, to, metres from the start, kind and
+# number of the output, value. The thread compares the way done with the places 500 times a second, in their order.
+global ev_x = {[0.0] * QUEUE}
+global ev_y = {[0.0] * QUEUE}
+global ev_z = {[0.0] * QUEUE}
+global ev_u = {[0.0] * QUEUE}
+global ev_v = {[0.0] * QUEUE}
+global ev_w = {[0.0] * QUEUE}
+global ev_way = {[0.0] * QUEUE}
+global ev_kind = {[0] * QUEUE}
+global ev_number = {[0] * QUEUE}
+global ev_value = {[0.0] * QUEUE}
+global ev_armed = 0
+global ev_done = 0
+global board = p[0,0,0,0,0,0]
+def set_out(kind, number, value):
+  if kind == 0:
+    set_standard_digital_out(number, value > 0.5)
+  elif kind == 1:
+    write_output_integer_register(number, floor(value + 0.5))
+  else:
+    set_standard_analog_out(number, value)
+  end
+end
+def arm(start, target, way, kind, number, value):
+  local length = point_dist(start, target)
+  local i = ev_armed % {QUEUE}
+  ev_x[i] = start[0]
+  ev_y[i] = start[1]
+  ev_z[i] = start[2]
+  ev_u[i] = (target[0]-start[0])/length
+  ev_v[i] = (target[1]-start[1])/length
+  ev_w[i] = (target[2]-start[2])/length
+  ev_way[i] = way
+  ev_kind[i] = kind
+  ev_number[i] = number
+  ev_value[i] = value
+  ev_armed = ev_armed + 1
+end
+def fire():
+  local i = ev_done % {QUEUE}
+  set_out(ev_kind[i], ev_number[i], ev_value[i])
+  ev_done = ev_done + 1
+end
+thread watch():
+  while True:
+    enter_critical
+    if ev_done < ev_armed:
+      local i = ev_done % {QUEUE}
+      local at = pose_trans(pose_inv(board), get_target_tcp_pose())
+      local way = (at[0]-ev_x[i])*ev_u[i] + (at[1]-ev_y[i])*ev_v[i] + (at[2]-ev_z[i])*ev_w[i]
+      if way > ev_way[i] - 0.00001:
+        fire()
+      end
+    end
+    exit_critical
+    sync()
+  end
+end
+# After a stop nothing may be left to switch.
+def settle():
+  enter_critical
+  while ev_done < ev_armed:
+    fire()
+  end
+  exit_critical
+end
+""".splitlines()
+
+
+def pose_text(pose: Pose) -> str:
+    """Write a pose: metres, and axis times angle in radians."""
+    position = [short(value / 1000.0, 6) for value in pose.position]
+    return f"p[{','.join([*position, *(short(value, 6) for value in rotation_vector(pose.quaternion))])}]"
+
+
+def joints_text(joints: tuple[float, ...]) -> str:
+    """Write joint values in radians."""
+    return f"[{','.join(short(value, 6) for value in joints)}]"
+
+
+def metres(millimetres: float) -> str:
+    """Write a length, or a speed."""
+    return short(millimetres / 1000.0, 6)
+
+
+def output(channel: Channel, value: float) -> str:
+    """Write what an output is given: kind, number, value."""
+    count = ANALOG.count(channel, value) if channel.kind == "analog" else value
+    return f"{KINDS[channel.kind]}, {channel.number}, {short(count, 6)}"
+
+
+def rest_blend(blend_mm: float, lengths: tuple[float, float]) -> float:
+    """Narrow a blend so that it meets neither that before nor that after it; a turn on the spot has no room to take.
+
+    Args:
+        blend_mm: As planned.
+        lengths: Of the line that ends and of the line that begins, mm.
+    """
+    room = min((length for length in lengths if length > 0.0), default=math.inf)
+    return min(blend_mm, max(0.45 * room, _NARROWEST_MM))

@@ -1,0 +1,1 @@
+"""Files written as a whole or not at all, and the inputs of a program found again."""

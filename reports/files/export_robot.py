@@ -1,0 +1,61 @@
+"""A program in a cell's robot's own language."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from boards.board import Board
+from programs.export import Exported, export
+from programs.program import TimedProgram
+from robotcell.cell.installation import installation_of
+from robotcell.cell.load import LoadedCell
+from robotcell.track import CellReport, terms_of, track
+from specs.finding import Finding, worst_first
+from specs.progress import Progress
+
+_MM = 1e3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CellExport:
+    """What a robot does with a program, and how that is written in its language."""
+
+    report: CellReport
+    exported: Exported
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Of the robot and of the language; worst first."""
+        return worst_first((*self.report.findings, *self.exported.findings))
+
+
+def export_in_cell(
+    program: TimedProgram, loaded: LoadedCell, dialect: str, board: Board | None, progress: Progress | None = None
+) -> CellExport:
+    """Track a program in a cell and write what the robot does; where it cannot do it, write what was asked for.
+
+    Args:
+        program: As planned.
+        loaded: The cell.
+        dialect: A name in ``DIALECTS``.
+        board: For collisions; ``None`` if it is not at hand.
+        progress: Told about long work.
+
+    Raises:
+        JobError: the cell lacks something that the program names, or the language cannot say it.
+    """
+    report = track(program, loaded.cell, board, terms=terms_of(loaded), progress=progress)
+    return CellExport(report, write_tracked(report, loaded, dialect))
+
+
+def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str) -> Exported:
+    """Write what a robot does with a program.
+
+    Raises:
+        ProgramError: the language needs the joint motion and there is none, or it cannot say the program.
+    """
+    installation = installation_of(loaded)
+    if not report.possible:
+        return export(report.asked, installation, dialect)
+    scale = np.array([_MM if joint.kind == "prismatic" else 1.0 for joint in installation.joints])
+    return export(report.program, installation, dialect, report.joints * scale)

@@ -1,0 +1,1 @@
+"""Pictures of boards, paths, gaps, joints, cells and curves."""

@@ -1,0 +1,145 @@
+"""Pictures of calibrations: what was measured against what was fitted. Bytes out; nothing is written here."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cleaning.calibration.fit_kinetics import GapFit
+from cleaning.calibration.fit_ring import RingFit
+from cleaning.calibration.spray_patterns import meet, places, sheet_of
+from geometry.arrays import Indices
+from recipes.footprint import RING_EDGE_SIGMAS
+from reports.pictures.sheet import (
+    ACCENT,
+    FUNCTION_COLOURS,
+    INK,
+    LEFT_MM,
+    QUIET,
+    RIGHT_MM,
+    SHEET_MM,
+    TOP_MM,
+    sheet,
+    to_bytes,
+    write_foot,
+    write_title,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_PANEL_MM = 95.0
+_BOTTOM_MM = 20.0
+_COLUMNS = 4
+
+
+def draw_ring(fit: RingFit, suffix: str) -> bytes:
+    """Draw every sheet as seen from the nozzle, with the fitted ring; the same fit gives the same bytes.
+
+    Args:
+        fit: The ring.
+        suffix: ``.png`` or ``.svg``.
+    """
+    keys, sheets = sheet_of(fit.measurements)
+    with sheet(_height_mm(len(keys))) as figure:
+        for index, (axes, key) in enumerate(zip(_panels(figure, len(keys)), keys, strict=True)):
+            _draw_sheet(axes, fit, np.flatnonzero(sheets == index))
+            _draw_fitted(axes, fit, *key)
+            axes.set_title(f"{key[0]:g} mm, tilted {key[1]:g}°", fontsize=8, loc="left")
+            axes.set_aspect("equal", adjustable="datalim")
+            axes.invert_yaxis()  # azimuths grow clockwise as seen from the nozzle
+        angle, sigma = fit.half_angle_deg, fit.sigma_deg
+        write_title(
+            figure,
+            f"Half angle {angle.value:.2f}°, sigma {sigma.value:.2f}°",
+            f"{_told(fit.measurements.synthetic)}{len(fit.measurements)} rows, rms {fit.rms:.3g} {fit.unit}; "
+            f"half angle {angle.low:.2f}° to {angle.high:.2f}°, sigma {sigma.low:.2f}° to {sigma.high:.2f}° (95 %)",
+        )
+        write_foot(
+            figure, f"{fit.measurements.source}; mm from where the axis meets the sheet; the nozzle leans towards +x"
+        )
+        return to_bytes(figure, suffix)
+
+
+def _draw_sheet(axes: Axes, fit: RingFit, rows: Indices) -> None:
+    columns = fit.measurements.columns
+    if "intensity" in columns:
+        around = (columns["x_mm"], columns["y_mm"]) if "x_mm" in columns else None
+        x, y = around or places(fit.measurements, columns["radius_mm"])
+        axes.scatter(x[rows], y[rows], c=columns["intensity"][rows], cmap="Blues", s=9, linewidths=0)
+        return
+    for name in ("inner_mm", "outer_mm"):
+        x, y = places(fit.measurements, columns[name])
+        axes.plot(x[rows], y[rows], "o", color=INK, markersize=2.2)
+
+
+def _draw_fitted(axes: Axes, fit: RingFit, height_mm: float, tilt_deg: float) -> None:
+    azimuth = np.linspace(0.0, 2 * np.pi, 181)
+    for sigmas, width in ((-RING_EDGE_SIGMAS, 0.8), (0.0, 0.4), (RING_EDGE_SIGMAS, 0.8)):
+        polar = fit.middle(azimuth) + sigmas * math.radians(fit.sigma_deg.value)
+        x, y = meet(height_mm, math.radians(tilt_deg), polar, azimuth)
+        axes.plot(x, y, color=ACCENT, linewidth=width)
+
+
+def draw_gap(fit: GapFit, suffix: str) -> bytes:
+    """Draw what was cleaned over the time, a panel for each temperature and pressure, a colour for each standoff.
+
+    Args:
+        fit: The kinetics.
+        suffix: ``.png`` or ``.svg``.
+    """
+    columns = fit.coupons.measurements.columns
+    keys = sorted(set(zip(columns["temperature_c"].tolist(), columns["pressure_bar"].tolist(), strict=True)))
+    standoffs = sorted(set(columns["standoff_um"].tolist()))
+    with sheet(_height_mm(len(keys))) as figure:
+        for axes, (celsius, bar) in zip(_panels(figure, len(keys)), keys, strict=True):
+            here = (columns["temperature_c"] == celsius) & (columns["pressure_bar"] == bar)
+            for index, standoff in enumerate(standoffs):
+                rows = np.flatnonzero(here & (columns["standoff_um"] == standoff))
+                colour = FUNCTION_COLOURS[index % len(FUNCTION_COLOURS)]
+                _draw_coupons(axes, fit, rows, (colour, f"{standoff:g} µm"))
+            axes.set_ylim(-0.04, 1.04)
+            axes.set_title(f"{celsius:g} °C, {bar:g} bar", fontsize=8, loc="left")
+            axes.legend(fontsize=6, frameon=False)
+        told = ", ".join(f"{name.partition('.')[2]} {each.value:.3g}" for name, each in fit.estimates.items())
+        synthetic = _told(fit.coupons.measurements.synthetic)
+        write_title(figure, "Cleaned under coupons", f"{synthetic}{len(fit.predicted)} rows, rms {fit.rms:.3g}; {told}")
+        write_foot(figure, f"{fit.coupons.measurements.source}; share that was cleaned over time in s; lines: fitted")
+        return to_bytes(figure, suffix)
+
+
+def _draw_coupons(axes: Axes, fit: GapFit, rows: Indices, key: tuple[str, str]) -> None:
+    colour, name = key
+    times = fit.coupons.measurements.columns["time_s"][rows]
+    order = np.argsort(times, kind="stable")
+    axes.plot(times[order], fit.predicted[rows][order], color=colour, linewidth=0.9)
+    axes.plot(times, fit.coupons.cleaned[rows], "o", color=colour, markersize=3.0, label=name)
+
+
+def _told(synthetic: bool) -> str:
+    return "SYNTHETIC data. " if synthetic else ""
+
+
+def _height_mm(panels: int) -> float:
+    return TOP_MM + math.ceil(panels / _COLUMNS) * _PANEL_MM + _BOTTOM_MM
+
+
+def _panels(figure: Figure, count: int) -> list[Axes]:
+    height_mm = figure.get_figheight() * 25.4
+    grid = figure.add_gridspec(
+        math.ceil(count / _COLUMNS),
+        min(count, _COLUMNS),
+        left=LEFT_MM / SHEET_MM[0],
+        right=1 - RIGHT_MM / SHEET_MM[0],
+        top=1 - TOP_MM / height_mm,
+        bottom=_BOTTOM_MM / height_mm,
+        hspace=0.25,
+        wspace=0.2,
+    )
+    panels = [figure.add_subplot(grid[index // _COLUMNS, index % _COLUMNS]) for index in range(count)]
+    for axes in panels:
+        axes.tick_params(length=2, colors=QUIET)
+    return panels

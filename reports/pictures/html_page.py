@@ -1,0 +1,80 @@
+"""A page of HTML that needs nothing else: to look at, print and keep."""
+
+from base64 import b64encode
+from collections.abc import Iterable
+from dataclasses import dataclass
+from html import escape
+
+from reports.pictures.sheet import FAINT, INK, QUIET
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """One picture of a page."""
+
+    suffix: str
+    """``.png`` or ``.svg``."""
+    content: bytes
+    says: str
+    """For those who cannot see it."""
+
+
+def whole_page(title: str, sections: Iterable[str]) -> str:
+    """Write the page around its sections."""
+    return (
+        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
+        f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head>'
+        f"<body><main>{''.join(sections)}</main></body></html>\n"
+    )
+
+
+def section(title: str, *content: str) -> str:
+    """Put content under a heading; nothing at all where there is none."""
+    told = "".join(content)
+    return f"<section><h2>{escape(title)}</h2>{told}</section>" if told else ""
+
+
+def image(picture: Picture) -> str:
+    """Put a picture into the page itself."""
+    kind = {".png": "image/png", ".svg": "image/svg+xml"}[picture.suffix]
+    data = b64encode(picture.content).decode("ascii")
+    return f'<img alt="{escape(picture.says)}" src="data:{kind};base64,{data}">'
+
+
+_STYLE = f"""
+@page {{ size: A4; margin: 14mm 15mm }}
+* {{ box-sizing: border-box }}
+body {{ margin: 0; background: #fff; color: {INK}; font: 13px/1.5 system-ui, "DejaVu Sans", sans-serif;
+  font-variant-numeric: tabular-nums; print-color-adjust: exact; -webkit-print-color-adjust: exact }}
+main {{ max-width: 190mm; margin: 0 auto; padding: 8mm 5mm }}
+h1 {{ font-size: 24px; line-height: 1.25; margin: 4px 0 10px; padding-left: 12px; border-left: 8px solid }}
+h2 {{ font-size: 16px; margin: 30px 0 8px; padding-top: 8px; border-top: 1px solid {FAINT}; break-after: avoid }}
+h3 {{ font-size: 13px; margin: 14px 0 2px; break-after: avoid }}
+p {{ margin: 4px 0 8px }}
+img {{ display: block; width: 100%; margin: 6px 0; break-inside: avoid }}
+article, .facts, .blanks {{ break-inside: avoid }}
+.q {{ color: #5d6a73; font-size: 11.5px }}
+.legend, h2 + .q {{ break-after: avoid }}
+.honest {{ padding-left: 20px; max-width: 150mm }}
+.facts {{ display: flex; flex-wrap: wrap; gap: 8px 28px; margin-top: 14px }}
+.facts b {{ display: block; font-size: 18px; font-weight: 600 }}
+.facts span {{ color: #5d6a73; font-size: 11.5px }}
+.mark {{ display: inline-block; width: 9px; height: 9px; margin: 0 5px 0 0; border-radius: 2px }}
+.legend {{ word-spacing: 0 }} .legend .mark {{ margin-left: 12px }} .legend .mark:first-child {{ margin-left: 0 }}
+table {{ width: 100%; border-collapse: collapse; margin: 6px 0 }}
+th {{ text-align: left; font-weight: 600; font-size: 11.5px; color: #5d6a73; border-bottom: 1px solid {QUIET} }}
+th, td {{ padding: 3px 8px 3px 0; vertical-align: top }}
+td {{ border-bottom: 1px solid #e6e9eb }}
+tr {{ break-inside: avoid }}
+.r {{ text-align: right }} td.r {{ white-space: nowrap }}
+.parts td:nth-child(1) {{ width: 19% }} .parts td:nth-child(2) {{ width: 13% }} .parts td:nth-child(4) {{ width: 28% }}
+.parts td {{ overflow-wrap: anywhere }}
+.both {{ table-layout: fixed }} .both th:first-child {{ width: 40% }}
+.small {{ font-size: 11px }} .names {{ font-size: 12px }}
+code {{ font: 11px "DejaVu Sans Mono", monospace; overflow-wrap: anywhere }}
+.blanks {{ display: grid; grid-template-columns: 1fr 1fr; gap: 14px 24px; margin: 10px 0 16px }}
+.blanks div {{ border-bottom: 1px solid {INK} }} .blanks span {{ color: #5d6a73; font-size: 11.5px; margin-right: 8px }}
+@media print {{ main {{ padding: 0 }} }}
+@media screen and (max-width: 700px) {{ table {{ display: block; overflow-x: auto }} }}
+.hashes {{ font-size: 11.5px }} li {{ margin-bottom: 4px }}
+"""

@@ -1,0 +1,244 @@
+"""The sheet that pictures are drawn on: paper, colours, a board from above, a scale bar.
+
+matplotlib is imported when something is drawn; there is no pyplot and no state that outlives a call.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from shapely import MultiPolygon, Polygon, get_parts
+
+from boards.board import Board, Component, Side
+from specs.errors import JobError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.path import Path as Curve
+
+INK = "#22303a"
+QUIET = "#7b8790"
+FAINT = "#b9c1c7"
+BOARD = "#eef1ec"
+ACCENT = "#c8442c"
+FUNCTION_COLOURS = ("#2b6ca3", "#2f8f7e", "#c08a2e", "#7d5a9b", "#5f7d2f", "#9b5a6e")
+
+SIDES: tuple[Side, Side] = ("top", "bottom")
+
+SHEET_MM = (420.0, 297.0)
+"""The widest and highest a sheet becomes: A3."""
+LEFT_MM, RIGHT_MM, TOP_MM = 17.0, 10.0, 33.0
+"""Margins; the title stands in the upper one."""
+_PANEL_TITLE_MM = 14.0
+_LEAST_LETTER_PT = 2.8
+_LARGEST_LETTER_PT = 7.0
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """The part of the plane that a panel shows, mm."""
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+
+    @property
+    def aspect(self) -> float:
+        """Height by width."""
+        return (self.high[1] - self.low[1]) / (self.high[0] - self.low[0])
+
+
+def view_of(board: Board, points: Sequence[NDArray[np.float64]] = ()) -> View:
+    """Look at the whole board, all that stands on it and (n, 2) other points, with a little room around them."""
+    outlines = [board.outline, *(body.outline for side in SIDES for body in board.obstacles(side))]
+    corners = np.vstack([np.array([outline.bounds for outline in outlines]).reshape(-1, 2), *points])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    room = 0.02 * float(np.max(high - low))
+    return View((float(low[0]) - room, float(low[1]) - room), (float(high[0]) + room, float(high[1]) + room))
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Panels in rows and columns, as large as the sheet allows."""
+
+    rows: int
+    columns: int
+    height_mm: float
+    """Of all rows together."""
+
+
+def arrange(count: int, view: View, width_mm: float, height_mm: float) -> Layout:
+    """Find the columns in which so many panels of one view become largest, and no more height than they need."""
+
+    def scale(columns: int) -> float:
+        rows = -(-count // columns)
+        return min(width_mm / columns, (height_mm / rows - _PANEL_TITLE_MM) / view.aspect)
+
+    columns = max(range(1, count + 1), key=lambda each: (round(scale(each), 6), each))
+    rows = -(-count // columns)
+    return Layout(rows, columns, rows * (scale(columns) * view.aspect + _PANEL_TITLE_MM))
+
+
+@contextmanager
+def sheet(height_mm: float, width_mm: float = SHEET_MM[0]) -> Generator[Figure]:
+    """Give an empty sheet, as wide as A3 unless told, drawn with matplotlib's own settings whatever the user's are."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    settings = {key: value for key, value in matplotlib.rcParamsDefault.items() if not key.startswith("backend")}
+    settings |= {
+        "svg.hashsalt": "washboard",
+        "text.parse_math": False,  # a dollar in a name is a dollar
+        "text.color": INK,
+        "axes.edgecolor": FAINT,
+        "axes.labelcolor": QUIET,
+        "axes.linewidth": 0.6,
+        "xtick.color": QUIET,
+        "ytick.color": QUIET,
+        "xtick.labelsize": 7,
+        "ytick.labelsize": 7,
+        "axes.labelsize": 8,
+        "font.size": 8,
+    }
+    with matplotlib.rc_context(cast("dict[Any, Any]", settings)):
+        figure = Figure(figsize=(width_mm / 25.4, height_mm / 25.4), dpi=150, facecolor="white")
+        FigureCanvasAgg(figure)
+        yield figure
+
+
+def to_bytes(figure: Figure, suffix: str) -> bytes:
+    """Give the file's content; the same figure gives the same bytes.
+
+    Args:
+        figure: What ``sheet`` gave, inside its block.
+        suffix: ``.png`` or ``.svg``.
+
+    Raises:
+        JobError: another suffix.
+    """
+    check_suffix(suffix)
+    kind = suffix.lower().lstrip(".")
+    out = BytesIO()
+    metadata = {"Date": None} if kind == "svg" else {"Software": None}
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in another script becomes boxes
+        figure.savefig(out, format=kind, metadata=cast("dict[str, Any]", metadata))
+    return out.getvalue()
+
+
+def check_suffix(suffix: str) -> None:
+    """Refuse what ``to_bytes`` cannot write, before anything is drawn.
+
+    Raises:
+        JobError: the suffix is neither ``.png`` nor ``.svg``.
+    """
+    if suffix.lower() not in (".png", ".svg"):
+        raise JobError(
+            f"a picture is written as .png or .svg, not as {suffix or 'a file without suffix'!r}; rename it."
+        )
+
+
+def write_title(figure: Figure, title: str, subtitle: str) -> None:
+    """Write what the sheet shows, and a quiet line below it."""
+    left, height_mm = LEFT_MM / SHEET_MM[0], figure.get_figheight() * 25.4
+    figure.text(left, 1 - 13 / height_mm, title, fontsize=18, fontweight="bold", va="center")
+    figure.text(left, 1 - 21.5 / height_mm, subtitle, fontsize=9, color=QUIET, va="center")
+
+
+def write_foot(figure: Figure, text: str) -> None:
+    """Write what proves where the sheet comes from."""
+    height_mm = figure.get_figheight() * 25.4
+    figure.text(LEFT_MM / SHEET_MM[0], 6 / height_mm, text, fontsize=6.5, color=QUIET, va="center")
+
+
+def frame_board(axes: Axes, view: View) -> None:
+    """Show a part of the plane at one scale for both axes; no ticks."""
+    axes.set_xlim(view.low[0], view.high[0])
+    axes.set_ylim(view.low[1], view.high[1])
+    axes.set_aspect("equal", anchor="NW")
+    axes.set_axis_off()
+
+
+def draw_outlines(axes: Axes, board: Board, side: Side, colours: Sequence[Any] | None = None) -> None:
+    """Draw the board's edge with its holes, and the components of a side, tall ones darker.
+
+    Args:
+        axes: Where ``frame_board`` was called.
+        board: The board.
+        side: The side whose components are filled; coordinates stay as seen from the top.
+        colours: One for each component of that side, in file order, in place of the greys.
+    """
+    from matplotlib.collections import PathCollection
+    from matplotlib.patches import PathPatch
+
+    axes.add_patch(PathPatch(_curve(board.outline), facecolor=BOARD, edgecolor=INK, linewidth=0.9, zorder=1))
+    for obstacle in board.obstacles(side):
+        if any(body.name == obstacle.name and body.role == "fixture" for body in board.bodies):
+            patch = PathPatch(_curve(obstacle.outline), facecolor="none", edgecolor=QUIET, hatch="////", linewidth=0.5)
+            axes.add_patch(patch)
+    components = components_of(board, side)
+    faces = greys(components) if colours is None else colours
+    curves = [_curve(component.outline) for component in components]
+    axes.add_collection(
+        PathCollection(curves, facecolors=list(faces), edgecolors="#8d979e", linewidths=0.35, zorder=2), autolim=False
+    )
+
+
+def components_of(board: Board, side: Side) -> list[Component]:
+    """Return the components of a side in file order."""
+    return [component for component in board.components if component.side == side]
+
+
+def greys(components: Sequence[Component]) -> list[tuple[float, float, float]]:
+    """Give a grey for each component: light at the board, darker the taller it is."""
+    tallest = max((component.height_mm for component in components), default=1.0)
+    return [(level, level, level) for level in (0.90 - 0.32 * part.height_mm / tallest for part in components)]
+
+
+def write_names(axes: Axes, components: Sequence[Component], colours: Sequence[str]) -> None:
+    """Write each name into its component where it fits; along the longer side."""
+    for component, colour in zip(components, colours, strict=True):
+        x0, y0, x1, y1 = component.outline.bounds
+        upright = y1 - y0 > 1.3 * (x1 - x0)
+        along, across = ((y1 - y0), (x1 - x0)) if upright else ((x1 - x0), (y1 - y0))
+        letter_mm = min(along * 0.9 / (0.62 * len(component.name)), across * 0.7)
+        size = min(letter_mm * _points_per_mm(axes), _LARGEST_LETTER_PT)
+        if size >= _LEAST_LETTER_PT:
+            turn = 90 if upright else 0
+            place = ((x0 + x1) / 2, (y0 + y1) / 2)
+            name = axes.text(*place, component.name, fontsize=size, rotation=turn, color=colour, clip_on=True, zorder=6)
+            name.set(horizontalalignment="center", verticalalignment="center")
+
+
+def draw_scale_bar(axes: Axes) -> None:
+    """Draw a bar of a round length under the board."""
+    x0, x1 = axes.get_xlim()
+    y0, y1 = axes.get_ylim()
+    length = max(step for step in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000) if step <= max(1.0, 0.25 * (x1 - x0)))
+    below = y0 - 0.025 * (y1 - y0)
+    axes.plot([x0, x0 + length], [below, below], color=INK, linewidth=1.6, solid_capstyle="butt", clip_on=False)
+    axes.text(x0 + length, below, f"  {length} mm", fontsize=7, color=QUIET, va="center", clip_on=False)
+    axes.set_xlim(x0, x1)
+    axes.set_ylim(y0, y1)
+
+
+def _points_per_mm(axes: Axes) -> float:
+    axes.apply_aspect()
+    width_in = axes.get_window_extent().width / axes.figure.dpi
+    x0, x1 = axes.get_xlim()
+    return 72.0 * width_in / (x1 - x0)
+
+
+def _curve(shape: Polygon | MultiPolygon) -> Curve:
+    from matplotlib.path import Path as Curve
+
+    rings = [ring for polygon in get_parts(shape) for ring in (polygon.exterior, *polygon.interiors)]
+    return Curve.make_compound_path(*(Curve(np.asarray(ring.coords)[:, :2], closed=True) for ring in rings))

@@ -1,0 +1,109 @@
+"""A run as plain data: what ``--report`` writes and the summary prints."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from boards.board import Board
+from boards.undersides.underside import undersides_of
+from programs.summary import by_function
+from rulesengine.planning.unserved import served_by
+from specs.finding import Finding, finding_data
+from specs.json import Json
+
+if TYPE_CHECKING:
+    from rulesengine.planning.pipeline import Run
+
+
+def report(run: "Run") -> dict[str, Json]:
+    """Collect totals, functions, classes, components and findings; the same run gives the same data."""
+    totals = run.program.totals
+    origin = run.plan.origin
+    return {
+        "washboard_report": 1,
+        "board": {"name": origin.board, "sha256": origin.board_sha256},
+        "recipe": {"name": origin.recipe, "sha256": origin.recipe_sha256},
+        "totals": {
+            "duration_s": round(totals.duration_s, 4),
+            "spray_s": round(totals.spray_s, 4),
+            "travel_mm": round(totals.travel_mm, 3),
+            "moves": totals.moves,
+            "liquid_l": {name: round(litres, 4) for name, litres in totals.liquid_l},
+        },
+        "functions": [
+            {key: round(value, 4) if isinstance(value, float) else value for key, value in asdict(each).items()}
+            for each in by_function(run.program)
+        ],
+        "classes": dict(class_counts(run)),
+        "components": _components(run),
+        "findings": [finding_data(finding) for finding in run.findings],
+    }
+
+
+def class_counts(run: "Run") -> dict[str, int]:
+    """Members of each class, in the recipe's order."""
+    counts = Counter(each.component_class for each in run.classified)
+    return {name: counts[name] for name in run.recipe.classes}
+
+
+def grouped_findings(findings: Sequence[Finding]) -> list[tuple[Finding, int]]:
+    """The first of each rule and severity, and how many there are; worst first as given."""
+    counts = Counter((finding.severity, finding.rule) for finding in findings)
+    firsts: dict[tuple[str, str], Finding] = {}
+    for finding in findings:
+        firsts.setdefault((finding.severity, finding.rule), finding)
+    return [(finding, counts[key]) for key, finding in firsts.items()]
+
+
+def board_facts(board: Board) -> dict[str, str]:
+    """What was understood of a board, for its card."""
+    x_min, y_min, x_max, y_max = board.outline.bounds
+    top = [component for component in board.components if component.side == "top"]
+    tallest = max(board.components, key=lambda component: component.height_mm, default=None)
+    sources = Counter(component.standoff_source.split(" ")[0] for component in board.components)
+    facts = {
+        "size": f"{x_max - x_min:.2f} x {y_max - y_min:.2f} mm, {board.top_z_mm - board.bottom_z_mm:.2f} mm thick",
+        "outline": f"{board.outline.area / 100:.1f} cm2, {len(board.outline.interiors)} holes and slots",
+        "surfaces": f"top at z = {board.top_z_mm:.3f} mm, bottom at z = {board.bottom_z_mm:.3f} mm",
+        "origin": f"front left corner of the outline at x = {x_min:.2f}, y = {y_min:.2f} mm",
+        "components": f"{len(board.components)} ({len(top)} top, {len(board.components) - len(top)} bottom)",
+        "patches": str(sum(len(body.patches) for body in board.bodies)),
+        "standoff": ", ".join(f"{count} {source}" for source, count in sources.most_common()) or "no components",
+        "undersides": _undersides(board),
+        "sha256": board.sha256[:16],
+    }
+    if tallest is not None:
+        facts["tallest"] = f"{tallest.name}, {tallest.height_mm:.2f} mm"
+    fixtures = sum(body.role == "fixture" for body in board.bodies)
+    return facts | ({"fixtures": str(fixtures)} if fixtures else {})
+
+
+def _undersides(board: Board) -> str:
+    """How many components stand over a thin gap, and from where their joints are known."""
+    sources = [underside.joints_source for underside in undersides_of(board)]
+    counts = Counter(next(word for word in ("board file", "family", "unknown") if word in source) for source in sources)
+    known = ", ".join(f"{count} {source}" for source, count in counts.most_common())
+    return f"{len(sources)} thin gaps, joints: {known}" if known else "no thin gaps"
+
+
+def _components(run: "Run") -> list[Json]:
+    served: list[Json] = []
+    passes = served_by(run.plan.items)
+    for component, classified in zip(run.board.components, run.classified, strict=True):
+        entry: dict[str, Json] = {
+            "name": component.name,
+            "class": classified.component_class,
+            "because": classified.because,
+            "package": component.package,
+            "pins": component.pins,
+            "side": component.side,
+            "height_mm": round(component.height_mm, 3),
+            "area_mm2": round(component.area_mm2, 3),
+            "standoff_mm": component.standoff_mm,
+            "standoff_source": component.standoff_source,
+            "neighbour_mm": component.neighbours[0][1] if component.neighbours else None,
+            "served_by": list[Json](sorted(passes.get(component.name, []))),
+        }
+        served.append(entry)
+    return served

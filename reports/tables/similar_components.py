@@ -1,0 +1,156 @@
+"""Components of which a cleaning report says the same, put together: their numbers become ranges."""
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from cleaning.verdicts.cleanliness import deciding_judgement, outcome
+from cleaning.verdicts.results import Grade, Judgement, Number, Part, Verdict
+
+_NUMBER = re.compile(r"(?<![^\s(])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?=$|[\s.,;:)%])")
+"""A number that stands alone: the digits of a component's name are none."""
+_SPAN = 2.0 / 3.0
+"""Of the larger of two numbers, by which they may differ and still be much the same: up to three times."""
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What one rule says of all components of a group."""
+
+    rule: str
+    name: str
+    verdict: Verdict
+    grade: Grade
+    because: str
+    """Numbers that differ are ranges, such as ``25 to 50``."""
+    advice: str
+    numbers: tuple[tuple[Number, Number], ...]
+    """The lowest and the highest of each."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Group:
+    """Components of which much the same is said, in the order in which they were given."""
+
+    parts: tuple[Part, ...]
+    told: tuple[Told, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of its components."""
+        return tuple(part.component for part in self.parts)
+
+
+@dataclass(slots=True, eq=False)
+class _Open:
+    """A group that may still grow."""
+
+    parts: list[Part]
+    low: list[float]
+    """Of each number in its sentences."""
+    high: list[float]
+
+    def fits(self, numbers: Sequence[float]) -> bool:
+        spans = zip(map(min, self.low, numbers), map(max, self.high, numbers), strict=True)
+        return all(high - low <= _SPAN * max(abs(low), abs(high)) for low, high in spans)
+
+    def take(self, part: Part, numbers: Sequence[float]) -> None:
+        self.parts.append(part)
+        self.low, self.high = list(map(min, self.low, numbers)), list(map(max, self.high, numbers))
+
+
+def group_alike(parts: Iterable[Part], judgements_of: Callable[[Part], Sequence[Judgement]]) -> list[Group]:
+    """Put components together of which the same is said, up to numbers that differ by a factor of three at most.
+
+    A group stands where its first component does.
+
+    Args:
+        parts: Components, the worst first.
+        judgements_of: What is to be told of one of them.
+    """
+    groups: list[_Open] = []
+    alike: dict[tuple[object, ...], list[_Open]] = {}
+    for part in parts:
+        judgements = judgements_of(part)
+        numbers = [float(found) for text in _sentences(judgements) for found in _NUMBER.findall(text)]
+        of_kind = alike.setdefault((outcome(part), *map(_kind, judgements)), [])
+        group = next((each for each in of_kind if each.fits(numbers)), None)
+        if group is None:
+            group = _Open([], numbers, numbers)
+            groups.append(group)
+            of_kind.append(group)
+        group.take(part, numbers)
+    return [Group(tuple(each.parts), _tell([judgements_of(part) for part in each.parts])) for each in groups]
+
+
+def _sentences(judgements: Sequence[Judgement]) -> list[str]:
+    return [text for each in judgements for text in (each.because, each.advice)]
+
+
+def _kind(judgement: Judgement) -> tuple[object, ...]:
+    """What must be the same in a group: all but the numbers."""
+    return (
+        judgement.rule, judgement.name, judgement.verdict, judgement.grade, judgement.stage,
+        _NUMBER.sub("#", judgement.because), _NUMBER.sub("#", judgement.advice),
+        *((number.name, number.unit, number.limit is None) for number in judgement.numbers),
+    )  # fmt: skip
+
+
+def _tell(judgements: Sequence[Sequence[Judgement]]) -> tuple[Told, ...]:
+    """Say once what is said of several components: each rule with its ranges."""
+    return tuple(
+        Told(
+            rule=of_rule[0].rule,
+            name=of_rule[0].name,
+            verdict=of_rule[0].verdict,
+            grade=of_rule[0].grade,
+            because=_span([each.because for each in of_rule]),
+            advice=_span([each.advice for each in of_rule]),
+            numbers=tuple(map(_bounds, zip(*(each.numbers for each in of_rule), strict=True))),
+        )
+        for of_rule in zip(*judgements, strict=True)
+    )
+
+
+def _span(sentences: Sequence[str]) -> str:
+    """Write sentences that differ in numbers only as one."""
+    columns = zip(*map(_NUMBER.findall, sentences), strict=True)
+    between = _NUMBER.split(sentences[0])
+    return between[0] + "".join(_range_text(column) + rest for column, rest in zip(columns, between[1:], strict=True))
+
+
+def _range_text(numbers: Sequence[str]) -> str:
+    low, high = min(numbers, key=float), max(numbers, key=float)
+    return low if float(low) == float(high) else f"{low} to {high}"
+
+
+def _bounds(numbers: Sequence[Number]) -> tuple[Number, Number]:
+    limits = [each.limit for each in numbers if each.limit is not None]
+    values = [each.value for each in numbers]
+    name, unit = numbers[0].name, numbers[0].unit
+    return (
+        Number(name, min(values), unit, min(limits, default=None)),
+        Number(name, max(values), unit, max(limits, default=None)),
+    )
+
+
+def tell_one(judgement: Judgement) -> Told:
+    """Say what one judgement says."""
+    return _tell([[judgement]])[0]
+
+
+def deciding(part: Part) -> Sequence[Judgement]:
+    """Give the judgement that decides what becomes of a component."""
+    return [deciding_judgement(part)]
+
+
+def unclean(part: Part) -> Sequence[Judgement]:
+    """Give the judgement that decides, then all others that find something."""
+    first = deciding_judgement(part)
+    return [first, *(each for each in part.judgements if each.verdict != "clean" and each is not first)]
+
+
+def name_some(names: Sequence[str], most: int) -> str:
+    """List names; those beyond a number are counted."""
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")

@@ -1,0 +1,67 @@
+"""A cell as its programs see it: millimetres, quaternions, channels by name."""
+
+import math
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from programs.motion.installation import Assignment, Channel, Installation, Joint, Sensor, Setting, Tool, Valve
+from programs.pose import Pose
+from robotcell.cell.io_spec import Outputs
+from robotcell.cell.load import LoadedCell
+from robotcell.robot.poses import inverse
+from robotcell.robot.robot import Poses
+
+_MM = 1e3
+
+
+def installation_of(loaded: LoadedCell) -> Installation:
+    """Give what the posts need of a cell."""
+    cell, spec = loaded.cell, loaded.spec
+    channels = {
+        name: Channel(output.kind, name, output.number, output.full_scale, output.unit, output.counts)
+        for name, output in spec.io.outputs.items()
+    }
+
+    def assign(outputs: Outputs) -> tuple[Assignment, ...]:
+        return tuple(Assignment(channels[name], value) for name, value in outputs.items())
+
+    T_base_cell = inverse(cell.T_cell_base)
+    return Installation(
+        cell=cell.name,
+        robot=cell.robot.name,
+        T_base_board=to_pose(T_base_cell @ cell.T_cell_board),
+        tools={
+            tool.number: Tool(tool.name, to_pose(tool.T_flange_tcp), spec.tools[tool.number].mass_kg)
+            for tool in cell.tools
+        },
+        valves={
+            name: Valve(channels[nozzle.valve], nozzle.open_lag_s, nozzle.close_lag_s, nozzle.min_pulse_s)
+            for name, nozzle in spec.nozzles.items()
+        },
+        functions={name: assign(outputs) for name, outputs in spec.io.functions.items()},
+        solutions={name: assign(outputs) for name, outputs in spec.io.solutions.items()},
+        settings={
+            key: Setting(channels[each.output], each.scale, each.offset) for key, each in spec.io.settings.items()
+        },
+        grips={"open": assign(spec.io.grip.open), "close": assign(spec.io.grip.close)},
+        sensors={
+            key: Sensor(each.input, each.number, each.scale, each.offset, each.full_scale, each.unit, each.counts)
+            for key, each in spec.io.sensors.items()
+        },
+        placements={name: to_pose(T_base_cell @ placed) for name, placed in loaded.placements.items()},
+        joints=tuple(Joint(joint.name, joint.kind) for joint in cell.robot.joints),
+        home=tuple(
+            float(value) * (_MM if joint.kind == "prismatic" else 1.0)
+            for value, joint in zip(cell.home, cell.robot.joints, strict=True)
+        ),
+    )
+
+
+def to_pose(T: Poses) -> Pose:
+    """Give a (4, 4) pose in mm with a quaternion w, x, y, z whose first component that is not zero is positive."""
+    w, x, y, z = (float(value) for value in Rotation.from_matrix(T[:3, :3]).as_quat(scalar_first=True))
+    leading = next(value for value in (w, x, y, z) if abs(value) > 1e-9)
+    sign = math.copysign(1.0, leading)
+    a, b, c = (float(value) for value in np.asarray(T[:3, 3]) * _MM)
+    return Pose((a, b, c), (sign * w, sign * x, sign * y, sign * z))

@@ -1,0 +1,142 @@
+"""Robots: of the library by name, or as a cell describes them. Out come metres and radians."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from robotcell.cell.documents import ROBOT
+from robotcell.cell.robot_spec import JointLimits, RobotFile, RobotSpec
+from robotcell.errors import CellError
+from robotcell.robot.robot import Joint, Robot
+from robotcell.robot.urdf import read_urdf
+from specs.yaml.files import find_file, read_text
+from specs.yaml.keys import name_nearest
+from specs.yaml.located import Located, YamlPath, read_yaml, spell_path
+from specs.yaml.problems import Problem, raise_problems, translate
+
+_LIBRARY = Path(__file__).parents[1] / "library" / "robots"
+
+
+def robot_library() -> dict[str, Path]:
+    """Give the robots that come with Washboard: name to file, in alphabetical order."""
+    return {path.stem: path for path in sorted(_LIBRARY.glob("*/*.yaml"))}
+
+
+def load_robot(source: str | Path) -> Robot:
+    """Read a robot with all its limits.
+
+    Args:
+        source: A name of the library such as ``ur5e``, or a robot's YAML file.
+
+    Raises:
+        CellError: it cannot be found or used; the message says where and what to do.
+    """
+    root, spec = read_robot_file(source)
+    robot = build_robot(spec, Path(root.mark.file).parent, root, ())
+    require_limits(robot, root, ("joints",))
+    return replace(robot, name=spec.robot)
+
+
+def read_robot_file(source: str | Path) -> tuple[Located, RobotFile]:
+    """Read what a robot's YAML file says, and where.
+
+    Raises:
+        CellError: it cannot be found or used.
+    """
+    path = find_file(source, robot_library(), ROBOT)
+    root = read_yaml(read_text(path, ROBOT), path, ROBOT)
+    try:
+        return root, RobotFile.model_validate_json(json.dumps(root.plain()), strict=True)
+    except ValidationError as error:
+        raise_problems(translate(error, root, ROBOT), root, ROBOT)
+        raise AssertionError("a refused robot has a problem") from error
+
+
+def build_robot(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) -> Robot:
+    """Read a robot's URDF and set the limits that stand beside it.
+
+    Args:
+        spec: What is said of the robot.
+        folder: Where a relative path to its URDF begins.
+        root: The YAML file it stands in, for errors.
+        path: Where in that file.
+
+    Raises:
+        CellError: the URDF cannot be used, or the limits do not fit its joints.
+    """
+    mark, spelt = root.at((*path, "urdf")).mark, spell_path((*path, "urdf"))
+    if "\0" in spec.urdf:
+        raise CellError("cannot be the name of a file", path=spelt, file=mark.file, line=mark.line)
+    try:
+        robot = read_urdf(folder / spec.urdf, base_link=spec.base_link, flange_link=spec.flange_link)
+    except CellError as error:
+        raise CellError(str(error), path=spelt, file=mark.file, line=mark.line) from None
+    return limit_joints(robot, spec.joints, root, (*path, "joints"))
+
+
+def limit_joints(robot: Robot, limits: dict[str, JointLimits], root: Located, path: YamlPath) -> Robot:
+    """Set limits by joint; what is said of ``all`` comes first, what is said of one joint wins.
+
+    Raises:
+        CellError: a joint is not there, or takes the other unit.
+    """
+    names = [joint.name for joint in robot.joints]
+    problems = [
+        Problem((*path, name), f"no joint of {robot.name}; {name_nearest(name, [*names, 'all'])}")
+        for name in limits
+        if name not in names and name != "all"
+    ]
+    for joint in robot.joints:
+        if joint.name in limits:
+            problems += _wrong_units(joint, limits[joint.name], (*path, joint.name))
+    raise_problems(problems, root, ROBOT)
+    joints = [
+        _limit(_limit(joint, limits.get("all", JointLimits())), limits.get(joint.name, JointLimits()))
+        for joint in robot.joints
+    ]
+    return replace(robot, joints=tuple(joints))
+
+
+def require_limits(robot: Robot, root: Located, path: YamlPath) -> None:
+    """Make sure that every joint has a greatest acceleration, which no URDF knows.
+
+    Raises:
+        CellError: a joint has none.
+    """
+    problems: list[Problem] = []
+    for joint in robot.joints:
+        if math.isinf(joint.acceleration):
+            key = "acceleration_mm_s2" if joint.kind == "prismatic" else "acceleration_deg_s2"
+            problems.append(
+                Problem(path, f"joint {joint.name} needs a greatest acceleration; state {key} for it or all")
+            )
+    raise_problems(problems[:1], root, ROBOT)
+
+
+def _wrong_units(joint: Joint, limits: JointLimits, path: YamlPath) -> list[Problem]:
+    wrong, right, does = ("_deg", "mm", "slides") if joint.kind == "prismatic" else ("_mm", "degrees", "turns")
+    return [
+        Problem((*path, key), f"{joint.name} {does}; state {right}")
+        for key in type(limits).model_fields
+        if wrong in key and getattr(limits, key) is not None
+    ]
+
+
+def _limit(joint: Joint, limits: JointLimits) -> Joint:
+    if joint.kind == "prismatic":
+        position, speed, acceleration = limits.position_mm, limits.speed_mm_s, limits.acceleration_mm_s2
+        unit = 1e-3
+    else:
+        position, speed, acceleration = limits.position_deg, limits.speed_deg_s, limits.acceleration_deg_s2
+        unit = math.pi / 180
+    lowest, highest = (joint.lowest, joint.highest) if position is None else (unit * position[0], unit * position[1])
+    return replace(
+        joint,
+        lowest=lowest,
+        highest=highest,
+        speed=joint.speed if speed is None else unit * speed,
+        acceleration=joint.acceleration if acceleration is None else unit * acceleration,
+    )

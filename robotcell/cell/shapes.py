@@ -1,0 +1,79 @@
+"""Bodies from what a person writes: millimetres and degrees in, metres out."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import assert_never
+
+import numpy as np
+
+from robotcell.cell.shape_spec import BodySpec, BoxSpec, CapsuleSpec, CylinderSpec, HoseSpec, MeshSpec, Place, Point
+from robotcell.errors import CellError
+from robotcell.robot.meshes import cylinder_triangles, read_mesh
+from robotcell.robot.poses import pose
+from robotcell.robot.robot import Body, Box, Capsule, Mesh, Poses
+from specs.yaml.located import Located, YamlPath, spell_path
+
+_MM = 1e-3
+
+
+def place_pose(place: Place) -> Poses:
+    """Give the (4, 4) pose of a place, metres."""
+    return pose([_MM * value for value in place.xyz_mm], np.radians(place.rpy_deg).tolist())
+
+
+def build_bodies(specs: dict[str, BodySpec], root: Located, path: YamlPath) -> tuple[Body, ...]:
+    """Build the bodies of a tool or of the cell's fixtures; a hose becomes one rod for each of its pieces.
+
+    Args:
+        specs: By name.
+        root: The file they stand in; the path of a mesh begins at the folder of the file that names it.
+        path: Where in that file.
+
+    Raises:
+        CellError: a mesh cannot be read, or a rod has no length.
+    """
+    return tuple(body for name, spec in specs.items() for body in _build(name, spec, root, (*path, name)))
+
+
+def _build(name: str, spec: BodySpec, root: Located, path: YamlPath) -> Iterator[Body]:
+    match spec:
+        case BoxSpec():
+            x, y, z = (_MM * value for value in spec.size_mm)
+            yield Body(name, Box((x, y, z)), place_pose(spec.at))
+        case CapsuleSpec():
+            length, middle = _along(spec.from_mm, spec.to_mm, root, path)
+            yield Body(name, Capsule(_MM * spec.radius_mm, length), middle)
+        case CylinderSpec():
+            length, middle = _along(spec.from_mm, spec.to_mm, root, path)
+            yield Body(name, Mesh(cylinder_triangles(_MM * spec.radius_mm, length)), middle)
+        case HoseSpec():
+            for start, end in pairwise(spec.along_mm):
+                length, middle = _along(start, end, root, path)
+                yield Body(name, Capsule(_MM * spec.radius_mm, length), middle)
+        case MeshSpec():
+            yield Body(name, _read_mesh(spec, root, path), place_pose(spec.at))
+        case _:
+            assert_never(spec)
+
+
+def _along(start_mm: Point, end_mm: Point, root: Located, path: YamlPath) -> tuple[float, Poses]:
+    """Give the length of a rod and the (4, 4) pose of its middle, z along it; its x is level with the x-y plane."""
+    start, end = np.array(start_mm), np.array(end_mm)
+    length = float(np.linalg.norm(end - start))
+    if length < 1e-6:
+        mark = root.at(path).mark
+        message = "begins where it ends; a rod has a length"
+        raise CellError(message, path=spell_path(path), file=mark.file, line=mark.line)
+    x, y, z = (end - start) / length
+    pitch, yaw = float(np.arctan2(np.hypot(x, y), z)), float(np.arctan2(y, x))
+    return _MM * length, pose((0.5 * _MM * (start + end)).tolist(), (0.0, pitch, yaw))
+
+
+def _read_mesh(spec: MeshSpec, root: Located, path: YamlPath) -> Mesh:
+    mark = root.at((*path, "file")).mark
+    try:
+        triangles = read_mesh(Path(mark.file).parent / spec.file)
+    except CellError as error:
+        raise CellError(str(error), path=spell_path((*path, "file")), file=mark.file, line=mark.line) from None
+    return Mesh(_MM * spec.mm_per_unit * triangles)

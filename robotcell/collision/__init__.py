@@ -1,0 +1,1 @@
+"""Distances and collisions of robot, tool, board and cell."""

@@ -1,0 +1,93 @@
+"""Exact answers for single pairs: whether two bodies are nearer than a margin, how near, and where. Metres."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from geometry.arrays import Indices, Points, Scalars
+from robotcell.collision.body_pairs import Items, Places, Scene
+from robotcell.collision.coal_bodies import Solid, coal
+
+Probe: TypeAlias = Callable[[int, int, float], Any]
+"""(row, pair, margin) -> a coal ``Contact`` nearer than the margin, or None."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Touch:
+    """Two bodies that are near each other. Cell frame, m."""
+
+    body: str
+    """What moves: of the robot or its tool."""
+    other: str
+    """A fixture, a body of the board, or another body of the robot."""
+    distance: float
+    """0 where they overlap."""
+    points: Points
+    """(2, 3) nearest point of the body, then of the other."""
+
+
+def distances(scene: Scene, places: Places, items: Items, groups: Indices) -> Scalars:
+    """Give (m,) a distance at which each pair was met, infinite where it is farther apart than its margin.
+
+    Of a mesh it is the distance of some triangle within the margin, not always the nearest. Once a pair is nearer than
+    it may ever be (its own margin in the scene), the rest of its group is passed over and said to be far.
+
+    Args:
+        scene: The pairs.
+        places: Where the bodies are.
+        items: (m,) the pairs to look at, and how near counts.
+        groups: (m,) which items decide the same question.
+    """
+    probe, least = probe_of(scene, places), scene.margins.tolist()
+    found = np.full(len(items.rows), np.inf)
+    settled: set[int] = set()
+    each = zip(items.rows.tolist(), items.pairs.tolist(), items.margins.tolist(), groups.tolist(), strict=True)
+    for index, (row, pair, margin, group) in enumerate(each):
+        if group in settled:
+            continue
+        contact = probe(row, pair, margin)
+        if contact is not None:
+            distance = max(contact.penetration_depth, 0.0)
+            found[index] = distance
+            if distance <= least[pair]:
+                settled.add(group)
+    return found
+
+
+def touch_of(scene: Scene, pair: int, contact: Any) -> Touch:
+    """Say in our words what coal found between the two bodies of a pair."""
+    first, second = scene.solids[scene.first[pair]], scene.solids[scene.second[pair]]
+    points = np.array([contact.getNearestPoint2(), contact.getNearestPoint1()]).reshape(2, 3)
+    distance = max(float(contact.penetration_depth), 0.0)
+    return Touch(second.names[0], _name(first, contact.b1), distance, points)
+
+
+def probe_of(scene: Scene, places: Places) -> Probe:
+    """Prepare to ask for pairs at given places; what was turned into coal's own form is kept while the probe is."""
+    engine, kept = coal(), dict[tuple[int, int], Any]()
+    request, result = engine.CollisionRequest(), engine.CollisionResult()
+    request.enable_contact, request.num_max_contacts = True, 1
+    geometries = [solid.geometry for solid in scene.solids]
+    first, second = scene.first.tolist(), scene.second.tolist()
+    still = {index for index, solid in enumerate(scene.solids) if solid.stands}
+
+    def pose(row: int, solid: int) -> Any:
+        key = (0 if solid in still else row, solid)
+        if key not in kept:
+            kept[key] = engine.Transform3s(places.turns[row, solid], places.middles[row, solid])
+        return kept[key]
+
+    def probe(row: int, pair: int, margin: float) -> Any:
+        one, other = first[pair], second[pair]
+        request.security_margin = margin
+        result.clear()
+        met = engine.collide(geometries[one], pose(row, one), geometries[other], pose(row, other), request, result)
+        return result.getContact(0) if met else None
+
+    return probe
+
+
+def _name(solid: Solid, triangle: int) -> str:
+    return solid.names[solid.owners[triangle]] if len(solid.owners) else solid.names[0]

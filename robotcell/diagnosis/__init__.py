@@ -1,0 +1,1 @@
+"""Findings about a cell and a motion, and what would help."""

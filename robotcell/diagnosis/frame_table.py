@@ -1,0 +1,82 @@
+"""Where the frames of a cell lie, in words and millimetres: what a person compares with the real cell."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.board import Board
+from robotcell.cell.cell import Cell
+from robotcell.robot.robot import flange_poses
+
+_MM = 1e3
+_NAMED = (
+    ("+x", (1, 0, 0)),
+    ("-x", (-1, 0, 0)),
+    ("+y", (0, 1, 0)),
+    ("-y", (0, -1, 0)),
+    ("up", (0, 0, 1)),
+    ("down", (0, 0, -1)),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One place of the cell, and where it looks."""
+
+    what: str
+    place_mm: tuple[float, float, float]
+    """In the cell."""
+    looks: str
+    """In words; empty where it has no direction."""
+
+
+def frame_card(cell: Cell, board: Board | None) -> tuple[Frame, ...]:
+    """Give the robot's base, the tools' orifices at home, the board's frame and, if there is a board, its corners."""
+    T_cell_flange = cell.T_cell_base @ flange_poses(cell.robot, cell.home[None])[0]
+    frames = [
+        _frame("robot base", cell.T_cell_base, "z"),
+        _frame("flange at home", T_cell_flange, "z"),
+    ]
+    for tool in cell.tools:
+        T_cell_tcp = T_cell_flange @ tool.T_flange_tcp
+        label = f"tool {tool.number} {tool.name} at home"
+        frames.append(_frame(label, T_cell_tcp, "jet"))
+    frames.append(_frame("board's own frame", cell.T_cell_board, "top"))
+    if board is not None:
+        frames += [_corner(cell, name, place) for name, place in board_corners(board)]
+    return tuple(frames)
+
+
+def board_corners(board: Board) -> tuple[tuple[str, NDArray[np.float64]], ...]:
+    """Give the corners (3,) of the rectangle around a board's outline on its top surface, board frame, mm."""
+    left, front, right, back = board.outline.bounds
+    z = board.top_z_mm
+    return (
+        ("front left corner", np.array([left, front, z])),
+        ("front right corner", np.array([right, front, z])),
+        ("back right corner", np.array([right, back, z])),
+        ("back left corner", np.array([left, back, z])),
+    )
+
+
+def say_direction(direction: NDArray[np.float64]) -> str:
+    """Say where a unit vector (3,) of the cell frame points: the nearest axis, and how far off it is."""
+    cosines = [float(np.dot(direction, axis)) for _, axis in _NAMED]
+    nearest = int(np.argmax(np.round(cosines, 9)))
+    off = np.degrees(np.arccos(min(1.0, cosines[nearest])))
+    return _NAMED[nearest][0] + (f", {off:.1f} degrees off" if off >= 0.05 else "")
+
+
+def _frame(what: str, T_cell_this: NDArray[np.float64], name: str) -> Frame:
+    looks = f"{name} {say_direction(T_cell_this[:3, 2])}, x along {say_direction(T_cell_this[:3, 0])}"
+    return Frame(what, _place(T_cell_this[:3, 3]), looks)
+
+
+def _corner(cell: Cell, name: str, place_mm: NDArray[np.float64]) -> Frame:
+    return Frame(f"board's {name}", _place(cell.T_cell_board[:3, :3] @ (place_mm / _MM) + cell.T_cell_board[:3, 3]), "")
+
+
+def _place(place: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = (round(float(value) * _MM, 3) + 0.0 for value in place)
+    return (x, y, z)

@@ -1,0 +1,147 @@
+"""What a cell says that is probably not meant: other units, tools or boards turned over, places out of reach."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.board import Board
+from robotcell.cell.cell import Cell, Tool
+from robotcell.cell.io_spec import InputOutput
+from robotcell.diagnosis.frame_table import board_corners
+from robotcell.robot.poses import inverse
+from robotcell.robot.robot import Body, Box, Capsule, Mesh
+from specs.finding import Finding
+
+_MM = 1e3
+_SMALLEST_M = 3e-3
+"""No tool is so short and no fixture so small: the number was probably metres."""
+_LARGEST_M = 20.0
+_AHEAD_M = 0.02
+"""What lies farther in front of an orifice, on the axis of its jet, is hit."""
+_NO_CHANNELS = InputOutput()
+
+
+def check_cell(cell: Cell, board: Board | None, io: InputOutput = _NO_CHANNELS) -> tuple[Finding, ...]:
+    """Find the classical mistakes. ``made_by`` is the place in the cell's file.
+
+    What a quantity of a recipe asks of a channel is known when a program is exported; what the cell's own words set is
+    known here.
+
+    Rules: ``analog-out-of-range``, ``tcp-units``, ``tcp-turned``, ``jet-hits-tool``, ``fixture-units``,
+    ``board-upside-down``, ``board-out-of-reach`` and, with a board, ``fixture-in-board``.
+    """
+    findings = [finding for tool in cell.tools for finding in _check_tool(tool)]
+    findings += _check_fixtures(cell)
+    findings += _check_board(cell, board)
+    findings += _check_channels(io)
+    return tuple(findings)
+
+
+def _check_tool(tool: Tool) -> Iterator[Finding]:
+    at = f"tools.{tool.number}.tcp"
+    length = float(np.linalg.norm(tool.T_flange_tcp[:3, 3]))
+    if 0.0 < length < _SMALLEST_M:
+        message = f"the orifice of {tool.name} is {_MM * length:.3g} mm from the flange; xyz_mm is in mm, not in metres"
+        yield Finding("tcp-units", "error", message, at)
+    if length > _LARGEST_M:
+        yield Finding("tcp-units", "error", f"the orifice of {tool.name} is {length:g} m from the flange", at)
+    flange_ahead = float(inverse(tool.T_flange_tcp)[2, 3])
+    if length > 0.0 and flange_ahead > 0.5 * length:
+        message = (
+            f"the jet of {tool.name} points back at the flange; turn the TCP: add 180 degrees to the roll of rpy_deg"
+        )
+        yield Finding("tcp-turned", "error", message, at)
+        return
+    T_tcp_flange = inverse(tool.T_flange_tcp)
+    for body in tool.bodies:
+        corners = corners_of(body) @ T_tcp_flange[:3, :3].T + T_tcp_flange[:3, 3]
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        if high[2] > _AHEAD_M and np.all((low < 0.0) & (high > 0.0) | [False, False, True]):
+            message = (
+                f"the jet of {tool.name} hits its own {body.name}; check xyz_mm and rpy_deg, and where {body.name} is"
+            )
+            yield Finding("jet-hits-tool", "warning", message, at)
+
+
+def _check_fixtures(cell: Cell) -> Iterator[Finding]:
+    for body in cell.fixtures:
+        size = float(np.ptp(corners_of(body), axis=0).max())
+        if not _SMALLEST_M <= size <= _LARGEST_M:
+            message = (
+                f"{body.name} is {_MM * size:.4g} mm large; sizes are in mm, and mm_per_unit tells those of a mesh"
+            )
+            yield Finding("fixture-units", "warning", message, f"fixtures.{body.name}")
+
+
+def _check_board(cell: Cell, board: Board | None) -> Iterator[Finding]:
+    up = float(cell.T_cell_board[2, 2])
+    if up < -0.5:
+        message = (
+            "the board's top looks down; if that is not meant, turn it over: add 180 degrees to the roll of rpy_deg"
+        )
+        yield Finding("board-upside-down", "error", message, "board")
+    corners = np.zeros((1, 3)) if board is None else np.array([place / _MM for _, place in board_corners(board)])
+    in_cell = corners @ cell.T_cell_board[:3, :3].T + cell.T_cell_board[:3, 3]
+    first = (cell.T_cell_base @ cell.robot.joints[0].T_parent_joint)[:3, 3]
+    nearest = float(np.linalg.norm(in_cell - first, axis=1).min())
+    reach = longest_reach(cell)
+    if nearest > reach:
+        hint = "; xyz_mm is in mm" if nearest / 1000.0 < reach else ""
+        message = (
+            f"the board is {_MM * nearest:.0f} mm from the first joint; robot and tool reach {_MM * reach:.0f} mm{hint}"
+        )
+        yield Finding("board-out-of-reach", "error", message, "board")
+    if board is not None:
+        yield from _check_room(cell, board)
+
+
+def _check_room(cell: Cell, board: Board) -> Iterator[Finding]:
+    low = np.min([body.patches.min(axis=(0, 1)) for body in board.bodies], axis=0) / _MM
+    high = np.max([body.patches.max(axis=(0, 1)) for body in board.bodies], axis=0) / _MM
+    T_board_cell = inverse(cell.T_cell_board)
+    for body in cell.fixtures:
+        corners = corners_of(body) @ T_board_cell[:3, :3].T + T_board_cell[:3, 3]
+        if np.all(corners.min(axis=0) < high) and np.all(corners.max(axis=0) > low):
+            message = f"{body.name} reaches into the box around {board.name}; lower the one or raise the other"
+            yield Finding("fixture-in-board", "warning", message, f"fixtures.{body.name}")
+
+
+def _check_channels(io: InputOutput) -> Iterator[Finding]:
+    words = [("functions", io.functions), ("solutions", io.solutions)]
+    words += [("grip", {"open": io.grip.open, "close": io.grip.close})]
+    for kind, sets in words:
+        for word, values in sets.items():
+            for name, value in values.items():
+                output = io.outputs[name]
+                if output.kind == "analog" and abs(value) > output.full_scale:
+                    goes = f"full scale is {output.full_scale:g} {output.unit}"
+                    message = (
+                        f"{word} sets {name} (analog output {output.number}) to {value:g} {output.unit}; its {goes}"
+                    )
+                    yield Finding("analog-out-of-range", "error", message, f"io.{kind}.{word}.{name}")
+
+
+def longest_reach(cell: Cell) -> float:
+    """Give a bound on how far any orifice comes from the first joint, m: all lengths and travels in one line."""
+    lengths = [float(np.linalg.norm(joint.T_parent_joint[:3, 3])) for joint in cell.robot.joints[1:]]
+    travels = [max(abs(each.lowest), abs(each.highest)) for each in cell.robot.joints if each.kind == "prismatic"]
+    tools = [float(np.linalg.norm(tool.T_flange_tcp[:3, 3])) for tool in cell.tools]
+    return sum(lengths) + sum(travels) + float(np.linalg.norm(cell.robot.T_link_flange[:3, 3])) + max(tools)
+
+
+def corners_of(body: Body) -> NDArray[np.float64]:
+    """Give points (n, 3) that a body's convex hull is made of, in the frame of what carries it, m."""
+    match body.shape:
+        case Box(size):
+            points = _signs() * np.array(size) / 2.0
+        case Capsule(radius, length):
+            points = _signs() * np.array([radius, radius, length / 2.0 + radius])
+        case Mesh(triangles):
+            points = triangles.reshape(-1, 3)
+    return points @ body.T_carrier_shape[:3, :3].T + body.T_carrier_shape[:3, 3]
+
+
+def _signs() -> NDArray[np.float64]:
+    """(8, 3) the corners of a cube."""
+    return np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])

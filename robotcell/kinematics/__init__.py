@@ -1,0 +1,1 @@
+"""Inverse kinematics of six-axis arms and gantries."""

@@ -1,0 +1,127 @@
+"""Both configurations of a gantry that carries its nozzle by three straight axes and tilts it by two turning ones.
+
+Five axes bring the orifice to a place and the jet into a direction. How the nozzle is turned about the jet then
+follows.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcell.errors import CellError
+from robotcell.kinematics.chain import Zero
+from robotcell.kinematics.subproblems import FREE, SLACK
+from robotcell.robot.robot import Joints, Poses, Robot, flange_poses
+
+Vectors = NDArray[np.float64]  # (n, 3)
+Values = NDArray[np.float64]  # (n,)
+
+
+class Gantry(NamedTuple):
+    """Three straight axes, then two that turn. The base frame, metres."""
+
+    zero: Zero
+    straight: NDArray[np.float64]
+    """(3, 3) the joints' way to a place."""
+
+
+def recognise_gantry(zero: Zero) -> Gantry | None:
+    """Tell whether three straight axes span space and two others turn about different directions."""
+    along = zero.axes[:3].T
+    tilting = float(np.linalg.norm(np.cross(zero.axes[3], zero.axes[4])))
+    if abs(np.linalg.det(along)) < 1e-3 or tilting < 1e-3:
+        return None
+    return Gantry(zero, np.linalg.inv(along).astype(np.float64))
+
+
+def solve_gantry(
+    gantry: Gantry,
+    robot: Robot,
+    poses: Poses,
+    T_flange_tcp: Poses,
+) -> tuple[Joints, Values]:
+    """Give the joints (n, 2, 5), tilted one way and the other, and the azimuths (n, 2) that come of it.
+
+    Where the jet lies along the first turning axis, that axis turns freely: the first branch takes the azimuth that was
+    asked, the second the opposite one.
+
+    Raises:
+        CellError: the jet lies along the last axis, which then cannot tilt it.
+    """
+    asked = poses @ T_flange_tcp
+    tip = gantry.zero.flange @ T_flange_tcp
+    swing, tilt = gantry.zero.axes[3:]
+    if np.linalg.norm(np.cross(tilt, tip[:3, 2])) < 1e-3:
+        raise CellError(
+            f"The jet lies along {robot.joints[4].name}, which cannot tilt it. Mount the tool across that axis."
+        )
+    rows = np.full((len(poses), 2, 5), np.nan)
+    for side in range(2):
+        second = _tilts(swing, tilt, tip[:3, 2], asked[:, :3, 2], 1.0 - 2.0 * side)
+        first = _swings(gantry.zero, tip, asked, second) + _opposite(swing, asked[:, :3, 2], side)
+        rows[:, side, 3], rows[:, side, 4] = _wrapped(first), _wrapped(second)
+        turned = _turned(tilt, second, tip[:3, 3] - gantry.zero.points[4]) + gantry.zero.points[4]
+        turned = _turned(swing, first, turned - gantry.zero.points[3]) + gantry.zero.points[3]
+        rows[:, side, :3] = (asked[:, :3, 3] - turned) @ gantry.straight.T
+    _drop_same(rows)
+    return rows, _azimuths(robot, rows, asked, T_flange_tcp)
+
+
+def _tilts(swing: Values, tilt: Values, jet: Values, wanted: Vectors, sign: float) -> Values:
+    """Angles (n,) of the last axis, NaN where the jet cannot be tilted so far."""
+    level, across = (swing @ tilt) * (tilt @ jet), swing @ np.cross(tilt, jet)
+    even = swing @ jet - level
+    most = float(np.hypot(even, across))
+    share = wanted @ swing - level
+    left = (most - np.abs(share)) * (most + np.abs(share))
+    if most > 1.0 - SLACK:  # the jet can lie along the first axis: there the difference would lose its digits
+        left = np.sum(np.cross(wanted, swing) ** 2, axis=1)
+    left = np.where(left < -SLACK, np.nan, np.maximum(left, 0.0))
+    return np.arctan2(across, even) + sign * np.arctan2(np.sqrt(left), share)
+
+
+def _swings(zero: Zero, tip: Poses, asked: Poses, second: Values) -> Values:
+    """Angles (n,) of the first turning axis: from the jet, or from the azimuth where the jet lies along the axis."""
+    axis = zero.axes[3]
+    now = _turned(zero.axes[4], second, tip[:3, 2])
+    loose = _is_along(axis, asked[:, :3, 2])
+    now = np.where(loose[:, None], _turned(zero.axes[4], second, tip[:3, 0]), now)
+    goal = np.where(loose[:, None], asked[:, :3, 0], asked[:, :3, 2])
+    now, goal = np.cross(axis, now), np.cross(axis, goal)  # what lies across the axis, however little it is
+    return np.arctan2(np.cross(now, goal) @ axis, np.sum(now * goal, axis=1))
+
+
+def _opposite(axis: Values, wanted: Vectors, side: int) -> Values:
+    """Half a turn for the second branch where the axis turns freely."""
+    return np.where(_is_along(axis, wanted), side * np.pi, 0.0)
+
+
+def _is_along(axis: Values, wanted: Vectors) -> NDArray[np.bool_]:
+    return np.linalg.norm(np.cross(wanted, axis), axis=1) < FREE
+
+
+def _turned(axis: Values, angles: Values, vectors: Vectors | Values) -> Vectors:
+    """Vectors (n, 3) or (3,) turned about an axis; Rodrigues' formula."""
+    c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    along = np.sum(vectors * axis, axis=-1, keepdims=True) * axis
+    return along + c * (vectors - along) + s * np.cross(axis, vectors)
+
+
+def _wrapped(angles: Values) -> Values:
+    """The same angles in (-pi, pi]."""
+    return angles - 2.0 * np.pi * np.ceil((angles - np.pi) / (2.0 * np.pi))
+
+
+def _drop_same(rows: Joints) -> None:
+    """Make the second branch NaN where it is the first."""
+    apart = np.abs(rows[:, 0] - rows[:, 1])
+    apart[:, 3:] = np.minimum(apart[:, 3:], 2.0 * np.pi - apart[:, 3:])
+    rows[np.all(apart < 1e-6, axis=1), 1] = np.nan
+
+
+def _azimuths(robot: Robot, rows: Joints, asked: Poses, T_flange_tcp: Poses) -> Values:
+    """By how much the reached azimuths (n, 2) are beyond the asked ones, about the jet."""
+    tips = flange_poses(robot, rows.reshape(-1, 5)) @ T_flange_tcp
+    x = tips[:, :3, 0].reshape(len(rows), 2, 3)
+    return np.arctan2(np.einsum("nbi,ni->nb", x, asked[:, :3, 1]), np.einsum("nbi,ni->nb", x, asked[:, :3, 0]))

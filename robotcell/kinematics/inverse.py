@@ -1,0 +1,142 @@
+"""From where the flange has to be to the joints that bring it there: every configuration, in bulk. Metres, radians."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TypeAlias, assert_never
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.arrays import Indices
+from robotcell.errors import CellError
+from robotcell.kinematics.arm_types import ParallelArm, SphericalArm, recognise
+from robotcell.kinematics.chain import Chain, chain_of, zero_of
+from robotcell.kinematics.gantry import Gantry, recognise_gantry, solve_gantry
+from robotcell.kinematics.general import MOST_BRANCHES, GeneralArm, prepare_general, solve_general
+from robotcell.kinematics.parallel_axes import solve_parallel
+from robotcell.kinematics.spherical_wrist import solve_spherical
+from robotcell.robot.full_turns import is_inside
+from robotcell.robot.robot import Joints, Poses, Robot
+
+Form: TypeAlias = SphericalArm | ParallelArm | Gantry | GeneralArm
+
+AT_ONCE = 50_000
+"""Poses of a map whose configurations are held in memory together"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kinematics:
+    """How the joints of a robot are found; told once from where its axes stand."""
+
+    robot: Robot
+    chain: Chain
+    form: Form
+    branches: int
+    """The greatest number of configurations of a pose."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solutions:
+    """All configurations that bring the flange to n poses; joint limits are not asked."""
+
+    q: Joints
+    """(n, branches, dof) turning joints in (-pi, pi]; NaN where a branch has none.
+
+    Of closed forms a branch keeps its index: 4 shoulder + 2 elbow + wrist for arms, the way of tilting for gantries.
+    """
+    count: Indices
+    """(n,) how many there are."""
+    azimuth: NDArray[np.float64]
+    """(n, branches) by how much the tool is turned about its jet beyond what was asked; 0 but for gantries."""
+
+
+@lru_cache(maxsize=16)
+def kinematics_of(robot: Robot) -> Kinematics:
+    """Tell how the joints of a robot are found; asked again for the same robot, the answer is remembered.
+
+    Raises:
+        CellError: no closed form is known for such a robot.
+    """
+    kinds = "".join("T" if joint.kind == "revolute" else "S" for joint in robot.joints)
+    chain = chain_of(robot)
+    if kinds == "TTTTTT":
+        arm = recognise(zero_of(robot))
+        if arm is not None:
+            return Kinematics(robot, chain, arm, 8)
+        return Kinematics(robot, chain, prepare_general(robot, chain), MOST_BRANCHES)
+    gantry = recognise_gantry(zero_of(robot)) if kinds == "SSSTT" else None
+    if gantry is None:
+        raise CellError(_why_not(robot, kinds))
+    return Kinematics(robot, chain, gantry, 2)
+
+
+def solve(
+    robot: Robot,
+    T_base_flange: Poses,
+    *,
+    T_flange_tcp: Poses | None = None,
+    preferred: Joints | None = None,
+) -> Solutions:
+    """Find every configuration that brings the flange to each of n poses.
+
+    Six axes reach a pose as it is. Five reach the tool's place and the direction of its jet (tool +Z), and the azimuth
+    follows: see ``Solutions.azimuth``. At a singular pose, where a joint turns freely, the branches take the preferred
+    angle of that joint and its opposite (three parallel axes: the nearest to these with most configurations).
+
+    Args:
+        robot: The robot.
+        T_base_flange: (n, 4, 4) or (4, 4).
+        T_flange_tcp: (4, 4) the tool, of which gantries must know; the flange itself if left out.
+        preferred: (dof,) or (n, dof) angles for joints that turn freely; if left out 0, or the limit nearest to it.
+
+    Raises:
+        CellError: no closed form is known for such a robot.
+    """
+    kinematics = kinematics_of(robot)
+    poses = np.ascontiguousarray(T_base_flange, dtype=np.float64).reshape(-1, 4, 4)
+    rows = np.full((len(poses), kinematics.branches, robot.dof), np.nan)
+    azimuth = np.zeros(rows.shape[:2])
+    match kinematics.form:
+        case SphericalArm() as arm:
+            solve_spherical(arm, kinematics.chain, poses, _preferred(robot, preferred, len(poses)), rows)
+        case ParallelArm() as arm:
+            solve_parallel(arm, kinematics.chain, poses, _preferred(robot, preferred, len(poses)), rows)
+        case GeneralArm() as arm:
+            solve_general(arm, kinematics.chain, poses, rows)
+        case Gantry() as gantry:
+            tool = np.eye(4) if T_flange_tcp is None else T_flange_tcp
+            rows, azimuth = solve_gantry(gantry, robot, poses, tool)
+        case _:
+            assert_never(kinematics.form)
+    return Solutions(rows, np.sum(~np.isnan(rows[:, :, 0]), axis=1), azimuth)
+
+
+def reachable(robot: Robot, T_base_flange: Poses, *, T_flange_tcp: Poses | None = None) -> NDArray[np.bool_]:
+    """Tell (n,) which poses (n, 4, 4) some configuration reaches within the joints' limits.
+
+    Raises:
+        CellError: no closed form is known for such a robot.
+    """
+    answer = np.zeros(len(T_base_flange), dtype=np.bool_)
+    for begin in range(0, len(answer), AT_ONCE):
+        part = slice(begin, begin + AT_ONCE)
+        found = solve(robot, T_base_flange[part], T_flange_tcp=T_flange_tcp)
+        answer[part] = np.any(is_inside(robot, found.q), axis=1)
+    return answer
+
+
+def _preferred(robot: Robot, preferred: Joints | None, count: int) -> Joints:
+    """(count, dof) angles for joints that turn freely."""
+    if preferred is None:
+        preferred = np.array([min(max(0.0, joint.lowest), joint.highest) for joint in robot.joints])
+    return np.ascontiguousarray(np.broadcast_to(preferred, (count, robot.dof)), dtype=np.float64)
+
+
+def _why_not(robot: Robot, kinds: str) -> str:
+    """Say what is the matter with a robot that no closed form fits."""
+    known = "Known are arms of six turning joints, and gantries of three straight joints followed by two turning ones."
+    if kinds == "SSSTT":
+        return f"{robot.name}: its straight joints do not span space, or its turning joints are parallel. {known}"
+    told = f"{kinds.count('T')} turning and {kinds.count('S')} straight joints"
+    free = " More than six leave the pose undetermined." if len(kinds) > 6 else ""
+    return f"There is no closed form for {robot.name} with its {told}.{free} {known}"

@@ -1,0 +1,131 @@
+"""Every configuration of an arm with three parallel axes, compiled.
+
+The order of the steps is that of the Cairo paper, and of what is known for Universal Robots: joint 1 from the place
+where axes 5 and 6 meet, joints 5 and 6 and the sum of 2, 3 and 4 from the orientation, joints 2 and 3 from what is left
+in the plane.
+
+Where joint 1 or joint 6 turns freely (axes 5 and 6 meet above axis 1; axis 6 parallel to axes 2 to 4) what is left in
+the plane depends on the angle chosen. Each of the two branches then has a half turn for itself, around the preferred
+angle and around its opposite, as the branches of every pose nearby lie opposite each other. Joint 6 takes the middle of
+that half turn, or of the part of it that can be reached; joint 1 that angle of 512 that leaves most configurations.
+"""
+
+import math
+
+import numpy as np
+
+from geometry.arrays import Indices
+from geometry.coverage.compiled import compiled
+from robotcell.kinematics.arm_types import ParallelArm
+from robotcell.kinematics.chain import Chain, Matrix, Row, add_step
+from robotcell.kinematics.free_link import choose_total
+from robotcell.kinematics.polish import settle
+from robotcell.kinematics.subproblems import (
+    LOOSE,
+    NOWHERE,
+    bend_to,
+    first_from_last,
+    first_turn,
+    last_turn,
+    lean_of,
+    turn_back,
+    turn_to_plane,
+)
+from robotcell.robot.robot import Joints, Poses
+
+TRIES = 512
+"""Angles of a half turn that are tried for a joint that turns freely"""
+
+
+@compiled
+def solve_parallel(arm: ParallelArm, chain: Chain, poses: Poses, preferred: Joints, rows: Joints) -> Indices:
+    """Write the rows (n, 8, 6) that bring the flange to poses (n, 4, 4) of the base frame; give how many each has."""
+    count = np.zeros(len(poses), np.int64)
+    moved = np.empty((3, 4))
+    for index in range(len(poses)):
+        wrist = arm.T_plane_base.copy()
+        add_step(wrist, poses[index], moved)
+        add_step(wrist, arm.T_flange_wrist, moved)
+        parallel_branches(arm, wrist, preferred[index], rows[index])
+        count[index] = settle(chain, poses[index], rows[index])
+    return count
+
+
+@compiled
+def parallel_branches(arm: ParallelArm, wrist: Poses, preferred: Row, rows: Joints) -> None:
+    """Write the rows (8, 6) that bring the wrist frame to a pose (4, 4) of the plane frame, NaN where there is none.
+
+    The order is shoulder (before, behind), elbow (left, right), wrist (axis 6 leaned forth, back), the last fastest.
+    """
+    rows[:] = np.nan
+    turned = np.empty((3, 3))
+    for side in range(2):
+        found, shoulder, forward = turn_to_plane(wrist[0, 3], wrist[2, 3], arm.aside, side)
+        if found == NOWHERE:
+            continue
+        mine = rows[4 * side : 4 * side + 4]
+        if found == LOOSE:
+            _choose_shoulder(arm, wrist, preferred[0] + side * math.pi, preferred, mine)
+            continue
+        turn_back(wrist[:3, :3], shoulder, 0.0, turned)
+        _below_shoulder(arm, turned, (forward, wrist[1, 3]), preferred, mine)
+        mine[:, 0] = shoulder
+
+
+@compiled
+def _choose_shoulder(arm: ParallelArm, wrist: Poses, middle: float, preferred: Row, rows: Joints) -> None:
+    """Write the rows (4, 6) at the angle of joint 1 that leaves most of them."""
+    turned, tried = np.empty((3, 3)), np.empty_like(rows)
+    most = 0
+    for number in range(TRIES):
+        shoulder = _tried(middle, number)
+        turn_back(wrist[:3, :3], shoulder, 0.0, turned)
+        tried[:] = np.nan
+        count = _below_shoulder(arm, turned, (0.0, wrist[1, 3]), preferred, tried)
+        if count > most:
+            most = count
+            rows[:] = tried
+            rows[:, 0] = shoulder
+
+
+@compiled
+def _below_shoulder(arm: ParallelArm, turned: Matrix, place: tuple[float, float], preferred: Row, rows: Joints) -> int:
+    """Write joints 2 to 6 of up to four rows (4, 6), seen from joint 1; give how many there are."""
+    count = 0
+    for side in range(2):
+        found, lean = lean_of(turned, side)
+        if found == LOOSE:
+            middle = first_from_last(turned, preferred[5] + side * math.pi) - arm.turn
+            first = choose_total(arm, place, middle) + arm.turn
+        else:
+            first = first_turn(turned, side)
+        count += _bend(arm, first - arm.turn, place, preferred[1], rows[side::2])
+        rows[side::2, 4] = lean - arm.lean
+        rows[side::2, 5] = last_turn(turned, first)
+    return count
+
+
+@compiled
+def _bend(arm: ParallelArm, total: float, place: tuple[float, float], preferred: float, rows: Joints) -> int:
+    """Write joints 2 to 4 of both elbows (2, 6), whose sum is known; give how many there are."""
+    c, s = math.cos(total), math.sin(total)
+    x = place[0] - (c * arm.last[0] - s * arm.last[1])
+    y = place[1] - (s * arm.last[0] + c * arm.last[1])
+    count = 0
+    for elbow in range(2):
+        found, first, second = bend_to(arm.bend, x, y, elbow, preferred)
+        if found != NOWHERE:
+            rows[elbow, 1] = first
+            rows[elbow, 2] = arm.signs[2] * second
+            rows[elbow, 3] = arm.signs[3] * (total - first - second)
+            count += 1
+        else:
+            rows[elbow] = np.nan
+    return count
+
+
+@compiled
+def _tried(middle: float, number: int) -> float:
+    """Angles around a middle, farther and farther out, within a half turn."""
+    step = (number + 1) // 2 * (math.pi / TRIES)
+    return middle + step if number % 2 else middle - step

@@ -1,0 +1,1 @@
+"""Joint motion for a program: ladder graph, branch tracking, retiming."""

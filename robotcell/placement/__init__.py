@@ -1,0 +1,1 @@
+"""Reachability and the best place of the board."""

@@ -1,0 +1,1 @@
+"""Robots from URDF: links, joints, forward kinematics, joint ranges and rates."""

@@ -1,0 +1,125 @@
+"""Straight strokes across a board: what raster, final flush, step function and straight line have in common."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from shapely import MultiPolygon, Polygon
+
+from geometry.arrays import Directions, Directions2, Points2
+from geometry.coverage.stripes import Stripe, stripes
+from recipes.footprint import core_footprint
+from recipes.paths import FinalFlush, Raster, StepFunction
+from rulesengine.strokes.stroke import Site, Stroke, reference_axes, tilted
+from specs.finding import Finding
+
+Toward: TypeAlias = Literal["travel", "against_travel", "left", "right"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Swath:
+    """What one straight line serves at a height and tilt, seen along the travel, relative to the orifice; mm."""
+
+    right_mm: float
+    left_mm: float
+    length_mm: float
+    """Extent along the travel."""
+    aim_mm: float
+    """How far ahead of the orifice the axis meets the surface."""
+
+    @property
+    def width_mm(self) -> float:
+        """Effective width of the footprint across the travel."""
+        return self.left_mm - self.right_mm
+
+
+def lean_of(travel: Directions2, toward: Toward) -> Directions2:
+    """(2,) plan direction of a tilted jet."""
+    left = np.array([-travel[1], travel[0]])
+    return {"travel": travel, "against_travel": -travel, "left": left, "right": -left}[toward]
+
+
+def pose_of(site: Site, travel: Directions2, tilt_deg: float, toward: Toward) -> tuple[Directions, Directions2]:
+    """(3,) approach and (2,) azimuth of the nozzle while it travels."""
+    return tilted(lean_of(travel, toward)[None], tilt_deg)[0], site.azimuths(travel[None])[0]
+
+
+def swath(site: Site, height_mm: float, tilt_deg: float, toward: Toward, travel: Directions2) -> Swath:
+    """Measure the real footprint along and across the direction of travel."""
+    approach, azimuth = pose_of(site, travel, tilt_deg, toward)
+    reference = reference_axes(approach[None], azimuth[None])[0]
+    outline = core_footprint(site.nozzle, height_mm, approach, reference)
+    across = outline @ np.array([-travel[1], travel[0]])
+    along = outline @ travel
+    aim = height_mm * np.tan(np.radians(tilt_deg)) * float(lean_of(travel, toward) @ travel)
+    return Swath(float(across.min()), float(across.max()), float(np.ptp(along)), float(aim))
+
+
+def travel_of(spec: Raster | FinalFlush | StepFunction, site: Site) -> Directions2:
+    """(2,) direction of the first line."""
+    along = np.array(site.board.axis)
+    if spec.direction_deg == "longest_edge":
+        return along
+    if spec.direction_deg == "across_longest_edge":
+        return np.array([-along[1], along[0]])
+    angle = np.radians(spec.direction_deg)
+    return np.array([np.cos(angle), np.sin(angle)])
+
+
+def lay_lines(
+    spec: Raster | FinalFlush | StepFunction, site: Site, travel: Directions2
+) -> tuple[list[Stripe], tuple[Finding, ...]]:
+    """Lay the lines of a template across the board, in terms of where they are served, not of the orifice.
+
+    Returns:
+        Stripes from right to left seen along the travel, and what was noticed.
+    """
+    band = swath(site, spec.height_mm, spec.tilt_deg, spec.toward, travel)
+    pitch = (1 - spec.overlap) * band.width_mm if spec.pitch_mm == "auto" else spec.pitch_mm
+    region, findings = _region(spec, site)
+    if spec.pitch_mm != "auto" and spec.pitch_mm > band.width_mm:
+        message = (
+            f"Lines {spec.pitch_mm:g} mm apart leave strips uncovered: the footprint is {band.width_mm:.1f} mm wide "
+            "at this height and tilt. Lower pitch_mm or write auto."
+        )
+        findings = (*findings, Finding("pitch-too-wide", "warning", message, site.made_by))
+    return stripes(region, travel, pitch, band.length_mm), findings
+
+
+def orifice_line(line: Points2, band: Swath, travel: Directions2) -> Points2:
+    """Where the orifice goes to serve a line: back by what the jet reaches ahead, aside by what it is off centre."""
+    left = np.array([-travel[1], travel[0]])
+    return line - band.aim_mm * travel - (band.left_mm + band.right_mm) / 2 * left
+
+
+def _region(spec: Raster | FinalFlush | StepFunction, site: Site) -> tuple[Polygon | MultiPolygon, tuple[Finding, ...]]:
+    """Board outline less the margin; a margin that leaves nothing is halved until something is left."""
+    outline = site.board.outline
+    margin = spec.margin_mm
+    for _ in range(8):
+        region = outline.buffer(-margin, join_style="mitre", mitre_limit=5.0)
+        if not region.is_empty:
+            break
+        margin /= 2
+    else:
+        region, margin = outline, 0.0
+    if margin == spec.margin_mm:
+        return region, ()
+    message = f"A margin of {spec.margin_mm:g} mm leaves nothing of this board; {margin:.2g} mm is used."
+    return region, (Finding("margin-reduced", "info", message, site.made_by),)
+
+
+def one_way_stroke(line: Points2, spec: FinalFlush | StepFunction, site: Site, travel: Directions2) -> Stroke:
+    """Serve one line in the direction of travel; a flush may pause at its end."""
+    band = swath(site, spec.height_mm, spec.tilt_deg, spec.toward, travel)
+    approach, azimuth = pose_of(site, travel, spec.tilt_deg, spec.toward)
+    ends = orifice_line(line, band, travel) + np.outer([-spec.overshoot_mm, spec.overshoot_mm], travel)
+    return Stroke(
+        tcp=np.column_stack([ends, np.full(2, spec.height_mm)]),
+        approach=np.tile(approach, (2, 1)),
+        azimuth=np.tile(azimuth, (2, 1)),
+        delays=np.array([0.0, spec.edge_delay_s if isinstance(spec, FinalFlush) else 0.0]),
+        speed_mm_s=spec.speed_mm_s,
+        made_by=site.made_by,
+        lead_in_mm=spec.lead_in_mm,
+    )

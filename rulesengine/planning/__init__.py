@@ -1,0 +1,1 @@
+"""Recipe and board to plan: strokes in order, transfers, the whole run."""

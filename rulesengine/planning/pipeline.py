@@ -1,0 +1,175 @@
+"""Recipe and board in; plan and timed program out."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from boards.board import Board
+from geometry.coverage.route import Effort
+from programs.plan import Dwell, Jet, Origin, Plan, SprayPass
+from programs.program import TILT_BAND, TimedProgram
+from recipes.check import check_recipe
+from recipes.errors import RecipeError
+from recipes.load import recipe_sha256
+from recipes.nozzles import AirKnife
+from recipes.recipe import Recipe, Step
+from rulesengine.planning.assemble import Assembly
+from rulesengine.planning.stroke_order import order_strokes
+from rulesengine.planning.template_cache import Job, Parts, new_job
+from rulesengine.planning.transfers import parked
+from rulesengine.planning.unserved import find_unserved
+from rulesengine.strokes.classify import Classified
+from rulesengine.timing.time_plan import time_plan
+from specs.finding import Finding, worst_first
+from specs.progress import Progress, part_of, tell_nobody
+
+_SKETCH_SHARE = 0.2
+"""Of the time for a plan."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """One recipe on one board, all the way to its program: what the command line and the browser show."""
+
+    recipe: Recipe
+    board: Board
+    classified: tuple[Classified, ...]
+    plan: Plan
+    program: TimedProgram
+    findings: tuple[Finding, ...]
+    """Of the board, the recipe, the plan and the timing; worst first."""
+    parts: Parts = field(default_factory=Parts)
+    """What the next run need not make again."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Assembled:
+    """A plan, and whether the full effort would give the same."""
+
+    plan: Plan
+    settled: bool
+
+
+def run(
+    recipe: Recipe,
+    board: Board,
+    progress: Progress | None = None,
+    sketched: Callable[[Plan], None] | None = None,
+    before: Run | None = None,
+) -> Run:
+    """Plan and time a recipe on a board.
+
+    Args:
+        recipe: What to do.
+        board: Where.
+        progress: Is told how far it is.
+        sketched: Is shown a first plan if the final one takes a search; its strokes come in an order that is not
+            the shortest yet.
+        before: A run whose strokes are taken where nothing changed that they depend on; the result is the same.
+
+    Raises:
+        RecipeError: a component matches no class, or nothing is left to do.
+    """
+    tell = progress or tell_nobody
+    job = new_job(recipe, board, before.parts if before is not None and before.board is board else Parts())
+    plan = _plan(job, part_of(tell, 0.0, 0.6), sketched)
+    tell("timing", 0.6)
+    program = time_plan(plan, recipe.limits)
+    tell("done", 1.0)
+    findings = worst_first((*board.findings, *check_recipe(recipe), *plan.findings, *program.findings))
+    return Run(recipe, board, job.classified, plan, program, findings, job.parts)
+
+
+def make_plan(recipe: Recipe, board: Board, progress: Progress | None = None) -> Plan:
+    """Turn a recipe into passes, dwells, transfers and commands on a board, in order.
+
+    Raises:
+        RecipeError: a component matches no class, or nothing is left to do.
+    """
+    return _plan(new_job(recipe, board, Parts()), progress or tell_nobody, None)
+
+
+def _plan(job: Job, tell: Progress, sketched: Callable[[Plan], None] | None) -> Plan:
+    if sketched is None:
+        return _assemble(job, "full", tell).plan
+    sketch = _assemble(job, "sketch", part_of(tell, 0.0, _SKETCH_SHARE))
+    if sketch.settled:
+        return sketch.plan
+    sketched(sketch.plan)
+    return _assemble(job, "full", part_of(tell, _SKETCH_SHARE, 1.0)).plan
+
+
+def _assemble(job: Job, effort: Effort, tell: Progress) -> _Assembled:
+    recipe, board = job.recipe, job.board
+    steps = [(index, step) for index, step in enumerate(recipe.sequence) if step.enabled]
+    first = steps[0][1].side
+    floors = job.floors(first)
+    assembly = Assembly(
+        board, recipe.limits, first, floors, parked(board, recipe.limits, floors), findings=list(job.findings)
+    )
+    for done, (index, step) in enumerate(steps):
+        part = part_of(tell, done / len(steps), (done + 1) / len(steps))
+        part(f"planning {step.function}", 0.0)
+        _do_step(job, assembly, (index, step), effort, part)
+    if not any(isinstance(item, SprayPass | Dwell) for item in assembly.items):
+        raise RecipeError(_idle(board, steps), path="sequence")
+    assembly.findings += find_unserved(recipe, board, job.service, [step for _, step in steps], assembly.items)
+    origin = Origin(board.name, board.sha256, recipe.recipe, recipe_sha256(recipe))
+    return _Assembled(Plan(origin, tuple(assembly.items), tuple(assembly.findings)), assembly.settled)
+
+
+def _idle(board: Board, steps: list[tuple[int, Step]]) -> str:
+    counts = {side: sum(component.side == side for component in board.components) for side in ("top", "bottom")}
+    asked = ", ".join(f"{name} on the {step.side}" for _, step in steps for name in step.paths)
+    return (
+        f"there is nothing to spray on {board.name}, which has {counts['top']} components on the top and "
+        f"{counts['bottom']} on the bottom: {asked} all come out empty. Add a template that covers the board, such as "
+        "a raster, or look at side, repeats, passes, only and masks."
+    )
+
+
+def _do_step(job: Job, assembly: Assembly, numbered: tuple[int, Step], effort: Effort, tell: Progress) -> None:
+    index, step = numbered
+    made_by = f"sequence[{index}]"
+    function = job.recipe.functions[step.function]
+    speed = min(job.recipe.limits.transfer_speed_mm_s, function.max_speed_mm_s)
+    _announce(job, assembly, step, made_by)  # first, so that the way around the edge keeps this function's speed
+    if step.side != assembly.side:
+        assembly.turn_over(step.side, job.floors(step.side), speed, f"{made_by}/turn")
+    jet = _jet(job.recipe, step)
+    sets = [job.strokes(step, jet, name, f"{made_by}/{name}") for name in step.paths]
+    assembly.findings += [finding for strokes in sets for finding in strokes.findings]
+    if step.until is not None:
+        limits = step.until.model_dump(exclude_none=True, exclude={"max_repeats"})
+        for key, value in limits.items():
+            assembly.command("REPEAT", str(step.until.max_repeats), "UNTIL", key, ">=", f"{value:.3f}", made_by=made_by)
+    todo = [*zip(step.paths, sets, strict=True)] * step.repeat
+    for done, (name, strokes) in enumerate(todo):
+        part = part_of(tell, done / len(todo), (done + 1) / len(todo))
+        ordered = order_strokes(strokes, assembly.pose.tcp, f"{made_by}/{name}", effort, part)
+        assembly.settled = assembly.settled and ordered.settled
+        assembly.findings += ordered.findings
+        assembly.spray(ordered.strokes, jet, strokes.retract, speed)
+    assembly.park(speed, f"{made_by}/park")
+    if step.until is not None:
+        assembly.command("ENDREPEAT", made_by=made_by)
+
+
+def _announce(job: Job, assembly: Assembly, step: Step, made_by: str) -> None:
+    function, nozzle = job.recipe.functions[step.function], job.recipe.nozzles[step.nozzle]
+    assembly.command("FUNCTION", step.function, made_by=made_by)
+    assembly.command("NOZZLE", step.nozzle, "TOOL", str(nozzle.tool), made_by=made_by)
+    assembly.command("SOLUTION", function.solution, made_by=made_by)
+    assembly.command("SET", "pressure_bar", f"{function.pressure_bar:.3f}", made_by=made_by)
+    if function.temperature_c is not None:
+        assembly.command("SET", "temperature_c", f"{function.temperature_c:.3f}", made_by=made_by)
+    if job.recipe.limits.tilt_band_deg > 0:
+        assembly.command("SET", TILT_BAND, f"{job.recipe.limits.tilt_band_deg:.3f}", made_by=made_by)
+
+
+def _jet(recipe: Recipe, step: Step) -> Jet:
+    function, nozzle = recipe.functions[step.function], recipe.nozzles[step.nozzle]
+    kind = function.solution_kind or ("gas" if isinstance(nozzle, AirKnife) else "liquid")
+    flow = nozzle.flow_lpm * float(np.sqrt(function.pressure_bar / nozzle.at_bar))
+    return Jet(step.function, step.nozzle, function.solution, flow, kind == "liquid")

@@ -1,0 +1,58 @@
+"""Which passes serve which component, and what is said of those that none serves."""
+
+from collections.abc import Iterable, Sequence
+
+from boards.board import Board
+from programs.plan import PlanItem, SprayPass
+from recipes.paths import ComponentPerimeter
+from recipes.recipe import Recipe, Step
+from rulesengine.strokes.classify import Service
+from specs.finding import Finding
+
+
+def served_by(items: Iterable[PlanItem]) -> dict[str, list[str]]:
+    """Component name to the templates in their steps whose passes follow it, such as ``"sequence[0]/around"``."""
+    places: dict[str, dict[str, None]] = {}
+    for item in items:
+        parts = item.made_by.split("/")
+        if isinstance(item, SprayPass) and len(parts) > 2:
+            for name in parts[2].split("+"):
+                places.setdefault(name, {})["/".join(parts[:2])] = None
+    return {name: list(found) for name, found in places.items()}
+
+
+def find_unserved(
+    recipe: Recipe, board: Board, service: Service, steps: Sequence[Step], items: Iterable[PlanItem]
+) -> list[Finding]:
+    """One finding for each component that must be cleaned and is not, one for a side that no step sprays.
+
+    Where a step follows components, a component is cleaned by a pass of its own; where none does, by what goes
+    across the whole side.
+    """
+    sprayed = {step.side for step in steps}
+    followed = {
+        step.side
+        for step in steps
+        if any(isinstance(recipe.templates[name], ComponentPerimeter) for name in step.paths)
+    }
+    served = served_by(items)
+    findings: list[Finding] = []
+    for component in board.components:
+        if component.name not in service.demanded or component.name in dict(service.avoided):
+            continue  # what is avoided too is a conflict, which is said where the masks are read
+        reason = ""
+        if component.side not in sprayed:
+            reason = f"no step sprays the {component.side} side. Add one with side: {component.side}"
+        elif component.side in followed and component.name not in served:
+            reason = "no pass goes around it. Give its class passes, or move the masks that keep them out"
+        if reason:
+            place = component.outline.centroid
+            message = f"{component.name} must be cleaned, but {reason}."
+            where = (place.x, place.y, board.surface_z_mm(component.side))
+            findings.append(Finding("not-served", "error", message, "masks", where))
+    left = [component for component in board.components if component.side not in sprayed]
+    if left:
+        side = left[0].side
+        message = f"No step sprays the {side} side, where {len(left)} components are. Add steps with side: {side}."
+        findings.append(Finding("side-not-sprayed", "info", message, "sequence"))
+    return findings

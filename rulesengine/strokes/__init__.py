@@ -1,0 +1,1 @@
+"""Strokes, and what path planners need to make them: classes, outlines, safe heights."""

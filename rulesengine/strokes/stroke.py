@@ -1,0 +1,119 @@
+"""What the path planners make and the modifiers change, before it becomes a plan."""
+
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from boards.board import Board, Side
+from geometry.arrays import Directions, Directions2, Indices, Points, Scalars
+from programs.plan import Jet
+from recipes.nozzles import AirKnife, FlatFan, Nozzle
+from recipes.recipe import Limits
+from specs.finding import Finding
+
+Sense: TypeAlias = Literal["fixed", "either"]
+Freedom: TypeAlias = Literal["free", "either_end", "fixed"]
+Retract: TypeAlias = Literal["corridor", "everything"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stroke:
+    """A run of nozzle points that is sprayed in one piece; where a ring begins, and at which end a line, may be open.
+
+    Side frame: x and y as in the board frame, as seen from the top; z is the height above the bare surface of the
+    side that is sprayed, for both sides; so the jet always has a negative z. Millimetres.
+    """
+
+    tcp: Points
+    """(n, 3) nozzle orifice. A closed stroke ends at its first point only if it has to turn there. Equal neighbours
+    with different directions turn on the spot."""
+    approach: Directions
+    """(n, 3) unit vectors from the orifice to the surface."""
+    azimuth: Directions2
+    """(n, 2) plan direction to which the nozzle's reference is turned."""
+    delays: Scalars
+    """(n,) seconds to hold still on arrival at each point, jet on; 0 goes through."""
+    speed_mm_s: float
+    made_by: str
+    closed: bool = False
+    laps: int = 1
+    """How often a closed stroke goes around."""
+    sense: Sense = "fixed"
+    """Whether the order of strokes may turn an open one around."""
+    entries: tuple[int, ...] = (0,)
+    """Points at which a closed stroke may begin."""
+    lead_in_mm: float = 0.0
+    pauses: tuple[str, ...] = ()
+    """(n,) who asked for the delay at each point; empty where it is the stroke's own."""
+
+    def pick(self, index: Indices) -> "Stroke":
+        """Take points by index, in that order, again and again if asked; ``entries`` and ``laps`` stay as they are."""
+        return replace(
+            self,
+            tcp=self.tcp[index],
+            approach=self.approach[index],
+            azimuth=self.azimuth[index],
+            delays=self.delays[index],
+            pauses=tuple(self.pauses[int(i)] for i in index) if self.pauses else (),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StrokeSet:
+    """Strokes of one template, and how free their order is."""
+
+    strokes: tuple[Stroke, ...]
+    freedom: Freedom
+    """``free`` lets the order save air travel; ``either_end`` keeps it but may begin with the last; ``fixed`` keeps
+    it (rinse water must run one way)."""
+    retract: Retract = "corridor"
+    """What a transfer between them must clear: the bodies in its corridor, or everything on the side."""
+    findings: tuple[Finding, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Site:
+    """Everything a path planner may look at: the board, the nozzle, and who is asking."""
+
+    board: Board
+    side: Side
+    nozzle: Nozzle
+    limits: Limits
+    jet: Jet
+    classes: dict[str, str]
+    """Component name to class name."""
+    served: frozenset[str]
+    """Components of this side that get passes of their own: neither avoided nor ignored."""
+    made_by: str
+    """Recipe path of the template in its step, such as ``"sequence[0]/around"``."""
+
+    def azimuths(self, travel: Directions2) -> Directions2:
+        """Give (n, 2) plan directions for the nozzle's reference at (n, 2) directions of travel.
+
+        A flat pattern lies across the travel; a round one keeps one direction for the whole program.
+        """
+        if isinstance(self.nozzle, FlatFan | AirKnife):
+            return np.column_stack([-travel[:, 1], travel[:, 0]])
+        return np.tile(reference_azimuth(self.board, self.limits), (len(travel), 1))
+
+
+def reference_azimuth(board: Board, limits: Limits) -> Directions2:
+    """(2,) plan direction of a round nozzle's reference: as stated, else along the board's longest edge."""
+    if limits.tool_azimuth_deg is None:
+        return np.array(board.axis)
+    angle = np.radians(limits.tool_azimuth_deg)
+    return np.array([np.cos(angle), np.sin(angle)])
+
+
+def tilted(lean: Directions2, tilt_deg: float) -> Directions:
+    """(n, 3) jet directions that lean towards (n, 2) plan directions by a tilt from the normal; side frame."""
+    tilt = np.radians(tilt_deg)
+    return np.column_stack([np.sin(tilt) * lean, np.full(len(lean), -np.cos(tilt))])
+
+
+def reference_axes(approach: Directions, azimuth: Directions2) -> Directions:
+    """(n, 3) tool +X: the azimuth's plan direction brought to right angles with the jet; side frame."""
+    flat = np.column_stack([azimuth, np.zeros(len(azimuth))])
+    square = flat - approach * np.sum(flat * approach, axis=1, keepdims=True)
+    return square / np.linalg.norm(square, axis=1, keepdims=True)

@@ -1,0 +1,1 @@
+"""Plan to timed program: corners, coupled limits, speed profile, sampling."""

@@ -1,0 +1,102 @@
+"""Plan in, timed program out."""
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.arrays import Indices
+from geometry.frames import quaternions_from_axes, rotation_angles
+from programs.plan import Plan, SprayPass, Transfer
+from programs.program import TimedProgram
+from recipes.recipe import Limits
+from rulesengine.timing.corner_blending import Chain, Flags, round_corners
+from rulesengine.timing.sampling import hold, sample
+from rulesengine.timing.slow_passes import find_slow_passes
+from rulesengine.timing.speed_profile import parametrise
+from rulesengine.timing.write_instructions import narrate
+
+ACCELERATION_SHARE = 0.94
+"""Of the limit that is planned with: positions rounded to 1 um, 8 ms apart, may pretend 31 mm/s2 on top, and a
+reader of the file is to find the limit kept."""
+_SAME_MM = 1e-4
+_SAME_RAD = 1e-5
+"""Neighbouring vertices nearer than this are one."""
+_GAP_MM = 1e-3
+_GAP_RAD = 1e-3
+"""Items that do not meet within this are a mistake in the plan."""
+
+
+def time_plan(plan: Plan, limits: Limits) -> TimedProgram:
+    """Time a plan: the fastest motion within the limits, at the asked speed while spraying wherever they allow it.
+
+    The findings are what the timing saw; those of the plan stay with the plan.
+
+    Raises:
+        ValueError: An item of the plan does not start where the one before it ended.
+    """
+    limits = _with_room(limits)
+    chain = chain_of(plan)
+    if len(chain.item) == 0:
+        instructions, totals = narrate(plan, hold(chain))
+        return TimedProgram(plan.origin, totals, instructions)
+    path = round_corners(chain, limits)
+    profile = parametrise(path, limits)
+    instructions, totals = narrate(plan, sample(path, profile))
+    return TimedProgram(plan.origin, totals, instructions, find_slow_passes(plan, path, profile, limits))
+
+
+def _with_room(limits: Limits) -> Limits:
+    """Keep back what the rounding of the file may pretend to be acceleration."""
+    return limits.model_copy(update={"acceleration_mm_s2": ACCELERATION_SHARE * limits.acceleration_mm_s2})
+
+
+def chain_of(plan: Plan) -> Chain:
+    """String the items' vertices together, each pose once."""
+    moving = [(number, item) for number, item in enumerate(plan.items) if isinstance(item, SprayPass | Transfer)]
+    owner = np.repeat([number for number, _ in moving], [len(item.tcp) for _, item in moving]).astype(np.int64)
+    tcp = _stack([item.tcp for _, item in moving])
+    quaternion = quaternions_from_axes(
+        _stack([item.approach for _, item in moving]), _stack([item.reference for _, item in moving])
+    )
+    lengths = np.linalg.norm(np.diff(tcp, axis=0), axis=1)
+    angles = rotation_angles(quaternion[:-1], quaternion[1:])
+    _check_joints(plan, owner, (lengths > _GAP_MM) | (angles > _GAP_RAD))
+    kept = np.concatenate((np.ones(len(tcp[:1]), dtype=np.bool_), (lengths > _SAME_MM) | (angles > _SAME_RAD)))
+    item = owner[kept][1:]
+    stop, lead_in = _stops(plan, item)
+    speed, spraying = np.zeros(len(plan.items)), np.zeros(len(plan.items), dtype=np.bool_)
+    for number, move in moving:
+        speed[number], spraying[number] = move.speed_mm_s, isinstance(move, SprayPass)
+    return Chain(
+        tcp=tcp[kept],
+        quaternion=quaternion[kept],
+        item=item,
+        speed=speed[item],
+        spraying=spraying[item],
+        stop=stop,
+        lead_in=lead_in,
+    )
+
+
+def _stack(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+    return np.concatenate([np.empty((0, 3)), *parts])
+
+
+def _check_joints(plan: Plan, owner: Indices, apart: Flags) -> None:
+    """Refuse a plan whose items do not meet: it would spray or move where nobody looked."""
+    wrong = np.flatnonzero(apart & (np.diff(owner) > 0))
+    if len(wrong) == 0:
+        return
+    before, after = (plan.items[int(owner[wrong[0] + k])].made_by for k in (0, 1))
+    raise ValueError(f"{after}: does not start where {before} ended, in position and orientation.")
+
+
+def _stops(plan: Plan, item: Indices) -> tuple[Flags, Flags]:
+    """Which vertices (n,) are stops for sure, and at which a run-up may meet its pass without one."""
+    run_up = [isinstance(a, Transfer) and isinstance(b, SprayPass) for a, b in pairwise(plan.items)]
+    served = np.concatenate(([False], np.array(run_up, dtype=np.bool_)))
+    border = np.diff(item) > 0
+    joint = (np.diff(item) == 1) & served[item[1:]]
+    ends = np.ones(1, dtype=np.bool_)
+    return np.concatenate((ends, border & ~joint, ends)), np.concatenate((~ends, joint, ~ends))

@@ -1,0 +1,1 @@
+"""Candidate changes of a recipe and what each is expected to do."""

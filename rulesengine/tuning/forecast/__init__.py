@@ -1,0 +1,1 @@
+"""Predictions of amounts and times between analyses, by linear programs."""

@@ -1,0 +1,112 @@
+"""Planning and analysing many texts of one recipe on one board; what was asked before is remembered."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+from cleaning.analyse import analyse_on
+from cleaning.prepared_board import Subject
+from cleaning.process.split_stages import stages_of
+from recipes.load import parse_recipe
+from rulesengine.planning.pipeline import Run, run
+from rulesengine.tuning.trial.deposits import sprayed_in
+from rulesengine.tuning.trial.outcome import Outcome, outcome_of
+from rulesengine.tuning.trial.requirements import Goal
+from rulesengine.tuning.variables.recipe_edits import Edits, apply_edits
+from specs.errors import JobError
+from specs.finding import blocking
+
+Tell: TypeAlias = Callable[[str], None]
+"""Is told what is going on."""
+_MOST_RUNS = 24
+"""Plans that are kept."""
+
+
+class Bench:
+    """Where recipes are tried: one board, one file, one goal, and a count of analyses."""
+
+    def __init__(self, file: Path, subject: Subject, goal: Goal, most: int) -> None:
+        self.file = file
+        self.subject = subject
+        self.goal: Goal = goal
+        self.most = most
+        self.used = 0
+        self.tell: Tell = _tell_nobody
+        self._last: Run | None = None
+        self._runs: dict[str, Run | None] = {}
+        self._sprayed: dict[str, dict[tuple[str, str], float]] = {}
+        self._outcomes: dict[str, Outcome] = {}
+        self._errors: frozenset[str] = frozenset()
+
+    @property
+    def left(self) -> int:
+        """Analyses that may still be made."""
+        return self.most - self.used
+
+    def first(self, text: str) -> Outcome:
+        """Try the recipe to begin with; errors that its plan has are not held against its successors.
+
+        Raises:
+            JobError: it cannot be read, planned or analysed.
+        """
+        planned = self._carry_out(text)
+        self._runs[text] = planned
+        self._errors = frozenset(finding.rule for finding in blocking(planned.findings, ()))
+        return self._analyse(text, planned)
+
+    def edited(self, text: str, edits: Edits) -> str | None:
+        """Write edits into a text; ``None`` where that cannot be done or changes nothing."""
+        try:
+            changed = apply_edits(text, self.file, edits)
+        except JobError:
+            return None
+        return None if changed == text else changed
+
+    def planned(self, text: str) -> Run | None:
+        """Plan a text; ``None`` where it is no recipe, sprays nothing, or may not be exported."""
+        if text not in self._runs:
+            while len(self._runs) >= _MOST_RUNS:
+                del self._runs[next(iter(self._runs))]
+            try:
+                done = self._carry_out(text)
+            except JobError:
+                self._runs[text] = None
+            else:
+                stops = {finding.rule for finding in blocking(done.findings, ())}
+                self._runs[text] = done if stops <= self._errors else None
+        return self._runs[text]
+
+    def sprayed_s(self, text: str) -> dict[tuple[str, str], float]:
+        """How long each template of each step sprays in the program of a text; nothing where it cannot be planned."""
+        if text not in self._sprayed:
+            planned = self.planned(text)
+            stages = (
+                () if planned is None else stages_of(planned.program, planned.recipe, self.subject.parameters).stages
+            )
+            self._sprayed[text] = dict(pair for stage in stages for pair in sprayed_in(stage))
+        return self._sprayed[text]
+
+    def outcome(self, text: str) -> Outcome | None:
+        """Predict what a text does; ``None`` where it cannot be planned or no analysis is left."""
+        known = self._outcomes.get(text)
+        if known is not None:
+            return known
+        planned = self.planned(text)
+        return None if planned is None or self.left <= 0 else self._analyse(text, planned)
+
+    def _carry_out(self, text: str) -> Run:
+        done = run(parse_recipe(text, file=self.file), self.subject.board, before=self._last)
+        self._last = done
+        return done
+
+    def _analyse(self, text: str, planned: Run) -> Outcome:
+        self.used += 1
+        self.tell("tuning")
+        report = analyse_on(self.subject, planned.program, planned.recipe, "fast")
+        found = outcome_of(planned, report, self.goal, text)
+        self._outcomes[text] = found
+        return found
+
+
+def _tell_nobody(_what: str) -> None:
+    pass

@@ -1,0 +1,1 @@
+"""Design variables of a recipe and the edits that change them."""

@@ -1,0 +1,1 @@
+"""Typed YAML with lines and comments kept; findings, errors, progress. Knows no numpy and no noun."""

@@ -1,0 +1,233 @@
+"""YAML text as a tree in which every value knows the file and the line it stands on.
+
+YAML 1.2 by ruamel: ``on`` is text, ``012`` is twelve and ``1e3`` a number. The tree is built from the composed
+nodes rather than from the loaded values, because aliases and merge keys would hide where a value was written.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, TypeAlias, cast
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.reader import ReaderError
+
+from specs.errors import JobError
+from specs.yaml.document import Document
+
+Scalar: TypeAlias = str | int | float | bool | None
+Key: TypeAlias = str | int
+YamlPath: TypeAlias = tuple[Key, ...]
+
+_LARGEST_TEXT = 1_000_000
+_DEEPEST = 30
+_MOST_VALUES = 50_000
+_TAG = "tag:yaml.org,2002:"
+_HINTS = (
+    ("found character '\\t'", "a tab cannot be used here; indent with spaces"),
+    ("found undefined alias", "{problem}; put text that begins with * in quotes"),
+    ("but found another document", "a {noun} is one document; remove the line ---"),
+    ("mapping values are not allowed here", "{problem}; quote text that holds a colon, or check the indentation"),
+    ("could not determine a constructor", "tags are not allowed in a {noun}"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Where a value stands."""
+
+    file: str
+    line: int
+    """From 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class Located:
+    """A value of the YAML tree and where it was written: the line of its key, or its own in a list."""
+
+    value: "Scalar | dict[str, Located] | list[Located]"
+    mark: Mark
+
+    def at(self, path: YamlPath) -> "Located":
+        """Give the value at a path, or the deepest one on the way there that exists."""
+        node = self
+        for key in path:
+            inner = node.get(key)
+            if inner is None:
+                break
+            node = inner
+        return node
+
+    def get(self, key: Key) -> "Located | None":
+        """Give the value of a key or index, ``None`` if there is none."""
+        if isinstance(self.value, dict):
+            return self.value.get(str(key))
+        if isinstance(self.value, list) and isinstance(key, int) and 0 <= key < len(self.value):
+            return self.value[key]
+        return None
+
+    def plain(self) -> Any:
+        """Give the bare values: what a YAML loader would have returned."""
+        if isinstance(self.value, dict):
+            return {key: inner.plain() for key, inner in self.value.items()}
+        if isinstance(self.value, list):
+            return [inner.plain() for inner in self.value]
+        return self.value
+
+
+def spell_path(path: YamlPath) -> str:
+    """Write a YAML path as in ``sequence[0].paths[2]``."""
+    text = ""
+    for key in path:
+        text += f"[{key}]" if isinstance(key, int) else f".{key}" if text else key
+    return text
+
+
+def read_yaml(text: str, file: Path | str, document: Document) -> Located:
+    """Read one YAML mapping.
+
+    Args:
+        text: YAML.
+        file: What to call it in errors.
+        document: What kind of file it is.
+
+    Raises:
+        JobError: the document's own: not YAML, not a mapping, a key that stands twice, a tag, or a tree that is too
+            large or too deep.
+    """
+    noun = document.noun
+    if len(text) > _LARGEST_TEXT:
+        message = f"{len(text):,} characters are too many; a {noun} has at most {_LARGEST_TEXT:,}"
+        raise document.error(message, file=file)
+    try:
+        node = _compose(text)
+        root = None if node is None else _Tree(str(file), document).build(node, Mark(str(file), _line(node)), 0)
+    except ReaderError as error:
+        line = text.count("\n", 0, cast(int, error.position)) + 1
+        raise document.error("a character that YAML does not allow; remove it", file=file, line=line) from None
+    except MarkedYAMLError as error:
+        raise _explain(error, file, document) from None
+    except RecursionError:
+        raise document.error(f"nested more than {_DEEPEST} deep; a {noun} needs far less", file=file) from None
+    except (YAMLError, ValueError) as error:
+        raise document.error(f"not valid YAML: {error}", file=file) from None
+    if root is None or root.value is None:
+        raise document.error(f"the file is empty; a {noun} begins with `{document.begins}`", file=file)
+    if not isinstance(root.value, dict):
+        message = f"a {noun} is a mapping of keys; it begins with `{document.begins}`"
+        raise document.error(message, file=file, line=root.mark.line)
+    return root
+
+
+@lru_cache(maxsize=2)
+def _compose(text: str) -> Node | None:
+    """Compose a text, and remember it: who writes a value reads the new text to check it, and again as a recipe."""
+    yaml = YAML(typ="safe", pure=True)
+    yaml.composer.warn_double_anchors = False  # YAML 1.2 allows an anchor to be set anew
+    return cast("Node | None", yaml.compose(text))
+
+
+class _Tree:
+    """Builds the tree of one file; it counts what it builds because aliases can multiply it without end."""
+
+    def __init__(self, file: str, document: Document) -> None:
+        self._constructor = YAML(typ="safe", pure=True).constructor
+        self._file = file
+        self._document = document
+        self._count = 0
+
+    def build(self, node: Node, mark: Mark, depth: int) -> Located:
+        self._count += 1
+        if self._count > _MOST_VALUES:
+            raise self._error(
+                f"expands to more than {_MOST_VALUES:,} values; a {self._document.noun} needs far less", mark.line
+            )
+        if depth > _DEEPEST:
+            raise self._error(f"nested more than {_DEEPEST} deep; an alias may hold itself", mark.line)
+        if isinstance(node, MappingNode) and node.tag == _TAG + "map":
+            return Located(self._mapping(node, depth), mark)
+        if isinstance(node, SequenceNode) and node.tag == _TAG + "seq":
+            items = cast("list[Node]", node.value)
+            return Located([self.build(item, self._mark(item), depth + 1) for item in items], mark)
+        if isinstance(node, ScalarNode):
+            return Located(self._scalar(node), mark)
+        raise self._error(f"tag {node.tag} is not allowed in a {self._document.noun}", _line(node))
+
+    def _mapping(self, node: MappingNode, depth: int) -> dict[str, Located]:
+        """Keys in the order of the file; what a merge key brings stands where the merge key stands."""
+        pairs = cast("list[tuple[Node, Node]]", node.value)
+        own: dict[str, Located] = {}
+        for key_node, value_node in pairs:
+            if key_node.tag == _TAG + "merge":
+                continue
+            key = self._key(key_node)
+            if key in own:
+                raise self._error(f"key {key!r} stands twice; line {own[key].mark.line} has it too", _line(key_node))
+            own[key] = self.build(value_node, self._mark(key_node), depth + 1)
+        merged: dict[str, Located] = {}
+        for key_node, value_node in pairs:
+            if key_node.tag != _TAG + "merge":
+                key = self._key(key_node)
+                merged[key] = own[key]
+                continue
+            for source in self._merge_sources(value_node):
+                inherited = self.build(source, self._mark(source), depth + 1).value
+                for key, value in cast("dict[str, Located]", inherited).items():
+                    if key not in own:
+                        merged.setdefault(key, value)
+        return merged
+
+    def _merge_sources(self, node: Node) -> Iterator[Node]:
+        sources = cast("list[Node]", node.value) if isinstance(node, SequenceNode) else [node]
+        for source in sources:
+            if not (isinstance(source, MappingNode) and source.tag == _TAG + "map"):
+                raise self._error("<< merges a mapping or a list of mappings", _line(node))
+            yield source
+
+    def _key(self, node: Node) -> str:
+        if not isinstance(node, ScalarNode):
+            raise self._error("a key must be a word, not a list or a mapping", _line(node))
+        return self._printable(str(node.value), node)
+
+    def _scalar(self, node: ScalarNode) -> Scalar:
+        kind = str(node.tag).removeprefix(_TAG)
+        if kind in ("null", "bool", "int", "float"):
+            try:
+                return self._constructor.construct_object(node)
+            except (ValueError, KeyError, IndexError):  # a tag such as !!bool on text that is none, or endless digits
+                raise self._error(f"{str(node.value)[:40]!r} cannot be read as {kind}", _line(node)) from None
+        if kind in ("str", "timestamp", "value", "merge"):
+            return self._printable(str(node.value), node)
+        raise self._error(f"tag {node.tag} is not allowed in a {self._document.noun}", _line(node))
+
+    def _printable(self, text: str, node: Node) -> str:
+        if any(0xD800 <= ord(letter) <= 0xDFFF for letter in text):
+            raise self._error("half a surrogate pair is not a character; remove the escape", _line(node))
+        return text
+
+    def _mark(self, node: Node) -> Mark:
+        return Mark(self._file, _line(node))
+
+    def _error(self, message: str, line: int) -> JobError:
+        return self._document.error(message, file=self._file, line=line)
+
+
+def _line(node: Node) -> int:
+    return int(cast(Any, node).start_mark.line) + 1
+
+
+def _explain(error: MarkedYAMLError, file: Path | str, document: Document) -> JobError:
+    """Say what ruamel found in one sentence, with what to do where it is known."""
+    problem = str(error.problem or error.context or "it cannot be read")
+    mark = error.problem_mark or error.context_mark
+    line = None if mark is None else int(mark.line) + 1
+    for start, hint in _HINTS:
+        if problem.startswith(start):
+            return document.error(hint.format(problem=problem, noun=document.noun), file=file, line=line)
+    context = f", {error.context}" if error.context and error.problem else ""
+    begin = error.context_mark
+    begins = "" if not context or begin is None else f" that begins on line {int(begin.line) + 1}"
+    return document.error(f"not valid YAML: {problem}{context}{begins}", file=file, line=line)

@@ -1,0 +1,89 @@
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cleaning.parameters.liquid import capillary_pa, density_kg_m3, fill_time_s, surface_tension_n_m, viscosity_pa_s
+from cleaning.parameters.load import load_parameters
+from cleaning.parameters.model import Liquid
+from cleaning.parameters.water import air_density_kg_m3, water_surface_tension_n_m, water_viscosity_pa_s
+
+WATER = Liquid(use="rinse")
+SAPONIFIER = load_parameters().liquids["saponifier-15"]
+
+
+def wetting(angle_deg, **known):
+    return Liquid(use="rinse", contact_board_deg=angle_deg, contact_part_deg=angle_deg, **known)
+
+
+@pytest.mark.parametrize(("celsius", "mn_m"), [(25, 71.97), (60, 66.24), (100, 58.91)])
+def test_surface_tension_of_water_is_that_of_the_tables(celsius, mn_m):
+    assert 1e3 * water_surface_tension_n_m(celsius) == pytest.approx(mn_m, abs=0.01)
+
+
+@pytest.mark.parametrize(("celsius", "upa_s"), [(5, 1518.1), (25, 889.9), (45, 595.9), (75, 377.4), (100, 281.6)])
+def test_viscosity_of_water_is_that_of_the_tables(celsius, upa_s):
+    assert 1e6 * water_viscosity_pa_s(celsius) == pytest.approx(upa_s, rel=2e-3)
+
+
+def test_air_is_that_of_the_tables():
+    air = Liquid(use="dry")
+    assert air_density_kg_m3(15.0) == pytest.approx(1.225, rel=1e-3)
+    assert 1e6 * viscosity_pa_s(air, 15.0) == pytest.approx(17.89, rel=1e-3)
+    assert viscosity_pa_s(air, 80.0) > viscosity_pa_s(air, 20.0)
+
+
+def test_what_is_stated_counts():
+    assert surface_tension_n_m(SAPONIFIER, 20.0) == surface_tension_n_m(SAPONIFIER, 70.0) == pytest.approx(0.030)
+    assert viscosity_pa_s(SAPONIFIER, 60.0) == pytest.approx(6e-4)
+    assert density_kg_m3(Liquid(use="dry", density_kg_m3=1.3), 80.0) == 1.3
+    assert density_kg_m3(Liquid(use="dry"), 80.0) == air_density_kg_m3(80.0)
+    assert density_kg_m3(WATER, 80.0) == 1000.0
+
+
+def test_a_stated_viscosity_follows_that_of_water():
+    ratio = viscosity_pa_s(SAPONIFIER, 40.0) / viscosity_pa_s(SAPONIFIER, 60.0)
+    assert ratio == pytest.approx(viscosity_pa_s(WATER, 40.0) / viscosity_pa_s(WATER, 60.0))
+    assert ratio > 1.2
+
+
+HEIGHTS_UM = (15, 25, 50, 75, 100, 150, 250)
+
+
+@pytest.mark.parametrize(
+    ("liquid", "celsius", "expected"),
+    [
+        (wetting(80), 25, (1667, 1000, 500, 333, 250, 167, 100)),
+        (wetting(95), 25, (-837, -502, -251, -167, -126, -84, -50)),
+        (wetting(105), 25, (-2485, -1491, -745, -497, -373, -248, -149)),
+        (wetting(105), 60, (-2285, -1371, -685, -457, -343, -228, -137)),
+        (wetting(20, surface_tension_mn_m=30), 60, (3759, 2255, 1128, 752, 564, 376, 226)),
+    ],
+)
+def test_capillary_pressures(liquid, celsius, expected):
+    found = [capillary_pa(liquid, celsius, 1e-6 * height) for height in HEIGHTS_UM]
+    assert found == pytest.approx(expected, rel=1e-3, abs=1.0)
+
+
+def test_both_walls_count():
+    mixed = Liquid(use="rinse", contact_board_deg=20.0, contact_part_deg=160.0)
+    assert capillary_pa(mixed, 25.0, 5e-5) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_wetting_gap_fills_in_milliseconds():
+    assert fill_time_s(SAPONIFIER, 60.0, 50e-6, 3.5e-3) == pytest.approx(0.016, rel=0.03)
+    assert fill_time_s(wetting(95), 25.0, 50e-6, 3.5e-3) == math.inf
+
+
+@settings(deadline=None, max_examples=50)
+@given(
+    height=st.floats(1e-5, 1e-3), length=st.floats(1e-4, 1e-2), celsius=st.floats(1.0, 99.0), factor=st.floats(1.1, 9.0)
+)
+def test_thin_gaps_draw_harder_and_fill_slower(height, length, celsius, factor):
+    assert capillary_pa(SAPONIFIER, celsius, height) == pytest.approx(
+        factor * capillary_pa(SAPONIFIER, celsius, factor * height)
+    )
+    once = fill_time_s(SAPONIFIER, celsius, height, length)
+    assert fill_time_s(SAPONIFIER, celsius, height / factor, length) == pytest.approx(factor * once)
+    assert fill_time_s(SAPONIFIER, celsius, height, factor * length) == pytest.approx(factor**2 * once)

@@ -1,0 +1,112 @@
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_sprays import downward, samples_of, stage_of
+
+from boards.load import load_board
+from cleaning.errors import CleaningError
+from cleaning.parameters.load import load_parameters
+from cleaning.process.split_stages import stages_of
+from programs.playback import playback
+from programs.program import Command
+from recipes.load import load_recipe
+from rulesengine.planning.pipeline import run
+
+
+@cache
+def planned():
+    return run(load_recipe("smt-aqueous"), load_board(Path("tiny")))
+
+
+def staged(longest_mm=3.0, **changes):
+    done = planned()
+    recipe = done.recipe.model_copy(update=changes)
+    return stages_of(done.program, recipe, load_parameters(), longest_mm)
+
+
+def test_the_stages_are_those_of_the_sequence():
+    stages = staged().stages
+    assert [(stage.made_by, stage.function, stage.use) for stage in stages] == [
+        ("sequence[0]", "clean", "wash"),
+        ("sequence[1]", "rinse", "rinse"),
+        ("sequence[2]", "dry", "dry"),
+    ]
+    assert stages[0].pressure_pa == pytest.approx(3.5e5)
+    assert stages[2].temperature_c == 80.0
+    assert stages[1].nozzle_name == "ring60"
+
+
+def test_the_samples_stand_for_all_of_the_spraying():
+    stages = staged().stages
+    assert sum(stage.spray_s for stage in stages) == pytest.approx(planned().program.totals.spray_s)
+    for stage in stages:
+        assert np.all(stage.samples.seconds > 0)
+        assert np.all(np.diff(stage.samples.times) > 0)
+        assert stage.begin_s <= stage.samples.times[0]
+        assert stage.samples.times[-1] <= stage.end_s
+
+
+@pytest.mark.parametrize("longest_mm", [1.0, 3.0, 7.0])
+def test_a_sample_stands_for_no_more_than_asked(longest_mm):
+    for stage in staged(longest_mm).stages:
+        begin = playback(planned().program, stage.samples.times - 0.5 * stage.samples.seconds)
+        end = playback(planned().program, stage.samples.times + 0.5 * stage.samples.seconds)
+        assert np.linalg.norm(end.tcp - begin.tcp, axis=1).max() <= longest_mm + 1e-6
+        assert stage.samples.seconds.max() <= 1.0 + 1e-9
+        assert np.all(playback(planned().program, stage.samples.times).spraying)
+
+
+def test_the_jet_is_where_playback_says():
+    for stage in staged().stages:
+        states = playback(planned().program, stage.samples.times)
+        np.testing.assert_allclose(stage.samples.tcp, states.tcp)
+        np.testing.assert_allclose(stage.samples.axes[:, :, 2], states.approach, atol=1e-12)
+
+
+def test_a_loop_is_said_to_count_once():
+    assert [finding.rule for finding in staged().findings] == ["loop-once"]
+
+
+def test_an_unknown_liquid_is_taken_for_one_of_its_use_and_said():
+    functions = dict(planned().recipe.functions)
+    functions["rinse"] = functions["rinse"].model_copy(update={"solution": "tap"})
+    functions["clean"] = functions["clean"].model_copy(update={"solution": "magic"})
+    found = staged(functions=functions)
+    assert [stage.use for stage in found.stages] == ["wash", "rinse", "dry"]
+    said = [finding.message for finding in found.findings if finding.rule == "liquid-unknown"]
+    assert len(said) == 2
+    assert "magic" in said[0]
+    assert "saponifier-15" in said[0]
+    assert "di-water" in said[1]
+
+
+def test_a_nozzle_that_the_recipe_does_not_have_is_named():
+    nozzles = {"other": planned().recipe.nozzles["ring60"]}
+    with pytest.raises(CleaningError, match="nozzle ring60"):
+        staged(nozzles=nozzles)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("pressure_bar", "0"), ("pressure_bar", "-1"), ("pressure_bar", "high"), ("temperature_c", "-300")],
+)
+def test_a_setting_that_cannot_be_is_refused_with_its_place(key, value):
+    """A program may have been edited by hand: what it sets is not what the recipe's checks let through."""
+    program = planned().program
+    edited = tuple(
+        replace(item, arguments=(key, value)) if isinstance(item, Command) and item.arguments[:1] == (key,) else item
+        for item in program.instructions
+    )
+    with pytest.raises(CleaningError, match=rf"sequence\[0\] sets {key} to {value}, which must be a number above"):
+        stages_of(replace(program, instructions=edited), planned().recipe, load_parameters())
+
+
+def test_a_stage_sprays_the_side_at_which_its_jet_points_for_most_of_the_time():
+    assert [stage.side for stage in staged().stages] == ["top", "top", "top"]
+    up = np.diag([1.0, -1.0, -1.0]) @ downward(30.0)
+    axes = np.array([downward(30.0), up, up])
+    for seconds, side in (((1.0, 0.4, 0.4), "top"), ((1.0, 0.6, 0.6), "bottom")):
+        assert stage_of(samples_of(np.zeros((3, 3)), axes, seconds)).side == side

@@ -1,0 +1,72 @@
+"""Rinsing dilutes what the bath leaves until the water's own ions decide."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cleaning.parameters.load import load_parameters
+from cleaning.parameters.model import Liquid
+from cleaning.undersides.rinse import bath_g_m3, diluted_g_m3, film_exchanges, ionic_ug_cm2, salt_g_m3
+
+RINSE = load_parameters("default").rinse
+BATH = Liquid(use="wash", density_kg_m3=1000.0, bath_nvr_pct=3.0)
+
+
+def left_ug_cm2(exchanges: float) -> float:
+    return ionic_ug_cm2(diluted_g_m3(RINSE, bath_g_m3(BATH), exchanges, 0.0), RINSE.final_film_um)
+
+
+def test_an_unrinsed_bath_leaves_150_micrograms() -> None:
+    assert bath_g_m3(BATH) == pytest.approx(30000.0)
+    assert left_ug_cm2(0.0) == pytest.approx(150.0)
+
+
+def test_seven_exchanges_bring_it_to_one() -> None:
+    assert left_ug_cm2(7.16) == pytest.approx(1.0, rel=0.01)
+
+
+@pytest.mark.parametrize(("mohm_cm", "ug_cm2"), [(1.0, 0.00219), (0.2, 0.0114), (0.1, 0.0230), (1.0 / 333.0, 0.77)])
+def test_water_leaves_its_own_ions(mohm_cm: float, ug_cm2: float) -> None:
+    assert ionic_ug_cm2(salt_g_m3(mohm_cm), RINSE.final_film_um) == pytest.approx(ug_cm2, rel=0.01)
+
+
+def test_pure_water_and_water_of_unknown_purity_add_nothing() -> None:
+    assert salt_g_m3(18.2) == pytest.approx(0.0, abs=1e-3)
+    assert salt_g_m3(25.0) == 0.0
+    assert salt_g_m3(None) == 0.0
+
+
+def test_a_millimetre_of_water_renews_a_film_five_times() -> None:
+    assert film_exchanges(RINSE, 1.0) == pytest.approx(5.0)
+
+
+@settings(deadline=None, max_examples=50)
+@given(before=st.floats(0, 1e5), exchanges=st.floats(0, 50), more=st.floats(0, 50), water=st.floats(0, 100))
+def test_rinsing_longer_never_leaves_more_nor_less_than_the_water_brings(
+    before: float, exchanges: float, more: float, water: float
+) -> None:
+    longer = diluted_g_m3(RINSE, before, exchanges + more, water)
+    assert water <= longer <= diluted_g_m3(RINSE, before, exchanges, water)
+
+
+@settings(deadline=None, max_examples=50)
+@given(before=st.floats(0, 1e5), counts=st.lists(st.floats(0, 10), min_size=1, max_size=10), water=st.floats(0, 500))
+def test_rinses_one_after_the_other_are_one_of_as_many_exchanges(
+    before: float, counts: list[float], water: float
+) -> None:
+    content = before
+    for count in counts:
+        after = diluted_g_m3(RINSE, content, count, water)
+        assert water <= after <= max(content, water) * (1 + 1e-12)
+        content = after
+    assert content == pytest.approx(diluted_g_m3(RINSE, before, sum(counts), water), rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("exchanges", [1.0, 3.0, 7.2, 20.0])
+@pytest.mark.parametrize("mohm_cm", [1.0 / 333.0, 0.1, 1.0, 18.0])
+def test_after_a_bath_the_water_adds_to_what_is_left_of_it(exchanges: float, mohm_cm: float) -> None:
+    bath, water = bath_g_m3(BATH), salt_g_m3(mohm_cm)
+    both = bath * math.exp(-RINSE.efficiency * exchanges) + water
+    assert diluted_g_m3(RINSE, bath, exchanges, water) == pytest.approx(both, rel=0.01)

@@ -1,0 +1,104 @@
+import dataclasses
+import json
+from pathlib import Path
+
+import pytest
+from command import contents, washboard
+from tracked import line_program
+
+import recipes
+from programs.load import load_program
+from programs.native import write as native
+from reports.files.find_board import find_board
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    assert washboard("plan", "tiny", "rinse-only", "-o", tmp_path / "tiny.wash").code == 0
+    return tmp_path / "tiny.wash"
+
+
+def test_a_program_that_can_be_done(program: Path, tmp_path: Path) -> None:
+    done = washboard("check", program, "ur5e-bench", "--report", tmp_path / "r.json", "-o", tmp_path / "robot.wash")
+    assert done.code == 0, done.err
+    assert "can be done" in done.out
+    assert "board-not-checked" not in done.out  # the sample was found by its name and fingerprint
+    told = json.loads((tmp_path / "r.json").read_text())
+    assert told["possible"]
+    assert len(told["joints"]) == 6
+    assert told["done"]["duration_s"] >= told["asked"]["duration_s"]
+    for joint in told["joints"]:
+        assert joint["lowest_deg"] <= joint["from_deg"] <= joint["to_deg"] <= joint["highest_deg"]
+        assert joint["greatest_speed_deg_s"] <= 1.01 * joint["speed_limit_deg_s"]
+    robot = load_program(tmp_path / "robot.wash")
+    assert robot.totals.duration_s == pytest.approx(told["done"]["duration_s"], abs=1e-3)
+
+
+@pytest.mark.slow
+def test_the_same_check_gives_the_same_bytes(program: Path, tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        files = (f"--report={tmp_path / name / 'r.json'}", f"--report={tmp_path / name / 'j.svg'}")
+        assert washboard("check", program, "kr6-bench", *files).code == 0
+    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+
+
+def test_what_cannot_be_done_ends_with_one_and_says_why(program: Path, tmp_path: Path) -> None:
+    cell = tmp_path / "far.yaml"
+    text = (Path(recipes.__file__).parent.parent / "robotcell/library/cells/ur5e-bench.yaml").read_text()
+    assert "xyz_mm: [400, -50, 150]" in text
+    cell.write_text(text.replace("xyz_mm: [400, -50, 150]", "xyz_mm: [1400, -50, 150]"))
+    refused = washboard("check", program, cell, "--report", tmp_path / "r.json", "--report", tmp_path / "j.png")
+    assert refused.code == 1
+    assert "cannot be done" in refused.out
+    assert "out-of-reach" in refused.out
+    assert "board moved by -" in refused.out
+    assert not (tmp_path / "j.png").exists()
+    assert not json.loads((tmp_path / "r.json").read_text())["possible"]
+    assert "board-out-of-reach" in refused.out  # what the cell's own check says
+    allowed = ["--allow", "out-of-reach", "--allow", "board-out-of-reach"]
+    assert washboard("check", program, cell, *allowed).code == 0
+
+
+def test_a_missing_cell_or_program_is_one_line(tmp_path: Path, program: Path) -> None:
+    for words in ((tmp_path / "no.wash", "ur5e-bench"), (program, "ur5x-bench")):
+        refused = washboard("check", *words)
+        assert refused.code == 2
+        assert refused.err.startswith("error: ")
+        assert refused.err.count("\n") == 1
+
+
+def test_the_board_is_found_beside_the_program(program: Path, tmp_path: Path) -> None:
+    loaded = load_program(program)
+    board = find_board(loaded, program)
+    assert board is not None
+    assert board.sha256 == loaded.origin.board_sha256
+    other = dataclasses.replace(loaded, origin=dataclasses.replace(loaded.origin, board="mine"))
+    assert find_board(other, program) is None
+    from boards.load import board_library
+
+    (tmp_path / "mine.tri").write_bytes(board_library()["tiny"].read_bytes())
+    assert find_board(other, program) is not None
+
+
+def test_another_board_is_not_taken_for_the_one_that_was_planned(program: Path) -> None:
+    loaded = load_program(program)
+    changed = dataclasses.replace(loaded, origin=dataclasses.replace(loaded.origin, board_sha256="00"))
+    assert find_board(changed, program) is None
+
+
+def test_a_board_that_is_not_at_hand_is_a_finding(tmp_path: Path) -> None:
+    path = tmp_path / "line.wash"
+    path.write_text(native.render(line_program()))
+    done = washboard("check", path, "ur5e-bench")
+    assert done.code == 0, done.err
+    assert "board-not-checked" in done.out
+
+
+@pytest.mark.slow
+def test_pictures_are_drawn_or_refused_early(program: Path, tmp_path: Path) -> None:
+    assert washboard("check", program, "gantry", "--report", tmp_path / "j.png").code == 0
+    assert (tmp_path / "j.png").read_bytes().startswith(b"\x89PNG")
+    refused = washboard("check", program, "gantry", "--report", tmp_path / "j.txt")
+    assert refused.code == 2
+    assert "is written as .png or .svg" in refused.err

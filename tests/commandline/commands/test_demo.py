@@ -1,0 +1,68 @@
+import io
+import json
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from cleaning_report import small_report, soaked_report
+from command import contents, washboard
+from rich.console import Console
+
+from cleaning.verdicts.results import CleaningReport
+from commandline.commands.demo_cleaning import print_worst
+from reports.html.cleaning_page import headline
+
+
+def told(report: CleaningReport) -> str:
+    lines = io.StringIO()
+    print_worst(Console(file=lines, width=10_000), report, 12.3)
+    return lines.getvalue()
+
+
+@pytest.mark.slow
+def test_the_demonstration_does_all_of_it_and_dirt_is_no_failure(tmp_path: Path) -> None:
+    done = washboard("demo", "--into", tmp_path / "out", "--board", "tiny", "--recipe", "rinse-only")
+    assert (done.code, done.err) == (0, "")
+    written = contents(tmp_path / "out")
+    ends = (".wash", ".json", ".script", "-board.png", "-paths.png", "-joints.png", "-cleaning.html", "-cleaning.json")
+    assert set(written) == {f"tiny{end}" for end in ends}
+    found = json.loads(written["tiny-cleaning.json"])
+    assert found["recipe"]["name"] == "rinse-only"
+    assert found["verdict"] == "dirty"
+    assert (found["washboard"], found["effort"]) == (version("washboard"), "fast")
+    assert all(name in done.out for name in written)
+    assert done.out.index("can be done") < done.out.index("no proof of cleanliness")
+    page = written["tiny-cleaning.html"].decode()
+    assert page.startswith("<!DOCTYPE html>")
+    headlines = [line.partition("clean. ")[2] for line in done.out.splitlines() if "what comes out clean. " in line]
+    assert len(headlines) == 1
+    assert headlines[0] in page
+
+
+def test_the_worst_three_are_told_with_their_reasons_and_what_it_is_worth() -> None:
+    report = small_report()
+    lines = told(report).splitlines()
+    assert lines[0].endswith(headline(report))
+    assert "uncalibrated" in lines[1]
+    assert lines[2].split(maxsplit=1)[1].strip() == "1 dirty, 1 marginal, 1 no verdict, 2 clean"
+    wanting = report.worst_first()[:3]
+    assert [line.split()[0] for line in lines[3:6]] == [part.component for part in wanting]
+    for line, part in zip(lines[3:6], wanting, strict=True):
+        assert f"{part.verdict}: {part.judgements[0].because}" in line
+    assert lines[6].split() == ["analysed", "in", "12.3", "s"]
+    assert len(lines) == 7
+
+
+def test_a_part_that_is_clean_and_stays_wet_is_not_called_marginal() -> None:
+    report = soaked_report()
+    clean = replace(report, parts=tuple(part for part in report.parts if part.component in ("C1", "R2")))
+    assert "C1 and 1 more  clean, wet: It stays wet." in told(clean)
+
+
+def test_of_a_clean_board_no_part_is_named() -> None:
+    clean = tuple(part for part in small_report().parts if part.verdict == "clean")
+    report = replace(small_report(), verdict="clean", parts=clean)
+    lines = told(report).splitlines()
+    assert lines[0].endswith(headline(report))
+    assert [line.split()[0] for line in lines[2:]] == ["verdicts", "analysed"]

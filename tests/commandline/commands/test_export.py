@@ -1,0 +1,104 @@
+from pathlib import Path
+
+import pytest
+from command import contents, washboard
+from robot_programs import PROGRAMS
+
+from programs.native import write as native
+from programs.posts.abb import read as abb_reader
+from programs.posts.dialects import DIALECTS
+from programs.posts.reading.rebuilt import ReadLine, ReadRepeat
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small program above the sample board ``tiny``."""
+    file = tmp_path_factory.mktemp("made") / "loop.wash"
+    file.write_text(native.render(PROGRAMS["loop"]()))
+    return file
+
+
+def test_the_languages_are_listed() -> None:
+    outcome = washboard("export", "--list")
+    assert outcome.code == 0
+    assert [line.split()[0] for line in outcome.out.splitlines()] == list(DIALECTS)
+    assert "class 1" in outcome.out
+
+
+def test_a_program_is_written_as_the_robot_does_it(made: Path, tmp_path: Path) -> None:
+    out = tmp_path / "loop.mod"
+    outcome = washboard("export", made, "--cell", "ur5e-bench", "--dialect", "abb", "-o", out)
+    assert outcome.code == 0, outcome.err
+    assert f"Written  {out}" in outcome.out
+    assert "wrong by at most" in outcome.out
+    assert list(contents(tmp_path)) == ["loop.mod"]
+    steps = abb_reader.read({"loop.mod": out.read_text("ascii")}).steps
+    assert sum(isinstance(step, ReadLine) for step in steps) >= 6
+    assert any(isinstance(step, ReadRepeat) for step in steps)
+    assert "MoveAbsJ [[" in out.read_text("ascii")
+
+
+def test_without_a_place_nothing_is_written_and_everything_said(made: Path, tmp_path: Path) -> None:
+    before = contents(made.parent)
+    outcome = washboard("export", made, "--cell", "ur5e-bench", "--dialect", "joint-table")
+    assert outcome.code == 0, outcome.err
+    assert "Nothing was written" in outcome.out
+    assert contents(made.parent) == before
+
+
+def test_an_error_forbids_it_unless_it_is_allowed_by_name(made: Path, tmp_path: Path) -> None:
+    cell = tmp_path / "cell.yaml"
+    text = washboard_cell().read_text("utf-8")
+    cell.write_text(text)
+    program = tmp_path / "odd.wash"
+    program.write_text(made.read_text().replace("NOZZLE ring60", "NOZZLE lance"))
+    out = tmp_path / "out.mod"
+    refused = washboard("export", program, "--cell", cell, "-o", out)
+    assert refused.code == 2
+    assert "--allow no-valve" in refused.err
+    assert not out.exists()
+    assert washboard("export", program, "--cell", cell, "-o", out, "--allow", "no-valve").code == 0
+    assert "! spray on" in out.read_text("ascii")
+
+
+def washboard_cell() -> Path:
+    from robotcell.cell.load import cell_library
+
+    return cell_library()["ur5e-bench"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--cell", "ur5e-bench", "--dialect", "cobol"], "there is no dialect 'cobol'"),
+        (["--cell", "ur99"], "ur99"),
+        ([], "--cell"),
+    ],
+)
+def test_what_is_missing_or_unknown_is_one_line(made: Path, words: list[str], said: str) -> None:
+    outcome = washboard("export", made, *words)
+    assert outcome.code == 2
+    assert said in outcome.err
+    assert len(outcome.err.splitlines()) == 1
+
+
+def test_a_file_that_is_no_program_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "x.wash"
+    file.write_text("hello")
+    outcome = washboard("export", file, "--cell", "ur5e-bench")
+    assert outcome.code == 2
+    assert "x.wash" in outcome.err
+
+
+def test_the_program_itself_is_not_overwritten(made: Path) -> None:
+    before = contents(made.parent)
+    outcome = washboard("export", made, "--cell", "ur5e-bench", "-o", made)
+    assert outcome.code == 2
+    assert "it is read by this command" in outcome.err
+    assert contents(made.parent) == before
+
+
+def test_a_place_that_cannot_be_written_is_said(made: Path, tmp_path: Path) -> None:
+    outcome = washboard("export", made, "--cell", "ur5e-bench", "-o", tmp_path / "no" / "where.mod")
+    assert outcome.code == 2
+    assert "where.mod" in outcome.err

@@ -1,0 +1,178 @@
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from installations import small_cell
+from numpy.typing import NDArray
+from robot_programs import PROGRAMS
+from small_plans import LIMITS, leaning, moved, plan_of, random_plan, spray, transfer
+from small_programs import program_of
+
+from geometry.frames import rotation_angles
+from programs.motion.make_motion import make_motion
+from programs.motion.steps_of_robot import Line, MotionProgram
+from programs.motion.tracks import Track, find_vertices
+from programs.plan import Plan
+from programs.playback import build_timeline, play
+from programs.program import MoveTo, TimedProgram
+from rulesengine.timing.time_plan import time_plan
+
+
+def lines_of(*items: object) -> tuple[Line, ...]:
+    return make_motion(time_plan(plan_of(*items), LIMITS), small_cell()).lines  # type: ignore[arg-type]
+
+
+def track(times: list[float], x: list[float], y: list[float] | None = None) -> Track:
+    tcp = np.column_stack((x, y or [0.0] * len(x), [50.0] * len(x)))
+    quaternion = np.tile([0.0, 1.0, 0.0, 0.0], (len(x), 1))
+    return Track(np.array(times), tcp, quaternion, np.zeros(len(x), dtype=np.int64), np.empty((len(x), 0)))
+
+
+def worst_miss(program: TimedProgram, motion: MotionProgram) -> tuple[float, float]:
+    """How far the samples of a program are from its lines at the same moment: mm, degrees."""
+    timeline = build_timeline(program)
+    place, turn = [0.0], [0.0]
+    for line in motion.lines:
+        states = play(timeline, line.time_s + line.course.seconds)
+        poses = [line.pose_at(share) for share in line.course.shares.tolist()]
+        place.append(float(np.linalg.norm(states.tcp - [pose.position for pose in poses], axis=1).max()))
+        aim = np.array([pose.quaternion for pose in poses])
+        turn.append(float(np.degrees(rotation_angles(states.quaternion, aim)).max()))
+    return max(place), max(turn)
+
+
+@pytest.mark.parametrize("made", list(PROGRAMS))
+def test_every_sample_is_on_the_lines(made: str) -> None:
+    program = PROGRAMS[made]()
+    place_mm, turn_deg = worst_miss(program, make_motion(program, small_cell()))
+    assert place_mm <= 0.0041
+    assert turn_deg <= 0.0041
+
+
+@pytest.mark.parametrize("made", list(PROGRAMS))
+def test_lines_meet_and_take_as_long_as_planned(made: str) -> None:
+    program = PROGRAMS[made]()
+    motion = make_motion(program, small_cell())
+    for line, after in pairwise(motion.lines):
+        assert math.dist(line.target.position, after.start.position) < 1e-9
+        assert line.time_s + line.duration_s <= after.time_s + 1e-6
+
+
+def test_a_plan_of_straight_strokes_needs_few_lines() -> None:
+    program = PROGRAMS["planned"]()
+    moves = sum(isinstance(item, MoveTo) for item in program.instructions)
+    assert len(make_motion(program, small_cell()).lines) < 0.05 * moves
+
+
+def test_a_stroke_that_speeds_up_and_slows_down_is_one_line_at_its_plateau() -> None:
+    (line,) = lines_of(spray([[0, 0, 50], [100, 30, 50]], 60.0))
+    assert line.speed_mm_s == pytest.approx(60.0, abs=0.1)
+    assert line.blend_mm == 0.0
+    assert line.length_mm == pytest.approx(math.hypot(100, 30), abs=0.01)
+
+
+def test_a_turn_on_the_spot_is_one_line_without_a_speed() -> None:
+    approach, reference = leaning([0.0, math.pi / 2], 0.5)
+    line, _ = lines_of(
+        spray([[0, 0, 50], [0, 0, 50]], 60.0, (approach, reference)),
+        spray([[0, 0, 50], [20, 0, 50]], 60.0, (approach[[1, 1]], reference[[1, 1]])),
+    )
+    assert line.speed_mm_s == 0.0
+    assert 0.5 * math.pi < math.degrees(line.turn_rad_s) <= LIMITS.rotation_deg_s * 1.001
+    assert line.angle_rad > 0.5
+
+
+def test_the_commanded_speed_changes_where_the_level_begins_or_ends() -> None:
+    """60 mm/s, 20 mm/s from x = 30 to 40, 60 mm/s again, on one straight line without a stop."""
+    x = [0.0, 30.0, 30.4, 39.6, 40.0, 70.0]
+    times = np.cumsum([0.0, 0.5, 0.01, 0.46, 0.01, 0.5]).tolist()
+    vertices = find_vertices(track(times, x))
+    kept = np.array(x)[vertices.kept].tolist()
+    assert kept == [0.0, 30.4, 39.6, 70.0]
+    assert vertices.rests.tolist() == [True, False, False, True]
+
+
+def test_a_lower_level_before_the_stop_is_a_line_of_its_own() -> None:
+    x = [0.0, 60.0, 61.0, 81.0]
+    vertices = find_vertices(track([0.0, 1.0, 1.025, 2.025], x))
+    assert np.array(x)[vertices.kept].tolist() == [0.0, 61.0, 81.0]
+
+
+def test_a_dip_of_the_speed_is_kept() -> None:
+    speeds = [60.0] * 10 + [50.0, 40.0, 30.0, 20.0, 30.0, 40.0, 50.0] + [60.0] * 10
+    times = 0.01 * np.arange(len(speeds) + 1)
+    x = np.concatenate(([0.0], np.cumsum(0.01 * np.array(speeds))))
+    kept = find_vertices(track(times.tolist(), x.tolist())).kept
+    inner = kept[1:-1].tolist()
+    assert inner
+    assert all(10 < at < 17 for at in inner)
+
+
+def test_the_way_back_on_the_same_line_is_another_line() -> None:
+    there, back = np.linspace(0.0, 20.0, 21), np.linspace(19.0, 0.0, 20)
+    x = np.concatenate((there, back)).tolist()
+    vertices = find_vertices(track((0.02 * np.arange(41)).tolist(), x))
+    assert 20 in vertices.kept.tolist()
+
+
+def test_a_stop_between_two_strokes_is_found_and_a_blended_corner_is_passed() -> None:
+    stopped = lines_of(spray([[0, 0, 50], [40, 0, 50]]), transfer([[40, 0, 50], [80, 0, 50]], 60.0))
+    assert [line.blend_mm == 0.0 for line in stopped] == [True, True]
+    passed = lines_of(spray([[0, 0, 50], [40, 0, 50], [40, 40, 50]], 60.0))
+    assert [line.blend_mm == 0.0 for line in passed] == [False] * (len(passed) - 1) + [True]
+
+
+def test_a_zone_keeps_the_corner_within_the_blend_error_and_away_from_the_next_zone() -> None:
+    passed = lines_of(spray([[0, 0, 50], [40, 0, 50], [40, 40, 50], [80, 40, 50]], 60.0))
+    for line, after in pairwise(passed):
+        assert line.blend_mm <= 0.41 * max(min(line.length_mm, after.length_mm), 0.03)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_moving_the_board_moves_the_lines_and_changes_nothing_else(seed: int) -> None:
+    def lines(plan: Plan) -> tuple[Line, ...]:
+        return make_motion(time_plan(plan, LIMITS), small_cell()).lines
+
+    plan = random_plan(seed, 6)
+    here, there = lines(plan), lines(moved(plan, math.pi / 2, [100.0, -50.0, 7.0]))
+    assert len(here) == len(there)
+    for one, other in zip(here, there, strict=True):
+        assert other.length_mm == pytest.approx(one.length_mm, abs=0.01)
+        assert other.speed_mm_s == pytest.approx(one.speed_mm_s, abs=0.5)
+        assert (one.blend_mm == 0.0) == (other.blend_mm == 0.0)
+
+
+def test_the_last_bits_of_a_stop_do_not_matter() -> None:
+    def rests(noise: NDArray[np.float64]) -> list[int]:
+        seconds = np.linspace(0.0, 0.4, 41)
+        ramp = np.where(seconds < 0.2, 250.0 * seconds**2, 20.0 - 250.0 * (0.4 - seconds) ** 2)
+        x = np.concatenate((ramp, 20.0 + ramp[1:])) + noise
+        times = np.concatenate((seconds, 0.4 + seconds[1:]))
+        vertices = find_vertices(track(times.tolist(), x.tolist()))
+        return vertices.kept[vertices.rests].tolist()
+
+    rng = np.random.default_rng(3)
+    assert rests(np.zeros(81)) == [0, 40, 80]
+    assert rests(np.round(rng.uniform(-5e-4, 5e-4, 81), 4)) == [0, 40, 80]
+
+
+def test_a_slow_start_behind_a_corner_is_no_second_stop() -> None:
+    """Joint limits make a robot start gently: the first samples after the corner are slow and far apart in time."""
+    y = [0.0, 0.0, 0.0, 0.0, 0.0, 0.015, 0.062, 0.139, 0.247, 0.385, 0.555, 0.755]
+    x = [-0.9, -0.55, -0.25, -0.06, 0.0] + [0.0] * 7
+    times = np.cumsum([0.0, 0.02, 0.02, 0.02, 0.026, 0.026, 0.016, 0.008, 0.008, 0.008, 0.008, 0.008])
+    vertices = find_vertices(track(times.tolist(), x, y))
+    assert vertices.kept[vertices.rests].tolist() == [0, 4, 11]
+
+
+def test_half_a_turn_is_divided_so_that_its_way_is_stated() -> None:
+    program = program_of(
+        MoveTo(0.0, (0.0, 0.0, 50.0), (0.0, 1.0, 0.0, 0.0), 0.0, "s"),
+        MoveTo(1.0, (0.0, 0.0, 50.0), (0.0, 0.0, 1.0, 0.0), 0.0, "s"),
+    )
+    one, other = make_motion(program, small_cell()).lines
+    assert math.degrees(one.angle_rad) == pytest.approx(90.0)
+    assert math.degrees(other.angle_rad) == pytest.approx(90.0)
+    assert one.blend_mm > 0.0
+    assert one.duration_s == pytest.approx(0.5)

@@ -1,0 +1,134 @@
+import math
+import re
+from dataclasses import replace
+
+import pytest
+from installations import small_cell
+from robot_programs import PROGRAMS, joints_of
+from robot_steps import line, pose, program, turn
+
+from programs.errors import ProgramError
+from programs.export import export
+from programs.motion.lower import lower
+from programs.motion.steps_of_robot import Call, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
+from programs.motion.valves import Wish, open_valves
+from programs.pose import IDENTITY
+from programs.posts.epson import read as epson_reader
+from programs.posts.epson import write as epson
+from programs.posts.reading.compare import compare
+
+READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
+
+
+def written(motion: MotionProgram) -> list[str]:
+    (text,) = epson.render(lower(motion, epson.CAPABILITY), small_cell()).values()
+    return [line.strip() for line in text.splitlines()]
+
+
+def moves(motion: MotionProgram) -> list[str]:
+    return [line for line in written(motion) if line.startswith("Move")]
+
+
+def test_the_example_of_the_four_dialects() -> None:
+    """On 8 mm after the start, off 8 mm before the end, 40 ms to open and 20 ms to shut, 100 mm/s, 100 mm."""
+    stroke = line(pose(0), pose(100), 100.0, blend_mm=1.0)
+    wishes = [Wish(3, 0.08, True, "ring60", "s"), Wish(3, 0.92, False, "ring60", "s")]
+    steps, _ = open_valves((*READY, stroke), wishes, small_cell())
+    assert moves(program(*steps)) == [
+        "Move XY(100.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1 CP !D4; On 1; D90; Off 1!"
+    ]
+
+
+def test_a_line_too_long_for_whole_percents_is_divided_where_the_signal_leaves() -> None:
+    stroke = line(pose(0), pose(900), 100.0, blend_mm=1.0)
+    wishes = [Wish(3, 2.085, True, "ring60", "s"), Wish(3, 6.485, False, "ring60", "s")]
+    steps, _ = open_valves((*READY, stroke), wishes, small_cell())
+    text = moves(program(*steps))
+    assert [move.partition("!")[2] for move in text] == ["", "D0; On 1!", "D0; Off 1!"]
+    assert [move.split("(")[1].split(",")[0] for move in text] == ["204.500", "646.500", "900.000"]
+    assert all(" CP" in move for move in text)
+
+
+def test_no_move_has_more_than_16_percents() -> None:
+    stroke = line(pose(0), pose(100), 100.0)
+    wishes = [Wish(3, 0.04 * (number + 1), number % 2 == 0, "ring60", "s") for number in range(24)]
+    cell = small_cell()
+    fast = {"ring60": replace(cell.valves["ring60"], open_lag_s=0.0, close_lag_s=0.0)}
+    steps, _ = open_valves((*READY, stroke), wishes, replace(cell, valves=fast))
+    said = [len(re.findall(r"\bD\d+;", move)) for move in moves(program(*steps))]
+    assert max(said) <= 16
+    assert sum(said) == 24
+
+
+def test_a_turn_on_the_spot_goes_at_its_rate() -> None:
+    text = written(program(*READY, turn(pose(0), math.pi / 2, 1.0)))
+    at = next(number for number, line in enumerate(text) if line.endswith("ROT"))
+    assert text[at - 1] == "SpeedR 90.0"
+
+
+def test_frames_are_set_once_and_named_by_number() -> None:
+    made = PROGRAMS["bottom"]()
+    (text,) = export(made, small_cell(), "epson").files.values()
+    assert text.count("TLSet ") == 1
+    assert "Local 1, XY(400.000, -120.500, 35.250, 30.0000, 0.0000, 0.0000) ' board as mounted" in text
+    assert "Local 2, XY(400.000, 120.000, 60.000, 0.0000, 0.0000, 180.0000) ' flip_to_bottom" in text
+    assert " /2" in text
+
+
+def test_a_tool_number_that_the_controller_lacks_takes_a_free_one() -> None:
+    steps = (UseBoard("", IDENTITY, ""), UseTool(40, "a", "s"), Reach(pose(0), (), "s"), UseTool(1, "b", "s"))
+    text = written(program(*steps, Reach(pose(0), (), "s")))
+    assert [line for line in text if line.startswith("Tool ")] == ["Tool 2", "Tool 1"]
+
+
+def test_sixteen_tools_are_too_many() -> None:
+    tools = [UseTool(number, "a", "s") for number in range(1, 17)]
+    with pytest.raises(ProgramError, match="16 tools"):
+        written(program(*READY, *tools))
+
+
+def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
+    made = PROGRAMS["two_tools"]()
+    (text,) = export(made, small_cell(), "epson", joints_of(made)).files.values()
+    lines = [line.strip() for line in text.splitlines()]
+    joints = [at for at, line in enumerate(lines) if line.startswith("Go JA(") and "home" not in line]
+    assert len(joints) == 3
+    assert all(lines[at + 1].startswith("Move XY(") for at in joints)
+    assert "Go XY" not in text
+
+
+def test_a_loop_asks_the_sensor_after_its_first_turn() -> None:
+    (text,) = export(PROGRAMS["loop"](), small_cell(), "epson").files.values()
+    assert "Loop While nLoop1 < 4 And 2 * AIO_In(1) + 0 < 1" in text
+    counted = export(PROGRAMS["loop"](), replace(small_cell(), sensors={}), "epson")
+    assert "Loop While nLoop1 < 4\n" in next(iter(counted.files.values()))
+
+
+def test_a_call_keeps_its_name_and_our_functions_take_others() -> None:
+    steps = (*READY, Note("function clean", "s"), Call("clean_01", "s"), line(pose(0), pose(9), 10.0))
+    text = written(program(*steps))
+    assert "Call clean_01" in text
+    assert "Function clean_01" not in text
+    assert "Function clean_01_2" in text
+
+
+def test_a_long_program_is_divided_into_files() -> None:
+    lines: list[Line] = []
+    for number in range(2 * epson.MOST_STEPS):
+        blend_mm = 0.3 if number % 50 else 0.0
+        lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
+    motion = program(*READY, *lines, Pause(0.1, "s"))
+    files = epson.render(lower(motion, epson.CAPABILITY), small_cell())
+    assert list(files) == ["tiny.prg", "start_01.prg", "start_02.prg", "start_03.prg"]
+    assert compare(epson_reader.read(files), motion, small_cell()) == ()
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [("SpeedS ", "SpeedT "), (" /1", " /3"), ("On 1", "On"), ("Function main", "Function mine"), ("; Off", ": Off")],
+)
+def test_the_reader_refuses_what_is_not_written_so(right: str, wrong: str) -> None:
+    (text,) = export(PROGRAMS["three_speeds"](), small_cell(), "epson").files.values()
+    assert right in text
+    with pytest.raises(ProgramError):
+        epson_reader.read({"tiny.prg": text.replace(right, wrong)})

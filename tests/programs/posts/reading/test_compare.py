@@ -1,0 +1,96 @@
+"""The comparison has to see what is wrong."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import pytest
+from installations import small_cell
+from robot_programs import PROGRAMS
+
+from programs.motion.lower import lower
+from programs.motion.make_motion import make_motion
+from programs.motion.steps_of_robot import MotionProgram
+from programs.pose import Pose, compose
+from programs.posts.abb import read as abb_reader
+from programs.posts.abb import write as abb
+from programs.posts.reading.compare import compare
+from programs.posts.reading.rebuilt import (
+    ReadBoard,
+    ReadCall,
+    ReadEndRepeat,
+    ReadLine,
+    ReadPause,
+    ReadReach,
+    ReadRepeat,
+    ReadStep,
+    ReadSwitch,
+    ReadTool,
+    Rebuilt,
+)
+
+ASIDE = Pose((0.02, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
+TURNED = Pose((0.0, 0.0, 0.0), (1.0, 0.00015, 0.0, 0.0))
+"""0.017 degrees."""
+
+
+@cache
+def read_back(made: str) -> tuple[Rebuilt, MotionProgram]:
+    motion = make_motion(PROGRAMS[made](), small_cell())
+    return abb_reader.read(abb.render(lower(motion, abb.CAPABILITY), small_cell())), motion
+
+
+def later(step: ReadLine, seconds: float) -> ReadLine:
+    return replace(step, signals=tuple(replace(each, offset_s=each.offset_s + seconds) for each in step.signals))
+
+
+def renamed(step: ReadLine) -> ReadLine:
+    return replace(step, signals=tuple(replace(each, channel="doAir") for each in step.signals))
+
+
+MISTAKES: dict[str, tuple[str, type, Callable[[Any], ReadStep | None]]] = {
+    "aside": ("in_flight", ReadLine, lambda step: replace(step, target=compose(step.target, ASIDE))),
+    "turned": ("three_speeds", ReadLine, lambda step: replace(step, target=compose(step.target, TURNED))),
+    "speed": ("three_speeds", ReadLine, lambda step: replace(step, speed_mm_s=step.speed_mm_s + 3.0)),
+    "stop": ("three_speeds", ReadLine, lambda step: replace(step, stops=not step.stops)),
+    "line missing": ("three_speeds", ReadLine, lambda _: None),
+    "signal late": ("in_flight", ReadLine, lambda step: later(step, 0.008)),
+    "signal early": ("in_flight", ReadLine, lambda step: later(step, -0.008)),
+    "signal missing": ("in_flight", ReadLine, lambda step: replace(step, signals=step.signals[1:])),
+    "other valve": ("in_flight", ReadLine, renamed),
+    "pause": ("three_speeds", ReadPause, lambda step: replace(step, duration_s=step.duration_s + 0.02)),
+    "output": ("three_speeds", ReadSwitch, lambda step: replace(step, value=step.value + 1.0)),
+    "output missing": ("three_speeds", ReadSwitch, lambda _: None),
+    "start": ("three_speeds", ReadReach, lambda step: replace(step, target=compose(step.target, ASIDE))),
+    "tool": ("two_tools", ReadTool, lambda step: replace(step, T_flange_tcp=compose(step.T_flange_tcp, ASIDE))),
+    "one tool for two": ("two_tools", ReadTool, lambda step: replace(step, label="t", T_flange_tcp=None)),
+    "board": ("bottom", ReadBoard, lambda step: replace(step, T_base_board=compose(step.T_base_board, ASIDE))),
+    "call missing": ("bottom", ReadCall, lambda _: None),
+    "count": ("loop", ReadRepeat, lambda step: replace(step, count=step.count + 1)),
+    "reading": ("loop", ReadRepeat, lambda step: replace(step, reading=(0.2, 0.0))),
+    "limit": ("loop", ReadRepeat, lambda step: replace(step, least=step.least + 0.5)),
+    "end of loop missing": ("loop", ReadEndRepeat, lambda _: None),
+}
+
+
+@pytest.mark.parametrize("mistake", list(MISTAKES))
+def test_a_mistake_is_seen(mistake: str) -> None:
+    made, kind, spoil = MISTAKES[mistake]
+    rebuilt, motion = read_back(made)
+    assert compare(rebuilt, motion, small_cell()) == ()
+    steps = [step for each in rebuilt.steps if (step := spoil(each) if isinstance(each, kind) else each) is not None]
+    assert compare(Rebuilt(tuple(steps)), motion, small_cell())
+
+
+def test_steps_too_many_are_seen() -> None:
+    rebuilt, motion = read_back("loop")
+    longer = Rebuilt((*rebuilt.steps, ReadPause(0.5)))
+    (difference,) = compare(longer, motion, small_cell())
+    assert "1 steps too many" in difference
+
+
+def test_a_program_of_something_else_gives_some_differences_and_not_thousands() -> None:
+    rebuilt, _ = read_back("in_flight")
+    _, motion = read_back("at_random")
+    assert 1 <= len(compare(rebuilt, motion, small_cell())) <= 25

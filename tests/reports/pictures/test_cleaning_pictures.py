@@ -1,0 +1,141 @@
+from dataclasses import replace
+from io import BytesIO
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from cleaning_report import small_report, soaked_report
+from PIL import Image
+
+from cleaning.undersides.gap_result import GapStage
+from cleaning.verdicts.exposed_area import shown_on_side
+from reports.pictures.cleaning_curves import draw_limiting, draw_volumes, growth_of
+from reports.pictures.cleaning_pictures import VERDICT_COLOURS, draw_exposures, draw_verdicts
+from reports.pictures.gap_picture import draw_gaps, pressed_side, strongest_stage
+from reports.pictures.sheet import ACCENT
+
+
+def has_colour(png: bytes, colour: str) -> bool:
+    pixels = np.asarray(Image.open(BytesIO(png)).convert("RGB"))
+    wanted = [int(colour[place : place + 2], 16) for place in (1, 3, 5)]
+    return bool((pixels == wanted).all(axis=2).sum() > 50)
+
+
+def washed():
+    """The small report without its rinse."""
+    report = small_report()
+    return replace(report, stages=report.stages[:1], exposures=report.exposures[:1])
+
+
+def upside_down(stage):
+    flipped = stage.samples.axes * np.array([1.0, -1.0, -1.0])
+    return replace(stage, samples=replace(stage.samples, axes=flipped))
+
+
+def test_every_verdict_has_its_colour_on_the_board():
+    (dry,), (wet,) = draw_verdicts(small_report()), draw_verdicts(soaked_report())
+    for picture, none in ((dry, "clean, wet"), (wet, "clean")):
+        ElementTree.fromstring(picture.content)
+        for said, colour in VERDICT_COLOURS.items():
+            assert (colour.encode() in picture.content) == (said != none)
+
+
+def test_colours_differ_also_in_grey():
+    """What is clean and stays wet stands off from all others by its lightness alone (CIE 1976 L*)."""
+
+    def lightness(colour):
+        screen = np.array([int(colour[place : place + 2], 16) / 255 for place in (1, 3, 5)])
+        light = np.where(screen <= 0.04045, screen / 12.92, ((screen + 0.055) / 1.055) ** 2.4)
+        return 116 * np.cbrt(light @ [0.2126, 0.7152, 0.0722]) - 16
+
+    wet = lightness(VERDICT_COLOURS["clean, wet"])
+    assert min(abs(lightness(each) - wet) for said, each in VERDICT_COLOURS.items() if said != "clean, wet") > 12
+
+
+def test_what_the_jet_never_hits_stands_out_and_nothing_does_where_all_is_hit():
+    report = washed()
+    ((_, picture),) = draw_exposures(report)
+    assert has_colour(picture.content, ACCENT)
+    everywhere = replace(report.exposures[0], **{
+        name: np.maximum(getattr(report.exposures[0], name), 1.0)
+        for name in ("volume_mm", "front_s", "cone_s", "peak_pa")
+    })  # fmt: skip
+    ((_, picture),) = draw_exposures(replace(report, exposures=(everywhere,)))
+    assert not has_colour(picture.content, ACCENT)
+
+
+def test_the_side_that_is_sprayed_is_the_one_that_is_drawn():
+    report = small_report()
+    below = upside_down(report.stages[0])
+    told = draw_exposures(replace(report, stages=(report.stages[0], below)))
+    assert [picture.says.split(", ")[1] for _, picture in told] == ["top side", "bottom side"]
+
+
+def test_what_does_not_belong_to_the_side_is_left_out_of_its_pictures():
+    report = washed()
+    ((_, picture),) = draw_exposures(report)
+    missed = np.where(shown_on_side(report.facets, report.board, "top"), 1.0, 0.0)
+    only_outside = replace(report.exposures[0], volume_mm=missed, front_s=missed, cone_s=missed, peak_pa=missed)
+    ((_, other),) = draw_exposures(replace(report, exposures=(only_outside,)))
+    assert has_colour(picture.content, ACCENT)
+    assert not has_colour(other.content, ACCENT)
+
+
+def test_the_share_that_has_enough_grows_to_what_the_end_shows():
+    report = small_report()
+    areas = np.where(shown_on_side(report.facets, report.board, "top"), report.facets.cell_areas_mm2, 0.0)
+    times, shares = growth_of(report.exposures[0], areas, 5.0)
+    assert (np.diff(shares) >= 0).all()
+    assert times[-1] == pytest.approx(report.stages[0].end_s)
+    enough = areas[report.exposures[0].volume_mm >= 5.0].sum() / areas.sum()
+    assert shares[-1] == pytest.approx(enough, abs=0.01)
+
+
+def result_of(*edge):
+    nothing = np.zeros(1, np.float32)
+    return GapStage(0.0, True, edge, (0.0,) * 4, nothing, 0.0, 0.0, 0.0, 0.0, nothing)
+
+
+def test_only_the_side_that_drives_most_flow_is_pressed():
+    field = small_report().parts[0].gaps[0].field
+    side, alone = pressed_side(field, result_of(10.0, 10.0, 30.0, 20.0, 5.0, 5.0, 4.0, 5.0))
+    assert side == 1
+    assert alone.tolist() == [0, 0, 30, 20, 0, 0, 0, 0]
+
+
+def test_a_side_that_joints_close_drives_nothing_however_hard_it_is_pressed():
+    field = small_report().parts[0].gaps[0].field
+    velocity = field.velocity.copy()
+    velocity[2:4] = 0.0
+    side, _ = pressed_side(replace(field, velocity=velocity), result_of(10.0, 10.0, 900.0, 900.0, 5.0, 5.0, 4.0, 5.0))
+    assert side == 0
+
+
+def test_a_gap_is_drawn_from_the_wash_that_presses_it_hardest():
+    report = small_report()
+    gap = report.parts[0].gaps[0]
+    found = strongest_stage(report, gap)
+    assert found is not None
+    assert found[0] == "clean"
+    dry = replace(gap, stages=(None, gap.stages[1]))
+    found = strongest_stage(report, dry)
+    assert found is not None
+    assert found[0] == "rinse"
+    assert strongest_stage(report, replace(gap, stages=(None, None))) is None
+
+
+@pytest.mark.slow
+def test_gaps_can_be_drawn_even_if_nothing_ever_acted_on_them():
+    report = small_report()
+    part = report.parts[0]
+    idle = replace(part, gaps=tuple(replace(gap, stages=(None, None)) for gap in part.gaps))
+    ElementTree.fromstring(draw_gaps(report, idle).content)
+    assert draw_gaps(report, part).content == draw_gaps(report, part).content
+
+
+def test_a_curve_needs_a_liquid_and_bars_need_an_elasticity():
+    report = small_report()
+    dry = tuple(replace(stage, use="dry") for stage in report.stages)
+    assert draw_volumes(report) is not None
+    assert draw_volumes(replace(report, stages=dry)) is None
+    assert draw_limiting([part for part in report.parts if not part.limiting]) is None

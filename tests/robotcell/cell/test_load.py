@@ -1,0 +1,147 @@
+"""What is wrong in a cell is said once, with file, line, YAML path and the way out."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from small_cells import CELL, urdf
+
+from robotcell.cell.load import cell_library, load_cell, read_cell, read_cell_text
+from robotcell.errors import CellError
+from robotcell.robot.robot import Box, Capsule, Mesh
+
+
+def test_a_cell_is_in_metres_and_radians() -> None:
+    loaded = read_cell_text(CELL)
+    cell = loaded.cell
+    assert (cell.name, cell.robot.name, cell.robot.dof) == ("small", "ur5e", 6)
+    np.testing.assert_allclose(cell.T_cell_base[:3, :3], np.diag([-1, -1, 1]), atol=1e-12)
+    np.testing.assert_allclose(cell.T_cell_board[:3, 3], [0.4, -0.05, 0.15])
+    np.testing.assert_allclose(np.degrees(cell.home), [-16, -94, 97, -93, -90, -106])
+    np.testing.assert_allclose(cell.tools[0].T_flange_tcp[:3, 3], [0, 0, 0.18])
+    assert cell.margin == 0.005
+    assert loaded.round_nozzles == {"ring60"}
+
+
+def test_a_cell_comes_from_the_library_or_from_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_bytes(b"\xef\xbb\xbf" + cell_library()["gantry"].read_bytes().replace(b"\n", b"\r\n"))
+    assert load_cell(file).name == load_cell("gantry").name
+    np.testing.assert_array_equal(load_cell(str(file)).home, load_cell("gantry").home)
+
+
+def test_bodies_of_every_kind(tmp_path: Path) -> None:
+    trimesh.creation.box((2.0, 4.0, 6.0)).export(tmp_path / "block.stl")
+    bodies = """
+  post: {kind: box, size_mm: [10, 20, 30], at: {xyz_mm: [0, 0, 15]}}
+  bar: {kind: cylinder, from_mm: [0, 0, 0], to_mm: [100, 0, 0], radius_mm: 5}
+  rod: {kind: capsule, from_mm: [0, 0, 0], to_mm: [0, 30, 40], radius_mm: 4}
+  hose: {kind: hose, along_mm: [[0, 0, 0], [0, 0, 10], [10, 0, 10]], radius_mm: 3}
+  block: {kind: mesh, file: block.stl, mm_per_unit: 1000, at: {xyz_mm: [1000, 0, 0], rpy_deg: [0, 0, 90]}}
+"""
+    file = tmp_path / "a.yaml"
+    file.write_text(CELL.replace("fixtures:\n", "fixtures:" + bodies), "utf-8")
+    post, bar, rod, first, second, block, table = load_cell(file).fixtures
+    assert [body.name for body in (first, second, table)] == ["hose", "hose", "table"]
+    assert isinstance(post.shape, Box)
+    assert post.shape.size == (0.01, 0.02, 0.03)
+    assert isinstance(bar.shape, Mesh)
+    along = bar.shape.triangles.reshape(-1, 3) @ bar.T_carrier_shape[:3, :3].T + bar.T_carrier_shape[:3, 3]
+    np.testing.assert_allclose([along[:, 0].min(), along[:, 0].max()], [0, 0.1], atol=1e-12)
+    assert isinstance(rod.shape, Capsule)
+    assert (rod.shape.radius, rod.shape.length) == pytest.approx((0.004, 0.05))
+    np.testing.assert_allclose(rod.T_carrier_shape @ [0, 0, 0.025, 1], [0, 0.03, 0.04, 1], atol=1e-12)
+    np.testing.assert_allclose(second.T_carrier_shape @ [0, 0, -0.005, 1], [0, 0, 0.01, 1], atol=1e-12)
+    assert isinstance(block.shape, Mesh)
+    np.testing.assert_allclose(np.ptp(block.shape.triangles, axis=(0, 1)), [2, 4, 6])
+
+
+def test_a_robot_of_ones_own_with_tighter_limits(tmp_path: Path) -> None:
+    (tmp_path / "two.urdf").write_text(urdf(), "utf-8")
+    text = re.sub(
+        r"robot: ur5e\n.*\nhome.*\n",
+        "robot:\n  urdf: two.urdf\n  joints:\n    S: {acceleration_mm_s2: 900}\n    T: {acceleration_deg_s2: 90}\n"
+        "joints:\n  S: {speed_mm_s: 50}\nhome_deg_mm: [100, 30]\n",
+        CELL,
+    )
+    file = tmp_path / "a.yaml"
+    file.write_text(text, "utf-8")
+    cell = load_cell(file)
+    np.testing.assert_allclose(cell.home, [0.1, np.radians(30)])
+    assert [joint.speed for joint in cell.robot.joints] == pytest.approx([0.05, 2.0])
+    for before, after, message in (
+        ("[100, 30]", "[300, 30]", r"home_deg_mm\[0\]: S goes from -100 to 200 mm, not to 300"),
+        ("[100, 30]", "[100]", r"has 1 values; two has 2 joints: S, T"),
+        ("{acceleration_deg_s2: 90}", "{speed_deg_s: 90}", "joint T needs a greatest acceleration"),
+        ("two.urdf", "three.urdf", r"a.yaml:3: robot.urdf: .*three.urdf: no such file"),
+    ):
+        file.write_text(text.replace(before, after), "utf-8")
+        with pytest.raises(CellError, match=message):
+            load_cell(file)
+
+
+def test_a_board_that_is_turned_over_has_a_place_of_its_own() -> None:
+    text = CELL + "placements:\n  flip_to_bottom: {pose: {xyz_mm: [400, 50, 150], rpy_deg: [180, 0, 0]}}\n"
+    placed = read_cell_text(text).placements["flip_to_bottom"]
+    np.testing.assert_allclose(placed[:3, 2], [0, 0, -1], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "path", "message"),
+    [
+        ("robot: ur5e", "robot: ur5ee", "robot", "Did you mean 'ur5e'"),
+        ("robot: ur5e", "robot: 5", "robot", "must be text (put it in quotes) or a mapping, not 5"),
+        ("robot: ur5e", "robot: {urdff: a}", "robot.urdff", "did you mean 'urdf'"),
+        ("home_deg_mm:", "home_deg:", "home_deg", "did you mean 'home_deg_mm'"),
+        ("-106]", "-406]", "home_deg_mm[5]", "wrist_3 goes from -360 to 360 degrees, not to -406"),
+        ("-106]", "-106, 0]", "home_deg_mm", "has 7 values; ur5e has 6 joints"),
+        ("pose: {xyz_mm: [400, -50, 150]}", "{}", "board", "exactly one of pose, points, touched"),
+        ("xyz_mm: [400, -50, 150]", "xyz_mm: [400, -50]", "board.pose.xyz_mm", "needs a value number 3"),
+        ("xyz_mm: [400, -50, 150]", "xyz_m: [400, -50]", "board.pose.xyz_m", "did you mean 'xyz_mm'"),
+        ("kind: box", "kind: bx", "fixtures.table.kind", "did you mean 'box'"),
+        ("size_mm: [900, 900, 40]", "size_mm: [900, 900, 0]", "fixtures.table.size_mm[2]", "must be above 0"),
+        ("kind: box, size_mm: [900, 900, 40]", "kind: mesh, file: no.stl", "fixtures.table.file", "no such mesh file"),
+        ("to_mm: [0, 0, 170]", "to_mm: [0, 0, 0]", "tools.1.bodies.lance", "begins where it ends"),
+        ("  1:\n", "  100:\n", "tools.100", "must be at most 99"),
+        ("valve: doRing,", "valve: doRng,", "nozzles.ring60.valve", "did you mean 'doRing'"),
+        ("valve: doRing,", "valve: aoPressure,", "nozzles.ring60.valve", "a valve needs a digital output"),
+        ("{doRing: 0}", "{doRing: 2}", "io.functions.clean.doRing", "is digital: 0 or 1, not 2"),
+        ("{goSolution: 2}", "{goSolution: 2.5}", "io.solutions.di-water.goSolution", "a whole number from 0"),
+        ("output: aoPressure", "output: aoPress", "io.settings.pressure_bar.output", "did you mean 'aoPressure'"),
+        ("kind: group, number: 1", "kind: digital, number: 1", "io.outputs.goSolution.number", "is doRing already"),
+        ("analog, number: 1", "analog, number: 1, unit: mA", "io.outputs.aoPressure.unit", "full_scale: 20"),
+        ("number: 3,", "number: 3, unit: mA,", "io.sensors.resistivity_mohm_cm.unit", "mA needs a full_scale too"),
+        ("number: 3,", "number: 3, unit: bar,", "io.sensors.resistivity_mohm_cm.unit", "known: V, mA"),
+        ("number: 3,", "number: 3, full_scale: 0,", "io.sensors.resistivity_mohm_cm.full_scale", "must be above 0"),
+        ("number: 3,", "number: 3, full_scale: .inf,", "io.sensors.resistivity_mohm_cm.full_scale", "number"),
+        ("cell: small", "cell: 1small", "cell", "a name begins with a letter"),
+    ],
+)
+def test_errors_name_line_path_and_the_way_out(before: str, after: str, path: str, message: str) -> None:
+    assert before in CELL
+    text = CELL.replace(before, after, 1)
+    with pytest.raises(CellError, match=re.escape(message)) as caught:
+        read_cell_text(text, file="mine.yaml")
+    assert caught.value.path == path
+    assert re.match(rf"mine\.yaml:\d+: {re.escape(path)}: ", str(caught.value))
+
+
+def test_measured_points_that_do_not_fit_are_an_error_at_the_board() -> None:
+    points = "".join(
+        f"\n    - {{board_mm: {b}, cell_mm: {c}}}"
+        for b, c in (([0, 0, 0], [0, 0, 0]), ([100, 0, 0], [90, 0, 0]), ([0, 50, 0], [0, 50, 0]))
+    )
+    text = CELL.replace("pose: {xyz_mm: [400, -50, 150]}", f"points:{points}")
+    with pytest.raises(CellError, match=r"^<cell>:5: board: points 0 and 1 are 100.00 mm apart on the board but 90.00"):
+        read_cell_text(text)
+
+
+def test_unknown_cells_list_the_library(tmp_path: Path) -> None:
+    with pytest.raises(CellError, match=r"no cell 'ur5e-bnch'\. Did you mean 'ur5e-bench'\?"):
+        read_cell("ur5e-bnch")
+    with pytest.raises(CellError, match="`washboard cell list` shows the library"):
+        read_cell(tmp_path / "none.yaml")
+    with pytest.raises(CellError, match="a cell begins with `cell: NAME`"):
+        read_cell_text("")

@@ -1,0 +1,64 @@
+"""How near robot and tool come, to what, and where the nearest points are."""
+
+import numpy as np
+import pytest
+from flying_cells import at, board_with, box_triangles, cell_of, flyer, planar_arm
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from robotcell.collision.clearance import clearance
+from robotcell.collision.collision import build_collider
+from robotcell.robot.robot import Body, Box, Capsule
+
+BALL = Body("ball", Capsule(0.01, 0.02), at())
+EXACT = 1e-4
+
+
+@settings(deadline=None, max_examples=30)
+@given(
+    height=st.floats(0.0, 0.08),
+    x=st.floats(-30, 30),
+    y=st.floats(-20, 20),
+    farthest=st.sampled_from([0.005, 0.02, 0.06]),
+)
+def test_over_a_flat_board_it_is_the_height(height, x, y, farthest):
+    rows = np.stack(np.meshgrid(np.linspace(-50, 50, 21), np.linspace(-40, 40, 17), indexing="ij"), axis=-1)
+    tiles = np.concatenate([box_triangles((5.0, 5.0, 2.0), (*tile, -1.0)) for tile in rows.reshape(-1, 2)])
+    collider = build_collider(cell_of(flyer(), tool=[BALL]), board_with(board=tiles))
+    q = np.array([[x / 1000, y / 1000, 0.02 + height, 0, 0, 0]])
+    result = clearance(collider, q, 1, farthest)
+    assert result.distances[0] == pytest.approx(min(height, farthest), abs=EXACT)
+    touch = result.touches[0]
+    assert (touch is None) == (height > farthest + EXACT) or abs(height - farthest) < EXACT
+    if touch is not None and height > EXACT:
+        np.testing.assert_allclose(touch.points[0], [x / 1000, y / 1000, height], atol=2e-3)
+        np.testing.assert_allclose(touch.points[1, 2], 0.0, atol=1e-6)
+        assert np.linalg.norm(touch.points[1] - touch.points[0]) == pytest.approx(touch.distance, abs=1e-6)
+
+
+def test_the_nearest_of_several_is_named():
+    board = board_with(
+        board=box_triangles((100.0, 60.0, 1.6), (0, 0, -0.8)), C7=box_triangles((2.0, 2.0, 4.0), (0, 0, 2))
+    )
+    post = Body("post", Box((0.02, 0.02, 0.1)), at(0.04, 0, 0.05))
+    collider = build_collider(cell_of(flyer(), [post], [BALL]), board)
+    q = np.zeros((3, 6))
+    q[:, :3] = [[0, 0, 0.03], [0.013, 0, 0.03], [0.3, 0, 0.03]]
+    result = clearance(collider, q, 1)
+    assert [touch and touch.other for touch in result.touches] == ["C7", "post", None]
+    np.testing.assert_allclose(result.distances, [0.006, 0.007, 0.02], atol=EXACT)
+
+
+def test_it_is_zero_where_bodies_overlap_and_never_less():
+    collider = build_collider(cell_of(flyer(), tool=[BALL]), board_with(board=box_triangles((100.0, 60.0, 1.6))))
+    result = clearance(collider, np.zeros((1, 6)), 1)
+    assert result.distances.tolist() == [0.0]
+    assert result.touches[0] is not None
+    assert result.touches[0].distance == 0.0
+
+
+def test_bodies_of_the_robot_are_not_measured_against_each_other():
+    link = Body("link", Capsule(0.03, 0.35), at(0.2, 0, 0, (0, np.pi / 2, 0)))
+    collider = build_collider(cell_of(planar_arm((), (link,), (link,), (link,)), home=[0, 0, 0]), None)
+    folded = np.array([[0.0, 2.6, 2.574]])
+    assert clearance(collider, folded, 1).touches == (None,)

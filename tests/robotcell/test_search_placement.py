@@ -1,0 +1,166 @@
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from small_cells import CELL
+from tracked import line_program
+
+import robotcell.search_placement
+from boards.load import board_library, load_board
+from robotcell.cell.load import read_cell_text
+from robotcell.cell.shape_spec import Place
+from robotcell.cell.shapes import place_pose
+from robotcell.errors import CellError
+from robotcell.motion.sampled_path import course_of
+from robotcell.robot.poses import pose, roll_pitch_yaw
+from robotcell.robot.robot import flange_poses
+from robotcell.search_placement import find_place, place_of, room_of, spell_place, targets_of, with_place
+from robotcell.track import CellReport, track
+from specs.finding import Finding
+
+_FILE = Path("cell.yaml")
+angles = st.floats(-np.pi, np.pi)
+
+
+@settings(deadline=None, max_examples=100)
+@given(roll=angles, pitch=st.one_of(angles, st.sampled_from([np.pi / 2, -np.pi / 2])), yaw=angles)
+def test_the_turns_of_a_pose_give_the_pose(roll: float, pitch: float, yaw: float) -> None:
+    turned = pose((1, 2, 3), (roll, pitch, yaw))
+    np.testing.assert_allclose(pose((1, 2, 3), roll_pitch_yaw(turned)), turned, atol=1e-8)
+
+
+@pytest.mark.slow
+def test_a_better_place_is_found_and_confirmed_as_it_is_written() -> None:
+    loaded = read_cell_text(CELL)
+    found = find_place(line_program(), loaded, None)
+    assert found.best is not None
+    assert found.best.placement.least > found.now.placement.least
+    assert not found.best.stopped_by
+    report = found.best.report
+    written = place_pose(place_of(found.best.placement.T_cell_board))
+    np.testing.assert_allclose(report.cell.T_cell_board, written, atol=1e-12)
+    # The joints of the confirmed motion do bring the orifice to where the program asks for it, on the moved board.
+    tcp = np.linalg.inv(written) @ report.cell.T_cell_base @ flange_poses(report.cell.robot, report.joints[:1])
+    np.testing.assert_allclose((tcp @ loaded.cell.tools[0].T_flange_tcp)[0, :3, 3], (0.02, 0.02, 0.11), atol=1e-5)
+    assert loaded.cell.T_cell_board[2, 3] == pytest.approx(written[2, 3])
+
+
+@pytest.mark.slow
+def test_turning_the_whole_cell_turns_the_place_and_nothing_else() -> None:
+    loaded = read_cell_text(CELL)
+    turn = pose((0.2, -0.1, 0.0), (0, 0, 0.7))
+    cell = loaded.cell
+    fixtures = tuple(
+        dataclasses.replace(body, T_carrier_shape=turn @ body.T_carrier_shape) for body in loaded.cell.fixtures
+    )
+    turned = dataclasses.replace(
+        cell, T_cell_base=turn @ cell.T_cell_base, T_cell_board=turn @ cell.T_cell_board, fixtures=fixtures
+    )
+    one = find_place(line_program(), loaded, None).best
+    two = find_place(line_program(), dataclasses.replace(loaded, cell=turned), None).best
+    assert one is not None
+    assert two is not None
+    # Each is rounded to what can be written in its own frame.
+    np.testing.assert_allclose(two.placement.T_cell_board, turn @ one.placement.T_cell_board, atol=3e-4)
+    assert two.placement.least == pytest.approx(one.placement.least, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_board_out_of_reach_is_brought_into_it() -> None:
+    loaded = read_cell_text(CELL.replace("[400, -50, 150]}", "[1900, -50, 150]}"))
+    found = find_place(line_program(), loaded, None)
+    assert set(found.now.stopped_by) == {"board-out-of-reach", "out-of-reach"}
+    assert found.now.placement.value == -2.0
+    assert found.best is not None
+    assert found.best.placement.distance < 1.0
+
+
+def _refusing(monkeypatch: pytest.MonkeyPatch, moved: int) -> None:
+    """Have the check refuse so many of the places that are tried."""
+    calls: list[int] = []
+
+    def refuse(*asked: object, **how: object) -> CellReport:
+        report = track(*asked, **how)  # type: ignore[arg-type]
+        calls.append(0)
+        wrong = Finding("made-up", "error", "no")
+        return dataclasses.replace(report, findings=(wrong,)) if 1 < len(calls) <= 1 + moved else report
+
+    monkeypatch.setattr(robotcell.search_placement, "track", refuse)
+
+
+@pytest.mark.slow
+def test_the_next_best_is_taken_where_the_check_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
+    _refusing(monkeypatch, 1)
+    found = find_place(line_program(), read_cell_text(CELL), None)
+    assert [each.stopped_by for each in found.tried] == [("made-up",), ()]
+    assert found.best is found.tried[1]
+    assert found.tried[0].placement.value >= found.tried[1].placement.value - 1e-4  # both as they are written
+
+
+@pytest.mark.slow
+def test_no_more_than_three_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    _refusing(monkeypatch, 9)
+    found = find_place(line_program(), read_cell_text(CELL), None)
+    assert found.best is None
+    assert 2 <= len(found.tried) <= 3
+
+
+def test_the_outermost_points_of_a_program_are_among_the_targets() -> None:
+    cell = read_cell_text(CELL).cell
+    course = course_of(line_program(length=90.0), cell, frozenset(), {})
+    targets = targets_of(course)
+    assert len(targets.tool) <= 40
+    for axis, low, high in ((0, 0.02, 0.11), (1, 0.02, 0.04), (2, 0.06, 0.11)):
+        along = targets.T_board_tcp[:, axis, 3]
+        assert (along.min(), along.max()) == pytest.approx((low, high))
+    assert targets.free.any()
+    assert not targets.free.all()
+
+
+def test_a_program_that_never_has_the_board_there_is_refused() -> None:
+    course = course_of(line_program(), read_cell_text(CELL).cell, frozenset(), {})
+    with pytest.raises(CellError, match="never used"):
+        targets_of(dataclasses.replace(course, placement=np.ones_like(course.placement)))
+
+
+def test_a_board_has_no_room_in_the_table_or_in_the_robot() -> None:
+    loaded = read_cell_text(CELL)
+    room = room_of(loaded.cell, load_board(board_library()["tiny"]))
+    assert room(loaded.cell.T_cell_board)
+    assert not room(place_pose(Place(xyz_mm=(400, -50, -5))))
+    assert not room(place_pose(Place(xyz_mm=(-10, -10, 50))))
+
+
+TOLD = """cell: told  # a name
+board:                        # measured on a Monday
+  pose: {xyz_mm: [400, -50, 150]}   # to be measured again
+fixtures: {}   # none
+
+
+home_deg_mm: [ 0,0 , 0]
+"""
+
+
+def test_only_the_place_is_changed_in_the_text() -> None:
+    changed = with_place(TOLD, Place(xyz_mm=(410.5, -50, 150), rpy_deg=(0, 0, 30.25)), file=_FILE)
+    new = "  pose: {xyz_mm: [410.5, -50, 150], rpy_deg: [0, 0, 30.25]} # to be measured again"
+    assert changed == TOLD.replace("  pose: {xyz_mm: [400, -50, 150]}   # to be measured again", new)
+
+
+def test_three_measured_points_give_way_to_the_place() -> None:
+    points = "".join(f"    - {{board_mm: {at}, cell_mm: {at}}}\n" for at in ("[0, 0, 0]", "[9, 0, 0]", "[0, 9, 0]"))
+    text = CELL.replace("  pose: {xyz_mm: [400, -50, 150]}\n", f"  points:\n{points}  largest_residual_mm: 0.2\n")
+    place = Place(xyz_mm=(410, -50, 150.5))
+    changed = with_place(text, place, file=_FILE)
+    assert spell_place(place) in changed
+    assert read_cell_text(changed).spec.board.pose == place
+    assert changed.partition("tools:")[2] == text.partition("tools:")[2]
+
+
+def test_a_place_that_is_shared_is_not_changed() -> None:
+    text = CELL.replace("board:\n", "board: &here\n").replace("tools:", "placements:\n  flipped: *here\ntools:")
+    with pytest.raises(CellError, match=r"cell\.yaml.*anchor"):
+        with_place(text, Place(xyz_mm=(1, 2, 3)), file=_FILE)

@@ -1,0 +1,192 @@
+"""Recipe and board in, plan and program out: commands in order, all of it attributed, nothing silently left out."""
+
+import numpy as np
+import pytest
+from acceptance import complaints
+from hostile import at, board_with
+from small_boards import board_of, part
+
+from programs.plan import Command, Dwell, SprayPass, Transfer
+from programs.program import Command as TimedCommand
+from programs.program import MoveTo, SetNozzle
+from recipes.classes import ComponentClass, Mask
+from recipes.errors import RecipeError
+from recipes.load import load_recipe
+from recipes.paths import BoardPerimeter, ComponentPerimeter, StepFunction
+from recipes.recipe import Step
+from rulesengine.planning.pipeline import make_plan, run
+
+AROUND = ComponentPerimeter(height_mm=30, speed_mm_s=40, tilt_deg=35)
+
+
+def recipe_of(*steps, **changes):
+    """The default recipe with another sequence; ``changes`` are other keys of the recipe."""
+    recipe = load_recipe("smt-aqueous")
+    templates = {**recipe.templates, **changes.pop("templates", {})}
+    return recipe.model_copy(update={"sequence": list(steps), "templates": templates} | changes)
+
+
+def step(*paths, **known):
+    return Step(**({"function": "clean", "nozzle": "ring60", "paths": list(paths)} | known))
+
+
+def two_sides():
+    return board_with(
+        ("U1", at(20, 20, 20, 20), 2), ("J1", at(60, 20, 5, 20), 70), ("U2", at(30, 10, 10, 10), 8, "bottom")
+    )
+
+
+def test_commands_come_in_order_and_nothing_moves_before_them():
+    plan = make_plan(recipe_of(step("edge")), board_of())
+    words = [item.keyword for item in plan.items if isinstance(item, Command)]
+    assert words == ["FUNCTION", "NOZZLE", "SOLUTION", "SET", "SET"]
+    assert all(isinstance(item, Command) for item in plan.items[: len(words)])
+
+
+def test_a_granted_tilt_band_is_said_in_every_step():
+    limits = load_recipe("smt-aqueous").limits.model_copy(update={"tilt_band_deg": 12.5})
+    plan = make_plan(recipe_of(step("edge"), step("edge", function="rinse"), limits=limits), board_of())
+    granted = [item for item in plan.items if isinstance(item, Command) and item.arguments[:1] == ("tilt_band_deg",)]
+    assert [(item.keyword, item.arguments[1], item.made_by) for item in granted] == [
+        ("SET", "12.500", "sequence[0]"),
+        ("SET", "12.500", "sequence[1]"),
+    ]
+
+
+def test_everything_is_attributed_to_a_step_and_a_template_of_it():
+    recipe = load_recipe("smt-aqueous")
+    done = run(recipe, board_of(part("U1", 20, 20, 10, 10), part("C1", 60, 20, 2, 1)))
+    paths = {f"sequence[{i}]": {*each.paths, "park"} for i, each in enumerate(recipe.sequence)}
+    for item in done.plan.items:
+        where, *rest = item.made_by.split("/")
+        assert isinstance(item, Command) or rest[0] in paths[where]
+    assert {each.made_by for each in done.program.instructions} <= {each.made_by for each in done.plan.items}
+
+
+def test_a_repeated_body_begins_and_ends_at_the_same_pose():
+    until = {"resistivity_mohm_cm": 1.0, "max_repeats": 4}
+    done = run(recipe_of(step("edge"), step("sweep", until=until)), board_of())
+    pose, seen = None, {}
+    for each in done.program.instructions:
+        if isinstance(each, MoveTo):
+            pose = (each.position, each.quaternion)
+        elif isinstance(each, TimedCommand) and each.keyword in ("REPEAT", "ENDREPEAT"):
+            seen[each.keyword] = pose
+    assert seen["REPEAT"] == seen["ENDREPEAT"]
+    (repeat,) = (each for each in done.plan.items if isinstance(each, Command) and each.keyword == "REPEAT")
+    assert repeat.arguments == ("4", "UNTIL", "resistivity_mohm_cm", ">=", "1.000")
+
+
+def test_repeat_does_all_paths_so_often():
+    once, thrice = (make_plan(recipe_of(step("edge", "sweep", repeat=n)), board_of()) for n in (1, 3))
+    count = [sum(isinstance(item, SprayPass) for item in plan.items) for plan in (once, thrice)]
+    assert count[1] == 3 * count[0]
+
+
+def test_between_sides_the_jet_is_off_and_the_speed_is_that_of_the_function_that_holds():
+    recipe = recipe_of(
+        step("flush", function="dry", nozzle="knife"),
+        step("sweep", "around", function="rinse", side="bottom"),
+        step("around", repeat=2),
+    )
+    done = run(recipe, two_sides())
+    assert complaints(done) == []
+    calls = [each for each in done.program.instructions if isinstance(each, TimedCommand) and each.keyword == "CALL"]
+    assert [each.arguments for each in calls] == [("flip_to_bottom",), ("flip_to_top",)]
+    switches = [each for each in done.program.instructions if isinstance(each, SetNozzle)]
+    for call in calls:
+        assert not [each for each in switches if each.time_s <= call.time_s][-1].spraying
+
+
+def test_a_step_that_is_not_enabled_leaves_nothing_behind():
+    plan = make_plan(recipe_of(step("edge"), step("sweep", enabled=False)), board_of())
+    assert not [item for item in plan.items if item.made_by.startswith("sequence[1]")]
+
+
+@pytest.mark.parametrize("board", [board_of(), board_of(part("U2", 20, 20, 10, 10, side="bottom"))])
+def test_a_recipe_that_sprays_nothing_is_refused(board):
+    with pytest.raises(RecipeError, match=r"^sequence: there is nothing to spray on boxes.*around on the top"):
+        make_plan(recipe_of(step("around")), board)
+
+
+def test_a_component_without_a_class_is_refused():
+    recipe = recipe_of(step("edge"), classes={"big": ComponentClass(area_mm2={"min": 500})})
+    with pytest.raises(RecipeError, match="no class takes C1"):
+        make_plan(recipe, board_of(part("C1", 20, 20, 2, 1)))
+
+
+def test_what_is_not_done_is_said():
+    board = board_of(part("U1", 20, 20, 10, 10), part("MK1", 42, 20, 4, 4), part("U2", 50, 20, 10, 10, side="bottom"))
+    low = AROUND.model_copy(update={"height_mm": 12.0})
+    recipe = recipe_of(step("around"), masks=[Mask(avoid=["MK1"]), Mask(clean=["U2"])], templates={"around": low})
+    found = {each.rule: each for each in make_plan(recipe, board).findings}
+    assert "Not followed all around: U1" in found["cut-by-mask"].message
+    assert found["not-served"].severity == "error"
+    assert found["side-not-sprayed"].severity == "info"
+
+
+def test_what_must_be_cleaned_but_is_kept_out_by_a_mask_is_said():
+    board = board_of(part("U1", 10, 20, 6, 6), part("MK1", 17, 20, 4, 4), part("U2", 60, 20, 6, 6))
+    masks = [Mask(avoid=["MK1"], margin_mm=30.0), Mask(clean=["U1", "U2"])]
+    found = make_plan(recipe_of(step("around"), masks=masks), board).findings
+    (finding,) = (each for each in found if each.rule == "not-served")
+    assert finding.message.startswith("U1 must be cleaned, but no pass goes around it.")
+    assert finding.severity == "error"
+    assert finding.where == (13.0, 23.0, board.top_z_mm)
+
+
+def test_a_path_far_inside_the_edge_is_said():
+    inside = BoardPerimeter(height_mm=30, speed_mm_s=40, offset_mm=-200)
+    (finding,) = make_plan(recipe_of(step("edge"), templates={"edge": inside}), board_of()).findings[-1:]
+    assert finding.rule == "no-path-inside"
+    assert finding.made_by == "sequence[0]/edge"
+
+
+def test_a_path_inside_a_group_that_leaves_a_part_out_is_said():
+    board = board_of(part("U1", 10, 10, 30, 30), part("C1", 41, 20, 2, 1))
+    deep = AROUND.model_copy(update={"distance_mm": -9.0, "align": "axis", "tilt_deg": 0.0})
+    found = make_plan(recipe_of(step("around"), templates={"around": deep}), board).findings
+    (finding,) = (each for each in found if each.rule == "not-circled")
+    assert "does not go around C1." in finding.message
+    assert finding.where is not None
+
+
+def test_findings_about_a_raised_stroke_carry_a_place_over_the_body():
+    board = board_of(part("J1", 40, 20, 20, 20, 80))
+    raised = [each for each in make_plan(recipe_of(step("sweep")), board).findings if each.rule == "raised-over-body"]
+    assert raised
+    for each in raised:
+        x, y, z = each.where
+        assert 34 <= x <= 66
+        assert 14 <= y <= 46
+        assert z >= 85
+
+
+def test_pauses_of_a_raised_and_tilted_line_are_where_the_jet_meets_the_edges():
+    board = board_of(part("J1", 30, 0, 20, 60, 40), part("U1", 70, 0, 10, 60, 1))
+    spec = StepFunction(height_mm=20, speed_mm_s=40, direction_deg=0, tilt_deg=30)
+    plan = make_plan(recipe_of(step("step"), templates={"step": spec}), board)
+    met, last = [], None
+    for item in plan.items:
+        if isinstance(item, SprayPass):
+            last = item
+        elif isinstance(item, Dwell):
+            tip, jet = last.tcp[-1], last.approach[-1]
+            met.append(float((tip - jet * tip[2] / jet[2])[0]))
+    lines = len(met) // 4
+    assert lines >= 1
+    np.testing.assert_allclose(np.sort(met), np.repeat([30, 50, 70, 80], lines), atol=1e-3)
+
+
+def test_transfers_never_spray_and_passes_always_do():
+    done = run(load_recipe("smt-aqueous"), board_of(part("U1", 20, 20, 10, 10), part("U2", 70, 40, 10, 10)))
+    dry = {each.made_by for each in done.plan.items if isinstance(each, Transfer)}
+    wet = {each.made_by for each in done.plan.items if isinstance(each, SprayPass)}
+    assert not dry & wet
+    spraying = False
+    for each in done.program.instructions:
+        if isinstance(each, SetNozzle):
+            spraying = each.spraying
+        elif isinstance(each, MoveTo) and each.speed_mm_s > 0:
+            assert spraying == (each.made_by in wet)
+    assert not spraying

@@ -1,0 +1,203 @@
+from pathlib import Path
+
+import pytest
+
+from boards.load import load_board
+from cleaning.parameters.load import load_parameters
+from cleaning.prepared_board import prepare
+from recipes.load import load_recipe, parse_recipe, recipe_library
+from rulesengine.planning.pipeline import run
+from rulesengine.tuning.explain import explain
+from rulesengine.tuning.report import tuning_report
+from rulesengine.tuning.suggest import Here, predict, suggest
+from rulesengine.tuning.trial.outcome import outcome_of
+from rulesengine.tuning.trial.request import Allowed, Asked, Limits
+from rulesengine.tuning.trial.result import figures_of
+from rulesengine.tuning.trial.trial_runner import Bench
+from rulesengine.tuning.tune import tune
+
+FILE = recipe_library()["smt-aqueous"].with_name("own.yaml")
+POOR = """recipe: poor
+extends: smt-aqueous
+templates:
+  sweep: {speed_mm_s: 120}         # in a hurry
+sequence:
+  - {function: clean, nozzle: ring60, paths: [sweep]}
+  - {function: rinse, nozzle: ring60, paths: [sweep]}
+"""
+# A washing that needs little: chemistry of its own would make any board clean.
+EASY = load_parameters().model_copy(
+    update={
+        "soil": load_parameters().soil.model_copy(update={"k1_per_s": 10.0, "k_m_per_s": 10.0}),
+        "limits": load_parameters().limits.model_copy(
+            update={"wash_volume_mm": 1e-6, "rinse_volume_mm": 1e-6, "exchanges": 1e-6}
+        ),
+    }
+)
+USUAL = frozenset({"speeds", "tilts", "passes", "dwells", "heights", "sides", "wash_time"})
+
+
+@pytest.fixture(scope="module")
+def board():
+    return load_board(Path("tiny"))
+
+
+@pytest.fixture(scope="module")
+def subject(board):
+    return prepare(board, load_parameters(), lambda *_: None)
+
+
+def tuned_with(subject, text, analyses, limits=None, kinds=USUAL, kept=()):
+    bench = Bench(FILE, subject, "clean", analyses)
+    return tune(bench, text, Asked("clean", limits or Limits(), Allowed(kinds, kept), analyses))
+
+
+@pytest.fixture(scope="module")
+def tuned(subject):
+    return tuned_with(subject, POOR, 4)
+
+
+def anew(subject, text):
+    from cleaning.analyse import analyse_on
+
+    planned = run(parse_recipe(text, file=FILE), subject.board)
+    return outcome_of(planned, analyse_on(subject, planned.program, planned.recipe, "fast"), "clean", text)
+
+
+@pytest.mark.slow
+def test_a_poor_recipe_becomes_better_with_few_analyses(tuned):
+    assert tuned.used == 4
+    assert tuned.last.shortfall < 0.5 * tuned.first.shortfall
+    assert tuned.changes[0].before == figures_of(tuned.first)
+    assert tuned.changes[-1].after == figures_of(tuned.last)
+    for change, following in zip(tuned.changes, tuned.changes[1:], strict=False):
+        assert change.after == following.before
+
+
+@pytest.mark.slow
+def test_what_is_predicted_comes_out_when_planned_and_analysed_anew(subject, tuned):
+    again = anew(subject, tuned.last.text)
+    assert figures_of(again) == figures_of(tuned.last)
+    assert again.residues == tuned.last.residues
+    assert again.wants == tuned.last.wants
+
+
+@pytest.mark.slow
+def test_the_same_is_found_twice(subject, tuned):
+    again = tuned_with(subject, POOR, 4)
+    assert again.last.text == tuned.last.text
+    told = [tuning_report(each, explain(each), "") for each in (tuned, again)]
+    assert told[0] == told[1]
+
+
+@pytest.mark.slow
+def test_comments_and_order_stay(tuned):
+    assert "# in a hurry" in tuned.last.text
+    kept = [line for line in POOR.splitlines() if "paths:" not in line and "sweep" not in line]
+    assert [line for line in tuned.last.text.splitlines() if line in kept] == kept
+
+
+@pytest.mark.slow
+def test_what_stays_wanting_is_explained(tuned):
+    reasons = {reason.component: reason for reason in explain(tuned)}
+    assert set(reasons) == {want.component for want in tuned.last.wants}
+    for reason in reasons.values():
+        assert reason.rule.startswith("R")
+        assert reason.because
+        assert "The 4 analyses were spent." in reason.why
+        assert "--" not in reason.why  # what allows more is called differently on a page
+
+
+@pytest.mark.slow
+def test_limits_are_kept(subject):
+    tuned = tuned_with(subject, POOR, 3, Limits(seconds=20.0))
+    assert tuned.within
+    assert tuned.last.seconds <= 20.0
+    assert tuned.last.shortfall < tuned.first.shortfall
+
+
+@pytest.mark.slow
+def test_a_recipe_beyond_its_limits_is_brought_within_them(subject, tuned):
+    slow = tuned_with(subject, POOR.replace("120", "5"), 8, Limits(seconds=0.8 * tuned.first.seconds + 2.0))
+    assert slow.first.seconds > slow.last.seconds
+    assert slow.within
+
+
+def test_what_is_not_allowed_stays_and_is_named(subject):
+    tuned = tuned_with(subject, POOR, 4, kinds=frozenset({"speeds"}), kept=(("templates", "sweep", "speed_mm_s"),))
+    assert tuned.last.text == POOR
+    assert tuned.changes == ()
+    told = " ".join(reason.why for reason in explain(tuned))
+    assert "Not allowed, though it may help: " in told
+    assert "Kept, though it may help: templates.sweep.speed_mm_s." in told
+
+
+@pytest.mark.slow
+def test_a_recipe_that_is_clean_never_becomes_longer(board):
+    easy = prepare(board, EASY, lambda *_: None)
+    slow = "recipe: own\nextends: smt-aqueous\n" + _thorough()
+    tuned = tuned_with(easy, slow, 3)
+    assert tuned.first.clean, [want.judgement.because for want in tuned.first.wants]
+    assert tuned.last.clean
+    assert tuned.last.seconds < tuned.first.seconds
+    assert tuned.last.litres <= tuned.first.litres
+    assert all(change.after.seconds <= change.before.seconds for change in tuned.changes)
+    dried = load_recipe("smt-aqueous").sequence[2]
+    assert tuned.last.recipe.sequence[2] == dried
+    assert tuned.last.recipe.templates["flush"].speed_mm_s == 50  # the drying uses it too
+
+
+def _thorough():
+    return """templates:
+  edge: {tilt_deg: 30, repeats: 2}
+  slanted: {path: raster, height_mm: 40, speed_mm_s: 10, direction_deg: across_longest_edge, tilt_deg: 25}
+sequence:
+  - {function: clean, nozzle: ring60, paths: [edge, sweep, around, slanted]}
+  - {function: rinse, nozzle: ring60, paths: [edge, sweep, around, slanted, flush]}
+  - {function: dry, nozzle: knife, paths: [flush]}
+"""
+
+
+@pytest.mark.slow
+def test_a_suggestion_does_what_is_predicted_of_it(subject):
+    from cleaning.analyse import analyse_on
+
+    planned = run(parse_recipe(POOR, file=FILE), subject.board)
+    report = analyse_on(subject, planned.program, planned.recipe, "fast")
+    first = suggest(planned, report)[0]
+    effect = predict(first, Here(FILE, POOR, planned, report, subject))
+    assert figures_of(anew(subject, effect.text)) == effect.after
+    assert effect.before == figures_of(outcome_of(planned, report, "clean"))
+    assert effect.after.seconds > effect.before.seconds
+
+
+@pytest.mark.slow
+def test_tuning_beats_a_grid_of_the_same_knobs(subject):
+    tuned = tuned_with(subject, POOR, 40)
+    grid = Bench(FILE, subject, "clean", 60)
+    grid.first(POOR)
+    found = []
+    for speed in (10, 20, 40):
+        for passes in (1, 2):
+            for wash in (2, 4, 8):
+                for rinse in (1, 2, 4):
+                    outcome = grid.outcome(_gridded(speed, passes, wash, rinse))
+                    assert outcome is not None
+                    found += [outcome.seconds] if outcome.clean else []
+    assert tuned.last.clean
+    assert tuned.used < grid.used
+    assert not found or tuned.last.seconds <= min(found)
+
+
+def _gridded(speed, passes, wash, rinse):
+    around = f"path: component_perimeter, height_mm: 40, speed_mm_s: {speed}, tilt_deg: 39, passes: {passes}"
+    return f"""recipe: poor
+extends: smt-aqueous
+templates:
+  rim: {{path: board_perimeter, height_mm: 40, speed_mm_s: 40, offset_mm: 5, tilt_deg: 20}}
+  parts: {{{around}}}
+  slanted: {{path: raster, height_mm: 40, speed_mm_s: 40, direction_deg: across_longest_edge, tilt_deg: 25}}
+sequence:
+  - {{function: clean, nozzle: ring60, paths: [rim, slanted, parts], repeat: {wash}}}
+  - {{function: rinse, nozzle: ring60, paths: [rim, slanted, parts], repeat: {rinse}}}
+"""

@@ -1,0 +1,46 @@
+"""An engineer's way from a cell to the robot's program, in a real browser."""
+
+import pytest
+from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium
+
+from robotcell.cell.load import read_cell
+from webui.downloads.robot_program import make_program
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)]
+
+
+def quiet(_what, _done):
+    pass
+
+
+def test_from_a_cell_to_the_robots_program(start_server):
+    server = start_server("tiny", "rinse-only")
+    with open_chromium() as browser:
+        tab = DrivenPage(browser, server.address)
+        tab.tab("Program")
+        tab.see("Choose a cell in the tab Robot")
+        tab.tab("Robot")
+        tab.choose("Cell", "ur5e-bench")
+        tab.see("A UR5e on a table")
+        tab.press("Check")
+        tab.see("The robot can do it")
+        tab.see("shoulder_pan")
+        tab.choose("Metric", "Manipulability")
+        tab.see("Go to the worst")
+        tab.press("Play")
+        tab.wait_for_input("Time (s)", "value => Number(value) > 1")
+        tab.press("Pause")
+        tab.tab("Program")
+        tab.press("Write")
+        tab.see("MODULE tiny")
+        with tab.page.expect_download() as waiting:
+            tab.press("Download")
+        written = waiting.value.path().read_bytes()
+        session = server.sessions.pages()[0].session
+        assert session.cell.cell.name == read_cell("ur5e-bench").cell.name
+        assert written == make_program(session, "abb", quiet).written.content["tiny.mod"].encode()
+        tab.reload()
+        tab.tab("Robot")
+        tab.see("The robot can do it")
+        assert tab.errors == []
+        assert tab.strangers == []

@@ -1,0 +1,50 @@
+from types import SimpleNamespace
+
+from webui.cards.table import MOST_ROWS, Cell, Column, listing_html
+from webui.forms.dropdown import offer
+
+COLUMNS = (Column("Part", "40%"), Column("Height", "60%", "right"))
+
+
+def written(names, selected=""):
+    rows = [(Cell(name), Cell("1 mm", "color:red", "<b>!</b>")) for name in names]
+    return listing_html(COLUMNS, rows, selected, height="10vh", more="more")
+
+
+def test_text_is_text_and_marks_are_marks():
+    html = written(["<i>"])
+    assert "&lt;i&gt;" in html
+    assert "<i>" not in html
+    assert "<b>!</b>1 mm" in html
+    assert ";color:red" in html
+
+
+def test_only_the_selected_row_is_marked():
+    assert written(["U1", "U2", "U11"], "U1").count("box-shadow") == 1
+    assert "box-shadow" not in written(["U1", "U2"])
+
+
+def test_what_is_beyond_is_counted():
+    names = [f"U{number}" for number in range(MOST_ROWS + 3)]
+    assert written(names).count("<tr") == 1 + MOST_ROWS
+    assert "and 3 more<" in written(names)
+    assert "and" not in written(names[:MOST_ROWS])
+
+
+class Dropdown(SimpleNamespace):
+    """Remembers what was set."""
+
+    def __setattr__(self, name, value):
+        self.__dict__.setdefault("sent", []).append((name, value))
+        self.__dict__[name] = value
+
+
+def test_a_dropdown_is_told_only_what_is_new():
+    choice = Dropdown()
+    vars(choice).update(options=["a", "b"], value="a", sent=[])
+    offer(choice, ("a", "b"), "a")
+    assert choice.sent == []
+    offer(choice, ("a", "b"), "b")
+    assert choice.sent == [("value", "b")]
+    offer(choice, ("b", "c"), "b")
+    assert choice.sent[1:] == [("options", ("b", "c"))]

@@ -1,0 +1,181 @@
+import io
+import re
+import zipfile
+from dataclasses import replace
+from functools import cache
+
+import pytest
+from small_page import find, press, small_page
+from small_scene import SmallScene
+from tiny_session import tiny_session
+
+from programs.errors import ProgramError
+from programs.motion.steps_of_robot import Line, Reach
+from programs.plan import SprayPass
+from programs.posts.dialects import DIALECTS
+from reports.files.export_robot import write_tracked
+from robotcell.cell.installation import installation_of
+from robotcell.cell.load import read_cell
+from webui.downloads.program_text import (
+    PAGE_LINES,
+    TELLS_MOVES,
+    TextFile,
+    cited_makers,
+    find_text,
+    match_lines,
+    next_move,
+    page_html,
+    write_program,
+    zip_bytes,
+)
+from webui.downloads.robot_program import exported_joints
+from webui.layers.robot.motion_mark import motion_glb
+from webui.page.checked import check_program
+from webui.panels.robot.text_preview import TextPreview
+
+
+def written(dialect="abb"):
+    installation = installation_of(read_cell("ur5e-bench"))
+    return write_program(tiny_session().run.program, installation, dialect, None)
+
+
+@cache
+def tracked():
+    return check_program(tiny_session().run, read_cell("ur5e-bench"), lambda _what, _done: None)
+
+
+def tracked_text(dialect):
+    done = tracked()
+    joints = exported_joints(done.cell.cell.robot, done.motion.joints)
+    return write_program(done.program, installation_of(done.cell), dialect, joints)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dialect", sorted(set(DIALECTS) & set(TELLS_MOVES)))
+def test_text_and_place_belong_together(dialect):
+    """What the language's own reader finds in the text, motion by motion, is where the page shows it."""
+    done = tracked_text(dialect)
+    assert done.tells_places
+    moves = [move for file in done.files for move in file.moves if move is not None]
+    read = [step.target for step in DIALECTS[dialect].read(done.content).steps if hasattr(step, "target")]
+    assert len(moves) == len(read)
+    for move, target in zip(moves, read, strict=True):
+        assert move.target.position == pytest.approx(target.position, abs=0.02)
+
+
+@pytest.mark.parametrize("dialect", list(DIALECTS))
+def test_every_sprayed_stroke_is_found_in_every_language(dialect):
+    done = tracked_text(dialect)
+    makers = {item.made_by for item in tiny_session().run.plan.items if isinstance(item, SprayPass)}
+    assert len(makers) > 5
+    for made_by in makers:
+        index, number = find_text(done.files, made_by)
+        assert done.files[index].makers[number - 1] == made_by
+
+
+@pytest.mark.parametrize("dialect", ["abb", "fanuc"])
+def test_the_page_writes_what_the_command_line_writes(dialect):
+    done = tracked()
+    assert dict(write_tracked(done.report, done.cell, dialect).files) == dict(tracked_text(dialect).content)
+
+
+def test_the_first_text_of_a_stroke_is_found_and_leads_back():
+    done = written()
+    for file in done.files:
+        for number, move in enumerate(file.moves, start=1):
+            assert file.makers[number - 1] == ("" if move is None else move.made_by)
+    index, number = find_text(done.files, "sequence[0]/around/J1")
+    assert "sequence[0]/around/J1" not in done.files[index].makers[: number - 1]
+    assert find_text(done.files, "nobody") is None
+    assert find_text(done.files, "") is None
+
+
+def test_stepping_goes_from_motion_to_motion_and_stays_at_the_ends():
+    file = written().files[0]
+    at, seen = 1, []
+    while (then := next_move(file, at, 1)) != at:
+        at = then
+        seen.append(at)
+    assert seen == [number for number, move in enumerate(file.moves, start=1) if move is not None]
+    assert next_move(file, seen[0], -1) == seen[0]
+    assert next_move(file, seen[1], -1) == seen[0]
+
+
+def test_text_that_cannot_be_matched_is_shown_without_places():
+    line = next(move for move in written().files[0].moves if isinstance(move, Line))
+    pattern = re.compile("GO")
+    cited = match_lines({"a": f"GO 1\n! {line.made_by} \nGO 2\n"}, (line,), pattern)[0]
+    assert cited.moves == (None, None, None)
+    assert cited.makers == ("", line.made_by, line.made_by)
+    assert next_move(cited, 1, 1) == 2
+    assert match_lines({"a": "x\nGO 1\n", "b": "GO 2\n"}, (line, line), pattern)[1].moves == (line,)
+
+
+def test_a_page_marks_its_line_tints_the_stroke_and_takes_text_for_text():
+    line = next(move for move in written().files[0].moves if isinstance(move, Line))
+    lines = tuple(f"<{number}>" for number in range(1, 101))
+    own = tuple(line if 50 <= number < 60 else None for number in range(1, 101))
+    file = TextFile("a", lines, own, tuple("" if move is None else move.made_by for move in own))
+    html = page_html(file, 55, line.made_by)
+    numbers = [int(each) for each in re.findall(r"&lt;(\d+)&gt;", html)]
+    assert numbers == list(range(49, 49 + PAGE_LINES))
+    assert "<55>" not in html
+    assert html.count("#f6d9d1") == 1
+    assert html.count("#fbf1ee") == 9
+    assert "#fbf1ee" not in page_html(file, 55, "")
+    ends = [re.findall(r"&lt;(\d+)&gt;", page_html(file, number, "")) for number in (1, 100)]
+    assert [(shown[0], shown[-1]) for shown in ends] == [("1", str(PAGE_LINES)), (str(101 - PAGE_LINES), "100")]
+
+
+def test_the_same_files_are_packed_into_the_same_bytes():
+    content = {"main.mod": "MODULE\n", "b.mod": "x\n"}
+    packed = zip_bytes(content)
+    assert packed == zip_bytes(dict(content))
+    with zipfile.ZipFile(io.BytesIO(packed)) as archive:
+        assert {name: archive.read(name).decode() for name in archive.namelist()} == content
+
+
+def test_a_language_that_there_is_not_is_refused():
+    with pytest.raises(ProgramError, match="no dialect"):
+        written("klingon")
+
+
+def test_a_motion_is_drawn_with_its_tool_and_nothing_for_nothing():
+    line = next(move for move in written().files[0].moves if isinstance(move, Line))
+    reach = Reach(line.target, (), "")
+    assert motion_glb(None, 0.5) == b""
+    assert 0 < len(motion_glb(reach, 0.5)) < len(motion_glb(line, 0.5))
+
+
+def test_the_text_follows_the_stroke_and_the_stroke_the_text():
+    files = written().files
+    maker = "sequence[0]/around/J1"
+    session = tiny_session()
+    stroke = type("Stroke", (), {"made_by": maker})()
+    with small_page(replace(session)) as page:
+        scene = SmallScene(page, [stroke])
+        preview = TextPreview(page, scene)
+        page._panels = []
+        preview.open(files, "")
+        assert scene.layers["/motion"] == b""
+        assert preview.find(maker)
+        index, number = find_text(files, maker)
+        assert index == 0
+        assert find(page, "Line").value == number
+        assert len(scene.layers["/motion"]) > 0
+        press(page, "Line", 1)
+        assert scene.layers["/motion"] == b""
+        press(page, "Line", number)
+        assert page.session.selection.made_by == maker
+        press(page, "Motion", "Next")
+        assert find(page, "Line").value == next_move(files[0], number, 1)
+        press(page, "Line", 10**9)
+        assert find(page, "Line").value == len(files[0].lines)
+        preview.open((), "")
+        assert not preview.find(maker)
+
+
+def test_a_maker_that_was_cut_short_is_the_first_that_begins_so():
+    known = ("sequence[0]/edge", "sequence[0]/around/U1+U2+U3", "sequence[0]/around/U1+U2+U4")
+    lines = ["x", "'sequence[0]/around/U1+...", "y", "1,2,sequence[0]/edge", "(sequence[9]/other)"]
+    assert cited_makers(lines, known) == ("", known[1], known[1], known[0], "")

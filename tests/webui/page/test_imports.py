@@ -1,0 +1,74 @@
+"""Uploads become boards, or a message and nothing else."""
+
+import pytest
+
+from boards.errors import BoardError
+from boards.load import board_library, load_board
+from webui.page.imports import import_board, join_table, progress_html
+from webui.page.project import ProjectError, open_project
+from webui.threads.worker import CancelledError
+
+TINY = board_library()["tiny"]
+
+
+def quiet(_what, _done):
+    pass
+
+
+@pytest.fixture
+def project(tmp_path):
+    return open_project(tmp_path)
+
+
+def test_an_upload_is_kept_and_read(project):
+    loaded = import_board(project, "mine.tri", TINY.read_bytes(), quiet)
+    assert loaded.name == "mine.tri"
+    assert loaded.board.sha256 == load_board(TINY).sha256
+    assert "mine.tri" in project.boards()
+
+
+@pytest.mark.parametrize("name", ["x.tri", "x.tri.gz", "x.step", "x.glb", "x.stl", "x.kicad_pcb", "x.emn", "x.ply"])
+@pytest.mark.parametrize("content", [b"", b"\0" * 300, b"board-tri 1\nunits mm\nobjects 1\n", bytes(range(256)) * 8])
+def test_broken_uploads_are_refused_and_not_kept(project, name, content):
+    with pytest.raises(BoardError):
+        import_board(project, name, content, quiet)
+    assert list(project.folder.iterdir()) == []
+
+
+def test_a_cancelled_upload_is_not_kept(project):
+    def cancelled(_what, done):
+        if done > 0.5:
+            raise CancelledError
+
+    with pytest.raises(CancelledError):
+        import_board(project, "mine.tri", TINY.read_bytes(), cancelled)
+    assert list(project.folder.iterdir()) == []
+
+
+def test_what_was_there_before_stays_when_it_cannot_be_read(project):
+    (project.folder / "broken.tri").write_bytes(b"nothing")
+    with pytest.raises(BoardError):
+        import_board(project, "broken.tri", b"nothing", quiet)
+    assert (project.folder / "broken.tri").read_bytes() == b"nothing"
+
+
+def test_a_parts_table_is_joined(project):
+    name = load_board(TINY).components[0].name
+    table = f"Ref,Package,Value\n{name},SOIC-8_odd,47k\n".encode()
+    board = join_table("Parts.CSV", table, lambda path: load_board(TINY, path))
+    joined = next(each for each in board.components if each.name == name)
+    assert (joined.package, joined.value) == ("SOIC-8_odd", "47k")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "error"),
+    [("parts.xlsx", b"PK", ProjectError), ("../../x", b"", ProjectError), ("p.csv", b"\0\xff\xfe", BoardError)],
+)
+def test_what_is_no_parts_table_is_refused(name, content, error):
+    with pytest.raises(error):
+        join_table(name, content, lambda path: load_board(TINY, path))
+
+
+def test_progress_is_text():
+    assert "&lt;b&gt;" in progress_html("reading <b>", 7)
+    assert "7 %" in progress_html("reading", 7)

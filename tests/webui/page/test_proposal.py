@@ -1,0 +1,141 @@
+"""What is asked of tuning, what it proposes, and that a proposal is one edit that can be undone."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from tiny_session import tiny_session
+from tuned_recipe import WANT, proposal, slower
+
+from recipes.load import read_recipe_text
+from rulesengine.tuning.trial.request import Limits
+from rulesengine.tuning.variables.design_variables import KINDS
+from specs.errors import JobError
+from webui.page.project import open_project
+from webui.page.proposal import KIND_WORDS, TuningError, Wishes
+from webui.tuning.accept import apply_proposal, save_proposal
+from webui.tuning.proposal_html import changes_html, diff_html, headline_of, reasons_html, totals_html
+
+
+def test_every_group_of_numbers_can_be_ticked():
+    assert tuple(KIND_WORDS) == KINDS
+    assert Wishes().kinds == frozenset(KINDS) - {"pressure", "temperature"}
+
+
+def test_nought_is_no_limit_and_numbers_are_kept():
+    free = Wishes().asked()
+    assert free.limits == Limits(None, None)
+    bound = Wishes(frozenset({"speeds"}), "clean-and-dry", 600.0, 20.0, 12.0).asked()
+    assert bound.limits == Limits(600.0, 20.0)
+    assert (bound.goal, bound.allowed.kinds, bound.analyses) == ("clean-and-dry", {"speeds"}, 12)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"kinds": frozenset()}, "tick at least one"),
+        ({"seconds": -1.0}, "Time at most"),
+        ({"litres": math.nan}, "Liquid at most"),
+        ({"seconds": math.inf}, "Time at most"),
+        ({"analyses": 1.0}, "at least 2"),
+        ({"analyses": math.nan}, "at least 2"),
+    ],
+)
+def test_wishes_that_cannot_be_are_refused(wrong, said):
+    with pytest.raises(TuningError, match=said):
+        replace(Wishes(), **wrong).asked()
+
+
+def test_a_proposal_is_one_edit_and_comments_stay():
+    session = tiny_session()
+    proposed = session.with_proposal(proposal(session))
+    applied = apply_proposal(proposed)
+    assert applied.document.text == slower(session.document.text)
+    assert applied.proposal is None
+    assert applied.recipe != session.recipe
+    assert applied.document.undone().text == session.document.text
+    assert len(applied.document.past) == len(session.document.past) + 1
+    assert apply_proposal(session) is session
+
+
+def test_edits_made_meanwhile_are_not_lost():
+    session = tiny_session()
+    proposed = session.with_proposal(proposal(session))
+    edited = proposed.edited(session.document.text + "# mine\n")
+    with pytest.raises(JobError, match="not the one that was tuned"):
+        apply_proposal(edited)
+    assert apply_proposal(edited.with_document(edited.document.undone())).document.text == slower(session.document.text)
+
+
+def test_a_proposal_becomes_a_new_file_and_the_old_one_stays(tmp_path):
+    session = tiny_session()
+    project = open_project(tmp_path)
+    saved = save_proposal(project, "tuned")(session.with_proposal(proposal(session)))
+    file = tmp_path / "tuned.yaml"
+    assert saved.document.file == file
+    assert not saved.document.dirty
+    assert saved.proposal is None
+    assert "# What is sprayed" in file.read_text()
+    read = read_recipe_text(file.read_text(), file=file).recipe
+    assert read.recipe == "tuned"
+    assert read.templates != session.recipe.templates
+    assert session.document.file.read_text() == session.document.text
+    with pytest.raises(JobError, match="there already"):
+        save_proposal(project, "tuned.yaml")(session.with_proposal(proposal(session)))
+    with pytest.raises(JobError):
+        save_proposal(project, "../outside")(session.with_proposal(proposal(session)))
+
+
+def test_another_board_has_no_proposal():
+    session = tiny_session()
+    assert session.with_proposal(proposal(session)).with_board("other", session.board).proposal is None
+
+
+def test_the_headline_says_what_was_reached():
+    session = tiny_session()
+    assert headline_of(proposal(session).tuned) == "Predicted clean."
+    assert "not clean yet" in headline_of(proposal(session, wants=[WANT]).tuned)
+    assert "limits cannot be kept" in headline_of(proposal(session, limits=Limits(seconds=100.0)).tuned)
+    same = replace(proposal(session, wants=[WANT]).tuned, changes=())
+    assert "Nothing was found" in headline_of(same)
+
+
+def test_totals_and_changes_tell_effect_and_cost():
+    tuned = proposal(tiny_session()).tuned
+    totals = totals_html(tuned)
+    for wanted in ("4 of 5", "5 of 5", "31.0 %", "1.0 %", "2.50 l", "3.00 l", "7 analyses", "no proof of cleanliness"):
+        assert wanted in totals
+    changes = changes_html(tuned.changes)
+    for wanted in ("templates.sweep.speed_mm_s: 60 -&gt; 45", "+20.0 s", "+0.50 l", "2 \N{RIGHTWARDS ARROW} 0"):
+        assert wanted in changes
+    assert changes_html(()) == ""
+
+
+def test_the_diff_shows_changed_lines_and_few_others():
+    before = "".join(f"line{number}: <b>\n" for number in range(1, 31))
+    after = before.replace("line15: <b>", "line15: <i>")
+    html = diff_html(before, after)
+    assert "-line15: &lt;b&gt;" in html
+    assert "+line15: &lt;i&gt;" in html
+    assert "line12" in html
+    assert "line11" not in html
+    assert "line 12" in html
+    assert "<b>" not in html
+    assert diff_html(before, before) == ""
+
+
+def test_what_is_still_wanting_is_said_with_its_reason():
+    session = tiny_session()
+    html = reasons_html(proposal(session, wants=[WANT]).tuned)
+    assert "31 % is left &lt;here&gt;." in html
+    assert "R7 residue" in html
+    many = [replace(WANT, component=f"U{number}") for number in range(50)]
+    assert "and 10 more" in reasons_html(proposal(session, wants=many).tuned)
+    spent = reasons_html(proposal(session, wants=[WANT], used=40).tuned)
+    assert "The 40 analyses were spent." in spent
+    assert "Analyses at most" in spent
+    assert "--" not in spent  # options are of the command line
+    assert "Analyses at most" not in html
+    plugged = replace(WANT, judgement=replace(WANT.judgement, rule="R5"))
+    assert "Analyses at most" not in reasons_html(proposal(session, wants=[plugged], used=40).tuned)
+    assert reasons_html(proposal(session).tuned) == ""

@@ -1,0 +1,171 @@
+"""A board is chosen, uploaded, given up, coloured: what is refused changes nothing."""
+
+import threading
+from types import SimpleNamespace
+
+import pytest
+from small_page import find, press, small_page
+from tiny_session import tiny_session
+from viser import UploadedFile
+
+from boards.load import board_library, load_board
+from webui.page.project import open_project
+from webui.panels.board import board as board_panel
+from webui.panels.board.board import BoardPanel
+
+TINY = board_library()["tiny"].read_bytes()
+PATIENCE_S = 30.0
+
+
+class Scene:
+    """Remembers what a panel asks of it."""
+
+    def __init__(self):
+        self.view = SimpleNamespace(components_by="nothing")
+        self.legends = {}
+        self.looked = []
+
+    def look_at_board(self, side):
+        self.looked.append(side)
+
+
+@pytest.fixture
+def opened(tmp_path):
+    with small_page(tiny_session(), open_project(tmp_path)) as page:
+        panel = BoardPanel(page, Scene())
+        page.open([panel])
+        yield page, panel
+        page.close()
+
+
+def wait_for_loader(panel):
+    thread = panel._loader._last
+    assert thread is not None
+    thread.join(PATIENCE_S)
+    assert not thread.is_alive()
+
+
+def upload(page, panel, name, content, label="Import CAD"):
+    press(page, label, UploadedFile(name, content))
+    if panel._loader._last is not None:
+        wait_for_loader(panel)
+
+
+def test_samples_and_files_are_offered_and_what_is_shown_is_chosen(opened):
+    page, _ = opened
+    assert find(page, "Board").options == tuple(board_library())
+    assert find(page, "Board").value == "tiny"
+
+
+def test_another_board_is_loaded_and_shown(opened):
+    page, panel = opened
+    press(page, "Board", "two-sided")
+    wait_for_loader(panel)
+    assert page.session.board_name == "two-sided"
+    assert page.session.board.name == "two-sided"
+    assert page.session.run is None
+    assert "two-sided" in panel._card.content
+    assert not panel._bar.visible
+    assert not panel._cancel.visible
+
+
+def test_an_upload_is_loaded_and_listed(opened):
+    page, panel = opened
+    upload(page, panel, "mine.tri", TINY)
+    assert page.session.board_name == "mine.tri"
+    assert find(page, "Board").value == "mine.tri"
+    assert page.client.said == []
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "reason"),
+    [
+        ("broken.step", b"nothing", "is not a STEP file"),
+        ("empty.tri", b"", "empty.tri"),
+        ("virus.exe", b"MZ", "no reader"),
+        ("../../etc/x.tri", TINY, "cannot be kept"),
+        ("\ud800.tri", TINY, "cannot be kept"),
+    ],
+)
+def test_a_bad_upload_says_why_and_changes_nothing(opened, name, content, reason):
+    page, panel = opened
+    before = page.session
+    upload(page, panel, name, content)
+    assert page.session is before
+    assert len(page.client.said) == 1
+    assert reason in page.client.said[0]
+    assert "defect" not in page.client.said[0]
+    assert list(page.project.folder.iterdir()) == []
+    assert find(page, "Board").value == "tiny"
+    assert not panel._bar.visible
+
+
+def test_a_vanished_or_foreign_board_is_refused(opened):
+    page, panel = opened
+    press(page, "Board", "../secret.tri")
+    wait_for_loader(panel)
+    assert "outside the project folder" in page.client.said[0]
+    assert page.session.board_name == "tiny"
+    assert find(page, "Board").value == "tiny"
+
+
+def test_heights_of_an_idf_library_are_kept_until_their_board_comes(opened):
+    page, _ = opened
+    press(page, "Import CAD", UploadedFile("mine.emp", b".HEADER"))
+    assert (page.project.folder / "mine.emp").read_bytes() == b".HEADER"
+    assert "import that one now" in page.client.said[0]
+    assert page.session.board_name == "tiny"
+
+
+def test_a_parts_table_is_joined_to_the_board_that_is_shown(opened):
+    page, panel = opened
+    name = page.session.board.components[0].name
+    upload(page, panel, "parts.csv", f"Ref,Package\n{name},SOIC-8_odd\n".encode(), "Join parts table")
+    assert page.session.board_name == "tiny"
+    assert page.session.board.components[0].package == "SOIC-8_odd"
+    upload(page, panel, "parts.xlsx", b"PK", "Join parts table")
+    assert "no parts table" in page.client.said[-1]
+
+
+def test_loading_is_given_up(opened, monkeypatch):
+    page, panel = opened
+    begun, go_on = threading.Event(), threading.Event()
+
+    def slow(path, table, tell):
+        begun.set()
+        assert go_on.wait(PATIENCE_S)
+        return load_board(path, table, tell)
+
+    monkeypatch.setattr(board_panel, "load_board", slow)
+    press(page, "Board", "two-sided")
+    assert begun.wait(PATIENCE_S)
+    assert panel._cancel.visible
+    press(page, "Cancel")
+    assert not panel._cancel.visible
+    assert find(page, "Board").value == "tiny"
+    go_on.set()
+    wait_for_loader(panel)
+    assert page.session.board_name == "tiny"
+    assert page.client.said == []
+
+
+def test_the_board_that_the_page_began_with_can_be_chosen_again(tmp_path):
+    from dataclasses import replace
+
+    session = replace(tiny_session(), board_name="/elsewhere/tiny.tri")
+    with small_page(session, open_project(tmp_path)) as page:
+        panel = BoardPanel(page, Scene())
+        page.open([panel])
+        press(page, "Board", "two-sided")
+        wait_for_loader(panel)
+        press(page, "Board", "/elsewhere/tiny.tri")
+        wait_for_loader(panel)
+        assert page.session.board is session.board
+        page.close()
+
+
+def test_either_side_is_looked_at(opened):
+    page, panel = opened
+    press(page, "Look at", "Bottom side")
+    press(page, "Look at", "Top side")
+    assert panel._scene.looked == ["bottom", "top"]

@@ -1,0 +1,307 @@
+"""The tab Cleaning: what was analysed, what of it counts still, and what is shown of it."""
+
+import re
+import time
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cleaning_report import small_report
+from small_page import find, press, small_page, wait_for
+from small_scene import SmallScene
+from tiny_session import tiny_session
+
+from cleaning.errors import CleaningError
+from cleaning.parameters.load import load_parameters
+from webui.page.analysed import Analysed, Asked, analyse_run
+from webui.page.project import ProjectError, open_project
+from webui.page.session import Selection
+from webui.panels.cleaning import analysis as cleaning
+from webui.panels.cleaning.analysis import CleaningPanel, state_html
+
+
+def analysed_session():
+    session = tiny_session()
+    return session.with_analysis(Analysed(session.run.program, "default", small_report()))
+
+
+@contextmanager
+def opened(session, folder):
+    with small_page(session, open_project(folder)) as page:
+        scene = SmallScene(page)
+        panel = CleaningPanel(page, scene)
+        page.open([scene, panel])
+        yield page, scene, panel
+        page.close()
+
+
+@pytest.fixture
+def by_hand(monkeypatch):
+    """Analyses end at once with the report that was made by hand; which they were is remembered."""
+    asked = []
+
+    def analyse(run, wanted, _before, tell):
+        asked.append((wanted.parameters_name, wanted.parameters.parameters, wanted.effort))
+        tell("casting rays", 0.5)
+        return Analysed(run.program, wanted.parameters_name, small_report())
+
+    monkeypatch.setattr(cleaning, "analyse_run", analyse)
+    return asked
+
+
+def heat_nodes(page):
+    return [name for name in page.client.scene._handle_from_node_name if name.startswith("/heat/")]
+
+
+def test_an_analysis_counts_for_its_program_and_its_parameters_alone():
+    session = analysed_session()
+    assert session.analysis is session.analysed
+    assert "1 of 5 components dirty" in state_html(session)
+    newer = replace(session, run=replace(session.run, program=replace(session.run.program)))
+    assert newer.analysis is None
+    assert "changed since" in state_html(newer)
+    assert "parameter set default: dirty." in state_html(newer)
+    assert session.with_parameters("other").analysis is None
+    assert session.with_parameters("other").with_parameters("default").analysis is session.analysed
+    assert session.with_board("other", session.board).analysed is None
+    assert "Not analysed" in state_html(tiny_session())
+
+
+def test_the_headline_never_claims_more_than_the_model_can():
+    text = state_html(analysed_session())
+    assert "uncalibrated" in text
+    assert "SIR" in text
+    assert "J-STD" not in text
+    assert "1 dirty, 1 marginal, 1 no verdict, 2 clean" in text
+
+
+def test_the_board_is_made_ready_once_for_its_parameters():
+    session = tiny_session()
+    parameters = load_parameters()
+    told = []
+    first = analyse_run(session.run, Asked("default", parameters, "sketch"), None, lambda what, _: told.append(what))
+    again = analyse_run(session.run, Asked("default", parameters, "sketch"), first, lambda *_: None)
+    assert again.subject is first.subject
+    assert again.report.facets is first.report.facets
+    np.testing.assert_array_equal(again.report.exposures[0].volume_mm, first.report.exposures[0].volume_mm)
+    hotter = parameters.model_copy(update={"description": "another one"})
+    other = analyse_run(session.run, Asked("other", hotter, "sketch"), first, lambda *_: None)
+    assert other.subject is not first.subject
+    assert session.with_analysis(first).analysis is first
+    assert told
+
+
+def test_the_strokes_that_spray_the_selected_part_are_lit():
+    session = replace(analysed_session(), selection=Selection(component="U1"))
+    assert session.lit == {"sequence[0]/around/U1", "sequence[0]/sweep"}
+    assert replace(session, selection=Selection("U1", "sequence[0]/edge")).lit == {"sequence[0]/edge"}
+    assert replace(session, selection=Selection()).lit == frozenset()
+    assert replace(session, analysed=None).lit == frozenset()
+
+
+def test_analyse_shows_the_parts_worst_first_and_flies_to_the_worst(tmp_path, by_hand):
+    with opened(tiny_session(), tmp_path) as (page, scene, panel):
+        press(page, "Effort", "Full")
+        press(page, "Analyse")
+        wait_for(lambda: page.session.analysis is not None)
+        assert by_hand == [("default", "default", "full")]
+        assert find(page, "Part").options[1:] == tuple(part.component for part in small_report().worst_first())
+        assert "dirty" in panel._run._job._line.content
+        press(page, "Through", "Worst")
+        assert page.session.selection.component == "U1"
+        assert scene.looked == ["U1"]
+        card = panel._cards[2]._card.content
+        for wanted in ("grade C", "Wash it longer", "What limits it", "Sprayed by", "limit 20"):
+            assert wanted in card
+        press(page, "Through", "Better")
+        press(page, "Through", "Better")
+        assert page.session.selection.component == "J1"
+        press(page, "Through", "Worse")
+        assert page.session.selection.component == "R1"
+        page.select(component="C1")
+        assert find(page, "Part").value == "C1"
+
+
+def test_other_parameters_take_the_results_out_of_sight(tmp_path, by_hand):
+    (tmp_path / "mine.yaml").write_text("extends: default\nparameters: mine\nprovenance: {}\n")
+    (tmp_path / "notes.yaml").write_text("words: none\n")
+    with opened(tiny_session(), tmp_path) as (page, _, panel):
+        assert "mine.yaml" in find(page, "Parameters").options
+        assert "notes.yaml" not in find(page, "Parameters").options
+        press(page, "Analyse")
+        wait_for(lambda: page.session.analysis is not None)
+        press(page, "Show", "Volume")
+        wait_for(lambda: heat_nodes(page))
+        press(page, "Parameters", "mine.yaml")
+        assert page.session.analysis is None
+        assert heat_nodes(page) == []
+        assert "changed since" in panel._run._job._line.content
+        press(page, "Parameters", "default")
+        assert "dirty" in panel._run._job._line.content
+
+
+def test_a_parameter_set_outside_the_folder_is_refused(tmp_path):
+    with pytest.raises(ProjectError, match="outside"):
+        open_project(tmp_path).open_parameters("../default.yaml")
+    assert open_project(tmp_path).open_parameters("default").parameters == "default"
+
+
+def test_what_stops_an_analysis_is_said_in_the_tab(tmp_path, monkeypatch):
+    def fail(*_):
+        raise CleaningError("no liquid of the name steam; add it", path="liquids")
+
+    monkeypatch.setattr(cleaning, "analyse_run", fail)
+    with opened(tiny_session(), tmp_path) as (page, _, panel):
+        press(page, "Analyse")
+        wait_for(lambda: "steam" in panel._run._job._line.content)
+        assert find(page, "Analyse").label == "Analyse"
+        assert page.client.said == []
+
+
+def test_an_analysis_that_is_given_up_leaves_nothing(tmp_path, monkeypatch):
+    def slow(*asked):
+        while True:
+            time.sleep(0.01)
+            asked[-1]("casting rays", 0.5)
+
+    monkeypatch.setattr(cleaning, "analyse_run", slow)
+    with opened(tiny_session(), tmp_path) as (page, _, panel):
+        press(page, "Analyse")
+        wait_for(lambda: "Casting rays" in panel._run._job._line.content)
+        press(page, "Cancel")
+        assert find(page, "Analyse").label == "Analyse"
+        assert page.session.analysed is None
+        assert "Not analysed" in panel._run._job._line.content
+
+
+def test_a_heat_map_is_drawn_and_taken_away(tmp_path):
+    with opened(analysed_session(), tmp_path) as (page, scene, panel):
+        assert not find(page, "Stage").visible
+        press(page, "Show", "Volume")
+        assert heat_nodes(page)
+        assert find(page, "Stage").visible
+        assert not find(page, "Limit (mm)").visible
+        legend = panel._cards[1]._legend
+        assert "mm or more" in legend.content
+        press(page, "Colours", "Pass or fail")
+        assert find(page, "Limit (mm)").value == 5.0
+        assert "at least 5 mm" in legend.content
+        press(page, "Stage", "2 rinse")
+        assert find(page, "Limit (mm)").value == 2.0
+        page.select(component="U1")
+        assert len(scene.layers["/heat_selected"]) > 0
+        press(page, "Show", "Verdict")
+        assert not find(page, "Stage").visible
+        assert "Dirty: 1" in legend.content
+        press(page, "Show", "Nothing")
+        assert heat_nodes(page) == []
+        assert scene.layers["/heat_selected"] == b""
+        assert legend.content == ""
+
+
+def test_a_limit_is_kept_for_its_measure_and_a_bad_one_is_refused(tmp_path):
+    with opened(analysed_session(), tmp_path) as (page, _, panel):
+        press(page, "Show", "Residue under parts")
+        press(page, "Colours", "Pass or fail")
+        press(page, "Limit (%)", 25.0)
+        legend = panel._cards[1]._legend
+        assert "at most 25 %" in legend.content
+        press(page, "Limit (%)", -3.0)
+        assert find(page, "Limit (%)").value == 25.0
+        assert "give one above 0" in page.client.said[-1]
+        press(page, "Show", "Volume")
+        assert find(page, "Limit (mm)").value == 5.0
+        press(page, "Show", "Residue under parts")
+        assert find(page, "Limit (%)").value == 25.0
+
+
+def test_the_volume_grows_with_the_playback(tmp_path):
+    with opened(analysed_session(), tmp_path) as (page, scene, panel):
+        press(page, "Show", "Volume")
+        press(page, "Colours", "Pass or fail")
+        press(page, "Limit (mm)", 3.0)
+        legend = panel._cards[1]._legend
+        in_the_end = legend.content
+        press(page, "As it grows", True)
+        wait_for(lambda: passed(legend) == 0.0)
+        shares = [0.0]
+        for moment in (15.0, 30.0, 60.0):
+            scene.seek(moment)
+            wait_for(lambda: passed(legend) > shares[-1])
+            shares.append(passed(legend))
+        wait_for(lambda: legend.content == in_the_end)
+        scene.seek(0.0)
+        wait_for(lambda: passed(legend) == 0.0)
+        press(page, "As it grows", False)
+        assert legend.content == in_the_end
+
+
+def passed(legend):
+    return float(re.search(r"at least 3 mm: ([\d.]+) %", legend.content)[1])
+
+
+def test_a_moment_that_comes_late_draws_nothing(tmp_path):
+    with opened(analysed_session(), tmp_path) as (page, scene, panel):
+        press(page, "Show", "Volume")
+        press(page, "As it grows", True)
+        scene.seek(20.0)
+        press(page, "Show", "Nothing")
+        panel._cards[1]._grow(30.0)
+        scene.seek(40.0)
+        time.sleep(0.5)
+        assert heat_nodes(page) == []
+        assert panel._cards[1]._legend.content == ""
+
+
+def test_paths_can_be_taken_out_of_the_way(tmp_path):
+    with opened(analysed_session(), tmp_path) as (page, scene, _):
+        press(page, "Paths too", False)
+        assert not scene.view.paths
+        press(page, "Paths too", True)
+        assert scene.view.paths
+        press(page, "Paths too", False)
+        page.remember(lambda session: session.with_parameters("other"))
+        assert scene.view.paths
+        assert find(page, "Paths too").value
+
+
+def test_the_gap_of_the_selected_part_is_seen_from_above(tmp_path):
+    with opened(analysed_session(), tmp_path) as (page, _, panel):
+        gap = panel._cards[4]
+        assert not gap._folder.visible
+        page.select(component="C1")
+        assert not gap._folder.visible
+        page.select(component="U1")
+        assert gap._folder.visible
+        assert find(page, "Standoff").options == ("50 µm", "75 µm")
+        before = gap._picture.content
+        press(page, "Standoff", "75 µm")
+        press(page, "In the gap", "Pressure")
+        assert gap._picture.content != before
+        assert "Pa" in gap._picture.content
+        page.select(component="R1")
+        assert find(page, "Standoff").value == "30 µm"
+        report = small_report()
+        without = replace(report.parts[0].gaps[0], stages=(None, None))
+        parts = (replace(report.parts[0], gaps=(without,)), *report.parts[1:])
+        page.remember(lambda s: s.with_analysis(replace(s.analysed, report=replace(report, parts=parts))))
+        page.select(component="U1")
+        assert "does not act" in gap._picture.content
+
+
+def test_a_board_without_parts_is_analysed_too(tmp_path):
+    report = small_report()
+    facets = replace(report.facets, cell_component=np.full_like(report.facets.cell_component, -1))
+    bare = replace(report, parts=(), facets=facets, verdict="clean")
+    session = tiny_session()
+    with opened(session.with_analysis(Analysed(session.run.program, "default", bare)), tmp_path) as (
+        page,
+        scene,
+        panel,
+    ):
+        press(page, "Through", "Worst")
+        assert scene.looked == []
+        press(page, "Show", "Residue under parts")
+        assert "Nothing to show" in panel._cards[1]._legend.content
+        assert "no parts" in panel._cards[0]._list.content

@@ -1,0 +1,184 @@
+"""Fix this: what is suggested for the part that is selected, and that one of it is one edit that can be undone."""
+
+import time
+from contextlib import contextmanager
+from dataclasses import replace
+
+import pytest
+from cleaning_report import small_report
+from small_page import find, inputs, press, small_page, wait_for
+from tiny_session import tiny_session
+from tuned_recipe import slower
+
+from cleaning.parameters.load import load_parameters
+from cleaning.verdicts.results import Judgement
+from recipes.errors import RecipeError
+from rulesengine.tuning.suggest import Effect, Suggestion
+from rulesengine.tuning.trial.result import Figures
+from webui.page.analysed import Analysed
+from webui.page.project import open_project
+from webui.page.session import Selection
+from webui.panels.cleaning.fix import APPLY, CANCEL, SUGGEST, FixCard
+from webui.tuning import suggestions as tuning_suggest
+from webui.tuning.quick_fix import Fix
+
+BEFORE, AFTER = Figures(2, 9, 0.31, 90.0, 2.5), Figures(3, 6, 0.04, 104.5, 2.9)
+
+
+def analysed_session(component="U1", effort="fast"):
+    session = tiny_session()
+    analysed = Analysed(session.run.program, "default", small_report(), None, effort)
+    return replace(session.with_analysis(analysed), selection=Selection(component=component))
+
+
+def fix(session, what="templates.sweep.speed_mm_s: 60 -> 45", *, mended=True):
+    text = slower(session.document.text)
+    return Fix("U1", what, session.document, text, BEFORE, AFTER, mended=mended)
+
+
+@contextmanager
+def opened(session, folder):
+    with small_page(session, open_project(folder)) as page:
+        card = FixCard(page)
+        page.open([card])
+        yield page, card
+        page.close()
+
+
+@pytest.fixture
+def by_hand(monkeypatch):
+    asked = []
+
+    def suggest_fixes(failing, tell):
+        asked.append(failing.component)
+        tell("planning", 0.5)
+        return (fix(tiny_session()), fix(tiny_session(), "functions.clean.pressure_bar: 3.5 -> 4.4", mended=False))
+
+    monkeypatch.setattr(tuning_suggest, "suggest_fixes", suggest_fixes)
+    return asked
+
+
+def shown(page):
+    return [handle.visible for handle in inputs(page) if getattr(handle, "label", None) == APPLY]
+
+
+def test_it_is_offered_for_parts_that_lack_something_alone(tmp_path):
+    with opened(analysed_session("C1"), tmp_path) as (page, card):
+        assert not card._folder.visible
+        page.select(component="U1")
+        assert card._folder.visible
+        page.select(component="R1")
+        assert card._folder.visible
+        page.select()
+        assert not card._folder.visible  # the bare board is clean
+        page.select(component="U1")
+        page.remember(lambda session: session.with_parameters("other"))
+        assert not card._folder.visible
+
+
+def test_suggestions_tell_effect_and_cost_and_one_is_applied(tmp_path, by_hand):
+    with opened(analysed_session(), tmp_path) as (page, card):
+        before = page.session.document.text
+        press(page, SUGGEST)
+        wait_for(lambda: shown(page) == [True, True, False])
+        assert by_hand == ["U1"]
+        told = card._slots[0].text.content
+        for wanted in ("60 -&gt; 45", "lacks nothing then", "31.0 %", "4.0 %", "+14.5 s, +0.40 l"):
+            assert wanted in told
+        assert "still lacks something" in card._slots[1].text.content
+        press(page, APPLY, at=0)
+        assert page.session.document.text == slower(before)
+        assert page.session.analysis is None
+        assert not card._folder.visible
+        assert "Analyse again" in page.client.said[-1]
+        page.attempt(lambda session: session.with_document(session.document.undone()))
+        assert page.session.document.text == before
+
+
+def test_suggestions_are_kept_by_part_while_their_analysis_counts(tmp_path, by_hand):
+    with opened(analysed_session(), tmp_path) as (page, _):
+        press(page, SUGGEST)
+        wait_for(lambda: any(shown(page)))
+        page.select(component="R1")
+        assert not any(shown(page))
+        page.select(component="U1")
+        assert shown(page) == [True, True, False]
+        newer = Analysed(page.session.run.program, "default", small_report())
+        page.remember(lambda session: session.with_analysis(newer))
+        assert not any(shown(page))
+
+
+def test_a_suggestion_for_another_text_is_refused(tmp_path, by_hand):
+    with opened(analysed_session(), tmp_path) as (page, _):
+        press(page, SUGGEST)
+        wait_for(lambda: any(shown(page)))
+        page.attempt(lambda session: session.edited(session.document.text + "# mine\n"))
+        press(page, APPLY, at=0)
+        assert "edited since" in page.client.said[-1]
+        assert page.session.document.text.endswith("# mine\n")
+
+
+def test_suggesting_can_be_given_up_and_what_stops_it_is_said(tmp_path, monkeypatch):
+    def slow(_failing, tell):
+        while True:
+            time.sleep(0.01)
+            tell("casting rays", 0.5)
+
+    def fail(_failing, _tell):
+        raise RecipeError("no such thing")
+
+    monkeypatch.setattr(tuning_suggest, "suggest_fixes", slow)
+    with opened(analysed_session(), tmp_path) as (page, card):
+        press(page, SUGGEST)
+        wait_for(lambda: "Casting rays" in card._run._job._line.content)
+        press(page, CANCEL)
+        assert find(page, SUGGEST).visible
+        assert not any(shown(page))
+        monkeypatch.setattr(tuning_suggest, "suggest_fixes", fail)
+        press(page, SUGGEST)
+        wait_for(lambda: "no such thing" in card._run._job._line.content)
+
+
+@pytest.mark.parametrize(("effort", "again"), [("fast", 0), ("sketch", 1)])
+def test_what_cannot_be_planned_is_left_out_and_like_is_compared_with_like(monkeypatch, effort, again):
+    session = analysed_session(effort=effort)
+    analysed = []
+    asked = (("U1", "a"), ("R1", "b"), ("U1", "c"), ("U1", "d"))
+    suggestions = tuple(Suggestion(component, "R7", what, ()) for component, what in asked)
+
+    def predict(suggestion, here, _goal, tell):
+        tell("planning", 0.5)
+        assert here.text == session.document.text
+        if suggestion.what == suggestions[0].what:
+            raise RecipeError("too fast")
+        mended = suggestion is suggestions[3]
+        return Effect("text", BEFORE, AFTER, mended)
+
+    def analyse_on(*_):
+        analysed.append(1)
+        return small_report()
+
+    monkeypatch.setattr(tuning_suggest, "suggest", lambda *_: suggestions)
+    monkeypatch.setattr(tuning_suggest, "predict", predict)
+    monkeypatch.setattr(tuning_suggest, "analyse_on", analyse_on)
+    monkeypatch.setattr(tuning_suggest, "make_ready", lambda *_: None)
+    failing = tuning_suggest.Failing("U1", session.document, session.run, load_parameters(), session.analysed)
+    found = tuning_suggest.suggest_fixes(failing, lambda *_: None)
+    assert [(each.what, each.mended) for each in found] == [("d", True), ("c", False)]
+    assert len(analysed) == again
+
+
+def small_part(name):
+    return next(part for part in small_report().parts if part.component == name)
+
+
+def test_water_under_a_part_counts_where_it_lacks_nothing_else():
+    report = small_report()
+    wet = Judgement("R12", "wet", "marginal", "B", (), "It stays wet.", "")
+    clean = report.bare.judgements
+    more = {"U1": (wet, *small_part("U1").judgements), "C1": (wet, *clean)}
+    parts = tuple(replace(part, judgements=more.get(part.component, clean)) for part in report.parts)
+    changed = replace(report, parts=parts)
+    assert tuning_suggest.goal_for(changed, "C1") == "clean-and-dry"
+    assert tuning_suggest.goal_for(changed, "U1") == "clean"
+    assert tuning_suggest.goal_for(changed, "board") == "clean"

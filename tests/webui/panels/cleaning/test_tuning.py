@@ -1,0 +1,153 @@
+"""The window of tuning: its inputs, the work beside the page, and what is done with a proposal."""
+
+import time
+from contextlib import contextmanager
+
+import pytest
+from small_page import find, inputs, press, small_page, wait_for, windows
+from tiny_session import tiny_session
+from tuned_recipe import proposal, slower
+
+from cleaning.errors import CleaningError
+from webui.page.project import open_project
+from webui.panels.cleaning.tuning import TuneCard
+from webui.panels.cleaning.tuning_window import APPLY, CANCEL, CLOSE, DISCARD, SAVE, START
+from webui.tuning import background as tuning_run
+
+TUNE = "Tune\N{HORIZONTAL ELLIPSIS}"
+
+
+@contextmanager
+def opened(session, folder):
+    with small_page(session, open_project(folder)) as page:
+        card = TuneCard(page)
+        page.open([card])
+        yield page, card
+        page.close()
+
+
+@pytest.fixture
+def by_hand(monkeypatch):
+    """Tuning ends at once with a proposal that was made by hand; what was asked for is remembered."""
+    asked = []
+
+    def propose(task, _before, tell):
+        asked.append(task)
+        tell("growing, 3 of at most 40 analyses", 0.5)
+        return proposal(tiny_session())
+
+    monkeypatch.setattr(tuning_run, "propose", propose)
+    return asked
+
+
+def seen(page):
+    return {handle.label for handle in inputs(page) if handle.visible}
+
+
+def test_what_is_filled_in_is_asked_for_and_what_comes_is_applied(tmp_path, by_hand):
+    with opened(tiny_session(), tmp_path) as (page, card):
+        before = page.session.document.text
+        press(page, TUNE)
+        assert not find(page, CANCEL).visible
+        press(page, "Pressure", True)
+        press(page, "Tilts", False)
+        press(page, "Time at most (s)", 600.0)
+        press(page, "Analyses at most", 12)
+        press(page, START)
+        wait_for(lambda: page.session.proposal is not None)
+        asked = by_hand[0].asked
+        assert "pressure" in asked.allowed.kinds
+        assert "tilts" not in asked.allowed.kinds
+        assert (asked.limits.seconds, asked.limits.litres, asked.analyses) == (600.0, None, 12)
+        assert by_hand[0].parameters_name == "default"
+        wait_for(lambda: "data-diff" in card._window._proposal.content)
+        assert page.session.document.text == before
+        press(page, APPLY)
+        assert page.session.document.text == slower(before)
+        assert page.session.proposal is None
+        assert windows(page) == []
+        page.attempt(lambda session: session.with_document(session.document.undone()))
+        assert page.session.document.text == before
+
+
+def test_wishes_that_cannot_be_are_said_in_the_window_and_can_be_mended(tmp_path, by_hand):
+    with opened(tiny_session(), tmp_path) as (page, card):
+        press(page, TUNE)
+        press(page, "Time at most (s)", -4.0)
+        press(page, START)
+        assert "Time at most: -4" in card._window._remark.content
+        assert by_hand == []
+        press(page, "Time at most (s)", 400.0)
+        press(page, START)
+        wait_for(lambda: by_hand)
+
+
+def test_a_proposal_waits_until_somebody_decides(tmp_path, by_hand):
+    session = tiny_session()
+    with opened(session.with_proposal(proposal(session)), tmp_path) as (page, card):
+        assert "not applied" in card._job._line.content
+        press(page, TUNE)
+        assert "data-diff" in card._window._proposal.content
+        press(page, CLOSE)
+        assert windows(page) == []
+        assert page.session.proposal is not None
+        page.attempt(lambda session: session.edited(session.document.text + "# mine\n"))
+        assert "edited since" in card._job._line.content
+        press(page, TUNE)
+        press(page, APPLY)
+        assert "not the one that was tuned" in card._window._refusal.content
+        assert page.session.document.text.endswith("# mine\n")
+        press(page, DISCARD)
+        assert page.session.proposal is None
+        assert card._job._line.content == ""
+        assert page.session.document.text.endswith("# mine\n")
+
+
+def test_a_proposal_is_saved_under_a_name_of_its_own(tmp_path):
+    session = tiny_session()
+    (tmp_path / "there.yaml").write_text("recipe: there\nextends: smt-aqueous\n")
+    with opened(session.with_proposal(proposal(session)), tmp_path) as (page, card):
+        press(page, TUNE)
+        assert find(page, "New recipe").value == "smt-aqueous-tuned.yaml"
+        press(page, "New recipe", "there.yaml")
+        press(page, SAVE)
+        assert "there already" in card._window._refusal.content
+        press(page, "New recipe", "mine")
+        press(page, SAVE)
+        assert page.session.document.file == tmp_path / "mine.yaml"
+        assert page.session.proposal is None
+
+
+def test_what_stops_tuning_is_said_and_it_can_begin_again(tmp_path, monkeypatch):
+    def fail(*_):
+        raise CleaningError("no liquid of the name steam; add it", path="liquids")
+
+    monkeypatch.setattr(tuning_run, "propose", fail)
+    with opened(tiny_session(), tmp_path) as (page, card):
+        press(page, TUNE)
+        press(page, START)
+        wait_for(lambda: "steam" in card._job._line.content)
+        assert "steam" in card._window._remark.content
+        assert find(page, START).visible
+        assert page.client.said == []
+
+
+def test_tuning_that_is_given_up_leaves_nothing(tmp_path, monkeypatch):
+    def slow(_task, _before, tell):
+        while True:
+            time.sleep(0.01)
+            tell("growing, 3 of at most 40 analyses", 0.5)
+
+    monkeypatch.setattr(tuning_run, "propose", slow)
+    with opened(tiny_session(), tmp_path) as (page, card):
+        press(page, TUNE)
+        press(page, START)
+        wait_for(lambda: "Growing, 3 of" in card._window._working.content)
+        press(page, CLOSE)
+        wait_for(lambda: "Growing, 3 of" in card._job._line.content)
+        press(page, TUNE)
+        assert find(page, CANCEL).visible
+        press(page, CANCEL)
+        assert page.session.proposal is None
+        assert card._job._line.content == ""
+        assert find(page, START).visible

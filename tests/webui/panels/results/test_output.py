@@ -1,0 +1,108 @@
+import re
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+from cleaning_report import small_report
+
+from commandline.commands import analyse
+from programs.errors import ProgramError
+from reports.files.write_run import write_run
+from reports.html.cleaning_page import Traceability
+from reports.tables.report_header import made_here
+from rulesengine.planning.pipeline import run
+from specs.finding import Finding
+from webui.downloads.downloads import KINDS, forbidding, make_download
+from webui.page.analysed import Analysed
+from webui.page.session import Session
+from webui.server.server import open_session
+
+PROGRAM, PNG, SVG, REPORT, _, RECIPE, CLEANING_PAGE, CLEANING_DATA = KINDS
+ERROR = Finding("not-served", "error", "U1 must be cleaned.", "masks")
+
+
+def tell(_what: str, _done: float) -> None:
+    pass
+
+
+@pytest.fixture(scope="module")
+def session() -> Session:
+    begun = open_session("smt-demo", "rinse-only")
+    return replace(begun, run=run(begun.recipe, begun.board))
+
+
+def broken(session: Session) -> Session:
+    assert session.run is not None
+    return replace(session, run=replace(session.run, findings=(ERROR, *session.run.findings)))
+
+
+def test_the_page_gives_the_bytes_that_the_command_line_writes(session: Session, tmp_path: Path) -> None:
+    assert session.run is not None
+    places = {PROGRAM: tmp_path / "a.wash", PNG: tmp_path / "a.png", REPORT: tmp_path / "a.json"}
+    write_run(session.run, output=places[PROGRAM], picture=places[PNG], report_file=places[REPORT], allowed=())
+    for kind, place in places.items():
+        assert make_download(kind, session, (), 10.0, tell).content == place.read_bytes(), kind
+
+
+@pytest.mark.slow
+def test_the_cleaning_report_is_the_one_that_the_command_line_writes(session: Session, tmp_path: Path) -> None:
+    assert session.run is not None
+    with pytest.raises(ProgramError, match="tab Cleaning"):
+        make_download(CLEANING_DATA, session, (), 10.0, tell)
+    analysed = session.with_analysis(Analysed(session.run.program, "default", small_report()))
+    program = sha256(make_download(PROGRAM, session, (), 10.0, tell).content).hexdigest()
+    written = [tmp_path / "a.html", tmp_path / "a.json"]
+    analyse._write(small_report(), (), Traceability(program_sha256=program), *written, made_here("fast"))
+    data, page = (make_download(kind, analysed, (), 10.0, tell) for kind in (CLEANING_DATA, CLEANING_PAGE))
+    assert data.content == (tmp_path / "a.json").read_bytes()
+    assert data.name == "smt-demo-rinse-only-cleaning.json"
+    assert page.content == (tmp_path / "a.html").read_bytes()
+    assert page.content.startswith(b"<!DOCTYPE html>")
+    assert page.name == "smt-demo-rinse-only-cleaning.html"
+
+
+def test_a_drawing_is_one(session: Session) -> None:
+    assert b"<svg" in make_download(SVG, session, (), 10.0, tell).content
+
+
+def test_the_recipe_is_the_text_as_it_is_edited(session: Session) -> None:
+    name = session.recipe.sequence[0].paths[0]
+    edited = session.set_value(("templates", name, "speed_mm_s"), 31)
+    download = make_download(RECIPE, edited, (), 10.0, tell)
+    assert download.content.decode() == edited.document.text != session.document.text
+    assert download.name == "rinse-only.yaml"
+
+
+def test_errors_forbid_the_program_until_their_rule_is_allowed(session: Session) -> None:
+    wrong = broken(session)
+    with pytest.raises(ProgramError, match=r"not-served.*U1 must be cleaned"):
+        make_download(PROGRAM, wrong, (), 10.0, tell)
+    with pytest.raises(ProgramError, match="not-served"):
+        make_download(PROGRAM, wrong, ("another-rule",), 10.0, tell)
+    allowed = make_download(PROGRAM, wrong, ("not-served",), 10.0, tell)
+    assert allowed.content == make_download(PROGRAM, session, (), 10.0, tell).content
+    assert make_download(REPORT, wrong, (), 10.0, tell).content
+
+
+def test_what_forbids_a_program_is_counted(session: Session) -> None:
+    assert forbidding(None) == {}
+    assert forbidding(session.run) == {}
+    assert forbidding(broken(session).run) == {"not-served": 1}
+
+
+@pytest.mark.parametrize("kind", [PROGRAM, PNG, REPORT])
+def test_a_program_of_an_older_recipe_is_not_given_away(session: Session, kind: str) -> None:
+    name = session.recipe.sequence[0].paths[0]
+    with pytest.raises(ProgramError, match="not planned yet"):
+        make_download(kind, session.set_value(("templates", name, "speed_mm_s"), 31), (), 10.0, tell)
+
+
+@pytest.mark.parametrize("odd", ["../../etc/passwd", "a b/c", "\N{SNOWMAN}\n", "..", "x" * 500, 'a"b'])
+def test_names_of_files_are_plain(session: Session, odd: str) -> None:
+    assert session.run is not None
+    board = replace(session.board, name=odd)
+    run_on = replace(session.run, board=board)
+    name = make_download(REPORT, replace(session, board=board, run=run_on), (), 10.0, tell).name
+    assert re.fullmatch(r"[\w][\w.+-]*\.json", name)
+    assert len(name) < 200

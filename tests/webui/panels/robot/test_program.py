@@ -1,0 +1,129 @@
+import io
+import zipfile
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import cache
+
+import pytest
+from small_page import find, press, small_page, wait_for
+from small_scene import SmallScene
+from tiny_session import tiny_session
+
+from programs.errors import ProgramError
+from robotcell.cell.load import read_cell
+from specs.finding import Finding
+from webui.downloads import robot_program
+from webui.downloads.robot_program import download_program, forbidding, make_program
+from webui.page.checked import check_program
+from webui.page.project import open_project
+from webui.panels.robot.program import ProgramPanel, written_html
+
+
+def quiet(_what, _done):
+    pass
+
+
+@cache
+def ready():
+    """A session whose program was checked in a cell."""
+    cell = read_cell("ur5e-bench")
+    session = replace(tiny_session(), cell=cell, cell_name="ur5e-bench")
+    return session.with_check(check_program(session.run, cell, quiet))
+
+
+@pytest.mark.slow
+def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
+    one, same = (make_program(ready(), "fanuc", quiet) for _ in range(2))
+    assert one.checked is ready().check
+    packed = download_program(one, ())
+    assert packed == download_program(same, ())
+    assert packed.name == "tiny-smt-aqueous-fanuc.zip"
+    with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
+        assert {name: archive.read(name).decode() for name in archive.namelist()} == dict(one.written.content)
+    alone = download_program(make_program(ready(), "abb", quiet), ())
+    assert (alone.name, alone.content[:11]) == ("tiny.mod", b"MODULE tiny")
+
+
+def test_a_program_that_was_not_checked_is_checked_first(monkeypatch):
+    done, told = ready().check, []
+    monkeypatch.setattr(robot_program, "check_program", lambda run, cell, tell: replace(done, run=run, cell=cell))
+    fresh = replace(ready(), checked=None)
+    made = make_program(fresh, "abb", lambda what, share: told.append((what, share)))
+    assert made.checked.run is fresh.run
+    assert told[-1] == ("writing", 0.8)
+
+
+def test_without_cell_or_plan_there_is_no_program():
+    with pytest.raises(ProgramError, match="no cell"):
+        make_program(tiny_session(), "abb", quiet)
+    with pytest.raises(ProgramError, match="not planned"):
+        make_program(replace(ready(), run=None), "abb", quiet)
+
+
+def test_errors_forbid_the_download_until_their_rules_are_allowed():
+    done = ready().check
+    wrong = replace(done, report=replace(done.report, findings=(Finding("collision", "error", "it hits the wall"),)))
+    made = make_program(replace(ready(), checked=wrong), "abb", quiet)
+    assert forbidding(made) == ("collision",)
+    with pytest.raises(ProgramError, match="it hits the wall"):
+        download_program(made, ())
+    assert download_program(made, ("collision",)).name == "tiny.mod"
+
+
+def test_what_a_robot_cannot_do_is_written_as_planned_and_says_so():
+    still = replace(ready().check, motion=None)
+    made = make_program(replace(ready(), checked=still), "abb", quiet)
+    assert "tiny.mod" in made.written.content
+    with pytest.raises(ProgramError, match="joint values"):
+        make_program(replace(ready(), checked=still), "joint-table", quiet)
+
+
+def test_the_worst_event_error_is_said_and_findings_are_text():
+    made = make_program(ready(), "abb", quiet)
+    html = written_html(made)
+    assert f"{made.written.error.distance_mm:.2f} mm" in html
+    odd = replace(made, written=replace(made.written, findings=(Finding("r", "warning", "<script>"),)))
+    assert "<script>" not in written_html(odd)
+
+
+@contextmanager
+def opened(session, folder):
+    with small_page(session, open_project(folder)) as page:
+        sent = []
+        page.client.send_file_download = lambda name, content, **_: sent.append((name, content))
+        scene = SmallScene(page)
+        panel = ProgramPanel(page, scene)
+        page.open([scene, panel])
+        yield page, panel, sent
+        page.close()
+
+
+def test_the_panel_writes_shows_and_gives_away(tmp_path):
+    with opened(ready(), tmp_path) as (page, panel, sent):
+        press(page, "Write")
+        wait_for(lambda: find(page, "Download").visible)
+        assert "Events" in panel._run._job._line.content
+        press(page, "Download")
+        made = make_program(ready(), "abb", quiet)
+        assert sent == [("tiny.mod", made.written.content["tiny.mod"].encode())]
+        press(page, "Language", "FANUC TP")
+        wait_for(lambda: "TINY.ls" in find(page, "File").options)
+        page.show(replace(page.session, run=replace(page.session.run)))
+        assert not find(page, "Download").visible
+        assert "changed" in panel._run._job._line.content
+
+
+def test_without_a_cell_the_panel_says_where_to_choose_one(tmp_path):
+    with opened(tiny_session(), tmp_path) as (page, panel, _):
+        assert not find(page, "Write").visible
+        assert "tab Robot" in panel._run._job._line.content
+
+
+def test_what_keeps_a_program_from_being_written_is_said_in_the_tab(tmp_path):
+    still = replace(ready(), checked=replace(ready().check, motion=None))
+    with opened(still, tmp_path) as (page, panel, _):
+        press(page, "Language", "Joint look-up table")
+        press(page, "Write")
+        wait_for(lambda: "joint values" in panel._run._job._line.content)
+        assert find(page, "Write").label == "Write"
+        assert not find(page, "Download").visible

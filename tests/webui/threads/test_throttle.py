@@ -1,0 +1,61 @@
+"""Requests in a row: few are done, the last one always is."""
+
+import threading
+import time
+from itertools import pairwise
+
+from webui.threads.throttle import Paced
+
+
+def test_the_last_of_many_is_done_and_few_of_the_others():
+    done, last = [], threading.Event()
+
+    def do(what):
+        done.append(what)
+        if what == 200:
+            last.set()
+
+    pace = Paced(do, 0.1)
+    for number in range(201):
+        pace.ask(number)
+        time.sleep(0.001)
+    assert last.wait(20.0)
+    assert done == sorted(done)
+    assert len(done) < 20
+    pace.close()
+
+
+def test_calls_never_overlap_and_are_apart():
+    times, busy = [], threading.Lock()
+
+    def do(_):
+        assert busy.acquire(blocking=False)
+        times.append(time.monotonic())
+        time.sleep(0.02)
+        busy.release()
+
+    pace = Paced(do, 0.05)
+    end = time.monotonic() + 20.0
+    while len(times) < 4 and time.monotonic() < end:
+        pace.ask(0)
+        time.sleep(0.003)
+    pace.close()
+    assert len(times) >= 4
+    assert all(later - earlier >= 0.05 for earlier, later in pairwise(times))
+
+
+def test_what_is_forgotten_or_asked_after_the_end_is_not_done():
+    done = []
+    pace = Paced(done.append, 0.2)
+    pace.ask(1)
+    end = time.monotonic() + 20.0
+    while not done and time.monotonic() < end:
+        time.sleep(0.005)
+    pace.ask(2)
+    pace.forget()
+    time.sleep(0.3)
+    assert done == [1]
+    pace.close()
+    pace.ask(3)
+    time.sleep(0.05)
+    assert done == [1]

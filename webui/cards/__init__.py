@@ -1,0 +1,1 @@
+"""Cards about one thing: a component, a stroke, a finding, a gap."""

@@ -1,0 +1,1 @@
+"""What the page gives to download: programs, reports, playback recordings."""

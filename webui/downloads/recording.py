@@ -1,0 +1,138 @@
+"""A playback in one HTML file that opens without a server and without a network."""
+
+import threading
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import rich
+import viser
+
+from boards.board import Board
+from geometry.arrays import Scalars
+from programs.errors import ProgramError
+from programs.playback import build_timeline
+from rulesengine.planning.pipeline import Run
+from specs.progress import Progress, tell_nobody
+from webui.glb.ribbons import board_size_mm, line_width_mm
+from webui.layers.paths.nozzle import moment
+from webui.layers.paths.strokes import stroke_lines, strokes_glb, tint_functions, tint_strokes, transfers_glb
+from webui.layers.paths.timeline import clock
+from webui.layers.robot.robot import joints_at, tool_at
+from webui.layers.surface.ground import ground_glb
+from webui.page.checked import Checked
+from webui.scene.lighting import light_scene
+from webui.scene.nozzle_view import ToolView
+from webui.scene.robot_view import RobotView
+
+_ONE_AT_A_TIME = threading.Lock()
+_M = 0.001
+_FRAMES_PER_S = 15
+_MOST_FRAMES = 6000
+_STAMPS = 400
+"""How often the time that is written in the scene changes."""
+
+
+def record(run: Run, rate: float = 10.0, tell: Progress | None = None, checked: Checked | None = None) -> str:
+    """Record a whole program, played at some speed, with its board and paths.
+
+    Args:
+        run: What to play.
+        rate: How many times faster than the robot; > 0.
+        tell: Is told how far the recording is.
+        checked: What came of the check of just this program: then its robot is seen too.
+
+    Returns:
+        An HTML document that needs nothing else.
+
+    Raises:
+        ProgramError: there is nothing to play.
+    """
+    end_s = run.program.totals.duration_s
+    if end_s <= 0 or rate <= 0:
+        raise ProgramError("a playback needs a program that takes time and a speed above 0.")
+    with _quiet_server() as server:
+        _look_at(server, run.board)
+        _draw_still(server.scene, run)
+        recording = server.get_scene_serializer()
+        move = _robot_mover(server.scene, checked)
+        for now_s, lasting in _play(server.scene, run, frame_times(end_s, rate), tell or tell_nobody):
+            move(now_s)
+            recording.insert_sleep(lasting / rate)
+        return recording.as_html()
+
+
+def frame_times(end_s: float, rate: float) -> Scalars:
+    """(n,) moments to record, from the beginning to the end, evenly; long recordings have fewer a second."""
+    count = int(np.clip(np.ceil(end_s / rate * _FRAMES_PER_S), 1, _MOST_FRAMES))
+    return np.linspace(0.0, end_s, count + 1)
+
+
+def _play(api: viser.SceneApi, run: Run, times: Scalars, tell: Progress) -> Iterator[tuple[float, float]]:
+    """Draw moment after moment; after each, say when it is and how long it stays."""
+    timeline = build_timeline(run.program)
+    tool = ToolView(api, tint_functions(run.recipe))
+    low_x, low_y, _, _ = run.board.outline.bounds
+    stamp = api.add_label("/time", "", position=(low_x * _M, low_y * _M, run.board.top_z_mm * _M))
+    every = max(1, len(times) // _STAMPS)
+    for index, (now_s, lasting) in enumerate(zip(times.tolist(), [*np.diff(times).tolist(), 0.0], strict=True)):
+        if index % every == 0:
+            tell("recording", index / len(times))
+        shown = moment(timeline, run.recipe, run.board, now_s)
+        tool.show(shown)
+        if index % every == 0:
+            stamp.text = f"{shown.function} {clock(now_s)}".strip()
+        yield now_s, lasting
+
+
+def _robot_mover(api: viser.SceneApi, checked: Checked | None) -> Callable[[float], None]:
+    """Draw the robot, if there is one; the answer moves it to where it is at a time."""
+    if checked is None or checked.motion is None:
+        return _stay
+    view, motion = RobotView(api), checked.motion
+    view.show_cell(checked.cell.cell)
+    return lambda now_s: view.stand(joints_at(motion, np.array([now_s]))[0], tool_at(motion, now_s))
+
+
+def _stay(_now_s: float) -> None:
+    pass
+
+
+def _draw_still(api: viser.SceneApi, run: Run) -> None:
+    """Draw what does not move."""
+    light_scene(api)
+    lines = stroke_lines(run.plan)
+    tints, _ = tint_strokes(lines, "function", [None] * len(lines))
+    parts = {
+        "/board": ground_glb(run.board, {}),
+        "/strokes": strokes_glb(lines, tints, line_width_mm(board_size_mm(run.board))),
+        "/transfers": transfers_glb(run.plan),
+    }
+    for name, glb in parts.items():
+        if glb:
+            api.add_glb(name, glb, scale=_M)
+
+
+def _look_at(server: viser.ViserServer, board: Board) -> None:
+    left, front, right, back = board.outline.bounds
+    centre = np.array([(left + right) / 2, (front + back) / 2, board.top_z_mm]) * _M
+    camera = server.initial_camera
+    camera.near = 0.001
+    camera.look_at = centre
+    camera.position = centre + board_size_mm(board) * _M * np.array([0.0, -0.75, 0.95])
+
+
+@contextmanager
+def _quiet_server() -> Generator[viser.ViserServer]:
+    """A server that only this machine reaches, for as long as it takes; what it would print is not printed."""
+    console = rich.get_console()
+    with _ONE_AT_A_TIME:
+        loud, console.quiet = console.quiet, True
+        try:
+            server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+            try:
+                yield server
+            finally:
+                server.stop()
+        finally:
+            console.quiet = loud

@@ -1,0 +1,1 @@
+"""Meshes and ribbons as binary glTF, with colours."""

@@ -1,0 +1,1 @@
+"""Strokes, nozzle, markers and the timeline of events."""

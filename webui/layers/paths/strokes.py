@@ -1,0 +1,174 @@
+"""The paths of a plan as coloured lines, with what each of them is."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.board import Side
+from geometry.arrays import Points
+from programs.plan import Plan, Transfer
+from recipes.recipe import Recipe
+from rulesengine.planning.spray_runs import Sprayed, sprayed_in
+from webui.glb.glb import Colours, flat_triangles_glb, lines_glb
+from webui.glb.ribbons import lengths_of, ribbons, unlike_segments
+from webui.layers.paths.timeline import Span
+from webui.theme.palette import TRANSFER, of_names, of_values
+
+ColourBy: TypeAlias = Literal["function", "template", "speed", "time"]
+Tint: TypeAlias = tuple[int, int, int]
+Tints: TypeAlias = dict[str, Tint]
+
+_MOST_RIBBONS = 20_000
+"""More segments are drawn as bare lines: four triangles for each would be more than the board itself has."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StrokeLine:
+    """All that one maker sprays in one go: passes that follow each other with nothing but pauses between them."""
+
+    made_by: str
+    """Recipe path of the stroke, such as ``"sequence[0]/around/U12"``."""
+    function: str
+    points: Points
+    """(n, 3) orifice, n >= 2."""
+    speed_mm_s: float
+    tilt_deg: float
+    """Of the first point, from the board normal."""
+    pauses: int
+    paused_s: float
+    nozzle: str = ""
+    side: Side = "top"
+    """The side that is sprayed."""
+
+    @property
+    def place(self) -> str:
+        """Recipe path of the template in its step, such as ``"sequence[0]/around"``."""
+        return place_of(self.made_by)
+
+    @property
+    def template(self) -> str:
+        """Name of the template, such as ``"around"``."""
+        return self.made_by.split("/")[1] if "/" in self.made_by else self.made_by
+
+    @property
+    def segments(self) -> NDArray[np.float64]:
+        """(n - 1, 2, 3)."""
+        return np.stack([self.points[:-1], self.points[1:]], axis=1)
+
+    @property
+    def length_mm(self) -> float:
+        """All of the way, lap after lap."""
+        return float(lengths_of(self.segments).sum())
+
+    @property
+    def laps(self) -> int:
+        """How often the same way is gone."""
+        once = float(lengths_of(self.segments[unlike_segments(self.segments)]).sum())
+        return max(1, round(self.length_mm / once)) if once > 0 else 1
+
+
+def place_of(made_by: str) -> str:
+    """Recipe path of the template in its step: all but the stroke of a path such as ``"sequence[0]/around/U12"``."""
+    return "/".join(made_by.split("/")[:2])
+
+
+def stroke_lines(plan: Plan) -> list[StrokeLine]:
+    """Collect the sprayed strokes of a plan in order."""
+    return [_line(sprayed) for sprayed in sprayed_in(plan)]
+
+
+def strokes_glb(lines: Iterable[StrokeLine], tints: list[Tint], width_mm: float = 0.0) -> bytes:
+    """Draw strokes, each in its colour.
+
+    Args:
+        lines: The strokes.
+        tints: A colour for each.
+        width_mm: How wide lines are; 0 draws the thinnest, and so do very many lines.
+    """
+    return _drawn([line.points for line in lines], tints, width_mm)
+
+
+def transfers_glb(plan: Plan, hidden: frozenset[str] = frozenset()) -> bytes:
+    """Draw the moves with the jet off, but not those to strokes of hidden templates."""
+    moves = [item.tcp for item in plan.items if isinstance(item, Transfer) and place_of(item.made_by) not in hidden]
+    return _drawn(moves, [TRANSFER] * len(moves), 0.0)
+
+
+def stroke_spans(lines: list[StrokeLine], spans: list[Span]) -> list[Span | None]:
+    """Say when each stroke is sprayed: the k-th stroke of a maker in the k-th span in which that maker sprays."""
+    left: dict[str, list[Span]] = {}
+    for span in reversed(spans):
+        left.setdefault(span.made_by, []).append(span)
+    return [left[line.made_by].pop() if left.get(line.made_by) else None for line in lines]
+
+
+def tint_strokes(lines: list[StrokeLine], by: ColourBy, spans: list[Span | None]) -> tuple[list[Tint], Tints]:
+    """Colour strokes by what they are: a colour for each, and the legend.
+
+    Args:
+        lines: The strokes.
+        by: What tells them apart.
+        spans: When each of them is sprayed; used for ``time`` alone.
+    """
+    match by:
+        case "speed":
+            speeds = [line.speed_mm_s for line in lines]
+            return _by_value(speeds, {f"{speed:g} mm/s": speed for speed in sorted(set(speeds))})
+        case "time":
+            begins = [0.0 if span is None else span.begin_s for span in spans]
+            last = max(begins, default=0.0)
+            return _by_value(
+                begins, {f"{share * last / 60:.1f} min": share * last for share in (0, 0.25, 0.5, 0.75, 1)}
+            )
+        case "function" | "template":
+            names = [line.function if by == "function" else line.template for line in lines]
+            legend = of_names(names)
+            return [legend[name] for name in names], legend
+
+
+def tint_functions(recipe: Recipe) -> Tints:
+    """Colours of functions, in the order in which they are done: those of the strokes."""
+    return of_names([step.function for step in recipe.sequence if step.enabled])
+
+
+def _by_value(values: list[float], marks: dict[str, float]) -> tuple[list[Tint], Tints]:
+    if not values:
+        return [], {}
+    low, high = min(*marks.values(), *values), max(*marks.values(), *values)
+    colours = of_values(np.array([*values, *marks.values()]), low, high)
+    tints = [_triple(colour) for colour in colours]
+    return tints[: len(values)], dict(zip(marks, tints[len(values) :], strict=True))
+
+
+def _line(sprayed: Sprayed) -> StrokeLine:
+    first = sprayed.passes[0]
+    return StrokeLine(
+        made_by=first.made_by,
+        function=first.jet.function,
+        points=sprayed.points,
+        speed_mm_s=first.speed_mm_s,
+        tilt_deg=float(np.degrees(np.arccos(min(1.0, abs(float(first.approach[0, 2])))))),
+        pauses=len(sprayed.pauses),
+        paused_s=sum(pause.duration_s for pause in sprayed.pauses),
+        nozzle=first.jet.nozzle,
+        side="top" if float(first.approach[0, 2]) < 0 else "bottom",
+    )
+
+
+def _drawn(strips: list[Points], tints: list[Tint], width_mm: float) -> bytes:
+    segments = np.concatenate([np.empty((0, 2, 3)), *(np.stack([each[:-1], each[1:]], axis=1) for each in strips)])
+    counts = [len(each) - 1 for each in strips]
+    colours = np.repeat(np.array(tints, dtype=np.uint8).reshape(-1, 3), counts, axis=0)
+    shown = unlike_segments(segments)
+    segments, colours = segments[shown], colours[shown]
+    if width_mm > 0 and len(segments) <= _MOST_RIBBONS:
+        return flat_triangles_glb(*ribbons(segments, colours, width_mm))
+    return lines_glb(segments.reshape(-1, 3), np.repeat(colours, 2, axis=0))
+
+
+def _triple(colour: Colours) -> Tint:
+    red, green, blue = (int(channel) for channel in colour)
+    return red, green, blue

@@ -1,0 +1,1 @@
+"""The robot, its joints over time, and where it comes near."""

@@ -1,0 +1,1 @@
+"""Heat maps on the surface and in the gaps."""

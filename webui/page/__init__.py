@@ -1,0 +1,1 @@
+"""The state of a page: session, documents, drafts, what was analysed and checked."""

@@ -1,0 +1,118 @@
+"""A recipe that is being edited: its text, where it is saved, what can be undone."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from recipes.document import RECIPE
+from recipes.errors import RecipeError
+from recipes.load import LoadedRecipe, find_recipe, read_recipe_text, read_text, recipe_library
+from recipes.start import place_recipe
+from reports.files.atomic_write import write_text_atomically
+
+_MOST_UNDO = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A recipe's text with its past and its future."""
+
+    file: Path
+    """What it is read from. It is saved there too, unless it belongs to the library."""
+    text: str
+    saved: str
+    """What the file said when it was opened or saved last."""
+    past: tuple[str, ...] = ()
+    future: tuple[str, ...] = ()
+
+    @property
+    def belongs_to_library(self) -> bool:
+        """Say whether it needs a file of its own before it can be saved."""
+        return self.file in recipe_library().values()
+
+    @property
+    def dirty(self) -> bool:
+        """Say whether there is something to save."""
+        return self.text != self.saved
+
+    def read(self) -> LoadedRecipe:
+        """Read the text.
+
+        Raises:
+            RecipeError: it cannot be used.
+        """
+        return read_recipe_text(self.text, file=self.file)
+
+    def edited(self, text: str) -> "Document":
+        """Give the document another text; the same text changes nothing. Whether it is a recipe, reading it says."""
+        if text == self.text:
+            return self
+        return replace(self, text=text, past=(*self.past, self.text)[-_MOST_UNDO:], future=())
+
+    def undone(self) -> "Document":
+        """Go back one edit, if there is one."""
+        if not self.past:
+            return self
+        return replace(self, text=self.past[-1], past=self.past[:-1], future=(self.text, *self.future))
+
+    def redone(self) -> "Document":
+        """Go forward one edit that was undone, if there is one."""
+        if not self.future:
+            return self
+        return replace(self, text=self.future[0], past=(*self.past, self.text), future=self.future[1:])
+
+    def on_disk(self) -> str | None:
+        """Read what the file says now; nothing where it cannot be read."""
+        try:
+            return read_text(self.file, RECIPE)
+        except RecipeError:
+            return None
+
+    def changed_on_disk(self) -> bool:
+        """Say whether somebody else wrote the file since it was opened or saved here."""
+        return self.on_disk() != self.saved
+
+    def reload(self) -> "Document":
+        """Take over what the file says now; it can be undone.
+
+        Raises:
+            RecipeError: it cannot be read.
+        """
+        text = read_text(self.file, RECIPE)
+        return replace(self.edited(text), saved=text)
+
+    def save(self) -> "Document":
+        """Write the file, whatever stands there.
+
+        Raises:
+            RecipeError: it belongs to the library.
+            OutputError: it cannot be written.
+        """
+        if self.belongs_to_library:
+            raise RecipeError(f"{self.file.stem} belongs to the library; save it under a name of your own")
+        write_text_atomically(self.file, self.text)
+        return replace(self, saved=self.text)
+
+    def save_as(self, file: Path) -> "Document":
+        """Write a new file, named after it inside too.
+
+        Raises:
+            RecipeError: the file exists, or its name cannot name a recipe.
+            OutputError: it cannot be written.
+        """
+        if file.exists():
+            raise RecipeError("is there already; choose another name", file=file)
+        text = place_recipe(self.text, self.file, file)
+        write_text_atomically(file, text)
+        return replace(self, file=file, text=text, saved=text, past=(*self.past, self.text)[-_MOST_UNDO:], future=())
+
+
+def open_document(source: str | Path) -> Document:
+    """Open a recipe of the library or of a file.
+
+    Raises:
+        RecipeError: it cannot be read.
+    """
+    file = find_recipe(source)
+    text = read_text(file, RECIPE)
+    read_recipe_text(text, file=file)
+    return Document(file=file, text=text, saved=text)

@@ -1,0 +1,229 @@
+"""The folder a page may read from and write to, and nothing outside of it."""
+
+import os
+import re
+import unicodedata
+from dataclasses import dataclass
+from pathlib import Path, PurePath
+
+from boards.load import SUFFIXES, board_library
+from cleaning.parameters.load import load_parameters, parameter_library
+from cleaning.parameters.model import Parameters
+from recipes.load import recipe_library
+from reports.files.atomic_write import OutputError, write_bytes_atomically
+from robotcell.cell.load import LoadedCell, cell_library, read_cell
+from specs.errors import JobError
+
+_LARGEST_UPLOAD = 200_000_000
+_MOST_FILES = 500
+_MOST_FOLDERS = 2000
+_DEEPEST = 4
+_LONGEST_NAME = 400
+_LONGEST_FILE = 200
+"""Bytes of an uploaded file's name: file systems take 255, and what is written goes by a longer name for a moment."""
+_NAME = re.compile(r"\w[\w .+@()-]*")
+_RECIPES = (".yaml", ".yml")
+_HEAD = 20_000
+
+
+class ProjectError(JobError):
+    """A file that the browser names cannot be used."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """An upload that is kept."""
+
+    name: str
+    """Under which the folder has it."""
+    fresh: bool
+    """Whether it was not there before."""
+
+
+@dataclass(frozen=True, slots=True)
+class Project:
+    """A folder with boards and recipes, besides the libraries that come along."""
+
+    folder: Path
+    """Absolute, links resolved."""
+
+    def boards(self) -> list[str]:
+        """Names to choose from: samples first, then files of the folder, relative to it."""
+        return [*board_library(), *self._files(SUFFIXES)]
+
+    def recipes(self) -> list[str]:
+        """Names to choose from: library recipes first, then files of the folder, relative to it."""
+        return [*recipe_library(), *self._files(_RECIPES)]
+
+    def cells(self) -> list[str]:
+        """Names to choose from: library cells first, then files of the folder that say they are cells."""
+        return [*cell_library(), *(name for name in self._files(_RECIPES) if _says("cell", self.folder / name))]
+
+    def open_cell(self, name: str) -> LoadedCell:
+        """Read a cell by a name that a browser sent.
+
+        Raises:
+            ProjectError: it is outside the folder.
+            CellError: it cannot be used.
+        """
+        return read_cell(name if name in cell_library() else self.locate(name))
+
+    def parameter_sets(self) -> list[str]:
+        """Names to choose from: sets of the library first, then files of the folder that say they are sets."""
+        found = [name for name in self._files(_RECIPES) if _says("parameters", self.folder / name)]
+        return [*parameter_library(), *found]
+
+    def open_parameters(self, name: str) -> Parameters:
+        """Read a parameter set by a name that a browser sent.
+
+        Raises:
+            ProjectError: it is outside the folder.
+            CleaningError: it cannot be used.
+        """
+        return load_parameters(name if name in parameter_library() else self.locate(name))
+
+    def locate(self, name: str) -> Path:
+        """Find the file of a name that a browser sent; it need not be there yet.
+
+        Raises:
+            ProjectError: it is not a plain relative path to a file inside the folder.
+        """
+        if not _can_name(name):
+            raise ProjectError(f"{name[:40]!r} cannot name a file; choose one of the list.")
+        parts = PurePath(name).parts
+        if not parts or any(part.startswith(".") and part != ".." for part in parts):
+            raise ProjectError(f"{name!r}: hidden files and folders are left alone; choose one of the list.")
+        path = self._resolved(name)
+        if PurePath(name).is_absolute() or ".." in parts or not path.is_relative_to(self.folder):
+            raise ProjectError(f"{name!r} is outside the project folder {self.folder}; copy it there first.")
+        if _is_there(path) and not path.is_file():
+            raise ProjectError(f"{name!r} is no file; choose one of the list.")
+        return path
+
+    def store(self, name: str, content: bytes) -> Stored:
+        """Keep an uploaded board in the folder; a file of that name that holds something else stays.
+
+        Raises:
+            ProjectError: name, kind or size cannot be used.
+            OutputError: it cannot be written.
+        """
+        name = unicodedata.normalize("NFC", name)  # some systems send letters and their accents apart
+        if _NAME.fullmatch(name) is None:
+            raise ProjectError(f"{name[:40]!r} cannot be kept; use letters, digits, blanks and . _ - + in its name.")
+        if len(name.encode()) > _LONGEST_FILE:
+            raise ProjectError(f"{name[:40]!r}… is too long a name; shorten it to {_LONGEST_FILE} bytes.")
+        if not name.lower().endswith(SUFFIXES):
+            raise ProjectError(f"{name}: no reader for this kind of file. Known are {', '.join(SUFFIXES)}.")
+        if len(content) > _LARGEST_UPLOAD:
+            megabytes = len(content) / 1e6
+            raise ProjectError(f"{name}: {megabytes:.0f} MB are too many to upload; copy it into {self.folder}.")
+        path = self._free(name, content)
+        fresh = not path.exists()
+        if fresh:
+            write_bytes_atomically(path, content)
+        return Stored(path.name, fresh)
+
+    def discard(self, name: str) -> None:
+        """Remove a file that was stored and turned out to be no board.
+
+        Raises:
+            ProjectError: the name is none that could have been stored.
+            OutputError: it cannot be removed.
+        """
+        path = self.locate(name)
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise OutputError(path, error.strerror or str(error), "Remove it by hand.") from None
+
+    def _resolved(self, name: str) -> Path:
+        try:
+            return (self.folder / name).resolve()
+        except (OSError, RuntimeError):  # links that run in circles
+            raise ProjectError(f"{name!r} leads nowhere; choose one of the list.") from None
+
+    def _free(self, name: str, content: bytes) -> Path:
+        """Find a path of that name that is not there, or is a file with the same content; links are left alone."""
+        suffix = max((each for each in SUFFIXES if name.lower().endswith(each)), key=len)
+        stem, ending = name[: -len(suffix)], name[-len(suffix) :]
+        for number in range(1, _MOST_FILES):
+            path = self.folder / (name if number == 1 else f"{stem}-{number}{ending}")
+            if not os.path.lexists(path) or _holds(path, content):
+                return path
+        raise ProjectError(f"{name}: too many files of this name are in {self.folder}; remove some.")
+
+    def _files(self, suffixes: tuple[str, ...]) -> list[str]:
+        """Find files by how they end, near ones first; links and hidden ones are left out."""
+        found: list[str] = []
+        folders = [""]
+        for visited, here in enumerate(folders):
+            if visited == _MOST_FOLDERS or len(found) >= _MOST_FILES:
+                break
+            for entry in _entries(self.folder / here):
+                name = f"{here}{entry.name}"
+                if entry.is_dir(follow_symlinks=False) and name.count("/") < _DEEPEST:
+                    folders.append(f"{name}/")
+                elif entry.is_file(follow_symlinks=False) and name.lower().endswith(suffixes):
+                    found.append(name)
+        return found[:_MOST_FILES]
+
+
+def open_project(folder: Path) -> Project:
+    """Open a folder.
+
+    Raises:
+        ProjectError: there is no such folder.
+    """
+    if not folder.is_dir():
+        raise ProjectError(f"{folder}: no such folder; name the one that holds your boards and recipes.")
+    return Project(folder.resolve())
+
+
+def _says(key: str, path: Path) -> bool:
+    """Say whether a YAML file has the key that all of its kind have, without reading it as a whole."""
+    try:
+        with path.open("rb") as file:
+            return re.search(rb"^" + key.encode() + rb"\s*:", file.read(_HEAD), re.MULTILINE) is not None
+    except OSError:
+        return False
+
+
+def _can_name(name: str) -> bool:
+    return bool(name) and len(name) <= _LONGEST_NAME and name.isprintable() and _is_text(name)
+
+
+def _is_text(name: str) -> bool:
+    """Say whether a name is made of whole characters: others can neither be sent to a browser nor come from one."""
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def _is_there(path: Path) -> bool:
+    """Say whether a path exists.
+
+    Raises:
+        ProjectError: the file system does not take such a name.
+    """
+    try:
+        return path.exists()
+    except OSError as error:
+        raise ProjectError(f"{path.name[:40]!r} cannot name a file ({error.strerror}); choose another name.") from None
+
+
+def _holds(path: Path, content: bytes) -> bool:
+    if path.is_symlink() or not path.is_file() or path.stat().st_size != len(content):
+        return False
+    return path.read_bytes() == content
+
+
+def _entries(folder: Path) -> list[os.DirEntry[str]]:
+    """Give the entries of a folder that can be shown, by name; none where it must not be read."""
+    try:
+        with os.scandir(folder) as entries:
+            seen = [entry for entry in entries if not entry.name.startswith(".") and _can_name(entry.name)]
+    except OSError:
+        return []
+    return sorted(seen, key=lambda entry: entry.name)

@@ -1,0 +1,1 @@
+"""Panels of the board, its components and the paths."""

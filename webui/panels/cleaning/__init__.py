@@ -1,0 +1,1 @@
+"""Panels of the cleaning prediction and of tuning."""

@@ -1,0 +1,147 @@
+"""The window of tuning: what may change and the limits, how far it is, what it proposes."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import viser
+
+from rulesengine.tuning.variables.design_variables import Kind
+from webui.cards.boxes import quiet_html
+from webui.forms.refusals import remark_html
+from webui.page.page import Page
+from webui.page.proposal import GOALS, KIND_WORDS, Proposal, Wishes
+from webui.panels.widgets.job import progress_html
+from webui.theme.palette import QUIET
+from webui.tuning.proposal_html import changes_html, diff_html, reasons_html, totals_html
+
+START, CANCEL, APPLY, SAVE, DISCARD, CLOSE = (
+    "Start", "Cancel tuning", "Apply these changes", "Save as a new recipe", "Discard", "Close",
+)  # fmt: skip
+_MARK = "washboard-tuning"
+_STYLE = f"""<style>
+.mantine-Modal-content:has(.{_MARK}) {{ flex: 0 0 min(820px, 94vw) !important; max-height: 94vh !important; }}
+</style><div class="{_MARK}"></div>"""
+"""Recipes are wider than the window of a question."""
+
+_NOTE = (
+    "Changes what is ticked until all that can be cleaned is predicted clean, then takes away what is not needed. "
+    "The recipe stays as it is until you apply that."
+)
+
+Does = Mapping[str, Callable[[], None]]
+"""What is done by the label of a button."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Inputs:
+    """Where wishes are filled in."""
+
+    kinds: tuple[viser.GuiCheckboxHandle, ...]
+    goal: viser.GuiDropdownHandle[str]
+    seconds: viser.GuiNumberHandle[float]
+    litres: viser.GuiNumberHandle[float]
+    analyses: viser.GuiNumberHandle[float]
+
+
+class TuningWindow:
+    """The window of tuning: it shows one of its three parts at a time."""
+
+    def __init__(self, page: Page, wishes: Wishes, does: Does) -> None:
+        """Open it with wishes filled in."""
+        self._gui, self._does = page.client.gui, does
+        self._window = self._gui.add_modal("Tune the recipe")
+        with self._window:
+            self._asking = self._gui.add_folder(None)
+            with self._asking:
+                self._gui.add_html(quiet_html(_NOTE))
+                self._inputs = self._ask(wishes)
+                self._remark = self._gui.add_html("")
+                self._add_button(START)
+            self._working = self._gui.add_html("", visible=False)
+            self._proposing = self._gui.add_folder(None, visible=False)
+            with self._proposing:
+                self._gui.add_html(_STYLE)
+                self._proposal = self._gui.add_html("")
+                self._name = self._gui.add_text("New recipe", "", hint="A file in the project folder.")
+                self._refusal = self._gui.add_html("")
+                self._takes = tuple(self._add_button(label) for label in (APPLY, SAVE, DISCARD))
+            self._cancel = self._add_button(CANCEL)
+            self._cancel.visible = False
+            self._add_button(CLOSE)
+
+    def _ask(self, wishes: Wishes) -> _Inputs:
+        gui = self._gui
+        return _Inputs(
+            tuple(
+                gui.add_checkbox(label, kind in wishes.kinds, hint=hint) for kind, (label, hint) in KIND_WORDS.items()
+            ),
+            gui.add_dropdown(
+                "For",
+                tuple(GOALS),
+                initial_value=next(label for label, goal in GOALS.items() if goal == wishes.goal),
+                hint="Whether no water may be left under parts either.",
+            ),
+            gui.add_number("Time at most (s)", wishes.seconds, min=0.0, hint="Of the program; 0 is no limit."),
+            gui.add_number("Liquid at most (l)", wishes.litres, min=0.0, hint="Of the program; 0 is no limit."),
+            gui.add_number(
+                "Analyses at most", wishes.analyses, min=2.0, step=1.0, hint="More of them find a better recipe."
+            ),
+        )
+
+    def _add_button(self, label: str) -> viser.GuiButtonHandle:
+        button = self._gui.add_button(label, color=None if label in (START, APPLY) else QUIET)
+        button.on_click(lambda _: self._does[label]())
+        return button
+
+    def wishes(self) -> Wishes:
+        """Read what is filled in."""
+        inputs = self._inputs
+        ticked = frozenset[Kind](kind for kind, box in zip(KIND_WORDS, inputs.kinds, strict=True) if box.value)
+        goal = GOALS[inputs.goal.value]
+        return Wishes(ticked, goal, inputs.seconds.value, inputs.litres.value, inputs.analyses.value)
+
+    @property
+    def name(self) -> str:
+        """Name for a new recipe."""
+        return self._name.value.strip()
+
+    def ask(self, remark: str = "") -> None:
+        """Show the inputs, and why tuning did not begin or end well."""
+        self._remark.content = remark_html(remark) if remark else ""
+        self._show(self._asking)
+
+    def tell(self, what: str, done: float) -> None:
+        """Show how far it is."""
+        self._working.content = progress_html(what, done)
+        self._show(self._working)
+
+    def propose(self, proposal: Proposal) -> None:
+        """Show what came of it."""
+        tuned = proposal.tuned
+        self._proposal.content = (
+            totals_html(tuned)
+            + changes_html(tuned.changes)
+            + diff_html(proposal.document.text, proposal.text)
+            + reasons_html(tuned)
+        )
+        self._name.value = f"{proposal.document.file.stem}-tuned.yaml"
+        self._refusal.content = ""
+        for button in self._takes[:2]:
+            button.visible = proposal.changes
+        self._name.visible = proposal.changes
+        self._show(self._proposing)
+
+    def refuse(self, reason: str) -> None:
+        """Say why the proposal was not taken."""
+        self._refusal.content = remark_html(reason)
+
+    def _show(self, part: viser.GuiFolderHandle | viser.GuiHtmlHandle) -> None:
+        for each in (self._asking, self._working, self._proposing):
+            if each.visible != (each is part):
+                each.visible = each is part
+        self._cancel.visible = part is self._working
+
+    def close(self) -> None:
+        """Close it; what is under way goes on."""
+        if not self._window.closed:
+            self._window.close()

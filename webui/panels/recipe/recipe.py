@@ -1,0 +1,162 @@
+"""Forms for everything a recipe says."""
+
+from collections.abc import Mapping
+
+from specs.errors import JobError, LocatedError
+from specs.yaml.located import YamlPath, spell_path
+from specs.yaml.tree import Tree
+from webui.forms import entries
+from webui.forms.answers import field_at
+from webui.forms.entries import SECTIONS, Entry
+from webui.forms.entry_defaults import kinds_of, start_entry
+from webui.forms.fields import Field, describe
+from webui.forms.refusals import reason_of
+from webui.forms.spec_form import SpecForm
+from webui.page.page import Page
+from webui.page.session import Change, Session
+from webui.panels.recipe.entry_card import card_html
+from webui.panels.widgets.question import Question
+from webui.scene.scene import Scene
+
+_NOTHING: str = "none"
+_ADD, _DUPLICATE, _RENAME, _REMOVE, _UP, _DOWN = "Add", "Copy", "Rename", "Remove", "Up", "Down"
+_SINGULAR = {
+    "Functions": "function", "Nozzles": "nozzle", "Classes": "class", "Masks": "mask", "Templates": "template",
+    "Sequence": "step",
+}  # fmt: skip
+_KIND_LABEL = {"Templates": "Path class", "Nozzles": "Pattern", "Masks": "What to do"}
+_NAME_HINT = "Begins with a letter; letters, digits and _ . - only."
+
+
+def describe_entry(session: Session, entry: Entry | None) -> tuple[tuple[Field, ...], Mapping[str, Tree]]:
+    """Give the form of an entry and what the recipe states there."""
+    if entry is None:
+        return (), {}
+    stated = entries.stated_at(session.loaded.root, entry.path)
+    spec, names = entries.spec_at(session.recipe, entry.path), entries.names_of(session.recipe)
+    return describe(spec, stated, names, () if entry.path else entries.GENERAL), stated
+
+
+def _actions(entry: Entry | None) -> tuple[str, ...]:
+    """What can be done in a section: nothing that is not there is copied, and what has no name keeps having none."""
+    if entry is None:
+        return (_ADD,)
+    return (_ADD, _DUPLICATE, _RENAME, _REMOVE) if entry.named else (_ADD, _DUPLICATE, _REMOVE)
+
+
+class RecipePanel:
+    """Forms for everything a recipe says: a section, an entry of it, its values."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the elements in the container that is open."""
+        self._page, self._scene = page, scene
+        self._at: YamlPath = ("templates", "")
+        """Where the entry stands that is shown; its section only, if it is not there any more."""
+        self._entry: Entry | None = None
+        gui = page.client.gui
+        with gui.add_folder(None):  # as deep as the form, so that all inputs are aligned
+            self._section = gui.add_dropdown("Section", SECTIONS, initial_value="Templates", hint="Part of the recipe.")
+            self._choice = gui.add_dropdown("Entry", (_NOTHING,), hint="What the form below is about.")
+            self._edit = gui.add_button_group("Edit", (_ADD, _DUPLICATE, _RENAME, _REMOVE))
+            self._order = gui.add_button_group("Order", (_UP, _DOWN), hint="Place among the others of its section.")
+        self._card = gui.add_html("")
+        self._form = SpecForm(gui, self._apply)
+        self._section.on_update(lambda event: event.client and self._open_section(self._section.value))
+        self._choice.on_update(lambda event: event.client and self._open_label(self._choice.value))
+        self._edit.on_click(lambda event: self._do(event.target.value))
+        self._order.on_click(lambda event: self._move(-1 if event.target.value == _UP else 1))
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session; the form follows the stroke that is selected."""
+        selected = before is not None and session.selection.made_by != before.selection.made_by
+        self._at = (entries.entry_at(session.recipe, session.selection.made_by) if selected else None) or self._at
+        shown = None if self._entry is None else self._entry.path
+        if shown != self._at or before is None or session.loaded is not before.loaded:
+            self._show_entry(session)
+        elif session.run is not before.run:
+            self._card.content = card_html(session, self._entry, self._section.value)
+        if self._entry is not None and self._entry.path != shown:
+            self._form.reset()
+
+    def _show_entry(self, session: Session) -> None:
+        section = Entry(self._at, "").section
+        there = entries.entries(session.recipe, section)
+        labels = [each.label for each in there]
+        nearest = there[-1 if any(isinstance(key, int) for key in self._at) else 0] if there else None
+        self._entry = next((each for each in there if each.path == self._at), nearest)
+        self._at = (section.lower(), "") if self._entry is None else self._entry.path
+        self._section.value = section
+        self._choice.options = labels or [_NOTHING]
+        self._choice.value = _NOTHING if self._entry is None else self._entry.label
+        self._choice.visible = section in _SINGULAR
+        self._edit.visible = section in _SINGULAR
+        self._edit.options = _actions(self._entry)
+        self._order.visible = self._entry is not None and self._entry.ordered and len(there) > 1
+        self._card.content = card_html(session, self._entry, section)
+        self._form.show(*describe_entry(session, self._entry))
+
+    def _open(self, path: YamlPath) -> None:
+        self._at = path
+        self._page.refresh()
+
+    def _open_section(self, section: str) -> None:
+        there = entries.entries(self._page.session.recipe, section)
+        self._open(there[0].path if there else (section.lower(), ""))
+
+    def _open_label(self, label: str) -> None:
+        there = entries.entries(self._page.session.recipe, self._section.value)
+        self._open(next((each.path for each in there if each.label == label), self._at))
+
+    def _apply(self, changes: dict[YamlPath, Tree]) -> None:
+        """Write what the form changes, or say at its field why not."""
+        values = {(*self._at, *path): value for path, value in changes.items()}
+        if self._page.attempt(lambda session: session.set_values(values), self._refuse):
+            self._form.reset()
+
+    def _refuse(self, error: JobError) -> None:
+        fields, _ = describe_entry(self._page.session, self._entry)
+        field = field_at(fields, self._at, error.path) if isinstance(error, LocatedError) else None
+        at = "" if field is None else spell_path((*self._at, *field.path))
+        self._form.refuse(field, reason_of(error, at))
+
+    def _do(self, what: str) -> None:
+        entry = self._entry
+        if what == _ADD:
+            self._ask_new(self._section.value)
+        elif entry is not None and what == _RENAME:
+            question = Question(self._page, f"Rename {entry.name}", "What refers to it is renamed too.")
+            question.name("Name", entry.name, _NAME_HINT).answers({"Rename": lambda name, _: self._rename(entry, name)})
+        elif entry is not None and what == _DUPLICATE:
+            self._page.attempt(lambda session: self._opened(*entries.copied(session, entry)))
+        elif entry is not None:
+            self._page.attempt(lambda session: entries.removed(session, entry))
+
+    def _move(self, by: int) -> None:
+        entry = self._entry
+        if entry is not None:
+            self._page.attempt(lambda session: self._opened(*entries.moved(session, entry, by)))
+
+    def _ask_new(self, section: str) -> None:
+        if section == "Sequence":
+            self._page.attempt(self._add(section, "", ""))
+            return
+        question = Question(self._page, f"New {_SINGULAR[section]}")
+        if section != "Masks":
+            question.name("Name", "", _NAME_HINT)
+        question.choice(_KIND_LABEL.get(section, "Kind"), kinds_of(section.lower()), "It cannot be changed later.")
+        question.answers({"Add": lambda name, kind: self._add(section, name, kind)})
+
+    def _add(self, section: str, name: str, kind: str) -> Change:
+        def change(session: Session) -> Session:
+            value = start_entry(session.recipe, session.board, section.lower(), kind, name)
+            return self._opened(*entries.added(session, section, name, value))
+
+        return change
+
+    def _rename(self, entry: Entry, name: str) -> Change:
+        return lambda session: self._opened(entries.renamed(session, entry, name), (entry.path[0], name))
+
+    def _opened(self, session: Session, path: YamlPath) -> Session:
+        """Have the entry shown together with the session that has it."""
+        self._at = path
+        return session

@@ -1,0 +1,1 @@
+"""Panels of playback, findings, comparison, output and status."""

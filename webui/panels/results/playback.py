@@ -1,0 +1,251 @@
+"""Play the program: nozzle, cone and wave front as the playback says."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from html import escape
+
+import viser
+
+from geometry.arrays import Scalars
+from programs.errors import ProgramError
+from programs.native.write import render_line
+from programs.playback import Timeline, build_timeline
+from recipes.load import LoadedRecipe
+from rulesengine.planning.pipeline import Run
+from specs.progress import tell_nobody
+from webui.cards.recipe_location import recipe_line
+from webui.layers.paths.nozzle import Moment, moment
+from webui.layers.paths.strokes import tint_functions
+from webui.layers.paths.timeline import (
+    SEEK_STYLE,
+    STRIP_PX,
+    clock_html,
+    cursor_html,
+    event_times,
+    step_event,
+    strip_html,
+)
+from webui.page.page import Page
+from webui.page.session import Session
+from webui.scene.nozzle_view import ToolView
+from webui.scene.scene import Scene
+from webui.theme.palette import INK, QUIET, to_hex
+from webui.threads.playback_clock import Player
+from webui.threads.worker import Worker
+
+_QUIET_S = 1.0
+"""A run is laid out when it was the newest one for so long, so that edits in a row cost nothing here."""
+_RATES = ("0.1", "0.2", "0.5", "1", "2", "5", "10", "20", "50")
+_PLAY, _PAUSE, _BACK, _ON = "Play", "Pause", "Previous event", "Next event"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Playable:
+    """A run laid out to be played."""
+
+    run: Run
+    loaded: LoadedRecipe
+    timeline: Timeline
+    end_s: float
+    events: Scalars
+    strip: str
+
+
+def lay_out_run(run: Run, loaded: LoadedRecipe) -> Playable:
+    """Prepare a run for the playback.
+
+    Raises:
+        ProgramError: there is nothing to play.
+    """
+    timeline, end_s = build_timeline(run.program), run.program.totals.duration_s
+    if end_s <= 0:
+        raise ProgramError("the program takes no time; there is nothing to play.")
+    strip = strip_html(timeline, end_s, tint_functions(run.recipe))
+    return Playable(run, loaded, timeline, end_s, event_times(run.program), strip)
+
+
+def now_html(playable: Playable, shown: Moment, now_s: float) -> str:
+    """Say what happens at a moment: the clock, what runs, and which line of the recipe asked for it."""
+    line = render_line(playable.run.program, shown.instruction).partition(";")[0].rstrip()
+    place = recipe_line(playable.loaded, shown.made_by)
+    doing = f"{shown.function}, {shown.speed_mm_s:.0f} mm/s, jet {'on' if len(shown.rim) else 'off'}"
+    return (
+        f'<div style="margin:0 12px;font-size:13px;color:{to_hex(INK)};line-height:1.5">'
+        '<div style="display:flex;justify-content:space-between">'
+        f"<span>{clock_html(now_s, playable.end_s)}</span><span>{escape(doing)}</span></div>"
+        f'<div style="font-family:monospace;font-size:11px;white-space:nowrap;overflow:hidden;text-overflow:ellipsis">'
+        f"{escape(line)}</div>"
+        '<div style="display:flex;justify-content:space-between;gap:12px;font-size:11px;'
+        f'color:{to_hex(QUIET)};white-space:nowrap"><span style="overflow:hidden;text-overflow:ellipsis">'
+        f"{escape(shown.made_by)}</span><span>{escape(place)}</span></div></div>"
+    )
+
+
+class PlaybackPanel:
+    """Play the program: nozzle, cone and wave front as the playback says."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the elements in the container that is open."""
+        self._page, self._scene = page, scene
+        self._playable: Playable | None = None
+        """The newest run, as soon as it is laid out."""
+        self._newest: Session | None = None
+        """What it is a run of."""
+        self._begun: Session | None = None
+        """What is being laid out, or was last."""
+        self._wish = _nothing
+        """What to do as soon as it is."""
+        self._lock = threading.RLock()
+        self._quiet = threading.Timer(_QUIET_S, self._lay_out)
+        self._tool = ToolView(page.client.scene, {})
+        gui = page.client.gui
+        self._now = gui.add_html(_waiting_html())
+        self._strip = gui.add_html("")
+        self._cursor = gui.add_html("")
+        gui.add_html(SEEK_STYLE)
+        self._slider = gui.add_slider("Time (s)", min=0.0, max=1.0, step=0.1, initial_value=0.0, disabled=True)
+        self._buttons = gui.add_button_group("Go", (_BACK, _PLAY, _ON))
+        self._rate = gui.add_dropdown(
+            "Speed (x)", _RATES, initial_value="5", hint="How many times faster than the robot."
+        )
+        self._player = Player(self._draw)
+        self._player.rate = 5.0
+        self._worker: Worker[Playable] = Worker(tell_nobody)
+        page.on_close(self._close)
+        self._buttons.on_click(lambda event: self._press(event.target.value))
+        self._slider.on_update(self._scrub)
+        self._rate.on_update(lambda event: self._set_rate(event.target.value))
+        scene.seek = self._seek
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Take up a new run; it is laid out when somebody wants to see it, or nothing happens for a while."""
+        if before is not None and session.run is before.run and session.check is before.check:
+            return
+        self._player.pause()
+        if session.run is None:
+            self._forget()
+            return
+        with self._lock:
+            self._worker.cancel()
+            self._playable, self._newest, self._wish = None, replace(session, run=session.played), _nothing
+            self._quiet.cancel()
+            self._quiet = threading.Timer(_QUIET_S, self._lay_out)
+            self._quiet.daemon = True
+            self._quiet.start()
+        self._cursor.content = veil_html() if self._strip.content else ""
+        self._name_button()
+
+    def _lay_out(self) -> None:
+        """Prepare the newest run, beside the page."""
+        with self._lock:
+            self._quiet.cancel()
+            session = self._newest
+            if session is None or session.run is None or session is self._begun:
+                return
+            self._begun, run, loaded = session, session.run, session.loaded
+            self._worker.start(lambda _tell: lay_out_run(run, loaded), self._take, self._fail)
+
+    def _take(self, playable: Playable) -> None:
+        with self._lock, self._page.client.atomic():
+            if self._newest is None or playable.run is not self._newest.run:
+                return
+            self._playable = playable
+            self._tool.recolour(tint_functions(playable.run.recipe))
+            self._slider.max = round(playable.end_s, 1)
+            self._slider.disabled = False
+            self._strip.content = playable.strip
+            self._player.load(playable.end_s)
+            wish, self._wish = self._wish, _nothing
+            wish()
+            self._name_button()
+
+    def _when_ready(self, do: Callable[[], None]) -> None:
+        """Do something to the newest program: now, or as soon as it is laid out, which then begins at once."""
+        with self._lock:
+            if self._playable is not None:
+                do()
+                return
+            self._wish = do
+        self._lay_out()
+
+    def _forget(self) -> None:
+        with self._lock:
+            self._quiet.cancel()
+            self._worker.cancel()
+            self._playable, self._newest, self._wish = None, None, _nothing
+        self._player.load(0.0)
+        self._tool.hide()
+        self._slider.disabled = True
+        self._now.content, self._strip.content, self._cursor.content = _waiting_html(), "", ""
+
+    def _fail(self, error: Exception) -> None:
+        self._forget()
+        self._page.refuse(str(error))
+
+    def _press(self, button: str) -> None:
+        if button == _PAUSE:
+            self._player.pause()
+            self._name_button()
+        else:
+            self._when_ready(self._play if button == _PLAY else lambda: self._step(1 if button == _ON else -1))
+
+    def _play(self) -> None:
+        self._player.play()
+        self._name_button()
+
+    def _step(self, steps: int) -> None:
+        self._player.pause()
+        if self._playable is not None:
+            self._player.seek(step_event(self._playable.events, self._player.now_s, steps))
+        self._name_button()
+
+    def _scrub(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
+        if event.client is not None:
+            self._seek(event.target.value)
+
+    def _seek(self, time_s: float) -> None:
+        self._when_ready(lambda: self._player.seek(time_s))
+
+    def _set_rate(self, rate: str) -> None:
+        self._player.rate = float(rate)
+
+    def _close(self) -> None:
+        self._quiet.cancel()
+        self._player.pause()
+        self._worker.close()
+
+    def _name_button(self) -> None:
+        options = (_BACK, _PAUSE if self._player.playing else _PLAY, _ON)
+        if tuple(self._buttons.options) != options:
+            self._buttons.options = options
+
+    def _draw(self, now_s: float) -> None:
+        playable = self._playable
+        if playable is None:
+            return
+        shown = moment(playable.timeline, playable.run.recipe, playable.run.board, now_s)
+        with self._page.client.atomic():
+            self._tool.show(shown)
+            self._scene.show_moment(now_s)
+            self._now.content = now_html(playable, shown, now_s)
+            self._cursor.content = cursor_html(now_s, playable.end_s)
+            self._slider.value = round(min(now_s, playable.end_s), 1)
+            if now_s >= playable.end_s:
+                self._name_button()
+
+
+def veil_html() -> str:
+    """Fade the strip that stands above: it is that of an older program."""
+    return (
+        '<div style="position:relative;height:0;margin:0 12px"><div style="position:absolute;left:0;right:0;'
+        f'top:-{STRIP_PX}px;height:{STRIP_PX}px;background:#ffffffb8"></div></div>'
+    )
+
+
+def _nothing() -> None:
+    pass
+
+
+def _waiting_html() -> str:
+    return f'<div style="margin:0 12px;font-size:13px;color:{to_hex(QUIET)}">The program is not planned yet.</div>'

@@ -1,0 +1,1 @@
+"""Panels of the robot cell: check, reach, joints, program."""

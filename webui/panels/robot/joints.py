@@ -1,0 +1,46 @@
+"""What the joints do over time, against their limits."""
+
+from webui.layers.robot.joint_plots import Curve, Quantity, curves_html, joint_curves, plot_cursor_html
+from webui.page.page import Page
+from webui.page.session import Session
+from webui.scene.scene import Scene
+
+_SHOWN: dict[str, Quantity] = {"Position": "position", "Speed": "speed", "Acceleration": "acceleration"}
+
+
+class JointsCard:
+    """What the joints do over time, against their limits."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the elements in the container that is open; they are seen where there is a joint motion."""
+        self._page = page
+        self._curves: list[Curve] = []
+        self._end_s = 0.0
+        gui = page.client.gui
+        self._folder = gui.add_folder("Joints", visible=False)
+        with self._folder:
+            self._quantity = gui.add_dropdown("Show", tuple(_SHOWN), hint="Dashed lines are limits.")
+            self._plots = gui.add_html("")
+            self._cursor = gui.add_html("")
+        self._quantity.on_update(lambda _: self._draw(page.session))
+        scene.on_moment(self._follow)
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        if before is None or session.check is not before.check:
+            self._draw(session)
+
+    def _draw(self, session: Session) -> None:
+        check = session.check
+        motion = None if check is None else check.motion
+        self._folder.visible = motion is not None
+        if check is None or motion is None:
+            self._curves = []
+            return
+        self._end_s = check.program.totals.duration_s
+        self._curves = joint_curves(check.cell.cell.robot, motion, _SHOWN[self._quantity.value])
+        self._plots.content = curves_html(self._curves, self._end_s)
+
+    def _follow(self, now_s: float) -> None:
+        if self._curves:
+            self._cursor.content = plot_cursor_html(now_s, self._end_s, len(self._curves))

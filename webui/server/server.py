@@ -1,0 +1,147 @@
+"""The server: one page for each browser."""
+
+import errno
+import ipaddress
+import socket
+import threading
+import warnings
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import rich
+import viser
+
+from boards.load import load_board
+from robotcell.cell.load import read_cell
+from specs.errors import JobError
+from webui.page.browser_identity import recognise
+from webui.page.document import open_document
+from webui.page.drafts import Drafts
+from webui.page.page import Page
+from webui.page.project import Project
+from webui.page.session import Session
+from webui.panels.recipe.unsaved import Unsaved
+from webui.server.file_watch import Watch
+from webui.server.layout import lay_out
+from webui.server.sessions import Sessions
+
+_MOST_PORTS = 100
+_LAST_PORT = 65535
+_ALL = ("0.0.0.0", "::")
+
+
+class ServerError(JobError):
+    """The server cannot listen where it was asked to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Server:
+    """A server that runs in threads of its own."""
+
+    viser: viser.ViserServer
+    sessions: Sessions
+    watch: Watch
+    host: str
+    port: int
+    """The port it listens at; another one than was asked for if that was in use."""
+
+    @property
+    def address(self) -> str:
+        """Where a browser on this machine finds it."""
+        host = "127.0.0.1" if self.host in _ALL else f"[{self.host}]" if ":" in self.host else self.host
+        return f"http://{host}:{self.port}"
+
+    def stop(self) -> None:
+        """End it; what was under way is given up."""
+        self.watch.stop()
+        self.sessions.close()
+        self.viser.stop()
+
+
+def open_session(board: str, recipe: str, cell: str = "") -> Session:
+    """Load what a page begins with.
+
+    Args:
+        board: File, or name of a sample.
+        recipe: The same.
+        cell: The same; empty for no robot.
+
+    Raises:
+        JobError: one of them cannot be used.
+    """
+    document = open_document(recipe)
+    session = Session(board_name=board, board=load_board(Path(board)), document=document, loaded=document.read())
+    return session.with_cell(cell, read_cell(cell)) if cell else session
+
+
+def serve(first: Session, project: Project, host: str, port: int) -> Server:
+    """Begin to serve pages; the server's threads go on until it is stopped.
+
+    Raises:
+        ServerError: it cannot listen at that host or port.
+    """
+    free = free_port(host, port)
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a browser may leave at any moment
+    rich.get_console().quiet = True  # viser prints a box at the start and a line at the end; ours says what matters
+    server = viser.ViserServer(host=host, port=free, label="Washboard", verbose=False)
+    sessions, drafts = Sessions(first), Drafts(project.folder)
+
+    def connect(client: viser.ClientHandle) -> None:
+        visitor = recognise(client)
+        if client.client_id not in server.get_clients():
+            return
+        page = Page(client, project, sessions.take(visitor.browser, visitor.tab))
+        sessions.enter(visitor.browser, client.client_id, page, visitor.tab)
+        try:
+            page.open([*lay_out(page), Unsaved(page, drafts, visitor)])
+        except Exception:
+            if client.client_id in server.get_clients():
+                raise
+            # Who leaves while a page is built takes the ground from under it: that is no defect.
+        if client.client_id not in server.get_clients():  # it left meanwhile
+            sessions.leave(client.client_id)
+
+    server.on_client_connect(lambda client: threading.Thread(target=connect, args=(client,), daemon=True).start())
+    server.on_client_disconnect(lambda client: sessions.leave(client.client_id))
+    return Server(server, sessions, Watch(sessions.pages), host, server.get_port())
+
+
+def free_port(host: str, port: int) -> int:
+    """Find the first port at which one can listen, from the one that is asked for on; 0 takes any.
+
+    Raises:
+        ServerError: the host is none of this machine's, or no port is free.
+    """
+    for candidate in range(port, min(port + _MOST_PORTS, _LAST_PORT + 1)):
+        try:
+            _try_to_listen(host, candidate)
+        except PermissionError:
+            raise ServerError(f"port {candidate}: not allowed; choose one from 1024 on with --port.") from None
+        except (OSError, UnicodeError) as error:
+            if getattr(error, "errno", None) != errno.EADDRINUSE:
+                reason = getattr(error, "strerror", None) or str(error)
+                raise ServerError(f"host {host!r}: {reason}; leave out --host to listen on this machine.") from None
+        else:
+            return candidate
+    raise ServerError(f"port {port}: in use, like those after it; choose another one with --port.")
+
+
+def is_loopback(host: str) -> bool:
+    """Say whether only this machine reaches a host."""
+    with suppress(ValueError):
+        return ipaddress.ip_address(host).is_loopback
+    return host == "localhost"
+
+
+def _try_to_listen(host: str, port: int) -> None:
+    """Listen for a moment.
+
+    Raises:
+        OSError: it is not possible.
+    """
+    family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    with socket.socket(family, kind, protocol) as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        tried.bind(address)
+        tried.listen()

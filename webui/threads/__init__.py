@@ -1,0 +1,1 @@
+"""Threads of the page: worker, throttle, playback clock."""

@@ -1,0 +1,90 @@
+"""Work beside the page: the newest request wins, and long work says how far it is."""
+
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Generic, TypeVar
+
+from specs.progress import Progress
+
+T = TypeVar("T")
+
+
+class CancelledError(Exception):
+    """The work is no longer wanted."""
+
+
+class Worker(Generic[T]):
+    """Does one piece of work at a time, in a thread of its own.
+
+    A new piece replaces the one under way: that is told to stop the next time it says how far it is. The threads do
+    not keep the process alive: who ends the server does not wait for a plan.
+    """
+
+    def __init__(self, tell: Progress) -> None:
+        """Remember whom to tell how far the work is."""
+        self._tell = tell
+        self._lock = threading.Lock()
+        self._last: threading.Thread | None = None
+        self._wanted = 0
+        self._closed = False
+
+    def start(
+        self, work: Callable[[Progress], T], done: Callable[[T], None], failed: Callable[[Exception], None]
+    ) -> "Future[None]":
+        """Begin a piece of work once the last one has stopped; its end is told unless another one came.
+
+        Returns:
+            Is done when nothing more will be told of this piece; cancelled if the worker was closed before.
+        """
+        future: Future[None] = Future()
+        with self._lock:
+            if self._closed:
+                future.cancel()
+                return future
+            self._wanted += 1
+            ticket, before = self._wanted, self._last
+
+            def live() -> None:
+                if before is not None:
+                    before.join()
+                self._do(ticket, work, done, failed)
+                future.set_result(None)
+
+            self._last = threading.Thread(target=live, name="washboard", daemon=True)
+            self._last.start()
+        return future
+
+    def cancel(self) -> None:
+        """Give up what is under way."""
+        with self._lock:
+            self._wanted += 1
+
+    def close(self) -> None:
+        """Give up what is under way; nothing more is begun."""
+        with self._lock:
+            self._wanted += 1
+            self._closed = True
+
+    def _do(
+        self,
+        ticket: int,
+        work: Callable[[Progress], T],
+        done: Callable[[T], None],
+        failed: Callable[[Exception], None],
+    ) -> None:
+        def tell(what: str, share: float) -> None:
+            if ticket != self._wanted:
+                raise CancelledError
+            self._tell(what, share)
+
+        try:
+            tell("waiting", 0.0)
+            result = work(tell)
+            tell("done", 1.0)
+            done(result)
+        except CancelledError:
+            return
+        except Exception as error:
+            if ticket == self._wanted:
+                failed(error)

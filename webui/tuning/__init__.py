@@ -1,0 +1,1 @@
+"""Tuning from the page: in the background, as proposals and quick fixes."""

@@ -1,0 +1,64 @@
+"""Tuning beside a page: as the command line does it, told how far it is, and stopped where it is no longer wanted."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from boards.board import Board
+from cleaning.parameters.model import Parameters
+from cleaning.prepared_board import Subject
+from rulesengine.planning.pipeline import Run
+from rulesengine.tuning.trial.request import Asked
+from rulesengine.tuning.trial.requirements import Goal
+from rulesengine.tuning.trial.trial_runner import Bench
+from rulesengine.tuning.tune import tune
+from specs.progress import Progress, part_of
+from webui.page.analysed import Analysed, make_ready
+from webui.page.document import Document
+from webui.page.proposal import Proposal
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """What to tune, and for what."""
+
+    document: Document
+    board: Board
+    parameters_name: str
+    parameters: Parameters
+    asked: Asked
+
+
+class ToldBench(Bench):
+    """Says how many analyses were made whenever a recipe is tried; who is told may stop it there."""
+
+    def __init__(self, file: Path, subject: Subject, goal: Goal, most: int, told: Progress) -> None:
+        """Make a bench as any other; ``told`` is told."""
+        super().__init__(file, subject, goal, most)
+        self._told = told
+        self.tell = self._say
+
+    def planned(self, text: str) -> Run | None:
+        """Plan a text as every bench does."""
+        self._say("tuning")
+        return super().planned(text)
+
+    def _say(self, what: str) -> None:
+        self._told(f"{what}, {self.used} of at most {self.most} analyses", min(1.0, self.used / self.most))
+
+
+def propose(task: Task, before: Analysed | None, tell: Progress) -> Proposal:
+    """Tune a recipe.
+
+    Args:
+        task: What, and for what.
+        before: An analysis whose board may be the same.
+        tell: Is told how far it is.
+
+    Raises:
+        JobError: the recipe cannot be read, planned or analysed.
+    """
+    subject = make_ready(task.board, task.parameters, before, part_of(tell, 0.0, 0.1))
+    told = part_of(tell, 0.1, 0.99)
+    bench = ToldBench(task.document.file, subject, task.asked.goal, task.asked.analyses, told)
+    tuned = tune(bench, task.document.text, task.asked)
+    return Proposal(task.document, task.board, task.parameters_name, tuned)
