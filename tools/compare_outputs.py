@@ -1,7 +1,9 @@
 """Run every sample board with every library recipe in two checkouts, and compare what they write, byte for byte.
 
     tools/compare_outputs.py run CHECKOUT FOLDER      write programs, exports, reports and printed text into FOLDER
-    tools/compare_outputs.py diff FOLDER FOLDER       list the files that differ, and the lines in which they do
+    tools/compare_outputs.py diff BEFORE AFTER        list the files that differ, and the lines in which they do
+
+``--only tiny--smt-aqueous`` runs or compares only what has that in its name.
 
 ``run`` uses the Python it is started with, so both checkouts meet the same libraries. Files that are there already are
 kept, so that an interrupted run goes on where it stopped.
@@ -73,7 +75,7 @@ def nouns() -> Iterator[tuple[str, list[str]]]:
         yield f"{kind}-keys", [kind, "keys"]
 
 
-def run(checkout: Path, folder: Path) -> None:
+def run(checkout: Path, folder: Path, only: str) -> None:
     """Run everything of a checkout in a folder."""
     script = tomllib.loads((checkout / "pyproject.toml").read_text("utf-8"))["project"]["scripts"]["washboard"]
     module, _, function = script.partition(":")
@@ -83,7 +85,7 @@ def run(checkout: Path, folder: Path) -> None:
     jobs = [(f"{b}--{r}-{name}", words) for b in BOARDS for r in RECIPES for name, words in commands(b, r)]
     for name, words in [*jobs, *nouns()]:
         printed = folder / f"{name}.txt"
-        if printed.exists():
+        if printed.exists() or only not in name:
             continue
         done = subprocess.run(
             [sys.executable, "-c", start, *words],
@@ -97,9 +99,10 @@ def run(checkout: Path, folder: Path) -> None:
         print(done.returncode, *words, flush=True)
 
 
-def diff(before: Path, after: Path) -> int:
+def diff(before: Path, after: Path, only: str) -> int:
     """Print the files that differ and the first lines in which they do; 1 if any does."""
     names = sorted({str(p.relative_to(f)) for f in (before, after) for p in f.rglob("*") if p.is_file()})
+    names = [name for name in names if only in name]
     different = 0
     for name in names:
         one, two = (f / name for f in (before, after))
@@ -127,11 +130,12 @@ def main() -> None:
     parser.add_argument("what", choices=("run", "diff"))
     parser.add_argument("first", type=Path)
     parser.add_argument("second", type=Path)
-    asked = parser.parse_args()
-    if asked.what == "run":
-        run(asked.first.resolve(), asked.second)
+    parser.add_argument("--only", default="", metavar="TEXT")
+    arguments = parser.parse_args()
+    if arguments.what == "run":
+        run(arguments.first.resolve(), arguments.second, arguments.only)
     else:
-        sys.exit(diff(asked.first, asked.second))
+        sys.exit(diff(arguments.first, arguments.second, arguments.only))
 
 
 if __name__ == "__main__":
