@@ -1,16 +1,13 @@
 """A board from whatever file it comes in."""
 
 import difflib
-from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
 from boards.board import Board, Body
 from boards.errors import BoardError
 from specs.finding import Finding
-
-Progress: TypeAlias = Callable[[str, float], None]
-"""Told what is being done and how much of the whole is done, 0 to 1."""
+from specs.progress import Progress, no_progress, subprogress
 
 SUFFIXES = (
     ".tri", ".tri.gz", ".step", ".stp", ".glb", ".gltf", ".stl", ".obj", ".ply", ".emn", ".emp", ".idf", ".kicad_pcb",
@@ -22,13 +19,13 @@ _LIBRARY = Path(__file__).parent / "library"
 _Read: TypeAlias = tuple[tuple[Body, ...], tuple[Finding, ...]]
 
 
-def load_board(path: Path, parts: Path | None = None, progress: Progress | None = None) -> Board:
+def load_board(path: Path, parts: Path | None = None, progress: Progress = no_progress) -> Board:
     """Read a board file and understand it.
 
     Args:
         path: A file, or the bare name of a sample board of the library.
         parts: A table of placements or a bill of materials that is joined to the bodies.
-        progress: Told about long work.
+        progress: Receives the stage and the share done.
 
     Raises:
         BoardError: There is no such board, or it cannot be read or understood.
@@ -36,26 +33,21 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress | None 
     from boards.understand import understand  # late: it brings the libraries for polygons and meshes
 
     file = find_board_file(path)
-    tell = progress or _keep_quiet
-    tell(f"reading {file.name}", 0.0)
-    bodies, findings = _read(file, lambda text, share: tell(text, 0.8 * share))
+    progress(f"reading {file.name}", 0.0)
+    bodies, findings = _read(file, subprogress(progress, 0.0, 0.8))
     if parts is not None:
         from boards.parts_table.join import join_parts
 
-        tell(f"joining {parts.name}", 0.8)
+        progress(f"joining {parts.name}", 0.8)
         bodies, more = join_parts(bodies, parts)
         findings += more
-    tell("understanding the board", 0.85)
+    progress("understanding the board", 0.85)
     try:
         board = understand(bodies, stem_of(file), findings)
     except BoardError as error:
         raise error if error.file is not None else BoardError(str(error), file=file) from None
-    tell("board understood", 1.0)
+    progress("board understood", 1.0)
     return board
-
-
-def _keep_quiet(text: str, share: float) -> None:
-    """Tell nobody."""
 
 
 def board_library() -> dict[str, Path]:

@@ -21,7 +21,7 @@ from cleaning.verdicts.validity_rules import judge_range
 from programs.program import TimedProgram
 from recipes.recipe import Recipe
 from specs.finding import Finding, worst_first
-from specs.progress import Progress, part_of, tell_nobody
+from specs.progress import Progress, no_progress, subprogress
 
 Effort: TypeAlias = Literal["sketch", "fast", "full"]
 _RAYS: dict[Effort, int] = {"sketch": 300_000, "fast": 4_000_000, "full": 8_000_000}
@@ -37,7 +37,7 @@ def analyse(
     recipe: Recipe,
     parameters: Parameters,
     effort: Effort = "fast",
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
 ) -> CleaningReport:
     """Predict what a program cleans.
 
@@ -47,31 +47,30 @@ def analyse(
         recipe: The recipe it was planned with: it has the nozzles.
         parameters: The model's.
         effort: How finely the way is sampled and how many rays are cast.
-        progress: Is told how far it is.
+        progress: Receives the stage and the share done.
 
     Raises:
         CleaningError: the program and the recipe do not belong together, or nothing is sprayed.
         ProgramError: the program has no move.
     """
-    tell = progress or tell_nobody
-    subject = prepare(board, parameters, part_of(tell, 0.0, 0.2))
-    return analyse_on(subject, program, recipe, effort, part_of(tell, 0.2, 1.0))
+    subject = prepare(board, parameters, subprogress(progress, 0.0, 0.2))
+    return analyse_on(subject, program, recipe, effort, subprogress(progress, 0.2, 1.0))
 
 
 def analyse_on(
-    subject: Subject, program: TimedProgram, recipe: Recipe, effort: Effort = "fast", progress: Progress | None = None
+    subject: Subject, program: TimedProgram, recipe: Recipe, effort: Effort = "fast", progress: Progress = no_progress
 ) -> CleaningReport:
     """Predict what a program cleans as ``analyse`` does, on a board that was made ready before."""
-    tell, parameters = progress or tell_nobody, subject.parameters
+    parameters = subject.parameters
     staged = stages_of(program, recipe, parameters, _WAY_MM[effort])
-    sprayed = _spray(staged.stages, subject, effort, part_of(tell, 0.0, 0.5))
-    beneath = gaps_of(subject, sprayed, part_of(tell, 0.5, 0.9))
-    tell("judging", 0.9)
+    sprayed = _spray(staged.stages, subject, effort, subprogress(progress, 0.0, 0.5))
+    beneath = gaps_of(subject, sprayed, subprogress(progress, 0.5, 0.9))
+    progress("judging", 0.9)
     rows = range(len(subject.board.components))
     parts = tuple(component_part(row, subject, sprayed, beneath.get(row)) for row in rows)
     bare = bare_part(subject, sprayed)
     process = (*judge_process(staged.stages, parameters), *judge_range(staged.stages, subject.board))
-    tell("done", 1.0)
+    progress("done", 1.0)
     return CleaningReport(
         origin=program.origin,
         board=subject.board,
@@ -90,14 +89,14 @@ def analyse_on(
     )
 
 
-def _spray(stages: Sequence[Stage], subject: Subject, effort: Effort, tell: Progress) -> tuple[Sprayed, ...]:
+def _spray(stages: Sequence[Stage], subject: Subject, effort: Effort, progress: Progress) -> tuple[Sprayed, ...]:
     done: list[Sprayed] = []
     total = sum(len(stage.samples.times) for stage in stages)
     begin = 0
     for stage in stages:
         end = begin + len(stage.samples.times)
         jet = jet_of(stage, subject.parameters.spray)
-        part = part_of(tell, begin / total, end / total)
+        part = subprogress(progress, begin / total, end / total)
         settled = effort != "sketch" and stage.use != "dry"  # of gas, which leaves nothing, only times are looked at
         rays = max(_RAYS_EACH[effort], -(-_RAYS[effort if settled else "sketch"] // len(stage.samples.times)))
         exposure = expose(stage, jet, subject.facets, subject.scene, rays, part)

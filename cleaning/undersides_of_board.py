@@ -21,13 +21,13 @@ _THREADS = 2
 """Gaps do not know each other, and their loops let other threads run."""
 
 
-def gaps_of(subject: Subject, sprayed: Sequence[Sprayed], tell: Progress) -> dict[int, Beneath]:
+def gaps_of(subject: Subject, sprayed: Sequence[Sprayed], progress: Progress) -> dict[int, Beneath]:
     """Follow the residue under each component with a gap, by the component's index."""
     found: dict[int, Beneath] = {}
     with ThreadPoolExecutor(_THREADS) as threads:
         rows = range(len(subject.rows))
         for row, beneath in enumerate(threads.map(partial(_beneath, subject, sprayed), rows)):
-            tell("flushing under parts", row / len(rows))
+            progress("flushing under parts", row / len(rows))
             found[subject.rows[row]] = beneath
     return found
 

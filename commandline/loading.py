@@ -5,14 +5,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import rich.progress
 import typer
-from rich import progress
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 
 from boards.board import Board
 from boards.load import load_board
-from specs.progress import Progress, part_of
+from specs.progress import Progress, subprogress
 
 if TYPE_CHECKING:
     from programs.program import TimedProgram
@@ -24,14 +24,14 @@ def progress_bar() -> Generator[Progress]:
     """Show a bar on the terminal's error stream; nothing where there is no terminal."""
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     console = Console(stderr=True)
-    with progress.Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    with rich.progress.Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=1.0)
 
-        def tell(what: str, done: float) -> None:
+        def progress(what: str, done: float) -> None:
             begun = bar.tasks[0].description != what  # shown at once: what follows may keep the bar's thread waiting
             bar.update(task, description=what, completed=done, refresh=begun)
 
-        yield tell
+        yield progress
 
 
 def read_board(board: str, parts: Path | None) -> Board:
@@ -40,8 +40,8 @@ def read_board(board: str, parts: Path | None) -> Board:
     Raises:
         BoardError: it cannot be used.
     """
-    with progress_bar() as tell:
-        return load_board(Path(board), parts, tell)
+    with progress_bar() as progress:
+        return load_board(Path(board), parts, progress)
 
 
 def read_board_of(program: "TimedProgram", file: Path, board: str | None, parts: Path | None) -> Board | None:
@@ -53,8 +53,8 @@ def read_board_of(program: "TimedProgram", file: Path, board: str | None, parts:
     from reports.files.find_board import find_board
 
     if board is None:
-        with progress_bar() as tell:
-            return find_board(program, file, tell, parts)
+        with progress_bar() as progress:
+            return find_board(program, file, progress, parts)
     found = read_board(board, parts)
     if found.sha256 != program.origin.board_sha256:
         typer.echo(f"warning: {found.name} is not quite the board this program was made for. Plan it again.", err=True)
@@ -71,6 +71,6 @@ def read_and_run(board: str, recipe: str, parts: Path | None) -> "Run":
     from rulesengine.planning.pipeline import run
 
     loaded_recipe = load_recipe(recipe)
-    with progress_bar() as tell:
-        loaded = load_board(Path(board), parts, part_of(tell, 0.0, 0.4))
-        return run(loaded_recipe, loaded, part_of(tell, 0.4, 1.0))
+    with progress_bar() as progress:
+        loaded = load_board(Path(board), parts, subprogress(progress, 0.0, 0.4))
+        return run(loaded_recipe, loaded, subprogress(progress, 0.4, 1.0))

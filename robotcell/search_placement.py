@@ -27,7 +27,7 @@ from robotcell.robot.poses import inverse, roll_pitch_yaw
 from robotcell.robot.robot import Poses
 from robotcell.track import CellReport, terms_of, track
 from specs.errors import EditError
-from specs.progress import Progress, part_of
+from specs.progress import Progress, no_progress, subprogress
 from specs.yaml.edit import set_value
 
 _MOST_TARGETS = 40
@@ -75,7 +75,7 @@ def find_place(
     loaded: LoadedCell,
     board: Board | None,
     wish: Wish | None = None,
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
 ) -> Relocation:
     """Search a better place for the board that ``board`` of the cell's file holds; ``placements`` stay.
 
@@ -84,27 +84,27 @@ def find_place(
         loaded: The cell.
         board: For collisions, and for room between the fixtures.
         wish: What is looked for; the distance is as far as the robot reaches, whatever it says.
-        progress: Told about long work.
+        progress: Receives the stage and the share done.
 
     Raises:
         CellError: as for ``track``, or the program never moves while the board is held so.
         ProgramError: The program has no move.
     """
-    tell, terms, cell = progress or _keep_quiet, terms_of(loaded), loaded.cell
+    terms, cell = terms_of(loaded), loaded.cell
     targets = targets_of(course_of(program, cell, terms.round_nozzles, terms.placements))
     collider = build_collider(cell, board)
     asked = wish or Wish()
     before = judge_placement(cell, targets, asked, collider)
     far = max(longest_reach(cell), before.distance, 2.0 * _NEAREST_M)
     asked = replace(asked, distance=(min(_NEAREST_M, before.distance), far))
-    now = Trial(before, track(program, cell, board, terms=terms, progress=part_of(tell, 0.0, 0.2)))
+    now = Trial(before, track(program, cell, board, terms=terms, progress=subprogress(progress, 0.0, 0.2)))
     room = None if board is None else room_of(cell, board)
-    search = part_of(tell, 0.2, 0.6)
+    search = subprogress(progress, 0.2, 0.6)
     found = find_placements(cell, targets, asked, collider, room=room, progress=search)
     better = [each for each in found if _is_better(each, now)]
     tried: list[Trial] = []
     for number, each in enumerate(better[:_CHECKED]):
-        share = part_of(tell, 0.6 + 0.4 * number / _CHECKED, 0.6 + 0.4 * (number + 1) / _CHECKED)
+        share = subprogress(progress, 0.6 + 0.4 * number / _CHECKED, 0.6 + 0.4 * (number + 1) / _CHECKED)
         moved = replace(cell, T_cell_board=place_pose(place_of(each.T_cell_board)))
         judged = replace(
             judge_placement(moved, targets, asked, collider), distance=each.distance, yaw=each.yaw, tried=each.tried
@@ -112,12 +112,8 @@ def find_place(
         tried.append(Trial(judged, track(program, moved, board, terms=terms, progress=share)))
         if not tried[-1].stopped_by:
             break
-    tell("board placed", 1.0)
+    progress("board placed", 1.0)
     return Relocation(now, tuple(tried), found[0].tried)
-
-
-def _keep_quiet(what: str, done: float) -> None:
-    """Tell nobody."""
 
 
 def _is_better(placement: Placement, now: Trial) -> bool:

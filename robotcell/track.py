@@ -27,7 +27,7 @@ from robotcell.motion.track_branch import Followed
 from robotcell.robot.conditioning import singularity
 from robotcell.robot.robot import Joints, Poses
 from specs.finding import Finding, worst_first
-from specs.progress import Progress, part_of
+from specs.progress import Progress, no_progress, subprogress
 
 _MOST_LEAN_DEG = 45.0
 
@@ -82,7 +82,7 @@ def track(
     board: Board | None,
     *,
     terms: Terms | None = None,
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
 ) -> CellReport:
     """Find the joint motion for a whole program, or say what keeps the robot from it.
 
@@ -93,27 +93,27 @@ def track(
         cell: The cell.
         board: For collisions; without it only the cell itself is looked at, and a finding says so.
         terms: What the robot may do beyond the program.
-        progress: Told about long work.
+        progress: Receives the stage and the share done.
 
     Raises:
         CellError: The cell lacks a tool or a placement that the program names, the robot has no closed form, or the
             libraries of ``washboard[robot]`` are missing.
         ProgramError: The program has no move.
     """
-    allowed, tell = terms or Terms(), progress or _keep_quiet
-    tell("laying out the course", 0.0)
+    allowed = terms or Terms()
+    progress("laying out the course", 0.0)
     lean = max(allowed.lean, granted_lean(program))
     course = course_of(program, cell, allowed.round_nozzles, allowed.placements)
     ask = ask_of(program, cell, board, [cell.T_cell_board, *allowed.placements.values()])
-    found = find_motion(ask, course, lean, part_of(tell, 0.0, 0.9))
+    found = find_motion(ask, course, lean, subprogress(progress, 0.0, 0.9))
     if isinstance(found, OutOfReach):
         report = _impossible(ask, course, board, found)
     elif len(found.torn) or len(found.blocked) or len(found.lost):
         report = _refused(ask, board, found)
     else:
-        tell("timing the joints", 0.9)
+        progress("timing the joints", 0.9)
         report = _told(ask, board, found)
-    tell("robot checked", 1.0)
+    progress("robot checked", 1.0)
     return report
 
 
@@ -135,10 +135,6 @@ def granted_lean(program: TimedProgram) -> float:
     if not all(0.0 <= each <= _MOST_LEAN_DEG for each in degrees):
         raise ProgramError(f"SET {TILT_BAND} needs a number from 0 to {_MOST_LEAN_DEG:g}; found {', '.join(stated)}.")
     return float(np.radians(min(degrees, default=0.0)))
-
-
-def _keep_quiet(what: str, done: float) -> None:
-    """Tell nobody."""
 
 
 def _impossible(ask: Questions, course: Course, board: Board | None, found: OutOfReach) -> CellReport:

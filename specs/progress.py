@@ -1,20 +1,20 @@
-"""How long work tells how far it is."""
+"""Callbacks by which long work reports its progress."""
 
 from collections.abc import Callable
 from typing import TypeAlias
 
 Progress: TypeAlias = Callable[[str, float], None]
-"""Takes what is being done and which part of the whole job is behind us (0 to 1)."""
+"""Receives the present stage and the share of the whole that is done, 0 to 1."""
 
 
-def part_of(tell: Progress, begin: float, end: float) -> Progress:
-    """Map the progress of a part onto its share of the whole."""
+def subprogress(progress: Progress, begin: float, end: float) -> Progress:
+    """Map the progress of a subtask, 0 to 1, onto its share of the whole."""
 
-    def told(what: str, done: float) -> None:
-        tell(what, begin + (end - begin) * done)
+    def report(what: str, done: float) -> None:
+        progress(what, begin + (end - begin) * done)
 
-    return told
+    return report
 
 
-def tell_nobody(_what: str, _done: float) -> None:
-    """Be the progress of work that nobody waits for."""
+def no_progress(_what: str, _done: float) -> None:
+    """Ignore the progress: the default of functions that take a callback."""

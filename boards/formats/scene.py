@@ -20,7 +20,7 @@ from boards.formats.tri.tri import SMALLEST_AREA_MM2
 from geometry.arrays import Triangles
 from geometry.mesh import areas_and_normals
 from specs.finding import Finding
-from specs.progress import Progress, tell_nobody
+from specs.progress import Progress, no_progress
 
 _STEP = (".step", ".stp")
 _GLTF = (".glb", ".gltf")
@@ -29,7 +29,7 @@ _FARTHEST_MM = 1e6  # what a board file may hold
 _SMALLEST_NAMED_BOARD = 0.1  # of the largest plate; smaller ones are adapters, or parts with a board of their own
 
 
-def read_scene(path: Path, progress: Progress | None = None) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     """Read a board from ``.step``/``.stp``, ``.glb``/``.gltf``, ``.stl``, ``.obj`` or ``.ply``.
 
     The origin of the file is kept; a board that does not lie in the x/y plane is turned. The board comes first, then
@@ -37,15 +37,14 @@ def read_scene(path: Path, progress: Progress | None = None) -> tuple[tuple[Body
 
     Args:
         path: file; the suffix says the format.
-        progress: called with what is being done and the fraction done.
+        progress: Receives the stage and the share done.
 
     Raises:
         BoardError: the file cannot be read, is damaged, or holds no board.
     """
-    report = progress if progress is not None else tell_nobody
-    report("reading", 0.0)
-    tree, findings = _read_tree(path, report)
-    report("finding parts", 0.96)
+    progress("reading", 0.0)
+    tree, findings = _read_tree(path, progress)
+    progress("finding parts", 0.96)
     _check_geometry(tree, path)
     loose = _is_loose(tree, path)
     if loose:
@@ -60,7 +59,7 @@ def read_scene(path: Path, progress: Progress | None = None) -> tuple[tuple[Body
     parts, joined = (join_touching(parts), _alone(parts)) if loose else join_repeated(parts)
     placed, around = split_roles(slab.patches(), parts)
     placed, renamed = name_parts(placed)
-    report("finding parts", 1.0)
+    progress("finding parts", 1.0)
     made = (_make_body("board", slab), *(_make_body(role, part) for role, part in placed))
     return made, (*findings, *turned, *layers, *joined, *around, *renamed)
 

@@ -14,7 +14,7 @@ from cleaning.process.stages import Samples, Stage
 from cleaning.surface.facets import Facets
 from cleaning.surface.ray_scene import Scene
 from geometry.arrays import Indices, Scalars
-from specs.progress import Progress, tell_nobody
+from specs.progress import Progress, no_progress
 
 _BLOCKS = 160
 _BATCH_RAYS = 200_000
@@ -67,7 +67,7 @@ class Exposure:
 
 
 def expose(
-    stage: Stage, jet: Jet, facets: Facets, scene: Scene, rays_per_sample: int = 64, tell: Progress = tell_nobody
+    stage: Stage, jet: Jet, facets: Facets, scene: Scene, rays_per_sample: int = 64, progress: Progress = no_progress
 ) -> Exposure:
     """Follow rays of the jet from every sample of a stage, and add up what they bring to each cell.
 
@@ -77,7 +77,7 @@ def expose(
         facets: ``build_facets`` of the scene.
         scene: What casts shadows.
         rays_per_sample: At least 1; all in all a cell should be hit 30 times.
-        tell: Told how far it is.
+        progress: Receives the stage and the share done.
     """
     samples = stage.samples
     rays, poses = rays_of(jet, rays_per_sample), poses_of(samples)
@@ -98,7 +98,7 @@ def expose(
             cells = np.flatnonzero(account.cells[:, scatter.VOLUME] > before)
             grown.append((cells, account.cells[cells, scatter.VOLUME] - before[cells]))
             before = account.cells[:, scatter.VOLUME].copy()
-            tell(stage.made_by, last / len(samples.times))
+            progress(stage.made_by, last / len(samples.times))
     growth = _growth(grown, _ends(stage, blocks), facets)
     return _exposure_of(stage, jet, facets, rays_per_sample, account, growth)
 

@@ -161,18 +161,18 @@ def _analyse(
     from cleaning.verify import check_names, verify
     from commandline.loading import progress_bar
     from reports.files.fingerprints import find_differences, state_used
-    from specs.progress import part_of
+    from specs.progress import subprogress
 
     check_names(board, names)
     differences = find_differences(program, board, recipe)
     for each in differences:
         typer.echo(f"warning: {each.message}", err=True)
     loaded = load_parameters(parameters)
-    with progress_bar() as tell:
-        subject = prepare(board, loaded, part_of(tell, 0.0, 0.2))
-        report = analyse_on(subject, program, recipe, effort, part_of(tell, 0.2, 1.0))
+    with progress_bar() as progress:
+        subject = prepare(board, loaded, subprogress(progress, 0.0, 0.2))
+        report = analyse_on(subject, program, recipe, effort, subprogress(progress, 0.2, 1.0))
         if names:
-            tell("verifying", 1.0)
+            progress("verifying", 1.0)
         verified = verify(report, subject, names)
     return state_used(report, differences), verified
 

@@ -75,8 +75,8 @@ def place(
             _check_there(text, loaded, output)
         made_for = read_board_of(asked, program, board, parts)
         wish = Wish(_METRICS[metric], of, height=(-1e-3 * lift, 1e-3 * lift))
-        with progress_bar() as tell:
-            found = find_place(asked, loaded, made_for, wish, tell)
+        with progress_bar() as progress:
+            found = find_place(asked, loaded, made_for, wish, progress)
         best = found.best
         if output is not None and (best is not None or not found.now.stopped_by):
             moved = text if best is None else with_place(text, place_of(best.placement.T_cell_board), file)

@@ -76,9 +76,9 @@ def check(
         check_apart((program, cell, board, parts), [*reports, *([] if output is None else [output])])
         loaded, asked = read_cell(cell), load_program(program)
         made_for = read_board_of(asked, program, board, parts)
-        with progress_bar() as tell:
+        with progress_bar() as progress:
             terms = terms_of(loaded, lean=math.radians(tilt_band))
-            done = track(asked, loaded.cell, made_for, terms=terms, progress=tell)
+            done = track(asked, loaded.cell, made_for, terms=terms, progress=progress)
         stops = blocking(done.findings, allow or [])
         written = _write(done, reports, output if not stops else None)
         console = open_console()

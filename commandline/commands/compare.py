@@ -115,22 +115,25 @@ def _carry_out(
     from cleaning.parameters.load import load_parameters
     from cleaning.prepared_board import prepare
     from commandline.loading import progress_bar
-    from specs.progress import part_of
+    from specs.progress import subprogress
 
     known = load_parameters(parameters)
-    with progress_bar() as tell:
-        board = load_board(Path(source[0]), source[1], part_of(tell, 0.0, 0.1))
+    with progress_bar() as progress:
+        board = load_board(Path(source[0]), source[1], subprogress(progress, 0.0, 0.1))
         one, other = asked
-        carried = (_carry(one, board, part_of(tell, 0.1, 0.2)), _carry(other, board, part_of(tell, 0.2, 0.3)))
-        subject = prepare(board, known, part_of(tell, 0.3, 0.4))
-        spans = (part_of(tell, 0.4, 0.7), part_of(tell, 0.7, 1.0))
+        carried = (
+            _carry(one, board, subprogress(progress, 0.1, 0.2)),
+            _carry(other, board, subprogress(progress, 0.2, 0.3)),
+        )
+        subject = prepare(board, known, subprogress(progress, 0.3, 0.4))
+        spans = (subprogress(progress, 0.4, 0.7), subprogress(progress, 0.7, 1.0))
         return [
             (each, analyse_on(subject, each.program, each.recipe, effort, span))
             for each, span in zip(carried, spans, strict=True)
         ]
 
 
-def _carry(asked: _Asked, board: "Board", tell: "Progress") -> _Carried:
+def _carry(asked: _Asked, board: "Board", progress: "Progress") -> _Carried:
     """Plan a recipe; a program is there already.
 
     Raises:
@@ -142,7 +145,7 @@ def _carry(asked: _Asked, board: "Board", tell: "Progress") -> _Carried:
     if asked.program is not None:
         refuse_other_version(asked.program, Path(asked.source), board)
         return _Carried(asked.recipe, asked.program, None)
-    planned = run(asked.recipe, board, tell)
+    planned = run(asked.recipe, board, progress)
     return _Carried(planned.recipe, planned.program, planned)
 
 

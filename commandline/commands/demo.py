@@ -88,8 +88,8 @@ def _carry_out(run: "Run", lies_in: "LoadedCell", dialect: str, folder: Path) ->
     if find_spec("coal") is None:
         console.print("Robot    not checked: `pip install washboard[robot]` adds what that takes.", markup=False)
         return
-    with progress_bar() as tell:
-        exported = export_in_cell(run.program, lies_in, dialect, run.board, tell)
+    with progress_bar() as progress:
+        exported = export_in_cell(run.program, lies_in, dialect, run.board, progress)
     print_cell_report(console, exported.report)
     if blocking(exported.findings, []) or not exported.report.possible:
         return

@@ -32,8 +32,8 @@ def clean_for_demo(run: "Run", folder: Path) -> None:
     from reports.terminal.console import open_console, print_files
 
     begun = perf_counter()
-    with progress_bar() as tell:
-        report = analyse(run.program, run.board, run.recipe, load_parameters(), "fast", tell)
+    with progress_bar() as progress:
+        report = analyse(run.program, run.board, run.recipe, load_parameters(), "fast", progress)
     seconds = perf_counter() - begun
     page, data = (folder / f"{run.board.name}-cleaning{end}" for end in (".html", ".json"))
     made = made_here("fast")

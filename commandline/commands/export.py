@@ -68,8 +68,8 @@ def export(
             check_apart((program, cell, board, parts), [output])
         lies_in, asked = read_cell(cell), load_program(program)
         made_for = read_board_of(asked, program, board, parts)
-        with progress_bar() as tell:
-            done = export_in_cell(asked, lies_in, dialect, made_for, tell)
+        with progress_bar() as progress:
+            done = export_in_cell(asked, lies_in, dialect, made_for, progress)
         _write(done, dialect, output, allow or [])
 
 

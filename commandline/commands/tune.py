@@ -134,18 +134,18 @@ def _tune(source: tuple[str, Path | None], recipe: tuple[Path, str], parameters:
     from commandline.loading import progress_bar
     from rulesengine.tuning.trial.trial_runner import Bench
     from rulesengine.tuning.tune import tune as search
-    from specs.progress import part_of
+    from specs.progress import subprogress
 
     known = load_parameters(parameters)
-    with progress_bar() as tell:
-        board = load_board(Path(source[0]), source[1], part_of(tell, 0.0, 0.05))
-        subject = prepare(board, known, part_of(tell, 0.05, 0.1))
+    with progress_bar() as progress:
+        board = load_board(Path(source[0]), source[1], subprogress(progress, 0.0, 0.05))
+        subject = prepare(board, known, subprogress(progress, 0.05, 0.1))
         bench = Bench(recipe[0], subject, asked.goal, asked.analyses)
 
-        def said(what: str) -> None:
-            tell(f"{what} ({bench.used} of {bench.most} analyses)", 0.1 + 0.9 * bench.used / bench.most)
+        def report(what: str, done: float) -> None:
+            progress(f"{what} ({bench.used} of {bench.most} analyses)", 0.1 + 0.9 * done)
 
-        bench.tell = said
+        bench.progress = report
         return search(bench, recipe[1], asked)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from geometry.arrays import Points
 from geometry.coverage.recent_answers import Memory
-from specs.progress import Progress
+from specs.progress import Progress, no_progress
 
 Effort: TypeAlias = Literal["sketch", "full"]
 """A sketch is made in a moment: an order that is repaired, without the search for a better one."""
@@ -55,7 +55,7 @@ def shortest_route(
     end: Points | None = None,
     *,
     effort: Effort = "full",
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
 ) -> Route:
     """Order the strokes so that the straight legs between them are short: optimal in practice for a few dozen.
 
@@ -67,7 +67,7 @@ def shortest_route(
         start: (3,) where the nozzle is, mm.
         end: (3,) where it has to go at last, or ``None`` if the route may stop anywhere.
         effort: a sketch is the settled route where that is remembered or found at once.
-        progress: is told how far the search is; it may end the search by raising something.
+        progress: Receives the stage and the share done; it may end the search by raising something.
 
     Returns:
         A route that is never longer than the best one in the given order.
@@ -90,9 +90,7 @@ def forget_routes() -> None:
     _routes.forget()
 
 
-def _find_route(
-    choices: Choices, ends: tuple[Points, Points | None], effort: Effort, progress: Progress | None
-) -> Route:
+def _find_route(choices: Choices, ends: tuple[Points, Points | None], effort: Effort, progress: Progress) -> Route:
     # numba takes a moment to load: only those who plan should wait for it
     from geometry.coverage.route_exact import choose_ways
     from geometry.coverage.route_network import MICRONS_PER_MM, build_network

@@ -12,7 +12,7 @@ from geometry.coverage.route_desk import Desk, do_turn, keep, look_at, new_desk,
 from geometry.coverage.route_exact import choose_ways, solve_small, start_order
 from geometry.coverage.route_network import Network, Whole, leg
 from geometry.coverage.route_tour import Tour, at, new_tour
-from specs.progress import Progress
+from specs.progress import Progress, no_progress
 
 MOST_EXACT = 9
 """Up to so many strokes the best order is found by dynamic programming"""
@@ -41,7 +41,7 @@ class Search(NamedTuple):
     """Micrometres of the tour, and of the shortest order so far"""
 
 
-def search_order(network: Network, effort: float = 1.0, seed: int = 0, progress: Progress | None = None) -> Indices:
+def search_order(network: Network, effort: float = 1.0, seed: int = 0, progress: Progress = no_progress) -> Indices:
     """A good order of the strokes, the best one for a few.
 
     Args:
@@ -96,7 +96,7 @@ def _best_of_two(network: Network, order: Indices) -> Indices:
 
 
 def _kick_often(
-    network: Network, order: Indices, kicks: int, leave: tuple[float, int], seed: int, progress: Progress | None
+    network: Network, order: Indices, kicks: int, leave: tuple[float, int], seed: int, progress: Progress
 ) -> Indices:
     """Kick and repair an order, some kicks at a time."""
     warmth, slack = leave
@@ -111,8 +111,7 @@ def _kick_often(
     repair(network, search)
     step = max(1, math.ceil(kicks / ROUNDS))
     for begin in range(0, kicks, step):
-        if progress is not None:
-            progress(f"refining the order of {len(order) - 2} strokes", begin / kicks)
+        progress(f"refining the order of {len(order) - 2} strokes", begin / kicks)
         kick_on(network, search, (begin, min(begin + step, kicks), kicks), warmth)
     return search.best
 

@@ -11,7 +11,7 @@ from robotcell.cell.installation import installation_of
 from robotcell.cell.load import LoadedCell
 from robotcell.track import CellReport, terms_of, track
 from specs.finding import Finding, worst_first
-from specs.progress import Progress
+from specs.progress import Progress, no_progress
 
 _MM = 1e3
 
@@ -30,7 +30,7 @@ class CellExport:
 
 
 def export_in_cell(
-    program: TimedProgram, loaded: LoadedCell, dialect: str, board: Board | None, progress: Progress | None = None
+    program: TimedProgram, loaded: LoadedCell, dialect: str, board: Board | None, progress: Progress = no_progress
 ) -> CellExport:
     """Track a program in a cell and write what the robot does; where it cannot do it, write what was asked for.
 
@@ -39,7 +39,7 @@ def export_in_cell(
         loaded: The cell.
         dialect: A name in ``DIALECTS``.
         board: For collisions; ``None`` if it is not at hand.
-        progress: Told about long work.
+        progress: Receives the stage and the share done.
 
     Raises:
         JobError: the cell lacks something that the program names, or the language cannot say it.

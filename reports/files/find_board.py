@@ -6,18 +6,18 @@ from boards.board import Board
 from boards.errors import BoardError
 from boards.load import SUFFIXES, board_library, load_board
 from programs.program import TimedProgram
-from specs.progress import Progress
+from specs.progress import Progress, no_progress
 
 
 def find_board(
-    program: TimedProgram, file: Path, progress: Progress | None = None, parts: Path | None = None
+    program: TimedProgram, file: Path, progress: Progress = no_progress, parts: Path | None = None
 ) -> Board | None:
     """Look for the board among the samples and beside the program; it must be the very same, by its fingerprint.
 
     Args:
         program: Names the board.
         file: Where the program was read.
-        progress: Told about long work.
+        progress: Receives the stage and the share done.
         parts: A table that is joined to the board, as it was when the program was planned.
 
     Raises:

@@ -46,17 +46,17 @@ class OutOfReach:
     empty: Indices
 
 
-def find_motion(ask: Questions, course: Course, lean: float, tell: Progress) -> Motion | OutOfReach:
+def find_motion(ask: Questions, course: Course, lean: float, progress: Progress) -> Motion | OutOfReach:
     """Find how the joints move along a course.
 
     Args:
         ask: What can be asked about the cell.
         course: Where the TCP is to go.
         lean: rad that the jet may lean while it sprays, where nothing else is clear.
-        tell: Told how far the search is.
+        progress: Receives the stage and the share done.
     """
     nodes = nodes_of(course, ask.cell.robot.dof)
-    tell("solving postures", 0.05)
+    progress("solving postures", 0.05)
     everywhere = asked_at(nodes, np.arange(len(nodes.sample)), _STRAIGHT)
     states = states_of(ask.cell.robot, course, nodes, everywhere, ask.postures)
     empty = np.flatnonzero(np.diff(states.layers.first) == 0)
@@ -67,26 +67,26 @@ def find_motion(ask: Questions, course: Course, lean: float, tell: Progress) -> 
         return OutOfReach(nodes, empty)
     states = near_home(ask.cell, states)
     search = Search(ask, course, nodes, states, nothing_known(states), nodes.azimuths == 1)
-    choice = _first_choice(search, lean, tell)
-    return _settle_all(search, choice, tell)
+    choice = _first_choice(search, lean, progress)
+    return _settle_all(search, choice, progress)
 
 
-def _first_choice(search: Search, lean: float, tell: Progress) -> Choice:
+def _first_choice(search: Search, lean: float, progress: Progress) -> Choice:
     """Search; let the jet lean where nothing else is clear; close loops."""
-    tell("searching postures", 0.2)
+    progress("searching postures", 0.2)
     choice = _resolve(search)
     hit = np.flatnonzero(search.known.verdict[choice.state] == HITS)
     wet = search.course.wet[search.nodes.sample]
     if lean <= 0.0:
         hit = hit[~wet[hit]]
     if len(hit):
-        tell("leaning where nothing else is clear", 0.35)
+        progress("leaning where nothing else is clear", 0.35)
         near = np.unique(np.clip(hit[:, None] + np.arange(-2, 3), 0, len(wet) - 1))
         search.states = near_home(search.ask.cell, _with_leans(search.ask, search.course, search.nodes, near, lean))
         search.known = nothing_known(search.states)
         choice = _resolve(search)
     while _unwind(search, choice):
-        tell("unwinding joints", 0.38)
+        progress("unwinding joints", 0.38)
         choice = _resolve(search)
     if _close_loops(search, choice):
         choice = _resolve(search)
@@ -162,11 +162,11 @@ def _close_loops(search: Search, choice: Choice) -> bool:
     return changed
 
 
-def _settle_all(search: Search, choice: Choice, tell: Progress) -> Motion:
+def _settle_all(search: Search, choice: Choice, progress: Progress) -> Motion:
     """Follow the choice, look for what is wrong, and choose anew until nothing is or nothing helps."""
     motion = attempt(search, choice)
     for number in range(_ROUNDS):
-        tell("following the course", 0.4 + 0.5 * number / _ROUNDS)
+        progress("following the course", 0.4 + 0.5 * number / _ROUNDS)
         if not _note(search, choice, motion):
             break
         choice = _resolve(search)

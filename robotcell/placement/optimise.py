@@ -19,7 +19,7 @@ from robotcell.collision.collision import Collider, with_board_at
 from robotcell.placement.reachability import Metric, Targets, clear_of, measure, postures_at
 from robotcell.robot.poses import inverse, pose
 from robotcell.robot.robot import Poses
-from specs.progress import Progress, part_of
+from specs.progress import Progress, no_progress, subprogress
 
 Criterion: TypeAlias = Literal["least", "mean"]
 
@@ -104,7 +104,7 @@ def find_placements(
     collider: Collider | None = None,
     *,
     room: Room | None = None,
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
 ) -> tuple[Placement, ...]:
     """Search places for the board: a grid, then ever smaller steps from its best places. Nothing is random.
 
@@ -116,24 +116,24 @@ def find_placements(
         wish: What is looked for.
         collider: If given, postures that collide do not count.
         room: Says of a T_cell_board (4, 4) whether the board has room there; everywhere if left out.
-        progress: Told about long work.
+        progress: Receives the stage and the share done.
 
     Returns:
         One to four, best first, none twice.
     """
-    task, tell = _Task(cell, targets, wish or Wish(), collider, room), progress or _keep_quiet
+    task = _Task(cell, targets, wish or Wish(), collider, room)
     low, high = _bounds(task.wish)
     counts = np.where(high > low, _COUNTS, 1)
-    starts, tried = _starts(task, counts, part_of(tell, 0.0, 0.4))
+    starts, tried = _starts(task, counts, subprogress(progress, 0.0, 0.4))
     found: list[tuple[_Score, NDArray[np.float64]]] = []
     for number, (score, start) in enumerate(starts):
-        tell("looking for better places nearby", 0.4 + 0.6 * number / len(starts))
+        progress("looking for better places nearby", 0.4 + 0.6 * number / len(starts))
         better, at, more = _descend(task, start, score, (high - low) / counts)
         tried += more
         if not any(np.all(np.abs(at - other) <= 4.0 * _FINEST) for _, other in found):
             found.append((better, at))
     found.sort(key=lambda pair: -round(pair[0].value, 9))
-    tell("places found", 1.0)
+    progress("places found", 1.0)
     return tuple(_placement(task, place, score, tried) for score, place in found)
 
 
@@ -144,10 +144,6 @@ def judge_placement(
     task = _Task(cell, targets, wish or Wish(), collider)
     here = _here(task)
     return _placement(task, here, _score(task, here), 1)
-
-
-def _keep_quiet(what: str, done: float) -> None:
-    """Tell nobody."""
 
 
 def _placement(task: _Task, place: NDArray[np.float64], score: _Score, tried: int) -> Placement:
@@ -169,7 +165,7 @@ def _here(task: _Task) -> NDArray[np.float64]:
 
 
 def _starts(
-    task: _Task, counts: NDArray[np.int64], tell: Progress
+    task: _Task, counts: NDArray[np.int64], progress: Progress
 ) -> tuple[list[tuple[_Score, NDArray[np.float64]]], int]:
     """Give the place of now and the best of a grid that are no neighbours, and how many places were looked at.
 
@@ -183,7 +179,7 @@ def _starts(
     steps = np.stack(np.unravel_index(np.arange(len(grid)), counts), axis=-1)
     queue: list[tuple[float, int, _Score | None]] = []
     for index, place in enumerate(grid):
-        tell("looking at places for the board", index / len(grid))
+        progress("looking at places for the board", index / len(grid))
         queue.append((-round(_bound(task, place).value, 9), index, None))
     heapq.heapify(queue)
     here = _here(task)

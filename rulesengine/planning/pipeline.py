@@ -22,7 +22,7 @@ from rulesengine.planning.unserved import find_unserved
 from rulesengine.strokes.classify import Classified
 from rulesengine.timing.time_plan import time_plan
 from specs.finding import Finding, worst_first
-from specs.progress import Progress, part_of, tell_nobody
+from specs.progress import Progress, no_progress, subprogress
 
 _SKETCH_SHARE = 0.2
 """Of the time for a plan."""
@@ -54,7 +54,7 @@ class _Assembled:
 def run(
     recipe: Recipe,
     board: Board,
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
     sketched: Callable[[Plan], None] | None = None,
     before: Run | None = None,
 ) -> Run:
@@ -63,7 +63,7 @@ def run(
     Args:
         recipe: What to do.
         board: Where.
-        progress: Is told how far it is.
+        progress: Receives the stage and the share done.
         sketched: Is shown a first plan if the final one takes a search; its strokes come in an order that is not
             the shortest yet.
         before: A run whose strokes are taken where nothing changed that they depend on; the result is the same.
@@ -71,36 +71,35 @@ def run(
     Raises:
         RecipeError: a component matches no class, or nothing is left to do.
     """
-    tell = progress or tell_nobody
     job = new_job(recipe, board, before.parts if before is not None and before.board is board else Parts())
-    plan = _plan(job, part_of(tell, 0.0, 0.6), sketched)
-    tell("timing", 0.6)
+    plan = _plan(job, subprogress(progress, 0.0, 0.6), sketched)
+    progress("timing", 0.6)
     program = time_plan(plan, recipe.limits)
-    tell("done", 1.0)
+    progress("done", 1.0)
     findings = worst_first((*board.findings, *check_recipe(recipe), *plan.findings, *program.findings))
     return Run(recipe, board, job.classified, plan, program, findings, job.parts)
 
 
-def make_plan(recipe: Recipe, board: Board, progress: Progress | None = None) -> Plan:
+def make_plan(recipe: Recipe, board: Board, progress: Progress = no_progress) -> Plan:
     """Turn a recipe into passes, dwells, transfers and commands on a board, in order.
 
     Raises:
         RecipeError: a component matches no class, or nothing is left to do.
     """
-    return _plan(new_job(recipe, board, Parts()), progress or tell_nobody, None)
+    return _plan(new_job(recipe, board, Parts()), progress, None)
 
 
-def _plan(job: Job, tell: Progress, sketched: Callable[[Plan], None] | None) -> Plan:
+def _plan(job: Job, progress: Progress, sketched: Callable[[Plan], None] | None) -> Plan:
     if sketched is None:
-        return _assemble(job, "full", tell).plan
-    sketch = _assemble(job, "sketch", part_of(tell, 0.0, _SKETCH_SHARE))
+        return _assemble(job, "full", progress).plan
+    sketch = _assemble(job, "sketch", subprogress(progress, 0.0, _SKETCH_SHARE))
     if sketch.settled:
         return sketch.plan
     sketched(sketch.plan)
-    return _assemble(job, "full", part_of(tell, _SKETCH_SHARE, 1.0)).plan
+    return _assemble(job, "full", subprogress(progress, _SKETCH_SHARE, 1.0)).plan
 
 
-def _assemble(job: Job, effort: Effort, tell: Progress) -> _Assembled:
+def _assemble(job: Job, effort: Effort, progress: Progress) -> _Assembled:
     recipe, board = job.recipe, job.board
     steps = [(index, step) for index, step in enumerate(recipe.sequence) if step.enabled]
     first = steps[0][1].side
@@ -109,7 +108,7 @@ def _assemble(job: Job, effort: Effort, tell: Progress) -> _Assembled:
         board, recipe.limits, first, floors, parked(board, recipe.limits, floors), findings=list(job.findings)
     )
     for done, (index, step) in enumerate(steps):
-        part = part_of(tell, done / len(steps), (done + 1) / len(steps))
+        part = subprogress(progress, done / len(steps), (done + 1) / len(steps))
         part(f"planning {step.function}", 0.0)
         _do_step(job, assembly, (index, step), effort, part)
     if not any(isinstance(item, SprayPass | Dwell) for item in assembly.items):
@@ -129,7 +128,7 @@ def _idle(board: Board, steps: list[tuple[int, Step]]) -> str:
     )
 
 
-def _do_step(job: Job, assembly: Assembly, numbered: tuple[int, Step], effort: Effort, tell: Progress) -> None:
+def _do_step(job: Job, assembly: Assembly, numbered: tuple[int, Step], effort: Effort, progress: Progress) -> None:
     index, step = numbered
     made_by = f"sequence[{index}]"
     function = job.recipe.functions[step.function]
@@ -146,7 +145,7 @@ def _do_step(job: Job, assembly: Assembly, numbered: tuple[int, Step], effort: E
             assembly.command("REPEAT", str(step.until.max_repeats), "UNTIL", key, ">=", f"{value:.3f}", made_by=made_by)
     todo = [*zip(step.paths, sets, strict=True)] * step.repeat
     for done, (name, strokes) in enumerate(todo):
-        part = part_of(tell, done / len(todo), (done + 1) / len(todo))
+        part = subprogress(progress, done / len(todo), (done + 1) / len(todo))
         ordered = order_strokes(strokes, assembly.pose.tcp, f"{made_by}/{name}", effort, part)
         assembly.settled = assembly.settled and ordered.settled
         assembly.findings += ordered.findings

@@ -8,7 +8,7 @@ from geometry.arrays import Points
 from geometry.coverage.route import Choices, Effort, shortest_route
 from rulesengine.strokes.stroke import Stroke, StrokeSet
 from specs.finding import Finding
-from specs.progress import Progress
+from specs.progress import Progress, no_progress
 
 _AS_NEAR_MM = 1e-3
 """Places that are no farther apart than this are as near: the first is taken."""
@@ -27,7 +27,7 @@ class Ordered:
 
 
 def order_strokes(
-    strokes: StrokeSet, start: Points, made_by: str, effort: Effort = "full", progress: Progress | None = None
+    strokes: StrokeSet, start: Points, made_by: str, effort: Effort = "full", progress: Progress = no_progress
 ) -> Ordered:
     """Fix order, beginnings and senses, as far as the set leaves them open, from a starting point (3,)."""
     todo = list(strokes.strokes)

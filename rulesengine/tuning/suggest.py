@@ -16,7 +16,7 @@ from rulesengine.tuning.trial.requirements import Goal, Want
 from rulesengine.tuning.trial.result import Figures, figures_of
 from rulesengine.tuning.variables.design_variables import KINDS
 from rulesengine.tuning.variables.recipe_edits import Edits, apply_edits
-from specs.progress import Progress, part_of, tell_nobody
+from specs.progress import Progress, no_progress, subprogress
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
 
@@ -90,16 +90,15 @@ def _for_one(outcome: Outcome, wants: list[Want]) -> list[Suggestion]:
     return [Suggestion(heaviest.component, heaviest.judgement.rule, move.what, move.edits) for move in moves]
 
 
-def predict(suggestion: Suggestion, here: Here, goal: Goal = "clean", progress: Progress | None = None) -> Effect:
+def predict(suggestion: Suggestion, here: Here, goal: Goal = "clean", progress: Progress = no_progress) -> Effect:
     """Plan and analyse a recipe with an edit, and compare.
 
     Raises:
         JobError: the edit cannot be written, or what comes of it cannot be planned or analysed.
     """
-    tell = progress or tell_nobody
     text = apply_edits(here.text, here.file, suggestion.edits)
-    planned = run(parse_recipe(text, file=here.file), here.run.board, part_of(tell, 0.0, 0.3), before=here.run)
-    report = analyse_on(here.subject, planned.program, planned.recipe, "fast", part_of(tell, 0.3, 1.0))
+    planned = run(parse_recipe(text, file=here.file), here.run.board, subprogress(progress, 0.0, 0.3), before=here.run)
+    report = analyse_on(here.subject, planned.program, planned.recipe, "fast", subprogress(progress, 0.3, 1.0))
     before, after = outcome_of(here.run, here.report, goal), outcome_of(planned, report, goal, text)
     mended = all(want.component != suggestion.component for want in after.wants)
     return Effect(text, figures_of(before), figures_of(after), mended)

@@ -39,7 +39,7 @@ class Download:
     content: bytes
 
 
-def make_download(kind: str, session: Session, allowed: Collection[str], rate: float, tell: Progress) -> Download:
+def make_download(kind: str, session: Session, allowed: Collection[str], rate: float, progress: Progress) -> Download:
     """Make a file of a session.
 
     Args:
@@ -47,7 +47,7 @@ def make_download(kind: str, session: Session, allowed: Collection[str], rate: f
         session: What is shown.
         allowed: Rules whose errors do not forbid a program.
         rate: How many times faster than the robot a playback runs.
-        tell: Is told how far it is.
+        progress: Receives the stage and the share done.
 
     Raises:
         ProgramError: there is no program of the recipe as it is now, or a finding forbids it.
@@ -58,11 +58,11 @@ def make_download(kind: str, session: Session, allowed: Collection[str], rate: f
     run = session.run
     if run is None or not session.planned:
         raise ProgramError("the recipe as it is now is not planned yet; wait until it is, or mend what stops it.")
-    tell(f"making {kind}", 0.0)
+    progress(f"making {kind}", 0.0)
     if suffix.startswith("-cleaning"):
         content = _cleaning(session, suffix)
     else:
-        content = _playback(session, run, rate, tell) if suffix == ".html" else _content(suffix, run, allowed)
+        content = _playback(session, run, rate, progress) if suffix == ".html" else _content(suffix, run, allowed)
     return Download(f"{plain_name(run.board.name)}-{plain_name(run.recipe.recipe)}{suffix}", content)
 
 
@@ -71,10 +71,10 @@ def forbidding(run: Run | None) -> dict[str, int]:
     return dict(Counter(finding.rule for finding in blocking(run.findings, ()))) if run is not None else {}
 
 
-def _playback(session: Session, run: Run, rate: float, tell: Progress) -> bytes:
+def _playback(session: Session, run: Run, rate: float, progress: Progress) -> bytes:
     from webui.downloads.recording import record
 
-    return record(session.played or run, rate, tell, session.check).encode()
+    return record(session.played or run, rate, progress, session.check).encode()
 
 
 def _cleaning(session: Session, suffix: str) -> bytes:

@@ -13,7 +13,7 @@ from geometry.arrays import Scalars
 from programs.errors import ProgramError
 from programs.playback import build_timeline
 from rulesengine.planning.pipeline import Run
-from specs.progress import Progress, tell_nobody
+from specs.progress import Progress, no_progress
 from webui.glb.ribbons import board_size_mm, line_width_mm
 from webui.layers.paths.nozzle import moment
 from webui.layers.paths.strokes import stroke_lines, strokes_glb, tint_functions, tint_strokes, transfers_glb
@@ -33,13 +33,13 @@ _STAMPS = 400
 """How often the time that is written in the scene changes."""
 
 
-def record(run: Run, rate: float = 10.0, tell: Progress | None = None, checked: Checked | None = None) -> str:
+def record(run: Run, rate: float = 10.0, progress: Progress = no_progress, checked: Checked | None = None) -> str:
     """Record a whole program, played at some speed, with its board and paths.
 
     Args:
         run: What to play.
         rate: How many times faster than the robot; > 0.
-        tell: Is told how far the recording is.
+        progress: Receives the stage and the share done.
         checked: What came of the check of just this program: then its robot is seen too.
 
     Returns:
@@ -56,7 +56,7 @@ def record(run: Run, rate: float = 10.0, tell: Progress | None = None, checked: 
         _draw_still(server.scene, run)
         recording = server.get_scene_serializer()
         move = _robot_mover(server.scene, checked)
-        for now_s, lasting in _play(server.scene, run, frame_times(end_s, rate), tell or tell_nobody):
+        for now_s, lasting in _play(server.scene, run, frame_times(end_s, rate), progress):
             move(now_s)
             recording.insert_sleep(lasting / rate)
         return recording.as_html()
@@ -68,7 +68,7 @@ def frame_times(end_s: float, rate: float) -> Scalars:
     return np.linspace(0.0, end_s, count + 1)
 
 
-def _play(api: viser.SceneApi, run: Run, times: Scalars, tell: Progress) -> Iterator[tuple[float, float]]:
+def _play(api: viser.SceneApi, run: Run, times: Scalars, progress: Progress) -> Iterator[tuple[float, float]]:
     """Draw moment after moment; after each, say when it is and how long it stays."""
     timeline = build_timeline(run.program)
     tool = ToolView(api, tint_functions(run.recipe))
@@ -77,7 +77,7 @@ def _play(api: viser.SceneApi, run: Run, times: Scalars, tell: Progress) -> Iter
     every = max(1, len(times) // _STAMPS)
     for index, (now_s, lasting) in enumerate(zip(times.tolist(), [*np.diff(times).tolist(), 0.0], strict=True)):
         if index % every == 0:
-            tell("recording", index / len(times))
+            progress("recording", index / len(times))
         shown = moment(timeline, run.recipe, run.board, now_s)
         tool.show(shown)
         if index % every == 0:

@@ -10,7 +10,7 @@ from robotcell.cell.installation import installation_of
 from robotcell.robot.robot import Joints, Robot
 from rulesengine.planning.pipeline import Run
 from specs.finding import Finding, blocking, worst_first
-from specs.progress import Progress, part_of
+from specs.progress import Progress, subprogress
 from webui.downloads.downloads import Download, plain_name, refuse_errors
 from webui.downloads.program_text import Written, write_program, zip_bytes
 from webui.page.checked import Checked, check_program
@@ -33,7 +33,7 @@ class Made:
         return worst_first((*self.checked.run.findings, *self.checked.findings, *self.written.findings))
 
 
-def make_program(session: Session, dialect: str, tell: Progress) -> Made:
+def make_program(session: Session, dialect: str, progress: Progress) -> Made:
     """Write the program of a session for the robot of its cell; it is checked first if it was not.
 
     Raises:
@@ -44,9 +44,9 @@ def make_program(session: Session, dialect: str, tell: Progress) -> Made:
         raise ProgramError("no cell is chosen; choose one in the tab Robot.")
     if run is None or not session.planned:
         raise ProgramError("the recipe as it is now is not planned yet; wait until it is, or mend what stops it.")
-    checked = session.check or check_program(run, cell, part_of(tell, 0.0, _CHECKING))
+    checked = session.check or check_program(run, cell, subprogress(progress, 0.0, _CHECKING))
     joints = None if checked.motion is None else exported_joints(cell.cell.robot, checked.motion.joints)
-    tell("writing", _CHECKING)
+    progress("writing", _CHECKING)
     return Made(checked, write_program(checked.program, installation_of(cell), dialect, joints))
 
 

@@ -7,7 +7,7 @@ from cleaning.parameters.model import Parameters
 from cleaning.verdicts.results import CleaningReport
 from programs.program import TimedProgram
 from rulesengine.planning.pipeline import Run
-from specs.progress import Progress, part_of
+from specs.progress import Progress, subprogress
 
 if TYPE_CHECKING:
     from boards.board import Board
@@ -47,30 +47,30 @@ class Asked:
     effort: "Effort"
 
 
-def analyse_run(run: Run, asked: Asked, before: Analysed | None, tell: Progress) -> Analysed:
+def analyse_run(run: Run, asked: Asked, before: Analysed | None, progress: Progress) -> Analysed:
     """Analyse a program, as the command line does.
 
     Args:
         run: Its program, board and recipe.
         asked: With which parameters, and how thoroughly.
         before: An analysis whose board may be the same.
-        tell: Is told how far it is.
+        progress: Receives the stage and the share done.
 
     Raises:
         JobError: the program cannot be analysed with these parameters.
     """
     from cleaning.analyse import analyse_on
 
-    subject = make_ready(run.board, asked.parameters, before, part_of(tell, 0.0, 0.2))
-    report = analyse_on(subject, run.program, run.recipe, asked.effort, part_of(tell, 0.2, 1.0))
+    subject = make_ready(run.board, asked.parameters, before, subprogress(progress, 0.0, 0.2))
+    report = analyse_on(subject, run.program, run.recipe, asked.effort, subprogress(progress, 0.2, 1.0))
     return Analysed(run.program, asked.parameters_name, report, subject, asked.effort)
 
 
-def make_ready(board: "Board", parameters: Parameters, before: Analysed | None, tell: Progress) -> "Subject":
+def make_ready(board: "Board", parameters: Parameters, before: Analysed | None, progress: Progress) -> "Subject":
     """Make a board ready for analyses with some parameters, unless it is already."""
     from cleaning.prepared_board import prepare
 
     known = None if before is None else before.subject
     if known is not None and known.board is board and known.parameters == parameters:
         return known
-    return prepare(board, parameters, tell)
+    return prepare(board, parameters, progress)

@@ -40,13 +40,13 @@ class Checked:
         return self.report.findings
 
 
-def check_program(run: Run, cell: LoadedCell, tell: Progress, lean: float = 0.0) -> Checked:
+def check_program(run: Run, cell: LoadedCell, progress: Progress, lean: float = 0.0) -> Checked:
     """Try a program in a cell, as the command line does.
 
     Args:
         run: Its program, and the board for collisions.
         cell: The cell.
-        tell: Is told how far it is.
+        progress: Receives the stage and the share done.
         lean: rad that the jet may lean while it sprays, where nothing else is clear.
 
     Raises:
@@ -54,7 +54,7 @@ def check_program(run: Run, cell: LoadedCell, tell: Progress, lean: float = 0.0)
     """
     from robotcell.track import terms_of, track
 
-    report = track(run.program, cell.cell, run.board, terms=terms_of(cell, lean), progress=tell)
+    report = track(run.program, cell.cell, run.board, terms=terms_of(cell, lean), progress=progress)
     return Checked(run, cell, report, joint_motion(report.program, report.joints) if report.possible else None)
 
 

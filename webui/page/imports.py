@@ -24,7 +24,7 @@ class Loaded:
     board: Board
 
 
-def import_board(project: Project, name: str, content: bytes, tell: Progress) -> Loaded:
+def import_board(project: Project, name: str, content: bytes, progress: Progress) -> Loaded:
     """Keep an uploaded board in the project folder and read it; what cannot be read, or is not wanted, is not kept.
 
     Raises:
@@ -34,7 +34,7 @@ def import_board(project: Project, name: str, content: bytes, tell: Progress) ->
     """
     stored = project.store(name, content)
     try:
-        return Loaded(stored.name, load_board(project.locate(stored.name), None, tell))
+        return Loaded(stored.name, load_board(project.locate(stored.name), None, progress))
     except BaseException:
         if stored.fresh:
             project.discard(stored.name)

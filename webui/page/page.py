@@ -44,7 +44,7 @@ class Page:
         self._shown: Session | None = None
         self._panels: list[Panel] = []
         self._lock = threading.RLock()
-        self._planner: Worker[Run] = Worker(self._tell)
+        self._planner: Worker[Run] = Worker(self._report_progress)
         self._planning: tuple[Recipe, Board] | None = None
         """What is being planned."""
         self._progress: list[Progress] = []
@@ -84,9 +84,9 @@ class Page:
             for look in [] if self._closed else self._looks:
                 look()
 
-    def on_progress(self, tell: Progress) -> None:
+    def on_progress(self, progress: Progress) -> None:
         """Have somebody told how far planning is."""
-        self._progress.append(tell)
+        self._progress.append(progress)
 
     def attempt(self, change: Change, refused: Callable[[JobError], None] | None = None) -> bool:
         """Do an edit and show what comes of it; a refused one changes nothing and says why.
@@ -141,9 +141,9 @@ class Page:
         """Plan the session's recipe beside the page; what comes later replaces it."""
         recipe, board, before = self.session.recipe, self.session.board, self.session.run
         begun, self._planning = time.perf_counter(), (recipe, board)
-        self._tell("planning", 0.0)
+        self._report_progress("planning", 0.0)
         self._planner.start(
-            lambda tell: run(recipe, board, tell, lambda plan: self._sketched(plan, recipe), before),
+            lambda progress: run(recipe, board, progress, lambda plan: self._sketched(plan, recipe), before),
             lambda done: self._planned(done, begun),
             self._not_planned,
         )
@@ -152,7 +152,7 @@ class Page:
         """Give up planning; the last run stays in sight."""
         with self._lock:
             self._give_up()
-            self._tell("cancelled", 1.0)
+            self._report_progress("cancelled", 1.0)
             self.show(replace(self.session, sketch=None))
 
     def _is_planning(self, session: Session) -> bool:
@@ -197,7 +197,7 @@ class Page:
     def _not_planned(self, error: Exception) -> None:
         with self._lock:
             self._planning = None
-            self._tell("not planned", 1.0)
+            self._report_progress("not planned", 1.0)
             self.show(replace(self.session, sketch=None))
         self.report(error)
 
@@ -209,6 +209,6 @@ class Page:
         _log.exception("a defect of washboard", exc_info=error)
         self.refuse(f"A defect of washboard ({type(error).__name__}); the server's log says more. Please report it.")
 
-    def _tell(self, what: str, done: float) -> None:
-        for tell in self._progress:
-            tell(what, done)
+    def _report_progress(self, what: str, done: float) -> None:
+        for progress in self._progress:
+            progress(what, done)

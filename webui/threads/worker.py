@@ -21,9 +21,9 @@ class Worker(Generic[T]):
     not keep the process alive: who ends the server does not wait for a plan.
     """
 
-    def __init__(self, tell: Progress) -> None:
-        """Remember whom to tell how far the work is."""
-        self._tell = tell
+    def __init__(self, progress: Progress) -> None:
+        """Build a worker that reports to ``progress``."""
+        self._progress = progress
         self._lock = threading.Lock()
         self._last: threading.Thread | None = None
         self._wanted = 0
@@ -73,15 +73,15 @@ class Worker(Generic[T]):
         done: Callable[[T], None],
         failed: Callable[[Exception], None],
     ) -> None:
-        def tell(what: str, share: float) -> None:
+        def progress(what: str, share: float) -> None:
             if ticket != self._wanted:
                 raise CancelledError
-            self._tell(what, share)
+            self._progress(what, share)
 
         try:
-            tell("waiting", 0.0)
-            result = work(tell)
-            tell("done", 1.0)
+            progress("waiting", 0.0)
+            result = work(progress)
+            progress("done", 1.0)
             done(result)
         except CancelledError:
             return

@@ -11,7 +11,7 @@ from rulesengine.tuning.trial.request import Asked
 from rulesengine.tuning.trial.requirements import Goal
 from rulesengine.tuning.trial.trial_runner import Bench
 from rulesengine.tuning.tune import tune
-from specs.progress import Progress, part_of
+from specs.progress import Progress, subprogress
 from webui.page.analysed import Analysed, make_ready
 from webui.page.document import Document
 from webui.page.proposal import Proposal
@@ -31,34 +31,34 @@ class Task:
 class ToldBench(Bench):
     """Says how many analyses were made whenever a recipe is tried; who is told may stop it there."""
 
-    def __init__(self, file: Path, subject: Subject, goal: Goal, most: int, told: Progress) -> None:
-        """Make a bench as any other; ``told`` is told."""
+    def __init__(self, file: Path, subject: Subject, goal: Goal, most: int, progress: Progress) -> None:
+        """Build a bench that reports to ``progress``."""
         super().__init__(file, subject, goal, most)
-        self._told = told
-        self.tell = self._say
+        self._callback = progress
+        self.progress = self._report
 
     def planned(self, text: str) -> Run | None:
         """Plan a text as every bench does."""
-        self._say("tuning")
+        self._report("tuning", self.used / self.most)
         return super().planned(text)
 
-    def _say(self, what: str) -> None:
-        self._told(f"{what}, {self.used} of at most {self.most} analyses", min(1.0, self.used / self.most))
+    def _report(self, what: str, done: float) -> None:
+        self._callback(f"{what}, {self.used} of at most {self.most} analyses", min(1.0, done))
 
 
-def propose(task: Task, before: Analysed | None, tell: Progress) -> Proposal:
+def propose(task: Task, before: Analysed | None, progress: Progress) -> Proposal:
     """Tune a recipe.
 
     Args:
         task: What, and for what.
         before: An analysis whose board may be the same.
-        tell: Is told how far it is.
+        progress: Receives the stage and the share done.
 
     Raises:
         JobError: the recipe cannot be read, planned or analysed.
     """
-    subject = make_ready(task.board, task.parameters, before, part_of(tell, 0.0, 0.1))
-    told = part_of(tell, 0.1, 0.99)
-    bench = ToldBench(task.document.file, subject, task.asked.goal, task.asked.analyses, told)
+    subject = make_ready(task.board, task.parameters, before, subprogress(progress, 0.0, 0.1))
+    part = subprogress(progress, 0.1, 0.99)
+    bench = ToldBench(task.document.file, subject, task.asked.goal, task.asked.analyses, part)
     tuned = tune(bench, task.document.text, task.asked)
     return Proposal(task.document, task.board, task.parameters_name, tuned)

@@ -9,7 +9,7 @@ from rulesengine.planning.pipeline import Run
 from rulesengine.tuning.suggest import Effect, Here, Suggestion, predict, suggest
 from rulesengine.tuning.trial.requirements import Goal
 from specs.errors import JobError
-from specs.progress import Progress, part_of
+from specs.progress import Progress, subprogress
 from webui.page.analysed import Analysed, make_ready
 from webui.page.document import Document
 from webui.tuning.quick_fix import Fix
@@ -31,19 +31,19 @@ class Failing:
     """Of the run, or of what a robot makes of it."""
 
 
-def suggest_fixes(failing: Failing, tell: Progress) -> tuple[Fix, ...]:
+def suggest_fixes(failing: Failing, progress: Progress) -> tuple[Fix, ...]:
     """Suggest changes for a part, each with what it is predicted to do; what leaves least wanting comes first.
 
     Raises:
         JobError: the recipe cannot be analysed.
     """
-    here = _here(failing, part_of(tell, 0.0, 0.3))
+    here = _here(failing, subprogress(progress, 0.0, 0.3))
     goal = goal_for(here.report, failing.component)
     asked = [each for each in suggest(here.run, here.report, goal) if each.component == failing.component]
     found: list[Fix] = []
     for number, each in enumerate(asked):
-        told = part_of(tell, 0.3 + 0.7 * number / len(asked), 0.3 + 0.7 * (number + 1) / len(asked))
-        effect = _effect(each, here, goal, told)
+        part = subprogress(progress, 0.3 + 0.7 * number / len(asked), 0.3 + 0.7 * (number + 1) / len(asked))
+        effect = _effect(each, here, goal, part)
         if effect is not None:
             before, after = effect.before, effect.after
             found.append(
@@ -59,18 +59,18 @@ def goal_for(report: CleaningReport, component: str) -> Goal:
     return "clean-and-dry" if lacking == {_WET} else "clean"
 
 
-def _effect(suggestion: Suggestion, here: Here, goal: Goal, tell: Progress) -> Effect | None:
+def _effect(suggestion: Suggestion, here: Here, goal: Goal, progress: Progress) -> Effect | None:
     try:
-        return predict(suggestion, here, goal, tell)
+        return predict(suggestion, here, goal, progress)
     except JobError:  # there are others
         return None
 
 
-def _here(failing: Failing, tell: Progress) -> Here:
+def _here(failing: Failing, progress: Progress) -> Here:
     """Have a fast analysis of what was planned, because predictions are such and are compared with it."""
     analysed, run, document = failing.analysed, failing.run, failing.document
-    subject = make_ready(run.board, failing.parameters, analysed, part_of(tell, 0.0, 0.5))
+    subject = make_ready(run.board, failing.parameters, analysed, subprogress(progress, 0.0, 0.5))
     report = analysed.report
     if analysed.effort != "fast" or analysed.program is not run.program:
-        report = analyse_on(subject, run.program, run.recipe, "fast", part_of(tell, 0.5, 1.0))
+        report = analyse_on(subject, run.program, run.recipe, "fast", subprogress(progress, 0.5, 1.0))
     return Here(document.file, document.text, run, report, subject)

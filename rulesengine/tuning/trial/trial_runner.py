@@ -1,8 +1,6 @@
 """Planning and analysing many texts of one recipe on one board; what was asked before is remembered."""
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
 from cleaning.analyse import analyse_on
 from cleaning.prepared_board import Subject
@@ -15,9 +13,8 @@ from rulesengine.tuning.trial.requirements import Goal
 from rulesengine.tuning.variables.recipe_edits import Edits, apply_edits
 from specs.errors import JobError
 from specs.finding import blocking
+from specs.progress import Progress, no_progress
 
-Tell: TypeAlias = Callable[[str], None]
-"""Is told what is going on."""
 _MOST_RUNS = 24
 """Plans that are kept."""
 
@@ -31,7 +28,7 @@ class Bench:
         self.goal: Goal = goal
         self.most = most
         self.used = 0
-        self.tell: Tell = _tell_nobody
+        self.progress: Progress = no_progress
         self._last: Run | None = None
         self._runs: dict[str, Run | None] = {}
         self._sprayed: dict[str, dict[tuple[str, str], float]] = {}
@@ -101,12 +98,8 @@ class Bench:
 
     def _analyse(self, text: str, planned: Run) -> Outcome:
         self.used += 1
-        self.tell("tuning")
+        self.progress("tuning", self.used / self.most)
         report = analyse_on(self.subject, planned.program, planned.recipe, "fast")
         found = outcome_of(planned, report, self.goal, text)
         self._outcomes[text] = found
         return found
-
-
-def _tell_nobody(_what: str) -> None:
-    pass

@@ -118,12 +118,12 @@ def test_a_lost_connection_loses_no_edit(browser, start_server):
 def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_path, monkeypatch):
     begun, plan = [], pages.run
 
-    def slow(recipe, board, tell, *more):
+    def slow(recipe, board, progress, *more):
         begun.append(True)
         for step in range(60):
             time.sleep(0.1)
-            tell("planning slowly", step / 60)
-        return plan(recipe, board, tell, *more)
+            progress("planning slowly", step / 60)
+        return plan(recipe, board, progress, *more)
 
     monkeypatch.setattr(pages, "run", slow)
     server = serve(replace(tiny_session(), run=None), open_project(tmp_path), "127.0.0.1", 0)
@@ -145,11 +145,11 @@ def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_pat
 def test_a_long_plan_can_be_cancelled_and_the_page_answers_meanwhile(browser, tmp_path, monkeypatch):
     plan = pages.run
 
-    def slow(recipe, board, tell, *more):
+    def slow(recipe, board, progress, *more):
         for step in range(600):
             time.sleep(0.1)
-            tell("planning slowly", step / 600)
-        return plan(recipe, board, tell, *more)
+            progress("planning slowly", step / 600)
+        return plan(recipe, board, progress, *more)
 
     server = serve(tiny_session(), open_project(tmp_path), "127.0.0.1", 0)
     try:

@@ -135,12 +135,12 @@ class Sketching:
         self.go_on, self.sketches, self._run = threading.Event(), [], pages.run
         monkeypatch.setattr(pages, "run", self.run)
 
-    def run(self, recipe, board, tell, sketched, before):
-        done = self._run(recipe, board, tell, sketched, before)
+    def run(self, recipe, board, progress, sketched, before):
+        done = self._run(recipe, board, progress, sketched, before)
         self.sketches.append(replace(done.plan))
         sketched(self.sketches[-1])
         while not self.go_on.wait(0.01):
-            tell("refining", 0.5)
+            progress("refining", 0.5)
         return done
 
 
@@ -198,7 +198,7 @@ def test_a_sketch_goes_when_its_search_is_given_up(page, monkeypatch, give_up):
 
 
 def test_a_sketch_goes_when_the_run_fails(page, monkeypatch):
-    def fail(_recipe, _board, _tell, sketched, before):
+    def fail(_recipe, _board, _progress, sketched, before):
         sketched(before.plan)
         raise RecipeError("there is nothing to spray")
 
@@ -248,7 +248,7 @@ def test_a_page_that_closed_while_it_was_built_shows_nothing():
     assert ended == [True]
 
 
-def forever(_recipe, _board, tell, *_):
+def forever(_recipe, _board, progress, *_):
     while True:
         time.sleep(0.01)
-        tell("planning", 0.5)
+        progress("planning", 0.5)

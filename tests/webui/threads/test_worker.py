@@ -16,8 +16,8 @@ def test_work_is_done_and_told() -> None:
     results: list[int] = []
     worker: Worker[int] = Worker(lambda what, done: told.append((what, done)))
 
-    def work(tell: Progress) -> int:
-        tell("half", 0.5)
+    def work(progress: Progress) -> int:
+        progress("half", 0.5)
         return 7
 
     worker.start(work, results.append, fail).result(WAIT_S)
@@ -30,16 +30,16 @@ def test_the_newest_work_replaces_what_is_under_way() -> None:
     results: list[str] = []
     worker: Worker[str] = Worker(lambda _what, _done: None)
 
-    def slow(tell: Progress) -> str:
+    def slow(progress: Progress) -> str:
         begun.set()
         go.wait(WAIT_S)
-        tell("still here", 0.5)
+        progress("still here", 0.5)
         return "old"
 
     first = worker.start(slow, results.append, fail)
     assert begun.wait(WAIT_S)
-    middle = worker.start(lambda _tell: "middle", results.append, fail)
-    last = worker.start(lambda _tell: "new", results.append, fail)
+    middle = worker.start(lambda _progress: "middle", results.append, fail)
+    last = worker.start(lambda _progress: "new", results.append, fail)
     go.set()
     for future in (first, middle, last):
         future.result(WAIT_S)
@@ -51,7 +51,7 @@ def test_cancelled_work_tells_nothing_even_if_it_fails() -> None:
     ends: list[object] = []
     worker: Worker[str] = Worker(lambda _what, _done: None)
 
-    def slow(_tell: Progress) -> str:
+    def slow(_progress: Progress) -> str:
         begun.set()
         go.wait(WAIT_S)
         raise ValueError
@@ -68,8 +68,8 @@ def test_a_failure_is_told_and_the_next_work_is_done() -> None:
     failures: list[Exception] = []
     results: list[float] = []
     worker: Worker[float] = Worker(lambda _what, _done: None)
-    worker.start(lambda _tell: 1 / 0, results.append, failures.append).result(WAIT_S)
-    worker.start(lambda _tell: 2.0, results.append, failures.append).result(WAIT_S)
+    worker.start(lambda _progress: 1 / 0, results.append, failures.append).result(WAIT_S)
+    worker.start(lambda _progress: 2.0, results.append, failures.append).result(WAIT_S)
     assert [type(error) for error in failures] == [ZeroDivisionError]
     assert results == [2.0]
 
@@ -78,7 +78,7 @@ def test_a_closed_worker_begins_nothing() -> None:
     results: list[int] = []
     worker: Worker[int] = Worker(lambda _what, _done: None)
     worker.close()
-    future: Future[None] = worker.start(lambda _tell: 1, results.append, fail)
+    future: Future[None] = worker.start(lambda _progress: 1, results.append, fail)
     assert future.cancelled()
     assert results == []
 
@@ -86,7 +86,7 @@ def test_a_closed_worker_begins_nothing() -> None:
 def test_a_plan_does_not_keep_the_process_alive() -> None:
     release = threading.Event()
     worker: Worker[bool] = Worker(lambda _what, _done: None)
-    future = worker.start(lambda _tell: release.wait(WAIT_S), lambda _done: None, fail)
+    future = worker.start(lambda _progress: release.wait(WAIT_S), lambda _done: None, fail)
     living = [thread for thread in threading.enumerate() if thread.name == "washboard"]
     assert living
     assert all(thread.daemon for thread in living)

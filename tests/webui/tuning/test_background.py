@@ -22,7 +22,7 @@ def test_each_plan_tells_how_many_analyses_were_made(monkeypatch):
         assert (bench.most, asked.analyses) == (8, 8)
         assert bench.planned(slower(text)).recipe != session.recipe
         bench.used = 4
-        bench.tell("tuning")
+        bench.progress("tuning", bench.used / bench.most)
         return proposal(session).tuned
 
     monkeypatch.setattr(tuning_run, "tune", tune)
@@ -44,11 +44,11 @@ def test_it_stops_at_the_next_plan(monkeypatch):
             bench.planned(text)
             planned.append(text)
 
-    def tell(what, _done):
+    def progress(what, _done):
         if what.startswith("tuning") and planned:
             raise CancelledError
 
     monkeypatch.setattr(tuning_run, "tune", tune)
     with pytest.raises(CancelledError):
-        tuning_run.propose(task_of(session), None, tell)
+        tuning_run.propose(task_of(session), None, progress)
     assert len(planned) == 1

@@ -31,7 +31,7 @@ class BoardPanel:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
-        self._loader: Worker[Loaded] = Worker(self._tell)
+        self._loader: Worker[Loaded] = Worker(self._show_progress)
         self._told = 0
         self._given = (page.session.board_name, page.session.board)
         gui = page.client.gui
@@ -75,23 +75,23 @@ class BoardPanel:
 
     def _choose(self, name: str, *, by_hand: bool) -> None:
         if by_hand and name != self._page.session.board_name:
-            self._start(lambda tell: Loaded(name, self._read(name, tell)))
+            self._start(lambda progress: Loaded(name, self._read(name, progress)))
 
-    def _read(self, name: str, tell: Progress, table: Path | None = None) -> Board:
+    def _read(self, name: str, progress: Progress, table: Path | None = None) -> Board:
         """Read a board by its name; the one that the page began with may lie outside the folder."""
         given, board = self._given
         known = name == given and name not in self._page.project.boards()
         if known and table is None:
             return board
         path = Path(name) if known or name in board_library() else self._page.project.locate(name)
-        return load_board(path, table, tell)
+        return load_board(path, table, progress)
 
     def _import(self, file: viser.UploadedFile) -> None:
         project = self._page.project
         if file.name.lower().endswith(_LIBRARY_HALF):
             self._page.attempt(lambda session: self._keep(file, session))
         else:
-            self._start(lambda tell: import_board(project, file.name, file.content, tell))
+            self._start(lambda progress: import_board(project, file.name, file.content, progress))
 
     def _keep(self, file: viser.UploadedFile, session: Session) -> Session:
         name = self._page.project.store(file.name, file.content).name
@@ -101,29 +101,31 @@ class BoardPanel:
     def _join(self, file: viser.UploadedFile) -> None:
         name = self._page.session.board_name
         self._start(
-            lambda tell: Loaded(name, join_table(file.name, file.content, lambda table: self._read(name, tell, table)))
+            lambda progress: Loaded(
+                name, join_table(file.name, file.content, lambda table: self._read(name, progress, table))
+            )
         )
 
     def _start(self, work: Callable[[Progress], Loaded]) -> None:
         self._told = 0
-        self._show_progress(visible=True)
+        self._show_bar(visible=True)
         self._loader.start(work, self._loaded, self._failed)
 
     def _loaded(self, loaded: Loaded) -> None:
-        self._show_progress(visible=False)
+        self._show_bar(visible=False)
         self._page.attempt(lambda session: session.with_board(loaded.name, loaded.board))
 
     def _failed(self, error: Exception) -> None:
-        self._show_progress(visible=False)
+        self._show_bar(visible=False)
         self._page.report(error)
         self._offer(self._page.session)
 
     def _stop(self) -> None:
         self._loader.cancel()
-        self._show_progress(visible=False)
+        self._show_bar(visible=False)
         self._offer(self._page.session)
 
-    def _tell(self, what: str, done: float) -> None:
+    def _show_progress(self, what: str, done: float) -> None:
         percent = round(100 * done)
         if percent != self._told or percent == 0:  # a line for each of a million records would choke the connection
             self._told = percent
@@ -131,7 +133,7 @@ class BoardPanel:
                 self._bar.value = float(percent)
                 self._what.content = progress_html(what, percent)
 
-    def _show_progress(self, *, visible: bool) -> None:
+    def _show_bar(self, *, visible: bool) -> None:
         with self._page.client.atomic():
             self._bar.visible = self._what.visible = self._cancel.visible = visible
 

@@ -81,7 +81,8 @@ class CleaningPanel:
             return
         project = self._page.project
         self._run.start(
-            lambda tell: analyse_run(run, Asked(name, project.open_parameters(name), effort), before, tell), self._take
+            lambda progress: analyse_run(run, Asked(name, project.open_parameters(name), effort), before, progress),
+            self._take,
         )
 
     def _take(self, analysed: Analysed) -> None:

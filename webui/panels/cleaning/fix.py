@@ -77,11 +77,11 @@ class FixCard:
         if run is None or analysis is None or not component:
             return
 
-        def work(tell: Progress) -> tuple[Fix, ...]:
+        def work(progress: Progress) -> tuple[Fix, ...]:
             from webui.tuning.suggestions import Failing, suggest_fixes
 
             parameters = project.open_parameters(analysis.parameters_name)
-            return suggest_fixes(Failing(component, session.document, run, parameters, analysis), tell)
+            return suggest_fixes(Failing(component, session.document, run, parameters, analysis), progress)
 
         self._run.start(work, partial(self._take, component, analysis))
 

@@ -25,7 +25,7 @@ class TuneCard:
         self._button = gui.add_button(
             "Tune\N{HORIZONTAL ELLIPSIS}", hint="Changes the recipe until all that it can clean is predicted clean."
         )
-        self._job: Job[Proposal] = Job(page, self._tell)
+        self._job: Job[Proposal] = Job(page, self._show_progress)
         self._button.on_click(lambda _: self._open())
 
     def show(self, session: Session, before: Session | None) -> None:
@@ -51,7 +51,7 @@ class TuneCard:
         )
         proposal = self._page.session.proposal
         if self._job.running:
-            self._window.tell("tuning", 0.0)
+            self._window.show_progress("tuning", 0.0)
         elif proposal is not None:
             self._window.propose(proposal)
 
@@ -73,11 +73,11 @@ class TuneCard:
         session, project = self._page.session, self._page.project
         name = session.parameters_name
 
-        def work(tell: Progress) -> Proposal:
+        def work(progress: Progress) -> Proposal:
             from webui.tuning.background import Task, propose
 
             task = Task(session.document, session.board, name, project.open_parameters(name), asked)
-            return propose(task, session.analysed, tell)
+            return propose(task, session.analysed, progress)
 
         self._job.start(work, self._propose, self._ask)
 
@@ -99,9 +99,9 @@ class TuneCard:
         if self._window is not None:
             self._window.ask(remark)
 
-    def _tell(self, what: str, done: float) -> None:
+    def _show_progress(self, what: str, done: float) -> None:
         if self._window is not None:
-            self._window.tell(what, done)
+            self._window.show_progress(what, done)
 
     def _take(self, change: Change) -> None:
         if self._page.attempt(change, self._refuse):

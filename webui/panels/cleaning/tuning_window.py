@@ -110,8 +110,8 @@ class TuningWindow:
         self._remark.content = remark_html(remark) if remark else ""
         self._show(self._asking)
 
-    def tell(self, what: str, done: float) -> None:
-        """Show how far it is."""
+    def show_progress(self, what: str, done: float) -> None:
+        """Show the progress."""
         self._working.content = progress_html(what, done)
         self._show(self._working)
 

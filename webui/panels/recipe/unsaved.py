@@ -24,7 +24,7 @@ class Unsaved:
             if draft is not None and draft.text != document.text:
                 self._offer(draft)
         elif before is None or document is not before.document:
-            self._worker.start(lambda _tell: self._keep(session, before), lambda _: None, self._page.report)
+            self._worker.start(lambda _progress: self._keep(session, before), lambda _: None, self._page.report)
 
     def _keep(self, session: Session, before: Session | None) -> None:
         document = session.document

@@ -30,7 +30,7 @@ class ComparePanel:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
-        self._worker: Worker[Run] = Worker(self._tell)
+        self._worker: Worker[Run] = Worker(self._show_progress)
         self._drawn: viser.GlbHandle | None = None
         page.on_close(self._worker.close)
         gui = page.client.gui
@@ -69,9 +69,9 @@ class ComparePanel:
         self._worker.cancel()
         self._page.show(replace(session, compared=None))
         if name != _NONE:
-            self._worker.start(lambda tell: self._plan(name, session, tell), self._take, self._fail)
+            self._worker.start(lambda progress: self._plan(name, session, progress), self._take, self._fail)
 
-    def _plan(self, name: str, session: Session, tell: Progress) -> Run:
+    def _plan(self, name: str, session: Session, progress: Progress) -> Run:
         """Plan the other recipe on the board of the session.
 
         Raises:
@@ -82,7 +82,7 @@ class ComparePanel:
             document = replace(document, text=document.saved)
         else:
             document = open_document(name if name in recipe_library() else str(self._page.project.locate(name)))
-        return run(document.read().recipe, session.board, tell)
+        return run(document.read().recipe, session.board, progress)
 
     def _take(self, other: Run) -> None:
         self._page.attempt(
@@ -94,7 +94,7 @@ class ComparePanel:
         self._table.content = _table_html(self._page.session)
         self._page.report(error)
 
-    def _tell(self, what: str, done: float) -> None:
+    def _show_progress(self, what: str, done: float) -> None:
         self._table.content = _note_html(f"{what.capitalize()}\N{HORIZONTAL ELLIPSIS} {done:.0%}")
 
     def _draw(self, session: Session) -> None:

@@ -29,7 +29,7 @@ class OutputPanel:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
-        self._worker: Worker[Download] = Worker(self._tell)
+        self._worker: Worker[Download] = Worker(self._show_progress)
         page.on_close(self._worker.close)
         gui = page.client.gui
         self._state = gui.add_html("")
@@ -59,7 +59,9 @@ class OutputPanel:
         session, kind, rate = self._page.session, self._kind.value, float(self._rate.value)
         allowed = self._allowance.rules
         self._button.disabled = True
-        self._worker.start(lambda tell: make_download(kind, session, allowed, rate, tell), self._send, self._fail)
+        self._worker.start(
+            lambda progress: make_download(kind, session, allowed, rate, progress), self._send, self._fail
+        )
 
     def _send(self, download: Download) -> None:
         self._rest()
@@ -72,7 +74,7 @@ class OutputPanel:
     def _rest(self) -> None:
         self._button.label, self._button.disabled = "Download", False
 
-    def _tell(self, what: str, done: float) -> None:
+    def _show_progress(self, what: str, done: float) -> None:
         if what == "recording":
             self._button.label = f"Recording\N{HORIZONTAL ELLIPSIS} {done:.0%}"
 

@@ -13,7 +13,7 @@ from programs.native.write import render_line
 from programs.playback import Timeline, build_timeline
 from recipes.load import LoadedRecipe
 from rulesengine.planning.pipeline import Run
-from specs.progress import tell_nobody
+from specs.progress import no_progress
 from webui.cards.recipe_location import recipe_line
 from webui.layers.paths.nozzle import Moment, moment
 from webui.layers.paths.strokes import tint_functions
@@ -111,7 +111,7 @@ class PlaybackPanel:
         )
         self._player = Player(self._draw)
         self._player.rate = 5.0
-        self._worker: Worker[Playable] = Worker(tell_nobody)
+        self._worker: Worker[Playable] = Worker(no_progress)
         page.on_close(self._close)
         self._buttons.on_click(lambda event: self._press(event.target.value))
         self._slider.on_update(self._scrub)
@@ -144,7 +144,7 @@ class PlaybackPanel:
             if session is None or session.run is None or session is self._begun:
                 return
             self._begun, run, loaded = session, session.run, session.loaded
-            self._worker.start(lambda _tell: lay_out_run(run, loaded), self._take, self._fail)
+            self._worker.start(lambda _progress: lay_out_run(run, loaded), self._take, self._fail)
 
     def _take(self, playable: Playable) -> None:
         with self._lock, self._page.client.atomic():

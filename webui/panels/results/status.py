@@ -34,7 +34,7 @@ class StatusPanel:
         self._button = gui.add_button(_CANCEL, visible=False, color="gray", hint="Give up planning, or plan again.")
         self._button.on_click(lambda _: self._press())
         self._patience = self._new_patience()
-        page.on_progress(self._tell)
+        page.on_progress(self._show_progress)
         page.on_close(lambda: self._patience.cancel())
 
     def show(self, session: Session, before: Session | None) -> None:
@@ -45,7 +45,7 @@ class StatusPanel:
         if session.planned or stopped:
             self._button.visible = stopped and not session.planned
 
-    def _tell(self, what: str, done: float) -> None:
+    def _show_progress(self, what: str, done: float) -> None:
         begins, same, now_s = what == "planning" and done == 0.0, what == self._what, time.monotonic()
         self._what, self._share = what, done
         if begins:

@@ -70,7 +70,7 @@ class CheckCard:
             self._page.refuse("The recipe as it is now is not planned yet; wait until it is.")
             return
         lean = np.radians(self._lean.value)
-        self._run.start(lambda tell: check_program(run, cell, tell, lean), self._take)
+        self._run.start(lambda progress: check_program(run, cell, progress, lean), self._take)
 
     def _take(self, checked: Checked) -> None:
         self._page.remember(lambda session: session.with_check(checked))

@@ -62,7 +62,7 @@ class ProgramPanel:
     def _begin(self) -> None:
         session, dialect = self._page.session, self._names[self._language.value]
         self._run.start(
-            lambda tell: make_program(session, dialect, tell),
+            lambda progress: make_program(session, dialect, progress),
             self._take,
             lambda _: self._forget(self._page.session),
         )

@@ -19,7 +19,7 @@ class ReachCard:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open; they are seen where there is a joint motion."""
         self._page, self._scene = page, scene
-        self._worker: Worker[Painted] = Worker(self._tell)
+        self._worker: Worker[Painted] = Worker(self._show_progress)
         page.on_close(self._worker.close)
         gui = page.client.gui
         self._folder = gui.add_folder("Reach", visible=False)
@@ -46,7 +46,7 @@ class ReachCard:
         check, metric = session.check, METRICS.get(self._metric.value)
         width = line_width_mm(board_size_mm(session.board))
         if check is not None and metric is not None:
-            self._worker.start(lambda _tell: paint_reach(metric, check, width), self._put, self._page.report)
+            self._worker.start(lambda _progress: paint_reach(metric, check, width), self._put, self._page.report)
 
     def _put(self, painted: Painted | None) -> None:
         with self._page.client.atomic():
@@ -61,5 +61,5 @@ class ReachCard:
             self._scene.seek(painted.worst.time_s)
             self._scene.look_at_place(painted.worst.place_mm, _AROUND_MM)
 
-    def _tell(self, what: str, done: float) -> None:
+    def _show_progress(self, what: str, done: float) -> None:
         pass

@@ -5,7 +5,7 @@ from html import escape
 from typing import Generic, TypeVar
 
 from specs.errors import JobError
-from specs.progress import Progress, tell_nobody
+from specs.progress import Progress, no_progress
 from webui.cards.boxes import box_html
 from webui.forms.refusals import remark_html
 from webui.page.page import Page
@@ -23,17 +23,17 @@ def _leave(_remark: str) -> None:
 class Job(Generic[T]):
     """Work beside the page, and the line that tells of it: how far it is, why it came to nothing, else what holds."""
 
-    def __init__(self, page: Page, told: Progress = tell_nobody) -> None:
+    def __init__(self, page: Page, progress: Progress = no_progress) -> None:
         """Build the line in the container that is open.
 
         Args:
             page: Whose work it is.
-            told: Hears besides how far the work is.
+            progress: Receives it too.
         """
-        self._page, self._told = page, told
+        self._page, self._progress = page, progress
         self._holds = ""
         self._running = False
-        self._worker: Worker[T] = Worker(self._tell)
+        self._worker: Worker[T] = Worker(self._show_progress)
         page.on_close(self._worker.close)
         self._line = page.client.gui.add_html("")
 
@@ -82,10 +82,10 @@ class Job(Generic[T]):
             failed(remark)
             self._line.content = remark_html(remark) if remark else self._holds
 
-    def _tell(self, what: str, done: float) -> None:
+    def _show_progress(self, what: str, done: float) -> None:
         if done < 1.0 and self._running:
             self._line.content = progress_html(what, done)
-            self._told(what, done)
+            self._progress(what, done)
 
 
 class RunButton(Generic[T]):

@@ -131,10 +131,10 @@ def test_loading_is_given_up(opened, monkeypatch):
     page, panel = opened
     begun, go_on = threading.Event(), threading.Event()
 
-    def slow(path, table, tell):
+    def slow(path, table, progress):
         begun.set()
         assert go_on.wait(PATIENCE_S)
-        return load_board(path, table, tell)
+        return load_board(path, table, progress)
 
     monkeypatch.setattr(board_panel, "load_board", slow)
     press(page, "Board", "two-sided")

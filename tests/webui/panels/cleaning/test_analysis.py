@@ -41,9 +41,9 @@ def by_hand(monkeypatch):
     """Analyses end at once with the report that was made by hand; which they were is remembered."""
     asked = []
 
-    def analyse(run, wanted, _before, tell):
+    def analyse(run, wanted, _before, progress):
         asked.append((wanted.parameters_name, wanted.parameters.parameters, wanted.effort))
-        tell("casting rays", 0.5)
+        progress("casting rays", 0.5)
         return Analysed(run.program, wanted.parameters_name, small_report())
 
     monkeypatch.setattr(cleaning, "analyse_run", analyse)

@@ -49,9 +49,9 @@ def opened(session, folder):
 def by_hand(monkeypatch):
     asked = []
 
-    def suggest_fixes(failing, tell):
+    def suggest_fixes(failing, progress):
         asked.append(failing.component)
-        tell("planning", 0.5)
+        progress("planning", 0.5)
         return (fix(tiny_session()), fix(tiny_session(), "functions.clean.pressure_bar: 3.5 -> 4.4", mended=False))
 
     monkeypatch.setattr(tuning_suggest, "suggest_fixes", suggest_fixes)
@@ -119,12 +119,12 @@ def test_a_suggestion_for_another_text_is_refused(tmp_path, by_hand):
 
 
 def test_suggesting_can_be_given_up_and_what_stops_it_is_said(tmp_path, monkeypatch):
-    def slow(_failing, tell):
+    def slow(_failing, progress):
         while True:
             time.sleep(0.01)
-            tell("casting rays", 0.5)
+            progress("casting rays", 0.5)
 
-    def fail(_failing, _tell):
+    def fail(_failing, _progress):
         raise RecipeError("no such thing")
 
     monkeypatch.setattr(tuning_suggest, "suggest_fixes", slow)
@@ -146,8 +146,8 @@ def test_what_cannot_be_planned_is_left_out_and_like_is_compared_with_like(monke
     asked = (("U1", "a"), ("R1", "b"), ("U1", "c"), ("U1", "d"))
     suggestions = tuple(Suggestion(component, "R7", what, ()) for component, what in asked)
 
-    def predict(suggestion, here, _goal, tell):
-        tell("planning", 0.5)
+    def predict(suggestion, here, _goal, progress):
+        progress("planning", 0.5)
         assert here.text == session.document.text
         if suggestion.what == suggestions[0].what:
             raise RecipeError("too fast")

@@ -31,9 +31,9 @@ def by_hand(monkeypatch):
     """Tuning ends at once with a proposal that was made by hand; what was asked for is remembered."""
     asked = []
 
-    def propose(task, _before, tell):
+    def propose(task, _before, progress):
         asked.append(task)
-        tell("growing, 3 of at most 40 analyses", 0.5)
+        progress("growing, 3 of at most 40 analyses", 0.5)
         return proposal(tiny_session())
 
     monkeypatch.setattr(tuning_run, "propose", propose)
@@ -133,10 +133,10 @@ def test_what_stops_tuning_is_said_and_it_can_begin_again(tmp_path, monkeypatch)
 
 
 def test_tuning_that_is_given_up_leaves_nothing(tmp_path, monkeypatch):
-    def slow(_task, _before, tell):
+    def slow(_task, _before, progress):
         while True:
             time.sleep(0.01)
-            tell("growing, 3 of at most 40 analyses", 0.5)
+            progress("growing, 3 of at most 40 analyses", 0.5)
 
     monkeypatch.setattr(tuning_run, "propose", slow)
     with opened(tiny_session(), tmp_path) as (page, card):

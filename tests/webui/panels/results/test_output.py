@@ -13,6 +13,7 @@ from reports.html.cleaning_page import Traceability
 from reports.tables.report_header import made_here
 from rulesengine.planning.pipeline import run
 from specs.finding import Finding
+from specs.progress import no_progress
 from webui.downloads.downloads import KINDS, forbidding, make_download
 from webui.page.analysed import Analysed
 from webui.page.session import Session
@@ -20,10 +21,6 @@ from webui.server.server import open_session
 
 PROGRAM, PNG, SVG, REPORT, _, RECIPE, CLEANING_PAGE, CLEANING_DATA = KINDS
 ERROR = Finding("not-served", "error", "U1 must be cleaned.", "masks")
-
-
-def tell(_what: str, _done: float) -> None:
-    pass
 
 
 @pytest.fixture(scope="module")
@@ -42,19 +39,19 @@ def test_the_page_gives_the_bytes_that_the_command_line_writes(session: Session,
     places = {PROGRAM: tmp_path / "a.wash", PNG: tmp_path / "a.png", REPORT: tmp_path / "a.json"}
     write_run(session.run, output=places[PROGRAM], picture=places[PNG], report_file=places[REPORT], allowed=())
     for kind, place in places.items():
-        assert make_download(kind, session, (), 10.0, tell).content == place.read_bytes(), kind
+        assert make_download(kind, session, (), 10.0, no_progress).content == place.read_bytes(), kind
 
 
 @pytest.mark.slow
 def test_the_cleaning_report_is_the_one_that_the_command_line_writes(session: Session, tmp_path: Path) -> None:
     assert session.run is not None
     with pytest.raises(ProgramError, match="tab Cleaning"):
-        make_download(CLEANING_DATA, session, (), 10.0, tell)
+        make_download(CLEANING_DATA, session, (), 10.0, no_progress)
     analysed = session.with_analysis(Analysed(session.run.program, "default", small_report()))
-    program = sha256(make_download(PROGRAM, session, (), 10.0, tell).content).hexdigest()
+    program = sha256(make_download(PROGRAM, session, (), 10.0, no_progress).content).hexdigest()
     written = [tmp_path / "a.html", tmp_path / "a.json"]
     analyse._write(small_report(), (), Traceability(program_sha256=program), *written, made_here("fast"))
-    data, page = (make_download(kind, analysed, (), 10.0, tell) for kind in (CLEANING_DATA, CLEANING_PAGE))
+    data, page = (make_download(kind, analysed, (), 10.0, no_progress) for kind in (CLEANING_DATA, CLEANING_PAGE))
     assert data.content == (tmp_path / "a.json").read_bytes()
     assert data.name == "smt-demo-rinse-only-cleaning.json"
     assert page.content == (tmp_path / "a.html").read_bytes()
@@ -63,13 +60,13 @@ def test_the_cleaning_report_is_the_one_that_the_command_line_writes(session: Se
 
 
 def test_a_drawing_is_one(session: Session) -> None:
-    assert b"<svg" in make_download(SVG, session, (), 10.0, tell).content
+    assert b"<svg" in make_download(SVG, session, (), 10.0, no_progress).content
 
 
 def test_the_recipe_is_the_text_as_it_is_edited(session: Session) -> None:
     name = session.recipe.sequence[0].paths[0]
     edited = session.set_value(("templates", name, "speed_mm_s"), 31)
-    download = make_download(RECIPE, edited, (), 10.0, tell)
+    download = make_download(RECIPE, edited, (), 10.0, no_progress)
     assert download.content.decode() == edited.document.text != session.document.text
     assert download.name == "rinse-only.yaml"
 
@@ -77,12 +74,12 @@ def test_the_recipe_is_the_text_as_it_is_edited(session: Session) -> None:
 def test_errors_forbid_the_program_until_their_rule_is_allowed(session: Session) -> None:
     wrong = broken(session)
     with pytest.raises(ProgramError, match=r"not-served.*U1 must be cleaned"):
-        make_download(PROGRAM, wrong, (), 10.0, tell)
+        make_download(PROGRAM, wrong, (), 10.0, no_progress)
     with pytest.raises(ProgramError, match="not-served"):
-        make_download(PROGRAM, wrong, ("another-rule",), 10.0, tell)
-    allowed = make_download(PROGRAM, wrong, ("not-served",), 10.0, tell)
-    assert allowed.content == make_download(PROGRAM, session, (), 10.0, tell).content
-    assert make_download(REPORT, wrong, (), 10.0, tell).content
+        make_download(PROGRAM, wrong, ("another-rule",), 10.0, no_progress)
+    allowed = make_download(PROGRAM, wrong, ("not-served",), 10.0, no_progress)
+    assert allowed.content == make_download(PROGRAM, session, (), 10.0, no_progress).content
+    assert make_download(REPORT, wrong, (), 10.0, no_progress).content
 
 
 def test_what_forbids_a_program_is_counted(session: Session) -> None:
@@ -95,7 +92,7 @@ def test_what_forbids_a_program_is_counted(session: Session) -> None:
 def test_a_program_of_an_older_recipe_is_not_given_away(session: Session, kind: str) -> None:
     name = session.recipe.sequence[0].paths[0]
     with pytest.raises(ProgramError, match="not planned yet"):
-        make_download(kind, session.set_value(("templates", name, "speed_mm_s"), 31), (), 10.0, tell)
+        make_download(kind, session.set_value(("templates", name, "speed_mm_s"), 31), (), 10.0, no_progress)
 
 
 @pytest.mark.parametrize("odd", ["../../etc/passwd", "a b/c", "\N{SNOWMAN}\n", "..", "x" * 500, 'a"b'])
@@ -103,6 +100,6 @@ def test_names_of_files_are_plain(session: Session, odd: str) -> None:
     assert session.run is not None
     board = replace(session.board, name=odd)
     run_on = replace(session.run, board=board)
-    name = make_download(REPORT, replace(session, board=board, run=run_on), (), 10.0, tell).name
+    name = make_download(REPORT, replace(session, board=board, run=run_on), (), 10.0, no_progress).name
     assert re.fullmatch(r"[\w][\w.+-]*\.json", name)
     assert len(name) < 200

@@ -89,7 +89,7 @@ def test_what_lasts_no_longer_than_a_moment_is_not_mentioned(planned: Session, m
 
         def told(after_s: float, what: str, share: float) -> str:
             now_s[0] += after_s
-            page._tell(what, share)
+            page._report_progress(what, share)
             return html.content
 
         assert "Planning\N{HORIZONTAL ELLIPSIS} 0%" in told(0.0, "planning", 0.0)

@@ -225,11 +225,11 @@ def test_what_is_missing_or_wrong_is_said_in_the_tab(tmp_path, monkeypatch):
 def test_a_check_that_is_given_up_leaves_nothing(tmp_path, monkeypatch):
     begun = []
 
-    def slow(_run, _cell, tell, _lean):
+    def slow(_run, _cell, progress, _lean):
         begun.append(True)
         while True:
             time.sleep(0.01)
-            tell("searching", 0.5)
+            progress("searching", 0.5)
 
     monkeypatch.setattr(check, "check_program", slow)
     with opened(tiny_session(), tmp_path) as (page, _, card):

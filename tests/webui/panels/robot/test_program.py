@@ -46,7 +46,7 @@ def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
 
 def test_a_program_that_was_not_checked_is_checked_first(monkeypatch):
     done, told = ready().check, []
-    monkeypatch.setattr(robot_program, "check_program", lambda run, cell, tell: replace(done, run=run, cell=cell))
+    monkeypatch.setattr(robot_program, "check_program", lambda run, cell, progress: replace(done, run=run, cell=cell))
     fresh = replace(ready(), checked=None)
     made = make_program(fresh, "abb", lambda what, share: told.append((what, share)))
     assert made.checked.run is fresh.run

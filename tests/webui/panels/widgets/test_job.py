@@ -34,8 +34,8 @@ def says(button):
 def test_work_is_begun_told_of_and_taken():
     go, taken = threading.Event(), []
 
-    def work(tell):
-        tell("trying <hard>", 0.25)
+    def work(progress):
+        progress("trying <hard>", 0.25)
         go.wait(20.0)
         return 7
 
@@ -55,7 +55,7 @@ def test_work_is_begun_told_of_and_taken():
 
 def test_what_is_shown_of_the_result_stays():
     with opened() as page:
-        button = button_of(page, lambda _tell: 7, lambda found: button.show(f"<p>{found}</p>"))
+        button = button_of(page, lambda _progress: 7, lambda found: button.show(f"<p>{found}</p>"))
         press(page, "Do")
         wait_for(lambda: says(button) == "<p>7</p>")
         assert find(page, "Do")
@@ -64,11 +64,11 @@ def test_what_is_shown_of_the_result_stays():
 def test_work_that_is_given_up_leaves_no_trace():
     ended, taken = threading.Event(), []
 
-    def work(tell):
+    def work(progress):
         try:
             while True:
                 time.sleep(0.005)
-                tell("trying", 0.5)
+                progress("trying", 0.5)
         finally:
             ended.set()
 
@@ -90,7 +90,7 @@ def test_work_that_is_given_up_leaves_no_trace():
 def test_why_it_came_to_nothing_is_said_until_something_else_holds(error, remark, said):
     heard = []
 
-    def work(_tell):
+    def work(_progress):
         raise error
 
     with opened() as page:
@@ -110,7 +110,7 @@ def test_a_result_that_cannot_be_shown_is_a_failure():
         raise JobError("no room")
 
     with opened() as page:
-        button = button_of(page, lambda _tell: 7, refuse)
+        button = button_of(page, lambda _progress: 7, refuse)
         press(page, "Do")
         wait_for(lambda: "no room" in says(button))
         assert find(page, "Do")
@@ -120,7 +120,7 @@ def test_somebody_else_may_hear_how_far_it_is():
     told = []
     with opened() as page:
         job = Job(page, lambda what, done: told.append((what, done)))
-        job.start(lambda tell: tell("trying", 0.5), lambda _: told.append("done"))
+        job.start(lambda progress: progress("trying", 0.5), lambda _: told.append("done"))
         wait_for(lambda: "done" in told)
         job.stop()  # nothing is under way
         assert told == [("waiting", 0.0), ("trying", 0.5), "done"]
@@ -130,7 +130,7 @@ def test_somebody_else_may_hear_how_far_it_is():
 def test_a_page_that_is_gone_begins_nothing():
     begun = []
     with small_page(tiny_session()) as page:
-        button = button_of(page, lambda _tell: begun.append(True))
+        button = button_of(page, lambda _progress: begun.append(True))
         page.close()
         press(page, "Do")
         time.sleep(0.05)
