@@ -13,7 +13,8 @@ from cleaning.parameters.provenance import Assumption, assumptions_of
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult, GapStage
 from cleaning.verdicts.cleanliness import cleanliness, count_cleanliness, stays_wet
-from cleaning.verdicts.results import VERDICTS, CleaningReport, ExposedPart, Judgement, Part
+from cleaning.verdicts.results import CleaningReport, ExposedPart, Judgement, Part
+from cleaning.verdicts.rules import VERDICTS
 from cleaning.verify import Verified
 from specs.finding import finding_data
 from specs.json import Json
@@ -145,7 +146,7 @@ def _part(part: Part) -> Json:
 
 def _judgement(judgement: Judgement) -> Json:
     return {
-        "rule": judgement.rule,
+        "rule": judgement.rule.id,
         "name": judgement.name,
         "verdict": judgement.verdict,
         "grade": judgement.grade,

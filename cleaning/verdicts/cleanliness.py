@@ -3,10 +3,9 @@
 from collections.abc import Iterable
 from typing import Literal, TypeAlias
 
-from cleaning.verdicts.results import VERDICTS, CleaningReport, Judgement, Part, Verdict
+from cleaning.verdicts.results import CleaningReport, Judgement, Part
+from cleaning.verdicts.rules import VERDICTS, WET_GAP, Verdict
 
-_WET = "R12"
-"""The one rule that says nothing of residue: water that is left dries, or is baked out."""
 Outcome: TypeAlias = Verdict | Literal["clean, wet"]
 """What becomes of a component: how clean it comes out, and apart from that whether it stays wet where it is clean."""
 OUTCOMES: tuple[Outcome, ...] = ("dirty", "marginal", "clean, wet", "no verdict", "clean")
@@ -14,17 +13,17 @@ OUTCOMES: tuple[Outcome, ...] = ("dirty", "marginal", "clean, wet", "no verdict"
 
 
 def cleanliness(part: Part) -> Verdict:
-    """Give the verdict on a component as if drying did not matter."""
-    return _worst(each.verdict for each in part.judgements if each.rule != _WET)
+    """Give the verdict on a component by all rules but drying."""
+    return _worst(each.verdict for each in part.judgements if each.rule != WET_GAP)
 
 
 def stays_wet(part: Part) -> bool:
     """Say whether drying leaves water under a component."""
-    return any(each.rule == _WET and each.verdict != "clean" for each in part.judgements)
+    return any(each.rule == WET_GAP and each.verdict != "clean" for each in part.judgements)
 
 
 def outcome(part: Part) -> Outcome:
-    """Give the verdict on a component as if drying did not matter, and say it where water alone is what it lacks."""
+    """Give the verdict on a component by all rules but drying; ``clean, wet`` where only water is left."""
     clean = cleanliness(part)
     return "clean, wet" if clean == "clean" and stays_wet(part) else clean
 
@@ -32,16 +31,16 @@ def outcome(part: Part) -> Outcome:
 def deciding_judgement(part: Part) -> Judgement:
     """Give the judgement that decides what becomes of a component: that it stays wet counts where nothing else does."""
     wet = outcome(part) == "clean, wet"
-    return next((each for each in part.judgements if (each.rule == _WET) == wet), part.judgements[0])
+    return next((each for each in part.judgements if (each.rule == WET_GAP) == wet), part.judgements[0])
 
 
 def report_cleanliness(report: CleaningReport) -> Verdict:
-    """Give the verdict on a board and its process as if drying did not matter."""
+    """Give the verdict on a board and its process by all rules but drying."""
     return _worst([*map(cleanliness, (report.bare, *report.parts)), *(each.verdict for each in report.process)])
 
 
 def report_outcome(report: CleaningReport) -> Outcome:
-    """Give the verdict on a board and its process as if drying did not matter, and say it where water alone is left."""
+    """Give the verdict on a board and its process by all rules but drying; ``clean, wet`` where only water is left."""
     clean = report_cleanliness(report)
     return "clean, wet" if clean == "clean" and any(map(stays_wet, report.parts)) else clean
 

@@ -8,11 +8,25 @@ import numpy as np
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult, GapStage
 from cleaning.verdicts.evidence import Case
-from cleaning.verdicts.results import VERDICTS, Grade, Judgement, Number, Verdict
+from cleaning.verdicts.results import Judgement, Number
 from cleaning.verdicts.rounding import two_digits
+from cleaning.verdicts.rules import (
+    DRY_GAP,
+    INCOMPLETE_RINSE,
+    IONIC_RESIDUE,
+    MODEL_LIMIT,
+    NOT_FLUSHED,
+    ONE_SIDED,
+    PLUGGED_GAP,
+    RESIDUE_LEFT,
+    VERDICTS,
+    WET_GAP,
+    Rule,
+    Verdict,
+)
 
-_DECIDING = frozenset({"R4", "R5", "R14"})
-_OF_FLOW = frozenset({"R6", "R7", "R8"})
+_DECIDING = frozenset({DRY_GAP, PLUGGED_GAP, MODEL_LIMIT})
+_OF_FLOW = frozenset({NOT_FLUSHED, RESIDUE_LEFT, ONE_SIDED})
 _LEAST_PERCENT = 0.01
 """Of residue: far below every limit, so that its digits mean nothing."""
 
@@ -43,11 +57,11 @@ def judge_gaps(case: Case) -> list[Judgement]:
     return found
 
 
-def _of_rule(rule: str, judgements: Sequence[Judgement]) -> Judgement | None:
+def _of_rule(rule: Rule, judgements: Sequence[Judgement]) -> Judgement | None:
     return next((each for each in judgements if each.rule == rule), None)
 
 
-def _verdict(rule: str, judgements: Sequence[Judgement]) -> Verdict:
+def _verdict(rule: Rule, judgements: Sequence[Judgement]) -> Verdict:
     """What one case comes to by a rule: that all is well if it says nothing, unless it was not asked.
 
     A gap that stays dry, is plugged or is no thin gap is judged by that; one that is none of these, by all the others.
@@ -59,13 +73,13 @@ def _verdict(rule: str, judgements: Sequence[Judgement]) -> Verdict:
     return min(found, key=VERDICTS.index) if found else "clean"
 
 
-def _stands_for(judgement: Judgement, rule: str) -> bool:
+def _stands_for(judgement: Judgement, rule: Rule) -> bool:
     """Whether a rule was not asked because of a judgement."""
-    return judgement.rule == "R4" or _is_beyond([judgement]) or (judgement.rule == "R5" and rule in _OF_FLOW)
+    return judgement.rule == DRY_GAP or _is_beyond([judgement]) or (judgement.rule == PLUGGED_GAP and rule in _OF_FLOW)
 
 
 def _is_beyond(judgements: Sequence[Judgement]) -> bool:
-    return any(each.rule == "R14" and each.numbers for each in judgements)
+    return any(each.rule == MODEL_LIMIT and each.numbers for each in judgements)
 
 
 def _with_bound(judgement: Judgement, other: str, gap: GapResult) -> Judgement:
@@ -88,7 +102,7 @@ def _judge_gap(case: Case, gap: GapResult) -> list[Judgement]:
     found = [*_entered(case, gap, washes), *_plugged(case, gap)]
     if not found:
         found = [*_flushed(case, gap, washes), *_one_sided(case, washes), *_residue(case, gap)]
-    if any(each.rule == "R4" for each in found):
+    if any(each.rule == DRY_GAP for each in found):
         return found
     return [*found, *(_rinsed(case, gap, rinses) if rinses else []), *_dried(case, gap)]
 
@@ -97,7 +111,7 @@ def _unwashed(case: Case) -> Judgement:
     """R14 for a process without a wash: whether there is anything to be removed is not known."""
     because = "No wash acts on it, so that whatever is in the gap under it stays there."
     advice = "Add a wash if there is something to be removed from there."
-    return Judgement("R14", "model limit", "no verdict", "A", (), because, advice, "", case.place)
+    return Judgement(rule=MODEL_LIMIT, verdict="no verdict", because=because, advice=advice, where=case.place)
 
 
 def _gap_text(gap: GapResult) -> str:
@@ -118,7 +132,16 @@ def _beyond(case: Case, gap: GapResult, acts: list[tuple[Stage, GapStage]]) -> l
         f"A gap of {numbers[0].value:.0f} µm with a reduced Reynolds number of {two_digits(reynolds)} is no thin gap, "
         "so that nothing can be said of the flow under it."
     )
-    return [Judgement("R14", "model limit", "no verdict", "A", numbers, because, "Inspect it.", "", case.place)]
+    return [
+        Judgement(
+            rule=MODEL_LIMIT,
+            verdict="no verdict",
+            numbers=numbers,
+            because=because,
+            advice="Inspect it.",
+            where=case.place,
+        )
+    ]
 
 
 def _entered(case: Case, gap: GapResult, washes: list[tuple[Stage, GapStage]]) -> list[Judgement]:
@@ -132,7 +155,17 @@ def _entered(case: Case, gap: GapResult, washes: list[tuple[Stage, GapStage]]) -
     if at.margin_pa >= 0:
         because = f"{stage.solution} never reaches the edges of the gap {_gap_text(gap)}."
         advice = "Add a perimeter pass around it."
-    return [Judgement("R4", "dry gap", "dirty", "B", (margin,), because, advice, stage.made_by, case.place)]
+    return [
+        Judgement(
+            rule=DRY_GAP,
+            verdict="dirty",
+            numbers=(margin,),
+            because=because,
+            advice=advice,
+            stage=stage.made_by,
+            where=case.place,
+        )
+    ]
 
 
 def _plugged(case: Case, gap: GapResult) -> list[Judgement]:
@@ -143,7 +176,9 @@ def _plugged(case: Case, gap: GapResult) -> list[Judgement]:
     fill = Number("fill before washing", 100.0 * gap.fill, "%", 100.0 * most)
     because = f"Residue fills {fill.value:.0f} % of the height {_gap_text(gap)}: nothing flows through."
     advice = "Print less paste, give the pads vents or more standoff, or let it soak for long."
-    return [Judgement("R5", "plugged", "dirty", "B", (fill,), because, advice, "", case.place)]
+    return [
+        Judgement(rule=PLUGGED_GAP, verdict="dirty", numbers=(fill,), because=because, advice=advice, where=case.place)
+    ]
 
 
 def _flushed(case: Case, gap: GapResult, washes: list[tuple[Stage, GapStage]]) -> list[Judgement]:
@@ -155,7 +190,11 @@ def _flushed(case: Case, gap: GapResult, washes: list[tuple[Stage, GapStage]]) -
     because = f"The liquid {_gap_text(gap)} is renewed {done:.1f} times; the residue needs {gap.exchanges_needed:.1f}."
     verdict: Verdict = "marginal" if done >= 0.5 * gap.exchanges_needed else "dirty"
     advice = "Add perimeter passes or a pause at its edges."
-    return [Judgement("R6", "not flushed", verdict, "B", (number,), because, advice, "", case.place)]
+    return [
+        Judgement(
+            rule=NOT_FLUSHED, verdict=verdict, numbers=(number,), because=because, advice=advice, where=case.place
+        )
+    ]
 
 
 def _one_sided(case: Case, washes: list[tuple[Stage, GapStage]]) -> list[Judgement]:
@@ -174,7 +213,16 @@ def _one_sided(case: Case, washes: list[tuple[Stage, GapStage]]) -> list[Judgeme
     )
     advice = f"Add a pass along its {compass(outward)} edge, leaning towards it."
     return [
-        Judgement("R8", "one-sided", "marginal", "B", (number,), because, advice, stage.made_by, case.place, (outward,))
+        Judgement(
+            rule=ONE_SIDED,
+            verdict="marginal",
+            numbers=(number,),
+            because=because,
+            advice=advice,
+            stage=stage.made_by,
+            where=case.place,
+            sides=(outward,),
+        )
     ]
 
 
@@ -187,7 +235,6 @@ def compass(outward: tuple[float, float]) -> str:
 def _residue(case: Case, gap: GapResult) -> list[Judgement]:
     """R7: what is left, as a mean and in the worst tenth."""
     limits = case.parameters.limits
-    grade: Grade = "B" if case.parameters.calibrated else "C"
     mean, worst = 100.0 * gap.residue, 100.0 * gap.residue_worst
     numbers = (
         Number("residue", mean, "%", 100.0 * limits.gap_marginal),
@@ -199,8 +246,18 @@ def _residue(case: Case, gap: GapResult) -> list[Judgement]:
         verdict = "clean"
     because = f"{_percent(mean)} of the residue is left {_gap_text(gap)}; in its worst tenth {_percent(worst)}."
     advice = "" if verdict == "clean" else "Soak longer, wash warmer, or add perimeter passes."
-    name = "pocket" if pocket and gap.residue <= limits.gap_dirty else "residue"
-    return [Judgement("R7", name, verdict, grade, numbers, because, advice, "", _pocket_place(case, gap))]
+    return [
+        Judgement(
+            rule=RESIDUE_LEFT,
+            variant="pocket" if pocket and gap.residue <= limits.gap_dirty else "",
+            verdict=verdict,
+            calibrated=case.parameters.calibrated,
+            numbers=numbers,
+            because=because,
+            advice=advice,
+            where=_pocket_place(case, gap),
+        )
+    ]
 
 
 def _percent(value: float) -> str:
@@ -233,7 +290,13 @@ def _rinsed(case: Case, gap: GapResult, rinses: list[tuple[Stage, GapStage]]) ->
         advice = f"Rinse {more} times as long, or repeat the rinse." if 0 < more <= 50 else "Rinse along its edges."
         found.append(
             Judgement(
-                "R10", "incomplete rinse", verdict, "B", (number,), because, advice, rinses[-1][0].made_by, case.place
+                rule=INCOMPLETE_RINSE,
+                verdict=verdict,
+                numbers=(number,),
+                because=because,
+                advice=advice,
+                stage=rinses[-1][0].made_by,
+                where=case.place,
             )
         )
     if limits.ionic_ug_cm2 is not None and gap.ionic_ug_cm2 > limits.ionic_ug_cm2:
@@ -241,7 +304,16 @@ def _rinsed(case: Case, gap: GapResult, rinses: list[tuple[Stage, GapStage]]) ->
         because = (
             f"An estimated {two_digits(ionic.value)} µg/cm² stays {_gap_text(gap)}; your limit is {ionic.limit:g}."
         )
-        found.append(Judgement("R11", "ionic", "dirty", "C", (ionic,), because, "Rinse more.", "", case.place))
+        found.append(
+            Judgement(
+                rule=IONIC_RESIDUE,
+                verdict="dirty",
+                numbers=(ionic,),
+                because=because,
+                advice="Rinse more.",
+                where=case.place,
+            )
+        )
     return found
 
 
@@ -257,4 +329,6 @@ def _dried(case: Case, gap: GapResult) -> list[Judgement]:
     clears = f"gaps from {gap.blow_off_um:.0f} µm on" if np.isfinite(gap.blow_off_um) else "no gap here"
     because = f"Drying blows clear {clears}; this one is {standoff:.0f} µm high."
     advice = "Blow from nearer or slower, or bake the board afterwards (drying.bake_c)."
-    return [Judgement("R12", "wet under part", "marginal", "B", numbers, because, advice, "", case.place)]
+    return [
+        Judgement(rule=WET_GAP, verdict="marginal", numbers=numbers, because=because, advice=advice, where=case.place)
+    ]

@@ -2,7 +2,8 @@
 
 from cleaning.verdicts.evidence import Case
 from cleaning.verdicts.gap_rules import judge_gaps
-from cleaning.verdicts.results import VERDICTS, Judgement
+from cleaning.verdicts.results import Judgement
+from cleaning.verdicts.rules import VERDICTS
 from cleaning.verdicts.surface_rules import judge_load, judge_reach, not_judged, not_sprayed
 
 

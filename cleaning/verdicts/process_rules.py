@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 from cleaning.parameters.model import Limits, Parameters
 from cleaning.process.stages import Stage
-from cleaning.verdicts.results import Judgement, Number, Verdict
+from cleaning.verdicts.results import Judgement, Number
+from cleaning.verdicts.rules import INCOMPLETE_RINSE, PROCESS_WINDOW, SPENT_BATH, Verdict
 
 
 def judge_process(stages: Sequence[Stage], parameters: Parameters) -> list[Judgement]:
@@ -16,7 +17,9 @@ def judge_process(stages: Sequence[Stage], parameters: Parameters) -> list[Judge
     found += _age(parameters) if any(stage.use == "wash" for stage in stages) else []
     if any(stage.use == "wash" for stage in stages) and not any(stage.use == "rinse" for stage in stages):
         because = "The board is washed and never rinsed: what the bath carries dries on it."
-        found.append(Judgement("R10", "incomplete rinse", "dirty", "B", (), because, "Add a rinse to the sequence."))
+        found.append(
+            Judgement(rule=INCOMPLETE_RINSE, verdict="dirty", because=because, advice="Add a rinse to the sequence.")
+        )
     return found
 
 
@@ -28,7 +31,7 @@ def _age(parameters: Parameters) -> list[Judgement]:
     number = Number("hours after reflow", age, "h", most)
     because = f"Washing begins {age:g} h after reflow (limit {most:g} h): residue that has aged gives way less."
     advice = "Wash sooner, or take a parameter set for aged residue."
-    return [Judgement("R13", "process", "marginal", "B", (number,), because, advice)]
+    return [Judgement(rule=PROCESS_WINDOW, verdict="marginal", numbers=(number,), because=because, advice=advice)]
 
 
 def _bath(stage: Stage, limits: Limits) -> list[Judgement]:
@@ -36,7 +39,16 @@ def _bath(stage: Stage, limits: Limits) -> list[Judgement]:
         return []
     number = Number("non-volatile residue", stage.liquid.bath_nvr_pct, "%", limits.bath_nvr_pct)
     because = f"The bath of {stage.solution} carries {number.value:g} % residue (limit {limits.bath_nvr_pct:g} %)."
-    return [Judgement("R9", "change bath", "marginal", "B", (number,), because, "Change the bath.", stage.made_by)]
+    return [
+        Judgement(
+            rule=SPENT_BATH,
+            verdict="marginal",
+            numbers=(number,),
+            because=because,
+            advice="Change the bath.",
+            stage=stage.made_by,
+        )
+    ]
 
 
 def _water(stage: Stage, limits: Limits) -> list[Judgement]:
@@ -47,7 +59,16 @@ def _water(stage: Stage, limits: Limits) -> list[Judgement]:
     verdict: Verdict = "dirty" if resistivity < limits.rinse_fail_mohm else "marginal"
     because = f"{stage.solution} has {resistivity:g} MOhm cm (limit {limits.rinse_warn_mohm:g} MOhm cm)."
     advice = "Rinse with cleaner water."
-    return [Judgement("R10", "incomplete rinse", verdict, "B", (number,), because, advice, stage.made_by)]
+    return [
+        Judgement(
+            rule=INCOMPLETE_RINSE,
+            verdict=verdict,
+            numbers=(number,),
+            because=because,
+            advice=advice,
+            stage=stage.made_by,
+        )
+    ]
 
 
 def _warmth(stage: Stage) -> list[Judgement]:
@@ -62,4 +83,13 @@ def _warmth(stage: Stage) -> list[Judgement]:
         f"{window[1]:g} °C."
     )
     advice = f"Change temperature_c of {stage.function}."
-    return [Judgement("R13", "process", "marginal", "B", (number,), because, advice, stage.made_by)]
+    return [
+        Judgement(
+            rule=PROCESS_WINDOW,
+            verdict="marginal",
+            numbers=(number,),
+            because=because,
+            advice=advice,
+            stage=stage.made_by,
+        )
+    ]

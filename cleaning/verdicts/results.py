@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 from boards.board import Board
 from boards.undersides.underside import Underside
@@ -11,15 +10,9 @@ from cleaning.parameters.model import Parameters
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
 from cleaning.undersides.gap_result import GapResult
+from cleaning.verdicts.rules import VERDICTS, Grade, Rule, Verdict
 from programs.plan import Origin
 from specs.finding import Finding
-
-Grade: TypeAlias = Literal["A", "B", "C"]
-"""A: geometry and balances; B: physics with parameters from the literature; C: uncalibrated kinetics."""
-Verdict: TypeAlias = Literal["clean", "marginal", "dirty", "no verdict"]
-"""As predicted. ``no verdict``: outside of what the model holds for."""
-VERDICTS: tuple[Verdict, ...] = ("dirty", "marginal", "no verdict", "clean")
-"""Worst first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,27 +25,37 @@ class Number:
     limit: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Judgement:
-    """What one rule says of one component, or of the whole board."""
+    """Result of one rule for one component, or for the whole board."""
 
-    rule: str
-    """``"R1"`` to ``"R14"``."""
-    name: str
-    """Such as ``"dry gap"``."""
+    rule: Rule
     verdict: Verdict
-    grade: Grade
-    numbers: tuple[Number, ...]
     because: str
     """One sentence with the numbers."""
-    advice: str
+    numbers: tuple[Number, ...] = ()
+    advice: str = ""
     """What to do about it; empty where there is nothing to do."""
+    variant: str = ""
+    """Which of the rule's cases it is, such as ``"shadowed"``; empty if the rule's title names it."""
+    calibrated: bool = False
+    """Rests on kinetics that were fitted to measurements, which raises grade C to B."""
     stage: str = ""
     """``made_by`` of the stage; empty for all together."""
     where: tuple[float, float, float] | None = None
     """Place in the board frame, mm."""
     sides: tuple[tuple[float, float], ...] = ()
-    """Directions, outward in the board's plane, from which a pass is missing (R8)."""
+    """Directions, outward in the board's plane, from which a pass is missing."""
+
+    @property
+    def name(self) -> str:
+        """Such as ``"dry gap"``."""
+        return self.variant or self.rule.title
+
+    @property
+    def grade(self) -> Grade:
+        """What the judgement rests on."""
+        return "B" if self.calibrated else self.rule.grade
 
 
 @dataclass(frozen=True, slots=True)

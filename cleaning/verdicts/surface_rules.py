@@ -4,8 +4,9 @@ from math import ceil
 
 from cleaning.process.stages import Stage
 from cleaning.verdicts.evidence import Case, Reach
-from cleaning.verdicts.results import ExposedPart, Judgement, Number, Verdict
+from cleaning.verdicts.results import ExposedPart, Judgement, Number
 from cleaning.verdicts.rounding import two_digits
+from cleaning.verdicts.rules import DAMAGE_RISK, MISSED, MODEL_LIMIT, PROCESS_WINDOW, UNDER_EXPOSED, Verdict
 
 _FEW = 0.01
 """Share of an exposed surface that may be missed without a word: less than the rays can tell."""
@@ -20,7 +21,9 @@ def not_sprayed(case: Case) -> Judgement:
     """R1 for a side that no liquid reaches."""
     because = f"No step sprays liquid on the {case.side} side."
     advice = f"Add a step to the sequence that sprays a liquid, with side: {case.side}."
-    return Judgement("R1", "not sprayed", "dirty", "A", (), because, advice, where=case.place)
+    return Judgement(
+        rule=MISSED, variant="not sprayed", verdict="dirty", because=because, advice=advice, where=case.place
+    )
 
 
 def judge_reach(case: Case, reach: Reach) -> list[Judgement]:
@@ -40,8 +43,18 @@ def _missed(case: Case, reach: Reach) -> list[Judgement]:
     because += f"; {_blocker(case)} stands in the way." if case.occluder else "."
     advice = "Spray it from another side or tilt, or add a perimeter pass around it."
     verdict: Verdict = "dirty" if reach.exposed.missed_share > _MANY else "marginal"
-    name = "shadowed" if case.occluder else "missed"
-    return [Judgement("R1", name, verdict, "A", (share,), because, advice, reach.made_by, case.place)]
+    return [
+        Judgement(
+            rule=MISSED,
+            variant="shadowed" if case.occluder else "",
+            verdict=verdict,
+            numbers=(share,),
+            because=because,
+            advice=advice,
+            stage=reach.made_by,
+            where=case.place,
+        )
+    ]
 
 
 def _blocker(case: Case) -> str:
@@ -70,8 +83,16 @@ def _amount(case: Case, reach: Reach) -> Judgement:
         because += f" It must be done {often} times" if often else " It is too little even if done"
         because += f", of {reach.repeats} at most." if often else f" {reach.repeats} times, as often as it may be."
     verdict: Verdict = "clean" if share >= 1 else "marginal" if share >= _HALF else "dirty"
-    name, advice = ("exposed", "") if share >= 1 else ("under-exposed", _more(low / limit))
-    return Judgement("R2", name, verdict, "A", tuple(numbers), because, advice, reach.made_by, case.place)
+    return Judgement(
+        rule=UNDER_EXPOSED,
+        variant="exposed" if verdict == "clean" else "",
+        verdict=verdict,
+        numbers=tuple(numbers),
+        because=because,
+        advice="" if verdict == "clean" else _more(low / limit),
+        stage=reach.made_by,
+        where=case.place,
+    )
 
 
 def _more(share: float) -> str:
@@ -89,16 +110,36 @@ def judge_load(case: Case, stage: Stage, exposed: ExposedPart) -> list[Judgement
         peak = Number("peak pressure", exposed.peak_pa / 1000.0, "kPa", bears)
         because = f"{stage.function} presses with {two_digits(peak.value)} kPa on it; it bears {bears:g} kPa."
         advice = "Avoid it with a mask, spray from further away, or lower the pressure."
-        found.append(Judgement("R3", "damage risk", "dirty", "A", (peak,), because, advice, stage.made_by, case.place))
+        found.append(
+            Judgement(
+                rule=DAMAGE_RISK,
+                verdict="dirty",
+                numbers=(peak,),
+                because=because,
+                advice=advice,
+                stage=stage.made_by,
+                where=case.place,
+            )
+        )
     if window is not None and not window[0] <= stage.temperature_c <= window[1]:
         warmth = Number("temperature", stage.temperature_c, "°C", window[1])
         because = f"{stage.function} is at {stage.temperature_c:g} °C; it bears {window[0]:g} to {window[1]:g} °C."
         advice = f"Change temperature_c of {stage.function}."
-        found.append(Judgement("R13", "process", "dirty", "B", (warmth,), because, advice, stage.made_by, case.place))
+        found.append(
+            Judgement(
+                rule=PROCESS_WINDOW,
+                verdict="dirty",
+                numbers=(warmth,),
+                because=because,
+                advice=advice,
+                stage=stage.made_by,
+                where=case.place,
+            )
+        )
     return found
 
 
 def not_judged(case: Case) -> Judgement:
     """R14 for a component that shows nothing and has no gap that is known."""
     because = "It shows no surface that spray can reach, and no gap under it is known."
-    return Judgement("R14", "model limit", "no verdict", "A", (), because, "Inspect it.", "", case.place)
+    return Judgement(rule=MODEL_LIMIT, verdict="no verdict", because=because, advice="Inspect it.", where=case.place)

@@ -7,6 +7,7 @@ import numpy as np
 from boards.board import Board
 from cleaning.process.stages import Stage
 from cleaning.verdicts.results import Judgement, Number
+from cleaning.verdicts.rules import MODEL_LIMIT
 from geometry.arrays import Scalars
 from recipes.footprint import mid_angles
 from recipes.nozzles import FullCone, HollowCone
@@ -38,7 +39,16 @@ def _judge(stage: Stage, board: Board) -> list[Judgement]:
             because = (
                 f"In {number.value:.0f} % of the spraying time of {stage.function} {what}: the model does not hold."
             )
-            found.append(Judgement("R14", "model limit", "no verdict", "A", (number,), because, advice, stage.made_by))
+            found.append(
+                Judgement(
+                    rule=MODEL_LIMIT,
+                    verdict="no verdict",
+                    numbers=(number,),
+                    because=because,
+                    advice=advice,
+                    stage=stage.made_by,
+                )
+            )
     return found
 
 

@@ -10,10 +10,11 @@ from cleaning.report import mean_residue
 from cleaning.undersides.gap_result import GapStage
 from cleaning.undersides.rinse import film_exchanges
 from cleaning.verdicts.cleanliness import Outcome, outcome, stays_wet, unclean_parts
-from cleaning.verdicts.results import VERDICTS, CleaningReport, Number, Part
+from cleaning.verdicts.results import CleaningReport, Number, Part
+from cleaning.verdicts.rules import RULES, VERDICTS
 from cleaning.verify import Verified
 from reports.pictures.cleaning_pictures import VERDICT_COLOURS
-from reports.tables.rule_texts import GRADES, KNOWN_WORDS, RULES
+from reports.tables.rule_texts import GRADES, KNOWN_WORDS
 from reports.tables.similar_components import Group, Told, group_alike, name_some, tell_one, unclean
 from reports.tables.summary import amount, clock
 
@@ -124,7 +125,7 @@ def process_table(report: CleaningReport) -> str:
 
 def remarks(report: CleaningReport) -> list[str]:
     """Give what was noticed on the way and is no judgement, such as a liquid that the parameter set does not have."""
-    rules = {f"{each.name.lower()}-" for each in RULES}
+    rules = {f"{each.id.lower()}-" for each in RULES}
     return [
         f"{finding.made_by}: {finding.message}" if finding.made_by else finding.message
         for finding in report.findings
@@ -218,9 +219,9 @@ def rules_table(report: CleaningReport) -> str:
     judged = [each for part in (report.bare, *report.parts) for each in part.judgements] + list(report.process)
     rows: list[Sequence[str]] = []
     for rule in RULES:
-        of_rule = [each.verdict for each in judged if each.rule == rule.name]
+        of_rule = [each.verdict for each in judged if each.rule == rule]
         tally = ", ".join(f"{of_rule.count(verdict)} {verdict}" for verdict in VERDICTS if verdict in of_rule)
-        rows.append((rule.name, escape(rule.when), rule.grade, tally or '<span class="q">nothing to say</span>'))
+        rows.append((rule.id, escape(rule.meaning), rule.grade, tally or '<span class="q">nothing to say</span>'))
     grades = "; ".join(f"{grade}: {escape(words)}" for grade, words in GRADES.items())
     return table(("Rule", "Says that", "Grade", "Found"), rows) + f'<p class="q">Grades. {grades}.</p>'
 

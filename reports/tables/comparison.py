@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from cleaning.report import summarise_part, summarise_report
 from cleaning.verdicts.cleanliness import cleanliness, count_cleanliness, report_cleanliness, stays_wet
-from cleaning.verdicts.results import VERDICTS, CleaningReport, Part
+from cleaning.verdicts.results import CleaningReport, Part
+from cleaning.verdicts.rules import VERDICTS
 from programs.program import TimedProgram
 from reports.tables.summary import clock
 from rulesengine.planning.pipeline import Run

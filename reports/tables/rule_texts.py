@@ -1,38 +1,7 @@
-"""What a person must know to read a cleaning report: the rules, the grades, how values are known, what is left out."""
-
-from dataclasses import dataclass
+"""What a person must know to read a cleaning report: the grades, how values are known, what is left out."""
 
 from cleaning.parameters.model import Known
-from cleaning.verdicts.results import Grade, Verdict
-
-
-@dataclass(frozen=True, slots=True)
-class Rule:
-    """One rule of the verdicts."""
-
-    name: str
-    """``"R1"`` to ``"R14"``."""
-    when: str
-    """What it looks for."""
-    grade: Grade
-
-
-RULES: tuple[Rule, ...] = (
-    Rule("R1", "An exposed surface is never hit by the jet.", "A"),
-    Rule("R2", "Too little solution lands on an exposed surface, or the wave front passes too quickly.", "A"),
-    Rule("R3", "The jet presses harder than a component is said to bear.", "A"),
-    Rule("R4", "No edge is pressed hard enough to drive the liquid into the gap: it stays dry.", "B"),
-    Rule("R5", "Residue fills the gap so far that nothing flows through.", "B"),
-    Rule("R6", "The liquid in the gap is renewed too seldom to carry the residue away.", "B"),
-    Rule("R7", "More residue is left under the part than is allowed, on average or in its worst tenth.", "C"),
-    Rule("R8", "Part of the gap is flushed from no side: a pass is missing on the side that is named.", "B"),
-    Rule("R9", "The bath carries more non-volatile residue than is allowed.", "B"),
-    Rule("R10", "Rinse water is renewed too seldom under the part, or is not pure enough.", "B"),
-    Rule("R11", "The estimated ionic index is above the limit that you set; without one the rule is silent.", "C"),
-    Rule("R12", "Blow-off does not clear the gap, and no bake follows.", "B"),
-    Rule("R13", "A temperature lies outside of what the solution or the component bears.", "B"),
-    Rule("R14", "The case lies outside of what the model holds for: no verdict is given.", "A"),
-)
+from cleaning.verdicts.rules import Grade, Verdict
 
 GRADES: dict[Grade, str] = {
     "A": "geometry and balances",

@@ -5,7 +5,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from cleaning.verdicts.cleanliness import deciding_judgement, outcome
-from cleaning.verdicts.results import Grade, Judgement, Number, Part, Verdict
+from cleaning.verdicts.results import Judgement, Number, Part
+from cleaning.verdicts.rules import Grade, Rule, Verdict
 
 _NUMBER = re.compile(r"(?<![^\s(])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?=$|[\s.,;:)%])")
 """A number that stands alone: the digits of a component's name are none."""
@@ -17,7 +18,7 @@ _SPAN = 2.0 / 3.0
 class Told:
     """What one rule says of all components of a group."""
 
-    rule: str
+    rule: Rule
     name: str
     verdict: Verdict
     grade: Grade

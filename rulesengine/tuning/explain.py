@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from cleaning.verdicts.rules import PLUGGED_GAP, SPENT_BATH, Rule
 from rulesengine.tuning.changes.candidate_changes import knobs_for, moves_of
 from rulesengine.tuning.changes.expected_effect import helps
 from rulesengine.tuning.trial.request import Allowed
@@ -12,8 +13,8 @@ from rulesengine.tuning.variables.recipe_edits import is_kept
 from specs.yaml.located import spell_path
 
 _BEYOND = {
-    "R5": "No recipe opens a plugged gap: it takes other paste, pads or standoff.",
-    "R9": "No recipe changes the bath.",
+    PLUGGED_GAP: "No recipe opens a plugged gap: it takes other paste, pads or standoff.",
+    SPENT_BATH: "No recipe changes the bath.",
 }
 _NEAR = 0.95
 """From this share of a limit on, the limit is what stands in the way."""
@@ -25,7 +26,7 @@ class Reason:
     """What is wanting of one component, and why it stays so."""
 
     component: str
-    rule: str
+    rule: Rule
     name: str
     because: str
     """The judgement's own sentence."""

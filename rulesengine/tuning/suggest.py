@@ -7,6 +7,7 @@ from pathlib import Path
 from cleaning.analyse import analyse_on
 from cleaning.prepared_board import Subject
 from cleaning.verdicts.results import CleaningReport
+from cleaning.verdicts.rules import Rule
 from recipes.load import parse_recipe
 from rulesengine.planning.pipeline import Run, run
 from rulesengine.tuning.changes.candidate_changes import moves_of
@@ -30,7 +31,7 @@ class Suggestion:
     """One edit of the recipe that may help one component."""
 
     component: str
-    rule: str
+    rule: Rule
     """What is wanting most there."""
     what: str
     """Such as ``"templates.around.passes.small: 2 -> 4"``."""

@@ -36,7 +36,7 @@ from cleaning.analyse import analyse, analyse_on
 from cleaning.errors import CleaningError
 from cleaning.prepared_board import prepare
 from cleaning.report import cleaning_report
-from cleaning.verdicts.results import VERDICTS
+from cleaning.verdicts.rules import VERDICTS
 from programs.program import SetNozzle
 from recipes.load import load_recipe
 from rulesengine.planning.pipeline import run
@@ -162,8 +162,8 @@ def test_two_washes_add_up():
     once, twice = washed(), report_of(recipe_of(WASH, WASH))
     for part, other in zip(once.parts, twice.parts, strict=True):
         assert volume(other, 0) == pytest.approx(volume(part), rel=1e-6)
-        reach = next(each for each in other.judgements if each.rule == "R2")
-        alone = next(each for each in part.judgements if each.rule == "R2")
+        reach = next(each for each in other.judgements if each.rule.id == "R2")
+        alone = next(each for each in part.judgements if each.rule.id == "R2")
         assert reach.numbers[0].value == pytest.approx(2 * alone.numbers[0].value, rel=0.02)
         for gap, found in zip(part.gaps, other.gaps, strict=True):
             assert found.residue < gap.residue
@@ -215,7 +215,7 @@ def test_rinsing_alone_softens_nothing_and_asks_for_no_wash():
 
 
 def test_a_wash_that_is_never_rinsed_is_told():
-    assert [(each.rule, each.verdict) for each in washed().process] == [("R10", "dirty")]
+    assert [(each.rule.id, each.verdict) for each in washed().process] == [("R10", "dirty")]
     assert washed().verdict == "dirty"
 
 
@@ -236,7 +236,7 @@ def test_a_part_without_a_known_gap_is_judged_by_its_surface():
     connector = parts_of(usual())["J1"]
     assert connector.underside is None
     assert (connector.gaps, connector.residue, connector.elasticity, connector.limiting) == ((), None, {}, "")
-    assert {each.rule for each in connector.judgements} <= {"R1", "R2"}
+    assert {each.rule.id for each in connector.judgements} <= {"R1", "R2"}
 
 
 @pytest.mark.parametrize("height", [1.0, 20.0])

@@ -50,8 +50,8 @@ def test_a_part_is_judged_by_what_sprays_its_own_side(row, name, acts):
 
 def test_each_use_of_a_side_is_judged_once():
     twice = (*both_sides()[:1], spraying(BOTH), *both_sides()[2:])
-    amounts = [each for each in judged(0, by=twice).judgements if each.rule == "R2"]
-    alone = [each for each in judged(0).judgements if each.rule == "R2"]
+    amounts = [each for each in judged(0, by=twice).judgements if each.rule.id == "R2"]
+    alone = [each for each in judged(0).judgements if each.rule.id == "R2"]
     assert len(amounts) == len(alone) == 2
     washes = [next(each for each in found if each.stage != "sequence[1]") for found in (amounts, alone)]
     assert washes[0].numbers[0].value == pytest.approx(2 * washes[1].numbers[0].value, rel=1e-6)
@@ -59,7 +59,7 @@ def test_each_use_of_a_side_is_judged_once():
 
 def test_what_no_liquid_reaches_is_not_sprayed():
     part = judged(2, by=(both_sides()[0], both_sides()[3]))
-    assert [(each.rule, each.name) for each in part.judgements] == [("R1", "not sprayed")]
+    assert [(each.rule.id, each.name) for each in part.judgements] == [("R1", "not sprayed")]
     assert part.makers == ()
 
 
@@ -94,7 +94,7 @@ def test_what_stands_in_the_way_is_named():
     subject = prepare(understand(bodies_of("U1", more=(wall,)), "small"), PARAMETERS, lambda *_: None)
     from_left = np.array([[-25.0, y, 30.0] for y in range(10, 28)])
     by = (spraying(subject, tcp=from_left, axes=downward(55.0, 0.0)),)
-    shadowed = next(each for each in judged(0, subject, by).judgements if each.rule == "R1")
+    shadowed = next(each for each in judged(0, subject, by).judgements if each.rule.id == "R1")
     assert shadowed.name == "shadowed"
     assert "W1 stands in the way" in shadowed.because
     free = (spraying(subject, tcp=from_left + np.array([90, 0, 0]), axes=downward(55.0, 180.0)),)
@@ -120,9 +120,9 @@ def test_a_part_that_bears_little_is_at_risk():
     known = PARAMETERS.model_copy(update={"parts": [PartOverride(match=["U1"], most_kpa=0.05)]})
     subject = replace(BOTH, parameters=known, overrides=(known.parts[0], *BOTH.overrides[1:]))
     part = judged(0, subject)
-    assert (part.verdict, part.judgements[0].rule) == ("dirty", "R3")
+    assert (part.verdict, part.judgements[0].rule.id) == ("dirty", "R3")
     assert part.judgements[0].numbers[0].value > 0.05
-    assert judged(0).judgements[0].rule != "R3"
+    assert judged(0).judgements[0].rule.id != "R3"
 
 
 def test_the_worst_judgement_decides():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from cleaning_report import small_report
 
-from cleaning.verdicts.results import VERDICTS
+from cleaning.verdicts.rules import VERDICTS
 
 
 def test_it_has_every_verdict():

@@ -69,7 +69,7 @@ def parts_of(report):
 
 
 def rules_of(part):
-    return {(each.rule, each.name) for each in part.judgements}
+    return {(each.rule.id, each.name) for each in part.judgements}
 
 
 def with_parameters(subject, **blocks):

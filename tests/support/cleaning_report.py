@@ -17,13 +17,22 @@ from cleaning.parameters.load import load_parameters
 from cleaning.process.stages import Samples, Stage
 from cleaning.undersides.gap_result import GapResult, GapStage
 from cleaning.verdicts.results import CleaningReport, ExposedPart, Judgement, Number, Part
+from cleaning.verdicts.rules import (
+    INCOMPLETE_RINSE,
+    MODEL_LIMIT,
+    ONE_SIDED,
+    RESIDUE_LEFT,
+    SPENT_BATH,
+    UNDER_EXPOSED,
+    WET_GAP,
+)
 from programs.plan import Origin
 from recipes.nozzles import HollowCone
 from specs.finding import Finding
 
 STAGES = 2
 _MAKER = "sequence[0]/around/U1"
-WET = Judgement("R12", "wet under part", "marginal", "B", (), "It stays wet.", "Bake it.")
+WET = Judgement(rule=WET_GAP, verdict="marginal", because="It stays wet.", advice="Bake it.")
 
 
 @cache
@@ -45,8 +54,8 @@ def small_report() -> CleaningReport:
         bare=_part("board", _CLEAN_SURFACE, volume=9.0),
         parts=parts,
         process=(
-            _judge("R9", "change bath", "clean", numbers=(Number("bath residue", 1.0, "%", 3.0),)),
-            _judge("R10", "incomplete rinse", "clean", numbers=(Number("resistivity", 1.0, "MOhm cm", 0.2),)),
+            _judge(SPENT_BATH, "clean", numbers=(Number("bath residue", 1.0, "%", 3.0),)),
+            _judge(INCOMPLETE_RINSE, "clean", numbers=(Number("resistivity", 1.0, "MOhm cm", 0.2),)),
         ),
         verdict="dirty",
         duration_s=92.5,
@@ -177,13 +186,21 @@ def _gap(underside: Underside, number: int, residue: float, margin_pa: float) ->
     )
 
 
-def _judge(rule, name, verdict, grade="B", **more) -> Judgement:
+def _judge(rule, verdict, variant="", **more) -> Judgement:
     numbers = more.pop("numbers", ())
     told = ", ".join(f"{each.name} {each.value:g} {each.unit}" for each in numbers)
-    return Judgement(rule, name, verdict, grade, numbers, f"{name}: {told}.", more.pop("advice", ""), **more)
+    return Judgement(
+        rule=rule,
+        variant=variant,
+        verdict=verdict,
+        numbers=numbers,
+        because=f"{variant or rule.title}: {told}.",
+        advice=more.pop("advice", ""),
+        **more,
+    )
 
 
-_CLEAN_SURFACE = (_judge("R2", "under-exposed", "clean", "A", numbers=(Number("volume p5", 7.0, "mm", 5.0),)),)
+_CLEAN_SURFACE = (_judge(UNDER_EXPOSED, "clean", numbers=(Number("volume p5", 7.0, "mm", 5.0),)),)
 
 
 def _part(name, judgements, volume, underside=None, gaps=()) -> Part:
@@ -216,9 +233,9 @@ def _dirty(component) -> Part:
     underside = _underside(component, 3.0, 3.0, (0.05, 0.075), (Joint(0.0, 0.0, 1.6, 1.6),))
     residue = (Number("residue", 31.0, "%", 20.0), Number("worst tenth", 58.0, "%", 50.0))
     judgements = (
-        _judge("R7", "residue", "dirty", "C", numbers=residue, stage="sequence[0]", where=(8.8, 12.2, 0.0),
+        _judge(RESIDUE_LEFT, "dirty", numbers=residue, stage="sequence[0]", where=(8.8, 12.2, 0.0),
                advice="Wash it longer: time limits it most."),
-        _judge("R8", "one-sided flow", "marginal", sides=((-1.0, 0.0),), stage="sequence[0]",
+        _judge(ONE_SIDED, "marginal", variant="one-sided flow", sides=((-1.0, 0.0),), stage="sequence[0]",
                numbers=(Number("weak share", 31.0, "%", 25.0),), advice="Add a pass from the left."),
         *_CLEAN_SURFACE,
     )  # fmt: skip
@@ -230,7 +247,7 @@ def _dirty(component) -> Part:
 def _marginal(component) -> Part:
     underside = _underside(component, 1.6, 0.8, (0.03,), (Joint(-0.6, 0.0, 0.3, 0.8), Joint(0.6, 0.0, 0.3, 0.8)))
     judgements = (
-        _judge("R10", "incomplete rinse", "marginal", numbers=(Number("exchanges", 5.5, "", 7.0),),
+        _judge(INCOMPLETE_RINSE, "marginal", numbers=(Number("exchanges", 5.5, "", 7.0),),
                stage="sequence[1]", advice="Rinse it longer."),
     )  # fmt: skip
     return _part(component.name, judgements, 8.0, underside, (_gap(underside, 0, 0.04, 120.0),))
@@ -241,7 +258,7 @@ def _clean(component) -> Part:
 
 
 def _no_verdict(component) -> Part:
-    few = _judge("R14", "model limit", "no verdict", "A", numbers=(Number("hits", 12.0, "", 30.0),),
+    few = _judge(MODEL_LIMIT, "no verdict", numbers=(Number("hits", 12.0, "", 30.0),),
                  advice="Verify it: washboard analyse --verify J1.")  # fmt: skip
     return _part(component.name, (few,), 1.0)
 

@@ -3,6 +3,7 @@
 from dataclasses import fields
 
 from cleaning.verdicts.results import Judgement, Number
+from cleaning.verdicts.rules import RESIDUE_LEFT
 from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.request import Allowed, Asked, Limits
 from rulesengine.tuning.trial.requirements import Want
@@ -12,7 +13,13 @@ from webui.page.proposal import Proposal
 
 WANT = Want(
     "U1",
-    Judgement("R7", "residue", "dirty", "C", (Number("residue", 31.0, "%", 20.0),), "31 % is left <here>.", "Wash on."),
+    Judgement(
+        rule=RESIDUE_LEFT,
+        verdict="dirty",
+        numbers=(Number("residue", 31.0, "%", 20.0),),
+        because="31 % is left <here>.",
+        advice="Wash on.",
+    ),
     0.5,
 )
 

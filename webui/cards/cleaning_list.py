@@ -63,7 +63,7 @@ def judgement_html(judgement: Judgement, stage: str = "") -> str:
     advice = f'<div style="font-weight:600">{escape(judgement.advice)}</div>' if judgement.advice else ""
     return (
         f'<div style="margin-top:5px;padding-left:7px;border-left:3px solid {colour};overflow-wrap:anywhere">'
-        f'<div style="color:{to_hex(QUIET)};font-size:11px">{escape(judgement.rule)} {escape(judgement.name)}: '
+        f'<div style="color:{to_hex(QUIET)};font-size:11px">{judgement.rule} {escape(judgement.name)}: '
         f'<span style="color:{colour}">{judgement.verdict}</span>, grade {judgement.grade}{seen}</div>'
         f"{escape(judgement.because)}{advice}"
         f'<div style="color:{to_hex(QUIET)};font-size:11px">{escape(numbers)}</div></div>'

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from cleaning.analyse import analyse_on
 from cleaning.parameters.model import Parameters
 from cleaning.verdicts.results import CleaningReport
+from cleaning.verdicts.rules import WET_GAP
 from rulesengine.planning.pipeline import Run
 from rulesengine.tuning.suggest import Effect, Here, Suggestion, predict, suggest
 from rulesengine.tuning.trial.requirements import Goal
@@ -13,9 +14,6 @@ from specs.progress import Progress, subprogress
 from webui.page.analysed import Analysed, make_ready
 from webui.page.document import Document
 from webui.tuning.quick_fix import Fix
-
-_WET = "R12"
-"""Water under a part counts where a part lacks nothing else."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +54,7 @@ def goal_for(report: CleaningReport, component: str) -> Goal:
     """Choose what counts for a part, so that what it lacks does."""
     part = next((each for each in report.parts if each.component == component), report.bare)
     lacking = {each.rule for each in part.judgements if each.verdict in ("dirty", "marginal")}
-    return "clean-and-dry" if lacking == {_WET} else "clean"
+    return "clean-and-dry" if lacking == {WET_GAP} else "clean"
 
 
 def _effect(suggestion: Suggestion, here: Here, goal: Goal, progress: Progress) -> Effect | None:

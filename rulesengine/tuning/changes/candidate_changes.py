@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from math import ceil
 
+from cleaning.verdicts.rules import DAMAGE_RISK, PROCESS_WINDOW, RESIDUE_LEFT
 from rulesengine.tuning.changes.change import Move
 from rulesengine.tuning.changes.expected_effect import helps, need, steps_for
 from rulesengine.tuning.changes.new_paths import added_paths
@@ -18,7 +19,6 @@ _HARDER = 1.25
 _WARMER_C = 5.0
 _LEAN_DEG = 10.0
 _LEAST_DWELL_S = 0.3
-_BY_TIME = "R7"
 _TAKES_TIME: frozenset[Kind] = frozenset({"speeds", "passes", "dwells", "wash_time"})
 
 
@@ -40,8 +40,8 @@ def knobs_for(outcome: Outcome) -> tuple[Knob, ...]:
 
 def _turned(knob: Knob, outcome: Outcome, wants: Sequence[Want]) -> Iterator[Move]:
     helped = [(want, share) for want in wants if (share := helps(knob, want, outcome)) > 0]
-    away = [each for each in helped if each[0].judgement.rule == "R3"]
-    toward = [each for each in helped if each[0].judgement.rule != "R3"]
+    away = [each for each in helped if each[0].judgement.rule == DAMAGE_RISK]
+    toward = [each for each in helped if each[0].judgement.rule != DAMAGE_RISK]
     if away:
         yield from _move(knob, _backed(knob), away)
     if toward:
@@ -54,7 +54,7 @@ def _soak_s(outcome: Outcome, helped: list[tuple[Want, float]]) -> float:
     """How much longer washing would have to be for residue to go by time alone."""
     longest = 0.0
     for want, _ in helped:
-        if want.judgement.rule == _BY_TIME:
+        if want.judgement.rule == RESIDUE_LEFT:
             longest = max(longest, (need(want) - 1.0) * outcome.seconds_in(steps_for(want, outcome)))
     return longest
 
@@ -64,7 +64,7 @@ def _move(knob: Knob, value: float, helped: list[tuple[Want, float]], soak_s: fl
     if new == knob.value:
         return
     by_time = knob.kind in _TAKES_TIME and soak_s > 0
-    soak = sum(want.weight * share for want, share in helped if by_time and want.judgement.rule == _BY_TIME)
+    soak = sum(want.weight * share for want, share in helped if by_time and want.judgement.rule == RESIDUE_LEFT)
     gain = sum(want.weight * share for want, share in helped) - soak
     key = (knob.kind, f"{knob.template or spell_path(knob.path)} {knob.of_class}")
     aims = frozenset(key_of(want) for want, _ in helped)
@@ -98,5 +98,5 @@ def _values(knob: Knob, factor: float, helped: list[tuple[Want, float]]) -> list
 
 def _warmth(knob: Knob, helped: list[tuple[Want, float]]) -> float:
     """A limit that is broken, or a little more."""
-    limits = [want.judgement.numbers[0].limit for want, _ in helped if want.judgement.rule == "R13"]
+    limits = [want.judgement.numbers[0].limit for want, _ in helped if want.judgement.rule == PROCESS_WINDOW]
     return next((limit for limit in limits if limit is not None), knob.value + _WARMER_C)

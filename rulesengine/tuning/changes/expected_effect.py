@@ -4,23 +4,42 @@ What a change really does, the analysis says. 0 means that it is not tried.
 """
 
 from cleaning.parameters.model import Use
+from cleaning.verdicts.rules import (
+    DAMAGE_RISK,
+    DRY_GAP,
+    INCOMPLETE_RINSE,
+    IONIC_RESIDUE,
+    MISSED,
+    NOT_FLUSHED,
+    ONE_SIDED,
+    PROCESS_WINDOW,
+    RESIDUE_LEFT,
+    UNDER_EXPOSED,
+    WET_GAP,
+)
 from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.requirements import PROCESS, Spare, Want
 from rulesengine.tuning.variables.design_variables import Kind, Knob, enabled_steps
 
-_EFFECT: dict[Kind, dict[str, float]] = {
-    "speeds": {"R1": 0.2, "R2": 1.0, "R6": 0.8, "R7": 0.8, "R8": 0.1, "R10": 0.9, "R11": 0.8},
-    "passes": {"R1": 0.3, "R2": 0.8, "R6": 1.0, "R7": 0.9, "R8": 0.2, "R10": 1.0, "R11": 0.8},
-    "dwells": {"R1": 0.1, "R2": 0.5, "R4": 0.1, "R6": 1.0, "R7": 0.9, "R8": 0.1, "R10": 0.9, "R11": 0.8},
-    "wash_time": {"R1": 0.1, "R2": 1.0, "R6": 1.0, "R7": 1.0, "R10": 1.0, "R11": 1.0},
-    "tilts": {"R1": 0.15, "R2": 0.1, "R4": 0.2, "R8": 0.3},
-    "heights": {"R3": 1.0, "R4": 0.9, "R6": 0.2, "R7": 0.1, "R8": 0.4, "R10": 0.2, "R12": 1.0},
-    "sides": {"R1": 0.9, "R2": 0.7, "R4": 0.6, "R6": 0.7, "R7": 0.5, "R8": 0.9, "R10": 0.8, "R11": 0.5},
-    "pressure": {"R3": 1.0, "R4": 1.0, "R6": 0.7, "R7": 0.5, "R8": 0.6, "R10": 0.5, "R12": 0.8},
-    "temperature": {"R7": 1.0, "R13": 1.0},
-}
-_WASH_RULES = frozenset({"R4", "R6", "R7", "R8"})
-_RINSE_RULES = frozenset({"R10", "R11"})
+_RULES = (
+    MISSED, UNDER_EXPOSED, DAMAGE_RISK, DRY_GAP, NOT_FLUSHED, RESIDUE_LEFT, ONE_SIDED, INCOMPLETE_RINSE, IONIC_RESIDUE,
+    WET_GAP, PROCESS_WINDOW,
+)  # fmt: skip
+_EFFECT_BY_RULE: dict[Kind, tuple[float, ...]] = {
+    "speeds":      (0.20, 1.0, 0.0, 0.0, 0.8, 0.8, 0.1, 0.9, 0.8, 0.0, 0.0),
+    "passes":      (0.30, 0.8, 0.0, 0.0, 1.0, 0.9, 0.2, 1.0, 0.8, 0.0, 0.0),
+    "dwells":      (0.10, 0.5, 0.0, 0.1, 1.0, 0.9, 0.1, 0.9, 0.8, 0.0, 0.0),
+    "wash_time":   (0.10, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0),
+    "tilts":       (0.15, 0.1, 0.0, 0.2, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0),
+    "heights":     (0.00, 0.0, 1.0, 0.9, 0.2, 0.1, 0.4, 0.2, 0.0, 1.0, 0.0),
+    "sides":       (0.90, 0.7, 0.0, 0.6, 0.7, 0.5, 0.9, 0.8, 0.5, 0.0, 0.0),
+    "pressure":    (0.00, 0.0, 1.0, 1.0, 0.7, 0.5, 0.6, 0.5, 0.0, 0.8, 0.0),
+    "temperature": (0.00, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0),
+}  # fmt: skip
+_EFFECT = {kind: dict(zip(_RULES, effects, strict=True)) for kind, effects in _EFFECT_BY_RULE.items()}
+_WASH_RULES = frozenset({DRY_GAP, NOT_FLUSHED, RESIDUE_LEFT, ONE_SIDED})
+_RINSE_RULES = frozenset({INCOMPLETE_RINSE, IONIC_RESIDUE})
+_OF_AMOUNT = frozenset({UNDER_EXPOSED, NOT_FLUSHED, RESIDUE_LEFT, INCOMPLETE_RINSE})
 _WHOLE_STEP: frozenset[Kind] = frozenset({"wash_time", "pressure", "temperature"})
 _UNSEEN = 0.2
 """Weight of a template that hardly sprays what is wanting."""
@@ -34,17 +53,19 @@ _NEARLY_ALL = 0.99
 
 def effect(kind: Kind, want: Want) -> float:
     """Give the belief for a kind of knob and a rule; where nothing arrives, more of the same does not help."""
-    return _EFFECT[kind].get("R1" if arrives_nowhere(want) else want.judgement.rule, 0.0)
+    return _EFFECT[kind].get(MISSED if arrives_nowhere(want) else want.judgement.rule, 0.0)
 
 
 def arrives_nowhere(want: Want) -> bool:
     """Whether the places that get least get nothing, which is no matter of how much is sprayed."""
-    return want.judgement.rule == "R2" and want.deficit > _NEARLY_ALL
+    return want.judgement.rule == UNDER_EXPOSED and want.deficit > _NEARLY_ALL
 
 
 def need(want: Want) -> float:
     """Estimate how many times as long the spraying must be: amounts grow with it, residue falls exponentially."""
-    if want.judgement.rule in ("R2", "R6", "R7", "R10") and not arrives_nowhere(want):
+    if want.judgement.rule in (UNDER_EXPOSED, NOT_FLUSHED, RESIDUE_LEFT, INCOMPLETE_RINSE) and not arrives_nowhere(
+        want
+    ):
         return min(_MOST_NEED, max(_LEAST_NEED, 1.0 / max(1.0 - want.deficit, 1e-3)))
     return _USUAL_NEED
 
@@ -65,7 +86,7 @@ def _uses(want: Want | Spare, outcome: Outcome) -> frozenset[Use]:
         return frozenset({"wash"})
     if rule in _RINSE_RULES:
         return frozenset({"rinse"})
-    if rule == "R12":
+    if rule == WET_GAP:
         return frozenset({"dry"})
     use = outcome.use_of(want.judgement.stage)
     return frozenset({"wash", "rinse"}) if use is None else frozenset({use})

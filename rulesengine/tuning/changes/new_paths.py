@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
+from cleaning.verdicts.rules import MISSED, UNDER_EXPOSED
 from recipes.consistency import half_spread_deg
 from recipes.paths import BoardPerimeter, ComponentPerimeter, Raster
 from recipes.recipe import Recipe, Step
@@ -87,7 +88,7 @@ def _gain(word: str, want: Want) -> float:
     """A path around components is for them, one around the rim for the board; one across reaches surfaces."""
     rule, of_board = want.judgement.rule, want.component == BOARD
     if word == "across":
-        return _ACROSS * want.weight if rule in ("R1", "R2") else 0.0
+        return _ACROSS * want.weight if rule in (MISSED, UNDER_EXPOSED) else 0.0
     return want.weight * effect("sides", want) if of_board == (word == "rim") else 0.0
 
 

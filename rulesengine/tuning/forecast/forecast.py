@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from boards.board import Side
+from cleaning.verdicts.rules import INCOMPLETE_RINSE, IONIC_RESIDUE, MISSED, NOT_FLUSHED, RESIDUE_LEFT, UNDER_EXPOSED
 from geometry.arrays import Scalars
 from rulesengine.tuning.changes.expected_effect import arrives_nowhere, steps_for
 from rulesengine.tuning.trial.deposits import Deposits
@@ -25,8 +26,8 @@ _MOST_DOUBT = 1.25
 _SPARE = 1.03
 """What the least wetted places are to get more than they need."""
 _NO_CELLS = np.empty(0, dtype=np.int64)
-_FLOWING = ("R6", "R10", "R11")
-_OF_AMOUNT = ("R2", "R7", *_FLOWING)
+_FLOWING = (NOT_FLUSHED, INCOMPLETE_RINSE, IONIC_RESIDUE)
+_OF_AMOUNT = (UNDER_EXPOSED, RESIDUE_LEFT, *_FLOWING)
 
 
 @dataclass(slots=True)
@@ -101,12 +102,12 @@ def hopeless_of(outcome: Outcome, longest: Mapping[str, float]) -> frozenset[Key
     times = np.array([longest.get(deposit.template, 1.0) for deposit in outcome.deposits.each])
     found = {key_of(want) for want in outcome.wants if want.judgement.rule not in _OF_AMOUNT or arrives_nowhere(want)}
     for want in outcome.mendable:
-        if want.judgement.rule == "R2" and not arrives_nowhere(want):
+        if want.judgement.rule == UNDER_EXPOSED and not arrives_nowhere(want):
             need = _lowest(want, outcome, 1.0 / (1.0 - want.deficit))
             found |= {need.key} if need.amount(times, {}) < need.least else set()
     # Where much of a surface is missed, amounts are not judged; they are as soon as a little less is missed.
-    missed = [want for want in outcome.wants if want.judgement.rule == "R1" and want.judgement.verdict == "dirty"]
-    return frozenset(found | {(want.component, "R2", want.judgement.stage) for want in missed})
+    missed = [want for want in outcome.wants if want.judgement.rule == MISSED and want.judgement.verdict == "dirty"]
+    return frozenset(found | {(want.component, UNDER_EXPOSED, want.judgement.stage) for want in missed})
 
 
 def learn(learnt: Learnt, foretold: Forecast, found: Outcome, times: Scalars, often: Mapping[str, float]) -> bool:
@@ -143,18 +144,18 @@ def _learn_mean(learnt: Learnt, want: Want, foretold: Forecast, times: Scalars) 
 
 def _of_spare(spare: Spare, outcome: Outcome, learnt: Learnt) -> Iterator[Need]:
     share = spare.needed * learnt.doubts.get(key_of(spare), 1.0)
-    if spare.judgement.rule == "R7":
+    if spare.judgement.rule == RESIDUE_LEFT:
         yield _soaking(spare, outcome, share)
-    elif spare.judgement.rule == "R2":
+    elif spare.judgement.rule == UNDER_EXPOSED:
         yield _lowest(spare, outcome, _SPARE * share)
 
 
 def _of_want(want: Want, outcome: Outcome) -> Iterator[Need]:
     """An amount that is too small is asked for in full; of what else is wanting, there shall be no less."""
     rule = want.judgement.rule
-    if rule == "R7":
+    if rule == RESIDUE_LEFT:
         yield _soaking(want, outcome, 1.0)
-    elif rule == "R2" and not arrives_nowhere(want):
+    elif rule == UNDER_EXPOSED and not arrives_nowhere(want):
         yield _lowest(want, outcome, 1.0 / (1.0 - want.deficit))
     elif rule in _FLOWING and want.deficit < 1.0:
         steps = steps_for(want, outcome)

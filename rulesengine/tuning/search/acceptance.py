@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from cleaning.verdicts.results import VERDICTS
+from cleaning.verdicts.rules import VERDICTS
 from rulesengine.tuning.forecast.forecast import hopeless_of
 from rulesengine.tuning.forecast.schemes import speeds_of
 from rulesengine.tuning.forecast.speed_for_duration import paces_of

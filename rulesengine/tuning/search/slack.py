@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator
 
+from cleaning.verdicts.rules import INCOMPLETE_RINSE, IONIC_RESIDUE, NOT_FLUSHED, RESIDUE_LEFT, UNDER_EXPOSED
 from rulesengine.tuning.changes.expected_effect import arrives_nowhere, steps_for, template_share
 from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.requirements import Spare, Want
 
-_AMOUNTS = frozenset({"R2", "R6", "R7", "R10", "R11"})
+_AMOUNTS = frozenset({UNDER_EXPOSED, NOT_FLUSHED, RESIDUE_LEFT, INCOMPLETE_RINSE, IONIC_RESIDUE})
 _DOUBT = 0.35
 """The least wetted places of a surface may get all they have from elsewhere."""
 _HARDLY = 0.02
@@ -34,7 +35,7 @@ def _starves(want: Want, outcome: Outcome, steps: frozenset[str], template: str)
     concerned = steps_for(want, outcome)
     if want.judgement.rule not in _AMOUNTS or arrives_nowhere(want) or not concerned & steps:
         return False
-    return want.judgement.rule == "R7" or template_share(want.component, template, concerned, outcome) > _HARDLY
+    return want.judgement.rule == RESIDUE_LEFT or template_share(want.component, template, concerned, outcome) > _HARDLY
 
 
 def _allowed(spare: Spare, outcome: Outcome, steps: frozenset[str], template: str, saved_s: float) -> Iterator[float]:
@@ -42,7 +43,7 @@ def _allowed(spare: Spare, outcome: Outcome, steps: frozenset[str], template: st
     if not concerned & steps:
         return
     room = 1.0 - spare.needed
-    if spare.judgement.rule == "R7":
+    if spare.judgement.rule == RESIDUE_LEFT:
         yield room * outcome.seconds_in(concerned) / saved_s if saved_s > 0 else 1.0
     else:
         taken = template_share(spare.component, template, concerned, outcome)

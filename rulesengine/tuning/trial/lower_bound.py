@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cleaning.verdicts.exposed_area import LOW, percentile
+from cleaning.verdicts.rules import Rule
 from geometry.arrays import Scalars
 from rulesengine.tuning.trial.requirements import Spare, Want
 
-Key: TypeAlias = tuple[str, str, str]
+Key: TypeAlias = tuple[str, Rule, str]
 """Component, rule and step of a judgement; no step: all of its kind together."""
 Kind: TypeAlias = Literal["low", "mean", "time"]
 """The 5th percentile by area, the mean by area (mm of liquid), or how long the steps take (s)."""

@@ -5,18 +5,20 @@ from dataclasses import dataclass
 from math import inf, isfinite, log
 from typing import Literal, TypeAlias
 
+from cleaning.verdicts import rules
 from cleaning.verdicts.results import CleaningReport, Judgement, Number, Part
+from cleaning.verdicts.rules import Rule
 
 Goal: TypeAlias = Literal["clean", "clean-and-dry"]
 BOARD = "board"
 """Stands for a component's name where the bare board is meant."""
 PROCESS = "process"
 """Stands for a component's name where the whole process is judged."""
-_BEYOND = frozenset({"R14"})
+_BEYOND = frozenset({rules.MODEL_LIMIT})
 """Nothing can be said there, so nothing can be asked."""
-_DRYING = frozenset({"R12"})
-_UNMENDABLE = frozenset({"R5", "R9"})
-_OF_FLOW = frozenset({"R6", "R7", "R8", "R10"})
+_DRYING = frozenset({rules.WET_GAP})
+_UNMENDABLE = frozenset({rules.PLUGGED_GAP, rules.SPENT_BATH})
+_OF_FLOW = frozenset({rules.NOT_FLUSHED, rules.RESIDUE_LEFT, rules.ONE_SIDED, rules.INCOMPLETE_RINSE})
 _EACH = 0.1
 """What one judgement weighs, however little is missing: the last few percent count as well."""
 _LEAST_SHARE = 1e-9
@@ -81,7 +83,7 @@ def spares_of(report: CleaningReport, left_out: frozenset[str]) -> tuple[Spare, 
         Spare(part.component, each, _needed(each))
         for part in (*parts, report.bare)
         for each in part.judgements
-        if each.verdict == "clean" and each.rule in ("R2", "R7")
+        if each.verdict == "clean" and each.rule in (rules.UNDER_EXPOSED, rules.RESIDUE_LEFT)
     )
 
 
@@ -89,9 +91,9 @@ def _needed(judgement: Judgement) -> float:
     shares = [0.0]
     for number in judgement.numbers:
         limit = number.limit or 0.0
-        if judgement.rule == "R2" and number.value > 0:
+        if judgement.rule == rules.UNDER_EXPOSED and number.value > 0:
             shares.append(limit / number.value)
-        elif judgement.rule == "R7" and 0 < number.value < 100 and 0 < limit < 100:
+        elif judgement.rule == rules.RESIDUE_LEFT and 0 < number.value < 100 and 0 < limit < 100:
             shares.append(log(limit / 100.0) / log(max(number.value / 100.0, _LEAST_SHARE)))
     return min(1.0, max(shares))
 
@@ -99,9 +101,9 @@ def _needed(judgement: Judgement) -> float:
 def deficit(judgement: Judgement) -> float:
     """Say how far a judgement is from holding: 0 just holds, 1 is as far as can be, more only where nothing is hit."""
     numbers = judgement.numbers
-    if judgement.rule == "R1":
+    if judgement.rule == rules.MISSED:
         return _missed(judgement)
-    if judgement.rule == "R12" and len(numbers) > 1:
+    if judgement.rule == rules.WET_GAP and len(numbers) > 1:
         return 1.0 - numbers[0].value / numbers[1].value  # the gap against the least that is blown clear
     limited = [number for number in numbers if number.limit is not None]
     return max((min(1.0, max(0.0, _short(judgement.rule, number))) for number in limited), default=1.0)
@@ -115,20 +117,22 @@ def _missed(judgement: Judgement) -> float:
     return 1.0 + share if judgement.verdict == "dirty" else share
 
 
-def _short(rule: str, number: Number) -> float:
+def _short(rule: Rule, number: Number) -> float:
     limit = 0.0 if number.limit is None else number.limit
     value = number.value if isfinite(number.value) else inf
     match rule:
-        case "R2" | "R6" | "R10":
+        case rules.UNDER_EXPOSED | rules.NOT_FLUSHED | rules.INCOMPLETE_RINSE:
             return 1.0 - value / limit if limit > 0 else 0.0
-        case "R3" | "R11":
+        case rules.DAMAGE_RISK | rules.IONIC_RESIDUE:
             return 1.0 - limit / value if value > 0 else 0.0
-        case "R4":
+        case rules.DRY_GAP:
             return -value / (100.0 - value) if value < 0 else 0.5
-        case "R7":  # residue falls exponentially with time: its logarithm says how much of the time is there
+        case (
+            rules.RESIDUE_LEFT
+        ):  # residue falls exponentially with time: its logarithm says how much of the time is there
             share = max(value / 100.0, _LEAST_SHARE)
             return 1.0 - log(share) / log(limit / 100.0) if 0 < limit < 100 else 0.0
-        case "R8":
+        case rules.ONE_SIDED:
             return (value - limit) / max(100.0 - limit, 1.0)
         case _:
             return 1.0
@@ -136,13 +140,13 @@ def _short(rule: str, number: Number) -> float:
 
 def mendable(wants: tuple[Want, ...]) -> tuple[Want, ...]:
     """Pick those that a recipe may take away: not a plugged gap with what is wanting in it, and not a spent bath."""
-    plugged = {want.component for want in wants if want.judgement.rule == "R5"}
+    plugged = {want.component for want in wants if want.judgement.rule == rules.PLUGGED_GAP}
     return tuple(want for want in wants if not _is_beyond(want, plugged))
 
 
 def _is_beyond(want: Want, plugged: set[str]) -> bool:
     rule = want.judgement.rule
-    if rule in _UNMENDABLE or (want.component == PROCESS and rule == "R10"):
+    if rule in _UNMENDABLE or (want.component == PROCESS and rule == rules.INCOMPLETE_RINSE):
         return True
     return want.component in plugged and rule in _OF_FLOW
 

@@ -68,7 +68,7 @@ def as_judged(part):
 
 def test_what_decides_is_of_what_a_component_is_called():
     parts = {part.verdict: as_judged(part) for part in small_report().parts}
-    assert {each: deciding_judgement(part).rule for each, part in parts.items()} == {
+    assert {each: deciding_judgement(part).rule.id for each, part in parts.items()} == {
         "dirty": "R7", "marginal": "R10", "no verdict": "R14", "clean": "R12",
     }  # fmt: skip
     assert parts["no verdict"].verdict == "marginal"

@@ -12,17 +12,17 @@ from cleaning.verdicts.evidence import Reach
 from cleaning.verdicts.gap_rules import compass
 from cleaning.verdicts.judge import judge_part
 from cleaning.verdicts.process_rules import judge_process
-from cleaning.verdicts.results import VERDICTS
+from cleaning.verdicts.rules import VERDICTS
 
 PARAMETERS = load_parameters()
 
 
 def rules(judgements, verdict=None):
-    return [each.rule for each in judgements if verdict in (None, each.verdict)]
+    return [each.rule.id for each in judgements if verdict in (None, each.verdict)]
 
 
 def one(judgements, rule):
-    found = [each for each in judgements if each.rule == rule]
+    found = [each for each in judgements if each.rule.id == rule]
     assert len(found) == 1
     return found[0]
 
@@ -107,9 +107,9 @@ def test_a_part_that_shadows_itself_is_not_named_as_another():
 def test_a_part_that_bears_less_than_the_spray_gives_is_at_risk():
     weak = case(override=PartOverride(match=["U1"], most_kpa=0.2, window_c=(0, 50)))
     judged = judge_part(weak)
-    assert len([each for each in judged if each.rule == "R3"]) == 3
+    assert len([each for each in judged if each.rule.id == "R3"]) == 3
     assert "0.2 kPa" in judged[0].because
-    assert len([each for each in judged if each.rule == "R13"]) == 3
+    assert len([each for each in judged if each.rule.id == "R13"]) == 3
     strong = case(override=PartOverride(match=["U1"], most_kpa=0.4, window_c=(0, 70)))
     assert {"R3", "R13"}.isdisjoint(rules(judge_part(strong)))
 
@@ -117,7 +117,7 @@ def test_a_part_that_bears_less_than_the_spray_gives_is_at_risk():
 def test_a_gap_that_stays_dry_is_never_clean():
     dry = gap(wash={"margin_pa": -120.0, "entered": False}, residue=0.0)
     judged = judge_part(case((dry,)))
-    assert judged[0].rule == "R4"
+    assert judged[0].rule.id == "R4"
     assert judged[0].verdict == "dirty"
     assert "120 Pa" in judged[0].because
     assert "R7" not in rules(judged)
@@ -246,14 +246,14 @@ def test_a_higher_bound_that_is_no_thin_gap_is_said():
 def test_a_clean_part_is_as_sure_as_the_least_sure_of_what_makes_it_clean():
     judged = judge_part(case((gap(),)))
     assert {each.grade for each in judged} == {"A", "C"}
-    assert (judged[0].rule, judged[0].grade) == ("R7", "C")
+    assert (judged[0].rule.id, judged[0].grade) == ("R7", "C")
     assert judge_part(case())[0].grade == "A"
 
 
 def test_what_shows_nothing_and_has_no_gap_is_not_judged():
     nothing = exposed(area=0.0)
     judged = judge_part(case(exposed=(nothing,) * 3, reached=(Reach("wash", "clean", "sequence[0]", 1, nothing),)))
-    assert [(each.rule, each.verdict) for each in judged] == [("R14", "no verdict")]
+    assert [(each.rule.id, each.verdict) for each in judged] == [("R14", "no verdict")]
 
 
 def test_the_process_is_judged_by_bath_water_and_temperature():

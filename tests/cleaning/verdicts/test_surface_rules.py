@@ -4,11 +4,11 @@ from judged import case
 
 from cleaning.parameters.model import PartOverride
 from cleaning.verdicts.judge import judge_part
-from reports.tables.rule_texts import RULES
+from cleaning.verdicts.rules import RULES
 
 
 def test_what_a_part_does_not_bear_has_the_grade_of_its_rule():
-    grades = {rule.name: rule.grade for rule in RULES}
+    grades = {rule.id: rule.grade for rule in RULES}
     judged = judge_part(case(override=PartOverride(match=["U1"], most_kpa=0.2, window_c=(0, 50))))
-    found = {each.rule: each.grade for each in judged if each.verdict == "dirty"}
+    found = {each.rule.id: each.grade for each in judged if each.verdict == "dirty"}
     assert found == {"R3": grades["R3"], "R13": grades["R13"]}

@@ -27,7 +27,7 @@ def judged(height=50.0, tilt=0.0, nozzle=RING, turn=0.0, use="wash", side="top")
 def test_a_nozzle_that_is_too_near_or_too_far_has_no_verdict(height, says, side):
     found = judged(height, side=side)
     assert [each.verdict for each in found] == (["no verdict"] if says else [])
-    assert all(each.rule == "R14" and says in each.because and "100 %" in each.because for each in found)
+    assert all(each.rule.id == "R14" and says in each.because and "100 %" in each.because for each in found)
 
 
 @pytest.mark.parametrize("turn", [0.0, 37.0, 210.0])

@@ -7,7 +7,8 @@ from cleaning_report import small_report
 
 from cleaning.parameters.model import Provenance
 from cleaning.report import Traceability
-from cleaning.verdicts.results import VERDICTS, Judgement, Number, Part
+from cleaning.verdicts.results import Judgement, Number, Part
+from cleaning.verdicts.rules import RULES, VERDICTS, WET_GAP
 from cleaning.verify import Verified
 from reports.html import cleaning_page as cleaning_page_module
 from reports.html.cleaning_page import cleaning_page, headline, honesty
@@ -22,7 +23,6 @@ from reports.html.cleaning_tables import (
 )
 from reports.pictures.cleaning_pictures import VERDICT_COLOURS
 from reports.pictures.html_page import Picture
-from reports.tables.rule_texts import RULES
 
 VOID = {"meta", "img", "br", "link"}
 
@@ -81,7 +81,7 @@ def test_the_page_has_the_hashes_the_entries_and_every_assumption(page: str) -> 
     assert "A &lt;7&gt;" in page
     assert "<b>&nbsp;</b>" in page, "what was not given is a blank to fill in"
     assert "soil.k1_per_s" in page
-    assert all(f"<td>{rule.name}</td>" in page for rule in RULES)
+    assert all(f"<td>{rule.id}</td>" in page for rule in RULES)
 
 
 def test_names_cannot_become_markup() -> None:
@@ -130,7 +130,7 @@ def test_a_board_whose_parts_are_all_clean_still_has_a_page(monkeypatch: pytest.
     assert "Under the worst parts" not in page
 
 
-WET = Judgement("R12", "wet under part", "marginal", "B", (), "Drying clears no gap here.", "Bake it.")
+WET = Judgement(rule=WET_GAP, verdict="marginal", because="Drying clears no gap here.", advice="Bake it.")
 
 
 def wet(part: Part) -> Part:

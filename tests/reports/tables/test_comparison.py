@@ -6,6 +6,7 @@ from cleaning_report import small_report
 
 from boards.load import load_board
 from cleaning.verdicts.results import Judgement
+from cleaning.verdicts.rules import WET_GAP
 from recipes.load import load_recipe
 from reports.tables.comparison import compare, compare_cleaning
 from rulesengine.planning.pipeline import run
@@ -56,7 +57,7 @@ def test_reports_are_compared_by_verdict_and_worst_residue():
 def test_what_is_clean_and_stays_wet_is_told_apart_from_what_is_dirty():
     report = small_report()
     last = report.parts[-1]
-    wet = Judgement("R12", "wet under part", "marginal", "B", (), "Water stays under it.", "Bake it.")
+    wet = Judgement(rule=WET_GAP, verdict="marginal", because="Water stays under it.", advice="Bake it.")
     dripping = replace(report, parts=(*report.parts[:-1], replace(last, judgements=(wet, *last.judgements))))
     rows = {row.name: (row.here, row.there) for row in compare_cleaning(report, dripping)}
     assert rows["Components that stay wet underneath"] == ("0", "1")

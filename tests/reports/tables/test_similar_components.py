@@ -5,6 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cleaning.verdicts.results import Judgement, Number
+from cleaning.verdicts.rules import INCOMPLETE_RINSE, IONIC_RESIDUE, MODEL_LIMIT, WET_GAP
 from reports.tables.similar_components import deciding, group_alike, name_some, unclean
 
 R1 = next(part for part in small_report().parts if part.component == "R1")
@@ -14,7 +15,7 @@ def wet(component, clear_um, gap_um, **changes):
     """A component whose gap stays wet."""
     numbers = (Number("gap", gap_um, "um"), Number("least gap", clear_um, "um", 10.0))
     because = f"Drying blows clear gaps from {clear_um:g} um on; this one is {gap_um:g} um high."
-    told = Judgement("R12", "wet under part", "marginal", "B", numbers, because, "Bake it.")
+    told = Judgement(rule=WET_GAP, verdict="marginal", numbers=numbers, because=because, advice="Bake it.")
     return replace(R1, component=component, judgements=(replace(told, **changes),), verdict="marginal", grade="B")
 
 
@@ -35,8 +36,8 @@ def test_what_is_said_of_one_is_said_as_it_is():
 
 def test_what_differs_in_more_than_numbers_stands_apart():
     unlike = [
-        {"rule": "R10"}, {"name": "soaked"}, {"verdict": "dirty"}, {"grade": "C"}, {"stage": "sequence[1]"},
-        {"advice": "Blow harder."}, {"because": "It stays wet."}, {"numbers": ()},
+        {"rule": INCOMPLETE_RINSE}, {"variant": "soaked"}, {"verdict": "dirty"}, {"rule": IONIC_RESIDUE},
+        {"stage": "sequence[1]"}, {"advice": "Blow harder."}, {"because": "It stays wet."}, {"numbers": ()},
     ]  # fmt: skip
     parts = [wet("R1", 57, 25), *(wet(f"R{at}", 57, 25, **change) for at, change in enumerate(unlike, start=2))]
     assert [len(group.parts) for group in group_alike(parts, deciding)] == [1] * len(parts)
@@ -44,13 +45,13 @@ def test_what_differs_in_more_than_numbers_stands_apart():
 
 def test_what_is_clean_and_stays_wet_stands_apart_from_what_lacks_more():
     wet_only = wet("R2", 57, 25)
-    unknown = replace(R1.judgements[0], rule="R14", name="model limit", verdict="no verdict", grade="A")
+    unknown = replace(R1.judgements[0], rule=MODEL_LIMIT, verdict="no verdict")
     undecided = replace(wet_only, component="R3", judgements=(*wet_only.judgements, unknown))
     groups = group_alike([R1, wet_only, undecided], deciding)
-    assert [(group.names, group.told[0].rule) for group in groups] == [
+    assert [(group.names, group.told[0].rule.id) for group in groups] == [
         (("R1",), "R10"), (("R2",), "R12"), (("R3",), "R14"),
     ]  # fmt: skip
-    assert [each.rule for each in unclean(undecided)] == ["R14", "R12"], "what decides is said first"
+    assert [each.rule.id for each in unclean(undecided)] == ["R14", "R12"], "what decides is said first"
 
 
 def test_numbers_far_from_each_other_are_not_put_together():

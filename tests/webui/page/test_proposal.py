@@ -7,6 +7,7 @@ import pytest
 from tiny_session import tiny_session
 from tuned_recipe import WANT, proposal, slower
 
+from cleaning.verdicts.rules import PLUGGED_GAP
 from recipes.load import read_recipe_text
 from rulesengine.tuning.trial.request import Limits
 from rulesengine.tuning.variables.design_variables import KINDS
@@ -136,6 +137,6 @@ def test_what_is_still_wanting_is_said_with_its_reason():
     assert "Analyses at most" in spent
     assert "--" not in spent  # options are of the command line
     assert "Analyses at most" not in html
-    plugged = replace(WANT, judgement=replace(WANT.judgement, rule="R5"))
+    plugged = replace(WANT, judgement=replace(WANT.judgement, rule=PLUGGED_GAP))
     assert "Analyses at most" not in reasons_html(proposal(session, wants=[plugged], used=40).tuned)
     assert reasons_html(proposal(session).tuned) == ""

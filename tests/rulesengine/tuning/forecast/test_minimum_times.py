@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cleaning.verdicts.rules import UNDER_EXPOSED
 from rulesengine.tuning.forecast.forecast import Forecast
 from rulesengine.tuning.forecast.minimum_times import Scheme, shortest
 from rulesengine.tuning.trial.deposits import Deposit, Deposits
@@ -23,7 +24,15 @@ def made_up(volumes, needs, seconds=(10.0, 10.0), idle=1.0):
     each = tuple(Deposit(WASH, name, s, v) for name, s, v in zip("ab", seconds, volumes, strict=True))
     cells = np.arange(volumes.shape[1])
     asked = tuple(
-        Need((f"U{at}", "R2", WASH), kind, least, frozenset({WASH}), (0, 1), volumes[:, own].astype(float), areas[own])
+        Need(
+            (f"U{at}", UNDER_EXPOSED, WASH),
+            kind,
+            least,
+            frozenset({WASH}),
+            (0, 1),
+            volumes[:, own].astype(float),
+            areas[own],
+        )
         for at, (kind, least, own) in enumerate((*need, cells)[:3] for need in needs)
     )
     return Forecast(None, Deposits(each, areas, {}), {WASH: idle}, 3.0, asked)

@@ -6,19 +6,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cleaning.verdicts.results import Judgement, Number
+from cleaning.verdicts.rules import MISSED, RESIDUE_LEFT, UNDER_EXPOSED, WET_GAP
 from rulesengine.tuning.trial.requirements import deficit, shortfall_of, spares_of, wants_of
 
 
 def judgement(rule, *numbers, verdict="dirty", name=""):
-    return Judgement(rule, name, verdict, "A", numbers, "because", "advice")
+    return Judgement(rule=rule, variant=name, verdict=verdict, numbers=numbers, because="because", advice="advice")
 
 
 def amount(value):
-    return judgement("R2", Number("volume, 5th percentile", value, "mm", 5.0))
+    return judgement(UNDER_EXPOSED, Number("volume, 5th percentile", value, "mm", 5.0))
 
 
 def residue(percent):
-    return judgement("R7", Number("residue", percent, "%", 5.0))
+    return judgement(RESIDUE_LEFT, Number("residue", percent, "%", 5.0))
 
 
 @given(st.floats(0, 5), st.floats(0, 5))
@@ -44,9 +45,9 @@ def test_residue_counts_by_the_time_that_is_missing():
 
 
 def test_a_surface_that_is_missed_lacks_more_than_one_that_gets_too_little():
-    missed = judgement("R1", Number("missed", 6.0, "%", 1.0))
-    more = judgement("R1", Number("missed", 40.0, "%", 1.0))
-    never = judgement("R1", name="not sprayed")
+    missed = judgement(MISSED, Number("missed", 6.0, "%", 1.0))
+    more = judgement(MISSED, Number("missed", 40.0, "%", 1.0))
+    never = judgement(MISSED, name="not sprayed")
     assert deficit(amount(0.0)) < deficit(missed) < deficit(more) < deficit(never)
 
 
@@ -59,7 +60,7 @@ def test_what_is_clean_or_beyond_the_model_is_not_asked_for(verdict):
 
 def test_water_under_parts_counts_where_dryness_is_asked_for():
     report = small_report()
-    wet = judgement("R12", Number("gap", 30, "um"), Number("least gap that is blown clear", 60, "um"))
+    wet = judgement(WET_GAP, Number("gap", 30, "um"), Number("least gap that is blown clear", 60, "um"))
     parts = (replace(report.parts[0], judgements=(wet,)),)
     assert wants_of(replace(report, parts=parts), "clean", frozenset()) == ()
     (want,) = wants_of(replace(report, parts=parts), "clean-and-dry", frozenset())

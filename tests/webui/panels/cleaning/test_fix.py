@@ -12,6 +12,7 @@ from tuned_recipe import slower
 
 from cleaning.parameters.load import load_parameters
 from cleaning.verdicts.results import Judgement
+from cleaning.verdicts.rules import RESIDUE_LEFT, WET_GAP
 from recipes.errors import RecipeError
 from rulesengine.tuning.suggest import Effect, Suggestion
 from rulesengine.tuning.trial.result import Figures
@@ -144,7 +145,7 @@ def test_what_cannot_be_planned_is_left_out_and_like_is_compared_with_like(monke
     session = analysed_session(effort=effort)
     analysed = []
     asked = (("U1", "a"), ("R1", "b"), ("U1", "c"), ("U1", "d"))
-    suggestions = tuple(Suggestion(component, "R7", what, ()) for component, what in asked)
+    suggestions = tuple(Suggestion(component, RESIDUE_LEFT, what, ()) for component, what in asked)
 
     def predict(suggestion, here, _goal, progress):
         progress("planning", 0.5)
@@ -174,7 +175,7 @@ def small_part(name):
 
 def test_water_under_a_part_counts_where_it_lacks_nothing_else():
     report = small_report()
-    wet = Judgement("R12", "wet", "marginal", "B", (), "It stays wet.", "")
+    wet = Judgement(rule=WET_GAP, verdict="marginal", because="It stays wet.")
     clean = report.bare.judgements
     more = {"U1": (wet, *small_part("U1").judgements), "C1": (wet, *clean)}
     parts = tuple(replace(part, judgements=more.get(part.component, clean)) for part in report.parts)

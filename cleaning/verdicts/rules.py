@@ -1,0 +1,114 @@
+"""Registry of the verdict rules R1 to R14: id, title, meaning, grade, and the verdicts that each may give."""
+
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+Grade: TypeAlias = Literal["A", "B", "C"]
+"""A: geometry and balances; B: physics with parameters from the literature; C: uncalibrated kinetics."""
+Verdict: TypeAlias = Literal["clean", "marginal", "dirty", "no verdict"]
+"""As predicted. ``no verdict``: outside of what the model holds for."""
+VERDICTS: tuple[Verdict, ...] = ("dirty", "marginal", "no verdict", "clean")
+"""Worst first."""
+_PAGE = "docs/cleaning.md"
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Rule:
+    """One rule of the verdicts. Rules are equal, and ordered, by their ids."""
+
+    id: str
+    """``"R1"`` to ``"R14"``, as reports have it."""
+    title: str = field(compare=False)
+    """Name of the rule's judgements, unless they tell cases apart: ``"missed"`` or ``"shadowed"``."""
+    meaning: str = field(compare=False)
+    """What it looks for, in one sentence."""
+    grade: Grade = field(compare=False)
+    """What it rests on."""
+    verdicts: tuple[Verdict, ...] = field(compare=False)
+    """Verdicts that its judgements may carry, worst first."""
+
+    def __str__(self) -> str:
+        """Give the id."""
+        return self.id
+
+    @property
+    def page(self) -> str:
+        """Place in the documentation."""
+        return f"{_PAGE}#{self.id.lower()}"
+
+
+MISSED = Rule("R1", "missed", "An exposed surface is never hit by the jet.", "A", ("dirty", "marginal"))
+UNDER_EXPOSED = Rule(
+    "R2",
+    "under-exposed",
+    "Too little solution lands on an exposed surface, or the wave front passes too quickly.",
+    "A",
+    ("dirty", "marginal", "clean"),
+)
+DAMAGE_RISK = Rule("R3", "damage risk", "The jet presses harder than a component is said to bear.", "A", ("dirty",))
+DRY_GAP = Rule(
+    "R4",
+    "dry gap",
+    "No edge is pressed hard enough to drive the liquid into the gap: it stays dry.",
+    "B",
+    ("dirty",),
+)
+PLUGGED_GAP = Rule("R5", "plugged", "Residue fills the gap so far that nothing flows through.", "B", ("dirty",))
+NOT_FLUSHED = Rule(
+    "R6",
+    "not flushed",
+    "The liquid in the gap is renewed too seldom to carry the residue away.",
+    "B",
+    ("dirty", "marginal"),
+)
+RESIDUE_LEFT = Rule(
+    "R7",
+    "residue",
+    "More residue is left under the part than is allowed, on average or in its worst tenth.",
+    "C",
+    ("dirty", "marginal", "clean"),
+)
+ONE_SIDED = Rule(
+    "R8",
+    "one-sided",
+    "Part of the gap is flushed from no side: a pass is missing on the side that is named.",
+    "B",
+    ("marginal",),
+)
+SPENT_BATH = Rule(
+    "R9", "change bath", "The bath carries more non-volatile residue than is allowed.", "B", ("marginal",)
+)
+INCOMPLETE_RINSE = Rule(
+    "R10",
+    "incomplete rinse",
+    "Rinse water is renewed too seldom under the part, or is not pure enough.",
+    "B",
+    ("dirty", "marginal"),
+)
+IONIC_RESIDUE = Rule(
+    "R11",
+    "ionic",
+    "The estimated ionic index is above the limit that you set; without one the rule is silent.",
+    "C",
+    ("dirty",),
+)
+WET_GAP = Rule("R12", "wet under part", "Blow-off does not clear the gap, and no bake follows.", "B", ("marginal",))
+PROCESS_WINDOW = Rule(
+    "R13",
+    "process",
+    "A temperature lies outside of what the solution or the component bears.",
+    "B",
+    ("dirty", "marginal"),
+)
+MODEL_LIMIT = Rule(
+    "R14",
+    "model limit",
+    "The case lies outside of what the model holds for: no verdict is given.",
+    "A",
+    ("no verdict",),
+)
+
+RULES: tuple[Rule, ...] = (
+    MISSED, UNDER_EXPOSED, DAMAGE_RISK, DRY_GAP, PLUGGED_GAP, NOT_FLUSHED, RESIDUE_LEFT, ONE_SIDED, SPENT_BATH,
+    INCOMPLETE_RINSE, IONIC_RESIDUE, WET_GAP, PROCESS_WINDOW, MODEL_LIMIT,
+)  # fmt: skip
