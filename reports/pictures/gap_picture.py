@@ -1,17 +1,18 @@
-"""The gap under one component in plan: where it is pressed, how it flows, what stays."""
+"""The gap under one component in plan: pressure, wall shear or residue in colours, the flow as arrows, the joints."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.undersides.underside import GapCase, Underside
+from boards.undersides.underside import Joint, Underside
 from cleaning.gap.flow_field import GapField
 from cleaning.undersides.gap_result import GapResult, GapStage
 from cleaning.verdicts.results import CleaningReport, Part
-from geometry.arrays import Scalars
+from geometry.arrays import Points2, Scalars
 from reports.pictures.cleaning_pictures import WIDTH_MM
 from reports.pictures.html_page import Picture
 from reports.pictures.sheet import ACCENT, FAINT, INK, sheet, to_bytes
@@ -19,17 +20,107 @@ from reports.pictures.sheet import ACCENT, FAINT, INK, sheet, to_bytes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_SIDES = ("front", "right", "back", "left")
+Quantity: TypeAlias = Literal["pressure", "shear", "residue"]
+SIDES = ("front", "right", "back", "left")
+"""Of an underside in its own frame."""
 _PANEL_MM = 52.0
 _TITLE_MM = 13.0
-_MOST_ARROWS = 11
-"""Along each side."""
+_MM = 1000.0
+_ARROWS = 9
+"""Along the longer side."""
+_SLOWEST = 0.03
+"""Of a fast flow: slower ones have no arrow."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GapDrawing:
+    """What is drawn of one gap in one stage, in the frame of the underside."""
+
+    underside: Underside
+    gap: GapResult
+    joints: tuple[Joint, ...]
+    result: GapStage
+    side: int
+    """Index into ``SIDES`` of the side at which the jet presses, the others at rest."""
+
+    @property
+    def pressures(self) -> Scalars:
+        """(8,) pressure on the edge segments, Pa, while the jet presses at one side."""
+        return np.where(np.arange(8) // 2 == self.side, self.result.edge_pa, 0.0)
+
+    def values(self, quantity: Quantity) -> Scalars:
+        """(cells,) value of a quantity in each cell of the gap's field; Pa or %."""
+        match quantity:
+            case "pressure":
+                return self.pressures @ self.gap.field.pressure.astype(np.float64)
+            case "shear":
+                return self.result.shear_pa.astype(np.float64)
+            case "residue":
+                return 100.0 * self.result.residue.astype(np.float64)
+
+    def arrows(self) -> tuple[Points2, Points2]:
+        """(n, 2) tails and tips of arrows along the flow on a coarse grid, mm.
+
+        Their length goes with the square root of the speed, so that slow places show their direction. The fastest
+        tenth, mostly at corners, is drawn alike: it would leave all others too short to be seen.
+        """
+        field = self.gap.field
+        flow = np.einsum("s,sck->ck", self.pressures, field.velocity.astype(np.float64))
+        speed = np.hypot(flow[:, 0], flow[:, 1])
+        fast = float(np.quantile(speed, 0.9)) if len(speed) else 0.0
+        if fast <= 0:
+            return np.empty((0, 2)), np.empty((0, 2))
+        pitch = _MM * max(field.length_m, field.width_m) / _ARROWS
+        shown = _nearest_to_grid(_MM * field.centres, pitch)
+        shown = shown[speed[shown] > _SLOWEST * fast]
+        lengths = 0.85 * pitch * np.sqrt(np.minimum(speed[shown] / fast, 1.0))
+        half = flow[shown] * (lengths / speed[shown] / 2)[:, None]
+        return _MM * field.centres[shown] - half, _MM * field.centres[shown] + half
+
+
+def pressed_side(field: GapField, result: GapStage) -> int:
+    """Index of the side that drives the most flow when it alone is pressed at its highest pressures.
+
+    A side that joints close drives none, however hard it is pressed.
+    """
+    edge = np.array(result.edge_pa)
+    alone = np.where(np.arange(8) // 2 == np.arange(4)[:, None], edge, 0.0)
+    flow = np.linalg.norm(np.einsum("as,sck->ack", alone, field.velocity), axis=2).mean(axis=1)
+    return int(np.argmax(np.round(flow / max(float(flow.max(initial=0.0)), 1e-300), 6)))
+
+
+def strongest_stage(report: CleaningReport, gap: GapResult) -> int | None:
+    """Index of the stage that presses a gap hardest; washing goes first."""
+    wet = [
+        (stage.use != "wash", -round(max(result.edge_pa), 3), index)
+        for index, (stage, result) in enumerate(zip(report.stages, gap.stages, strict=True))
+        if result is not None
+    ]
+    return min(wet)[2] if wet else None
+
+
+def gap_drawing(part: Part, case: int, stage: int) -> GapDrawing | None:
+    """Collect what is drawn of a gap, pressed at the side that drives the most flow.
+
+    Args:
+        part: One with an underside.
+        case: Index of the gap, the harder first.
+        stage: Index of the stage.
+
+    Returns:
+        The drawing; ``None`` where there is no such gap, or the stage does not act on it.
+    """
+    result = part.gaps[case].stages[stage] if case < len(part.gaps) else None
+    if part.underside is None or result is None:
+        return None
+    gap, joints = part.gaps[case], part.underside.cases[case].joints
+    return GapDrawing(part.underside, gap, joints, result, pressed_side(gap.field, result))
 
 
 def draw_gaps(report: CleaningReport, part: Part) -> Picture:
     """Draw every case of a part's underside: pressure, wall shear with the flow, and the residue that is left.
 
-    Pressure and flow are those of one moment that may never be: the side that drives most flow, at its highest
+    Pressure and flow are those of one moment that may never occur: the side that drives the most flow, at its highest
     pressures, the others at rest.
     """
     underside = part.underside
@@ -40,53 +131,36 @@ def draw_gaps(report: CleaningReport, part: Part) -> Picture:
         grid = figure.add_gridspec(
             rows, 3, left=0.01, right=0.94, bottom=0.03, top=1 - _TITLE_MM / (rows * panel_mm), wspace=0.22, hspace=0.34
         )
-        for row, (gap, case) in enumerate(zip(part.gaps, underside.cases, strict=True)):
+        for row in range(rows):
             panels = [figure.add_subplot(grid[row, column]) for column in range(3)]
-            _draw_case(panels, report, gap)
+            _draw_case(panels, report, part, row)
             for axes in panels:
-                _draw_joints(axes, underside, case)
-        says = f"Pressure, flow and residue in the gap under {part.component}"
-        return Picture(".svg", to_bytes(figure, ".svg"), says)
+                _draw_joints(axes, underside, underside.cases[row].joints)
+        alt = f"Pressure, flow and residue in the gap under {part.component}"
+        return Picture(".svg", to_bytes(figure, ".svg"), alt)
 
 
-def strongest_stage(report: CleaningReport, gap: GapResult) -> tuple[str, GapStage] | None:
-    """Give the function and the result of the stage that presses a gap hardest; washing goes first."""
-    wet = [(stage, result) for stage, result in zip(report.stages, gap.stages, strict=True) if result is not None]
-    ranked = sorted(wet, key=lambda pair: (pair[0].use != "wash", -round(max(pair[1].edge_pa), 3)))
-    return (ranked[0][0].function, ranked[0][1]) if ranked else None
-
-
-def pressed_side(field: GapField, result: GapStage) -> tuple[int, Scalars]:
-    """Give the side that drives most flow at its highest pressures, and (8,) pressures with those of the others gone.
-
-    A side that joints close drives none, however hard it is pressed.
-    """
-    edge = np.array(result.edge_pa)
-    alone = np.where(np.arange(8) // 2 == np.arange(4)[:, None], edge, 0.0)
-    flow = np.linalg.norm(np.einsum("as,sck->ack", alone, field.velocity), axis=2).mean(axis=1)
-    side = int(np.argmax(np.round(flow / max(float(flow.max(initial=0.0)), 1e-300), 6)))
-    return side, alone[side]
-
-
-def _draw_case(panels: list[Axes], report: CleaningReport, gap: GapResult) -> None:
-    height = f"{1000 * gap.standoff_mm:.0f} µm"
-    found = strongest_stage(report, gap)
-    left = next((result.residue for result in reversed(gap.stages) if result is not None), None)
-    if found is not None:
-        function, result = found
-        side, edge = pressed_side(gap.field, result)
-        pressure = edge @ gap.field.pressure
-        flow = np.einsum("s,sck->ck", edge, gap.field.velocity)
-        shear = 6 * np.linalg.norm(flow, axis=1) / gap.field.height_m
-        title = f"{height}: pressure, Pa\n{function}, from the {_SIDES[side]}"
-        _draw_values(panels[0], gap.field, pressure, "cividis", title)
-        _draw_values(panels[1], gap.field, shear, "viridis", f"{height}: wall shear, Pa\nand the way of the flow")
-        _draw_flow(panels[1], gap.field, flow)
-    if left is not None:
-        share = 100 * left.astype(np.float64)
-        title = f"{height}: residue left, %\nmean {100 * gap.residue:.3g}, worst tenth {100 * gap.residue_worst:.3g}"
-        _draw_values(panels[2], gap.field, share, "magma_r", title, least_top=1.0)
-        panels[2].plot(*gap.worst_at, marker="+", markersize=8, color=ACCENT, zorder=5)
+def _draw_case(panels: list[Axes], report: CleaningReport, part: Part, case: int) -> None:
+    gap = part.gaps[case]
+    height = f"{_MM * gap.standoff_mm:.0f} µm"
+    stage = strongest_stage(report, gap)
+    drawing = None if stage is None else gap_drawing(part, case, stage)
+    if stage is None or drawing is None:
+        return
+    title = f"{height}: pressure, Pa\n{report.stages[stage].function}, from the {SIDES[drawing.side]}"
+    _draw_values(panels[0], gap.field, drawing.values("pressure"), "cividis", title)
+    title = f"{height}: highest wall shear, Pa\nand direction of the flow"
+    _draw_values(panels[1], gap.field, drawing.values("shear"), "viridis", title)
+    tails, tips = drawing.arrows()
+    panels[1].quiver(
+        *tails.T, *(tips - tails).T, color="white", angles="xy", scale_units="xy", scale=1, width=0.008, zorder=4
+    )
+    last = max(index for index, result in enumerate(gap.stages) if result is not None)
+    left = gap_drawing(part, case, last)
+    assert left is not None
+    title = f"{height}: residue left, %\nmean {100 * gap.residue:.3g}, worst tenth {100 * gap.residue_worst:.3g}"
+    _draw_values(panels[2], gap.field, left.values("residue"), "magma_r", title, least_top=1.0)
+    panels[2].plot(*gap.worst_at, marker="+", markersize=8, color=ACCENT, zorder=5)
 
 
 def _draw_values(
@@ -94,7 +168,7 @@ def _draw_values(
 ) -> None:
     image = np.full(field.shape[0] * field.shape[1], np.nan)
     image[field.cells] = values
-    x, y = 500 * field.length_m, 500 * field.width_m
+    x, y = _MM * field.length_m / 2, _MM * field.width_m / 2
     drawn = axes.imshow(
         np.ma.masked_invalid(image.reshape(field.shape)), origin="lower", extent=(-x, x, -y, y), cmap=scale, vmin=0,
         vmax=max(float(values.max(initial=0.0)), least_top), interpolation="nearest",
@@ -104,26 +178,11 @@ def _draw_values(
     axes.set_title(title, loc="left", fontsize=7.5)
 
 
-def _draw_flow(axes: Axes, field: GapField, flow: NDArray[np.float64]) -> None:
-    """Draw arrows at every few cells, as long as the root of the speed, so that slow places show their way too."""
-    rows, columns = np.divmod(field.cells, field.shape[1])
-    step = [max(1, -(-count // _MOST_ARROWS)) for count in field.shape]
-    shown = (rows % step[0] == step[0] // 2) & (columns % step[1] == step[1] // 2)
-    shown &= field.weights > 0.5 * field.weights.max(initial=0.0)  # joints cover the others
-    speed = np.linalg.norm(flow, axis=1, keepdims=True)
-    arrows = flow / np.sqrt(np.maximum(speed, 1e-12 * max(float(speed.max(initial=0.0)), 1e-30)))
-    longest = float(np.linalg.norm(arrows[shown], axis=1).max(initial=0.0)) or 1.0
-    cell_mm = 1000 * field.length_m / field.shape[1] * step[1]
-    axes.quiver(
-        *(1000 * field.centres[shown]).T, *arrows[shown].T, color="white", angles="xy", scale_units="xy",
-        scale=longest / (1.1 * cell_mm), width=0.008, zorder=4,
-    )  # fmt: skip
-
-
-def _draw_joints(axes: Axes, underside: Underside, case: GapCase) -> None:
+def _draw_joints(axes: Axes, underside: Underside, joints: tuple[Joint, ...]) -> None:
+    """Draw joints and the outline of the underside, and show just that."""
     from matplotlib.patches import Circle, Rectangle
 
-    for joint in case.joints:
+    for joint in joints:
         place = (joint.x_mm, joint.y_mm)
         if joint.round:
             shape: Circle | Rectangle = Circle(place, joint.length_mm / 2)
@@ -140,3 +199,12 @@ def _draw_joints(axes: Axes, underside: Underside, case: GapCase) -> None:
     axes.set_ylim(-1.02 * y, 1.02 * y)
     axes.set_aspect("equal", anchor="NW")
     axes.set_axis_off()
+
+
+def _nearest_to_grid(centres: Points2, pitch: float) -> NDArray[np.intp]:
+    """Of the cells in each square of a grid around the middle, the one nearest to the square's own middle."""
+    square = np.round(centres / pitch).astype(np.int64)
+    away = np.round(np.hypot(*(centres - square * pitch).T) / pitch, 6)
+    order = np.lexsort((away, square[:, 1], square[:, 0]))
+    first = np.concatenate([[True], (np.diff(square[order], axis=0) != 0).any(axis=1)])
+    return np.sort(order[first])

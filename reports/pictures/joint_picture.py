@@ -1,12 +1,12 @@
-"""What the joints of a robot do, drawn: position, speed and acceleration against their limits, over time."""
+"""What the joints of a robot do over time, against their limits: position, speed and acceleration, drawn as a sheet."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
 from programs.program import MoveTo
@@ -16,6 +16,7 @@ from reports.pictures.sheet import (
     FUNCTION_COLOURS,
     INK,
     LEFT_MM,
+    QUIET,
     RIGHT_MM,
     SHEET_MM,
     TOP_MM,
@@ -30,25 +31,106 @@ from robotcell.track import CellReport
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
+Quantity: TypeAlias = Literal["position", "speed", "acceleration"]
+QUANTITIES: tuple[Quantity, ...] = ("position", "speed", "acceleration")
+_PER: dict[Quantity, str] = {"position": "", "speed": "/s", "acceleration": "/s²"}
 _ROW_MM = 30.0
 _BOTTOM_MM = 18.0
-_QUANTITIES = ("position", "speed", "acceleration")
-_MOST_POINTS = 4000
-"""Columns of the picture: of more moments, the least and the greatest of each column are drawn."""
+_COLUMNS = 2000
+"""Stretches of time of which the sheet shows the least and the greatest value."""
+_PAD = 0.08
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """One quantity of one joint over time, in degrees or millimetres."""
+
+    name: str
+    quantity: Quantity
+    unit: str
+    """Such as ``"°/s"`` or ``"mm"``."""
+    times: Scalars
+    """(n,) s, ascending."""
+    values: Scalars
+    """(n,)"""
+    lowest: float
+    """Limit of the joint; infinite where it has none."""
+    highest: float
+
+    @property
+    def use(self) -> float:
+        """Greatest share of the limit that is used; for a position, the distance from the middle of its range."""
+        middle, half = (self.lowest + self.highest) / 2, (self.highest - self.lowest) / 2
+        return float(np.abs(self.values - middle).max() / half) if np.isfinite(half) else 0.0
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Range of a drawing: a rate within its limits, so that its size shows; a position as far as it is used."""
+        low, high = float(self.values.min()), float(self.values.max())
+        if self.quantity != "position" and np.isfinite(self.highest):
+            low, high = min(low, self.lowest), max(high, self.highest)
+        pad = max(_PAD * (high - low), 0.5)
+        return low - pad, high + pad
+
+    @property
+    def summary(self) -> str:
+        """Extremes of the quantity, and how near they are to the limits."""
+        unit = self.unit if self.unit.startswith("°") else f" {self.unit}"
+        if self.quantity == "position":
+            low, high = float(self.values.min()), float(self.values.max())
+            reach, near = f"{low:.0f} to {high:.0f}{unit}", min(low - self.lowest, self.highest - high)
+            if not np.isfinite(near):
+                return f"{reach}, no limit"
+            return f"{reach}, {near:.0f}{unit} to the limit" if near >= 0 else f"{reach}, {-near:.1f}{unit} beyond"
+        most = float(np.abs(self.values).max())
+        if not np.isfinite(self.highest):
+            return f"{most:.0f}{unit}, no limit"
+        return f"{most:.0f} of {self.highest:.0f}{unit} ({self.use:.0%})"
+
+
+def joint_curves(joints: Sequence[Joint], rates: Rates, quantity: Quantity) -> list[Curve]:
+    """Give a quantity of each joint over time: speeds are means of the intervals between moves."""
+    times = (rates.times[1:] + rates.times[:-1]) / 2 if quantity == "speed" else rates.times
+    rows = {"position": rates.q, "speed": rates.speed, "acceleration": rates.acceleration}[quantity]
+    curves: list[Curve] = []
+    for joint, column in zip(joints, rows.T, strict=True):
+        scale, unit = (180.0 / np.pi, "°") if joint.kind == "revolute" else (1e3, "mm")
+        most = joint.speed if quantity == "speed" else joint.acceleration
+        low, high = (joint.lowest, joint.highest) if quantity == "position" else (-most, most)
+        unit += _PER[quantity]
+        curves.append(Curve(joint.name, quantity, unit, times, scale * column, scale * low, scale * high))
+    return curves
+
+
+def envelope(times: Scalars, values: Scalars, end_s: float, columns: int) -> tuple[Scalars, Scalars]:
+    """Least and greatest value, (columns,) each, in equal stretches of the time from 0 to the end."""
+    edges = np.linspace(0.0, end_s, columns + 1)
+    inside = (times > 0) & (times < end_s)
+    at_edges = np.interp(edges, times, values)
+    all_times = np.concatenate([times[inside], edges[:-1], edges[1:]])
+    all_values = np.concatenate([values[inside], at_edges[:-1], at_edges[1:]])
+    column = np.minimum(np.searchsorted(edges, times[inside], side="right") - 1, columns - 1)
+    column = np.concatenate([column, np.arange(columns), np.arange(columns)])
+    order = np.lexsort((all_times, column))
+    starts = np.searchsorted(column[order], np.arange(columns))
+    ordered = all_values[order]
+    return np.minimum.reduceat(ordered, starts), np.maximum.reduceat(ordered, starts)
 
 
 def draw_joints(report: CellReport, suffix: str) -> bytes:
     """Draw a report whose robot can do the program; the same report gives the same bytes.
 
     Args:
-        report: What the robot does.
+        report: Joint motion of the robot.
         suffix: ``.png`` or ``.svg``.
     """
     rates = rates_of(report.program, report.joints)
     joints = report.cell.robot.joints
     height_mm = TOP_MM + (len(joints) + 1) * _ROW_MM + _BOTTOM_MM
+    functions = by_function(report.program)
+    names = dict.fromkeys(each.function for each in functions)
+    colours = {name: FUNCTION_COLOURS[index % len(FUNCTION_COLOURS)] for index, name in enumerate(names)}
     with sheet(height_mm) as figure:
         grid = figure.add_gridspec(
             len(joints) + 1,
@@ -60,100 +142,60 @@ def draw_joints(report: CellReport, suffix: str) -> bytes:
             hspace=0.42,
             wspace=0.12,
         )
-        for row, joint in enumerate(joints):
-            for column, (values, limits) in enumerate(_curves(joint, rates, row)):
-                axes = figure.add_subplot(grid[row, column])
-                times = rates.times if len(values) == len(rates.times) else 0.5 * (rates.times[1:] + rates.times[:-1])
-                _draw_curve(axes, times, values, limits)
-                unit = "deg" if joint.kind == "revolute" else "mm"
-                axes.set_title(f"{joint.name}, {_QUANTITIES[column]} ({unit}{_per(column)})", fontsize=7, loc="left")
+        panels = [[figure.add_subplot(grid[row, column]) for column in range(3)] for row in range(len(joints) + 1)]
+        for column, quantity in enumerate(QUANTITIES):
+            for row, curve in enumerate(joint_curves(joints, rates, quantity)):
+                axes = panels[row][column]
+                _draw_values(axes, report, f"{curve.name}, {quantity} ({curve.unit})", (curve.times, curve.values))
+                axes.set_title(curve.summary, fontsize=6.5, loc="right", color=QUIET)
+                low, high = curve.span
+                axes.set_ylim(low, high)
+                _draw_limits(axes, [limit for limit in (curve.lowest, curve.highest) if low <= limit <= high])
                 axes.tick_params(labelbottom=False)
-                _mark_functions(axes, report)
-        _draw_measures([figure.add_subplot(grid[len(joints), column]) for column in range(3)], report)
-        totals = report.program.totals
-        origin = report.asked.origin
+        _draw_measures(panels[-1], report)
+        for axes in (each for row in panels for each in row):  # a strip along the bottom: which function runs when
+            for each in functions:
+                span = (each.start_s, each.start_s + each.duration_s)
+                axes.axvspan(*span, ymax=0.05, color=colours[each.function], linewidth=0)
+        origin, program = report.asked.origin, report.program
         write_title(
             figure,
             f"{origin.board} in {report.cell.name}",
-            f"{report.cell.robot.name}, {totals.duration_s:.1f} s, asked for {report.asked.totals.duration_s:.1f} s",
+            f"{report.cell.robot.name}, {program.totals.duration_s:.1f} s, "
+            f"programmed {report.asked.totals.duration_s:.1f} s",
         )
-        _write_functions(figure, report)
+        for index, (name, colour) in enumerate(colours.items()):
+            place = (0.6 + 0.09 * (index % 4), 1 - (17.0 + 5.0 * (index // 4)) / height_mm)
+            figure.text(*place, name, fontsize=9, color=colour, va="center")
         write_foot(figure, f"recipe {origin.recipe}, board {origin.board_sha256[:16]}; time in s along every panel")
         return to_bytes(figure, suffix)
 
 
-def _per(column: int) -> str:
-    return ("", "/s", "/s²")[column]
-
-
-def _curves(joint: Joint, rates: Rates, index: int) -> list[tuple[Scalars, tuple[float, float]]]:
-    """Position, speed and acceleration of a joint in degrees or millimetres, each with its limits."""
-    scale = 180.0 / np.pi if joint.kind == "revolute" else 1e3
-    limits = [(joint.lowest, joint.highest), (-joint.speed, joint.speed), (-joint.acceleration, joint.acceleration)]
-    rows = (rates.q, rates.speed, rates.acceleration)
-    return [(scale * row[:, index], (scale * low, scale * high)) for row, (low, high) in zip(rows, limits, strict=True)]
-
-
-def _draw_curve(axes: Axes, times: Scalars, values: Scalars, limits: tuple[float, float]) -> None:
-    """Draw a quantity over time, and its limits where they are near enough to be seen."""
-    axes.plot(*_thinned(times, values), color=INK, linewidth=0.5)
-    low, high = float(values.min()), float(values.max())
-    room = max(high - low, 1e-3)
-    for limit in limits:
-        if np.isfinite(limit) and low - 1.5 * room <= limit <= high + 1.5 * room:
-            axes.axhline(limit, color=ACCENT, linewidth=0.7, linestyle=(0, (4, 2)))
-    axes.margins(x=0)
+def _draw_values(axes: Axes, report: CellReport, title: str, curve: tuple[Scalars, Scalars]) -> None:
+    """Draw times and values of a quantity; of many moments the least and the greatest value of each stretch."""
+    end_s = report.program.totals.duration_s
+    low, high = envelope(*curve, end_s, _COLUMNS)
+    middles = (np.arange(_COLUMNS) + 0.5) / _COLUMNS * end_s
+    axes.fill_between(middles, low, high, facecolor=INK, edgecolor=INK, linewidth=0.5)
+    axes.set_xlim(0.0, end_s)
+    axes.set_title(title, fontsize=7, loc="left")
     axes.tick_params(length=2)
 
 
-def _thinned(times: Scalars, values: Scalars) -> tuple[Scalars, Scalars]:
-    """Keep the least and the greatest of each of many short spans, in order."""
-    if len(times) <= _MOST_POINTS:
-        return times, values
-    edges = np.linspace(0, len(times), _MOST_POINTS // 2 + 1).astype(np.int64)
-    picked: list[int] = []
-    for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-        span = values[begin:end]
-        picked += sorted({begin + int(np.argmin(span)), begin + int(np.argmax(span))})
-    index = np.array(picked, dtype=np.int64)
-    return times[index], values[index]
+def _draw_limits(axes: Axes, limits: Sequence[float]) -> None:
+    for limit in limits:
+        axes.axhline(limit, color=ACCENT, linewidth=0.7, linestyle=(0, (4, 2)))
 
 
 def _draw_measures(panels: Sequence[Axes], report: CellReport) -> None:
-    """Draw how far the robot is from singular postures and from bodies."""
+    """Draw how far the robot is from singular configurations and from bodies."""
     times = np.array([item.time_s for item in report.program.instructions if isinstance(item, MoveTo)])
-    near: NDArray[np.float64] = report.clearance.distances * 1e3
     curves = [
-        ("manipulability w", times, report.singularity),
-        ("inverse condition", times, report.condition),
-        ("distance to board and fixtures (mm)", times[report.clearance_at], near),
+        ("manipulability w", (times, report.singularity)),
+        ("inverse condition", (times, report.condition)),
+        ("distance to board and fixtures (mm)", (times[report.clearance_at], report.clearance.distances * 1e3)),
     ]
-    for axes, (title, at, values) in zip(panels, curves, strict=True):
-        axes.plot(*_thinned(at, values), color=INK, linewidth=0.5)
-        axes.set_title(title, fontsize=7, loc="left")
+    for axes, (title, curve) in zip(panels, curves, strict=True):
+        _draw_values(axes, report, title, curve)
         axes.set_ylim(bottom=0.0)
-        axes.margins(x=0)
-        axes.tick_params(length=2)
-        _mark_functions(axes, report)
-    panels[2].axhline(report.cell.margin * 1e3, color=ACCENT, linewidth=0.7, linestyle=(0, (4, 2)))
-
-
-def _mark_functions(axes: Axes, report: CellReport) -> None:
-    """Show by a strip along the bottom which function runs when."""
-    colours = _colours(report)
-    for each in by_function(report.program):
-        span = (each.start_s, each.start_s + each.duration_s)
-        axes.axvspan(*span, ymax=0.05, color=colours[each.function], linewidth=0)
-
-
-def _colours(report: CellReport) -> dict[str, str]:
-    names = dict.fromkeys(each.function for each in by_function(report.program))
-    return {name: FUNCTION_COLOURS[index % len(FUNCTION_COLOURS)] for index, name in enumerate(names)}
-
-
-def _write_functions(figure: Figure, report: CellReport) -> None:
-    """Write the functions in the colours of the strip."""
-    height_mm = figure.get_figheight() * 25.4
-    for index, (name, colour) in enumerate(_colours(report).items()):
-        place = 0.6 + 0.09 * (index % 4)
-        figure.text(place, 1 - (17.0 + 5.0 * (index // 4)) / height_mm, name, fontsize=9, color=colour, va="center")
+    _draw_limits(panels[2], [report.cell.margin * 1e3])

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 
 from geometry.arrays import Scalars
 from programs.program import TimedProgram
+from reports.pictures.joint_picture import Quantity, joint_curves
 from reports.tables.summary import clock
 from robotcell.cell.load import LoadedCell
-from robotcell.robot.robot import Robot
+from robotcell.robot.rates import rates_of
 from rulesengine.planning.pipeline import Run
 from specs.finding import Finding
 from specs.progress import Progress
-from webui.layers.robot.joint_plots import Quantity, joint_curves, use_of
 from webui.layers.robot.proximity import Near, nearest_of
 from webui.layers.robot.robot import JointMotion, joint_motion
 
@@ -63,11 +63,10 @@ def facts_of(checked: Checked) -> dict[str, str]:
     report, motion = checked.report, checked.motion
     if motion is None:
         return {}
-    robot = report.cell.robot
     return {
         "Time": _time(report.asked.totals.duration_s, report.program.totals.duration_s),
-        "Speed": _hardest(robot, motion, "speed"),
-        "Acceleration": _hardest(robot, motion, "acceleration"),
+        "Speed": _hardest(report, "speed"),
+        "Acceleration": _hardest(report, "acceleration"),
         "Nearest": _nearest(nearest_of(report, motion)),
         "Manipulability": _least(report.singularity, "at the least"),
         "Condition": _least(report.condition, "inverse, at the least"),
@@ -80,11 +79,11 @@ def _time(asked_s: float, taken_s: float) -> str:
     return f"{clock(taken_s)}, planned {clock(asked_s)}"
 
 
-def _hardest(robot: Robot, motion: JointMotion, quantity: Quantity) -> str:
-    """Say which joint uses most of what it may."""
-    curves = joint_curves(robot, motion, quantity)
-    hardest = max(curves, key=use_of)
-    return f"{hardest.name} at {use_of(hardest):.0%} of its limit"
+def _hardest(report: "CellReport", quantity: Quantity) -> str:
+    """Name the joint that comes nearest to its limit."""
+    curves = joint_curves(report.cell.robot.joints, rates_of(report.program, report.joints), quantity)
+    hardest = max(curves, key=lambda curve: curve.use)
+    return f"{hardest.name} at {hardest.use:.0%} of its limit"
 
 
 def _nearest(near: Near | None) -> str:

@@ -3,9 +3,10 @@
 import viser
 
 from cleaning.verdicts.results import Part
+from reports.pictures.gap_picture import SIDES
 from webui.cards.boxes import quiet_html
 from webui.cards.cleaning_card import stage_names
-from webui.cards.gap_svg import SHOWN, SIDES, gap_html, picture_of
+from webui.cards.gap_svg import SHOWN, drawing_of, gap_html
 from webui.page.page import Page
 from webui.page.session import Session
 
@@ -60,9 +61,9 @@ class GapCard:
         if part is None:
             return
         case, stage = (tuple(each.options).index(each.value) for each in (self._case, self._stage))
-        picture = picture_of(part, case, stage, SHOWN[self._shown.value], self._side.value)
+        drawing = drawing_of(part, case, stage, self._side.value)
         missing = "This stage does not act on the gap: it blows, or sprays the other side."
-        self._picture.content = gap_html(picture) if picture is not None else quiet_html(missing)
+        self._picture.content = quiet_html(missing) if drawing is None else gap_html(drawing, SHOWN[self._shown.value])
 
 
 def _part(session: Session) -> Part | None:

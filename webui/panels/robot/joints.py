@@ -1,11 +1,13 @@
 """What the joints do over time, against their limits."""
 
-from webui.layers.robot.joint_plots import Curve, Quantity, curves_html, joint_curves, plot_cursor_html
+from reports.pictures.joint_picture import QUANTITIES, Curve, Quantity, joint_curves
+from robotcell.robot.rates import rates_of
+from webui.layers.robot.joint_plots import curves_html, plot_cursor_html
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.scene.scene import Scene
 
-_SHOWN: dict[str, Quantity] = {"Position": "position", "Speed": "speed", "Acceleration": "acceleration"}
+_SHOWN: dict[str, Quantity] = {quantity.capitalize(): quantity for quantity in QUANTITIES}
 
 
 class JointsCard:
@@ -32,13 +34,13 @@ class JointsCard:
 
     def _draw(self, session: Session) -> None:
         check = session.check
-        motion = None if check is None else check.motion
-        self._folder.visible = motion is not None
-        if check is None or motion is None:
+        self._folder.visible = check is not None and check.report.possible
+        if check is None or not check.report.possible:
             self._curves = []
             return
         self._end_s = check.program.totals.duration_s
-        self._curves = joint_curves(check.cell.cell.robot, motion, _SHOWN[self._quantity.value])
+        rates = rates_of(check.program, check.report.joints)
+        self._curves = joint_curves(check.cell.cell.robot.joints, rates, _SHOWN[self._quantity.value])
         self._plots.content = curves_html(self._curves, self._end_s)
 
     def _follow(self, now_s: float) -> None:
