@@ -54,7 +54,7 @@ class Body:
     value: str | None = None
     pins: int | None = None
     side: Side | None = None
-    standoff_mm: float | None = None
+    gap_height_mm: float | None = None
     extra: tuple[tuple[str, str], ...] = ()
     """The ``x-…`` attributes, kept in order and not interpreted."""
     pads: tuple[Pad, ...] = ()
@@ -82,9 +82,9 @@ class Component:
     """Highest point above the surface of the component's own side."""
     area_mm2: float
     """Plan area of the footprint."""
-    standoff_mm: float | None
+    gap_height_mm: float | None
     """Gap between board and the underside of the body; ``None`` where neither file nor family knows it."""
-    standoff_source: str
+    gap_height_source: str
     """``"stated"``, ``"family SOIC (JEDEC MS-012)"``, or ``"unknown"``."""
     neighbours: tuple[tuple[str, float], ...]
     """The nearest components of the same side and their distance between outlines, nearest first (at most 6)."""

@@ -1,4 +1,4 @@
-"""What each body on a board is: its shadow, its side, its height, its pins, its standoff and its neighbours."""
+"""What each body on a board is: its shadow, its side, its height, its pins, its gap and its neighbours."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -9,7 +9,8 @@ from shapely import Polygon, STRtree
 
 from boards.board import Body, Component, Side
 from boards.errors import BoardError
-from boards.packages.package_families import package_family, pins_of
+from boards.packages.gap_height import gap_height
+from boards.packages.package_families import pins_of
 from boards.slab import Slab
 from geometry.gridframe import GridFrame
 from geometry.mesh import areas_and_normals
@@ -115,7 +116,7 @@ def component_of(shape: Shape) -> Component:
         message = f"{body.name} has no height above the {side} surface of the board (it ends at {height:.3f} mm). "
         raise BoardError(message + "Correct its side or its model, or leave it out.")
     pins, pins_source = _pins_of(body)
-    standoff, standoff_source = _standoff_of(body)
+    gap = gap_height(body.package or "", body.gap_height_mm)
     return Component(
         name=body.name,
         package=body.package or "",
@@ -128,8 +129,8 @@ def component_of(shape: Shape) -> Component:
         outline=shape.outline,
         height_mm=height,
         area_mm2=shape.footprint.area,
-        standoff_mm=standoff,
-        standoff_source=standoff_source,
+        gap_height_mm=gap.nominal_mm,
+        gap_height_source=gap.source,
         neighbours=(),
     )
 
@@ -139,15 +140,6 @@ def _pins_of(body: Body) -> tuple[int, str]:
         return body.pins, "stated"
     pins = pins_of(body.package) if body.package else None
     return (0, "unknown") if pins is None else (pins, f"package {body.package}")
-
-
-def _standoff_of(body: Body) -> tuple[float | None, str]:
-    if body.standoff_mm is not None:
-        return body.standoff_mm, "stated"
-    family = package_family(body.package) if body.package else None
-    if family is None or family.standoff_mm is None:
-        return None, "unknown"
-    return family.standoff_mm, f"family {family.name} ({family.source})"
 
 
 def with_neighbours(components: Sequence[Component], framed: Sequence[Polygon]) -> tuple[Component, ...]:

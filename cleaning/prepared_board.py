@@ -1,7 +1,7 @@
 """A board made ready for analysis: what depends on no program, so that it serves for many."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import partial
 
@@ -50,7 +50,12 @@ def prepare(board: Board, parameters: Parameters, progress: Progress) -> Subject
     progress("solving the gaps", 0.7)
     overrides = tuple(_override(component, parameters.parts) for component in board.components)
     index = {component.name: row for row, component in enumerate(board.components)}
-    undersides = tuple(_stated(each, overrides[index[each.component]]) for each in undersides_of(board))
+    known_mm = {
+        name: (_MM * stated[0], _MM * stated[1])
+        for name, row in index.items()
+        if (stated := overrides[row].standoff_um) is not None
+    }
+    undersides = undersides_of(board, known_mm)
     solved: dict[tuple[float, float, GapCase], GapField] = {}
     fields = tuple(
         tuple(_field(underside, case, parameters.gap.cells, solved) for case in underside.cases)
@@ -78,26 +83,15 @@ def _override(component: Component, known: Sequence[PartOverride]) -> PartOverri
     return next(fits, _NOTHING)
 
 
-def _stated(underside: Underside, known: PartOverride) -> Underside:
-    """Put in the standoff that the parameter set states: the lowest is the harder case."""
-    if known.standoff_um is None:
-        return underside
-    heights = [_MM * each for each in dict.fromkeys(known.standoff_um)]
-    first, last = underside.cases[0].joints, underside.cases[-1].joints
-    joints = [first, last] if len(heights) == 2 or first != last else [first]
-    cases = tuple(GapCase(heights[min(at, len(heights) - 1)], each) for at, each in enumerate(joints))
-    return replace(underside, cases=cases, standoff_source="stated in the parameter set")
-
-
 def _field(
     underside: Underside, case: GapCase, cells: int, solved: dict[tuple[float, float, GapCase], GapField]
 ) -> GapField:
     """Solve a gap, or take the answer from one like it: to a micrometre it is the same package."""
     joints = tuple(_rounded(joint) for joint in case.joints)
-    key = (round(underside.length_mm, 3), round(underside.width_mm, 3), GapCase(round(case.standoff_mm, 5), joints))
+    key = (round(underside.length_mm, 3), round(underside.width_mm, 3), GapCase(round(case.gap_height_mm, 5), joints))
     if key not in solved:
         length, width, rounded = key
-        solved[key] = solve_gap(_MM * length, _MM * width, _MM * rounded.standoff_mm, joints, cells)
+        solved[key] = solve_gap(_MM * length, _MM * width, _MM * rounded.gap_height_mm, joints, cells)
     return solved[key]
 
 

@@ -190,15 +190,15 @@ def _underside(underside: Underside) -> Json:
         "turn_deg": _digits(math.degrees(underside.turn_rad)),
         "length_mm": _digits(underside.length_mm),
         "width_mm": _digits(underside.width_mm),
-        "standoff_source": underside.standoff_source,
+        "standoff_source": underside.gap_height_source,
         "joints_source": underside.joints_source,
-        "cases": [{"standoff_mm": _digits(case.standoff_mm), "joints": len(case.joints)} for case in underside.cases],
+        "cases": [{"standoff_mm": _digits(case.gap_height_mm), "joints": len(case.joints)} for case in underside.cases],
     }
 
 
 def _gap(gap: GapResult) -> Json:
     return {
-        "standoff_mm": _digits(gap.standoff_mm),
+        "standoff_mm": _digits(gap.gap_height_mm),
         "coverage": _digits(gap.field.coverage),
         "fill": _digits(gap.fill),
         "exchanges_needed": _digits(gap.exchanges_needed),

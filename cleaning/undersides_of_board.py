@@ -57,9 +57,9 @@ def _gap(
     acting: list[EdgePressure | None] = [
         pressed[0] if each.stage.side == side else None for each, pressed in zip(sprayed, pressures, strict=True)
     ]
-    standoff_mm = subject.undersides[row].cases[case].standoff_mm
+    gap_height_mm = subject.undersides[row].cases[case].gap_height_mm
     factor = subject.overrides[component].paste_factor
-    return under_component(subject.fields[row][case], standoff_mm, stages, acting, subject.parameters, factor)
+    return under_component(subject.fields[row][case], gap_height_mm, stages, acting, subject.parameters, factor)
 
 
 def _only(edges: Edges, row: int) -> Edges:

@@ -1,1 +1,1 @@
-"""Package families: what a package name says of size, height and standoff."""
+"""Package families: what a package name says of size, height and gap height, and the gap height that counts."""

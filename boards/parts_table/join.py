@@ -4,7 +4,6 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -20,8 +19,6 @@ _REFERENCE = re.compile(r"[A-Za-z]{1,4}\d+[A-Za-z]?")
 
 _HEIGHT_MM = 0.2
 """A drawn height may differ from the table's by this, or by a tenth."""
-
-_Key: TypeAlias = Literal["package", "part", "value", "pins", "standoff_mm"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,16 +194,15 @@ def _rename(bodies: Sequence[Body], refs: dict[int, str]) -> list[Body]:
 
 
 def _fill(body: Body, row: Row, slab: _Slab, clashes: list[str]) -> Body:
-    """Take what the row states."""
-    stated: dict[_Key, str | int | float | None] = {
-        "package": row.package or None,
-        "part": row.part or None,
-        "value": row.value or None,
-        "pins": row.pins,
-        "standoff_mm": row.standoff_mm,
-    }
-    for key, value in stated.items():
-        before = getattr(body, key)
+    """Take over what the row states."""
+    stated = (
+        ("package", body.package, row.package or None),
+        ("part", body.part, row.part or None),
+        ("value", body.value, row.value or None),
+        ("pins", body.pins, row.pins),
+        ("standoff_mm", body.gap_height_mm, row.gap_height_mm),
+    )
+    for key, before, value in stated:
         if value is not None and before is not None and _plain(before) != _plain(value):
             clashes.append(f"{row.ref} {key} {before} → {value} (taken)")
     body = replace(
@@ -215,7 +211,7 @@ def _fill(body: Body, row: Row, slab: _Slab, clashes: list[str]) -> Body:
         part=row.part or body.part,
         value=row.value or body.value,
         pins=body.pins if row.pins is None else row.pins,
-        standoff_mm=body.standoff_mm if row.standoff_mm is None else row.standoff_mm,
+        gap_height_mm=body.gap_height_mm if row.gap_height_mm is None else row.gap_height_mm,
     )
     return _fill_height(_fill_side(body, row, slab, clashes), row, slab, clashes)
 
@@ -247,7 +243,7 @@ def _fill_height(body: Body, row: Row, slab: _Slab, clashes: list[str]) -> Body:
         if row.height_mm is not None and abs(row.height_mm - far) > max(_HEIGHT_MM, 0.1 * far):
             clashes.append(f"{row.ref} height {row.height_mm:g} mm, drawn {far:.2f} mm (kept)")
         return body
-    low = near if row.standoff_mm is None else row.standoff_mm
+    low = near if row.gap_height_mm is None else row.gap_height_mm
     high = far if row.height_mm is None or row.height_mm <= 0.0 else row.height_mm
     low = low if low < high else 0.0
     share = (heights - slab.high if up else slab.low - heights) - near

@@ -65,7 +65,7 @@ class Row:
     value: str = ""
     part: str = ""
     pins: int | None = None
-    standoff_mm: float | None = None
+    gap_height_mm: float | None = None
     height_mm: float | None = None
     side: Side | None = None
     xy_mm: tuple[float, float] | None = None
@@ -217,7 +217,7 @@ class _Cells:
                 value=self.text("value"),
                 part=self.text("part"),
                 pins=self.count("pins"),
-                standoff_mm=self.gap("standoff"),
+                gap_height_mm=self.gap("standoff"),
                 height_mm=self.gap("height"),
                 side=self.side(),
                 xy_mm=(x, y) if x is not None and y is not None and len(refs) == 1 else None,

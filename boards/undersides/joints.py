@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from boards.packages.package_sizes import PackageSizes
+from boards.packages.underside_family import FINE_PITCH_MM, UndersideFamily
 from boards.undersides.joint import Joint
 from boards.undersides.joint_rows import (
     LAND_MM,
@@ -16,7 +17,6 @@ from boards.undersides.joint_rows import (
     row_count,
     row_pitch_mm,
 )
-from boards.undersides.underside_table import FINE_PITCH_MM, Beneath
 
 _BALL = 0.55
 """Diameter of a soldered ball in pitches: 0.55 mm at 1.0, 0.44 at 0.8, 0.28 at 0.5 (JEDEC MO-192 and MO-195)."""
@@ -45,15 +45,15 @@ class Package:
     width_mm: float
 
 
-def joints_of(beneath: Beneath, package: Package) -> tuple[Joint, ...] | None:
+def joints_of(family: UndersideFamily, package: Package) -> tuple[Joint, ...] | None:
     """Lay out the joints of a family; ``None`` where they are unknown."""
-    match beneath.joints:
+    match family.joints:
         case "outside":
             return _exposed_pad(package) if package.sizes.has_pad else ()
         case "ends" | "folded" | "corners":
-            return _terminals(beneath, package)
+            return _terminals(family, package)
         case "tab":
-            length, width = (round(part * side, 4) for part, side in zip(beneath.size, _sides(package), strict=True))
+            length, width = (round(part * side, 4) for part, side in zip(family.size, _sides(package), strict=True))
             return (Joint(0.0, 0.0, length, width),)
         case "quad":
             return _quad(package) + _thermal(package)
@@ -71,19 +71,19 @@ def _sides(package: Package) -> tuple[float, float]:
     return package.length_mm, package.width_mm
 
 
-def _terminals(beneath: Beneath, package: Package) -> tuple[Joint, ...]:
+def _terminals(family: UndersideFamily, package: Package) -> tuple[Joint, ...]:
     """Two terminals at the ends; more of them in the corners, or of a chip array along the length."""
     length, width = _sides(package)
     half = package.pins // 2
-    match beneath.joints:
+    match family.joints:
         case "ends" if half > 1:
             return tuple(lands_in_front(half, length / half, length, width))
         case "ends":
-            return ends(length, width, (beneath.share / 2.0, 1.0))
+            return ends(length, width, (family.share / 2.0, 1.0))
         case "corners" if half > 1:
-            return corners(length, width, beneath.size)
+            return corners(length, width, family.size)
         case _:
-            return ends(length, width, beneath.size)
+            return ends(length, width, family.size)
 
 
 def many_joints(package: Package) -> tuple[Joint, ...]:

@@ -1,5 +1,6 @@
 """What is beneath a component: the gap, and the joints that stand in it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -8,8 +9,10 @@ from shapely import Polygon
 from shapely.affinity import rotate
 
 from boards.board import Board, Body, Component
+from boards.packages.gap_height import gap_height
 from boards.packages.package_families import package_family, pins_of
 from boards.packages.package_sizes import FINEST_MM, package_sizes
+from boards.packages.underside_family import UndersideFamily, underside_family
 from boards.undersides.body_rectangle import (
     Rectangle,
     body_rectangle,
@@ -22,7 +25,6 @@ from boards.undersides.body_rectangle import (
 from boards.undersides.joint import Joint
 from boards.undersides.joint_pads import body_between, joints_amid, joints_at_ends, joints_under
 from boards.undersides.joints import Package, joints_of, many_joints
-from boards.undersides.underside_table import Beneath, beneath
 from geometry.gridframe import GridFrame
 
 __all__ = ["MOST_MM", "GapCase", "Joint", "Underside", "Undersides", "coverage", "undersides_of"]
@@ -41,7 +43,7 @@ _UNKNOWN = "unknown: none and many"
 class GapCase:
     """One way in which the gap may look."""
 
-    standoff_mm: float
+    gap_height_mm: float
     joints: tuple[Joint, ...]
 
 
@@ -59,7 +61,7 @@ class Underside:
     width_mm: float
     cases: tuple[GapCase, ...]
     """One if everything is known; else the two bounds, the harder to clean first."""
-    standoff_source: str
+    gap_height_source: str
     """``"stated"``, the family and its document, or how the bounds were assumed."""
     joints_source: str
     """``"board file"``, the family and its document, or ``"unknown: none and many"``."""
@@ -68,16 +70,25 @@ class Underside:
 Undersides: TypeAlias = tuple[Underside, ...]
 
 
-def undersides_of(board: Board) -> Undersides:
-    """Say what is beneath each component that stands over a thin gap, in the board's order.
+def undersides_of(board: Board, known_mm: Mapping[str, tuple[float, float]] | None = None) -> Undersides:
+    """Give the undersides of the components over a thin gap, in the board's order.
 
-    Left out are through-hole parts, connectors and switches, whatever lies flat (a stated standoff of zero), whatever
-    stands higher than 1 mm, and packages whose standoff neither the file nor a document gives.
+    Left out are through-hole parts, connectors and switches, parts that lie flat (a stated gap height of zero) or stand
+    higher than 1 mm, and packages whose gap height neither the board file nor a document gives.
+
+    Args:
+        board: The board.
+        known_mm: Least and largest gap height by component, as a parameter set states them.
     """
+    known = known_mm or {}
     frame = frame_of(board)
     bodies = {body.name: body for body in board.bodies}
     pairs = ((bodies.get(component.name), component) for component in board.components)
-    found = (_underside_of(body, component, board, frame) for body, component in pairs if body is not None)
+    found = (
+        _underside_of(body, component, board, frame, known.get(component.name))
+        for body, component in pairs
+        if body is not None
+    )
     return tuple(underside for underside in found if underside is not None)
 
 
@@ -99,18 +110,19 @@ def joint_polygon(joint: Joint) -> Polygon:
     return box if joint.turn_rad == 0.0 else rotate(box, joint.turn_rad, use_radians=True)
 
 
-def _underside_of(body: Body, component: Component, board: Board, frame: GridFrame) -> Underside | None:
-    row = beneath(package_family(component.package) if component.package else None)
-    if row.joints == "none":
-        return None
-    standoffs, standoff_source = _standoffs(component, row)
-    if standoffs is None or standoffs[0] > MOST_MM or standoffs[1] < _LEAST_MM:
-        return None
+def _underside_of(
+    body: Body, component: Component, board: Board, frame: GridFrame, known_mm: tuple[float, float] | None
+) -> Underside | None:
+    row = underside_family(package_family(component.package) if component.package else None)
+    heights = gap_height(component.package, body.gap_height_mm).bounds_mm
+    if row.joints == "none" or heights is None or heights[0] > MOST_MM or heights[1] < _LEAST_MM:
+        return None  # whether there is a thin gap is a matter of the board alone
     rectangle = _rectangle(body, component, row, board.surface_z_mm(component.side), frame)
     if rectangle is None:
         return None
-    bounds, joints_source = _joints(body, component, row, rectangle)
-    hard, easy = GapCase(standoffs[0], bounds[0]), GapCase(standoffs[1], bounds[1])
+    joints, joints_source = _joints(body, component, row, rectangle)
+    gap = gap_height(component.package, body.gap_height_mm, known_mm)
+    hard, easy = (GapCase(*case) for case in zip(gap.bounds_mm or heights, joints, strict=True))
     return Underside(
         component=component.name,
         x_mm=rectangle.x_mm,
@@ -119,19 +131,9 @@ def _underside_of(body: Body, component: Component, board: Board, frame: GridFra
         length_mm=rectangle.length_mm,
         width_mm=rectangle.width_mm,
         cases=(hard,) if hard == easy else (hard, easy),
-        standoff_source=standoff_source,
+        gap_height_source=gap.bounds_source,
         joints_source=joints_source,
     )
-
-
-def _standoffs(component: Component, row: Beneath) -> tuple[tuple[float, float] | None, str]:
-    """Least and largest gap, and where they are from."""
-    if component.standoff_source == "stated" and component.standoff_mm is not None:
-        return (component.standoff_mm, component.standoff_mm), "stated"
-    bounds = row.standoffs_mm(package_sizes(component.package).pitch_mm)
-    if bounds is None:
-        return None, "unknown"
-    return bounds, f"{_family(component)}: {bounds[0]:g} to {bounds[1]:g} mm ({row.source})"
 
 
 def _family(component: Component) -> str:
@@ -140,7 +142,7 @@ def _family(component: Component) -> str:
 
 
 def _rectangle(
-    body: Body, component: Component, row: Beneath, surface_z_mm: float, frame: GridFrame
+    body: Body, component: Component, row: UndersideFamily, surface_z_mm: float, frame: GridFrame
 ) -> Rectangle | None:
     """Where the body is: leads that stand beside it are left out, terminations at its ends are part of it."""
     outline = outline_rectangle(component, frame)
@@ -171,7 +173,7 @@ def _is_most(flat: Rectangle, outline: Rectangle) -> bool:
 
 
 def _joints(
-    body: Body, component: Component, row: Beneath, rectangle: Rectangle
+    body: Body, component: Component, row: UndersideFamily, rectangle: Rectangle
 ) -> tuple[tuple[tuple[Joint, ...], tuple[Joint, ...]], str]:
     """The joints of the harder and of the easier case, and where they are from."""
     package = _package(component, rectangle)
@@ -184,8 +186,10 @@ def _joints(
     return (joints, joints), _family(component)
 
 
-def _stated_joints(body: Body, row: Beneath, package: Package, rectangle: Rectangle) -> tuple[Joint, ...] | None:
-    """What the file's pads say; ``None`` without any, or where none of them is anywhere near a body that needs some."""
+def _stated_joints(
+    body: Body, row: UndersideFamily, package: Package, rectangle: Rectangle
+) -> tuple[Joint, ...] | None:
+    """Joints from the board file's pads; ``None`` without any, or where none is near a body that needs some."""
     if not body.pads:
         return None
     if row.joints == "outside":

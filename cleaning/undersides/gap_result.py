@@ -37,7 +37,7 @@ class GapStage:
 class GapResult:
     """One gap through all stages."""
 
-    standoff_mm: float
+    gap_height_mm: float
     field: GapField
     fill: float
     """f0: share of the gap's height that residue fills before the wash."""

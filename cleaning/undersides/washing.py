@@ -77,7 +77,7 @@ class _Liquid:
 
 def under_component(
     field: GapField,
-    standoff_mm: float,
+    gap_height_mm: float,
     stages: Sequence[Stage],
     pressures: Sequence[EdgePressure | None],
     parameters: Parameters,
@@ -90,13 +90,13 @@ def under_component(
 
     Args:
         field: Flow for the joints of the gap; one of another height is scaled.
-        standoff_mm: Height of the gap.
+        gap_height_mm: Height of the gap.
         stages: Of the process.
         pressures: On the edges, one per stage; ``None`` where the stage sprays another side.
         parameters: Everything else.
         paste_factor: Scales the residue at first; left out: the parameters' own.
     """
-    gap = _Gap(field, _MM * standoff_mm, fill_share(parameters.soil, field.coverage, paste_factor), parameters)
+    gap = _Gap(field, _MM * gap_height_mm, fill_share(parameters.soil, field.coverage, paste_factor), parameters)
     state = _State(1.0, np.zeros(len(field.cells)), 0.0)
     acts: list[GapStage | None] = []
     for stage, pressure in zip(stages, pressures, strict=True):
@@ -109,7 +109,7 @@ def under_component(
     depth = 0.5 * min(field.length_m, field.width_m)
     dried = dry_gap(parameters.drying, stages, pressures, gap.height_m, depth)
     return GapResult(
-        standoff_mm=standoff_mm,
+        gap_height_mm=gap_height_mm,
         field=field,
         fill=gap.fill,
         stages=tuple(acts),

@@ -86,7 +86,7 @@ def _with_bound(judgement: Judgement, other: str, gap: GapResult) -> Judgement:
     if other == judgement.verdict:
         return judgement
     told = "without a verdict" if other == "no verdict" else other
-    bound = f" At the other bound, a standoff of {1000 * gap.standoff_mm:.0f} µm, it is {told}."
+    bound = f" At the other bound, a standoff of {1000 * gap.gap_height_mm:.0f} µm, it is {told}."
     return replace(judgement, because=judgement.because + bound)
 
 
@@ -115,17 +115,17 @@ def _unwashed(case: Case) -> Judgement:
 
 
 def _gap_text(gap: GapResult) -> str:
-    return f"under it, in a gap of {1000 * gap.standoff_mm:.0f} µm"
+    return f"under it, in a gap of {1000 * gap.gap_height_mm:.0f} µm"
 
 
 def _beyond(case: Case, gap: GapResult, acts: list[tuple[Stage, GapStage]]) -> list[Judgement]:
     """R14: no thin gap, so that nothing is said of it."""
     limits = case.parameters.gap
     reynolds = max((at.reynolds for stage, at in acts if stage.use != "dry"), default=0.0)
-    if 1000.0 * gap.standoff_mm <= limits.thickest_um and reynolds <= limits.most_reynolds:
+    if 1000.0 * gap.gap_height_mm <= limits.thickest_um and reynolds <= limits.most_reynolds:
         return []
     numbers = (
-        Number("standoff", 1000.0 * gap.standoff_mm, "µm", limits.thickest_um),
+        Number("standoff", 1000.0 * gap.gap_height_mm, "µm", limits.thickest_um),
         Number("reduced Reynolds number", reynolds, "", limits.most_reynolds),
     )
     because = (
@@ -320,11 +320,11 @@ def _rinsed(case: Case, gap: GapResult, rinses: list[tuple[Stage, GapStage]]) ->
 def _dried(case: Case, gap: GapResult) -> list[Judgement]:
     """R12: water that blow-off leaves, without a bake that takes it."""
     drying = case.parameters.drying
-    if gap.blow_off_um is None or 1000.0 * gap.standoff_mm >= gap.blow_off_um:
+    if gap.blow_off_um is None or 1000.0 * gap.gap_height_mm >= gap.blow_off_um:
         return []
     if drying.bake_c is not None and gap.dry_s is not None and gap.dry_s <= 60.0 * drying.bake_min:
         return []
-    standoff = 1000.0 * gap.standoff_mm
+    standoff = 1000.0 * gap.gap_height_mm
     numbers = (Number("gap", standoff, "µm"), Number("least gap that is blown clear", gap.blow_off_um, "µm"))
     clears = f"gaps from {gap.blow_off_um:.0f} µm on" if np.isfinite(gap.blow_off_um) else "no gap here"
     because = f"Drying blows clear {clears}; this one is {standoff:.0f} µm high."

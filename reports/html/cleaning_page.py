@@ -148,7 +148,7 @@ def _gaps(report: CleaningReport) -> list[str]:
         "One part of each package is shown.</p>"
     ]
     for part in _unlike(report, wanting)[:_MOST_GAPS]:
-        known = "" if part.underside is None else f"{part.underside.standoff_source}; {part.underside.joints_source}"
+        known = "" if part.underside is None else f"{part.underside.gap_height_source}; {part.underside.joints_source}"
         told.append(
             f"<article><h3>{escape(part.component)} {verdict_mark(outcome(part))}</h3>"
             f'<p class="q">standoff and joints: {escape(known)}</p>{image(draw_gaps(report, part))}'

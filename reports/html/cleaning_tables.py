@@ -173,7 +173,7 @@ def gap_table(report: CleaningReport, part: Part) -> str:
                 needed = gap.exchanges_needed if stage.use == "wash" else report.parameters.limits.exchanges
                 rows.append(
                     (
-                        f"{1000 * gap.standoff_mm:.0f}",
+                        f"{1000 * gap.gap_height_mm:.0f}",
                         escape(stage.function),
                         *_gap_cells(result, needed, mean_residue(result, gap.field)),
                     )

@@ -142,7 +142,7 @@ def draw_gaps(report: CleaningReport, part: Part) -> Picture:
 
 def _draw_case(panels: list[Axes], report: CleaningReport, part: Part, case: int) -> None:
     gap = part.gaps[case]
-    height = f"{_MM * gap.standoff_mm:.0f} µm"
+    height = f"{_MM * gap.gap_height_mm:.0f} µm"
     stage = strongest_stage(report, gap)
     drawing = None if stage is None else gap_drawing(part, case, stage)
     if stage is None or drawing is None:

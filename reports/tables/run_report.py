@@ -61,7 +61,7 @@ def board_facts(board: Board) -> dict[str, str]:
     x_min, y_min, x_max, y_max = board.outline.bounds
     top = [component for component in board.components if component.side == "top"]
     tallest = max(board.components, key=lambda component: component.height_mm, default=None)
-    sources = Counter(component.standoff_source.split(" ")[0] for component in board.components)
+    sources = Counter(component.gap_height_source.split(" ")[0] for component in board.components)
     facts = {
         "size": f"{x_max - x_min:.2f} x {y_max - y_min:.2f} mm, {board.top_z_mm - board.bottom_z_mm:.2f} mm thick",
         "outline": f"{board.outline.area / 100:.1f} cm2, {len(board.outline.interiors)} holes and slots",
@@ -100,8 +100,8 @@ def _components(run: "Run") -> list[Json]:
             "side": component.side,
             "height_mm": round(component.height_mm, 3),
             "area_mm2": round(component.area_mm2, 3),
-            "standoff_mm": component.standoff_mm,
-            "standoff_source": component.standoff_source,
+            "standoff_mm": component.gap_height_mm,
+            "standoff_source": component.gap_height_source,
             "neighbour_mm": component.neighbours[0][1] if component.neighbours else None,
             "served_by": list[Json](sorted(passes.get(component.name, []))),
         }

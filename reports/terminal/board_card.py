@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from boards.board import Board, Component
+from boards.packages.gap_height import STATED, UNKNOWN
 from reports.tables.run_report import board_facts
 from reports.tables.summary import amount, print_facts, print_findings
 from rulesengine.strokes.classify import Classified
@@ -66,7 +67,7 @@ def _components(components: Sequence[Component]) -> Table:
             str(component.pins),
             f"{component.area_mm2:.2f}",
             f"{component.height_mm:.2f}",
-            _standoff(component),
+            _gap_height(component),
             "" if nearest is None else f"{nearest[1]:.2f}",
             "" if nearest is None else escape(nearest[0]),
         )
@@ -80,11 +81,11 @@ def _table(names: Iterable[str]) -> Table:
     return table
 
 
-def _standoff(component: Component) -> str:
-    if component.standoff_mm is None:
+def _gap_height(component: Component) -> str:
+    if component.gap_height_mm is None:
         return "unknown" + " " * len(_GUESSED)
-    return f"{component.standoff_mm:.3f}" + (_GUESSED if _is_guessed(component) else " " * len(_GUESSED))
+    return f"{component.gap_height_mm:.3f}" + (_GUESSED if _is_guessed(component) else " " * len(_GUESSED))
 
 
 def _is_guessed(component: Component) -> bool:
-    return component.standoff_source not in ("stated", "unknown")
+    return component.gap_height_source not in (STATED, UNKNOWN)

@@ -95,7 +95,7 @@ def _why(wanted: ComponentClass, component: Component) -> str | None:
         lambda: _range("pins", wanted.pins, component.pins),
         lambda: _range("area_mm2", wanted.area_mm2, component.area_mm2),
         lambda: _range("height_mm", wanted.height_mm, component.height_mm),
-        lambda: _range("standoff_mm", wanted.standoff_mm, component.standoff_mm),
+        lambda: _range("standoff_mm", wanted.standoff_mm, component.gap_height_mm),
         lambda: _range("neighbour_mm", wanted.neighbour_mm, component.neighbour_mm),
         lambda: _pattern("side", [wanted.side] if wanted.side else [], component.side),
     ]

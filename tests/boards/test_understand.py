@@ -35,7 +35,7 @@ def body(name: str, *spans: Span, role: str = "component", **stated: object) -> 
 BOARD = body("board", (0, 0, 0, 100, 80, 1.6), role="board")
 CHIP = body("R1", (10, 10, 1.6, 12, 11.25, 2.1), package="R_0805_2012Metric", side="top")
 FAR_CHIP = body("R2", (13.5, 10, 1.6, 15.5, 11.25, 2.1), side="top", pins=2)
-BELOW = body("C1", (50, 50, -1.0, 53, 52, 0), standoff_mm=0.07)
+BELOW = body("C1", (50, 50, -1.0, 53, 52, 0), gap_height_mm=0.07)
 SOIC = body(
     "U1",
     (40, 30, 1.75, 44, 35, 3.3),
@@ -95,13 +95,18 @@ def test_a_chip_is_measured_from_its_own_side() -> None:
 
 def test_what_is_stated_wins_and_what_is_assumed_says_from_where() -> None:
     chip, other, below, soic = understand([BOARD, CHIP, FAR_CHIP, BELOW, SOIC], "attributes").components
-    assert (other.pins, other.pins_source, other.standoff_mm, other.standoff_source) == (2, "stated", None, "unknown")
+    assert (other.pins, other.pins_source, other.gap_height_mm, other.gap_height_source) == (
+        2,
+        "stated",
+        None,
+        "unknown",
+    )
     assert (below.pins, below.pins_source) == (0, "unknown")
-    assert (below.standoff_mm, below.standoff_source) == (0.07, "stated")
+    assert (below.gap_height_mm, below.gap_height_source) == (0.07, "stated")
     assert (chip.pins, chip.pins_source) == (2, "package R_0805_2012Metric")
     assert soic.pins == 8
-    assert soic.standoff_mm is not None
-    assert soic.standoff_source.startswith("family SOIC (")
+    assert soic.gap_height_mm is not None
+    assert soic.gap_height_source.startswith("family SOIC (")
 
 
 def test_an_outline_closes_the_gaps_between_pins_and_a_footprint_does_not() -> None:

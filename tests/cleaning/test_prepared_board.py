@@ -75,20 +75,22 @@ def test_nothing_is_known_of_what_nothing_matches():
 def test_a_stated_standoff_counts_and_the_lower_bound_comes_first(stated, wanted):
     subject = ready(board_of("U1", "C1"), PartOverride(match=["C1"], standoff_um=stated))
     under, free = subject.undersides[1], undersides_of(subject.board)[1]
-    assert [case.standoff_mm for case in under.cases] == pytest.approx(wanted)
-    assert under.standoff_source == "stated in the parameter set"
+    assert [case.gap_height_mm for case in under.cases] == pytest.approx(wanted)
+    assert under.gap_height_source == "stated in the parameter set"
     assert under.cases[0].joints == free.cases[0].joints
     assert [1e3 * field.height_m for field in subject.fields[1]] == pytest.approx(wanted)
-    assert subject.undersides[0].standoff_source != under.standoff_source
+    assert subject.undersides[0].gap_height_source != under.gap_height_source
 
 
 def test_a_stated_standoff_leaves_the_bounds_of_unknown_joints():
-    strange = body("X1", "component", at(20, 10, 6, 6), 0.0, 1.0, package="MODULE", pins=4, side="top", standoff_mm=0.1)
+    strange = body(
+        "X1", "component", at(20, 10, 6, 6), 0.0, 1.0, package="MODULE", pins=4, side="top", gap_height_mm=0.1
+    )
     board = understand(bodies_of(more=(strange,)), "small")
     (free,) = undersides_of(board)
     assert free.cases[0].joints != free.cases[1].joints
     (under,) = ready(board, PartOverride(match=["X1"], standoff_um=(40.0, 40.0))).undersides
-    assert [case.standoff_mm for case in under.cases] == pytest.approx([0.04, 0.04])
+    assert [case.gap_height_mm for case in under.cases] == pytest.approx([0.04, 0.04])
     assert [case.joints for case in under.cases] == [case.joints for case in free.cases]
 
 

@@ -31,7 +31,7 @@ def test_each_part_with_a_gap_is_followed_through_every_stage_in_each_of_its_cas
     assert list(found) == [0, 1]
     for row, beneath in found.items():
         assert beneath.underside.component == subject_of().board.components[row].name
-        assert [gap.standoff_mm for gap in beneath.gaps] == [case.standoff_mm for case in beneath.underside.cases]
+        assert [gap.gap_height_mm for gap in beneath.gaps] == [case.gap_height_mm for case in beneath.underside.cases]
         for gap in beneath.gaps:
             assert all(act is not None and act.entered for act in gap.stages)
             np.testing.assert_array_less(gap.stages[1].residue, gap.stages[0].residue + 1e-9)
@@ -47,7 +47,7 @@ def test_gaps_are_found_by_the_place_of_their_part_on_the_board():
 
 def test_the_lower_case_comes_first():
     for beneath in gaps(by(WASH)).values():
-        standoffs = [gap.standoff_mm for gap in beneath.gaps]
+        standoffs = [gap.gap_height_mm for gap in beneath.gaps]
         assert standoffs == sorted(standoffs)
         assert len(standoffs) == 2
 

@@ -116,7 +116,7 @@ def _stage(index, parameters) -> Stage:
     )
 
 
-def field_of(length_mm, width_mm, standoff_mm, joints) -> GapField:
+def field_of(length_mm, width_mm, gap_height_mm, joints) -> GapField:
     """A smooth pressure by distance from each segment; cells under joints are left out."""
     rows = columns = 16
     x = (np.arange(columns) + 0.5) / columns * length_mm - length_mm / 2
@@ -126,7 +126,7 @@ def field_of(length_mm, width_mm, standoff_mm, joints) -> GapField:
                (-0.5, -0.25))  # fmt: skip
     weight = np.stack([1 / (0.02 + (gx / length_mm - a) ** 2 + (gy / width_mm - b) ** 2) for a, b in quarter])
     pressure = weight / weight.sum(axis=0)
-    mobility = (standoff_mm / 1000) ** 2 / 12
+    mobility = (gap_height_mm / 1000) ** 2 / 12
     slope = [np.gradient(each, width_mm / rows / 1000, length_mm / columns / 1000) for each in pressure]
     velocity = -mobility * np.stack([np.stack([down_x, down_y], axis=-1) for down_y, down_x in slope])
     solid = np.zeros(gx.shape, dtype=bool)
@@ -134,7 +134,7 @@ def field_of(length_mm, width_mm, standoff_mm, joints) -> GapField:
         solid |= (abs(gx - joint.x_mm) < joint.length_mm / 2) & (abs(gy - joint.y_mm) < joint.width_mm / 2)
     cells = np.flatnonzero(~solid)
     return GapField(
-        height_m=standoff_mm / 1000,
+        height_m=gap_height_mm / 1000,
         length_m=length_mm / 1000,
         width_m=width_mm / 1000,
         shape=(rows, columns),
@@ -150,7 +150,7 @@ def field_of(length_mm, width_mm, standoff_mm, joints) -> GapField:
 
 def _gap(underside: Underside, number: int, residue: float, margin_pa: float) -> GapResult:
     case = underside.cases[number]
-    field = field_of(underside.length_mm, underside.width_mm, case.standoff_mm, case.joints)
+    field = field_of(underside.length_mm, underside.width_mm, case.gap_height_mm, case.joints)
     far = 1 - np.hypot(field.centres[:, 0] / field.length_m, field.centres[:, 1] / field.width_m)
     left = np.clip(residue * far / far.mean(), 0, 1).astype(np.float32)
     shear = (0.1 + 2.0 * (1 - far)).astype(np.float32)
@@ -172,7 +172,7 @@ def _gap(underside: Underside, number: int, residue: float, margin_pa: float) ->
     worst = np.argsort(-left, kind="stable")[: max(1, len(left) // 10)]
     place = field.centres[worst].mean(axis=0) * 1000
     return GapResult(
-        standoff_mm=case.standoff_mm,
+        gap_height_mm=case.gap_height_mm,
         field=field,
         fill=0.3,
         stages=after,

@@ -48,7 +48,7 @@ def gap(wash=None, rinse=None, **changes):
         np.zeros((8, 4, 2), np.float32), 5e-3, 1.0, 0.0,
     )  # fmt: skip
     first = GapResult(
-        standoff_mm=0.05, field=field, fill=0.3, stages=(gap_stage(**(wash or {})), gap_stage(**(rinse or {})), None),
+        gap_height_mm=0.05, field=field, fill=0.3, stages=(gap_stage(**(wash or {})), gap_stage(**(rinse or {})), None),
         exchanges_needed=10.0, residue=0.01, residue_worst=0.05, worst_at=(1.0, 0.0), ionic_ug_cm2=0.1,
         blow_off_um=30.0, dry_s=20.0,
     )  # fmt: skip

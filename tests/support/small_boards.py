@@ -22,8 +22,8 @@ def part(name, x, y, width, depth, height=1.0, **known):
         outline=outline,
         height_mm=height,
         area_mm2=outline.area,
-        standoff_mm=0.1,
-        standoff_source="stated",
+        gap_height_mm=0.1,
+        gap_height_source="stated",
         neighbours=(),
         **stated,
     )

@@ -83,11 +83,11 @@ def one_jet(nozzle=RING, use="wash", pressure_bar=3.5):
 
 
 def solid_board(*parts, **known):
-    """``board_of`` these parts, with a box for each that stands ``standoff_mm`` above its side's surface."""
+    """``board_of`` these parts, with a box for each that stands ``gap_height_mm`` above its side's surface."""
     board = board_of(*parts, **known)
     bodies = []
     for each in parts:
-        gap, top = each.standoff_mm, each.height_mm
+        gap, top = each.gap_height_mm, each.height_mm
         low, high = (gap, top) if each.side == "top" else (-THICKNESS_MM - top, -THICKNESS_MM - gap)
         patches, normals, surfaces = prism(each.outline, low, high)
         bodies.append(Body(each.name, "component", patches, normals, surfaces, side=each.side))

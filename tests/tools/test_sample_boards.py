@@ -97,14 +97,14 @@ def test_parts_agree_with_their_package_names(name: str) -> None:
     for body in components(name):
         assert body.package is not None
         assert body.side is not None
-        assert body.standoff_mm is not None
+        assert body.gap_height_mm is not None
         family = package_family(body.package)
         assert family is not None, body.package
         assert pins_of(body.package) in (body.pins, None), body.package
         z = (body.patches[:, :, 2] - planes[body.side]) * (1 if body.side == "top" else -1)
         assert 0 < z.max() <= family.height_mm + 1e-6, body.package
-        if family.standoff_mm is not None:
-            assert body.standoff_mm == pytest.approx(family.standoff_mm, rel=0.5), body.package
+        if family.gap_height_mm is not None:
+            assert body.gap_height_mm == pytest.approx(family.gap_height_mm, rel=0.5), body.package
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -113,8 +113,8 @@ def test_the_stated_standoff_is_the_gap_under_the_body(name: str) -> None:
     for body in components(name):
         gap = body.patches[:, :, 2] - board.max() if body.side == "top" else board.min() - body.patches[:, :, 2]
         heights = np.unique(np.round(gap[gap > 1e-9], 4))
-        assert body.standoff_mm is not None
-        assert np.abs(heights - body.standoff_mm).min() <= 1.1e-4, body.name
+        assert body.gap_height_mm is not None
+        assert np.abs(heights - body.gap_height_mm).min() <= 1.1e-4, body.name
 
 
 def test_smt_demo_is_a_dense_board() -> None:

@@ -93,7 +93,7 @@ def _component(shape: Shape, place: Place, sample: Sample) -> Body:
         value=place.value,
         pins=shape.pins,
         side=place.side,
-        standoff_mm=shape.standoff_mm,
+        gap_height_mm=shape.gap_height_mm,
         pads=_pads(shape, place) if sample.states_pads else (),
     )
 

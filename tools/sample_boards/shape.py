@@ -14,7 +14,7 @@ class Shape:
 
     package: str
     pins: int
-    standoff_mm: float
+    gap_height_mm: float
     """Gap between z = 0 and the underside of the body, as modelled."""
     solids: Solids
     """Named surfaces, each of one or more closed solids."""

@@ -78,7 +78,11 @@ def findings_html(findings: Sequence[Finding], most: int = _MOST_FINDINGS) -> st
 
 def _facts(component: Component, known: Classified | None) -> dict[str, str]:
     x_min, y_min, x_max, y_max = component.footprint.bounds
-    gap = "unknown" if component.standoff_mm is None else f"{component.standoff_mm:.3f} mm, {component.standoff_source}"
+    gap = (
+        "unknown"
+        if component.gap_height_mm is None
+        else f"{component.gap_height_mm:.3f} mm, {component.gap_height_source}"
+    )
     near = [f"{name}, {distance:.2f} mm" for name, distance in component.neighbours[:3]]
     facts = {
         "Package": component.package or "unknown",

@@ -107,7 +107,7 @@ def gap_facts(drawing: GapDrawing) -> dict[str, str]:
     pressures = ", ".join(f"{word} {value:.0f}" for word, value in zip(words, side_means(result), strict=True))
     entered = "opens" if result.entered else "stays dry"
     return {
-        "Standoff": f"{_MM * gap.standoff_mm:.0f} µm, {drawing.underside.standoff_source}",
+        "Standoff": f"{_MM * gap.gap_height_mm:.0f} µm, {drawing.underside.gap_height_source}",
         "Joints": drawing.underside.joints_source,
         "Filled": f"{100 * gap.fill:.0f} % of its height before the wash",
         "Entry": f"{entered}: {result.margin_pa:+.0f} Pa with capillarity",

@@ -214,7 +214,7 @@ def _place(item: _Placement, package: Package, name: str, surface_z_mm: float) -
         package=package.name,
         part=item.part or None,
         side=item.side,
-        standoff_mm=item.offset_mm if item.offset_mm > 0.0 else None,
+        gap_height_mm=item.offset_mm if item.offset_mm > 0.0 else None,
     )
 
 

@@ -16,6 +16,7 @@ from boards.formats.kicad.kicad_shapes import polyline
 from boards.formats.loops import CHAIN_MM, Point2, chain, outline_of
 from boards.formats.names import distinct_names, some
 from boards.formats.prism import NOMINAL_HEIGHT, prism
+from boards.packages.gap_height import gap_height
 from boards.packages.package_families import package_family
 from geometry.arrays import Points2
 from specs.finding import Finding
@@ -54,7 +55,7 @@ def read_kicad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     y back, z up with the board's underside at z = 0, and positions agree with KiCad's own ``.pos`` files.
     A body's outline is the footprint's fabrication drawing, else its courtyard less 0.25 mm, else the box around its
     pads. Its height and the gap beneath it are nominal, from the package's name: the body carries them as
-    ``x-height=nominal``, so that a parts table may replace them. ``standoff_mm`` stays unknown, as KiCad does not
+    ``x-height=nominal``, so that a parts table may replace them. ``gap_height_mm`` stays unknown, as KiCad does not
     state it. Pads that are soldered flat come along. Drilled holes and slots from 1 mm across are cut out of the board.
 
     Returns:
@@ -153,7 +154,7 @@ def _build_body(part: Footprint, outline: Polygon | MultiPolygon, name: str, top
     if family is None:
         notes.assumed.append(f"{name} ({part.package})")
     height_mm = _ASSUMED_MM if family is None else family.height_mm
-    gap_mm = (family.standoff_mm or 0.0) if family is not None else 0.0
+    gap_mm = gap_height(part.package, None).nominal_mm or 0.0
     gap_mm = gap_mm if gap_mm < height_mm else 0.0
     low, high = (-height_mm, -gap_mm) if part.side == "bottom" else (top_z_mm + gap_mm, top_z_mm + height_mm)
     patches, normals, surfaces = prism(part.place_outline(outline), low, high)

@@ -165,13 +165,13 @@ def _build(
             if "pins" in attributes
             else None,
             side=cast(Side | None, _choice(item, "side", get_args(Side), path)),
-            standoff_mm=_read_standoff(item, layout.units, path),
+            gap_height_mm=_read_gap_height(item, layout.units, path),
             extra=tuple((key, value) for key, value in attributes.items() if key.startswith("x-")),
             pads=read_pads(item, layout.units, path),
         )
 
 
-def _read_standoff(item: Item, units: str, path: Path) -> float | None:
+def _read_gap_height(item: Item, units: str, path: Path) -> float | None:
     word = item.attributes.get("standoff")
     if word is None:
         return None
@@ -222,7 +222,7 @@ def _attributes(body: Body) -> str:
         ("value", body.value),
         ("pins", body.pins),
         ("side", body.side),
-        ("standoff", None if body.standoff_mm is None else f"{body.standoff_mm:.4f}"),
+        ("standoff", None if body.gap_height_mm is None else f"{body.gap_height_mm:.4f}"),
         ("pads", write_pads(body.pads)),
         *body.extra,
     ]

@@ -181,7 +181,9 @@ def test_a_height_in_the_name_wins(name: str, height_mm: float) -> None:
 
 def test_thicker_gaps_under_leads_and_balls_than_under_leadless_parts() -> None:
     gap = {name: package_family(name) for name in ("C_0402", "QFN-48", "LQFP-48", "SOIC-8", "BGA-256", "DIP-8")}
-    gaps_mm = [family.standoff_mm for family in gap.values() if family is not None and family.standoff_mm is not None]
+    gaps_mm = [
+        family.gap_height_mm for family in gap.values() if family is not None and family.gap_height_mm is not None
+    ]
     assert len(gaps_mm) == 6
     assert gaps_mm == sorted(gaps_mm)
 
@@ -200,7 +202,7 @@ def test_every_row_is_of_engineering_size_and_names_its_source() -> None:
     for family in families:
         assert family.source
         assert 0 < family.height_mm < 50
-        assert family.standoff_mm is None or 0 < family.standoff_mm < family.height_mm
+        assert family.gap_height_mm is None or 0 < family.gap_height_mm < family.height_mm
 
 
 @settings(deadline=None, max_examples=300)
@@ -218,7 +220,7 @@ def test_the_documents_table_is_the_programs() -> None:
     rows = lines[lines.index("| family | height, mm | standoff, mm | source |") + 2 :]
     expected = [
         f"| {family.name} | {family.height_mm:g} | "
-        f"{'–' if family.standoff_mm is None else format(family.standoff_mm, 'g')} | {family.source} |"  # noqa: RUF001
+        f"{'–' if family.gap_height_mm is None else format(family.gap_height_mm, 'g')} | {family.source} |"  # noqa: RUF001
         for family in package_families()
     ]
     assert rows == expected

@@ -113,7 +113,7 @@ def test_a_bill_of_materials_names_many_at_once(tmp_path: Path) -> None:
     bodies, notes = join(tmp_path, named(), text)
     for name in ("R1", "R2", "R4", "R5", "R6"):
         assert (bodies[name].value, bodies[name].part, bodies[name].pins) == ("10k", "RC0603", 2)
-        assert bodies[name].standoff_mm == pytest.approx(0.05)
+        assert bodies[name].gap_height_mm == pytest.approx(0.05)
     assert bodies["R3"].value is None
     assert "R9" in notes["parts-not-on-board"].message
     assert "R3, R7" in notes["parts-not-in-table"].message
@@ -132,7 +132,7 @@ def test_the_table_wins_and_the_contradiction_is_said(tmp_path: Path) -> None:
 def test_an_empty_cell_takes_nothing_away(tmp_path: Path) -> None:
     bodies = board_with(component("U1", 5, 5, package="SOIC-8", pins=8, side="top"))
     joined, notes = join(tmp_path, bodies, "Ref,Package,Pins,Side,Standoff\nU1,,,,\n")
-    assert (joined["U1"].package, joined["U1"].pins, joined["U1"].standoff_mm) == ("SOIC-8", 8, None)
+    assert (joined["U1"].package, joined["U1"].pins, joined["U1"].gap_height_mm) == ("SOIC-8", 8, None)
     assert not notes
 
 

@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 
 from boards.packages.package_families import package_families, package_family, pins_of
 from boards.packages.package_sizes import package_sizes
+from boards.packages.underside_family import underside_families, underside_family
 from boards.undersides.joint import Joint
 from boards.undersides.joints import Package, joints_of, many_joints
 from boards.undersides.underside import joint_polygon
-from boards.undersides.underside_table import beneath, listed_families
 
 
 def laid_out(name: str, length: float, width: float, pins: int | None = None) -> tuple[Joint, ...]:
     count = pins_of(name) if pins is None else pins
-    joints = joints_of(beneath(package_family(name)), Package(package_sizes(name), count or 0, length, width))
+    joints = joints_of(underside_family(package_family(name)), Package(package_sizes(name), count or 0, length, width))
     assert joints is not None
     return joints
 
@@ -133,7 +133,7 @@ def test_a_chip_stands_on_its_two_ends() -> None:
 
 
 def test_what_is_unknown_has_no_joints_but_may_have_many() -> None:
-    assert joints_of(beneath(None), Package(package_sizes("XYZ"), 0, 5.0, 4.0)) is None
+    assert joints_of(underside_family(None), Package(package_sizes("XYZ"), 0, 5.0, 4.0)) is None
     assert 0.25 < covered(many_joints(Package(package_sizes("XYZ"), 0, 5.0, 4.0)), 5.0, 4.0) < 0.69
 
 
@@ -142,25 +142,25 @@ def test_every_family_of_packages_is_in_the_table_once() -> None:
         f"chip {family.name[-5:].strip()}" if family.name.startswith("chip ") else family.name
         for family in package_families()
     }
-    assert sorted(families) == sorted(listed_families())
+    assert sorted(families) == sorted(underside_families())
 
 
 def test_the_bounds_of_a_standoff_hold_its_nominal_value() -> None:
     for family in package_families():
-        row = beneath(family)
-        if row.joints == "none" or family.standoff_mm is None:
+        row = underside_family(family)
+        if row.joints == "none" or family.gap_height_mm is None:
             continue
-        assert row.standoff_mm is not None, family.name
-        assert 0.0 < row.standoff_mm[0] <= family.standoff_mm <= row.standoff_mm[1] <= 1.0, family.name
+        assert row.gap_height_mm is not None, family.name
+        assert 0.0 < row.gap_height_mm[0] <= family.gap_height_mm <= row.gap_height_mm[1] <= 1.0, family.name
 
 
 def test_a_fine_pitch_stands_lower() -> None:
-    row = beneath(package_family("TFBGA-100_9x9mm_P0.8mm"))
-    coarse, fine = row.standoffs_mm(0.8), row.standoffs_mm(0.5)
+    row = underside_family(package_family("TFBGA-100_9x9mm_P0.8mm"))
+    coarse, fine = row.gap_heights_mm(0.8), row.gap_heights_mm(0.5)
     assert coarse is not None
     assert fine is not None
     assert fine[0] < coarse[0]
-    assert row.standoffs_mm(None) == coarse
+    assert row.gap_heights_mm(None) == coarse
 
 
 @pytest.mark.parametrize(

@@ -57,24 +57,24 @@ def beneath_sample(name: str) -> dict[str, Underside]:
 
 
 def test_a_stated_standoff_gives_one_case() -> None:
-    one = beneath_of(body("U1", QFN, package="QFN-32-1EP_5x5mm_P0.5mm", standoff_mm=0.05))["U1"]
+    one = beneath_of(body("U1", QFN, package="QFN-32-1EP_5x5mm_P0.5mm", gap_height_mm=0.05))["U1"]
     (case,) = one.cases
-    assert (case.standoff_mm, one.standoff_source) == (0.05, "stated")
+    assert (case.gap_height_mm, one.gap_height_source) == (0.05, "stated")
     assert len(case.joints) == 33
     assert "QFN" in one.joints_source
 
 
 def test_a_family_gives_both_bounds_the_lower_first() -> None:
     one = beneath_of(body("R1", CHIP, package="R_0805_2012Metric"))["R1"]
-    assert [case.standoff_mm for case in one.cases] == [0.025, 0.05]
+    assert [case.gap_height_mm for case in one.cases] == [0.025, 0.05]
     assert one.cases[0].joints == one.cases[1].joints
-    assert "chip resistor 0805" in one.standoff_source
+    assert "chip resistor 0805" in one.gap_height_source
 
 
 def test_unknown_joints_give_many_and_none() -> None:
-    one = beneath_of(body("U1", QFN, standoff_mm=0.1))["U1"]
+    one = beneath_of(body("U1", QFN, gap_height_mm=0.1))["U1"]
     hard, easy = one.cases
-    assert hard.standoff_mm == easy.standoff_mm == 0.1
+    assert hard.gap_height_mm == easy.gap_height_mm == 0.1
     assert 0.25 < coverage(hard, one) < 0.7
     assert easy.joints == ()
     assert one.joints_source == "unknown: none and many"
@@ -86,11 +86,11 @@ def test_unknown_joints_give_many_and_none() -> None:
         {},
         {"package": "XYZ-9"},
         {"package": "CP_Elec_6.3x7.7"},
-        {"package": "PinHeader_1x02_P2.54mm_Vertical", "standoff_mm": 0.1},
+        {"package": "PinHeader_1x02_P2.54mm_Vertical", "gap_height_mm": 0.1},
         {"package": "DIP-8_W7.62mm"},
-        {"package": "USB_C_Receptacle", "standoff_mm": 0.1},
-        {"package": "SOIC-8_3.9x4.9mm_P1.27mm", "standoff_mm": 1.2},
-        {"package": "C_0805_2012Metric", "standoff_mm": 0.0},
+        {"package": "USB_C_Receptacle", "gap_height_mm": 0.1},
+        {"package": "SOIC-8_3.9x4.9mm_P1.27mm", "gap_height_mm": 1.2},
+        {"package": "C_0805_2012Metric", "gap_height_mm": 0.0},
     ],
 )
 def test_what_has_no_thin_gap_is_left_out(stated: dict[str, Any]) -> None:

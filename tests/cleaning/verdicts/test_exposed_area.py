@@ -113,7 +113,7 @@ def test_stages_add_up_and_the_highest_pressure_counts():
 def test_a_side_is_what_faces_it_and_the_walls(component, side, size):
     cells = cells_of(CUT, BOARD, component, side)
     up = 1.0 if side == "top" else -1.0
-    height = THICKNESS_MM if component < 0 else 2.0 - BOARD.components[component].standoff_mm
+    height = THICKNESS_MM if component < 0 else 2.0 - BOARD.components[component].gap_height_mm
     face, walls = size[0] * size[1], 2 * (size[0] + size[1]) * height
     normals, areas = CUT.cell_normals[cells], CUT.cell_areas_mm2[cells]
     assert np.all(CUT.cell_component[cells] == component)
@@ -135,7 +135,7 @@ def test_a_side_has_its_own_components_and_the_bare_board_and_nothing_else():
 
 
 def test_what_stands_beyond_the_other_surface_belongs_to_no_side():
-    pins = replace(part("J1", 25, 15, 2, 2, 8.0), standoff_mm=-THICKNESS_MM - 3.0)
+    pins = replace(part("J1", 25, 15, 2, 2, 8.0), gap_height_mm=-THICKNESS_MM - 3.0)
     board = solid_board(pins, outline=box(0, 0, 50, 30, ccw=True))
     cut = build_facets(board, build_scene(board))
     beyond = (cut.cell_component == 0) & (cut.cell_centres[:, 2] < board.bottom_z_mm - 0.1)

@@ -199,7 +199,7 @@ def test_water_that_cannot_be_blown_out_stays_unless_the_board_is_baked():
         assert ("R12" in rules(judged)) == left
 
 
-@pytest.mark.parametrize("beyond", [gap(standoff_mm=0.4), gap(wash={"reynolds": 11.0})])
+@pytest.mark.parametrize("beyond", [gap(gap_height_mm=0.4), gap(wash={"reynolds": 11.0})])
 def test_what_is_no_thin_gap_has_no_verdict(beyond):
     judged = judge_part(case((beyond,)))
     assert one(judged, "R14").verdict == "no verdict"
@@ -207,39 +207,39 @@ def test_what_is_no_thin_gap_has_no_verdict(beyond):
 
 
 def test_the_harder_of_two_bounds_decides_and_the_other_is_told():
-    judged = one(judge_part(case((gap(residue=0.3), gap(residue=0.01, standoff_mm=0.075)))), "R7")
+    judged = one(judge_part(case((gap(residue=0.3), gap(residue=0.01, gap_height_mm=0.075)))), "R7")
     assert judged.verdict == "dirty"
     assert "75 µm, it is clean" in judged.because
 
 
 def test_the_higher_bound_decides_where_it_comes_out_worse():
-    judged = one(judge_part(case((gap(residue=0.01), gap(residue=0.1, standoff_mm=0.075)))), "R7")
+    judged = one(judge_part(case((gap(residue=0.01), gap(residue=0.1, gap_height_mm=0.075)))), "R7")
     assert judged.verdict == "marginal"
     assert "in a gap of 75 µm" in judged.because
     assert "At the other bound, a standoff of 50 µm, it is clean." in judged.because
     known = with_limits(ionic_ug_cm2=0.2)
-    ionic = judge_part(case((gap(), gap(ionic_ug_cm2=0.3, standoff_mm=0.15)), known))
+    ionic = judge_part(case((gap(), gap(ionic_ug_cm2=0.3, gap_height_mm=0.15)), known))
     assert one(ionic, "R11").verdict == "dirty"
     assert "50 µm, it is clean" in one(ionic, "R11").because
 
 
 def test_rules_that_a_dry_gap_is_not_asked_are_not_said_of_the_other_bound():
     dry = gap(wash={"margin_pa": -120.0, "entered": False}, residue=1.0)
-    judged = judge_part(case((dry, gap(residue=0.1, standoff_mm=0.075))))
+    judged = judge_part(case((dry, gap(residue=0.1, gap_height_mm=0.075))))
     assert one(judged, "R4").verdict == "dirty"
     assert "75 µm, it is marginal" in one(judged, "R4").because
     assert "R7" not in rules(judged)
-    turned = judge_part(case((gap(residue=0.1), replace(dry, standoff_mm=0.075))))
+    turned = judge_part(case((gap(residue=0.1), replace(dry, gap_height_mm=0.075))))
     assert one(turned, "R4").verdict == "dirty"
     assert "50 µm, it is marginal" in one(turned, "R4").because
     assert "R7" not in rules(turned)
 
 
 def test_a_higher_bound_that_is_no_thin_gap_is_said():
-    judged = judge_part(case((gap(), gap(standoff_mm=0.4))))
+    judged = judge_part(case((gap(), gap(gap_height_mm=0.4))))
     assert {each.verdict for each in judged} == {"clean"}
     assert "a standoff of 400 µm, it is no thin gap" in one(judged, "R7").because
-    both = judge_part(case((gap(standoff_mm=0.3), gap(standoff_mm=0.4))))
+    both = judge_part(case((gap(gap_height_mm=0.3), gap(gap_height_mm=0.4))))
     assert one(both, "R14").verdict == "no verdict"
 
 

@@ -25,7 +25,7 @@ def test_the_card_says_class_and_reason_and_sizes(index):
         assert text in card
     assert known.because.replace(">", "&gt;").replace("<", "&lt;") in card
     assert f"{component.pins}, {component.pins_source}" in card
-    assert component.standoff_source in card
+    assert component.gap_height_source in card
     for name, distance in component.neighbours[:3]:
         assert f"{name}, {distance:.2f} mm" in card
 

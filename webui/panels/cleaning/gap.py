@@ -50,7 +50,7 @@ class GapCard:
         self._folder.visible = part is not None
         if part is None or analysis is None:
             return
-        cases = tuple(f"{1000 * gap.standoff_mm:.0f} µm" for gap in part.gaps)
+        cases = tuple(f"{1000 * gap.gap_height_mm:.0f} µm" for gap in part.gaps)
         cases = tuple(f"{case} ({number})" if cases.count(case) > 1 else case for number, case in enumerate(cases, 1))
         for handle, options in ((self._case, cases), (self._stage, stage_names(analysis.report.stages))):
             if tuple(handle.options) != options:

@@ -59,8 +59,8 @@ def test_components_stand_on_their_side_from_offset_to_height(tmp_path: Path) ->
     assert extent(bodies["U2"])[1][2] == pytest.approx(0.0)
     assert extent(bodies["C1"])[0][2] == pytest.approx(2.1)
     assert extent(bodies["C1"])[1][2] == pytest.approx(12.1)
-    assert bodies["C1"].standoff_mm == pytest.approx(0.5)
-    assert bodies["U1"].standoff_mm is None
+    assert bodies["C1"].gap_height_mm == pytest.approx(0.5)
+    assert bodies["U1"].gap_height_mm is None
     assert (bodies["U1"].package, bodies["U1"].part, bodies["U1"].side) == ("wedge 4x2", "PN-1", "top")
     assert volume(bodies["C1"]) == pytest.approx(math.pi * 2.54**2 * 10.0, rel=0.01)
 

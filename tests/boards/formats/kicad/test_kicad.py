@@ -77,11 +77,11 @@ def test_a_component_stands_on_its_side_with_its_nominal_height(tmp_path: Path) 
     assert family is not None
     top, bottom = extent(bodies["U1"]), extent(bodies["C1"])
     assert top[1][2] == pytest.approx(1.2 + family.height_mm)
-    assert top[0][2] == pytest.approx(1.2 + (family.standoff_mm or 0.0))
+    assert top[0][2] == pytest.approx(1.2 + (family.gap_height_mm or 0.0))
     assert bottom[1][2] <= 0.0
     assert bottom[0][2] < -0.3
     assert (bodies["U1"].side, bodies["C1"].side) == ("top", "bottom")
-    assert bodies["U1"].standoff_mm is None
+    assert bodies["U1"].gap_height_mm is None
     assert bodies["U1"].extra == (("x-height", "nominal"),)
 
 

@@ -53,7 +53,7 @@ def test_everything_a_file_states_is_kept(tmp_path: Path) -> None:
     assert rules == ()
     assert (board.name, board.role, part.role) == ("board", "board", "component")
     assert part.surfaces == (Surface("top", 1), Surface("walls", 1))
-    assert (part.package, part.pins, part.side, part.standoff_mm) == ("SOIC-8 3.9x4.9", 8, "top", 0.1)
+    assert (part.package, part.pins, part.side, part.gap_height_mm) == ("SOIC-8 3.9x4.9", 8, "top", 0.1)
     assert part.extra == (("x-note", "kept"),)
     np.testing.assert_array_equal(board.patches[1], [[0, 0, 0], [10, 8, 0], [0, 8, 0]])
     np.testing.assert_array_equal(part.normals[1], [1, 0, 0])
@@ -85,7 +85,7 @@ def test_packed_files_hold_the_same_board(tmp_path: Path) -> None:
 def test_units_become_millimetres(tmp_path: Path, unit: str, factor: float) -> None:
     (board, part), _ = read(tmp_path, SMALL.replace("units mm", f"units {unit}"))
     assert np.ptp(board.patches[:, :, 0]) == pytest.approx(10.0 * factor)
-    assert part.standoff_mm == pytest.approx(0.1 * factor)
+    assert part.gap_height_mm == pytest.approx(0.1 * factor)
     assert np.linalg.norm(part.normals, axis=1) == pytest.approx(1.0)
 
 

@@ -1,13 +1,10 @@
-"""What is beneath the packages of a family: the range of the gap, and how the joints are laid out."""
+"""Undersides by package family: bounds of the gap height, and the layout of the joints (``undersides.yaml``)."""
 
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 from typing import Any, Literal, TypeAlias, cast
 
-import yaml
-
-from boards.packages.package_families import PackageFamily
+from boards.packages.package_families import PackageFamily, read_table
 
 Layout: TypeAlias = Literal[
     "outside", "ends", "folded", "corners", "quad", "dual", "balls", "lands", "tab", "unknown", "none"
@@ -17,13 +14,13 @@ FINE_PITCH_MM = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Beneath:
-    """What the table ``undersides.yaml`` says of one family."""
+class UndersideFamily:
+    """One row of ``undersides.yaml``."""
 
     joints: Layout
     source: str
-    """The document the standoff is from."""
-    standoff_mm: tuple[float, float] | None = None
+    """The document of the gap height."""
+    gap_height_mm: tuple[float, float] | None = None
     """Least and largest; ``None`` where no document fixes it."""
     fine_mm: tuple[float, float] | None = None
     """The same for pitches up to ``FINE_PITCH_MM``, where that differs."""
@@ -34,36 +31,32 @@ class Beneath:
     body_mm: tuple[float, float] | None = None
     """Nominal length and width."""
 
-    def standoffs_mm(self, pitch_mm: float | None) -> tuple[float, float] | None:
-        """Least and largest gap of a package with this pitch."""
-        if self.fine_mm is not None and pitch_mm is not None and pitch_mm <= FINE_PITCH_MM:
-            return self.fine_mm
-        return self.standoff_mm
+    def gap_heights_mm(self, pitch_mm: float | None) -> tuple[float, float] | None:
+        """Least and largest gap height of a package with this pitch."""
+        fine = self.fine_mm is not None and pitch_mm is not None and pitch_mm <= FINE_PITCH_MM
+        return self.fine_mm if fine else self.gap_height_mm
 
 
-UNKNOWN = Beneath("unknown", "no document")
-"""What is beneath a package of no known family."""
+_UNKNOWN = UndersideFamily("unknown", "no document")
 
 
-def beneath(family: PackageFamily | None) -> Beneath:
-    """Look a family up."""
-    return UNKNOWN if family is None else _table().get(_key(family.name), UNKNOWN)
+def underside_family(family: PackageFamily | None) -> UndersideFamily:
+    """Look up the underside of a family; joints and gap are unknown where none is known."""
+    if family is None:
+        return _UNKNOWN
+    # Resistors and other chips of one size have the same gap.
+    chip = family.name.startswith("chip ")
+    return _table().get(f"chip {family.name.rsplit(' ', 1)[-1]}" if chip else family.name, _UNKNOWN)
 
 
-def listed_families() -> tuple[str, ...]:
+def underside_families() -> tuple[str, ...]:
     """Name every family of the table, chips by ``chip`` and their code, in the table's order."""
     return tuple(_table())
 
 
-def _key(name: str) -> str:
-    """Resistors and other chips of one size stand alike."""
-    return f"chip {name.rsplit(' ', 1)[-1]}" if name.startswith("chip ") else name
-
-
 @cache
-def _table() -> dict[str, Beneath]:
-    text = files("boards").joinpath("undersides.yaml").read_text(encoding="utf-8")
-    data = cast(dict[str, list[dict[str, Any]]], yaml.safe_load(text))
+def _table() -> dict[str, UndersideFamily]:
+    data = read_table("undersides.yaml")
     table = {
         name: _row(entry, entry["joints"], entry.get("body_mm"))
         for entry in data["families"]
@@ -76,11 +69,11 @@ def _table() -> dict[str, Beneath]:
     }
 
 
-def _row(entry: dict[str, Any], joints: Layout, body_mm: list[float] | None) -> Beneath:
-    return Beneath(
+def _row(entry: dict[str, Any], joints: Layout, body_mm: list[float] | None) -> UndersideFamily:
+    return UndersideFamily(
         joints,
         entry["source"],
-        standoff_mm=_pair(entry.get("standoff_mm")),
+        gap_height_mm=_pair(entry.get("standoff_mm")),
         fine_mm=_pair(entry.get("fine_mm")),
         share=entry.get("share", 0.0),
         size=_pair(entry.get("size")) or (0.0, 0.0),
