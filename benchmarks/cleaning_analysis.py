@@ -22,7 +22,7 @@ from boards.load import load_board
 from boards.understand import understand
 from cleaning.analyse import analyse_on
 from cleaning.parameters.load import load_parameters
-from cleaning.prepared_board import Subject, prepare
+from cleaning.prepared_board import PreparedBoard, prepare
 from cleaning.verdicts.results import CleaningReport
 from cleaning.verify import verify
 from recipes.load import load_recipe
@@ -45,7 +45,7 @@ PHASES = {
 class Analysed:
     """One analysis and what it took."""
 
-    subject: Subject
+    prepared: PreparedBoard
     report: CleaningReport
     seconds: dict[str, float]
     """By phase, in order."""
@@ -61,17 +61,17 @@ def analysed(board: Board, recipe: Recipe) -> Analysed:
     """Analyse a board's program at the effort that is used where none is named."""
     program, parameters = run(recipe, board).program, load_parameters()
     clock, begin = time.perf_counter(), time.process_time()
-    subject = prepare(board, parameters, lambda *_: None)
+    prepared = prepare(board, parameters, lambda *_: None)
     marks = {"prepare": time.process_time()}
 
     def note(what: str, _done: float) -> None:
         if what in PHASES:
             marks.setdefault(PHASES[what], time.process_time())
 
-    report = analyse_on(subject, program, recipe, progress=note)
+    report = analyse_on(prepared, program, recipe, progress=note)
     clock = time.perf_counter() - clock
     took = np.diff([begin, *marks.values()])
-    return Analysed(subject, report, dict(zip(marks, took.tolist(), strict=True)), clock)
+    return Analysed(prepared, report, dict(zip(marks, took.tolist(), strict=True)), clock)
 
 
 def tell_stages(board: Board, recipe: Recipe) -> Analysed:
@@ -80,7 +80,9 @@ def tell_stages(board: Board, recipe: Recipe) -> Analysed:
     report = best.report
     samples, rays = sum(len(each.samples.times) for each in report.stages), sum(each.rays for each in report.exposures)
     triangles = sum(len(body.patches) for body in board.bodies)
-    print(f"{board.name}: {triangles:,} triangles, {len(report.parts)} components, {len(best.subject.undersides)} gaps")
+    print(
+        f"{board.name}: {triangles:,} triangles, {len(report.parts)} components, {len(best.prepared.undersides)} gaps"
+    )
     print(f"  program of {report.duration_s:.0f} s: {samples:,} samples, {rays:,} rays")
     print("  " + ", ".join(f"{name} {seconds:.2f} s" for name, seconds in best.seconds.items()))
     clocks = " ".join(f"{each.clock_s:.1f}" for each in rounds)
@@ -94,7 +96,7 @@ def tell_stages(board: Board, recipe: Recipe) -> Analysed:
 def tell_exactness(done: Analysed) -> None:
     names = [part.component for part in done.report.parts]
     begin = time.process_time()
-    found = verify(done.report, done.subject, names[:: max(1, len(names) // VERIFIED)][:VERIFIED])
+    found = verify(done.report, done.prepared, names[:: max(1, len(names) // VERIFIED)][:VERIFIED])
     took = time.process_time() - begin
     print(f"exact integral on {len({each.component for each in found})} components: {took:.2f} s")
     for function in dict.fromkeys(each.function for each in found):

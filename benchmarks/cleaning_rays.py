@@ -3,7 +3,7 @@
 Run: ``OMP_NUM_THREADS=1 python benchmarks/cleaning_rays.py [--rays 64] [BOARD]``
 
 A ring of 60 degrees sweeps the board 50 mm above its surface, a row every 5 mm, a pose every 0.25 mm. Rates are the
-best of some rounds taken in turn. The sums are compared with the exact integral (``cleaning.gather``) on cells that are
+best of some rounds taken in turn. The sums are compared with the exact integral (``exact_exposure``) on cells that are
 taken evenly from those that face up. Exposure keeps two processors busy and embree alone one: where others want them
 too, the ratio of processor times says more than that on the clock.
 """
@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from boards.board import Board
 from boards.load import load_board
-from cleaning.exposure.accumulate import deal
-from cleaning.exposure.exact import gather
+from cleaning.exposure.accumulate import place_rays
+from cleaning.exposure.exact import exact_exposure
 from cleaning.exposure.exposure import Exposure, expose
 from cleaning.exposure.trace import poses_of, rays_of
 from cleaning.jet.jet import Jet, jet_of
@@ -78,7 +78,7 @@ def bare(stage: Stage, jet: Jet, scene: Scene, per_sample: int) -> Callable[[], 
     for first in range(0, len(stage.samples.times), step):
         count = min(step, len(stage.samples.times) - first) * per_sample
         out = np.empty((count, 3), dtype=np.float32), np.empty((count, 3), dtype=np.float32)
-        deal(rays, poses, scene.origin, first, out)
+        place_rays(rays, poses, scene.origin, first, out)
         batches.append(out)
 
     def run() -> None:
@@ -99,7 +99,7 @@ def judge(stage: Stage, jet: Jet, facets: Facets, scene: Scene, exposure: Exposu
     up = np.flatnonzero(facets.cell_exposed & (facets.cell_normals[:, 2] > 0.9) & (facets.cell_areas_mm2 > 0.5))
     cells = up[:: max(1, len(up) // CELLS)]
     begin = time.perf_counter()
-    exact = gather(stage, jet, facets, scene, cells)
+    exact = exact_exposure(stage, jet, facets, scene, cells)
     took = time.perf_counter() - begin
     hits = exposure.hits[cells]
     print(f"exact integral of {len(cells)} cells: {took:.2f} s; {np.median(hits):.0f} hits a cell (median)")

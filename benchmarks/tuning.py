@@ -16,7 +16,7 @@ from pathlib import Path
 
 from boards.load import load_board
 from cleaning.parameters.load import load_parameters
-from cleaning.prepared_board import Subject, prepare
+from cleaning.prepared_board import PreparedBoard, prepare
 from recipes.load import recipe_library
 from rulesengine.tuning.explain import explain
 from rulesengine.tuning.trial.outcome import Outcome, seconds_of
@@ -70,10 +70,10 @@ def as_clean(outcome: Outcome, other: Outcome) -> bool:
     return len(outcome.wants) <= len(other.wants) and outcome.shortfall <= other.shortfall
 
 
-def search_grid(subject: Subject, tuned: Outcome, most: int) -> tuple[Outcome | None, int, int]:
+def search_grid(prepared: PreparedBoard, tuned: Outcome, most: int) -> tuple[Outcome | None, int, int]:
     """The fastest recipe of the grid that is as clean, how many analyses it took, and how many recipes there are."""
     texts = grid_texts()
-    bench = Bench(FILE, subject, "clean", most + 1)
+    bench = Bench(FILE, prepared, "clean", most + 1)
     bench.first(POOR)
     timed = sorted((seconds_of(run), text) for text in texts if (run := bench.planned(text)) is not None)
     for seconds, text in timed:
@@ -91,9 +91,11 @@ def main() -> None:
     reader.add_argument("--analyses", type=int, default=40)
     reader.add_argument("--grid", type=int, default=432)
     asked = reader.parse_args()
-    subject = prepare(load_board(Path(asked.board)), load_parameters(), lambda *_: None)
+    prepared = prepare(load_board(Path(asked.board)), load_parameters(), lambda *_: None)
     begin = time.perf_counter()
-    tuned = tune(Bench(FILE, subject, "clean", asked.analyses), POOR, Asked("clean", Limits(), ALLOWED, asked.analyses))
+    tuned = tune(
+        Bench(FILE, prepared, "clean", asked.analyses), POOR, Asked("clean", Limits(), ALLOWED, asked.analyses)
+    )
     middle = time.perf_counter()
     last = tuned.last
     print(f"{asked.board}: {last.total} components")
@@ -102,7 +104,7 @@ def main() -> None:
     )
     print(f"tuned: {state}, {last.seconds:.0f} s, {last.litres:.2f} l, {tuned.used} analyses ({middle - begin:.0f} s)")
     sys.stdout.flush()
-    best, used, size = search_grid(subject, last, asked.grid)
+    best, used, size = search_grid(prepared, last, asked.grid)
     end = time.perf_counter()
     found = "none as clean" if best is None else f"{best.seconds:.0f} s, {best.litres:.2f} l"
     print(f"grid of {size}: {found}, {used} analyses ({end - middle:.0f} s)")

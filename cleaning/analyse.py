@@ -5,12 +5,12 @@ from typing import Literal, TypeAlias
 
 from boards.board import Board
 from cleaning.exposure.exposure import expose
-from cleaning.exposure.refine import settle
+from cleaning.exposure.refine import refine_sparse_cells
 from cleaning.jet.jet import jet_of
 from cleaning.judge_component import Sprayed, bare_part, component_part
 from cleaning.parameters.load import parameters_sha256
 from cleaning.parameters.model import Parameters
-from cleaning.prepared_board import Subject, prepare
+from cleaning.prepared_board import PreparedBoard, prepare
 from cleaning.process.split_stages import stages_of
 from cleaning.process.stages import Stage
 from cleaning.undersides_of_board import gaps_of
@@ -54,31 +54,35 @@ def analyse(
         CleaningError: the program and the recipe do not belong together, or nothing is sprayed.
         ProgramError: the program has no move.
     """
-    subject = prepare(board, parameters, subprogress(progress, 0.0, 0.2))
-    return analyse_on(subject, program, recipe, effort, subprogress(progress, 0.2, 1.0))
+    prepared = prepare(board, parameters, subprogress(progress, 0.0, 0.2))
+    return analyse_on(prepared, program, recipe, effort, subprogress(progress, 0.2, 1.0))
 
 
 def analyse_on(
-    subject: Subject, program: TimedProgram, recipe: Recipe, effort: Effort = "fast", progress: Progress = no_progress
+    prepared: PreparedBoard,
+    program: TimedProgram,
+    recipe: Recipe,
+    effort: Effort = "fast",
+    progress: Progress = no_progress,
 ) -> CleaningReport:
     """Predict what a program cleans as ``analyse`` does, on a board that was made ready before."""
-    parameters = subject.parameters
+    parameters = prepared.parameters
     staged = stages_of(program, recipe, parameters, _WAY_MM[effort])
-    sprayed = _spray(staged.stages, subject, effort, subprogress(progress, 0.0, 0.5))
-    beneath = gaps_of(subject, sprayed, subprogress(progress, 0.5, 0.9))
+    sprayed = _spray(staged.stages, prepared, effort, subprogress(progress, 0.0, 0.5))
+    beneath = gaps_of(prepared, sprayed, subprogress(progress, 0.5, 0.9))
     progress("judging", 0.9)
-    rows = range(len(subject.board.components))
-    parts = tuple(component_part(row, subject, sprayed, beneath.get(row)) for row in rows)
-    bare = bare_part(subject, sprayed)
-    process = (*judge_process(staged.stages, parameters), *judge_range(staged.stages, subject.board))
+    rows = range(len(prepared.board.components))
+    parts = tuple(component_part(row, prepared, sprayed, beneath.get(row)) for row in rows)
+    bare = bare_part(prepared, sprayed)
+    process = (*judge_process(staged.stages, parameters), *judge_range(staged.stages, prepared.board))
     progress("done", 1.0)
     return CleaningReport(
         origin=program.origin,
-        board=subject.board,
+        board=prepared.board,
         parameters=parameters,
         parameters_sha256=parameters_sha256(parameters),
         stages=staged.stages,
-        facets=subject.facets,
+        facets=prepared.facets,
         exposures=tuple(each.exposure for each in sprayed),
         bare=bare,
         parts=parts,
@@ -90,20 +94,20 @@ def analyse_on(
     )
 
 
-def _spray(stages: Sequence[Stage], subject: Subject, effort: Effort, progress: Progress) -> tuple[Sprayed, ...]:
+def _spray(stages: Sequence[Stage], prepared: PreparedBoard, effort: Effort, progress: Progress) -> tuple[Sprayed, ...]:
     done: list[Sprayed] = []
     total = sum(len(stage.samples.times) for stage in stages)
     begin = 0
     for stage in stages:
         end = begin + len(stage.samples.times)
-        jet = jet_of(stage, subject.parameters.spray)
+        jet = jet_of(stage, prepared.parameters.spray)
         part = subprogress(progress, begin / total, end / total)
         settled = effort != "sketch" and stage.use != "dry"  # of gas, which leaves nothing, only times are looked at
         rays = max(_RAYS_EACH[effort], -(-_RAYS[effort if settled else "sketch"] // len(stage.samples.times)))
-        exposure = expose(stage, jet, subject.facets, subject.scene, rays, part)
+        exposure = expose(stage, jet, prepared.facets, prepared.scene, rays, part)
         if settled:
-            judged = cells_of_side(subject.facets, subject.board, stage.side)
-            exposure = settle(exposure, stage, jet, subject.facets, subject.scene, judged)
+            judged = cells_of_side(prepared.facets, prepared.board, stage.side)
+            exposure = refine_sparse_cells(exposure, stage, jet, prepared.facets, prepared.scene, judged)
         done.append(Sprayed(stage, jet, exposure))
         begin = end
     return tuple(done)

@@ -11,11 +11,11 @@ from cleaning.exposure.exposure import Exposure
 from cleaning.exposure.occlusion import occluder
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import PartOverride, Use
-from cleaning.prepared_board import Subject
+from cleaning.prepared_board import PreparedBoard
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult
 from cleaning.undersides.sensitivity import limiting
-from cleaning.verdicts.evidence import Case, Reach
+from cleaning.verdicts.evidence import Evidence, Reach
 from cleaning.verdicts.exposed_area import BARE, cells_of, exposed_part, together
 from cleaning.verdicts.judge import judge_part
 from cleaning.verdicts.results import Part
@@ -36,7 +36,7 @@ class Sprayed:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Beneath:
+class UndersideResult:
     """The gap of one component after all stages."""
 
     underside: Underside
@@ -56,40 +56,44 @@ class _Surface:
     override: PartOverride
 
 
-def component_part(row: int, subject: Subject, sprayed: Sequence[Sprayed], beneath: Beneath | None) -> Part:
+def component_part(
+    row: int, prepared: PreparedBoard, sprayed: Sequence[Sprayed], beneath: UndersideResult | None
+) -> Part:
     """Judge component ``row`` of the board."""
-    component = subject.board.components[row]
+    component = prepared.board.components[row]
     middle = component.outline.centroid
     side = component.side
-    place = (middle.x, middle.y, subject.board.surface_z_mm(side))
-    cells: dict[Side, Indices] = {side: subject.cells[row]}
-    surface = _Surface(component.name, row, side, place, cells, subject.overrides[row])
-    return _part(surface, subject, sprayed, beneath)
+    place = (middle.x, middle.y, prepared.board.surface_z_mm(side))
+    cells: dict[Side, Indices] = {side: prepared.cells[row]}
+    surface = _Surface(component.name, row, side, place, cells, prepared.overrides[row])
+    return _part(surface, prepared, sprayed, beneath)
 
 
-def bare_part(subject: Subject, sprayed: Sequence[Sprayed]) -> Part:
+def bare_part(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> Part:
     """Judge the bare board on all sides that are sprayed."""
-    board = subject.board
+    board = prepared.board
     sides: list[Side] = [each.stage.side for each in sprayed]
-    cells: dict[Side, Indices] = {side: cells_of(subject.facets, board, BARE, side) for side in dict.fromkeys(sides)}
+    cells: dict[Side, Indices] = {side: cells_of(prepared.facets, board, BARE, side) for side in dict.fromkeys(sides)}
     middle = board.outline.centroid
     surface = _Surface("board", BARE, "top", (middle.x, middle.y, board.top_z_mm), cells, _ALL)
-    return _part(surface, subject, sprayed, None)
+    return _part(surface, prepared, sprayed, None)
 
 
-def _part(surface: _Surface, subject: Subject, sprayed: Sequence[Sprayed], beneath: Beneath | None) -> Part:
+def _part(
+    surface: _Surface, prepared: PreparedBoard, sprayed: Sequence[Sprayed], beneath: UndersideResult | None
+) -> Part:
     sides: list[Side] = [each.stage.side for each in sprayed]
     acting = [surface.cells.get(side) for side in sides]
     exposed = tuple(
-        None if cells is None else exposed_part(each.exposure, subject.facets, cells)
+        None if cells is None else exposed_part(each.exposure, prepared.facets, cells)
         for each, cells in zip(sprayed, acting, strict=True)
     )
     reached: list[Reach] = []
     for use in _LIQUIDS:
         for side, cells in surface.cells.items():
             group = [each for each, on in zip(sprayed, sides, strict=True) if each.stage.use == use and on == side]
-            reached += [_reach(use, group, subject, cells)] if group else []
-    case = Case(
+            reached += [_reach(use, group, prepared, cells)] if group else []
+    evidence = Evidence(
         component=surface.name,
         side=surface.side,
         place=surface.place,
@@ -99,10 +103,10 @@ def _part(surface: _Surface, subject: Subject, sprayed: Sequence[Sprayed], benea
         underside=None if beneath is None else beneath.underside,
         gaps=() if beneath is None else beneath.gaps,
         override=surface.override,
-        occluder=_occluder(surface, subject, sprayed),
-        parameters=subject.parameters,
+        occluder=_occluder(surface, prepared, sprayed),
+        parameters=prepared.parameters,
     )
-    judgements = judge_part(case)
+    judgements = judge_part(evidence)
     elasticities = {} if beneath is None else dict(beneath.elasticity)
     return Part(
         component=surface.name,
@@ -110,32 +114,32 @@ def _part(surface: _Surface, subject: Subject, sprayed: Sequence[Sprayed], benea
         grade=judgements[0].grade,
         judgements=judgements,
         exposed=exposed,
-        underside=case.underside,
-        gaps=tuple(case.gaps),
+        underside=evidence.underside,
+        gaps=tuple(evidence.gaps),
         elasticity=elasticities,
         limiting=limiting(elasticities),
         makers=_makers(surface.row, sprayed),
     )
 
 
-def _reach(use: Use, group: Sequence[Sprayed], subject: Subject, cells: Indices) -> Reach:
+def _reach(use: Use, group: Sequence[Sprayed], prepared: PreparedBoard, cells: Indices) -> Reach:
     functions = list(dict.fromkeys(each.stage.function for each in group))
     made_by = group[0].stage.made_by if len(group) == 1 else ""
     exposure = together([each.exposure for each in group])
     repeats = min(each.stage.repeats for each in group)
-    return Reach(use, " and ".join(functions), made_by, repeats, exposed_part(exposure, subject.facets, cells))
+    return Reach(use, " and ".join(functions), made_by, repeats, exposed_part(exposure, prepared.facets, cells))
 
 
-def _occluder(surface: _Surface, subject: Subject, sprayed: Sequence[Sprayed]) -> str:
+def _occluder(surface: _Surface, prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> str:
     """Name what stands before the cells that the first stage of liquid misses; nothing if it misses none."""
     for each in sprayed:
         cells = surface.cells.get(each.stage.side)
         if each.stage.use == "dry" or cells is None:
             continue
-        missed = cells[subject.facets.cell_exposed[cells] & (each.exposure.cone_s[cells] <= 0)]
+        missed = cells[prepared.facets.cell_exposed[cells] & (each.exposure.cone_s[cells] <= 0)]
         if len(missed):
-            body = occluder(missed, each.stage, each.jet, subject.facets, subject.scene)
-            return "" if body < 0 else subject.board.bodies[body].name
+            body = occluder(missed, each.stage, each.jet, prepared.facets, prepared.scene)
+            return "" if body < 0 else prepared.board.bodies[body].name
     return ""
 
 

@@ -21,7 +21,7 @@ _NOTHING = PartOverride(match=["*"])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Subject:
+class PreparedBoard:
     """One board with what is known of its parts, and the parameters of the model."""
 
     board: Board
@@ -42,7 +42,7 @@ class Subject:
     """Per underside one per case."""
 
 
-def prepare(board: Board, parameters: Parameters, progress: Progress) -> Subject:
+def prepare(board: Board, parameters: Parameters, progress: Progress) -> PreparedBoard:
     """Cut the surface into facets, find the gaps, and solve the flow in each kind of gap once."""
     progress("cutting the surface", 0.0)
     scene = build_scene(board)
@@ -62,7 +62,7 @@ def prepare(board: Board, parameters: Parameters, progress: Progress) -> Subject
         for underside in undersides
     )
     progress("done", 1.0)
-    return Subject(
+    return PreparedBoard(
         board=board,
         parameters=parameters,
         scene=scene,

@@ -8,9 +8,9 @@ import numpy as np
 
 from boards.board import Board
 from cleaning.errors import CleaningError
-from cleaning.exposure.exact import gather
+from cleaning.exposure.exact import exact_exposure
 from cleaning.jet.jet import jet_of
-from cleaning.prepared_board import Subject
+from cleaning.prepared_board import PreparedBoard
 from cleaning.verdicts.exposed_area import cells_of
 from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Indices
@@ -32,12 +32,12 @@ class Verified:
     cells: int
 
 
-def verify(report: CleaningReport, subject: Subject, names: Sequence[str]) -> tuple[Verified, ...]:
+def verify(report: CleaningReport, prepared: PreparedBoard, names: Sequence[str]) -> tuple[Verified, ...]:
     """Work out exactly what reaches some components, in every stage that sprays a liquid.
 
     Args:
         report: An analysis of the subject.
-        subject: The board that was analysed.
+        prepared: The board that was analysed.
         names: Components.
 
     Raises:
@@ -46,7 +46,7 @@ def verify(report: CleaningReport, subject: Subject, names: Sequence[str]) -> tu
     check_names(report.board, names)
     known = [component.name for component in report.board.components]
     return tuple(
-        _verified(report, subject, known.index(name), stage)
+        _verified(report, prepared, known.index(name), stage)
         for name in dict.fromkeys(names)
         for stage, each in enumerate(report.stages)
         if each.use != "dry"
@@ -67,11 +67,11 @@ def check_names(board: Board, names: Sequence[str]) -> None:
             raise CleaningError(f"{board.name} has no component {name!r}.{meant}")
 
 
-def _verified(report: CleaningReport, subject: Subject, component: int, index: int) -> Verified:
-    facets, stage, exposure = subject.facets, report.stages[index], report.exposures[index]
+def _verified(report: CleaningReport, prepared: PreparedBoard, component: int, index: int) -> Verified:
+    facets, stage, exposure = prepared.facets, report.stages[index], report.exposures[index]
     judged = cells_of(facets, report.board, component, report.board.components[component].side)
     cells: Indices = judged[facets.cell_exposed[judged]]
-    exact = gather(stage, jet_of(stage, subject.parameters.spray), facets, subject.scene, cells).volume_mm
+    exact = exact_exposure(stage, jet_of(stage, prepared.parameters.spray), facets, prepared.scene, cells).volume_mm
     rays = exposure.volume_mm[cells]
     share = facets.cell_areas_mm2[cells] / max(float(facets.cell_areas_mm2[cells].sum()), 1e-30)
     return Verified(

@@ -35,7 +35,7 @@ _SIZE_MM = 25.0
 
 
 @dataclass(frozen=True, slots=True)
-class Bench:
+class CouponSetup:
     """With what the coupons were sprayed, and what is known beforehand."""
 
     nozzle: Nozzle
@@ -48,7 +48,7 @@ class Coupons:
     """n measurements on coupons."""
 
     measurements: Measurements
-    bench: Bench
+    setup: CouponSetup
 
     @cached_property
     def blows(self) -> tuple[list[tuple[float, ...]], Indices]:
@@ -77,8 +77,8 @@ class Coupons:
     @cached_property
     def jets(self) -> list[tuple[Stage, Jet]]:
         """The jet of each blow; it takes some time to find."""
-        stages = [_stage(self.bench, bar, height) for bar, _, _, height, _ in self.blows[0]]
-        return [(stage, jet_of(stage, self.bench.parameters.spray)) for stage in stages]
+        stages = [_stage(self.setup, bar, height) for bar, _, _, height, _ in self.blows[0]]
+        return [(stage, jet_of(stage, self.setup.parameters.spray)) for stage in stages]
 
     def drop_pa(self, film: Film) -> Scalars:
         """(n,) pressure of the side before the nozzle less that of the far side."""
@@ -90,12 +90,12 @@ class Coupons:
         """(n,) wall shear in the gap: 6 mu u / h of the flow that viscosity and inertia allow."""
         columns = self.measurements.columns
         height, path = 1e-6 * columns["standoff_um"], 1e-3 * columns["length_mm"]
-        loss = self.bench.parameters.gap.entrance_loss
+        loss = self.setup.parameters.gap.entrance_loss
         shear = np.zeros(len(height))
         for index, (celsius, _) in enumerate(self.baths[0]):
             mine = self.baths[1] == index
-            viscosity = viscosity_pa_s(self.bench.liquid, celsius)
-            density = density_kg_m3(self.bench.liquid, celsius)
+            viscosity = viscosity_pa_s(self.setup.liquid, celsius)
+            density = density_kg_m3(self.setup.liquid, celsius)
             thin = lubrication_velocity(drop_pa[mine], height[mine], path[mine], viscosity)
             speed = inertial(thin, height[mine], path[mine], density, viscosity, loss)
             shear[mine] = 6.0 * viscosity * np.maximum(speed, 0.0) / height[mine]
@@ -109,13 +109,13 @@ class Coupons:
         return 1.0 - hard - soft
 
 
-def read_coupons(path: Path, bench: Bench) -> Coupons:
+def read_coupons(path: Path, setup: CouponSetup) -> Coupons:
     """Read measurements on coupons.
 
     Raises:
         CleaningError: they cannot be used; the message says which line.
     """
-    measurements = read_measurements(path, _columns(bench.liquid), _LEAST_ROWS)
+    measurements = read_measurements(path, _columns(setup.liquid), _LEAST_ROWS)
     require_variation(path, measurements, "time_s", "measure at two times at least, or no rate can be told")
     require_variation(
         path,
@@ -124,7 +124,7 @@ def read_coupons(path: Path, bench: Bench) -> Coupons:
         "measure at two temperatures at least, some 10 °C apart, for the activation",
     )
     require_variation(path, measurements, "cleaned_fraction", "nothing changed, so that nothing can be told")
-    coupons = Coupons(measurements, bench)
+    coupons = Coupons(measurements, setup)
     between = int(coupons.between.sum())
     if between < _LEAST_ROWS:
         message = f"{between} rows lie between 0 and 1; {_LEAST_ROWS} are needed. Try times between"
@@ -179,7 +179,7 @@ def _edges(width_mm: float, length_mm: float, distance_mm: float) -> Edges:
     )
 
 
-def _stage(bench: Bench, pressure_bar: float, height_mm: float) -> Stage:
+def _stage(setup: CouponSetup, pressure_bar: float, height_mm: float) -> Stage:
     """The nozzle over the origin, upright, its reference azimuth towards +y."""
     axes = np.array([[[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]])
     samples = Samples(
@@ -195,9 +195,9 @@ def _stage(bench: Bench, pressure_bar: float, height_mm: float) -> Stage:
         function="clean",
         use="wash",
         nozzle_name="coupon",
-        nozzle=bench.nozzle,
+        nozzle=setup.nozzle,
         solution="coupon",
-        liquid=bench.liquid,
+        liquid=setup.liquid,
         pressure_pa=_BAR_PA * pressure_bar,
         temperature_c=60.0,
         begin_s=0.0,

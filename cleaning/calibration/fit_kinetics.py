@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cleaning.calibration.confidence import Estimate, Fit, correlations, highest_squares, profile_end
-from cleaning.calibration.coupon import Bench, Coupons, read_coupons
+from cleaning.calibration.coupon import Coupons, CouponSetup, read_coupons
 from cleaning.errors import CleaningError
 from cleaning.parameters.model import Film, Soil
 from geometry.arrays import Scalars
@@ -34,7 +34,7 @@ _ALIKE = 0.98
 
 
 @dataclass(frozen=True, slots=True)
-class Untold:
+class Undetermined:
     """A parameter that the coupons do not tell."""
 
     low: float
@@ -52,7 +52,7 @@ class GapFit:
     coupons: Coupons
     estimates: Mapping[str, Estimate]
     """By path."""
-    untold: Mapping[str, Untold]
+    undetermined: Mapping[str, Undetermined]
     """By path."""
     soil: Soil
     film: Film
@@ -65,53 +65,53 @@ class GapFit:
         return float(np.sqrt(np.mean((self.predicted - self.coupons.cleaned) ** 2)))
 
 
-def calibrate_gap(path: Path, bench: Bench) -> GapFit:
+def calibrate_gap(path: Path, setup: CouponSetup) -> GapFit:
     """Fit the softening and its activation energy, the removal and the puddle depth to a table of coupons.
 
     Args:
         path: CSV of standoff, time, temperature, pressure and cleaned fraction.
-        bench: With what they were sprayed; its parameters are where the fit begins.
+        setup: With what they were sprayed; its parameters are where the fit begins.
 
     Raises:
         CleaningError: the table cannot be used.
     """
-    coupons = read_coupons(path, bench)
+    coupons = read_coupons(path, setup)
     model = _Model(coupons)
     if not model.drives():
         message = "the film does not reach the coupon; check nozzle, height_mm and distance_mm"
         raise CleaningError(message, file=path, line=coupons.measurements.header_line)
-    told = _settle(model)
+    told = _fit_all(model)
     if not told.logs:
         message = "these coupons tell nothing: any rate fits them. Vary time, standoff and pressure more"
         raise CleaningError(message, file=path, line=coupons.measurements.header_line)
     estimates = {name: model.estimate(name, log, told.intervals[name]) for name, log in told.logs.items()}
     soil, film = model.changed({name: estimate.value for name, estimate in estimates.items()})
     predicted = coupons.predict(soil, coupons.shear_pa(coupons.drop_pa(film)))
-    return GapFit(coupons, estimates, told.untold, soil, film, predicted)
+    return GapFit(coupons, estimates, told.undetermined, soil, film, predicted)
 
 
 @dataclass(frozen=True, slots=True)
-class _Told:
+class _Determined:
     """What the data tell: logarithms over what was known before."""
 
     logs: Mapping[str, float]
     intervals: Mapping[str, tuple[float, float]]
-    untold: Mapping[str, Untold]
+    undetermined: Mapping[str, Undetermined]
 
 
-def _settle(model: "_Model") -> _Told:
+def _fit_all(model: "_Model") -> _Determined:
     """Fit, and fit again where the fitted puddle lifts other coupons above the threshold of the shear."""
-    told = _tell(model)
+    told = _fit_determined(model)
     for _ in range(_ROUNDS):
         if not model.moves_threshold(told.logs):
             break
-        told = _tell(model)
+        told = _fit_determined(model)
     return told
 
 
-def _tell(model: "_Model") -> _Told:
+def _fit_determined(model: "_Model") -> _Determined:
     """Give up parameters, the last first, until the data tell all that are left; then find their intervals."""
-    free, untold = list(FITTED), dict[str, Untold]()
+    free, undetermined = list(FITTED), dict[str, Undetermined]()
     starts = model.starts(free)
     while free:
         fit = model.fit(free, starts)
@@ -122,12 +122,12 @@ def _tell(model: "_Model") -> _Told:
             wide = [index for index, (low, high) in enumerate(intervals.values()) if high - low > _WIDEST]
             vague = wide[-1] if wide else None
         if vague is None:
-            return _Told(dict(zip(free, fit.parameters.tolist(), strict=True)), intervals, untold)
+            return _Determined(dict(zip(free, fit.parameters.tolist(), strict=True)), intervals, undetermined)
         name = free.pop(vague)
         starts = [np.delete(fit.parameters, vague), np.zeros(len(free))]
         bounds = model.estimate(name, 0.0, intervals.get(name, (-math.inf, math.inf)))
-        untold[name] = Untold(bounds.low, bounds.high, model.known(name))
-    return _Told({}, {}, untold)
+        undetermined[name] = Undetermined(bounds.low, bounds.high, model.known(name))
+    return _Determined({}, {}, undetermined)
 
 
 def _confounded(fit: Fit) -> int | None:
@@ -146,7 +146,7 @@ class _Model:
 
     def __init__(self, coupons: Coupons) -> None:
         self._coupons = coupons
-        parameters = coupons.bench.parameters
+        parameters = coupons.setup.parameters
         self._soil, self._film = parameters.soil, parameters.film
         self.prior = {
             "soil.k1_per_s": self._soil.k1_per_s,

@@ -31,11 +31,14 @@ def calibrated_set(fit: GapFit, source: str | Path, file: Path, date: str = "") 
     if date and not is_day(date):
         raise CleaningError(f"{date!r} is no date; write it as in 2026-11-21")
     values = {name: _rounded(estimate.value) for name, estimate in fit.estimates.items()}
-    untold = fit.untold.items()
+    undetermined = fit.undetermined.items()
     lines = [
         f"# Fitted by washboard to {fit.coupons.measurements.source}.",
         *(["# SYNTHETIC data: this proves nothing about a line, and verdicts keep their grade."] * _made_up(fit)),
-        *(f"# {name} is not told by them and stays {lost.kept:g}; the rest holds with that." for name, lost in untold),
+        *(
+            f"# {name} is not told by them and stays {lost.kept:g}; the rest holds with that."
+            for name, lost in undetermined
+        ),
         f"parameters: {file.stem}",
         f"description: {json.dumps(_describe(fit, source))}",
         f"extends: {_base(source, file)}",

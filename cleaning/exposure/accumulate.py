@@ -34,7 +34,7 @@ class Poses(NamedTuple):
     maker: NDArray[np.int64]
 
 
-class Ground(NamedTuple):
+class SurfaceLookup(NamedTuple):
     """The faces that rays land on."""
 
     planes: NDArray[np.float64]
@@ -45,7 +45,7 @@ class Ground(NamedTuple):
     """(c,) of each cell; the number of components for what belongs to none."""
 
 
-class Account(NamedTuple):
+class CellSums(NamedTuple):
     """What is added up."""
 
     cells: NDArray[np.float64]
@@ -55,7 +55,7 @@ class Account(NamedTuple):
 
 
 @quick
-def deal(
+def place_rays(
     rays: Rays,
     poses: Poses,
     origin: NDArray[np.float64],
@@ -86,13 +86,13 @@ def spread_at(jet: JetForm, z: float, y: float, length: float) -> float:
 
 
 @quick
-def land(
+def accumulate_hits(
     jet: JetForm,
     rays: Rays,
     poses: Poses,
-    ground: Ground,
-    flight: tuple[int, NDArray[np.int32], bool],
-    account: Account,
+    surface: SurfaceLookup,
+    landed: tuple[int, NDArray[np.int32], bool],
+    totals: CellSums,
 ) -> None:
     """Add up what the rays of some samples bring.
 
@@ -100,18 +100,18 @@ def land(
         jet: Whose rays.
         rays: Its deck.
         poses: The samples.
-        ground: What is hit.
-        flight: The first sample, (n,) faces hit or -1, and whether the jet leaves liquid.
-        account: What is added to.
+        surface: What is hit.
+        landed: The first sample, (n,) faces hit or -1, and whether the jet leaves liquid.
+        totals: What is added to.
     """
-    first, faces, wets = flight
+    first, faces, wets = landed
     count, deck = rays.per_sample, len(rays.rows)
     flow_mm3_s = jet.flow_m3_s * 1e9
     for i in range(len(faces) // count):
         sample = first + i
         seconds = poses.seconds[sample] / count
         tcp, axes = poses.tcp[sample], poses.axes[sample]
-        by_maker = account.makers[poses.maker[sample]]
+        by_maker = totals.makers[poses.maker[sample]]
         next_ray = sample * count % deck
         for k in range(count):
             row = rays.rows[next_ray]
@@ -119,20 +119,20 @@ def land(
             face = faces[i * count + k]
             if face < 0:
                 continue
-            plane = ground.planes[face]
+            plane = surface.planes[face]
             facing = 0.0
             away = plane[3]
             for axis in range(3):
                 along = axes[axis, 0] * row[1] + axes[axis, 1] * row[2] + axes[axis, 2] * row[3]
                 facing += plane[axis] * along
                 away -= plane[axis] * (tcp[axis] + axes[axis, 0] * row[0])
-            cell = ground.cell[face]
-            sums = account.cells[cell]
+            cell = surface.cell[face]
+            sums = totals.cells[cell]
             sums[HITS] += 1.0
             volume = flow_mm3_s * jet.scale * row[4] * row[7] * seconds
             if wets:
                 sums[VOLUME] += volume
-                by_maker[ground.component[cell]] += volume
+                by_maker[surface.component[cell]] += volume
             cosine = abs(facing)
             if cosine < _GRAZING:
                 continue

@@ -28,7 +28,7 @@ _RAYS = 200_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Gathered:
+class ExactExposure:
     """What reaches each of k chosen cells in one stage: the same quantities as in ``Exposure``."""
 
     cells: Indices
@@ -41,7 +41,7 @@ class Gathered:
     impulse_t_pa_s: Scalars
 
 
-def gather(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices) -> Gathered:
+def exact_exposure(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices) -> ExactExposure:
     """Add up, over all samples, what each chosen cell gets.
 
     Args:
@@ -62,11 +62,11 @@ def gather(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices)
     peak = np.zeros(len(cells))
     np.maximum.at(peak, whose, found[:, _PEAK])
     cone, front, volume, normal, tangential = (each / facets.cell_areas_mm2[cells] for each in sums)
-    return Gathered(cells, cone, front, volume * (0.0 if jet.gas else 1.0), peak, normal, tangential)
+    return ExactExposure(cells, cone, front, volume * (0.0 if jet.gas else 1.0), peak, normal, tangential)
 
 
-def glimpse(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices) -> Gathered:
-    """Ask each chosen cell at one place alone: exact there, and many times quicker than ``gather``.
+def visible_flux(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices) -> ExactExposure:
+    """Ask each chosen cell at one place alone: exact there, and many times quicker than ``exact_exposure``.
 
     The place is the middle of the largest facet of the cell that is exposed.
     """
@@ -77,7 +77,7 @@ def glimpse(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices
     chosen = largest[cells]
     found = _reached(stage, jet, scene, facets.triangles[chosen].mean(axis=1), facets.normals[chosen])
     cone, front, volume, normal, tangential, peak = found.T
-    return Gathered(cells, cone, front, volume * (0.0 if jet.gas else 1.0), peak, normal, tangential)
+    return ExactExposure(cells, cone, front, volume * (0.0 if jet.gas else 1.0), peak, normal, tangential)
 
 
 def _places(facets: Facets, chosen: Indices) -> tuple[Points, Indices, Scalars]:
@@ -91,7 +91,7 @@ def _places(facets: Facets, chosen: Indices) -> tuple[Points, Indices, Scalars]:
     )
 
 
-class Sights(NamedTuple):
+class SightLines(NamedTuple):
     """Lines of sight from the nozzle to places, for compiled code; as ``cleaning.scene`` takes them."""
 
     origins: NDArray[np.float32]
@@ -106,7 +106,7 @@ def _reached(stage: Stage, jet: Jet, scene: Scene, places: Points, normals: Poin
     poses = poses_of(stage.samples)
     found = np.zeros((len(places), _COLUMNS))
     room = _RAYS + len(poses.tcp)
-    sights = Sights(
+    sights = SightLines(
         np.empty((room, 3), dtype=np.float32),
         np.empty((room, 3), dtype=np.float32),
         np.empty(room, dtype=np.float32),
@@ -114,17 +114,19 @@ def _reached(stage: Stage, jet: Jet, scene: Scene, places: Points, normals: Poin
     )
     begin, filled, counts = 0, 0, np.zeros(len(places), dtype=np.int64)
     for k, (place, normal) in enumerate(zip(places, normals, strict=True)):
-        counts[k] = look(jet.form, poses, (place, normal, scene.origin), sights, filled)
+        counts[k] = lay_sight_lines(jet.form, poses, (place, normal, scene.origin), sights, filled)
         filled += int(counts[k])
         if filled >= _RAYS or k == len(places) - 1:
             blocked = are_blocked(scene, sights.origins[:filled], sights.directions[:filled], sights.lengths[:filled])
-            add(sights.values, blocked, counts[begin : k + 1], found[begin : k + 1])
+            add_visible(sights.values, blocked, counts[begin : k + 1], found[begin : k + 1])
             begin, filled = k + 1, 0
     return found
 
 
 @quick
-def add(values: NDArray[np.float64], blocked: NDArray[np.bool_], counts: Indices, found: NDArray[np.float64]) -> None:
+def add_visible(
+    values: NDArray[np.float64], blocked: NDArray[np.bool_], counts: Indices, found: NDArray[np.float64]
+) -> None:
     """Add what is not blocked to its place: ``counts`` says how many lines of sight each has, one after the other."""
     k = 0
     for place in range(len(counts)):
@@ -137,7 +139,9 @@ def add(values: NDArray[np.float64], blocked: NDArray[np.bool_], counts: Indices
 
 
 @quick
-def look(jet: JetForm, poses: Poses, target: tuple[Points, Points, Points], sights: Sights, begin: int) -> int:
+def lay_sight_lines(
+    jet: JetForm, poses: Poses, target: tuple[Points, Points, Points], sights: SightLines, begin: int
+) -> int:
     """Lay a line of sight from each sample that sprays a place, or has it in its outer cone.
 
     Args:

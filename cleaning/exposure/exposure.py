@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cleaning.exposure import accumulate as scatter
-from cleaning.exposure.accumulate import Account, Ground
-from cleaning.exposure.trace import fly, poses_of, rays_of
+from cleaning.exposure.accumulate import CellSums, SurfaceLookup
+from cleaning.exposure.trace import poses_of, rays_of, trace_batches
 from cleaning.jet.jet import Jet
 from cleaning.process.stages import Samples, Stage
 from cleaning.surface.facets import Facets
@@ -84,23 +84,23 @@ def expose(
     # Of int64, a ground would need twice the memory that compiled code jumps about in.
     components = int(facets.component.max(initial=-1)) + 1
     belongs = np.where(facets.cell_component < 0, components, facets.cell_component)
-    ground = Ground(scene.planes, facets.cell.astype(np.int32), belongs.astype(np.int32))
-    account = Account(
+    surface = SurfaceLookup(scene.planes, facets.cell.astype(np.int32), belongs.astype(np.int32))
+    totals = CellSums(
         np.zeros((len(facets.cell_areas_mm2), scatter.SUMS)), np.zeros((len(samples.makers), components + 1))
     )
     blocks = _blocks(samples)
     batches = _batches(blocks, rays_per_sample)
     grown: list[tuple[Indices, Scalars]] = []
-    before = np.zeros(len(account.cells))
-    for (first, last), faces in zip(batches, fly(rays, poses, scene, batches), strict=True):
-        scatter.land(jet.form, rays, poses, ground, (first, faces, not jet.gas), account)
+    before = np.zeros(len(totals.cells))
+    for (first, last), faces in zip(batches, trace_batches(rays, poses, scene, batches), strict=True):
+        scatter.accumulate_hits(jet.form, rays, poses, surface, (first, faces, not jet.gas), totals)
         if last in blocks:
-            cells = np.flatnonzero(account.cells[:, scatter.VOLUME] > before)
-            grown.append((cells, account.cells[cells, scatter.VOLUME] - before[cells]))
-            before = account.cells[:, scatter.VOLUME].copy()
+            cells = np.flatnonzero(totals.cells[:, scatter.VOLUME] > before)
+            grown.append((cells, totals.cells[cells, scatter.VOLUME] - before[cells]))
+            before = totals.cells[:, scatter.VOLUME].copy()
             progress(stage.made_by, last / len(samples.times))
     growth = _growth(grown, _ends(stage, blocks), facets)
-    return _exposure_of(stage, jet, facets, rays_per_sample, account, growth)
+    return _exposure_of(stage, jet, facets, rays_per_sample, totals, growth)
 
 
 def _blocks(samples: Samples) -> Indices:
@@ -136,9 +136,9 @@ def _growth(grown: list[tuple[Indices, Scalars]], ends: Scalars, facets: Facets)
 
 
 def _exposure_of(
-    stage: Stage, jet: Jet, facets: Facets, rays_per_sample: int, account: Account, growth: Growth
+    stage: Stage, jet: Jet, facets: Facets, rays_per_sample: int, totals: CellSums, growth: Growth
 ) -> Exposure:
-    sums = account.cells
+    sums = totals.cells
     means = sums / facets.cell_areas_mm2[:, None]
     return Exposure(
         cone_s=means[:, scatter.CONE],
@@ -152,5 +152,5 @@ def _exposure_of(
         landed_mm3=float(sums[:, scatter.VOLUME].sum()),
         rays=len(stage.samples.times) * rays_per_sample,
         growth=growth,
-        by_maker_mm3=account.makers.T.copy(),
+        by_maker_mm3=totals.makers.T.copy(),
     )

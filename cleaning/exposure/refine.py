@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cleaning.exposure.exact import glimpse
+from cleaning.exposure.exact import visible_flux
 from cleaning.exposure.exposure import Exposure
 from cleaning.jet.jet import Jet
 from cleaning.process.stages import Stage
@@ -16,7 +16,9 @@ _ENOUGH = 30
 """Rays that say something about a component."""
 
 
-def settle(exposure: Exposure, stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices) -> Exposure:
+def refine_sparse_cells(
+    exposure: Exposure, stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices
+) -> Exposure:
     """Put exact values in the place of estimates that rest on nothing, or on too little.
 
     That is in cells that no ray hit, and in all cells of components that were hit by fewer than 30.
@@ -34,7 +36,7 @@ def settle(exposure: Exposure, stage: Stage, jet: Jet, facets: Facets, scene: Sc
     poor = cells[facets.cell_exposed[cells] & ((exposure.hits[cells] == 0) | seldom[component])]
     if not len(poor):
         return exposure
-    exact = glimpse(stage, jet, facets, scene, poor)
+    exact = visible_flux(stage, jet, facets, scene, poor)
     return replace(
         exposure,
         cone_s=_put(exposure.cone_s, poor, exact.cone_s),

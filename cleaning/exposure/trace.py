@@ -6,9 +6,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.exposure.accumulate import Poses, Rays, deal
+from cleaning.exposure.accumulate import Poses, Rays, place_rays
 from cleaning.jet.jet import Jet
-from cleaning.jet.ray_samples import deck_of
+from cleaning.jet.ray_samples import ray_samples_of
 from cleaning.process.stages import Samples
 from cleaning.surface.ray_scene import Scene, cast_rays
 
@@ -23,12 +23,14 @@ def poses_of(samples: Samples) -> Poses:
 
 def rays_of(jet: Jet, per_sample: int) -> Rays:
     """Deal a jet's deck, so many rays to a sample."""
-    deck = deck_of(jet)
+    deck = ray_samples_of(jet)
     columns = [deck.starts, *deck.directions.T, deck.strength, deck.inside, deck.front, deck.spread]
     return Rays(np.column_stack(columns).astype(np.float64), per_sample)
 
 
-def fly(rays: Rays, poses: Poses, scene: Scene, batches: Sequence[tuple[int, int]]) -> Iterator[NDArray[np.int32]]:
+def trace_batches(
+    rays: Rays, poses: Poses, scene: Scene, batches: Sequence[tuple[int, int]]
+) -> Iterator[NDArray[np.int32]]:
     """Follow the rays of batch after batch of samples, given by first and last + 1.
 
     The next batch flies while the caller works on one. That changes no number: each batch is its own, and they come in
@@ -45,7 +47,7 @@ def fly(rays: Rays, poses: Poses, scene: Scene, batches: Sequence[tuple[int, int
         for number, (first, last) in enumerate(batches):
             count = (last - first) * rays.per_sample
             origins, directions = (each[:count] for each in pairs[number % 2])
-            deal(rays, poses, scene.origin, first, (origins, directions))
+            place_rays(rays, poses, scene.origin, first, (origins, directions))
             ahead = worker.submit(cast_rays, scene, origins, directions)
             if flying is not None:
                 yield flying.result()

@@ -13,7 +13,7 @@ _ALL_GONE = 40.0
 """Beyond it, exp(-x) is nothing."""
 
 
-class Setting(NamedTuple):
+class FlushSettings(NamedTuple):
     """What stays the same in one gap during one stage. SI."""
 
     weights: Scalars
@@ -54,7 +54,7 @@ def flush(
     basis: NDArray[np.float32],
     pressures_pa: NDArray[np.float64],
     seconds: NDArray[np.float64],
-    setting: Setting,
+    setting: FlushSettings,
     hard: float,
     soft: NDArray[np.float64],
 ) -> Flushed:
@@ -107,7 +107,7 @@ def _superpose(basis: NDArray[np.float32], p: NDArray[np.float32], flow: NDArray
 
 
 @compiled
-def _slow(flow: float, gap: float, setting: Setting) -> tuple[float, float]:
+def _slow(flow: float, gap: float, setting: FlushSettings) -> tuple[float, float]:
     """Give the share of a speed that inertia leaves, and the mean speed; ``gap`` is the open share of the height."""
     lubricated = flow * gap * gap / setting.viscosity_pa_s
     height = setting.height_m * gap
@@ -118,7 +118,11 @@ def _slow(flow: float, gap: float, setting: Setting) -> tuple[float, float]:
 
 @compiled
 def _shear(
-    flow: NDArray[np.float32], per_flow: float, setting: Setting, highest: NDArray[np.float64], k2: NDArray[np.float64]
+    flow: NDArray[np.float32],
+    per_flow: float,
+    setting: FlushSettings,
+    highest: NDArray[np.float64],
+    k2: NDArray[np.float64],
 ) -> None:
     """Raise ``highest`` to the wall shear that ``flow`` makes, and set ``k2`` to the rate of removal."""
     for cell in range(flow.shape[0]):

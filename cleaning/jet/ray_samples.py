@@ -27,7 +27,7 @@ FRONT = 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Deck:
+class RaySamples:
     """Rays in the tool frame, to be dealt in order, again and again. n is ``RAYS``."""
 
     starts: Scalars
@@ -47,7 +47,7 @@ class Deck:
         return self.strength > FRONT
 
 
-def deck_of(jet: Jet) -> Deck:
+def ray_samples_of(jet: Jet) -> RaySamples:
     """Draw the rays of a jet."""
     form = jet.form
     flow = _Flow(form)
@@ -62,7 +62,7 @@ def deck_of(jet: Jet) -> Deck:
     directions = directions_of(form, first, second)
     strength, inside = flow_density(form, directions)
     starts: Scalars = first * form.half_slot_mm if form.kind == KNIFE else np.zeros(RAYS)
-    return Deck(starts, directions, strength / form.scale, inside, solid_angle(form, directions) / density)
+    return RaySamples(starts, directions, strength / form.scale, inside, solid_angle(form, directions) / density)
 
 
 def _sequence(count: int) -> tuple[Scalars, Scalars]:

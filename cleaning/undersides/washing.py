@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cleaning.gap.edge_segments import SEGMENTS, EdgePressure
 from cleaning.gap.flow_field import GapField
-from cleaning.gap.flushing import Flushed, Setting, flush
+from cleaning.gap.flushing import Flushed, FlushSettings, flush
 from cleaning.gap.inertia import inertial, plug_front_m, reduced_reynolds
 from cleaning.gap.initial_fill import exchanges_needed, fill_share, is_plugged, open_share
 from cleaning.parameters.liquid import capillary_pa, density_kg_m3, viscosity_pa_s
@@ -75,7 +75,7 @@ class _Liquid:
     softening: float
 
 
-def under_component(
+def simulate_gap(
     field: GapField,
     gap_height_mm: float,
     stages: Sequence[Stage],
@@ -173,9 +173,9 @@ def _pulses(stage: Stage, pressure: EdgePressure, first: int) -> tuple[NDArray[n
     return np.column_stack([soaks, seconds]), max(stage.end_s - float(begins[0]), 0.0)
 
 
-def _setting(gap: _Gap, liquid: _Liquid) -> Setting:
+def _setting(gap: _Gap, liquid: _Liquid) -> FlushSettings:
     soil = gap.parameters.soil
-    return Setting(
+    return FlushSettings(
         weights=gap.weights,
         height_m=gap.height_m,
         path_m=gap.field.path_m,

@@ -25,7 +25,7 @@ class Reach:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Case:
+class Evidence:
     """One component after all stages: the numbers that the rules look at."""
 
     component: str

@@ -7,7 +7,7 @@ import numpy as np
 
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult, GapStage
-from cleaning.verdicts.evidence import Case
+from cleaning.verdicts.evidence import Evidence
 from cleaning.verdicts.results import Judgement, Number
 from cleaning.verdicts.rounding import two_digits
 from cleaning.verdicts.rules import (
@@ -31,18 +31,18 @@ _LEAST_PERCENT = 0.01
 """Of residue: far below every limit, so that its digits mean nothing."""
 
 
-def judge_gaps(case: Case) -> list[Judgement]:
+def judge_gaps(evidence: Evidence) -> list[Judgement]:
     """R4 to R8, R10 to R12, R14: the gap in both of its cases; each rule as it comes out worse, the other one is said.
 
     The first case is the harder one as a rule, not always: a higher gap holds more of what the rinse leaves, and has
     places that are flushed less. Where it alone is no thin gap, the first decides, since more flows in a higher one.
     """
-    if case.underside is None or not case.gaps:
+    if evidence.underside is None or not evidence.gaps:
         return []
-    first, *others = [_judge_gap(case, gap) for gap in case.gaps]
+    first, *others = [_judge_gap(evidence, gap) for gap in evidence.gaps]
     if not others:
         return first
-    lower, higher = case.gaps
+    lower, higher = evidence.gaps
     second = others[0]
     if _is_beyond(second) and not _is_beyond(first):
         return [_with_bound(each, "no thin gap, and nothing is said of it", higher) for each in first]
@@ -90,37 +90,37 @@ def _with_bound(judgement: Judgement, other: str, gap: GapResult) -> Judgement:
     return replace(judgement, because=judgement.because + bound)
 
 
-def _judge_gap(case: Case, gap: GapResult) -> list[Judgement]:
-    acts = [(stage, at) for stage, at in zip(case.stages, gap.stages, strict=True) if at is not None]
-    beyond = _beyond(case, gap, acts)
+def _judge_gap(evidence: Evidence, gap: GapResult) -> list[Judgement]:
+    acts = [(stage, at) for stage, at in zip(evidence.stages, gap.stages, strict=True) if at is not None]
+    beyond = _beyond(evidence, gap, acts)
     if beyond:
         return beyond
     washes = [pair for pair in acts if pair[0].use == "wash"]
     rinses = [pair for pair in acts if pair[0].use == "rinse"]
     if not washes:
-        return [_unwashed(case), *_dried(case, gap)]
-    found = [*_entered(case, gap, washes), *_plugged(case, gap)]
+        return [_unwashed(evidence), *_dried(evidence, gap)]
+    found = [*_entered(evidence, gap, washes), *_plugged(evidence, gap)]
     if not found:
-        found = [*_flushed(case, gap, washes), *_one_sided(case, washes), *_residue(case, gap)]
+        found = [*_flushed(evidence, gap, washes), *_one_sided(evidence, washes), *_residue(evidence, gap)]
     if any(each.rule == DRY_GAP for each in found):
         return found
-    return [*found, *(_rinsed(case, gap, rinses) if rinses else []), *_dried(case, gap)]
+    return [*found, *(_rinsed(evidence, gap, rinses) if rinses else []), *_dried(evidence, gap)]
 
 
-def _unwashed(case: Case) -> Judgement:
+def _unwashed(evidence: Evidence) -> Judgement:
     """R14 for a process without a wash: whether there is anything to be removed is not known."""
     because = "No wash acts on it, so that whatever is in the gap under it stays there."
     advice = "Add a wash if there is something to be removed from there."
-    return Judgement(rule=MODEL_LIMIT, verdict="no verdict", because=because, advice=advice, where=case.place)
+    return Judgement(rule=MODEL_LIMIT, verdict="no verdict", because=because, advice=advice, where=evidence.place)
 
 
 def _gap_text(gap: GapResult) -> str:
     return f"under it, in a gap of {1000 * gap.gap_height_mm:.0f} µm"
 
 
-def _beyond(case: Case, gap: GapResult, acts: list[tuple[Stage, GapStage]]) -> list[Judgement]:
+def _beyond(evidence: Evidence, gap: GapResult, acts: list[tuple[Stage, GapStage]]) -> list[Judgement]:
     """R14: no thin gap, so that nothing is said of it."""
-    limits = case.parameters.gap
+    limits = evidence.parameters.gap
     reynolds = max((at.reynolds for stage, at in acts if stage.use != "dry"), default=0.0)
     if 1000.0 * gap.gap_height_mm <= limits.thickest_um and reynolds <= limits.most_reynolds:
         return []
@@ -139,12 +139,12 @@ def _beyond(case: Case, gap: GapResult, acts: list[tuple[Stage, GapStage]]) -> l
             numbers=numbers,
             because=because,
             advice="Inspect it.",
-            where=case.place,
+            where=evidence.place,
         )
     ]
 
 
-def _entered(case: Case, gap: GapResult, washes: list[tuple[Stage, GapStage]]) -> list[Judgement]:
+def _entered(evidence: Evidence, gap: GapResult, washes: list[tuple[Stage, GapStage]]) -> list[Judgement]:
     """R4: whether the wash gets in at all."""
     stage, at = max(washes, key=lambda pair: pair[1].margin_pa)
     margin = Number("entry margin", at.margin_pa, "Pa", 0.0)
@@ -163,25 +163,27 @@ def _entered(case: Case, gap: GapResult, washes: list[tuple[Stage, GapStage]]) -
             because=because,
             advice=advice,
             stage=stage.made_by,
-            where=case.place,
+            where=evidence.place,
         )
     ]
 
 
-def _plugged(case: Case, gap: GapResult) -> list[Judgement]:
+def _plugged(evidence: Evidence, gap: GapResult) -> list[Judgement]:
     """R5: residue fills the gap before the wash begins."""
-    most = case.parameters.gap.plugged
+    most = evidence.parameters.gap.plugged
     if gap.fill < most:
         return []
     fill = Number("fill before washing", 100.0 * gap.fill, "%", 100.0 * most)
     because = f"Residue fills {fill.value:.0f} % of the height {_gap_text(gap)}: nothing flows through."
     advice = "Print less paste, give the pads vents or more standoff, or let it soak for long."
     return [
-        Judgement(rule=PLUGGED_GAP, verdict="dirty", numbers=(fill,), because=because, advice=advice, where=case.place)
+        Judgement(
+            rule=PLUGGED_GAP, verdict="dirty", numbers=(fill,), because=because, advice=advice, where=evidence.place
+        )
     ]
 
 
-def _flushed(case: Case, gap: GapResult, washes: list[tuple[Stage, GapStage]]) -> list[Judgement]:
+def _flushed(evidence: Evidence, gap: GapResult, washes: list[tuple[Stage, GapStage]]) -> list[Judgement]:
     """R6: whether enough liquid passes to carry the residue away."""
     done = sum(at.exchanges for _, at in washes)
     if done >= gap.exchanges_needed:
@@ -192,19 +194,19 @@ def _flushed(case: Case, gap: GapResult, washes: list[tuple[Stage, GapStage]]) -
     advice = "Add perimeter passes or a pause at its edges."
     return [
         Judgement(
-            rule=NOT_FLUSHED, verdict=verdict, numbers=(number,), because=because, advice=advice, where=case.place
+            rule=NOT_FLUSHED, verdict=verdict, numbers=(number,), because=because, advice=advice, where=evidence.place
         )
     ]
 
 
-def _one_sided(case: Case, washes: list[tuple[Stage, GapStage]]) -> list[Judgement]:
+def _one_sided(evidence: Evidence, washes: list[tuple[Stage, GapStage]]) -> list[Judgement]:
     """R8: a part of the gap sees too little flow; the side that presses least is named."""
-    limits = case.parameters.limits
+    limits = evidence.parameters.limits
     stage, at = min(washes, key=lambda pair: pair[1].weak_share)
-    if at.weak_share <= limits.weak_share or case.underside is None:
+    if at.weak_share <= limits.weak_share or evidence.underside is None:
         return []
     weakest = int(np.argmin(at.side_shear_pa))
-    angle = case.underside.turn_rad + (-0.5 + 0.5 * weakest) * np.pi
+    angle = evidence.underside.turn_rad + (-0.5 + 0.5 * weakest) * np.pi
     outward = (float(np.cos(angle)), float(np.sin(angle)))
     number = Number("gap with weak flow", 100.0 * at.weak_share, "%", 100.0 * limits.weak_share)
     because = (
@@ -220,7 +222,7 @@ def _one_sided(case: Case, washes: list[tuple[Stage, GapStage]]) -> list[Judgeme
             because=because,
             advice=advice,
             stage=stage.made_by,
-            where=case.place,
+            where=evidence.place,
             sides=(outward,),
         )
     ]
@@ -232,9 +234,9 @@ def compass(outward: tuple[float, float]) -> str:
     return names[round(float(np.arctan2(outward[1], outward[0])) / (np.pi / 4)) % 8]
 
 
-def _residue(case: Case, gap: GapResult) -> list[Judgement]:
+def _residue(evidence: Evidence, gap: GapResult) -> list[Judgement]:
     """R7: what is left, as a mean and in the worst tenth."""
-    limits = case.parameters.limits
+    limits = evidence.parameters.limits
     mean, worst = 100.0 * gap.residue, 100.0 * gap.residue_worst
     numbers = (
         Number("residue", mean, "%", 100.0 * limits.gap_marginal),
@@ -251,11 +253,11 @@ def _residue(case: Case, gap: GapResult) -> list[Judgement]:
             rule=RESIDUE_LEFT,
             variant="pocket" if pocket and gap.residue <= limits.gap_dirty else "",
             verdict=verdict,
-            calibrated=case.parameters.calibrated,
+            calibrated=evidence.parameters.calibrated,
             numbers=numbers,
             because=because,
             advice=advice,
-            where=_pocket_place(case, gap),
+            where=_pocket_place(evidence, gap),
         )
     ]
 
@@ -267,17 +269,17 @@ def _percent(value: float) -> str:
     return f"{two_digits(value)} %"
 
 
-def _pocket_place(case: Case, gap: GapResult) -> tuple[float, float, float]:
-    if case.underside is None:
-        return case.place
+def _pocket_place(evidence: Evidence, gap: GapResult) -> tuple[float, float, float]:
+    if evidence.underside is None:
+        return evidence.place
     x, y = gap.worst_at
-    cos, sin = float(np.cos(case.underside.turn_rad)), float(np.sin(case.underside.turn_rad))
-    return case.underside.x_mm + cos * x - sin * y, case.underside.y_mm + sin * x + cos * y, case.place[2]
+    cos, sin = float(np.cos(evidence.underside.turn_rad)), float(np.sin(evidence.underside.turn_rad))
+    return evidence.underside.x_mm + cos * x - sin * y, evidence.underside.y_mm + sin * x + cos * y, evidence.place[2]
 
 
-def _rinsed(case: Case, gap: GapResult, rinses: list[tuple[Stage, GapStage]]) -> list[Judgement]:
+def _rinsed(evidence: Evidence, gap: GapResult, rinses: list[tuple[Stage, GapStage]]) -> list[Judgement]:
     """R10 and R11: whether the wash is diluted away."""
-    limits = case.parameters.limits
+    limits = evidence.parameters.limits
     once = sum(at.exchanges for _, at in rinses)
     done = sum(stage.repeats * at.exchanges for stage, at in rinses)
     number = Number("exchanges in rinsing", done, "", limits.exchanges)
@@ -296,7 +298,7 @@ def _rinsed(case: Case, gap: GapResult, rinses: list[tuple[Stage, GapStage]]) ->
                 because=because,
                 advice=advice,
                 stage=rinses[-1][0].made_by,
-                where=case.place,
+                where=evidence.place,
             )
         )
     if limits.ionic_ug_cm2 is not None and gap.ionic_ug_cm2 > limits.ionic_ug_cm2:
@@ -311,15 +313,15 @@ def _rinsed(case: Case, gap: GapResult, rinses: list[tuple[Stage, GapStage]]) ->
                 numbers=(ionic,),
                 because=because,
                 advice="Rinse more.",
-                where=case.place,
+                where=evidence.place,
             )
         )
     return found
 
 
-def _dried(case: Case, gap: GapResult) -> list[Judgement]:
+def _dried(evidence: Evidence, gap: GapResult) -> list[Judgement]:
     """R12: water that blow-off leaves, without a bake that takes it."""
-    drying = case.parameters.drying
+    drying = evidence.parameters.drying
     if gap.blow_off_um is None or 1000.0 * gap.gap_height_mm >= gap.blow_off_um:
         return []
     if drying.bake_c is not None and gap.dry_s is not None and gap.dry_s <= 60.0 * drying.bake_min:
@@ -330,5 +332,7 @@ def _dried(case: Case, gap: GapResult) -> list[Judgement]:
     because = f"Drying blows clear {clears}; this one is {standoff:.0f} µm high."
     advice = "Blow from nearer or slower, or bake the board afterwards (drying.bake_c)."
     return [
-        Judgement(rule=WET_GAP, verdict="marginal", numbers=numbers, because=because, advice=advice, where=case.place)
+        Judgement(
+            rule=WET_GAP, verdict="marginal", numbers=numbers, because=because, advice=advice, where=evidence.place
+        )
     ]

@@ -3,7 +3,7 @@
 from math import ceil
 
 from cleaning.process.stages import Stage
-from cleaning.verdicts.evidence import Case, Reach
+from cleaning.verdicts.evidence import Evidence, Reach
 from cleaning.verdicts.results import ExposedPart, Judgement, Number
 from cleaning.verdicts.rounding import two_digits
 from cleaning.verdicts.rules import DAMAGE_RISK, MISSED, MODEL_LIMIT, PROCESS_WINDOW, UNDER_EXPOSED, Verdict
@@ -17,54 +17,54 @@ _NOTHING = 0.01
 """Below this share of a limit the digits of a volume mean nothing, and going slower does not help."""
 
 
-def not_sprayed(case: Case) -> Judgement:
+def not_sprayed(evidence: Evidence) -> Judgement:
     """R1 for a side that no liquid reaches."""
-    because = f"No step sprays liquid on the {case.side} side."
-    advice = f"Add a step to the sequence that sprays a liquid, with side: {case.side}."
+    because = f"No step sprays liquid on the {evidence.side} side."
+    advice = f"Add a step to the sequence that sprays a liquid, with side: {evidence.side}."
     return Judgement(
-        rule=MISSED, variant="not sprayed", verdict="dirty", because=because, advice=advice, where=case.place
+        rule=MISSED, variant="not sprayed", verdict="dirty", because=because, advice=advice, where=evidence.place
     )
 
 
-def judge_reach(case: Case, reach: Reach) -> list[Judgement]:
+def judge_reach(evidence: Evidence, reach: Reach) -> list[Judgement]:
     """R1 and R2: exposed surfaces that are missed, or get too little. A component that shows nothing has none."""
     exposed = reach.exposed
     if exposed.area_mm2 == 0:
         return []
-    missed = _missed(case, reach)
-    return missed if exposed.missed_share > _MANY else [*missed, _amount(case, reach)]
+    missed = _missed(evidence, reach)
+    return missed if exposed.missed_share > _MANY else [*missed, _amount(evidence, reach)]
 
 
-def _missed(case: Case, reach: Reach) -> list[Judgement]:
+def _missed(evidence: Evidence, reach: Reach) -> list[Judgement]:
     if reach.exposed.missed_share <= _FEW:
         return []
     share = Number("missed", 100.0 * reach.exposed.missed_share, "%", 100.0 * _FEW)
     because = f"{share.value:.1f} % of its exposed surface is never hit in {reach.functions}"
-    because += f"; {_blocker(case)} stands in the way." if case.occluder else "."
+    because += f"; {_blocker(evidence)} stands in the way." if evidence.occluder else "."
     advice = "Spray it from another side or tilt, or add a perimeter pass around it."
     verdict: Verdict = "dirty" if reach.exposed.missed_share > _MANY else "marginal"
     return [
         Judgement(
             rule=MISSED,
-            variant="shadowed" if case.occluder else "",
+            variant="shadowed" if evidence.occluder else "",
             verdict=verdict,
             numbers=(share,),
             because=because,
             advice=advice,
             stage=reach.made_by,
-            where=case.place,
+            where=evidence.place,
         )
     ]
 
 
-def _blocker(case: Case) -> str:
-    if case.occluder == case.component:
-        return "its own body" if case.component != "board" else "the board itself"
-    return "the board" if case.occluder == "board" else case.occluder
+def _blocker(evidence: Evidence) -> str:
+    if evidence.occluder == evidence.component:
+        return "its own body" if evidence.component != "board" else "the board itself"
+    return "the board" if evidence.occluder == "board" else evidence.occluder
 
 
-def _amount(case: Case, reach: Reach) -> Judgement:
-    limits, (least, low, _) = case.parameters.limits, reach.exposed.volume_mm
+def _amount(evidence: Evidence, reach: Reach) -> Judgement:
+    limits, (least, low, _) = evidence.parameters.limits, reach.exposed.volume_mm
     limit = limits.wash_volume_mm if reach.use == "wash" else limits.rinse_volume_mm
     numbers = [Number("volume, 5th percentile", low, "mm", limit), Number("volume, least", least, "mm")]
     share = low / limit
@@ -91,7 +91,7 @@ def _amount(case: Case, reach: Reach) -> Judgement:
         because=because,
         advice="" if verdict == "clean" else _more(low / limit),
         stage=reach.made_by,
-        where=case.place,
+        where=evidence.place,
     )
 
 
@@ -102,10 +102,10 @@ def _more(share: float) -> str:
     return "Go slower or nearer, or add a pass."
 
 
-def judge_load(case: Case, stage: Stage, exposed: ExposedPart) -> list[Judgement]:
+def judge_load(evidence: Evidence, stage: Stage, exposed: ExposedPart) -> list[Judgement]:
     """R3 and R13: what the component itself bears."""
     found: list[Judgement] = []
-    bears, window = case.override.most_kpa, case.override.window_c
+    bears, window = evidence.override.most_kpa, evidence.override.window_c
     if bears is not None and exposed.peak_pa > 1000.0 * bears:
         peak = Number("peak pressure", exposed.peak_pa / 1000.0, "kPa", bears)
         because = f"{stage.function} presses with {two_digits(peak.value)} kPa on it; it bears {bears:g} kPa."
@@ -118,7 +118,7 @@ def judge_load(case: Case, stage: Stage, exposed: ExposedPart) -> list[Judgement
                 because=because,
                 advice=advice,
                 stage=stage.made_by,
-                where=case.place,
+                where=evidence.place,
             )
         )
     if window is not None and not window[0] <= stage.temperature_c <= window[1]:
@@ -133,13 +133,15 @@ def judge_load(case: Case, stage: Stage, exposed: ExposedPart) -> list[Judgement
                 because=because,
                 advice=advice,
                 stage=stage.made_by,
-                where=case.place,
+                where=evidence.place,
             )
         )
     return found
 
 
-def not_judged(case: Case) -> Judgement:
+def not_judged(evidence: Evidence) -> Judgement:
     """R14 for a component that shows nothing and has no gap that is known."""
     because = "It shows no surface that spray can reach, and no gap under it is known."
-    return Judgement(rule=MODEL_LIMIT, verdict="no verdict", because=because, advice="Inspect it.", where=case.place)
+    return Judgement(
+        rule=MODEL_LIMIT, verdict="no verdict", because=because, advice="Inspect it.", where=evidence.place
+    )

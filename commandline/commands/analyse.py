@@ -169,11 +169,11 @@ def _analyse(
         typer.echo(f"warning: {each.message}", err=True)
     loaded = load_parameters(parameters)
     with progress_bar() as progress:
-        subject = prepare(board, loaded, subprogress(progress, 0.0, 0.2))
-        report = analyse_on(subject, program, recipe, effort, subprogress(progress, 0.2, 1.0))
+        prepared = prepare(board, loaded, subprogress(progress, 0.0, 0.2))
+        report = analyse_on(prepared, program, recipe, effort, subprogress(progress, 0.2, 1.0))
         if names:
             progress("verifying", 1.0)
-        verified = verify(report, subject, names)
+        verified = verify(report, prepared, names)
     return state_used(report, differences), verified
 
 

@@ -110,7 +110,7 @@ def gap(
     [dim]washboard calibrate gap coupons.csv --date 2026-11-21 -o our-line.yaml --picture coupons.png[/dim]
     """
     with job_errors():
-        from cleaning.calibration.coupon import Bench
+        from cleaning.calibration.coupon import CouponSetup
         from cleaning.calibration.fit_kinetics import calibrate_gap
         from cleaning.calibration.fitted_parameters import calibrated_set
         from cleaning.calibration.nozzle_yaml import choose_nozzle
@@ -120,8 +120,8 @@ def gap(
 
         _check(data, recipe, output, picture, parameters)
         known = load_parameters(parameters)
-        bench = Bench(choose_nozzle(recipe, nozzle)[1], choose_solution(known, solution), known)
-        fit = calibrate_gap(data, bench)
+        setup = CouponSetup(choose_nozzle(recipe, nozzle)[1], choose_solution(known, solution), known)
+        fit = calibrate_gap(data, setup)
         text = calibrated_set(fit, parameters, output or Path("calibrated.yaml"), date)
         drawn = b""
         if picture is not None:

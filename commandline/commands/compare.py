@@ -125,10 +125,10 @@ def _carry_out(
             _carry(one, board, subprogress(progress, 0.1, 0.2)),
             _carry(other, board, subprogress(progress, 0.2, 0.3)),
         )
-        subject = prepare(board, known, subprogress(progress, 0.3, 0.4))
+        prepared = prepare(board, known, subprogress(progress, 0.3, 0.4))
         spans = (subprogress(progress, 0.4, 0.7), subprogress(progress, 0.7, 1.0))
         return [
-            (each, analyse_on(subject, each.program, each.recipe, effort, span))
+            (each, analyse_on(prepared, each.program, each.recipe, effort, span))
             for each, span in zip(carried, spans, strict=True)
         ]
 

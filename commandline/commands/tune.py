@@ -139,8 +139,8 @@ def _tune(source: tuple[str, Path | None], recipe: tuple[Path, str], parameters:
     known = load_parameters(parameters)
     with progress_bar() as progress:
         board = load_board(Path(source[0]), source[1], subprogress(progress, 0.0, 0.05))
-        subject = prepare(board, known, subprogress(progress, 0.05, 0.1))
-        bench = Bench(recipe[0], subject, asked.goal, asked.analyses)
+        prepared = prepare(board, known, subprogress(progress, 0.05, 0.1))
+        bench = Bench(recipe[0], prepared, asked.goal, asked.analyses)
 
         def report(what: str, done: float) -> None:
             progress(f"{what} ({bench.used} of {bench.most} analyses)", 0.1 + 0.9 * done)

@@ -57,15 +57,15 @@ def print_gap(console: Console, fit: GapFit) -> None:
     measurements = fit.coupons.measurements
     _print_source(console, measurements, f"rms {fit.rms:.3g} of the cleaned fraction")
     table = _table("", ">fitted", ">95 %", ">before", "")
-    before = fit.coupons.bench.parameters
+    before = fit.coupons.setup.parameters
     for name in FITTED:
         block, _, key = name.partition(".")
         known = f"{getattr(before.soil if block == 'soil' else before.film, key):g}"
         if name in fit.estimates:
             _row(table, name, fit.estimates[name], known, "")
             continue
-        untold = fit.untold[name]
-        table.add_row(name, "not told", _bounds(untold.low, untold.high), known, "stays as it was")
+        undetermined = fit.undetermined[name]
+        table.add_row(name, "not told", _bounds(undetermined.low, undetermined.high), known, "stays as it was")
     console.print(table)
     if measurements.synthetic:
         console.print("The table is marked as synthetic: verdicts keep their grade.")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cleaning.analyse import analyse_on
-from cleaning.prepared_board import Subject
+from cleaning.prepared_board import PreparedBoard
 from cleaning.verdicts.results import CleaningReport
 from cleaning.verdicts.rules import Rule
 from recipes.load import parse_recipe
@@ -52,7 +52,7 @@ class Here:
     text: str
     run: Run
     report: CleaningReport
-    subject: Subject
+    prepared: PreparedBoard
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +99,7 @@ def predict(suggestion: Suggestion, here: Here, goal: Goal = "clean", progress: 
     """
     text = apply_edits(here.text, here.file, suggestion.edits)
     planned = run(parse_recipe(text, file=here.file), here.run.board, subprogress(progress, 0.0, 0.3), before=here.run)
-    report = analyse_on(here.subject, planned.program, planned.recipe, "fast", subprogress(progress, 0.3, 1.0))
+    report = analyse_on(here.prepared, planned.program, planned.recipe, "fast", subprogress(progress, 0.3, 1.0))
     before, after = outcome_of(here.run, here.report, goal), outcome_of(planned, report, goal, text)
     mended = all(want.component != suggestion.component for want in after.wants)
     return Effect(text, figures_of(before), figures_of(after), mended)

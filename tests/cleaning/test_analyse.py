@@ -21,10 +21,10 @@ from analysed import (
     board_of,
     bodies_of,
     parts_of,
+    prepared_of,
     recipe_of,
     report_of,
     rules_of,
-    subject_of,
     usual,
 )
 from hostile import at, body
@@ -173,7 +173,7 @@ def test_two_washes_add_up():
 @pytest.mark.parametrize(("side", "dry"), [("top", "C2"), ("bottom", "U1")])
 def test_a_side_that_is_not_sprayed_is_said_to_be(side, dry):
     step = WASH.replace("}", f", side: {side}}}")
-    parts = parts_of(report_of(recipe_of(step), subject_of(("U1", "C2"), ("C2",))))
+    parts = parts_of(report_of(recipe_of(step), prepared_of(("U1", "C2"), ("C2",))))
     (other,) = set(parts) - {dry}
     assert rules_of(parts[dry]) == {("R1", "not sprayed")}
     assert parts[dry].verdict == "dirty"
@@ -184,8 +184,8 @@ def test_a_side_that_is_not_sprayed_is_said_to_be(side, dry):
 
 
 def test_parts_on_the_other_side_change_nothing():
-    alone = report_of(recipe_of(WASH), subject_of(("U1",)))
-    both = report_of(recipe_of(WASH), subject_of(("U1", "C2"), ("C2",)))
+    alone = report_of(recipe_of(WASH), prepared_of(("U1",)))
+    both = report_of(recipe_of(WASH), prepared_of(("U1", "C2"), ("C2",)))
     one, other = alone.parts[0], parts_of(both)["U1"]
     assert volume(other) == pytest.approx(volume(one), rel=1e-6)
     for gap, found in zip(one.gaps, other.gaps, strict=True):
@@ -222,7 +222,7 @@ def test_a_wash_that_is_never_rinsed_is_told():
 def test_a_board_without_parts_has_its_surface_judged():
     step = "{function: clean, nozzle: ring60, paths: [spot]}"
     line = "templates: {spot: {path: straight_line, from: [-40, 18], to: [90, 18], height_mm: 50, speed_mm_s: 5}}"
-    report = report_of(recipe_of(step, change=line), subject_of(()))
+    report = report_of(recipe_of(step, change=line), prepared_of(()))
     assert report.parts == ()
     assert rules_of(report.bare) >= {("R1", "missed")}
     # From above the middle line everything sprays outwards, so that only the walls along it are never hit.
@@ -244,7 +244,7 @@ def test_a_part_without_a_known_gap_is_judged_by_its_surface():
 def test_a_wall_beside_a_part_never_makes_it_cleaner(place, height):
     recipe = recipe_of(WASH)
     program = run(recipe, board_of("U1")).program
-    free = analyse_on(subject_of(("U1",)), program, recipe, "sketch")
+    free = analyse_on(prepared_of(("U1",)), program, recipe, "sketch")
     wall = body("W1", "component", at(*place), 0.0, height, package="Shield", pins=2, side="top")
     walled = prepare(understand(bodies_of("U1", more=(wall,)), "small"), PARAMETERS, lambda *_: None)
     behind = analyse_on(walled, program, recipe, "sketch")
@@ -267,7 +267,7 @@ def test_an_unknown_solution_is_taken_for_a_known_one_and_said():
 def test_a_program_of_another_recipe_is_refused_in_one_sentence():
     program = run(recipe_of(WASH), board_of("U1")).program
     with pytest.raises(CleaningError, match=r"uses function clean, which the recipe rinse-only does not have") as told:
-        analyse_on(subject_of(("U1",)), program, load_recipe("rinse-only"), "sketch")
+        analyse_on(prepared_of(("U1",)), program, load_recipe("rinse-only"), "sketch")
     assert "\n" not in str(told.value)
 
 
@@ -278,7 +278,7 @@ def test_a_program_that_never_sprays_is_refused():
         program, instructions=tuple(each for each in program.instructions if not isinstance(each, SetNozzle))
     )
     with pytest.raises(CleaningError, match="never sprays"):
-        analyse_on(subject_of(("U1",)), silent, recipe, "sketch")
+        analyse_on(prepared_of(("U1",)), silent, recipe, "sketch")
 
 
 @pytest.mark.slow

@@ -3,7 +3,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from analysed import PARAMETERS, bodies_of, subject_of
+from analysed import PARAMETERS, bodies_of, prepared_of
 from hostile import at, body
 from small_sprays import downward, samples_of, sprayed, stage_of
 
@@ -15,10 +15,10 @@ from cleaning.prepared_board import prepare
 from cleaning.undersides_of_board import gaps_of
 
 LINES = np.array([[x, y, 45.0] for y in (0.0, 12.0, 24.0, 36.0) for x in range(-40, 90, 2)])
-BOTH = subject_of(("U1", "J1", "C2"), ("C2",))
+BOTH = prepared_of(("U1", "J1", "C2"), ("C2",))
 
 
-def spraying(subject, use="wash", up=1.0, tcp=LINES, axes=None, **samples):
+def spraying(prepared, use="wash", up=1.0, tcp=LINES, axes=None, **samples):
     """A stage from one side and what it leaves."""
     flip = np.diag([1.0, up, up])
     axes = downward() if axes is None else axes
@@ -26,7 +26,7 @@ def spraying(subject, use="wash", up=1.0, tcp=LINES, axes=None, **samples):
     taken = samples_of(tcp * [1, 1, up] + [0, 0, height], flip @ axes, seconds=0.5, **samples)
     stage = stage_of(taken, use=use)
     jet = sprayed(stage)
-    return Sprayed(stage, jet, expose(stage, jet, subject.facets, subject.scene, 3000))
+    return Sprayed(stage, jet, expose(stage, jet, prepared.facets, prepared.scene, 3000))
 
 
 @cache
@@ -35,9 +35,9 @@ def both_sides():
     return (spraying(BOTH), spraying(BOTH, up=-1.0), spraying(BOTH, "rinse"), spraying(BOTH, "dry"))
 
 
-def judged(row, subject=BOTH, by=None):
+def judged(row, prepared=BOTH, by=None):
     by = both_sides() if by is None else by
-    return component_part(row, subject, by, gaps_of(subject, by, lambda *_: None).get(row))
+    return component_part(row, prepared, by, gaps_of(prepared, by, lambda *_: None).get(row))
 
 
 @pytest.mark.parametrize(("row", "name", "acts"), [(0, "U1", [1, 0, 1, 1]), (2, "C2", [0, 1, 0, 0])])
@@ -91,23 +91,23 @@ def test_shares_are_of_all_stages_together():
 
 def test_what_stands_in_the_way_is_named():
     wall = body("W1", "component", at(9, 14, 1, 9), 0.0, 25.0, package="Shield", pins=2, side="top")
-    subject = prepare(understand(bodies_of("U1", more=(wall,)), "small"), PARAMETERS, lambda *_: None)
+    prepared = prepare(understand(bodies_of("U1", more=(wall,)), "small"), PARAMETERS, lambda *_: None)
     from_left = np.array([[-25.0, y, 30.0] for y in range(10, 28)])
-    by = (spraying(subject, tcp=from_left, axes=downward(55.0, 0.0)),)
-    shadowed = next(each for each in judged(0, subject, by).judgements if each.rule.id == "R1")
+    by = (spraying(prepared, tcp=from_left, axes=downward(55.0, 0.0)),)
+    shadowed = next(each for each in judged(0, prepared, by).judgements if each.rule.id == "R1")
     assert shadowed.name == "shadowed"
     assert "W1 stands in the way" in shadowed.because
-    free = (spraying(subject, tcp=from_left + np.array([90, 0, 0]), axes=downward(55.0, 180.0)),)
-    assert not any("W1" in each.because for each in judged(0, subject, free).judgements)
+    free = (spraying(prepared, tcp=from_left + np.array([90, 0, 0]), axes=downward(55.0, 180.0)),)
+    assert not any("W1" in each.because for each in judged(0, prepared, free).judgements)
 
 
 def test_the_bare_board_is_judged_on_the_sides_that_are_sprayed_and_without_fixtures():
     clamp = body("F1", "fixture", at(-6, 10, 8, 10), -3.0, 6.0)
     clamped = prepare(understand(bodies_of("U1", more=(clamp,)), "small"), PARAMETERS, lambda *_: None)
-    free = subject_of(("U1",))
+    free = prepared_of(("U1",))
     areas = {
-        name: bare_part(subject, [spraying(subject)]).exposed[0].area_mm2
-        for name, subject in (("clamped", clamped), ("free", free))
+        name: bare_part(prepared, [spraying(prepared)]).exposed[0].area_mm2
+        for name, prepared in (("clamped", clamped), ("free", free))
     }
     assert areas["clamped"] < areas["free"] <= 48 * 36 + 2 * (48 + 36) * 1.6
     top, turned, *_ = bare_part(BOTH, both_sides()).exposed
@@ -118,8 +118,8 @@ def test_the_bare_board_is_judged_on_the_sides_that_are_sprayed_and_without_fixt
 
 def test_a_part_that_bears_little_is_at_risk():
     known = PARAMETERS.model_copy(update={"parts": [PartOverride(match=["U1"], most_kpa=0.05)]})
-    subject = replace(BOTH, parameters=known, overrides=(known.parts[0], *BOTH.overrides[1:]))
-    part = judged(0, subject)
+    prepared = replace(BOTH, parameters=known, overrides=(known.parts[0], *BOTH.overrides[1:]))
+    part = judged(0, prepared)
     assert (part.verdict, part.judgements[0].rule.id) == ("dirty", "R3")
     assert part.judgements[0].numbers[0].value > 0.05
     assert judged(0).judgements[0].rule.id != "R3"

@@ -2,7 +2,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from analysed import PARAMETERS, board_of, bodies_of, subject_of
+from analysed import PARAMETERS, board_of, bodies_of, prepared_of
 from hostile import at, body
 
 from boards.undersides.underside import undersides_of
@@ -24,21 +24,21 @@ def chip(name, x, y, width=2.0, depth=1.25, side="top"):
 
 
 def test_only_parts_over_a_thin_gap_have_edges_and_fields():
-    subject = subject_of()
-    assert [each.component for each in subject.undersides] == ["U1", "C1"]
-    assert subject.rows == (0, 1)
-    assert subject.edges.middles.shape == (2, SEGMENTS, 3)
-    for underside, fields in zip(subject.undersides, subject.fields, strict=True):
+    prepared = prepared_of()
+    assert [each.component for each in prepared.undersides] == ["U1", "C1"]
+    assert prepared.rows == (0, 1)
+    assert prepared.edges.middles.shape == (2, SEGMENTS, 3)
+    for underside, fields in zip(prepared.undersides, prepared.fields, strict=True):
         assert len(fields) == len(underside.cases)
         assert fields[0].length_m == pytest.approx(1e-3 * underside.length_mm, abs=1e-6)
-    assert len(subject.overrides) == 3
-    assert subject.facets.component.max() == 2
+    assert len(prepared.overrides) == 3
+    assert prepared.facets.component.max() == 2
 
 
 def test_rows_point_into_the_components_of_the_board():
-    subject = ready(board_of("J1", "C1", "U1"))
-    names = [component.name for component in subject.board.components]
-    assert [names[row] for row in subject.rows] == [each.component for each in subject.undersides] == ["C1", "U1"]
+    prepared = ready(board_of("J1", "C1", "U1"))
+    names = [component.name for component in prepared.board.components]
+    assert [names[row] for row in prepared.rows] == [each.component for each in prepared.undersides] == ["C1", "U1"]
 
 
 def test_alike_gaps_are_solved_once_wherever_and_however_they_lie():
@@ -60,8 +60,8 @@ def test_other_sizes_are_solved_anew():
 @pytest.mark.parametrize("pattern", ["U1", "U*", "QFN-16*"])
 def test_what_is_known_of_a_part_is_found_by_its_name_or_package(pattern):
     known, later = PartOverride(match=[pattern], most_kpa=2.0), PartOverride(match=["*"], most_kpa=9.0)
-    subject = ready(board_of("U1", "C1"), known, later)
-    assert subject.overrides == (known, later)
+    prepared = ready(board_of("U1", "C1"), known, later)
+    assert prepared.overrides == (known, later)
 
 
 def test_nothing_is_known_of_what_nothing_matches():
@@ -73,13 +73,13 @@ def test_nothing_is_known_of_what_nothing_matches():
 
 @pytest.mark.parametrize(("stated", "wanted"), [((30.0, 80.0), [0.03, 0.08]), ((40.0, 40.0), [0.04])])
 def test_a_stated_standoff_counts_and_the_lower_bound_comes_first(stated, wanted):
-    subject = ready(board_of("U1", "C1"), PartOverride(match=["C1"], standoff_um=stated))
-    under, free = subject.undersides[1], undersides_of(subject.board)[1]
+    prepared = ready(board_of("U1", "C1"), PartOverride(match=["C1"], standoff_um=stated))
+    under, free = prepared.undersides[1], undersides_of(prepared.board)[1]
     assert [case.gap_height_mm for case in under.cases] == pytest.approx(wanted)
     assert under.gap_height_source == "stated in the parameter set"
     assert under.cases[0].joints == free.cases[0].joints
-    assert [1e3 * field.height_m for field in subject.fields[1]] == pytest.approx(wanted)
-    assert subject.undersides[0].gap_height_source != under.gap_height_source
+    assert [1e3 * field.height_m for field in prepared.fields[1]] == pytest.approx(wanted)
+    assert prepared.undersides[0].gap_height_source != under.gap_height_source
 
 
 def test_a_stated_standoff_leaves_the_bounds_of_unknown_joints():
@@ -102,7 +102,7 @@ def test_progress_goes_from_nothing_to_all():
 
 
 def test_a_bare_board_has_facets_and_nothing_beneath():
-    subject = subject_of(())
-    assert (subject.undersides, subject.rows, subject.fields, subject.overrides) == ((), (), (), ())
-    assert subject.edges.middles.shape == (0, SEGMENTS, 3)
-    assert np.all(subject.facets.component == -1)
+    prepared = prepared_of(())
+    assert (prepared.undersides, prepared.rows, prepared.fields, prepared.overrides) == ((), (), (), ())
+    assert prepared.edges.middles.shape == (0, SEGMENTS, 3)
+    assert np.all(prepared.facets.component == -1)

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from analysed import PARAMETERS, board_of, subject_of, with_parameters
+from analysed import PARAMETERS, board_of, prepared_of, with_parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
@@ -27,13 +27,13 @@ LINE = samples_of([[x, 20.0, 45.0] for x in range(-10, 45, 5)], downward(20.0, 3
 WASH = stage_of(LINE)
 
 
-def residue(stage=WASH, subject=None):
+def residue(stage=WASH, prepared=None):
     """Share that is left under U1 in its harder case."""
-    return under(stage, subject).residue
+    return under(stage, prepared).residue
 
 
-def under(stage=WASH, subject=None):
-    return gaps_of(subject or subject_of(("U1",)), [Sprayed(stage, sprayed(stage), None)], _say_nothing)[0].gaps[0]
+def under(stage=WASH, prepared=None):
+    return gaps_of(prepared or prepared_of(("U1",)), [Sprayed(stage, sprayed(stage), None)], _say_nothing)[0].gaps[0]
 
 
 def _say_nothing(*_):
@@ -135,7 +135,7 @@ def test_warmth_counts_for_more_than_standoff_through_the_whole_gap():
     ],
 )
 def test_what_helps_never_leaves_more(block, key, values):
-    found = [residue(subject=with_parameters(subject_of(("U1",)), **{block: {key: value}})) for value in values]
+    found = [residue(prepared=with_parameters(prepared_of(("U1",)), **{block: {key: value}})) for value in values]
     assert all(before >= after for before, after in pairwise(found))
     assert found[0] > found[-1]
 

@@ -4,7 +4,7 @@ from math import log
 
 import numpy as np
 import pytest
-from analysed import PARAMETERS, board_of, subject_of
+from analysed import PARAMETERS, board_of, prepared_of
 from small_sprays import downward, samples_of, sprayed, stage_of
 
 from cleaning.judge_component import Sprayed
@@ -22,15 +22,15 @@ def by(stage):
     return Sprayed(stage, sprayed(stage), None)
 
 
-def gaps(*sprayed_by, subject=None):
-    return gaps_of(subject or subject_of(), sprayed_by, lambda *_: None)
+def gaps(*sprayed_by, prepared=None):
+    return gaps_of(prepared or prepared_of(), sprayed_by, lambda *_: None)
 
 
 def test_each_part_with_a_gap_is_followed_through_every_stage_in_each_of_its_cases():
     found = gaps(by(WASH), by(RINSE))
     assert list(found) == [0, 1]
     for row, beneath in found.items():
-        assert beneath.underside.component == subject_of().board.components[row].name
+        assert beneath.underside.component == prepared_of().board.components[row].name
         assert [gap.gap_height_mm for gap in beneath.gaps] == [case.gap_height_mm for case in beneath.underside.cases]
         for gap in beneath.gaps:
             assert all(act is not None and act.entered for act in gap.stages)
@@ -39,9 +39,9 @@ def test_each_part_with_a_gap_is_followed_through_every_stage_in_each_of_its_cas
 
 
 def test_gaps_are_found_by_the_place_of_their_part_on_the_board():
-    subject = subject_of(("J1", "C1", "U1"))
-    found = gaps(by(WASH), subject=subject)
-    names = [component.name for component in subject.board.components]
+    prepared = prepared_of(("J1", "C1", "U1"))
+    found = gaps(by(WASH), prepared=prepared)
+    names = [component.name for component in prepared.board.components]
     assert {names[row]: beneath.underside.component for row, beneath in found.items()} == {"C1": "C1", "U1": "U1"}
 
 
@@ -74,8 +74,8 @@ def test_more_time_leaves_less():
 
 
 def test_a_stage_on_the_other_side_does_not_act():
-    subject = subject_of(("U1", "C2"), ("C2",))
-    found = gaps(by(WASH), subject=subject)
+    prepared = prepared_of(("U1", "C2"), ("C2",))
+    found = gaps(by(WASH), prepared=prepared)
     assert found[0].gaps[0].residue < 1
     assert all(gap.stages == (None,) and gap.residue == 1.0 for gap in found[1].gaps)
     assert not any(found[1].elasticity.values())
@@ -83,16 +83,16 @@ def test_a_stage_on_the_other_side_does_not_act():
 
 def test_stated_venting_leaves_less_in_the_gap():
     vented = PARAMETERS.model_copy(update={"parts": [PartOverride(match=["U1"], paste_factor=0.5)]})
-    subject = prepare(board_of("U1", "C1", "J1"), vented, lambda *_: None)
-    usual, found = gaps(by(WASH)), gaps(by(WASH), subject=subject)
+    prepared = prepare(board_of("U1", "C1", "J1"), vented, lambda *_: None)
+    usual, found = gaps(by(WASH)), gaps(by(WASH), prepared=prepared)
     assert found[0].gaps[0].fill == pytest.approx(0.5 * usual[0].gaps[0].fill)
     assert found[1].gaps[0].fill == usual[1].gaps[0].fill
 
 
 def test_progress_goes_on_and_nothing_beneath_is_no_trouble():
     told = []
-    gaps_of(subject_of(), [by(WASH)], lambda _, done: told.append(done))
+    gaps_of(prepared_of(), [by(WASH)], lambda _, done: told.append(done))
     assert told[0] == 0.0
     assert all(before <= after for before, after in pairwise(told))
     assert told[-1] <= 1.0
-    assert gaps(by(WASH), subject=subject_of(())) == {}
+    assert gaps(by(WASH), prepared=prepared_of(())) == {}

@@ -6,15 +6,15 @@ from cleaning_report import small_report
 
 from cleaning import verify as module
 from cleaning.errors import CleaningError
-from cleaning.exposure.exact import Gathered
-from cleaning.prepared_board import Subject
+from cleaning.exposure.exact import ExactExposure
+from cleaning.prepared_board import PreparedBoard
 from cleaning.verify import check_names, verify
 
 
-def subject() -> Subject:
+def prepared() -> PreparedBoard:
     report = small_report()
     nothing = np.zeros(0)
-    return Subject(
+    return PreparedBoard(
         board=report.board, parameters=report.parameters, scene=nothing, facets=report.facets, cells=(), overrides=(),
         undersides=(), rows=(), edges=nothing, fields=(),
     )  # fmt: skip
@@ -23,13 +23,13 @@ def subject() -> Subject:
 def twice_the_rays(stage, _jet, _facets, _scene, cells):
     report = small_report()
     volume = 2 * report.exposures[[each.made_by for each in report.stages].index(stage.made_by)].volume_mm[cells]
-    return Gathered(cells, *(volume,) * 6)
+    return ExactExposure(cells, *(volume,) * 6)
 
 
 def test_both_ways_are_told_for_each_stage_that_sprays_a_liquid(monkeypatch):
-    monkeypatch.setattr(module, "gather", twice_the_rays)
+    monkeypatch.setattr(module, "exact_exposure", twice_the_rays)
     report = small_report()
-    told = verify(report, subject(), ["U1", "C1", "U1"])
+    told = verify(report, prepared(), ["U1", "C1", "U1"])
     assert [(each.component, each.function) for each in told] == [
         ("U1", "clean"), ("U1", "rinse"), ("C1", "clean"), ("C1", "rinse"),
     ]  # fmt: skip
@@ -37,16 +37,16 @@ def test_both_ways_are_told_for_each_stage_that_sprays_a_liquid(monkeypatch):
         assert each.exact_mm == pytest.approx(2 * each.rays_mm)
         assert 0 < each.rays_mm <= each.worst_mm
     dry = replace(report, stages=(report.stages[0], replace(report.stages[1], use="dry")))
-    assert [each.function for each in verify(dry, subject(), ["U1"])] == ["clean"]
+    assert [each.function for each in verify(dry, prepared(), ["U1"])] == ["clean"]
 
 
 def test_the_mean_is_by_area_of_what_is_exposed(monkeypatch):
-    monkeypatch.setattr(module, "gather", twice_the_rays)
+    monkeypatch.setattr(module, "exact_exposure", twice_the_rays)
     report = small_report()
     facets = report.facets
     cells = (facets.cell_component == 0) & facets.cell_exposed
     wanted = np.average(report.exposures[0].volume_mm[cells], weights=facets.cell_areas_mm2[cells])
-    assert verify(report, subject(), ["U1"])[0].rays_mm == pytest.approx(wanted)
+    assert verify(report, prepared(), ["U1"])[0].rays_mm == pytest.approx(wanted)
 
 
 def test_an_unknown_component_is_refused_with_one_like_it():
@@ -55,8 +55,8 @@ def test_an_unknown_component_is_refused_with_one_like_it():
 
 
 def test_what_faces_the_other_side_is_not_looked_at_as_it_is_not_judged(monkeypatch):
-    monkeypatch.setattr(module, "gather", twice_the_rays)
-    report, before = small_report(), subject()
+    monkeypatch.setattr(module, "exact_exposure", twice_the_rays)
+    report, before = small_report(), prepared()
     normals = report.facets.cell_normals.copy()
     mine = np.flatnonzero((report.facets.cell_component == 0) & report.facets.cell_exposed & (normals[:, 2] > 0.9))
     normals[mine[0]] = (0.0, 0.0, -1.0)

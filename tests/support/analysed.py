@@ -47,15 +47,15 @@ def recipe_of(*steps, change=""):
 
 
 @cache
-def subject_of(names=("U1", "C1", "J1"), bottom=()):
+def prepared_of(names=("U1", "C1", "J1"), bottom=()):
     """A board made ready, once."""
     return prepare(board_of(*names, bottom=bottom), PARAMETERS, lambda *_: None)
 
 
-def report_of(recipe, subject=None, effort="sketch"):
+def report_of(recipe, prepared=None, effort="sketch"):
     """Plan a recipe on a board that was made ready, and analyse it."""
-    subject = subject or subject_of()
-    return analyse_on(subject, run(recipe, subject.board).program, recipe, effort)
+    prepared = prepared or prepared_of()
+    return analyse_on(prepared, run(recipe, prepared.board).program, recipe, effort)
 
 
 @cache
@@ -72,8 +72,8 @@ def rules_of(part):
     return {(each.rule.id, each.name) for each in part.judgements}
 
 
-def with_parameters(subject, **blocks):
+def with_parameters(prepared, **blocks):
     """A subject whose parameters are changed, block by block."""
-    known = subject.parameters
+    known = prepared.parameters
     changed = {name: getattr(known, name).model_copy(update=values) for name, values in blocks.items()}
-    return replace(subject, parameters=known.model_copy(update=changed))
+    return replace(prepared, parameters=known.model_copy(update=changed))

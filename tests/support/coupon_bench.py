@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 from made_up import PLAN, coupon_table, written
 
-from cleaning.calibration.coupon import Bench, read_coupons
+from cleaning.calibration.coupon import CouponSetup, read_coupons
 from cleaning.parameters.load import load_parameters
 from recipes.load import load_recipe
 
 PARAMETERS = load_parameters()
-BENCH = Bench(load_recipe("smt-aqueous").nozzles["ring60"], PARAMETERS.liquids["saponifier-15"], PARAMETERS)
+BENCH = CouponSetup(load_recipe("smt-aqueous").nozzles["ring60"], PARAMETERS.liquids["saponifier-15"], PARAMETERS)
 TRUTH = {"k1_per_s": 0.008, "activation_kj_mol": 42.0, "k_m_per_s": 0.03}
 
 

@@ -10,7 +10,7 @@ from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import PartOverride
 from cleaning.process.stages import Samples, Stage
 from cleaning.undersides.gap_result import GapResult, GapStage
-from cleaning.verdicts.evidence import Case, Reach
+from cleaning.verdicts.evidence import Evidence, Reach
 from cleaning.verdicts.results import ExposedPart
 from recipes.nozzles import HollowCone
 
@@ -59,10 +59,10 @@ def underside(turn_rad=0.0):
     return Underside("U1", 10.0, 20.0, turn_rad, 5.0, 5.0, (GapCase(0.05, ()),), "stated", "board file")
 
 
-def case(gaps=(), parameters=None, **changes):
+def evidence(gaps=(), parameters=None, **changes):
     stages = tuple(stage(use) for use in USES)
     seen = (exposed(), exposed(), exposed())
-    first = Case(
+    first = Evidence(
         "U1", "top", (10.0, 20.0, 0.0), stages, seen,
         (Reach("wash", "clean", "sequence[0]", 1, seen[0]), Reach("rinse", "rinse", "sequence[1]", 1, seen[1])),
         underside() if gaps else None, gaps, PartOverride(match=["U1"]), "", parameters or load_parameters(),

@@ -12,7 +12,7 @@ from specs.progress import Progress, subprogress
 if TYPE_CHECKING:
     from boards.board import Board
     from cleaning.analyse import Effort
-    from cleaning.prepared_board import Subject
+    from cleaning.prepared_board import PreparedBoard
 
 _LEAST_SHARE = 0.1
 """Of the volume on a part: strokes that give less are not named."""
@@ -27,7 +27,7 @@ class Analysed:
     parameters_name: str
     """As the project lists it."""
     report: CleaningReport
-    subject: "Subject | None" = None
+    prepared: "PreparedBoard | None" = None
     """The board made ready: the next program on it need not wait for that."""
     effort: "Effort" = "fast"
 
@@ -61,16 +61,16 @@ def analyse_run(run: Run, asked: Asked, before: Analysed | None, progress: Progr
     """
     from cleaning.analyse import analyse_on
 
-    subject = make_ready(run.board, asked.parameters, before, subprogress(progress, 0.0, 0.2))
-    report = analyse_on(subject, run.program, run.recipe, asked.effort, subprogress(progress, 0.2, 1.0))
-    return Analysed(run.program, asked.parameters_name, report, subject, asked.effort)
+    prepared = make_ready(run.board, asked.parameters, before, subprogress(progress, 0.0, 0.2))
+    report = analyse_on(prepared, run.program, run.recipe, asked.effort, subprogress(progress, 0.2, 1.0))
+    return Analysed(run.program, asked.parameters_name, report, prepared, asked.effort)
 
 
-def make_ready(board: "Board", parameters: Parameters, before: Analysed | None, progress: Progress) -> "Subject":
+def make_ready(board: "Board", parameters: Parameters, before: Analysed | None, progress: Progress) -> "PreparedBoard":
     """Make a board ready for analyses with some parameters, unless it is already."""
     from cleaning.prepared_board import prepare
 
-    known = None if before is None else before.subject
+    known = None if before is None else before.prepared
     if known is not None and known.board is board and known.parameters == parameters:
         return known
     return prepare(board, parameters, progress)

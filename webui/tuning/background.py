@@ -5,7 +5,7 @@ from pathlib import Path
 
 from boards.board import Board
 from cleaning.parameters.model import Parameters
-from cleaning.prepared_board import Subject
+from cleaning.prepared_board import PreparedBoard
 from rulesengine.planning.pipeline import Run
 from rulesengine.tuning.trial.request import Asked
 from rulesengine.tuning.trial.requirements import Goal
@@ -31,9 +31,9 @@ class Task:
 class ToldBench(Bench):
     """Says how many analyses were made whenever a recipe is tried; who is told may stop it there."""
 
-    def __init__(self, file: Path, subject: Subject, goal: Goal, most: int, progress: Progress) -> None:
+    def __init__(self, file: Path, prepared: PreparedBoard, goal: Goal, most: int, progress: Progress) -> None:
         """Build a bench that reports to ``progress``."""
-        super().__init__(file, subject, goal, most)
+        super().__init__(file, prepared, goal, most)
         self._callback = progress
         self.progress = self._report
 
@@ -57,8 +57,8 @@ def propose(task: Task, before: Analysed | None, progress: Progress) -> Proposal
     Raises:
         JobError: the recipe cannot be read, planned or analysed.
     """
-    subject = make_ready(task.board, task.parameters, before, subprogress(progress, 0.0, 0.1))
+    prepared = make_ready(task.board, task.parameters, before, subprogress(progress, 0.0, 0.1))
     part = subprogress(progress, 0.1, 0.99)
-    bench = ToldBench(task.document.file, subject, task.asked.goal, task.asked.analyses, part)
+    bench = ToldBench(task.document.file, prepared, task.asked.goal, task.asked.analyses, part)
     tuned = tune(bench, task.document.text, task.asked)
     return Proposal(task.document, task.board, task.parameters_name, tuned)

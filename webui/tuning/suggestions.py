@@ -67,8 +67,8 @@ def _effect(suggestion: Suggestion, here: Here, goal: Goal, progress: Progress) 
 def _here(failing: Failing, progress: Progress) -> Here:
     """Have a fast analysis of what was planned, because predictions are such and are compared with it."""
     analysed, run, document = failing.analysed, failing.run, failing.document
-    subject = make_ready(run.board, failing.parameters, analysed, subprogress(progress, 0.0, 0.5))
+    prepared = make_ready(run.board, failing.parameters, analysed, subprogress(progress, 0.0, 0.5))
     report = analysed.report
     if analysed.effort != "fast" or analysed.program is not run.program:
-        report = analyse_on(subject, run.program, run.recipe, "fast", subprogress(progress, 0.5, 1.0))
-    return Here(document.file, document.text, run, report, subject)
+        report = analyse_on(prepared, run.program, run.recipe, "fast", subprogress(progress, 0.5, 1.0))
+    return Here(document.file, document.text, run, report, prepared)

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from cleaning.analyse import analyse_on
-from cleaning.prepared_board import Subject
+from cleaning.prepared_board import PreparedBoard
 from cleaning.process.split_stages import stages_of
 from recipes.load import parse_recipe
 from rulesengine.planning.pipeline import Run, run
@@ -22,9 +22,9 @@ _MOST_RUNS = 24
 class Bench:
     """Where recipes are tried: one board, one file, one goal, and a count of analyses."""
 
-    def __init__(self, file: Path, subject: Subject, goal: Goal, most: int) -> None:
+    def __init__(self, file: Path, prepared: PreparedBoard, goal: Goal, most: int) -> None:
         self.file = file
-        self.subject = subject
+        self.prepared = prepared
         self.goal: Goal = goal
         self.most = most
         self.used = 0
@@ -78,7 +78,7 @@ class Bench:
         if text not in self._sprayed:
             planned = self.planned(text)
             stages = (
-                () if planned is None else stages_of(planned.program, planned.recipe, self.subject.parameters).stages
+                () if planned is None else stages_of(planned.program, planned.recipe, self.prepared.parameters).stages
             )
             self._sprayed[text] = dict(pair for stage in stages for pair in sprayed_in(stage))
         return self._sprayed[text]
@@ -92,14 +92,14 @@ class Bench:
         return None if planned is None or self.left <= 0 else self._analyse(text, planned)
 
     def _carry_out(self, text: str) -> Run:
-        done = run(parse_recipe(text, file=self.file), self.subject.board, before=self._last)
+        done = run(parse_recipe(text, file=self.file), self.prepared.board, before=self._last)
         self._last = done
         return done
 
     def _analyse(self, text: str, planned: Run) -> Outcome:
         self.used += 1
         self.progress("tuning", self.used / self.most)
-        report = analyse_on(self.subject, planned.program, planned.recipe, "fast")
+        report = analyse_on(self.prepared, planned.program, planned.recipe, "fast")
         found = outcome_of(planned, report, self.goal, text)
         self._outcomes[text] = found
         return found

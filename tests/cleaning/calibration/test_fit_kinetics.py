@@ -83,8 +83,8 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say(tmp_path) -> None:
 
 def test_a_puddle_that_only_scales_the_removal_is_not_told_and_kept(tmp_path) -> None:
     fit = calibrate_gap(coupons(tmp_path, noise=0.02, seed=1, **TRUTH), BENCH)
-    assert set(fit.untold) == {"film.puddle_mm"}
-    assert fit.untold["film.puddle_mm"].kept == PARAMETERS.film.puddle_mm
+    assert set(fit.undetermined) == {"film.puddle_mm"}
+    assert fit.undetermined["film.puddle_mm"].kept == PARAMETERS.film.puddle_mm
     assert fit.film == PARAMETERS.film
     text = calibrated_set(fit, "default", tmp_path / "mine.yaml")
     assert "# film.puddle_mm is not told by them and stays 1;" in text
@@ -116,7 +116,7 @@ def test_a_puddle_is_told_from_coupons_under_the_front_and_beyond_it(tmp_path) -
 def test_where_chemistry_limits_the_removal_is_not_told(tmp_path) -> None:
     fit = calibrate_gap(coupons(tmp_path, noise=0.02, seed=1, k1_per_s=0.004, k_m_per_s=20.0), BENCH)
     assert "soil.k1_per_s" in fit.estimates
-    assert fit.untold["soil.k_m_per_s"].kept == PARAMETERS.soil.k_m_per_s
+    assert fit.undetermined["soil.k_m_per_s"].kept == PARAMETERS.soil.k_m_per_s
     text = calibrated_set(fit, "default", tmp_path / "mine.yaml")
     assert "# soil.k_m_per_s is not told by them and stays 0.05;" in text
     assert "  k_m_per_s:" not in text

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from made_up import SHEETS, Ring, edge, edge_table, intensity_table, written
 
 from cleaning.calibration.confidence import Estimate
-from cleaning.calibration.coupon import Bench, read_coupons
+from cleaning.calibration.coupon import CouponSetup, read_coupons
 from cleaning.calibration.fit_ring import RingFit, calibrate_ring
 from cleaning.calibration.nozzle_yaml import nozzle_text, recipe_with_ring, wavefront_of
 from cleaning.errors import CleaningError
@@ -130,8 +130,8 @@ def test_the_recipe_gets_the_ring_and_keeps_all_else(tmp_path) -> None:
 def test_the_jet_of_the_new_recipe_is_the_ring_that_was_measured(tmp_path) -> None:
     fit = fitted(tmp_path, edge_table(WAVY, noise_mm=0.2, seed=7))
     nozzle = parse_recipe(recipe_with_ring(fit, "smt-aqueous", "ring60", tmp_path / "mine.yaml")).nozzles["ring60"]
-    bench = Bench(nozzle, BENCH.liquid, BENCH.parameters)
-    _, jet = read_coupons(coupons(tmp_path, noise=0, seed=0), bench).jets[0]
+    setup = CouponSetup(nozzle, BENCH.liquid, BENCH.parameters)
+    _, jet = read_coupons(coupons(tmp_path, noise=0, seed=0), setup).jets[0]
     truth = [WAVY.middle(float(azimuth)) for azimuth in jet.azimuths]
     np.testing.assert_allclose(np.degrees(jet.half_angles), truth, atol=0.4)
     np.testing.assert_allclose(np.degrees(jet.sigmas), WAVY.sigma, atol=0.25)

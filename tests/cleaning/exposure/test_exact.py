@@ -6,7 +6,7 @@ from shapely import box
 from small_boards import part
 from small_sprays import CONE, FAN, KNIFE, LOPSIDED, RING, downward, samples_of, solid_board, sprayed, stage_of
 
-from cleaning.exposure.exact import gather
+from cleaning.exposure.exact import exact_exposure
 from cleaning.exposure.exposure import expose
 from cleaning.surface.facets import build_facets
 from cleaning.surface.ray_scene import build_scene
@@ -41,7 +41,7 @@ def test_rays_agree_with_the_integral(nozzle, use, tilt):
     jet = sprayed(stage)
     cells = np.flatnonzero(UP)
     rays = expose(stage, jet, FACETS, SCENE, 900)
-    exact = gather(stage, jet, FACETS, SCENE, cells)
+    exact = exact_exposure(stage, jet, FACETS, SCENE, cells)
     areas = FACETS.cell_areas_mm2[cells]
     for name in NAMES:
         found, known = getattr(rays, name)[cells], getattr(exact, name)
@@ -61,7 +61,7 @@ def test_on_a_plate_there_is_no_bias():
     jet = sprayed(stage)
     middle = np.hypot(*facets.cell_centres[:, :2].T) < 20
     cells = np.flatnonzero(facets.cell_exposed & (facets.cell_normals[:, 2] > 0.9) & middle)
-    rays, exact = expose(stage, jet, facets, scene, 3000), gather(stage, jet, facets, scene, cells)
+    rays, exact = expose(stage, jet, facets, scene, 3000), exact_exposure(stage, jet, facets, scene, cells)
     areas = facets.cell_areas_mm2[cells]
     whole = (rays.volume_mm[cells] * areas).sum() / (exact.volume_mm * areas).sum()
     assert whole == pytest.approx(1.0, abs=1e-3)
@@ -77,7 +77,7 @@ def test_both_see_the_same_shadow():
     behind = UP & (FACETS.cell_component == -1) & (FACETS.cell_centres[:, 0] > 19)
     behind &= np.abs(FACETS.cell_centres[:, 1]) < 4
     cells = np.flatnonzero(behind)
-    rays, exact = expose(stage, jet, FACETS, SCENE, 500), gather(stage, jet, FACETS, SCENE, cells)
+    rays, exact = expose(stage, jet, FACETS, SCENE, 500), exact_exposure(stage, jet, FACETS, SCENE, cells)
     assert len(cells) > 30
     assert np.all(exact.volume_mm == 0)
     assert np.all(exact.cone_s == 0)
@@ -88,8 +88,11 @@ def test_cells_are_given_in_the_order_that_they_were_chosen():
     stage = stage_of(drift(0))
     jet = sprayed(stage)
     cells = np.flatnonzero(UP)[::40]
-    forth, back = gather(stage, jet, FACETS, SCENE, cells), gather(stage, jet, FACETS, SCENE, cells[::-1])
+    forth, back = (
+        exact_exposure(stage, jet, FACETS, SCENE, cells),
+        exact_exposure(stage, jet, FACETS, SCENE, cells[::-1]),
+    )
     assert forth.volume_mm.max() > 0
     np.testing.assert_allclose(back.volume_mm[::-1], forth.volume_mm, rtol=1e-12)
-    nothing = gather(stage, jet, FACETS, SCENE, np.empty(0, dtype=np.int64))
+    nothing = exact_exposure(stage, jet, FACETS, SCENE, np.empty(0, dtype=np.int64))
     assert len(nothing.volume_mm) == 0

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from cleaning.gap.flushing import Flushed, Setting, flush
+from cleaning.gap.flushing import Flushed, FlushSettings, flush
 from cleaning.gap.inertia import inertial
 from cleaning.parameters.load import load_parameters
 from cleaning.undersides.kinetics import removal_rate, softening_rate, step
@@ -16,8 +16,8 @@ CELLS = 25
 WEIGHTS = np.arange(1.0, CELLS + 1) / np.arange(1.0, CELLS + 1).sum()
 
 
-def setting_of(fill: float = 0.4, exponent: float = 1.0, k1: float = 0.012) -> Setting:
-    return Setting(
+def setting_of(fill: float = 0.4, exponent: float = 1.0, k1: float = 0.012) -> FlushSettings:
+    return FlushSettings(
         weights=WEIGHTS,
         height_m=60e-6,
         path_m=5e-3,
@@ -38,7 +38,7 @@ def case_of(seed: int, pulses: int = 20) -> tuple[NDArray[np.float32], NDArray[n
 
 
 def walk(
-    basis: NDArray[np.float32], pressures: NDArray[np.float64], seconds: NDArray[np.float64], setting: Setting
+    basis: NDArray[np.float32], pressures: NDArray[np.float64], seconds: NDArray[np.float64], setting: FlushSettings
 ) -> Flushed:
     """Do the same slowly, with the plain formulas."""
     soil = SOIL.model_copy(update={"shear_exponent": setting.shear_exponent})

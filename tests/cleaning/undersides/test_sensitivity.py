@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from analysed import PARAMETERS, subject_of
+from analysed import PARAMETERS, prepared_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_sprays import CONE, RING, downward, samples_of, sprayed, stage_of
@@ -11,7 +11,7 @@ from cleaning.film.edge_pressure import edge_pressures
 from cleaning.undersides.sensitivity import elasticity, limiting, variants
 
 FACTORS = {"time", "temperature", "chemistry", "pressure", "standoff"}
-EDGES = subject_of(("U1", "C1")).edges
+EDGES = prepared_of(("U1", "C1")).edges
 LINE = samples_of([[x, 19.0, 45.0] for x in range(-10, 40, 5)], downward(20.0, 30.0))
 
 
@@ -75,7 +75,7 @@ def test_more_pressure_presses_as_it_does_when_it_is_worked_out_anew(nozzle):
 @pytest.mark.parametrize("bottom", [(), ("U1", "C1")])
 def test_more_standoff_presses_as_from_a_nozzle_drawn_back_along_its_jet(bottom):
     up, surface = (-1.0, -1.6) if bottom else (1.0, 0.0)
-    edges = subject_of(("U1", "C1"), bottom).edges
+    edges = prepared_of(("U1", "C1"), bottom).edges
     samples = samples_of(LINE.tcp * [1, 1, up] + [0, 0, surface], np.diag([1.0, up, up]) @ LINE.axes)
     back = replace(samples, tcp=samples.tcp - 0.05 * 45.0 * samples.axes[:, :, 2])
     moved = varied(stage_of(samples), edges)["standoff"][1][0]
@@ -88,7 +88,7 @@ def test_more_standoff_presses_as_from_a_nozzle_drawn_back_along_its_jet(bottom)
 
 
 def test_without_edges_nothing_presses():
-    stage, edges = stage_of(LINE), subject_of(()).edges
+    stage, edges = stage_of(LINE), prepared_of(()).edges
     assert all(pressures == [[]] for _, pressures in varied(stage, edges).values())
 
 

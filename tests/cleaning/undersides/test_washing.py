@@ -17,7 +17,7 @@ from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import Liquid, Parameters
 from cleaning.process.stages import Samples, Stage
 from cleaning.undersides.gap_result import GapResult, GapStage
-from cleaning.undersides.washing import under_component
+from cleaning.undersides.washing import simulate_gap
 from recipes.nozzles import HollowCone
 
 PARAMETERS = load_parameters("default")
@@ -83,7 +83,7 @@ def wash(
     **kwargs: float,
 ) -> GapResult:
     stage, pressure = raster(SOAP, **kwargs)
-    return under_component(field or square_field(), 1e-3 * standoff_um, [stage], [pressure], parameters)
+    return simulate_gap(field or square_field(), 1e-3 * standoff_um, [stage], [pressure], parameters)
 
 
 def only(result: GapResult) -> GapStage:
@@ -119,7 +119,7 @@ def test_water_is_kept_out_of_low_gaps_and_cleaner_is_not() -> None:
     water = WATER.model_copy(update={"contact_board_deg": 105.0, "contact_part_deg": 105.0})
     clear = square_field(coverage=0.0)
     stage, pressure = raster(water, 25.0, film_pa=400.0)
-    low, high = (under_component(clear, mm, [stage], [pressure], PARAMETERS) for mm in (0.075, 0.1))
+    low, high = (simulate_gap(clear, mm, [stage], [pressure], PARAMETERS) for mm in (0.075, 0.1))
     assert not only(low).entered
     assert only(low).margin_pa < 0.0
     assert low.residue == low.residue_worst == 1.0
@@ -128,17 +128,17 @@ def test_water_is_kept_out_of_low_gaps_and_cleaner_is_not() -> None:
     assert only(low).weak_share == 1.0
     assert only(high).entered
     soap, pressure = raster(SOAP, 25.0, film_pa=400.0)
-    assert only(under_component(clear, 0.015, [soap], [pressure], PARAMETERS)).entered
+    assert only(simulate_gap(clear, 0.015, [soap], [pressure], PARAMETERS)).entered
 
 
 def test_a_stage_that_sprays_the_other_side_changes_nothing() -> None:
     stage, pressure = raster()
-    alone = under_component(square_field(), 0.05, [stage], [pressure], PARAMETERS)
-    both = under_component(square_field(), 0.05, [stage, stage], [pressure, None], PARAMETERS)
+    alone = simulate_gap(square_field(), 0.05, [stage], [pressure], PARAMETERS)
+    both = simulate_gap(square_field(), 0.05, [stage, stage], [pressure, None], PARAMETERS)
     assert both.stages[1] is None
     assert both.residue == alone.residue
     never = EdgePressure(np.empty(0, dtype=np.int64), np.empty((0, SEGMENTS)))
-    missed = under_component(square_field(), 0.05, [stage], [never], PARAMETERS)
+    missed = simulate_gap(square_field(), 0.05, [stage], [never], PARAMETERS)
     assert not only(missed).entered
     assert missed.residue == 1.0
     assert only(missed).edge_pa == (0.0,) * SEGMENTS
@@ -154,14 +154,14 @@ def test_soaking_alone_removes_nothing() -> None:
 def test_water_takes_what_is_soft_and_softens_nothing() -> None:
     washing, washed = raster(temperature_c=40.0, minutes=3.0)
     rinsing, rinsed = raster(WATER, temperature_c=40.0, minutes=30.0)
-    result = under_component(square_field(), 0.05, [washing, rinsing], [washed, rinsed], PARAMETERS)
+    result = simulate_gap(square_field(), 0.05, [washing, rinsing], [washed, rinsed], PARAMETERS)
     first, second = result.stages
     assert first is not None
     assert second is not None
     hard = np.exp(-0.012 * np.exp(-30e3 / 8.314462618 * (1 / 313.15 - 1 / 333.15)) * 180.0)
     assert second.residue.mean() < first.residue.mean()
     np.testing.assert_allclose(second.residue, hard, rtol=1e-3)
-    alone = under_component(square_field(), 0.05, [rinsing], [rinsed], PARAMETERS)
+    alone = simulate_gap(square_field(), 0.05, [rinsing], [rinsed], PARAMETERS)
     assert alone.residue == 1.0
 
 
@@ -172,7 +172,7 @@ def test_a_rinse_dilutes_what_the_bath_leaves() -> None:
     stages = [[washing], [washing, short], [washing, rinsing]]
     pressures = [washed, rinsed]
     left = [
-        under_component(square_field(), 0.05, each, pressures[: len(each)], PARAMETERS).ionic_ug_cm2 for each in stages
+        simulate_gap(square_field(), 0.05, each, pressures[: len(each)], PARAMETERS).ionic_ug_cm2 for each in stages
     ]
     # a bath with 1 % in a gap of 50 um leaves 50 ug/cm2; water of 1 MOhm cm leaves 0.002
     assert left[0] == pytest.approx(50.0)
@@ -183,7 +183,7 @@ def test_a_rinse_dilutes_what_the_bath_leaves() -> None:
 def test_a_plugged_gap_is_eaten_from_its_rim() -> None:
     field = square_field(coverage=0.7)
     stage, pressure = raster()
-    result = under_component(field, 0.05, [stage], [pressure], PARAMETERS)
+    result = simulate_gap(field, 0.05, [stage], [pressure], PARAMETERS)
     act = only(result)
     assert result.fill == 1.0
     assert act.entered
@@ -193,7 +193,7 @@ def test_a_plugged_gap_is_eaten_from_its_rim() -> None:
     assert result.residue_worst == 1.0
     assert np.hypot(*result.worst_at) < 1.0
     long, pressure = raster(minutes=60.0)
-    assert under_component(field, 0.05, [long], [pressure], PARAMETERS).residue == 0.0
+    assert simulate_gap(field, 0.05, [long], [pressure], PARAMETERS).residue == 0.0
 
 
 def test_cells_count_by_their_open_area() -> None:
@@ -203,9 +203,7 @@ def test_cells_count_by_their_open_area() -> None:
     plain = square_field()
     near = plain.centres.sum(axis=1) < 0.0
     results = [
-        under_component(
-            replace(plain, open_cells=share), 0.05, [stage], [replace(pressure, pressure_pa=lame)], PARAMETERS
-        )
+        simulate_gap(replace(plain, open_cells=share), 0.05, [stage], [replace(pressure, pressure_pa=lame)], PARAMETERS)
         for share in (np.ones(100, np.float32), np.where(near, 1.0, 0.1).astype(np.float32))
     ]
     assert results[1].residue < 0.9 * results[0].residue
@@ -218,8 +216,8 @@ def test_turning_the_board_turns_the_residue(turns: int, standoff: float, seed: 
     weights = np.random.default_rng(seed).uniform(0.0, 1.0, SEGMENTS)
     one = replace(pressure, pressure_pa=pressure.pressure_pa * weights)
     other = replace(one, pressure_pa=np.roll(one.pressure_pa, 2 * turns, axis=1))
-    before = only(under_component(square_field(), 1e-3 * standoff, [stage], [one], PARAMETERS))
-    after = only(under_component(square_field(), 1e-3 * standoff, [stage], [other], PARAMETERS))
+    before = only(simulate_gap(square_field(), 1e-3 * standoff, [stage], [one], PARAMETERS))
+    after = only(simulate_gap(square_field(), 1e-3 * standoff, [stage], [other], PARAMETERS))
     # rows go along y: anticlockwise on the board is clockwise in the array
     turned = np.rot90(before.residue.reshape(10, 10), -turns)
     np.testing.assert_allclose(after.residue.reshape(10, 10), turned, rtol=1e-3, atol=1e-6)
@@ -230,7 +228,7 @@ def test_the_side_that_is_never_pressed_shows() -> None:
     stage, pressure = raster()
     lame = pressure.pressure_pa.copy()
     lame[:, 2:4] = -1.0
-    act = only(under_component(square_field(), 0.05, [stage], [replace(pressure, pressure_pa=lame)], PARAMETERS))
+    act = only(simulate_gap(square_field(), 0.05, [stage], [replace(pressure, pressure_pa=lame)], PARAMETERS))
     assert act.side_shear_pa[1] == 0.0
     assert min(act.side_shear_pa[0], act.side_shear_pa[2], act.side_shear_pa[3]) > 0.1
 
@@ -239,7 +237,7 @@ def test_the_worst_place_lies_far_from_the_flow() -> None:
     stage, pressure = raster(minutes=3.0)
     corner = np.zeros_like(pressure.pressure_pa)
     corner[:, [6, 5]] = pressure.pressure_pa.max(axis=1)[:, None]
-    result = under_component(square_field(), 0.05, [stage], [replace(pressure, pressure_pa=corner)], PARAMETERS)
+    result = simulate_gap(square_field(), 0.05, [stage], [replace(pressure, pressure_pa=corner)], PARAMETERS)
     assert result.residue_worst > result.residue
     assert result.worst_at[0] > 2.0
     assert result.worst_at[1] < -2.0
@@ -263,8 +261,8 @@ def test_a_field_of_another_height_is_scaled() -> None:
 
 def test_venting_leaves_less_to_remove() -> None:
     stage, pressure = raster()
-    full = under_component(square_field(), 0.05, [stage], [pressure], PARAMETERS)
-    vented = under_component(square_field(), 0.05, [stage], [pressure], PARAMETERS, 0.3)
+    full = simulate_gap(square_field(), 0.05, [stage], [pressure], PARAMETERS)
+    vented = simulate_gap(square_field(), 0.05, [stage], [pressure], PARAMETERS, 0.3)
     assert vented.fill == pytest.approx(0.3 * full.fill)
     assert vented.residue < full.residue
     assert vented.exchanges_needed < full.exchanges_needed
@@ -278,7 +276,7 @@ def test_fast_air_clears_the_gap_and_slow_air_does_not() -> None:
         blown = np.zeros((3, SEGMENTS))
         blown[1, 6:] = head
         drying = EdgePressure(np.arange(3), blown)
-        results.append(under_component(square_field(), 0.05, [rinsing, stage], [rinsed, drying], PARAMETERS))
+        results.append(simulate_gap(square_field(), 0.05, [rinsing, stage], [rinsed, drying], PARAMETERS))
     slow, fast = results
     assert slow.stages[1] is None
     assert slow.blow_off_um is not None
@@ -295,5 +293,5 @@ def test_air_that_passes_on_the_other_side_clears_nothing() -> None:
     assert wash().blow_off_um is wash().dry_s is None
     rinsing, rinsed = raster(WATER, 40.0)
     stage, _ = raster(AIR, 80.0)
-    result = under_component(square_field(), 0.05, [rinsing, stage], [rinsed, None], PARAMETERS)
+    result = simulate_gap(square_field(), 0.05, [rinsing, stage], [rinsed, None], PARAMETERS)
     assert result.blow_off_um == np.inf

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from judged import case, exposed, gap, stage, underside
+from judged import evidence, exposed, gap, stage, underside
 
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import PartOverride, Provenance
@@ -33,18 +33,18 @@ def with_limits(**changes):
 
 def washed(**numbers):
     seen = exposed(**numbers)
-    return case(exposed=(seen, exposed(), exposed()), reached=(Reach("wash", "clean", "sequence[0]", 1, seen),))
+    return evidence(exposed=(seen, exposed(), exposed()), reached=(Reach("wash", "clean", "sequence[0]", 1, seen),))
 
 
 def test_what_is_well_is_said_to_be_clean_with_its_numbers():
-    judged = judge_part(case((gap(),)))
+    judged = judge_part(evidence((gap(),)))
     assert {each.verdict for each in judged} == {"clean"}
     assert one(judged, "R7").numbers[0].value == pytest.approx(1.0)
     assert all(each.numbers for each in judged)
 
 
 def test_a_component_on_a_side_that_nothing_sprays_is_dirty():
-    judged = judge_part(case(reached=(), exposed=(None, None, None), side="bottom"))
+    judged = judge_part(evidence(reached=(), exposed=(None, None, None), side="bottom"))
     assert rules(judged) == ["R1"]
     assert judged[0].verdict == "dirty"
     assert "side: bottom" in judged[0].advice
@@ -55,7 +55,7 @@ def test_what_is_never_hit_is_missed_and_what_stands_before_it_is_named():
     assert one(judge_part(washed(missed=0.03)), "R1").verdict == "marginal"
     assert one(judge_part(washed(missed=0.3)), "R1").verdict == "dirty"
     assert rules(judge_part(washed(missed=0.005)), "dirty") == []
-    shadowed = case(exposed=(exposed(missed=0.3),) * 3, reached=washed(missed=0.3).reached, occluder="U3")
+    shadowed = evidence(exposed=(exposed(missed=0.3),) * 3, reached=washed(missed=0.3).reached, occluder="U3")
     assert one(judge_part(shadowed), "R1").name == "shadowed"
     assert "U3" in one(judge_part(shadowed), "R1").because
 
@@ -69,9 +69,9 @@ def test_the_least_wetted_places_decide_on_exposure(low, verdict):
 
 
 def test_rinsing_has_its_own_limit_and_the_wave_front_counts_where_it_is_asked_for():
-    rinsed = case(reached=(Reach("rinse", "rinse", "sequence[1]", 1, exposed(low=2.1)),))
+    rinsed = evidence(reached=(Reach("rinse", "rinse", "sequence[1]", 1, exposed(low=2.1)),))
     assert one(judge_part(rinsed), "R2").verdict == "clean"
-    hurried = case(reached=washed(front=1.0).reached, parameters=with_limits(front_s=1.5))
+    hurried = evidence(reached=washed(front=1.0).reached, parameters=with_limits(front_s=1.5))
     assert one(judge_part(hurried), "R2").verdict == "marginal"
 
 
@@ -80,7 +80,7 @@ def test_rinsing_has_its_own_limit_and_the_wave_front_counts_where_it_is_asked_f
     [(0.7, 4, "clean", "3 times, of 4 at most"), (0.4, 4, "marginal", "even if done 4 times"), (2.0, 4, "clean", "")],
 )
 def test_a_loop_may_make_up_for_what_doing_it_once_lacks(low, repeats, verdict, says):
-    rinsed = case(reached=(Reach("rinse", "rinse", "sequence[1]", repeats, exposed(low=low)),))
+    rinsed = evidence(reached=(Reach("rinse", "rinse", "sequence[1]", repeats, exposed(low=low)),))
     judged = one(judge_part(rinsed), "R2")
     assert judged.verdict == verdict
     assert says in judged.because
@@ -89,13 +89,13 @@ def test_a_loop_may_make_up_for_what_doing_it_once_lacks(low, repeats, verdict, 
 
 def test_the_rinse_under_a_part_counts_as_often_as_it_may_be_done():
     stages = (stage("wash"), stage("rinse", repeats=4), stage("dry"))
-    judged = judge_part(case((gap(rinse={"exchanges": 2.0}),), stages=stages))
+    judged = judge_part(evidence((gap(rinse={"exchanges": 2.0}),), stages=stages))
     assert "R10" not in rules(judged)
 
 
 def test_without_a_wash_nothing_is_said_of_residue():
     unwashed = replace(gap(), stages=(None, gap().stages[1], None))
-    judged = judge_part(case((unwashed,)))
+    judged = judge_part(evidence((unwashed,)))
     assert one(judged, "R14").verdict == "no verdict"
     assert "R7" not in rules(judged)
 
@@ -105,34 +105,34 @@ def test_a_part_that_shadows_itself_is_not_named_as_another():
 
 
 def test_a_part_that_bears_less_than_the_spray_gives_is_at_risk():
-    weak = case(override=PartOverride(match=["U1"], most_kpa=0.2, window_c=(0, 50)))
+    weak = evidence(override=PartOverride(match=["U1"], most_kpa=0.2, window_c=(0, 50)))
     judged = judge_part(weak)
     assert len([each for each in judged if each.rule.id == "R3"]) == 3
     assert "0.2 kPa" in judged[0].because
     assert len([each for each in judged if each.rule.id == "R13"]) == 3
-    strong = case(override=PartOverride(match=["U1"], most_kpa=0.4, window_c=(0, 70)))
+    strong = evidence(override=PartOverride(match=["U1"], most_kpa=0.4, window_c=(0, 70)))
     assert {"R3", "R13"}.isdisjoint(rules(judge_part(strong)))
 
 
 def test_a_gap_that_stays_dry_is_never_clean():
     dry = gap(wash={"margin_pa": -120.0, "entered": False}, residue=0.0)
-    judged = judge_part(case((dry,)))
+    judged = judge_part(evidence((dry,)))
     assert judged[0].rule.id == "R4"
     assert judged[0].verdict == "dirty"
     assert "120 Pa" in judged[0].because
     assert "R7" not in rules(judged)
     never = gap(wash={"margin_pa": 500.0, "entered": False})
-    assert "never reaches" in one(judge_part(case((never,))), "R4").because
+    assert "never reaches" in one(judge_part(evidence((never,))), "R4").because
 
 
 def test_a_plugged_gap_is_dirty():
-    assert one(judge_part(case((gap(fill=0.85),))), "R5").verdict == "dirty"
-    assert "R5" not in rules(judge_part(case((gap(fill=0.84),))))
+    assert one(judge_part(evidence((gap(fill=0.85),))), "R5").verdict == "dirty"
+    assert "R5" not in rules(judge_part(evidence((gap(fill=0.84),))))
 
 
 @pytest.mark.parametrize(("done", "verdict"), [(4.0, "dirty"), (6.0, "marginal")])
 def test_residue_that_cannot_be_carried_away_is_not_flushed(done, verdict):
-    assert one(judge_part(case((gap(wash={"exchanges": done}),))), "R6").verdict == verdict
+    assert one(judge_part(evidence((gap(wash={"exchanges": done}),))), "R6").verdict == verdict
 
 
 @pytest.mark.parametrize(
@@ -145,12 +145,12 @@ def test_residue_that_cannot_be_carried_away_is_not_flushed(done, verdict):
     ],
 )
 def test_residue_is_judged_by_its_mean_and_its_worst_tenth(residue, worst, verdict, name):
-    judged = one(judge_part(case((gap(residue=residue, residue_worst=worst),))), "R7")
+    judged = one(judge_part(evidence((gap(residue=residue, residue_worst=worst),))), "R7")
     assert (judged.verdict, judged.name, judged.grade) == (verdict, name, "C")
 
 
 def test_a_pocket_is_where_it_is_on_the_board():
-    turned = case((gap(residue=0.5),), underside=underside(turn_rad=np.pi / 2))
+    turned = evidence((gap(residue=0.5),), underside=underside(turn_rad=np.pi / 2))
     assert one(judge_part(turned), "R7").where == pytest.approx((10.0, 21.0, 0.0))
 
 
@@ -159,7 +159,7 @@ def test_calibrated_kinetics_raise_the_grade():
     made_up = Provenance(known="synthetic", source="demo", samples=24)
     for provenance, grade in ((fitted, "B"), (made_up, "C")):
         known = {**PARAMETERS.provenance, "soil.k1_per_s": provenance, "soil.k_m_per_s": provenance}
-        judged = judge_part(case((gap(),), PARAMETERS.model_copy(update={"provenance": known})))
+        judged = judge_part(evidence((gap(),), PARAMETERS.model_copy(update={"provenance": known})))
         assert one(judged, "R7").grade == grade
 
 
@@ -169,7 +169,7 @@ def test_flow_from_one_side_names_the_direction_that_is_missing(turn, weakest):
     shear = [1.0, 1.0, 1.0, 1.0]
     shear[weakest] = 0.01
     weak = gap(wash={"weak_share": 0.3, "side_shear_pa": tuple(shear)})
-    judged = one(judge_part(case((weak,), underside=underside(turn))), "R8")
+    judged = one(judge_part(evidence((weak,), underside=underside(turn))), "R8")
     at_rest = ((0, -1), (1, 0), (0, 1), (-1, 0))[weakest]
     cos, sin = np.cos(turn), np.sin(turn)
     assert judged.sides[0] == pytest.approx((cos * at_rest[0] - sin * at_rest[1], sin * at_rest[0] + cos * at_rest[1]))
@@ -177,82 +177,82 @@ def test_flow_from_one_side_names_the_direction_that_is_missing(turn, weakest):
 
 
 def test_rinsing_under_a_part_asks_for_seven_exchanges():
-    judged = one(judge_part(case((gap(rinse={"exchanges": 3.0}),))), "R10")
+    judged = one(judge_part(evidence((gap(rinse={"exchanges": 3.0}),))), "R10")
     assert judged.verdict == "marginal"
     assert "3 times as long" in judged.advice
-    assert one(judge_part(case((gap(rinse={"exchanges": 1.0}),))), "R10").verdict == "dirty"
-    assert "R10" not in rules(judge_part(case((gap(rinse={"exchanges": 7.0}),))))
+    assert one(judge_part(evidence((gap(rinse={"exchanges": 1.0}),))), "R10").verdict == "dirty"
+    assert "R10" not in rules(judge_part(evidence((gap(rinse={"exchanges": 7.0}),))))
 
 
 def test_an_ionic_limit_counts_only_where_the_user_set_one():
     salty = gap(ionic_ug_cm2=5.0)
-    assert "R11" not in rules(judge_part(case((salty,))))
-    assert one(judge_part(case((salty,), with_limits(ionic_ug_cm2=2.0))), "R11").verdict == "dirty"
+    assert "R11" not in rules(judge_part(evidence((salty,))))
+    assert one(judge_part(evidence((salty,), with_limits(ionic_ug_cm2=2.0))), "R11").verdict == "dirty"
 
 
 def test_water_that_cannot_be_blown_out_stays_unless_the_board_is_baked():
     wet = gap(blow_off_um=80.0, dry_s=600.0)
-    assert one(judge_part(case((wet,))), "R12").verdict == "marginal"
+    assert one(judge_part(evidence((wet,))), "R12").verdict == "marginal"
     for minutes, left in ((5.0, True), (20.0, False)):
         baked = PARAMETERS.drying.model_copy(update={"bake_c": 110.0, "bake_min": minutes})
-        judged = judge_part(case((wet,), PARAMETERS.model_copy(update={"drying": baked})))
+        judged = judge_part(evidence((wet,), PARAMETERS.model_copy(update={"drying": baked})))
         assert ("R12" in rules(judged)) == left
 
 
 @pytest.mark.parametrize("beyond", [gap(gap_height_mm=0.4), gap(wash={"reynolds": 11.0})])
 def test_what_is_no_thin_gap_has_no_verdict(beyond):
-    judged = judge_part(case((beyond,)))
+    judged = judge_part(evidence((beyond,)))
     assert one(judged, "R14").verdict == "no verdict"
     assert "R7" not in rules(judged)
 
 
 def test_the_harder_of_two_bounds_decides_and_the_other_is_told():
-    judged = one(judge_part(case((gap(residue=0.3), gap(residue=0.01, gap_height_mm=0.075)))), "R7")
+    judged = one(judge_part(evidence((gap(residue=0.3), gap(residue=0.01, gap_height_mm=0.075)))), "R7")
     assert judged.verdict == "dirty"
     assert "75 µm, it is clean" in judged.because
 
 
 def test_the_higher_bound_decides_where_it_comes_out_worse():
-    judged = one(judge_part(case((gap(residue=0.01), gap(residue=0.1, gap_height_mm=0.075)))), "R7")
+    judged = one(judge_part(evidence((gap(residue=0.01), gap(residue=0.1, gap_height_mm=0.075)))), "R7")
     assert judged.verdict == "marginal"
     assert "in a gap of 75 µm" in judged.because
     assert "At the other bound, a standoff of 50 µm, it is clean." in judged.because
     known = with_limits(ionic_ug_cm2=0.2)
-    ionic = judge_part(case((gap(), gap(ionic_ug_cm2=0.3, gap_height_mm=0.15)), known))
+    ionic = judge_part(evidence((gap(), gap(ionic_ug_cm2=0.3, gap_height_mm=0.15)), known))
     assert one(ionic, "R11").verdict == "dirty"
     assert "50 µm, it is clean" in one(ionic, "R11").because
 
 
 def test_rules_that_a_dry_gap_is_not_asked_are_not_said_of_the_other_bound():
     dry = gap(wash={"margin_pa": -120.0, "entered": False}, residue=1.0)
-    judged = judge_part(case((dry, gap(residue=0.1, gap_height_mm=0.075))))
+    judged = judge_part(evidence((dry, gap(residue=0.1, gap_height_mm=0.075))))
     assert one(judged, "R4").verdict == "dirty"
     assert "75 µm, it is marginal" in one(judged, "R4").because
     assert "R7" not in rules(judged)
-    turned = judge_part(case((gap(residue=0.1), replace(dry, gap_height_mm=0.075))))
+    turned = judge_part(evidence((gap(residue=0.1), replace(dry, gap_height_mm=0.075))))
     assert one(turned, "R4").verdict == "dirty"
     assert "50 µm, it is marginal" in one(turned, "R4").because
     assert "R7" not in rules(turned)
 
 
 def test_a_higher_bound_that_is_no_thin_gap_is_said():
-    judged = judge_part(case((gap(), gap(gap_height_mm=0.4))))
+    judged = judge_part(evidence((gap(), gap(gap_height_mm=0.4))))
     assert {each.verdict for each in judged} == {"clean"}
     assert "a standoff of 400 µm, it is no thin gap" in one(judged, "R7").because
-    both = judge_part(case((gap(gap_height_mm=0.3), gap(gap_height_mm=0.4))))
+    both = judge_part(evidence((gap(gap_height_mm=0.3), gap(gap_height_mm=0.4))))
     assert one(both, "R14").verdict == "no verdict"
 
 
 def test_a_clean_part_is_as_sure_as_the_least_sure_of_what_makes_it_clean():
-    judged = judge_part(case((gap(),)))
+    judged = judge_part(evidence((gap(),)))
     assert {each.grade for each in judged} == {"A", "C"}
     assert (judged[0].rule.id, judged[0].grade) == ("R7", "C")
-    assert judge_part(case())[0].grade == "A"
+    assert judge_part(evidence())[0].grade == "A"
 
 
 def test_what_shows_nothing_and_has_no_gap_is_not_judged():
     nothing = exposed(area=0.0)
-    judged = judge_part(case(exposed=(nothing,) * 3, reached=(Reach("wash", "clean", "sequence[0]", 1, nothing),)))
+    judged = judge_part(evidence(exposed=(nothing,) * 3, reached=(Reach("wash", "clean", "sequence[0]", 1, nothing),)))
     assert [(each.rule.id, each.verdict) for each in judged] == [("R14", "no verdict")]
 
 
@@ -283,7 +283,7 @@ def test_more_residue_less_liquid_and_fewer_exchanges_never_judge_better(residue
     def rank(share, amount, gone, times):
         seen = exposed(missed=gone, low=amount)
         reached = (Reach("wash", "clean", "sequence[0]", 1, seen),)
-        part = case((gap(residue=share, residue_worst=share, wash={"exchanges": times}),), reached=reached)
+        part = evidence((gap(residue=share, residue_worst=share, wash={"exchanges": times}),), reached=reached)
         return VERDICTS.index(judge_part(part)[0].verdict)
 
     first = rank(residue, low, missed, n)
@@ -303,4 +303,4 @@ def test_more_residue_less_liquid_and_fewer_exchanges_never_judge_better(residue
     ],
 )
 def test_residue_is_written_as_a_person_writes_percent(residue, worst, says):
-    assert says in one(judge_part(case((gap(residue=residue, residue_worst=worst),))), "R7").because
+    assert says in one(judge_part(evidence((gap(residue=residue, residue_worst=worst),))), "R7").because

@@ -43,25 +43,25 @@ def board():
 
 
 @pytest.fixture(scope="module")
-def subject(board):
+def prepared(board):
     return prepare(board, load_parameters(), lambda *_: None)
 
 
-def tuned_with(subject, text, analyses, limits=None, kinds=USUAL, kept=()):
-    bench = Bench(FILE, subject, "clean", analyses)
+def tuned_with(prepared, text, analyses, limits=None, kinds=USUAL, kept=()):
+    bench = Bench(FILE, prepared, "clean", analyses)
     return tune(bench, text, Asked("clean", limits or Limits(), Allowed(kinds, kept), analyses))
 
 
 @pytest.fixture(scope="module")
-def tuned(subject):
-    return tuned_with(subject, POOR, 4)
+def tuned(prepared):
+    return tuned_with(prepared, POOR, 4)
 
 
-def anew(subject, text):
+def anew(prepared, text):
     from cleaning.analyse import analyse_on
 
-    planned = run(parse_recipe(text, file=FILE), subject.board)
-    return outcome_of(planned, analyse_on(subject, planned.program, planned.recipe, "fast"), "clean", text)
+    planned = run(parse_recipe(text, file=FILE), prepared.board)
+    return outcome_of(planned, analyse_on(prepared, planned.program, planned.recipe, "fast"), "clean", text)
 
 
 @pytest.mark.slow
@@ -75,16 +75,16 @@ def test_a_poor_recipe_becomes_better_with_few_analyses(tuned):
 
 
 @pytest.mark.slow
-def test_what_is_predicted_comes_out_when_planned_and_analysed_anew(subject, tuned):
-    again = anew(subject, tuned.last.text)
+def test_what_is_predicted_comes_out_when_planned_and_analysed_anew(prepared, tuned):
+    again = anew(prepared, tuned.last.text)
     assert figures_of(again) == figures_of(tuned.last)
     assert again.residues == tuned.last.residues
     assert again.wants == tuned.last.wants
 
 
 @pytest.mark.slow
-def test_the_same_is_found_twice(subject, tuned):
-    again = tuned_with(subject, POOR, 4)
+def test_the_same_is_found_twice(prepared, tuned):
+    again = tuned_with(prepared, POOR, 4)
     assert again.last.text == tuned.last.text
     told = [tuning_report(each, explain(each), "") for each in (tuned, again)]
     assert told[0] == told[1]
@@ -109,22 +109,22 @@ def test_what_stays_wanting_is_explained(tuned):
 
 
 @pytest.mark.slow
-def test_limits_are_kept(subject):
-    tuned = tuned_with(subject, POOR, 3, Limits(seconds=20.0))
+def test_limits_are_kept(prepared):
+    tuned = tuned_with(prepared, POOR, 3, Limits(seconds=20.0))
     assert tuned.within
     assert tuned.last.seconds <= 20.0
     assert tuned.last.shortfall < tuned.first.shortfall
 
 
 @pytest.mark.slow
-def test_a_recipe_beyond_its_limits_is_brought_within_them(subject, tuned):
-    slow = tuned_with(subject, POOR.replace("120", "5"), 8, Limits(seconds=0.8 * tuned.first.seconds + 2.0))
+def test_a_recipe_beyond_its_limits_is_brought_within_them(prepared, tuned):
+    slow = tuned_with(prepared, POOR.replace("120", "5"), 8, Limits(seconds=0.8 * tuned.first.seconds + 2.0))
     assert slow.first.seconds > slow.last.seconds
     assert slow.within
 
 
-def test_what_is_not_allowed_stays_and_is_named(subject):
-    tuned = tuned_with(subject, POOR, 4, kinds=frozenset({"speeds"}), kept=(("templates", "sweep", "speed_mm_s"),))
+def test_what_is_not_allowed_stays_and_is_named(prepared):
+    tuned = tuned_with(prepared, POOR, 4, kinds=frozenset({"speeds"}), kept=(("templates", "sweep", "speed_mm_s"),))
     assert tuned.last.text == POOR
     assert tuned.changes == ()
     told = " ".join(reason.why for reason in explain(tuned))
@@ -159,22 +159,22 @@ sequence:
 
 
 @pytest.mark.slow
-def test_a_suggestion_does_what_is_predicted_of_it(subject):
+def test_a_suggestion_does_what_is_predicted_of_it(prepared):
     from cleaning.analyse import analyse_on
 
-    planned = run(parse_recipe(POOR, file=FILE), subject.board)
-    report = analyse_on(subject, planned.program, planned.recipe, "fast")
+    planned = run(parse_recipe(POOR, file=FILE), prepared.board)
+    report = analyse_on(prepared, planned.program, planned.recipe, "fast")
     first = suggest(planned, report)[0]
-    effect = predict(first, Here(FILE, POOR, planned, report, subject))
-    assert figures_of(anew(subject, effect.text)) == effect.after
+    effect = predict(first, Here(FILE, POOR, planned, report, prepared))
+    assert figures_of(anew(prepared, effect.text)) == effect.after
     assert effect.before == figures_of(outcome_of(planned, report, "clean"))
     assert effect.after.seconds > effect.before.seconds
 
 
 @pytest.mark.slow
-def test_tuning_beats_a_grid_of_the_same_knobs(subject):
-    tuned = tuned_with(subject, POOR, 40)
-    grid = Bench(FILE, subject, "clean", 60)
+def test_tuning_beats_a_grid_of_the_same_knobs(prepared):
+    tuned = tuned_with(prepared, POOR, 40)
+    grid = Bench(FILE, prepared, "clean", 60)
     grid.first(POOR)
     found = []
     for speed in (10, 20, 40):

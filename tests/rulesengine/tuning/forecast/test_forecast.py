@@ -42,8 +42,8 @@ def outcome(bench):
 
 
 def test_deposits_add_up_to_what_each_stage_leaves(bench):
-    planned = run(parse_recipe(TEXT, file=FILE), bench.subject.board)
-    report = analyse_on(bench.subject, planned.program, planned.recipe, "fast")
+    planned = run(parse_recipe(TEXT, file=FILE), bench.prepared.board)
+    report = analyse_on(bench.prepared, planned.program, planned.recipe, "fast")
     deposits = deposits_of(report)
     assert [(each.step, each.template) for each in deposits.each] == [
         ("sequence[0]", "sweep"),

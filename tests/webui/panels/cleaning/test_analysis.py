@@ -82,12 +82,12 @@ def test_the_board_is_made_ready_once_for_its_parameters():
     told = []
     first = analyse_run(session.run, Asked("default", parameters, "sketch"), None, lambda what, _: told.append(what))
     again = analyse_run(session.run, Asked("default", parameters, "sketch"), first, lambda *_: None)
-    assert again.subject is first.subject
+    assert again.prepared is first.prepared
     assert again.report.facets is first.report.facets
     np.testing.assert_array_equal(again.report.exposures[0].volume_mm, first.report.exposures[0].volume_mm)
     hotter = parameters.model_copy(update={"description": "another one"})
     other = analyse_run(session.run, Asked("other", hotter, "sketch"), first, lambda *_: None)
-    assert other.subject is not first.subject
+    assert other.prepared is not first.prepared
     assert session.with_analysis(first).analysis is first
     assert told
 
