@@ -14,7 +14,8 @@ from boards.formats.tri.tri import write_tri
 from boards.slab import find_slab
 from geometry.gridframe import GridFrame, find_grid_frame
 from geometry.polygons import GRID_MM, canonical, drop_collinear, join_pieces, polygons_of, project, simplify_within
-from specs.finding import Finding, worst_first
+from specs.finding import Finding, FindingRule, worst_first
+from specs.finding_rules import ALL_ON_BOTTOM, BOARD_IN_PIECES, COMPONENT_FLOATING, COMPONENT_OUTSIDE, COMPONENT_SUNK
 
 _OUTLINE_TOLERANCE_MM = 0.01
 _LEAST_RISE_MM = 1e-3
@@ -80,7 +81,7 @@ def _outline_of(board: Body, frame: GridFrame) -> tuple[Polygon, list[Finding]]:
     if count == 1:
         return outline, []
     message = f"The bare board is in {count} pieces: its outline joins them across the gaps."
-    return outline, [Finding("board-in-pieces", "warning", message)]
+    return outline, [Finding(BOARD_IN_PIECES, message)]
 
 
 def _axis_of(outline: Polygon) -> tuple[float, float]:
@@ -109,7 +110,7 @@ def _check_top(parts: Sequence[Shape]) -> list[Finding]:
     if len(parts) < 2 or any(shape.body.side is not None or side_of(shape) == "top" for shape in parts):
         return []
     message = f"All {len(parts)} components lie on the bottom. If the board is upside down, turn it over."
-    return [Finding("all-on-bottom", "warning", message)]
+    return [Finding(ALL_ON_BOTTOM, message)]
 
 
 def _height_on(shape: Shape, side: Side) -> float:
@@ -125,15 +126,15 @@ def _check_places(parts: Sequence[Shape], outline: Polygon) -> Iterator[Finding]
         share = shape.share_above if side == "top" else shape.share_below
         if distance > _FAR_MM:
             message = f"{name} lies {distance:.1f} mm outside the board's outline. Is its place right?"
-            yield _place_finding("component-outside", message, shape)
+            yield _place_finding(COMPONENT_OUTSIDE, message, shape)
         if shape.gap_mm > _FLOATING_MM:
             message = f"{name} floats {shape.gap_mm:.1f} mm away from the board. Is its model in the right place?"
-            yield _place_finding("component-floating", message, shape)
+            yield _place_finding(COMPONENT_FLOATING, message, shape)
         elif share < 0.5:
             message = (
                 f"{name} is sunk: only {100 * share:.0f} % of its surface lies above the {side} side it belongs to."
             )
-            yield _place_finding("component-sunk", message, shape)
+            yield _place_finding(COMPONENT_SUNK, message, shape)
 
 
 def _distances_outside(parts: Sequence[Shape], outline: Polygon) -> list[float]:
@@ -146,9 +147,9 @@ def _distances_outside(parts: Sequence[Shape], outline: Polygon) -> list[float]:
     return np.round(shapely.distance(shapes, inside), 4).tolist()
 
 
-def _place_finding(rule: str, message: str, shape: Shape) -> Finding:
+def _place_finding(rule: FindingRule, message: str, shape: Shape) -> Finding:
     where = np.round(shape.body.patches.reshape(-1, 3).mean(axis=0), 3).tolist()
-    return Finding(rule, "warning", message, where=(where[0], where[1], where[2]))
+    return Finding(rule, message, where=(where[0], where[1], where[2]))
 
 
 def _obstacles(shapes: Sequence[Shape], side: Side) -> tuple[Obstacle, ...]:

@@ -21,7 +21,7 @@ from cleaning.verdicts.rules import VERDICTS, Verdict
 from cleaning.verdicts.validity_rules import judge_range
 from programs.program import TimedProgram
 from recipes.recipe import Recipe
-from specs.finding import Finding, worst_first
+from specs.finding import Finding, FindingRule, worst_first
 from specs.progress import Progress, no_progress, subprogress
 
 Effort: TypeAlias = Literal["sketch", "fast", "full"]
@@ -123,12 +123,17 @@ def _findings(parts: Sequence[Part], bare: Part, process: Sequence[Judgement]) -
     found += [("process", each) for each in process]
     return [
         Finding(
-            rule=f"{each.rule} {each.name}".lower().replace(" ", "-"),
-            severity="warning" if each.verdict == "dirty" else "info",
+            rule=_rule_of(each),
             message=f"{name}: {each.because} {each.advice}".rstrip(),
             made_by=each.stage,
             where=each.where,
+            override="warning" if each.verdict == "dirty" else "info",
         )
         for name, each in found
         if each.verdict != "clean"
     ]
+
+
+def _rule_of(judgement: Judgement) -> FindingRule:
+    rule, name = judgement.rule, f"{judgement.rule} {judgement.name}".lower().replace(" ", "-")
+    return FindingRule(name, "info", rule.meaning, rule.page.partition("/")[2], also="warning", verdict=rule.id)

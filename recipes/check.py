@@ -8,6 +8,15 @@ from recipes.nozzles import HollowCone
 from recipes.paths import ComponentPerimeter
 from recipes.recipe import Recipe
 from specs.finding import Finding
+from specs.finding_rules import (
+    CLASS_OUT_OF_REACH,
+    NEAR_WITHIN_MERGE_GAP,
+    NO_CLASS_FOR_THE_REST,
+    RING_CONTRADICTS_HALF_ANGLE,
+    UNUSED_FUNCTION,
+    UNUSED_NOZZLE,
+    UNUSED_TEMPLATE,
+)
 
 _RING_TOLERANCE_DEG = 8.0
 _TAKES_ALL = ComponentClass()
@@ -25,11 +34,12 @@ def _find_unused(recipe: Recipe) -> Iterator[Finding]:
         "nozzles": {step.nozzle for step in steps},
         "templates": {name for step in steps for name in step.paths},
     }
+    rules = {"functions": UNUSED_FUNCTION, "nozzles": UNUSED_NOZZLE, "templates": UNUSED_TEMPLATE}
     for kind, names in used.items():
         for name in getattr(recipe, kind):
             if name not in names:
                 message = f"no step uses {name}; add it to the sequence, or remove it"
-                yield Finding(f"unused-{kind.removesuffix('s')}", "warning", message, f"{kind}.{name}")
+                yield Finding(rules[kind], message, f"{kind}.{name}")
 
 
 def _find_idle_classes(recipe: Recipe) -> Iterator[Finding]:
@@ -38,12 +48,12 @@ def _find_idle_classes(recipe: Recipe) -> Iterator[Finding]:
     for name, component_class in recipe.classes.items():
         if taker:
             message = f"never matches, because {taker} before it takes every component; put it before {taker}"
-            yield Finding("class-out-of-reach", "warning", message, f"classes.{name}")
+            yield Finding(CLASS_OUT_OF_REACH, message, f"classes.{name}")
         elif component_class == _TAKES_ALL:
             taker = name
     if not taker:
         message = "no class takes what the others leave; add a last one that states nothing, such as `other: {}`"
-        yield Finding("no-class-for-the-rest", "warning", message, "classes")
+        yield Finding(NO_CLASS_FOR_THE_REST, message, "classes")
 
 
 def _find_idle_near(recipe: Recipe) -> Iterator[Finding]:
@@ -53,7 +63,7 @@ def _find_idle_near(recipe: Recipe) -> Iterator[Finding]:
                 f"near.within_mm {spec.near.within_mm:g} is not above merge_gap_mm {spec.merge_gap_mm:g}: components "
                 "so close are followed as one outline, so near seldom holds; raise within_mm"
             )
-            yield Finding("near-within-merge-gap", "warning", message, f"templates.{name}.near")
+            yield Finding(NEAR_WITHIN_MERGE_GAP, message, f"templates.{name}.near")
 
 
 def _find_odd_rings(recipe: Recipe) -> Iterator[Finding]:
@@ -67,4 +77,4 @@ def _find_odd_rings(recipe: Recipe) -> Iterator[Finding]:
                 f"the measured ring has a half angle of {measured:.1f} degrees but half_angle_deg says "
                 f"{nozzle.half_angle_deg:g}; check height_mm and the radii, or correct half_angle_deg"
             )
-            yield Finding("ring-contradicts-half-angle", "warning", message, f"nozzles.{name}.wavefront")
+            yield Finding(RING_CONTRADICTS_HALF_ANGLE, message, f"nozzles.{name}.wavefront")

@@ -50,7 +50,7 @@ class Trial:
     @property
     def stopped_by(self) -> tuple[str, ...]:
         """Rules of the errors that keep the robot from the program."""
-        return tuple(dict.fromkeys(each.rule for each in self.report.findings if each.severity == "error"))
+        return tuple(dict.fromkeys(each.rule.id for each in self.report.findings if each.severity == "error"))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -27,6 +27,7 @@ from robotcell.motion.track_branch import Followed
 from robotcell.robot.conditioning import singularity
 from robotcell.robot.robot import Joints, Poses
 from specs.finding import Finding, worst_first
+from specs.finding_rules import BOARD_NOT_CHECKED, CELL_REMEDY, HOME_BLOCKED
 from specs.progress import Progress, no_progress, subprogress
 
 _MOST_LEAN_DEG = 45.0
@@ -213,7 +214,7 @@ def _home(ask: Questions, done: Followed) -> list[Finding]:
         if move is None:
             message = f"the straight joint move {text} collides; choose another home, or go there by hand."
             scene = Scene(ask, done.course)
-            findings.append(Finding("home-blocked", "warning", message, scene.made_by(sample), scene.place(sample)))
+            findings.append(Finding(HOME_BLOCKED, message, scene.made_by(sample), scene.place(sample)))
     return findings
 
 
@@ -221,7 +222,7 @@ def _without_board(program: TimedProgram) -> Finding:
     text = (
         f"the board {program.origin.board} was not at hand: no collision with it was looked for. Name it with --board."
     )
-    return Finding("board-not-checked", "warning", text)
+    return Finding(BOARD_NOT_CHECKED, text)
 
 
 def _remedy(cell: Cell, board: Board | None, course: Course, nodes: Indices, wrong: Indices) -> list[Finding]:
@@ -232,4 +233,4 @@ def _remedy(cell: Cell, board: Board | None, course: Course, nodes: Indices, wro
         return []
     share = share_reached(cell, places)
     message = f"{text}; as it stands {share:.0%} of the {len(places.tool)} points that were tried are reached at all."
-    return [Finding("cell-remedy", "warning", message)]
+    return [Finding(CELL_REMEDY, message)]

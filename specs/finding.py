@@ -12,22 +12,48 @@ _RANK: dict[Severity, int] = {"error": 0, "warning": 1, "info": 2}
 
 
 @dataclass(frozen=True, slots=True)
+class FindingRule:
+    """What one check looks for. All of them are in ``specs/finding_rules.py``."""
+
+    id: str
+    """Name in kebab-case, as reports, lists and ``--allow`` have it."""
+    severity: Severity
+    """Severity of its findings; an ``error`` blocks the export unless the user overrides the rule by name."""
+    meaning: str
+    """What a finding of it states, in the words of the page's table."""
+    page: str
+    """Page of ``docs`` whose table lists it."""
+    also: Severity | None = None
+    """The other severity, of a rule whose findings differ in weight."""
+    verdict: str = ""
+    """Rule of the cleaning model, such as ``"R7"``, if a finding reports its verdict."""
+
+    def __str__(self) -> str:
+        """Give the id."""
+        return self.id
+
+
+@dataclass(frozen=True, slots=True)
 class Finding:
     """What a check saw; never raised.
 
     It sits below the nouns because a board, a recipe and a program may each have some (``docs/adr/0002``).
     """
 
-    rule: str
-    """Name of the check in kebab-case, such as ``"speed-below-asked"``."""
-    severity: Severity
-    """An ``error`` blocks the export unless the user overrides its rule by name."""
+    rule: FindingRule
     message: str
     """What was seen, with numbers, and what to do about it."""
     made_by: str = ""
     """Recipe path that asked for it, such as ``"sequence[0]/around/U12"``; empty for the board's own."""
     where: tuple[float, float, float] | None = None
     """Place in the board frame, mm; ``None`` where there is no one place."""
+    override: Severity | None = None
+    """Severity of this finding where it is not the rule's."""
+
+    @property
+    def severity(self) -> Severity:
+        """Severity of this finding: the rule's, unless it is overridden."""
+        return self.override or self.rule.severity
 
 
 def worst_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
@@ -38,7 +64,7 @@ def worst_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 def finding_data(finding: Finding) -> dict[str, Json]:
     """Give a finding as plain data for a report, its place to a tenth of a micrometre."""
     return {
-        "rule": finding.rule,
+        "rule": finding.rule.id,
         "severity": finding.severity,
         "message": finding.message,
         "made_by": finding.made_by,
@@ -48,4 +74,4 @@ def finding_data(finding: Finding) -> dict[str, Json]:
 
 def blocking(findings: Sequence[Finding], allowed: Sequence[str]) -> list[Finding]:
     """Findings that forbid an export: errors whose rule the user has not allowed by name."""
-    return [finding for finding in findings if finding.severity == "error" and finding.rule not in allowed]
+    return [finding for finding in findings if finding.severity == "error" and finding.rule.id not in allowed]

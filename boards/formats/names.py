@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from specs.finding import Finding
+from specs.finding_rules import REPEATED_NAME
 
 _LISTED = 20
 
@@ -39,4 +40,4 @@ def distinct_names(wishes: Sequence[str]) -> tuple[list[str], list[Finding]]:
         used.add(name)
         names.append(name)
     message = f"{len(changed)} components share a reference designator and were renamed: {some(changed)}."
-    return names, [Finding("repeated-name", "warning", message)] if changed else []
+    return names, [Finding(REPEATED_NAME, message)] if changed else []

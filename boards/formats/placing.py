@@ -8,7 +8,8 @@ from boards.board import Role
 from boards.formats.loose import height_range, plan_hull, touching_groups
 from boards.formats.tree import Part
 from geometry.arrays import Triangles
-from specs.finding import Finding, Severity
+from specs.finding import Finding, FindingRule
+from specs.finding_rules import BOARD_LAYERS, COMPONENT_WITHOUT_HEIGHT, MODELS_JOINED, NOT_ON_THE_BOARD, REPEATED_NAME
 
 _LAYER_MM = 0.15  # copper, mask and print are thinner than this; no component is
 _NO_HEIGHT_MM = 0.01
@@ -32,9 +33,9 @@ def drop_layers(board: Triangles, parts: Sequence[Part]) -> tuple[list[Part], li
             kept.append(part)
         else:
             (flat if part.is_named else layers).append(part.name or "unnamed")
-    findings = _listed("board-layers", "info", "lie within the board's thickness and are left out", layers)
+    findings = _listed(BOARD_LAYERS, "lie within the board's thickness and are left out", layers)
     hint = "have no height above the board and are left out; check their models"
-    return kept, findings + _listed("component-without-height", "warning", hint, flat)
+    return kept, findings + _listed(COMPONENT_WITHOUT_HEIGHT, hint, flat)
 
 
 def split_roles(board: Triangles, parts: Sequence[Part]) -> tuple[list[tuple[Role, Part]], list[Finding]]:
@@ -55,7 +56,7 @@ def split_roles(board: Triangles, parts: Sequence[Part]) -> tuple[list[tuple[Rol
         else:
             placed.append(("fixture", part))
             around.append(part.name or "unnamed")
-    return placed, _listed("not-on-the-board", "warning", "do not stand on the board and are kept as obstacles", around)
+    return placed, _listed(NOT_ON_THE_BOARD, "do not stand on the board and are kept as obstacles", around)
 
 
 def join_repeated(parts: Sequence[Part]) -> tuple[list[Part], list[Finding]]:
@@ -72,7 +73,7 @@ def join_repeated(parts: Sequence[Part]) -> tuple[list[Part], list[Finding]]:
             geometry = parts[first].geometry + tuple(own for row in others for own in merged.pop(row).geometry)
             merged[first] = replace(parts[first], geometry=geometry)
             names += [parts[first].name] * bool(others)
-    return list(merged.values()), _listed("models-joined", "info", "come in several touching bodies, joined", names)
+    return list(merged.values()), _listed(MODELS_JOINED, "come in several touching bodies, joined", names)
 
 
 def name_parts(placed: Iterable[tuple[Role, Part]]) -> tuple[list[tuple[Role, Part]], list[Finding]]:
@@ -91,11 +92,11 @@ def name_parts(placed: Iterable[tuple[Role, Part]]) -> tuple[list[tuple[Role, Pa
         taken.add(name)
         named.append((role, replace(part, name=name)))
     hint = "names occur more than once; the later ones were renamed"
-    return named, _listed("repeated-name", "warning", hint, renamed)
+    return named, _listed(REPEATED_NAME, hint, renamed)
 
 
-def _listed(rule: str, severity: Severity, what: str, names: Sequence[str]) -> list[Finding]:
+def _listed(rule: FindingRule, what: str, names: Sequence[str]) -> list[Finding]:
     if not names:
         return []
     some = ", ".join(names[:20]) + (" …" if len(names) > 20 else "")
-    return [Finding(rule, severity, f"{len(names)} {what}: {some}.")]
+    return [Finding(rule, f"{len(names)} {what}: {some}.")]

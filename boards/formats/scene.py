@@ -20,6 +20,7 @@ from boards.formats.tri.tri import SMALLEST_AREA_MM2
 from geometry.arrays import Triangles
 from geometry.mesh import areas_and_normals
 from specs.finding import Finding
+from specs.finding_rules import BOARD_NOT_TURNED, BOARD_TURNED, NO_COMPONENTS, UNIT_GUESSED
 from specs.progress import Progress, no_progress
 
 _STEP = (".step", ".stp")
@@ -160,18 +161,16 @@ def _find_frame(board: Flatness, path: Path) -> tuple[_Frame, list[Finding]]:
     if unit != default:
         size = f"{board.length:.3g} across and {board.thickness:.3g} thick"
         message = f"the board is {size} in the units of the file: looks like {unit}, taken as such (not {default})."
-        findings.append(Finding("unit-guessed", "warning", message))
+        findings.append(Finding(UNIT_GUESSED, message))
     turn = turn_flat(board.normal)
     if turn is not None:
         x, y, z = (round(float(value), 3) + 0.0 for value in board.normal)
         message = (
             f"the board did not lie in the x/y plane: turned so that its direction ({x:g}, {y:g}, {z:g}) became z."
         )
-        findings.append(Finding("board-turned", "info", message))
+        findings.append(Finding(BOARD_TURNED, message))
     elif suffix in _GLTF:
-        findings.append(
-            Finding("board-not-turned", "info", "glTF says y is up, but the board lies in x/y: not turned.")
-        )
+        findings.append(Finding(BOARD_NOT_TURNED, "glTF says y is up, but the board lies in x/y: not turned."))
     return _Frame(UNITS_MM[unit], turn), findings
 
 
@@ -179,7 +178,7 @@ def _alone(parts: list[Part]) -> list[Finding]:
     if parts:
         return []
     message = "nothing but the board was found: components must be bodies of their own, not fused with the board."
-    return [Finding("no-components", "warning", message)]
+    return [Finding(NO_COMPONENTS, message)]
 
 
 def _make_body(role: Role, part: Part) -> Body:

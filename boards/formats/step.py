@@ -13,6 +13,7 @@ from boards.formats.gltf import parse_gltf
 from boards.formats.step_products import name_products, read_structure
 from boards.formats.tree import Node, refdes_of
 from specs.finding import Finding
+from specs.finding_rules import PART_WITHOUT_GEOMETRY
 from specs.progress import Progress
 
 # Sag of a chord below 0.02 mm; the angle bounds the number of chords of small arcs.
@@ -99,4 +100,4 @@ def _skipped_finding(names: list[str]) -> tuple[Finding, ...]:
     parts = sorted({name for name in names if name}, key=lambda name: (refdes_of(name) is None, name))
     listed = ", ".join(parts[:20]) + (" …" if len(parts) > 20 else "")
     message = f"{len(names)} parts have no geometry and are not there: {listed}. Give them a 3-D model if they matter."
-    return (Finding("part-without-geometry", "warning", message),)
+    return (Finding(PART_WITHOUT_GEOMETRY, message),)

@@ -13,6 +13,14 @@ from boards.formats.prism import NOMINAL_HEIGHT
 from boards.parts_table.fit import Fit, assign, centre, fit_pairs, fit_points
 from boards.parts_table.read import Row, read_table
 from specs.finding import Finding
+from specs.finding_rules import (
+    PARTS_BY_POSITION,
+    PARTS_CONTRADICT,
+    PARTS_FRAME,
+    PARTS_NOT_IN_TABLE,
+    PARTS_NOT_ON_BOARD,
+    PARTS_POSITION,
+)
 
 _REFERENCE = re.compile(r"[A-Za-z]{1,4}\d+[A-Za-z]?")
 """What a reference designator looks like; a body of another name takes that of its row."""
@@ -60,14 +68,14 @@ def join_parts(bodies: Sequence[Body], table: Path) -> tuple[tuple[Body, ...], t
     if by_place:
         result = _rename(result, {number: rows[row].ref for row, number in by_place.items()})
         pairs = [f"{rows[row].ref} = {bodies[number].name}" for row, number in sorted(by_place.items())]
-        notes.append(Finding("parts-by-position", "info", f"{len(pairs)} rows joined by position: {some(pairs)}."))
+        notes.append(Finding(PARTS_BY_POSITION, f"{len(pairs)} rows joined by position: {some(pairs)}."))
     taken = {*joined.values(), *by_place.values()}
     notes.extend(
         _unmatched(rows, [*joined, *by_place], [bodies[number].name for number in parts if number not in taken])
     )
     if clashes:
         text = f"{len(clashes)} entries of the parts table contradict the board file: {some(clashes)}."
-        notes.append(Finding("parts-contradict", "warning", text))
+        notes.append(Finding(PARTS_CONTRADICT, text))
     return tuple(result), tuple(notes)
 
 
@@ -97,10 +105,10 @@ def _unmatched(rows: Sequence[Row], joined: Iterable[int], left: Sequence[str]) 
     notes: list[Finding] = []
     if lost:
         text = f"{len(lost)} rows of the parts table are not on the board: {some(lost)}."
-        notes.append(Finding("parts-not-on-board", "warning", text))
+        notes.append(Finding(PARTS_NOT_ON_BOARD, text))
     if left:
         text = f"{len(left)} components are not in the parts table: {some(left)}."
-        notes.append(Finding("parts-not-in-table", "warning", text))
+        notes.append(Finding(PARTS_NOT_IN_TABLE, text))
     return notes
 
 
@@ -123,7 +131,7 @@ def _join_places(
         if fit is None:
             if open_rows and here:
                 text = f"{len(open_rows)} positions of the parts table fit no arrangement of the components of the "
-                notes.append(Finding("parts-position", "warning", f"{text}{side or 'board'}: not joined by position."))
+                notes.append(Finding(PARTS_POSITION, f"{text}{side or 'board'}: not joined by position."))
             continue
         notes.extend(_say_fit(fit, side, rows, bodies, {place: joined[place] for place in named}))
         for place, number in assign(fit.apply(_positions(rows, open_rows)), [bodies[number] for number in here]):
@@ -160,13 +168,13 @@ def _say_fit(
     words = fit.describe()
     if words:
         where = f" of the {side}" if side else ""
-        notes.append(Finding("parts-frame", "info", f"The positions{where} in the parts table were {words}."))
+        notes.append(Finding(PARTS_FRAME, f"The positions{where} in the parts table were {words}."))
     mapped = fit.apply(_positions(rows, list(named)))
     hits = {place for place, _ in assign(mapped, [bodies[number] for number in named.values()])} if named else set()
     away = [rows[place].ref for count, place in enumerate(named) if count not in hits]
     if away:
         text = f"{len(away)} components lie elsewhere in the parts table than on the board: {some(away)}."
-        notes.append(Finding("parts-position", "warning", f"{text} Check that it is of the same revision."))
+        notes.append(Finding(PARTS_POSITION, f"{text} Check that it is of the same revision."))
     return notes
 
 

@@ -17,6 +17,7 @@ from programs.playback import Timeline, build_timeline, play
 from programs.program import Command, Instruction, TimedProgram
 from recipes.recipe import Recipe
 from specs.finding import Finding
+from specs.finding_rules import LIQUID_UNKNOWN, LOOP_ONCE
 
 _PA_PER_BAR = 1e5
 _ROOM_C = 20.0
@@ -95,14 +96,14 @@ def _read(
         )
     asked = recipe.functions[function]
     liquid, assumed = choose_liquid(function, asked, recipe.nozzles[nozzle], parameters)
-    findings = [Finding("liquid-unknown", "warning", assumed, made_by)] if assumed else []
+    findings = [Finding(LIQUID_UNKNOWN, assumed, made_by)] if assumed else []
     repeats = int(first["REPEAT"].arguments[0]) if "REPEAT" in first else 1
     if repeats > 1:
         message = (
             f"{function} is repeated until a sensor says so, {repeats} times at most. Times, litres and pictures are "
             "those of once; verdicts say how often it must be done."
         )
-        findings.append(Finding("loop-once", "info", message, made_by))
+        findings.append(Finding(LOOP_ONCE, message, made_by))
     warmth = _setting(settings, "temperature_c", asked.temperature_c, _TEMPERATURES_C, made_by)
     pressure = _setting(settings, "pressure_bar", asked.pressure_bar, _PRESSURES_BAR, made_by)
     stage = Stage(

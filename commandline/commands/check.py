@@ -68,8 +68,9 @@ def check(
         from robotcell.cell.load import read_cell
         from robotcell.track import terms_of, track
         from specs.finding import blocking
+        from specs.finding_rules import check_allowed
 
-        reports = report or []
+        reports, allowed = report or [], check_allowed(allow or [])
         for path in reports:
             if path.suffix.lower() != ".json":
                 check_suffix(path.suffix)
@@ -79,7 +80,7 @@ def check(
         with progress_bar() as progress:
             terms = terms_of(loaded, lean=math.radians(tilt_band))
             done = track(asked, loaded.cell, made_for, terms=terms, progress=progress)
-        stops = blocking(done.findings, allow or [])
+        stops = blocking(done.findings, allowed)
         written = _write(done, reports, output if not stops else None)
         console = open_console()
         print_cell_report(console, done)

@@ -58,10 +58,12 @@ def export(
         from reports.files.export_robot import export_in_cell
         from reports.files.write_run import check_apart, check_folder
         from robotcell.cell.load import read_cell
+        from specs.finding_rules import check_allowed
 
         if program is None or cell is None:
             raise JobError("a program and --cell CELL are needed, or --list; `washboard export --help` shows how.")
         find_dialect(dialect)
+        allowed = check_allowed(allow or [])
         if output is not None and output.is_dir():
             check_folder(output)
         elif output is not None:
@@ -70,7 +72,7 @@ def export(
         made_for = read_board_of(asked, program, board, parts)
         with progress_bar() as progress:
             done = export_in_cell(asked, lies_in, dialect, made_for, progress)
-        _write(done, dialect, output, allow or [])
+        _write(done, dialect, output, allowed)
 
 
 def _write(done: "CellExport", dialect: str, output: Path | None, allowed: list[str]) -> None:

@@ -58,12 +58,14 @@ def plan(
         from reports.files.write_run import check_places, write_run
         from reports.tables.summary import print_run
         from reports.terminal.console import open_console, print_files
+        from specs.finding_rules import check_allowed
 
+        allowed = check_allowed(allow or [])
         check_places(read=(board, recipe, parts), program=output, picture=picture, report_file=report)
         done = read_and_run(board, recipe, parts)
         console = open_console()
         try:  # files first: who reads the summary may close the pipe after one line
-            write_run(done, output=output, picture=picture, report_file=report, allowed=allow or [])
+            write_run(done, output=output, picture=picture, report_file=report, allowed=allowed)
         finally:
             print_run(console, done)
         print_files(console, program=output, picture=picture, report=report)

@@ -64,7 +64,7 @@ def check(source: RecipeSource) -> None:
         recipe = load_recipe(source)
         findings = check_recipe(recipe)
         for finding in findings:
-            typer.echo(f"{finding.severity}: {finding.made_by}: {finding.message} [{finding.rule}]")
+            typer.echo(f"{finding.severity}: {finding.made_by}: {finding.message} [{finding.rule.id}]")
         told = [
             amount(sum(step.enabled for step in recipe.sequence), "step"),
             amount(len(recipe.templates), "template"),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from programs.motion.installation import Channel, Sensor
 from programs.motion.steps_of_robot import Line, Repeat, Step, Switch
 from specs.finding import Finding
+from specs.finding_rules import ANALOG_OUT_OF_RANGE
 
 _SLACK = 1e-6
 """Of the full scale: the last digits of a value that is exactly there."""
@@ -93,7 +94,7 @@ def find_out_of_range(steps: Iterable[Step], counting: Counting) -> tuple[Findin
     found: dict[str, Finding] = {}
     for step in steps:
         for message in _out_of_range(step, counting):
-            found.setdefault(message, Finding("analog-out-of-range", "error", message, step.made_by))
+            found.setdefault(message, Finding(ANALOG_OUT_OF_RANGE, message, step.made_by))
     return tuple(found.values())
 
 

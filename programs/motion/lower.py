@@ -9,6 +9,7 @@ from typing import Literal, TypeAlias
 from programs.motion.analog import IN_OWN_UNIT, Counting, find_out_of_range
 from programs.motion.steps_of_robot import Event, Line, MotionProgram, Reference, Repeat, Step, Switch, split_line
 from specs.finding import Finding
+from specs.finding_rules import NO_SENSOR, STOPS_FOR_OUTPUT
 
 Saying: TypeAlias = Literal["distance and time", "distance", "time", "percent", "boundary", "stop"]
 """How a language places an output on a line.
@@ -95,7 +96,7 @@ def lower(motion: MotionProgram, capability: Capability) -> Lowered:
             steps.append(step if capability.reads_sensors else _without_sensor(step, findings))
     if capability.says == "stop" and (count := sum(len(line.events) for line in motion.lines)):
         message = f"this controller stops for an output: the robot stands {count} times where the jet begins or ends."
-        findings.append(Finding("stops-for-output", "warning", message))
+        findings.append(Finding(STOPS_FOR_OUTPUT, message))
     findings += find_out_of_range(steps, capability.analog)
     worst = max(errors, key=lambda error: (round(error.distance_mm, 6), round(error.time_s, 9)))
     return Lowered(replace(motion, steps=tuple(steps), findings=(*motion.findings, *findings)), worst)
@@ -106,7 +107,7 @@ def _without_sensor(step: Step, findings: list[Finding]) -> Step:
     if not isinstance(step, Repeat) or step.sensor is None:
         return step
     message = f"this language cannot look at {step.key}; the loop is done {step.count} times."
-    findings.append(Finding("no-sensor", "warning", message, step.made_by))
+    findings.append(Finding(NO_SENSOR, message, step.made_by))
     return replace(step, sensor=None)
 
 

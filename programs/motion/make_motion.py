@@ -30,7 +30,8 @@ from programs.motion.valves import Wish, open_valves
 from programs.pose import Pose, angle, distance
 from programs.program import TILT_BAND, Command, MoveTo, TimedProgram
 from programs.soundness import TICK_S
-from specs.finding import Finding
+from specs.finding import Finding, FindingRule
+from specs.finding_rules import NO_CHANNEL, NO_PLACEMENT, NO_SENSOR, NO_TOOL
 
 
 def make_motion(
@@ -104,16 +105,15 @@ class _Teller:
         self.steps += steps
         self.begins += [self.now] * len(steps)
 
-    def warn(self, rule: str, message: str, made_by: str, severity: str = "warning") -> None:
+    def warn(self, rule: FindingRule, message: str, made_by: str) -> None:
         """Note a finding, once."""
-        found = Finding(rule, "error" if severity == "error" else "warning", message, made_by)
         if all((other.rule, other.message) != (rule, message) for other in self.findings):
-            self.findings.append(found)
+            self.findings.append(Finding(rule, message, made_by))
 
     def reach(self, made_by: str) -> None:
         """Come to the pose by a joint motion if the robot is not there."""
         if self.tool < 0:
-            self.warn("no-tool", "the program moves before it says NOZZLE; name the nozzle first.", made_by, "error")
+            self.warn(NO_TOOL, "the program moves before it says NOZZLE; name the nozzle first.", made_by)
             self.tool = min(self.installation.tools, default=0)
             self.add(UseTool(self.tool, self.nozzle, made_by))
         if not self.reached and self.pose is not None:
@@ -192,7 +192,7 @@ class _Teller:
     def unmapped(self, what: str, made_by: str) -> None:
         """Say that something stays a comment."""
         cell = self.installation.cell
-        self.warn("no-channel", f"{what} has no channel in cell {cell}; it is a comment in the program.", made_by)
+        self.warn(NO_CHANNEL, f"{what} has no channel in cell {cell}; it is a comment in the program.", made_by)
 
     def set(self, key: str, value: str, made_by: str) -> None:
         """Set the output that carries a quantity, or say what it should be."""
@@ -221,7 +221,7 @@ class _Teller:
         self.add(Note(f"nozzle {nozzle}, tool {number}", made_by))
         if number != self.tool:
             if number not in self.installation.tools:
-                self.warn("no-tool", f"cell {self.installation.cell} has no tool {number}.", made_by, "error")
+                self.warn(NO_TOOL, f"cell {self.installation.cell} has no tool {number}.", made_by)
             self.tool, self.reached = number, False
             self.add(UseTool(number, nozzle, made_by))
         if passes:
@@ -236,14 +236,14 @@ class _Teller:
             self.add(UseBoard(name, place, made_by))
         elif name.startswith("flip"):
             message = f"the cell does not say where the board lies after CALL {name}; state it in its placements."
-            self.warn("no-placement", message, made_by)
+            self.warn(NO_PLACEMENT, message, made_by)
 
     def repeat(self, count: int, key: str, least: float, made_by: str) -> None:
         """Begin a loop."""
         sensor = self.installation.sensors.get(key)
         if sensor is None:
             message = f"{key} has no input in cell {self.installation.cell}; the loop is done {count} times."
-            self.warn("no-sensor", message, made_by)
+            self.warn(NO_SENSOR, message, made_by)
         self.add(Repeat(count, key, least, sensor, made_by))
 
 

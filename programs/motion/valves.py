@@ -7,6 +7,7 @@ from itertools import accumulate
 from programs.motion.installation import Installation, Valve
 from programs.motion.steps_of_robot import Event, Line, Note, Pause, Step, Switch
 from specs.finding import Finding
+from specs.finding_rules import NO_VALVE, VALVE_PULSE_LENGTHENED, VALVE_STAYS_OPEN, WAITS_FOR_VALVE
 
 _MOMENT_S = 1e-7
 """Times nearer than this are one."""
@@ -203,7 +204,7 @@ def _without_valve(wish: Wish, installation: Installation, known: list[Finding])
     message = f"nozzle {wish.nozzle or '(none)'} has no valve in cell {installation.cell}; its jet is a comment."
     if any(finding.message == message for finding in known):
         return []
-    return [Finding("no-valve", "error", message, wish.made_by)]
+    return [Finding(NO_VALVE, message, wish.made_by)]
 
 
 def _lengthened(signal: _Signal, missing: float) -> Finding:
@@ -211,7 +212,7 @@ def _lengthened(signal: _Signal, missing: float) -> Finding:
         f"the valve of {signal.wish.nozzle} follows no signal shorter than {1e3 * signal.valve.min_pulse_s:g} ms: "
         f"the jet ends {1e3 * missing:.0f} ms late. Spray for longer, or slower."
     )
-    return Finding("valve-pulse-lengthened", "warning", message, signal.wish.made_by)
+    return Finding(VALVE_PULSE_LENGTHENED, message, signal.wish.made_by)
 
 
 def _joined(last: _Signal, signal: _Signal) -> Finding:
@@ -222,7 +223,7 @@ def _joined(last: _Signal, signal: _Signal) -> Finding:
         f"{1e3 * valve.open_lag_s:g} and {1e3 * valve.close_lag_s:g} ms): it stays open. "
         "Leave more way between the two, or go slower."
     )
-    return Finding("valve-stays-open", "warning", message, last.wish.made_by)
+    return Finding(VALVE_STAYS_OPEN, message, last.wish.made_by)
 
 
 def _waiting(waits: Sequence[float]) -> list[Finding]:
@@ -232,4 +233,4 @@ def _waiting(waits: Sequence[float]) -> list[Finding]:
         f"the robot waits {len(waits)} times, {sum(waits):.2f} s in all, for a valve that cannot be told earlier: "
         "something at rest comes right before."
     )
-    return [Finding("waits-for-valve", "info", message)]
+    return [Finding(WAITS_FOR_VALVE, message)]

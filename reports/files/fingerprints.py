@@ -11,6 +11,7 @@ from recipes.load import recipe_sha256
 from recipes.recipe import Recipe
 from reports.files.find_recipe import is_made_with
 from specs.finding import Finding, worst_first
+from specs.finding_rules import BOARD_DIFFERS, RECIPE_DIFFERS
 
 _SHOWN = 16
 
@@ -52,13 +53,13 @@ def find_differences(program: TimedProgram, board: Board, recipe: Recipe) -> lis
             f"{board.name} is not quite the board this program was made for (sha256 "
             f"{program.origin.board_sha256[:_SHOWN]}): its paths are those of that one. Plan it again."
         )
-        found.append(Finding("board-differs", "warning", message))
+        found.append(Finding(BOARD_DIFFERS, message))
     if not is_made_with(program, recipe):
         message = (
             f"{recipe.recipe} (sha256 {recipe_sha256(recipe)[:_SHOWN]}) is not quite the recipe this program was made "
             "with: nozzles and functions are its, paths are not. Plan it again."
         )
-        found.append(Finding("recipe-differs", "warning", message))
+        found.append(Finding(RECIPE_DIFFERS, message))
     return found
 
 

@@ -178,10 +178,10 @@ def json_bytes(data: Mapping[str, object]) -> bytes:
 
 def reason_not_to(stops: Sequence[Finding]) -> str:
     """Say which findings forbid that something is written, and what can be done."""
-    rules = list(dict.fromkeys(finding.rule for finding in stops))
+    rules = list(dict.fromkeys(finding.rule.id for finding in stops))
     first = stops[0]
     return (
         f"not written: {amount(len(stops), 'finding')} of severity error forbid{'s' if len(stops) == 1 else ''} it. "
-        f"First {first.rule} at {first.made_by or 'the board'}: {first.message} "
+        f"First {first.rule.id} at {first.made_by or 'the board'}: {first.message} "
         f"Mend it, or override with {' '.join(f'--allow {rule}' for rule in rules)}."
     )

@@ -125,11 +125,10 @@ def process_table(report: CleaningReport) -> str:
 
 def remarks(report: CleaningReport) -> list[str]:
     """Give what was noticed on the way and is no judgement, such as a liquid that the parameter set does not have."""
-    rules = {f"{each.id.lower()}-" for each in RULES}
     return [
         f"{finding.made_by}: {finding.message}" if finding.made_by else finding.message
         for finding in report.findings
-        if not any(finding.rule.startswith(rule) for rule in rules)
+        if not finding.rule.verdict
     ]
 
 

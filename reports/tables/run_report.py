@@ -49,10 +49,10 @@ def class_counts(run: "Run") -> dict[str, int]:
 
 def grouped_findings(findings: Sequence[Finding]) -> list[tuple[Finding, int]]:
     """The first of each rule and severity, and how many there are; worst first as given."""
-    counts = Counter((finding.severity, finding.rule) for finding in findings)
+    counts = Counter((finding.severity, finding.rule.id) for finding in findings)
     firsts: dict[tuple[str, str], Finding] = {}
     for finding in findings:
-        firsts.setdefault((finding.severity, finding.rule), finding)
+        firsts.setdefault((finding.severity, finding.rule.id), finding)
     return [(finding, counts[key]) for key, finding in firsts.items()]
 
 

@@ -16,6 +16,7 @@ from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from programs.summary import by_function
 from reports.tables.run_report import class_counts, grouped_findings
 from specs.finding import Finding, worst_first
+from specs.finding_rules import ORDER_GAIN
 
 if TYPE_CHECKING:
     from rulesengine.planning.pipeline import Run
@@ -29,10 +30,10 @@ def print_run(console: Console, run: "Run") -> None:
     """Time and litres by function, members of each class, what the order saved, findings worst first."""
     print_program(console, run.program)
     counts = ", ".join(f"{name} {count}" for name, count in class_counts(run).items())
-    gains = [finding for finding in run.findings if finding.rule == "order-gain"]
+    gains = [finding for finding in run.findings if finding.rule == ORDER_GAIN]
     facts = [("classes", counts), *(("order", f"{shorten(gain.made_by)}: {gain.message}") for gain in gains)]
     print_facts(console, facts)
-    print_findings(console, [finding for finding in run.findings if finding.rule != "order-gain"])
+    print_findings(console, [finding for finding in run.findings if finding.rule != ORDER_GAIN])
 
 
 def print_program(console: Console, program: TimedProgram) -> None:
@@ -103,7 +104,7 @@ def print_findings(console: Console, findings: Sequence[Finding]) -> None:
     tally = ", ".join(f"{counts[severity]} {severity}" for severity in _COLOURS if counts[severity])
     console.print(f"Findings: {tally}{'; worst first' if len(findings) > 1 else ''}.")
     for finding, count in grouped_findings(worst_first(findings)):
-        head = Text.assemble((f"{finding.severity} {finding.rule}", _COLOURS[finding.severity]))
+        head = Text.assemble((f"{finding.severity} {finding.rule.id}", _COLOURS[finding.severity]))
         if finding.made_by:
             head.append(f"  {shorten(finding.made_by)}", "dim")
         if finding.where is not None:

@@ -16,7 +16,18 @@ from robotcell.motion.sampled_path import Course, Flags
 from robotcell.motion.track_branch import Followed
 from robotcell.robot.full_turns import is_inside
 from robotcell.robot.robot import Robot
-from specs.finding import Finding, Severity
+from specs.finding import Finding, FindingRule, Severity
+from specs.finding_rules import (
+    COLLISION,
+    CONFIGURATION_JUMP,
+    JET_LEANT,
+    JOINT_LIMIT,
+    JUMP,
+    NEAR_SINGULAR,
+    OUT_OF_REACH,
+    SPEED_NOT_HELD,
+    TRANSFER_BLOCKED,
+)
 
 Made: TypeAlias = Callable[[int], str]
 """Gives the recipe path that asked for a sample."""
@@ -66,18 +77,18 @@ def unreachable(scene: Scene, samples: Indices) -> list[Finding]:
         worst = int(members[len(members) // 2])
         rule, text = _why_unreachable(scene, worst)
         count = f"{len(members)} points, such as this, are" if len(members) > 1 else "this point is"
-        findings.append(Finding(rule, "error", f"{count} {text}.", made_by, scene.place(worst)))
+        findings.append(Finding(rule, f"{count} {text}.", made_by, scene.place(worst)))
     return findings
 
 
-def _why_unreachable(scene: Scene, sample: int) -> tuple[str, str]:
+def _why_unreachable(scene: Scene, sample: int) -> tuple[FindingRule, str]:
     robot = scene.ask.cell.robot
     found, _ = scene.ask.postures(_around(scene, sample), int(scene.course.tool[sample]))
     rows = found.reshape(-1, robot.dof)
     rows = rows[np.isfinite(rows[:, 0])]
     if len(rows):
-        return "joint-limit", f"reached only beyond a joint's limit: {_beyond(robot, rows)}; {_nearest(scene, sample)}"
-    return "out-of-reach", f"out of the robot's reach; {_nearest(scene, sample)}"
+        return JOINT_LIMIT, f"reached only beyond a joint's limit: {_beyond(robot, rows)}; {_nearest(scene, sample)}"
+    return OUT_OF_REACH, f"out of the robot's reach; {_nearest(scene, sample)}"
 
 
 def _around(scene: Scene, sample: int) -> NDArray[np.float64]:
@@ -165,8 +176,7 @@ def collisions(scene: Scene, motion: Motion) -> list[Finding]:
             seen.setdefault((scene.made_by(sample), *touch), []).append(sample)
     return [
         Finding(
-            "collision",
-            "error",
+            COLLISION,
             f"{body} collides with {other} at {len(samples)} of the points looked at, in every posture that was tried.",
             made_by,
             scene.place(samples[0]),
@@ -184,17 +194,17 @@ def breaks(scene: Scene, motion: Motion) -> list[Finding]:
             "the robot would have to change its configuration here while the jet is on: no posture before this place "
             "goes over into one after it. Move or turn the board, or let the stroke end here."
         )
-        findings.append(Finding("configuration-jump", "error", text, scene.made_by(sample), scene.place(sample)))
+        findings.append(Finding(CONFIGURATION_JUMP, text, scene.made_by(sample), scene.place(sample)))
     for node in motion.blocked.tolist():
         sample = int(motion.nodes.sample[node])
         text = (
             "the robot has to change its configuration or its tool here, and every way that was tried, straight and by "
             "way of home, collides. Choose another home, or another place for the board."
         )
-        findings.append(Finding("transfer-blocked", "error", text, scene.made_by(sample), scene.place(sample)))
+        findings.append(Finding(TRANSFER_BLOCKED, text, scene.made_by(sample), scene.place(sample)))
     for made_by, members in scene.grouped(motion.lost):
         text = f"no posture goes on from the one before it at {_points(len(members))}, within the joints' limits."
-        findings.append(Finding("jump", "error", text, made_by, scene.place(int(members[0]))))
+        findings.append(Finding(JUMP, text, made_by, scene.place(int(members[0]))))
     return findings
 
 
@@ -227,7 +237,7 @@ def slowness(scene: Scene, pace: Pace) -> list[Finding]:
             f"the robot is {late.sum():.2f} s longer under way than asked; slowest here, {speeds}: "
             f"{joint} is at its {what}."
         )
-        findings.append(Finding("speed-not-held", severity, text, made_by, scene.place(worst)))
+        findings.append(Finding(SPEED_NOT_HELD, text, made_by, scene.place(worst), override=severity))
     return findings
 
 
@@ -240,7 +250,7 @@ def leaning(scene: Scene, done: Followed) -> list[Finding]:
         text = (
             f"the jet leans by up to {np.degrees(lean[worst]):.1f} degrees from what was asked: nothing else is clear."
         )
-        findings.append(Finding("jet-leant", "warning", text, made_by, scene.place(worst)))
+        findings.append(Finding(JET_LEANT, text, made_by, scene.place(worst)))
     return findings
 
 
@@ -254,7 +264,7 @@ def nearly_singular(scene: Scene, condition: Scalars) -> list[Finding]:
             f"near a singular posture at {_points(len(members))}, inverse condition {condition[worst]:.4f} at the "
             "worst: the joints move much for little. Move or turn the board."
         )
-        findings.append(Finding("near-singular", "warning", text, made_by, scene.place(worst)))
+        findings.append(Finding(NEAR_SINGULAR, text, made_by, scene.place(worst)))
     return findings
 
 

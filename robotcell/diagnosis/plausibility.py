@@ -12,6 +12,16 @@ from robotcell.diagnosis.frame_table import board_corners
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Body, Box, Capsule, Mesh
 from specs.finding import Finding
+from specs.finding_rules import (
+    ANALOG_OUT_OF_RANGE,
+    BOARD_OUT_OF_REACH,
+    BOARD_UPSIDE_DOWN,
+    FIXTURE_IN_BOARD,
+    FIXTURE_UNITS,
+    JET_HITS_TOOL,
+    TCP_TURNED,
+    TCP_UNITS,
+)
 
 _MM = 1e3
 _SMALLEST_M = 3e-3
@@ -43,15 +53,15 @@ def _check_tool(tool: Tool) -> Iterator[Finding]:
     length = float(np.linalg.norm(tool.T_flange_tcp[:3, 3]))
     if 0.0 < length < _SMALLEST_M:
         message = f"the orifice of {tool.name} is {_MM * length:.3g} mm from the flange; xyz_mm is in mm, not in metres"
-        yield Finding("tcp-units", "error", message, at)
+        yield Finding(TCP_UNITS, message, at)
     if length > _LARGEST_M:
-        yield Finding("tcp-units", "error", f"the orifice of {tool.name} is {length:g} m from the flange", at)
+        yield Finding(TCP_UNITS, f"the orifice of {tool.name} is {length:g} m from the flange", at)
     flange_ahead = float(inverse(tool.T_flange_tcp)[2, 3])
     if length > 0.0 and flange_ahead > 0.5 * length:
         message = (
             f"the jet of {tool.name} points back at the flange; turn the TCP: add 180 degrees to the roll of rpy_deg"
         )
-        yield Finding("tcp-turned", "error", message, at)
+        yield Finding(TCP_TURNED, message, at)
         return
     T_tcp_flange = inverse(tool.T_flange_tcp)
     for body in tool.bodies:
@@ -61,7 +71,7 @@ def _check_tool(tool: Tool) -> Iterator[Finding]:
             message = (
                 f"the jet of {tool.name} hits its own {body.name}; check xyz_mm and rpy_deg, and where {body.name} is"
             )
-            yield Finding("jet-hits-tool", "warning", message, at)
+            yield Finding(JET_HITS_TOOL, message, at)
 
 
 def _check_fixtures(cell: Cell) -> Iterator[Finding]:
@@ -71,7 +81,7 @@ def _check_fixtures(cell: Cell) -> Iterator[Finding]:
             message = (
                 f"{body.name} is {_MM * size:.4g} mm large; sizes are in mm, and mm_per_unit tells those of a mesh"
             )
-            yield Finding("fixture-units", "warning", message, f"fixtures.{body.name}")
+            yield Finding(FIXTURE_UNITS, message, f"fixtures.{body.name}")
 
 
 def _check_board(cell: Cell, board: Board | None) -> Iterator[Finding]:
@@ -80,7 +90,7 @@ def _check_board(cell: Cell, board: Board | None) -> Iterator[Finding]:
         message = (
             "the board's top looks down; if that is not meant, turn it over: add 180 degrees to the roll of rpy_deg"
         )
-        yield Finding("board-upside-down", "error", message, "board")
+        yield Finding(BOARD_UPSIDE_DOWN, message, "board")
     corners = np.zeros((1, 3)) if board is None else np.array([place / _MM for _, place in board_corners(board)])
     in_cell = corners @ cell.T_cell_board[:3, :3].T + cell.T_cell_board[:3, 3]
     first = (cell.T_cell_base @ cell.robot.joints[0].T_parent_joint)[:3, 3]
@@ -91,7 +101,7 @@ def _check_board(cell: Cell, board: Board | None) -> Iterator[Finding]:
         message = (
             f"the board is {_MM * nearest:.0f} mm from the first joint; robot and tool reach {_MM * reach:.0f} mm{hint}"
         )
-        yield Finding("board-out-of-reach", "error", message, "board")
+        yield Finding(BOARD_OUT_OF_REACH, message, "board")
     if board is not None:
         yield from _check_room(cell, board)
 
@@ -104,7 +114,7 @@ def _check_room(cell: Cell, board: Board) -> Iterator[Finding]:
         corners = corners_of(body) @ T_board_cell[:3, :3].T + T_board_cell[:3, 3]
         if np.all(corners.min(axis=0) < high) and np.all(corners.max(axis=0) > low):
             message = f"{body.name} reaches into the box around {board.name}; lower the one or raise the other"
-            yield Finding("fixture-in-board", "warning", message, f"fixtures.{body.name}")
+            yield Finding(FIXTURE_IN_BOARD, message, f"fixtures.{body.name}")
 
 
 def _check_channels(io: InputOutput) -> Iterator[Finding]:
@@ -119,7 +129,7 @@ def _check_channels(io: InputOutput) -> Iterator[Finding]:
                     message = (
                         f"{word} sets {name} (analog output {output.number}) to {value:g} {output.unit}; its {goes}"
                     )
-                    yield Finding("analog-out-of-range", "error", message, f"io.{kind}.{word}.{name}")
+                    yield Finding(ANALOG_OUT_OF_RANGE, message, f"io.{kind}.{word}.{name}")
 
 
 def longest_reach(cell: Cell) -> float:

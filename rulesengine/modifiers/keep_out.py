@@ -14,6 +14,7 @@ from recipes.nozzles import Nozzle
 from rulesengine.strokes.classify import Service
 from rulesengine.strokes.stroke import Stroke, StrokeSet, reference_axes
 from specs.finding import Finding
+from specs.finding_rules import CUT_BY_MASK
 
 _STEP_MM = 0.5
 _SHORTEST_MM = 1.0  # a rest of a stroke shorter than this is not worth opening the valve
@@ -62,7 +63,7 @@ def _finding(cut: list[str], lost: list[str], made_by: str) -> Finding:
     names = [name for name in cut if name != made_by]
     if names:
         parts.append(f"Not followed all around: {', '.join(names)}.")
-    return Finding("cut-by-mask", "warning" if lost else "info", " ".join(parts), made_by)
+    return Finding(CUT_BY_MASK, " ".join(parts), made_by, override="warning" if lost else "info")
 
 
 def _allowed(stroke: Stroke, zone: Polygon | MultiPolygon, nozzle: Nozzle) -> list[Stroke] | None:

@@ -9,6 +9,7 @@ from rulesengine.modifiers.slopes import Needed, needed_heights
 from rulesengine.strokes.safe_height import Floors, Span
 from rulesengine.strokes.stroke import Stroke
 from specs.finding import Finding
+from specs.finding_rules import RAISED_OVER_BODY
 
 _SAME_MM = 1e-6
 _APART_MM = 1e-5
@@ -117,4 +118,4 @@ def _finding(raised: Stroke, level: Stroke, stroke: Stroke) -> Finding:
         f"Raised by up to {lift[worst]:.1f} mm, to {z:.1f} mm above the board, to clear what stands there; the jet "
         "spreads wider on the board. Raise height_mm, or mask the component."
     )
-    return Finding("raised-over-body", "warning", message, stroke.made_by, (float(x), float(y), float(z)))
+    return Finding(RAISED_OVER_BODY, message, stroke.made_by, (float(x), float(y), float(z)))

@@ -10,6 +10,7 @@ from rulesengine.paths.closed_path import RingRule, offset_rings, ring_stroke
 from rulesengine.strokes.board_grid import own_frame
 from rulesengine.strokes.stroke import Site, Stroke, StrokeSet
 from specs.finding import Finding
+from specs.finding_rules import NO_PATH_INSIDE
 
 _CORNERS = {"front_left": (-1, -1), "front_right": (1, -1), "back_left": (-1, 1), "back_right": (1, 1)}
 _AS_FAR_MM = 1e-3
@@ -46,7 +47,7 @@ def _no_ring(spec: BoardPerimeter, site: Site) -> Finding:
         f"One path {-spec.offset_mm:g} mm inside the board's edge does not exist; the edge itself is followed. "
         "Raise offset_mm."
     )
-    return Finding("no-path-inside", "warning", message, site.made_by)
+    return Finding(NO_PATH_INSIDE, message, site.made_by)
 
 
 def _begun(stroke: Stroke, spec: BoardPerimeter) -> Stroke:

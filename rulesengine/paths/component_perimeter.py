@@ -14,6 +14,7 @@ from rulesengine.strokes.board_grid import own_frame
 from rulesengine.strokes.outline_groups import Demand, Group, demand, grouped
 from rulesengine.strokes.stroke import Site, Stroke, StrokeSet, reference_axes, tilted
 from specs.finding import Finding
+from specs.finding_rules import NARROW_CORRIDOR, NO_PATH_INSIDE, NOT_CIRCLED, WAVEFRONT_BEHIND_NOZZLE
 
 _LEANS: dict[str, Lean] = {
     "component": "inside",
@@ -118,7 +119,7 @@ def _too_upright(asked: Demand, site: Site, made_by: str) -> Finding:
         f"lies behind the nozzle and cannot be put on the edge from outside. The nozzle itself follows the edge "
         f"instead. Raise tilt_deg to {np.ceil(angle):g} or write align: axis."
     )
-    return Finding("wavefront-behind-nozzle", "warning", message, made_by)
+    return Finding(WAVEFRONT_BEHIND_NOZZLE, message, made_by)
 
 
 def _no_ring(group: Group, offset: float, made_by: str) -> Finding:
@@ -127,7 +128,7 @@ def _no_ring(group: Group, offset: float, made_by: str) -> Finding:
         f"A path {-offset:.2f} mm inside the outline of {group.name} does not exist; the outline itself is followed. "
         "Raise distance_mm."
     )
-    return Finding("no-path-inside", "warning", message, made_by, (place.x, place.y, 0.0))
+    return Finding(NO_PATH_INSIDE, message, made_by, (place.x, place.y, 0.0))
 
 
 def _beside(group: Group, ring: Points2, made_by: str) -> list[Finding]:
@@ -138,7 +139,7 @@ def _beside(group: Group, ring: Points2, made_by: str) -> list[Finding]:
         return []
     place = group.outline.centroid
     message = f"The path inside the outline does not go around {', '.join(names)}. Raise distance_mm or merge_gap_mm."
-    return [Finding("not-circled", "warning", message, made_by, (place.x, place.y, 0.0))]
+    return [Finding(NOT_CIRCLED, message, made_by, (place.x, place.y, 0.0))]
 
 
 def _narrow_corridors(groups: list[Group], spec: ComponentPerimeter, site: Site) -> list[Finding]:
@@ -161,4 +162,4 @@ def _narrow_corridors(groups: list[Group], spec: ComponentPerimeter, site: Site)
         f"their edges are sprayed from both sides at once. Narrowest {gaps[narrowest]:.2f} mm, between "
         f"{groups[a].name} and {groups[b].name}. Lower height_mm if they must be served apart."
     )
-    return [Finding("narrow-corridor", "info", message, site.made_by, (place.x, place.y, site.board.top_z_mm))]
+    return [Finding(NARROW_CORRIDOR, message, site.made_by, (place.x, place.y, site.board.top_z_mm))]

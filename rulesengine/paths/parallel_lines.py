@@ -12,6 +12,7 @@ from recipes.footprint import core_footprint
 from recipes.paths import FinalFlush, Raster, StepFunction
 from rulesengine.strokes.stroke import Site, Stroke, reference_axes, tilted
 from specs.finding import Finding
+from specs.finding_rules import MARGIN_REDUCED, PITCH_TOO_WIDE
 
 Toward: TypeAlias = Literal["travel", "against_travel", "left", "right"]
 
@@ -82,7 +83,7 @@ def lay_lines(
             f"Lines {spec.pitch_mm:g} mm apart leave strips uncovered: the footprint is {band.width_mm:.1f} mm wide "
             "at this height and tilt. Lower pitch_mm or write auto."
         )
-        findings = (*findings, Finding("pitch-too-wide", "warning", message, site.made_by))
+        findings = (*findings, Finding(PITCH_TOO_WIDE, message, site.made_by))
     return stripes(region, travel, pitch, band.length_mm), findings
 
 
@@ -106,7 +107,7 @@ def _region(spec: Raster | FinalFlush | StepFunction, site: Site) -> tuple[Polyg
     if margin == spec.margin_mm:
         return region, ()
     message = f"A margin of {spec.margin_mm:g} mm leaves nothing of this board; {margin:.2g} mm is used."
-    return region, (Finding("margin-reduced", "info", message, site.made_by),)
+    return region, (Finding(MARGIN_REDUCED, message, site.made_by),)
 
 
 def one_way_stroke(line: Points2, spec: FinalFlush | StepFunction, site: Site, travel: Directions2) -> Stroke:

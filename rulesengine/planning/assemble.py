@@ -12,6 +12,7 @@ from rulesengine.planning.transfers import Pose, around_edge, board_frame, parke
 from rulesengine.strokes.safe_height import Floors
 from rulesengine.strokes.stroke import Retract, Stroke
 from specs.finding import Finding
+from specs.finding_rules import LEAD_IN_BLOCKED
 
 _SAME_MM = 1e-6
 
@@ -75,7 +76,7 @@ class Assembly:
         if self.floors.over(np.array([back.tcp[:2], begin.tcp[:2]])) > min(back.tcp[2], begin.tcp[2]):
             message = f"No room for a run-up of {stroke.lead_in_mm:g} mm: a body stands there. The jet opens from rest."
             x, y, z = begin.tcp
-            self.findings.append(Finding("lead-in-blocked", "info", message, stroke.made_by, (x, y, z)))
+            self.findings.append(Finding(LEAD_IN_BLOCKED, message, stroke.made_by, (x, y, z)))
             self.go_to(begin, retract, transfer_speed_mm_s, made_by)
             return
         self.go_to(back, retract, transfer_speed_mm_s, made_by)

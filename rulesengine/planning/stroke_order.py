@@ -8,6 +8,7 @@ from geometry.arrays import Points
 from geometry.coverage.route import Choices, Effort, shortest_route
 from rulesengine.strokes.stroke import Stroke, StrokeSet
 from specs.finding import Finding
+from specs.finding_rules import ORDER_GAIN
 from specs.progress import Progress, no_progress
 
 _AS_NEAR_MM = 1e-3
@@ -94,4 +95,4 @@ def _gain(length_mm: float, given_mm: float, count: int, made_by: str) -> tuple[
         f"Order of {count} strokes: {length_mm:.0f} mm between them instead of {given_mm:.0f} mm in the given order "
         f"({100 * (1 - length_mm / given_mm):.0f} % less)."
     )
-    return (Finding("order-gain", "info", message, made_by),)
+    return (Finding(ORDER_GAIN, message, made_by),)

@@ -8,6 +8,7 @@ from recipes.paths import ComponentPerimeter
 from recipes.recipe import Recipe, Step
 from rulesengine.strokes.classify import Service
 from specs.finding import Finding
+from specs.finding_rules import NOT_SERVED, SIDE_NOT_SPRAYED
 
 
 def served_by(items: Iterable[PlanItem]) -> dict[str, list[str]]:
@@ -49,10 +50,10 @@ def find_unserved(
             place = component.outline.centroid
             message = f"{component.name} must be cleaned, but {reason}."
             where = (place.x, place.y, board.surface_z_mm(component.side))
-            findings.append(Finding("not-served", "error", message, "masks", where))
+            findings.append(Finding(NOT_SERVED, message, "masks", where))
     left = [component for component in board.components if component.side not in sprayed]
     if left:
         side = left[0].side
         message = f"No step sprays the {side} side, where {len(left)} components are. Add steps with side: {side}."
-        findings.append(Finding("side-not-sprayed", "info", message, "sequence"))
+        findings.append(Finding(SIDE_NOT_SPRAYED, message, "sequence"))
     return findings

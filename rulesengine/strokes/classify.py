@@ -9,6 +9,7 @@ from recipes.classes import ComponentClass, Range
 from recipes.errors import RecipeError
 from recipes.recipe import Recipe
 from specs.finding import Finding
+from specs.finding_rules import CLASS_EMPTY, MASK_CONFLICT, MASK_EMPTY
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +41,7 @@ def classify(recipe: Recipe, board: Board) -> tuple[tuple[Classified, ...], tupl
     classified = tuple(_first_match(recipe, component) for component in board.components)
     members = {each.component_class for each in classified}
     findings = tuple(
-        Finding("class-empty", "info", f"Class {name!r} has no member on {board.name}.", f"classes/{name}")
+        Finding(CLASS_EMPTY, f"Class {name!r} has no member on {board.name}.", f"classes/{name}")
         for name in recipe.classes
         if name not in members
     )
@@ -59,7 +60,7 @@ def service(recipe: Recipe, board: Board) -> tuple[Service, tuple[Finding, ...]]
             hits = [name for name in names if _matches(name, pattern)]
             if not hits:
                 message = f"Mask pattern {pattern!r} matches no component of {board.name}."
-                findings.append(Finding("mask-empty", "warning", message, f"masks[{index}]"))
+                findings.append(Finding(MASK_EMPTY, message, f"masks[{index}]"))
             if mask.avoid:
                 avoided |= {name: max(mask.margin_mm, avoided.get(name, 0.0)) for name in hits}
             elif mask.clean:
@@ -67,7 +68,7 @@ def service(recipe: Recipe, board: Board) -> tuple[Service, tuple[Finding, ...]]
             else:
                 ignored |= set(hits)
     findings += [
-        Finding("mask-conflict", "error", f"{name} is to be avoided and to be cleaned; decide which.", "masks")
+        Finding(MASK_CONFLICT, f"{name} is to be avoided and to be cleaned; decide which.", "masks")
         for name in names
         if name in avoided and name in demanded
     ]

@@ -11,6 +11,7 @@ from recipes.recipe import Limits
 from rulesengine.timing.corner_blending import Path
 from rulesengine.timing.limit_intervals import Profile, take
 from specs.finding import Finding, Severity
+from specs.finding_rules import SPEED_BELOW_ASKED
 
 _SHARE = 0.98
 """Slower than this share of the asked speed is slow."""
@@ -75,7 +76,7 @@ def find_slow_passes(plan: Plan, path: Path, profile: Profile, limits: Limits) -
                 f"{sprayed.worst[worst]:.1f} instead of {sprayed.asked[worst]:.1f} mm/s: "
                 f"{_ADVICE[_cause(sprayed, worst, limits)]}."
             )
-            findings.append(Finding("speed-below-asked", severity, message, made_by, (x, y, z)))
+            findings.append(Finding(SPEED_BELOW_ASKED, message, made_by, (x, y, z), override=severity))
     return tuple(findings)
 
 

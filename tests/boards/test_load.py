@@ -48,7 +48,7 @@ def test_a_file_becomes_a_board_and_progress_is_told(tmp_path: Path) -> None:
 def test_findings_of_the_reader_stay_with_the_board(tmp_path: Path) -> None:
     file = tmp_path / "b.tri"
     file.write_text(TEXT.replace("patches 12\n", "patches 13\n0 0 0 1 1 1 2 2 2\n", 1))
-    assert [finding.rule for finding in load_board(file).findings] == ["tri-degenerate"]
+    assert [finding.rule.id for finding in load_board(file).findings] == ["tri-degenerate"]
 
 
 def test_what_is_wrong_with_the_board_names_its_file(tmp_path: Path) -> None:

@@ -245,7 +245,7 @@ def test_a_board_upside_down_is_said() -> None:
 
 def test_a_board_with_everything_below_may_be_upside_down() -> None:
     over = [replace(one, patches=one.patches * (1, -1, -1), side=None) for one in (BOARD, CHIP, FAR_CHIP)]
-    assert [finding.rule for finding in understand(over, "over").findings] == ["all-on-bottom"]
+    assert [finding.rule.id for finding in understand(over, "over").findings] == ["all-on-bottom"]
     stated = [replace(one, side=None if one.role == "board" else "bottom") for one in over]
     assert understand(stated, "stated").findings == ()
     assert understand([BOARD, BELOW], "one part").findings == ()
@@ -262,7 +262,7 @@ def test_components_in_strange_places_are_noticed() -> None:
     sunk = body("R9", (30, 20, 0.5, 32, 21, 1.7))
     overhang = body("J1", (95, 20, 1.6, 110, 30, 8))
     findings = understand([BOARD, away, high, sunk, overhang], "strange").findings
-    assert [finding.rule for finding in findings] == ["component-outside", "component-floating", "component-sunk"]
+    assert [finding.rule.id for finding in findings] == ["component-outside", "component-floating", "component-sunk"]
     assert [finding.message[:2] for finding in findings] == ["R7", "R8", "R9"]
     assert all(finding.where is not None for finding in findings)
 
@@ -270,7 +270,7 @@ def test_components_in_strange_places_are_noticed() -> None:
 def test_a_board_in_pieces_is_joined_and_said() -> None:
     panel = body("board", (0, 0, 0, 50, 40, 1.6), (52, 0, 0, 100, 40, 1.6), role="board")
     board = understand([panel], "panel")
-    assert [finding.rule for finding in board.findings] == ["board-in-pieces"]
+    assert [finding.rule.id for finding in board.findings] == ["board-in-pieces"]
     assert board.outline.area == pytest.approx(4000, rel=1e-4)
 
 

@@ -257,7 +257,7 @@ def test_a_wall_beside_a_part_never_makes_it_cleaner(place, height):
 
 def test_an_unknown_solution_is_taken_for_a_known_one_and_said():
     report = washed("functions: {clean: {solution: magic}}")
-    said = [finding for finding in report.findings if finding.rule == "liquid-unknown"]
+    said = [finding for finding in report.findings if finding.rule.id == "liquid-unknown"]
     assert len(said) == 1
     assert "magic" in said[0].message
     assert said[0].severity == "warning"

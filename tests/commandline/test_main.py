@@ -162,6 +162,19 @@ def test_the_same_command_gives_the_same_bytes(place: Path) -> None:
     assert "<dc:date>" not in (place / "one" / "a.svg").read_text()
 
 
+@pytest.mark.parametrize(
+    "words",
+    [("plan", "tiny"), ("check", "demo.wash", "ur5e-bench"), ("export", "demo.wash", "--cell", "ur5e-bench")],
+    ids=lambda words: words[0],
+)
+def test_a_rule_that_does_not_exist_cannot_be_allowed(words: tuple[str, ...]) -> None:
+    outcome = washboard(*words, "--allow", "mask-conflct")
+    assert outcome.code == 2
+    assert outcome.err.startswith(
+        "error: --allow mask-conflct: no finding has this rule; the nearest are mask-conflict, "
+    )
+
+
 def test_errors_forbid_the_export_until_they_are_allowed_by_name(place: Path) -> None:
     (place / "a.yaml").write_text(CONFLICT)
     (place / "x.wash").write_text("mine")

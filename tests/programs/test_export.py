@@ -12,7 +12,7 @@ from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 
 
 def rules(program: TimedProgram) -> set[str]:
-    return {finding.rule for finding in export(program, small_cell(), "abb").findings}
+    return {finding.rule.id for finding in export(program, small_cell(), "abb").findings}
 
 
 def test_an_unknown_dialect_is_named_with_those_that_exist() -> None:
@@ -45,7 +45,7 @@ def test_what_the_cell_lacks_is_said_by_name() -> None:
     said = " ".join(finding.message for finding in done.findings)
     for what in ("FUNCTION clean", "SOLUTION saponifier-15", "SET pressure_bar", "resistivity_mohm_cm"):
         assert what in said
-    assert all(finding.severity == "warning" for finding in done.findings if finding.rule == "no-channel")
+    assert all(finding.severity == "warning" for finding in done.findings if finding.rule.id == "no-channel")
 
 
 def test_a_tilt_band_needs_no_channel() -> None:

@@ -17,7 +17,7 @@ def test_a_recipe_as_it_should_be_has_none() -> None:
 
 def test_what_no_step_uses() -> None:
     found = findings("sequence: [{function: rinse, nozzle: ring60, paths: [edge, sweep, around, step]}]\n")
-    assert [(finding.rule, finding.made_by) for finding in found] == [
+    assert [(finding.rule.id, finding.made_by) for finding in found] == [
         ("unused-function", "functions.clean"),
         ("unused-function", "functions.dry"),
         ("unused-nozzle", "nozzles.knife"),
@@ -28,22 +28,22 @@ def test_what_no_step_uses() -> None:
 
 def test_a_class_behind_one_that_takes_all() -> None:
     (found,) = findings("classes: {tall: {height_mm: {min: 10}}}\n")
-    assert (found.rule, found.made_by) == ("class-out-of-reach", "classes.tall")
+    assert (found.rule.id, found.made_by) == ("class-out-of-reach", "classes.tall")
     assert "put it before large" in found.message
 
 
 def test_no_class_for_what_is_left() -> None:
     (found,) = findings("classes: {large: {area_mm2: {min: 20}}}\n")
-    assert found.rule == "no-class-for-the-rest"
+    assert found.rule.id == "no-class-for-the-rest"
 
 
 def test_near_that_is_merged_away() -> None:
     (found,) = findings("templates: {around: {near: {within_mm: 2, speed_mm_s: 20}}}\n")
-    assert found.rule == "near-within-merge-gap"
+    assert found.rule.id == "near-within-merge-gap"
     assert findings("templates: {around: {near: {within_mm: 2.1, speed_mm_s: 20}}}\n") == ()
 
 
 def test_a_measured_ring_that_contradicts_the_half_angle() -> None:
     (found,) = findings("nozzles: {ring60: {half_angle_deg: 15}}\n")
-    assert found.rule == "ring-contradicts-half-angle"
+    assert found.rule.id == "ring-contradicts-half-angle"
     assert "29.7" in found.message

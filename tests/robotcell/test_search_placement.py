@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_findings import made_finding
 from small_cells import CELL
 from tracked import line_program
 
@@ -19,7 +20,6 @@ from robotcell.robot.poses import pose, roll_pitch_yaw
 from robotcell.robot.robot import flange_poses
 from robotcell.search_placement import find_place, place_of, room_of, spell_place, targets_of, with_place
 from robotcell.track import CellReport, track
-from specs.finding import Finding
 
 _FILE = Path("cell.yaml")
 angles = st.floats(-np.pi, np.pi)
@@ -85,7 +85,7 @@ def _refusing(monkeypatch: pytest.MonkeyPatch, moved: int) -> None:
     def refuse(*asked: object, **how: object) -> CellReport:
         report = track(*asked, **how)  # type: ignore[arg-type]
         calls.append(0)
-        wrong = Finding("made-up", "error", "no")
+        wrong = made_finding("made-up", "error", "no")
         return dataclasses.replace(report, findings=(wrong,)) if 1 < len(calls) <= 1 + moved else report
 
     monkeypatch.setattr(robotcell.search_placement, "track", refuse)

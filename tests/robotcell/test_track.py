@@ -27,11 +27,11 @@ def with_board(cell: Cell, *xyz: float, rpy: tuple[float, float, float] = (0.0, 
 
 
 def rules(report: CellReport) -> set[str]:
-    return {finding.rule for finding in report.findings}
+    return {finding.rule.id for finding in report.findings}
 
 
 def message(report: CellReport, rule: str) -> str:
-    return next(finding.message for finding in report.findings if finding.rule == rule)
+    return next(finding.message for finding in report.findings if finding.rule.id == rule)
 
 
 @pytest.mark.parametrize("name", ARMS)
@@ -85,7 +85,7 @@ def test_a_slow_robot_takes_longer_keeps_its_limits_and_is_reported(share: float
     speed, acceleration = rates(report)
     assert (np.abs(speed) <= np.array([joint.speed for joint in cell.robot.joints]) * 1.01).all()
     assert (np.abs(acceleration) <= np.array([joint.acceleration for joint in cell.robot.joints]) * 1.06).all()
-    found = [finding for finding in report.findings if finding.rule == "speed-not-held"]
+    found = [finding for finding in report.findings if finding.rule.id == "speed-not-held"]
     assert found
     assert found[0].made_by == MADE_BY
     assert found[0].severity == "warning"
@@ -175,7 +175,7 @@ def test_too_far_says_how_far_and_where_the_board_would_have_to_be() -> None:
     report = track(line_program(), with_board(cell_of("ur5e-bench"), 0.5, 0.0, 0.0), None, terms=ROUND)
     assert not report.possible
     assert report.program is report.asked
-    worst = next(finding for finding in report.findings if finding.rule == "out-of-reach")
+    worst = next(finding for finding in report.findings if finding.rule.id == "out-of-reach")
     assert worst.severity == "error"
     assert worst.where is not None
     assert "nearer to the robot" in worst.message

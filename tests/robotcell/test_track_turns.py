@@ -88,7 +88,7 @@ def test_a_gantry_that_turns_without_end_turns_with_each_lap() -> None:
 def test_too_many_laps_with_the_jet_on_cannot_be_done_with_a_limited_head() -> None:
     report = track(laps(4), limited(read_cell("gantry").cell, "C", 1.0), None, terms=ROUND)
     assert not report.possible
-    found = next(finding for finding in report.findings if finding.rule == "configuration-jump")
+    found = next(finding for finding in report.findings if finding.rule.id == "configuration-jump")
     assert found.severity == "error"
     assert found.made_by == "sequence[0]/around/U1"
 
@@ -207,12 +207,12 @@ def test_the_jet_leans_within_the_band_only_where_it_must() -> None:
     blocked = Body("post", Box((0.006, 0.012, 0.19)), cell.T_cell_board @ pose((0.05, -0.011, 0.125), (0, 0, 0)))
     cell = with_straight_lance(dataclasses.replace(cell, fixtures=(*cell.fixtures, blocked)))
     straight = track(line_program(), cell, None, terms=ROUND)
-    assert any(finding.rule == "collision" for finding in straight.findings)
+    assert any(finding.rule.id == "collision" for finding in straight.findings)
     leaning_ = track(line_program(), cell, None, terms=dataclasses.replace(ROUND, lean=math.radians(20)))
-    assert not any(finding.rule == "collision" for finding in leaning_.findings), leaning_.findings
+    assert not any(finding.rule.id == "collision" for finding in leaning_.findings), leaning_.findings
     granted = granting(line_program(), "20.000")
     np.testing.assert_array_equal(track(granted, cell, None, terms=ROUND).joints, leaning_.joints)
-    told = next(finding for finding in leaning_.findings if finding.rule == "jet-leant")
+    told = next(finding for finding in leaning_.findings if finding.rule.id == "jet-leant")
     assert "degrees" in told.message
     jets = np.array([move.quaternion for move in moves_of(leaning_.program)])
     tilt = np.degrees(np.arccos(np.clip(2 * (jets[:, 1] ** 2 + jets[:, 2] ** 2) - 1, -1, 1)))

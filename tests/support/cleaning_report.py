@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from cleaning_surface import exposure_of, facets_of
+from made_findings import made_finding
 
 from boards.load import load_board
 from boards.undersides.underside import GapCase, Joint, Underside
@@ -28,7 +29,6 @@ from cleaning.verdicts.rules import (
 )
 from programs.plan import Origin
 from recipes.nozzles import HollowCone
-from specs.finding import Finding
 
 STAGES = 2
 _MAKER = "sequence[0]/around/U1"
@@ -61,9 +61,11 @@ def small_report() -> CleaningReport:
         duration_s=92.5,
         litres=(("clean", 1.62), ("rinse", 0.98)),
         findings=(
-            Finding("r7-residue", "warning", "U1: 31 % of the residue is left under it.", _MAKER, (9.0, 12.0, 0.0)),
-            Finding("r14-model-limit", "info", "J1: fewer than 30 rays landed on it.", "", (25.0, 10.0, 0.0)),
-            Finding(
+            made_finding(
+                "r7-residue", "warning", "U1: 31 % of the residue is left under it.", _MAKER, (9.0, 12.0, 0.0)
+            ),
+            made_finding("r14-model-limit", "info", "J1: fewer than 30 rays landed on it.", "", (25.0, 10.0, 0.0)),
+            made_finding(
                 "loop-once",
                 "info",
                 "rinse is repeated until a sensor says so; it is analysed done once.",

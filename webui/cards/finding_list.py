@@ -1,6 +1,5 @@
 """What the page says about findings: which are shown, their names, their list."""
 
-import re
 from collections import Counter
 from collections.abc import Sequence
 from html import escape
@@ -19,8 +18,6 @@ ALL: str = "All"
 PLANNING, CLEANING = "Planning", "Cleaning"
 """Who found it."""
 _MOST_SHOWN = 60
-_JUDGED = re.compile(r"r\d+-")
-"""How the rules of the cleaning model begin."""
 
 
 def findings_of(session: Session, source: str = ALL) -> tuple[Finding, ...]:
@@ -38,7 +35,7 @@ def choose_findings(findings: Sequence[Finding], severity: str, rule: str) -> li
     return [
         finding
         for finding in findings
-        if severity in (ALL, SEVERITY_WORDS[finding.severity]) and rule in (ALL, finding.rule)
+        if severity in (ALL, SEVERITY_WORDS[finding.severity]) and rule in (ALL, finding.rule.id)
     ]
 
 
@@ -48,13 +45,13 @@ def name_findings(findings: Sequence[Finding]) -> dict[str, Finding]:
     for number, finding in enumerate(findings, start=1):
         _, _, made_by = finding.made_by.rpartition("]/")
         place = judged_of(finding) or shorten(made_by)
-        names[f"{number} {finding.rule}{f' {place}' if place else ''}"] = finding
+        names[f"{number} {finding.rule.id}{f' {place}' if place else ''}"] = finding
     return names
 
 
 def judged_of(finding: Finding) -> str:
     """Name what a judgement of the cleaning model is about, which its message begins with; nothing for others."""
-    return finding.message.partition(": ")[0] if _JUDGED.match(finding.rule) else ""
+    return finding.message.partition(": ")[0] if finding.rule.verdict else ""
 
 
 def component_of(finding: Finding, board: Board) -> str:
@@ -91,10 +88,10 @@ def findings_html(findings: Sequence[Finding], loaded: LoadedRecipe, chosen: Fin
 
 def kinds_html(findings: Sequence[Finding], loaded: LoadedRecipe, chosen: Finding | None) -> str:
     """List the first finding of each rule, how many more there are of it, and the chosen one, marked."""
-    counts = Counter((finding.severity, finding.rule) for finding in findings)
+    counts = Counter((finding.severity, finding.rule.id) for finding in findings)
     firsts: dict[tuple[Severity, str], int] = {}
     for index, finding in enumerate(findings):
-        firsts.setdefault((finding.severity, finding.rule), index)
+        firsts.setdefault((finding.severity, finding.rule.id), index)
     shown = [index for index, each in enumerate(findings) if each is chosen or index in firsts.values()]
     items = "".join(_item(at + 1, findings[at], loaded, marked=findings[at] is chosen) for at in shown)
     more = [f"{count - 1} more {rule}" for (_, rule), count in counts.items() if count > 1]
@@ -113,7 +110,7 @@ def _item(number: int, finding: Finding, loaded: LoadedRecipe, *, marked: bool) 
     return (
         f'<div style="border-left:3px solid {edge};background:{ground};padding:2px 0 3px 8px;margin-bottom:8px;'
         'overflow-wrap:anywhere">'
-        f'<span style="color:{colour};font-weight:600">{number} {escape(finding.rule)}</span>'
+        f'<span style="color:{colour};font-weight:600">{number} {escape(finding.rule.id)}</span>'
         f"<div>{escape(shorten(finding.message))}</div>"
         f'<div style="color:{to_hex(QUIET)};font-size:11px">{place}</div></div>'
     )

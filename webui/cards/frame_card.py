@@ -49,7 +49,7 @@ def _mistake_html(finding: Finding) -> str:
     colour = SEVERITY_COLOURS[finding.severity]
     return (
         f'<div style="border-left:3px solid {colour};padding:1px 0 2px 8px;margin-bottom:6px;overflow-wrap:anywhere">'
-        f'<span style="color:{colour};font-weight:600">{escape(finding.rule)}</span>'
+        f'<span style="color:{colour};font-weight:600">{escape(finding.rule.id)}</span>'
         f"<div>{escape(finding.message)}</div>"
         f'<div style="color:{to_hex(QUIET)};font-size:11px">{escape(finding.made_by)}</div></div>'
     )

@@ -68,7 +68,7 @@ def make_download(kind: str, session: Session, allowed: Collection[str], rate: f
 
 def forbidding(run: Run | None) -> dict[str, int]:
     """Rules whose errors forbid a program, and how often each was broken; in the order of the findings."""
-    return dict(Counter(finding.rule for finding in blocking(run.findings, ()))) if run is not None else {}
+    return dict(Counter(finding.rule.id for finding in blocking(run.findings, ()))) if run is not None else {}
 
 
 def _playback(session: Session, run: Run, rate: float, progress: Progress) -> bytes:
@@ -125,7 +125,7 @@ def refuse_errors(findings: Sequence[Finding], allowed: Collection[str]) -> None
         first = stops[0]
         raise ProgramError(
             f"{amount(len(stops), 'finding')} of severity error forbid{'s' if len(stops) == 1 else ''} the program. "
-            f"First {first.rule} at {shorten(first.made_by) or 'the board'}: {shorten(first.message)} Mend it, or "
+            f"First {first.rule.id} at {shorten(first.made_by) or 'the board'}: {shorten(first.message)} Mend it, or "
             "tick its rule below the button to write the program in spite of it."
         )
 

@@ -75,7 +75,7 @@ def download_program(made: Made, allowed: Collection[str]) -> Download:
 
 def forbidding(made: Made) -> tuple[str, ...]:
     """Rules whose errors forbid a program, each once."""
-    return tuple(dict.fromkeys(finding.rule for finding in blocking(made.findings, ())))
+    return tuple(dict.fromkeys(finding.rule.id for finding in blocking(made.findings, ())))
 
 
 def _name_of(run: Run) -> str:

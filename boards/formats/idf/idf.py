@@ -16,6 +16,7 @@ from boards.formats.loops import DRILL_MM, outline_of, slot
 from boards.formats.names import distinct_names, some
 from boards.formats.prism import prism
 from specs.finding import Finding
+from specs.finding_rules import DOUBTFUL_HEIGHT, IDF_UNPLACED, NO_BODY, SMALL_DRILLS
 
 _PARTNERS = {
     "board": (".emn", ".brd", ".idb", ".bdf", ".idf"),
@@ -225,15 +226,15 @@ def _doubts(high: Sequence[str]) -> list[Finding]:
         f"{len(high)} components are far higher in the library than their packages are: {some(high)}. The library's "
         "heights were taken; correct them there, or the nozzle keeps far above the board."
     )
-    return [Finding("doubtful-height", "warning", message)]
+    return [Finding(DOUBTFUL_HEIGHT, message)]
 
 
 def _notes(absent: Sequence[str], flat: Sequence[str], drills: Sequence[tuple[float, float, float]]) -> list[Finding]:
     """Say what was left out."""
     small = sum(1 for diameter, _, _ in drills if diameter < DRILL_MM)
     stated = (
-        ("idf-unplaced", len(absent), f"components are not placed yet and left out: {some(absent)}."),
-        ("no-body", len(flat), f"objects without a body are left out: {some(flat)}."),
-        ("small-drills", small, f"drilled holes below {DRILL_MM:g} mm are left out of the board's outline."),
+        (IDF_UNPLACED, len(absent), f"components are not placed yet and left out: {some(absent)}."),
+        (NO_BODY, len(flat), f"objects without a body are left out: {some(flat)}."),
+        (SMALL_DRILLS, small, f"drilled holes below {DRILL_MM:g} mm are left out of the board's outline."),
     )
-    return [Finding(rule, "info", f"{count} {text}") for rule, count, text in stated if count]
+    return [Finding(rule, f"{count} {text}") for rule, count, text in stated if count]

@@ -20,6 +20,7 @@ from boards.packages.gap_height import gap_height
 from boards.packages.package_families import package_family
 from geometry.arrays import Points2
 from specs.finding import Finding
+from specs.finding_rules import ASSUMED_HEIGHT, KICAD_VERSION, NO_BODY, OPEN_EDGE, OUTLINE_FROM_PADS
 
 _EDGE = "Edge.Cuts"
 _ASSUMED_MM = 3.0
@@ -179,7 +180,7 @@ def _check_version(board: Item) -> list[Finding]:
     if _FIRST_VERSION <= version <= _LAST_VERSION:
         return []
     message = f"The file is of format version {version}; versions 5 to 9 of KiCad are known. Check what was read."
-    return [Finding("kicad-version", "warning", message)]
+    return [Finding(KICAD_VERSION, message)]
 
 
 def _findings(notes: _Notes) -> list[Finding]:
@@ -188,23 +189,23 @@ def _findings(notes: _Notes) -> list[Finding]:
         message = (
             f"{len(notes.left_out)} footprints without a body or not mounted are left out: {some(notes.left_out)}."
         )
-        findings.append(Finding("no-body", "info", message))
+        findings.append(Finding(NO_BODY, message))
     if notes.opened:
         message = (
             f"{len(notes.opened)} lines on {_EDGE} enclose nothing and were left out; they start at "
             f"{some(notes.opened)} (KiCad's coordinates). Close them if they are cut-outs."
         )
-        findings.append(Finding("open-edge", "warning", message))
+        findings.append(Finding(OPEN_EDGE, message))
     if notes.assumed:
         message = (
             f"{len(notes.assumed)} components are of no known package family and were given a height of "
             f"{_ASSUMED_MM:g} mm: {some(notes.assumed)}. Give a parts table with a height column."
         )
-        findings.append(Finding("assumed-height", "warning", message))
+        findings.append(Finding(ASSUMED_HEIGHT, message))
     if notes.from_pads:
         message = (
             f"{len(notes.from_pads)} footprints have neither a fabrication drawing nor a courtyard; the box around "
             f"their pads was taken for the body: {some(notes.from_pads)}. Draw F.Fab where the body is larger."
         )
-        findings.append(Finding("outline-from-pads", "warning", message))
+        findings.append(Finding(OUTLINE_FROM_PADS, message))
     return findings

@@ -16,6 +16,7 @@ from boards.formats.tri.tri_text import cut, is_number, read_text
 from geometry.arrays import Directions, Triangles
 from geometry.mesh import areas_and_normals, cross_products
 from specs.finding import Finding
+from specs.finding_rules import TRI_DEGENERATE, TRI_LEGACY, TRI_NORMAL, TRI_ZERO_NORMAL
 
 SMALLEST_AREA_MM2 = 2.5e-9
 """A smaller triangle is degenerate: on a grid of 0.0001 mm the smallest has twice this area."""
@@ -49,7 +50,7 @@ def read_tri(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
         message = (
             "The file holds numbers only and states no units: mm taken, the board is the object of largest plan area."
         )
-        notes.append(Finding("tri-legacy", "info", message))
+        notes.append(Finding(TRI_LEGACY, message))
     return tuple(_build(layout, roles, patches, normals, keep, path)), tuple(notes)
 
 
@@ -89,14 +90,14 @@ def _check_patches(patches: Triangles, normals: Directions, layout: Layout) -> t
     against = keep & (np.einsum("ij,ij->i", normals, windings) < 0.0)
     notes: list[Finding] = []
     for mask, rule, text in (
-        (~keep, "tri-degenerate", "without an area were left out"),
-        (lost, "tri-zero-normal", "have a normal of zero length: the winding's was taken"),
-        (against, "tri-normal", "have a normal more than 90° away from their winding: the stated normal was taken"),
+        (~keep, TRI_DEGENERATE, "without an area were left out"),
+        (lost, TRI_ZERO_NORMAL, "have a normal of zero length: the winding's was taken"),
+        (against, TRI_NORMAL, "have a normal more than 90° away from their winding: the stated normal was taken"),
     ):
         count = int(np.count_nonzero(mask))
         if count:
             line = int(layout.lines[np.flatnonzero(mask)[0]])
-            notes.append(Finding(rule, "warning", f"{count} patches {text} (first in line {line})."))
+            notes.append(Finding(rule, f"{count} patches {text} (first in line {line})."))
     return keep, notes
 
 

@@ -48,7 +48,7 @@ class Bench:
         """
         planned = self._carry_out(text)
         self._runs[text] = planned
-        self._errors = frozenset(finding.rule for finding in blocking(planned.findings, ()))
+        self._errors = frozenset(finding.rule.id for finding in blocking(planned.findings, ()))
         return self._analyse(text, planned)
 
     def edited(self, text: str, edits: Edits) -> str | None:
@@ -69,7 +69,7 @@ class Bench:
             except JobError:
                 self._runs[text] = None
             else:
-                stops = {finding.rule for finding in blocking(done.findings, ())}
+                stops = {finding.rule.id for finding in blocking(done.findings, ())}
                 self._runs[text] = done if stops <= self._errors else None
         return self._runs[text]
 

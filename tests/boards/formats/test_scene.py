@@ -70,14 +70,14 @@ def test_gltf_is_turned_z_up_and_brought_to_mm(suffix: str, tmp_path: Path) -> N
     assert [body.name for body in bodies] == ["board", "R1", "U1", "C1"]
     for name, size, at in [*CHIPS, ("board", *BOARD[1:])]:
         np.testing.assert_allclose(spans(bodies)[name], span_of(size, at), atol=2e-4)
-    assert [finding.rule for finding in findings] == ["board-turned"]
+    assert [finding.rule.id for finding in findings] == ["board-turned"]
 
 
 def test_gltf_that_is_z_up_already_stays(tmp_path: Path) -> None:
     path = write_scene(tmp_path / "card.glb", [BOARD, *CHIPS], np.eye(4))
     bodies, findings = read_scene(path)
     np.testing.assert_allclose(spans(bodies)["U1"], span_of(*CHIPS[1][1:]), atol=2e-4)
-    assert [finding.rule for finding in findings] == ["unit-guessed", "board-not-turned"]
+    assert [finding.rule.id for finding in findings] == ["unit-guessed", "board-not-turned"]
 
 
 def test_poses_scales_and_mirrors_of_gltf_nodes_add_up(tmp_path: Path) -> None:
@@ -155,7 +155,7 @@ def test_a_wrong_unit_is_recognised_and_said(unit: str, scale: float, tmp_path: 
     mesh.apply_scale(scale)
     mesh.export(tmp_path / "card.ply")
     bodies, findings = read_scene(tmp_path / "card.ply")
-    assert [(finding.rule, finding.severity) for finding in findings] == [("unit-guessed", "warning")]
+    assert [(finding.rule.id, finding.severity) for finding in findings] == [("unit-guessed", "warning")]
     assert f"looks like {unit}" in findings[0].message
     np.testing.assert_allclose(spans(bodies)["board"], span_of(*BOARD[1:]), atol=1e-3)
 
@@ -166,7 +166,7 @@ def test_a_board_on_edge_or_tilted_is_laid_flat(angle: float, axis: Vector, tmp_
     mesh.apply_transform(turn(math.radians(angle), axis))
     mesh.export(tmp_path / "card.stl")
     bodies, findings = read_scene(tmp_path / "card.stl")
-    assert [finding.rule for finding in findings] == ["board-turned"]
+    assert [finding.rule.id for finding in findings] == ["board-turned"]
     for name, chip in (("board", BOARD), ("part-1", CHIPS[1])):
         np.testing.assert_allclose(spans(bodies)[name], span_of(*chip[1:]), atol=2e-3)
 
@@ -183,7 +183,7 @@ def test_layers_of_the_board_are_left_out(tmp_path: Path) -> None:
     path = write_scene(tmp_path / "card.glb", [BOARD, *layers, *CHIPS], METRES_Y_UP)
     bodies, findings = read_scene(path)
     assert [body.name for body in bodies] == ["board", "R1", "U1", "C1"]
-    said = {finding.rule: finding for finding in findings}
+    said = {finding.rule.id: finding for finding in findings}
     assert "mask" in said["board-layers"].message
     assert said["component-without-height"].severity == "warning"
     assert "R9" in said["component-without-height"].message
@@ -194,7 +194,7 @@ def test_a_second_board_beside_the_first_is_kept_as_an_obstacle(tmp_path: Path) 
     bodies, findings = read_scene(write_scene(tmp_path / "card.glb", [BOARD, second, *CHIPS], METRES_Y_UP))
     assert [(body.name, body.role) for body in bodies[:2]] == [("board", "board"), ("PCB_second", "fixture")]
     np.testing.assert_allclose(spans(bodies)["board"], span_of(*BOARD[1:]), atol=2e-4)
-    assert "PCB second" in next(found.message for found in findings if found.rule == "not-on-the-board")
+    assert "PCB second" in next(found.message for found in findings if found.rule.id == "not-on-the-board")
 
 
 def test_the_board_is_told_from_a_larger_plate_by_its_name(tmp_path: Path) -> None:
@@ -203,7 +203,7 @@ def test_the_board_is_told_from_a_larger_plate_by_its_name(tmp_path: Path) -> No
     bodies, findings = read_scene(path)
     assert [body.name for body in bodies if body.role == "fixture"] == ["carrier"]
     np.testing.assert_allclose(spans(bodies)["board"], span_of(*BOARD[1:]), atol=2e-4)
-    assert "not-on-the-board" in [finding.rule for finding in findings]
+    assert "not-on-the-board" in [finding.rule.id for finding in findings]
 
 
 def test_repeated_names_are_joined_where_they_touch_and_renamed_elsewhere(tmp_path: Path) -> None:
@@ -219,7 +219,7 @@ def test_repeated_names_are_joined_where_they_touch_and_renamed_elsewhere(tmp_pa
         ("U1", 24),
         ("R1-2", 12),
     ]
-    said = {finding.rule: finding.message for finding in findings}
+    said = {finding.rule.id: finding.message for finding in findings}
     assert "R1 -> R1-2" in said["repeated-name"]
     assert "U1" in said["models-joined"]
 
@@ -251,7 +251,7 @@ def test_a_lone_board_is_said_to_have_no_components(tmp_path: Path) -> None:
     heap([BOARD]).export(tmp_path / "card.stl")
     bodies, findings = read_scene(tmp_path / "card.stl")
     assert [body.role for body in bodies] == ["board"]
-    assert [finding.rule for finding in findings] == ["no-components"]
+    assert [finding.rule.id for finding in findings] == ["no-components"]
 
 
 def test_bodies_survive_the_board_file(tmp_path: Path) -> None:

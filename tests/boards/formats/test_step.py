@@ -65,7 +65,7 @@ def test_products_are_the_packages(scene: Scene) -> None:
 def test_what_does_not_stand_on_the_board_is_an_obstacle(scene: Scene) -> None:
     bodies, findings, _ = scene
     assert [body.role for body in bodies if body.name == "fixture_plate"] == ["fixture"]
-    assert [finding.rule for finding in findings] == ["not-on-the-board"]
+    assert [finding.rule.id for finding in findings] == ["not-on-the-board"]
 
 
 def test_progress_goes_forward_and_ends(scene: Scene) -> None:

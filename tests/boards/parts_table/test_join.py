@@ -41,7 +41,7 @@ def join(folder: Path, bodies: tuple[Body, ...], text: str) -> tuple[dict[str, B
     (folder / "parts.csv").write_text(text, encoding="utf-8")
     joined, notes = join_parts(bodies, folder / "parts.csv")
     assert len(joined) == len(bodies)
-    return {body.name: body for body in joined}, {note.rule: note for note in notes}
+    return {body.name: body for body in joined}, {note.rule.id: note for note in notes}
 
 
 KICAD_POS = """\

@@ -67,7 +67,7 @@ def test_the_jet_is_where_playback_says():
 
 
 def test_a_loop_is_said_to_count_once():
-    assert [finding.rule for finding in staged().findings] == ["loop-once"]
+    assert [finding.rule.id for finding in staged().findings] == ["loop-once"]
 
 
 def test_an_unknown_liquid_is_taken_for_one_of_its_use_and_said():
@@ -76,7 +76,7 @@ def test_an_unknown_liquid_is_taken_for_one_of_its_use_and_said():
     functions["clean"] = functions["clean"].model_copy(update={"solution": "magic"})
     found = staged(functions=functions)
     assert [stage.use for stage in found.stages] == ["wash", "rinse", "dry"]
-    said = [finding.message for finding in found.findings if finding.rule == "liquid-unknown"]
+    said = [finding.message for finding in found.findings if finding.rule.id == "liquid-unknown"]
     assert len(said) == 2
     assert "magic" in said[0]
     assert "saponifier-15" in said[0]

@@ -62,7 +62,7 @@ def wired(channel: Channel, setting: tuple[float, float], sensor: Sensor | None 
 def found(name: str, program: TimedProgram, cell: Installation) -> list[Finding]:
     joints = joints_of(program) if DIALECTS[name].needs_joints else None
     findings = export(program, cell, name, joints).findings
-    return [finding for finding in findings if finding.rule == "analog-out-of-range"]
+    return [finding for finding in findings if finding.rule.id == "analog-out-of-range"]
 
 
 @NAMED

@@ -111,7 +111,7 @@ def test_a_stop_is_made_for_each_signal_and_said() -> None:
     for before, step in pairwise(driven[1:]):
         if isinstance(step, Switch) and isinstance(before, Line):
             assert before.blend_mm == 0.0
-    assert [finding.rule for finding in lowered.findings] == ["stops-for-output"]
+    assert [finding.rule.id for finding in lowered.findings] == ["stops-for-output"]
     assert "4 times" in lowered.findings[0].message
 
 
@@ -168,7 +168,7 @@ def test_a_language_without_inputs_counts_and_says_so() -> None:
     motion = program(START, loop, line(pose(0), pose(10), 10.0), EndRepeat("s"))
     lowered = lower(motion, Capability(3, "boundary", 0.001, reads_sensors=False)).motion
     assert lowered.steps[1] == Repeat(4, "resistivity", 1.0, None, "s")
-    assert [finding.rule for finding in lowered.findings] == ["no-sensor"]
+    assert [finding.rule.id for finding in lowered.findings] == ["no-sensor"]
     assert lower(motion, CLASSES["boundary"]).motion.steps[1] == loop
 
 

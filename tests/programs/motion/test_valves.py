@@ -20,7 +20,7 @@ def wish(step: int, seconds: float, spraying: bool, nozzle: str = "ring60") -> W
 
 def opened(steps: list[Step], *wishes: Wish) -> tuple[list[Step], list[str]]:
     made, findings = open_valves(steps, wishes, small_cell())
-    return made, [finding.rule for finding in findings]
+    return made, [finding.rule.id for finding in findings]
 
 
 def test_the_signal_leaves_earlier_by_the_lag_and_names_the_place_of_the_jet() -> None:

@@ -2,6 +2,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from made_findings import made_finding
 from shapely import box
 from small_boards import board_of, part
 from small_programs import DOWN, hand_program, program_of
@@ -11,7 +12,6 @@ from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from reports.pictures.plan_picture import draw_board, draw_plan
 from reports.pictures.sheet import View, arrange, greys
 from specs.errors import JobError
-from specs.finding import Finding
 
 BOARD = board_of(
     part("U1", 10, 10, 20, 15, 2.0), part("J$1", 60, 10, 12, 30, 16.0), fixtures=[(box(0, 50, 8, 64), 9.0)]
@@ -86,8 +86,8 @@ def test_a_program_that_never_sprays_is_drawn() -> None:
 
 def test_a_board_shows_names_sizes_and_numbered_findings() -> None:
     findings = (
-        Finding("far", "info", "nothing to see"),
-        Finding("floating", "warning", "J$1 floats", where=(66.0, 25.0, 0.0)),
+        made_finding("far", "info", "nothing to see"),
+        made_finding("floating", "warning", "J$1 floats", where=(66.0, 25.0, 0.0)),
     )
     words = texts(draw_board(replace(BOARD, findings=findings), ".svg"))
     assert "J$1" in words.split("\n"), "a dollar in a name is no formula"

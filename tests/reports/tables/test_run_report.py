@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from made_findings import made_finding
 
 from boards.load import board_library, load_board
 from programs.playback import playback
@@ -11,7 +12,7 @@ from programs.program import Command, MoveTo, SetNozzle
 from recipes.load import load_recipe, parse_recipe
 from reports.tables.run_report import board_facts, class_counts, grouped_findings, report
 from rulesengine.planning.pipeline import Run, run
-from specs.finding import Finding, blocking
+from specs.finding import blocking
 
 RECIPE = "recipe: a\nextends: smt-aqueous\nmasks: [{avoid: [R2], margin_mm: 0}, {clean: [R2]}]\n"
 
@@ -103,14 +104,14 @@ def test_findings_stand_worst_first(done: Run) -> None:
 
 
 def test_only_errors_that_are_not_allowed_block() -> None:
-    findings = [Finding("a", "error", "1"), Finding("b", "error", "2"), Finding("a", "warning", "3")]
+    findings = [made_finding("a", "error", "1"), made_finding("b", "error", "2"), made_finding("a", "warning", "3")]
     assert [each.message for each in blocking(findings, [])] == ["1", "2"]
     assert [each.message for each in blocking(findings, ["a"])] == ["2"]
     assert blocking(findings, ["a", "b", "c"]) == []
 
 
 def test_findings_of_one_rule_and_severity_are_told_once() -> None:
-    findings = [Finding("a", "error", "1"), Finding("a", "warning", "2"), Finding("a", "warning", "3")]
+    findings = [made_finding("a", "error", "1"), made_finding("a", "warning", "2"), made_finding("a", "warning", "3")]
     assert [(each.message, count) for each, count in grouped_findings(findings)] == [("1", 1), ("2", 2)]
 
 

@@ -3,6 +3,7 @@
 import io
 
 import pytest
+from made_findings import made_finding
 from rich.console import Console
 
 from boards.load import board_library, load_board
@@ -18,7 +19,6 @@ from reports.tables.summary import (
     shorten,
 )
 from rulesengine.planning.pipeline import Run, run
-from specs.finding import Finding
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def test_a_run_ends_in_classes_order_and_findings(done: Run) -> None:
     assert "\nclasses   bottom_terminated 1, fine_pitch 0, small 3, large 1\n" in text
     assert "\norder     sequence[0]/around: Order of 5 strokes: " in text
     assert "info order-gain" not in text
-    assert f"\nFindings: {sum(each.rule != 'order-gain' for each in done.findings)} info; worst first.\n" in text
+    assert f"\nFindings: {sum(each.rule.id != 'order-gain' for each in done.findings)} info; worst first.\n" in text
     assert "\n  info class-empty  classes/fine_pitch\n    Class 'fine_pitch' has no member on tiny.\n" in text
 
 
@@ -101,8 +101,8 @@ def test_nothing_is_wider_than_the_terminal(done: Run, width: int) -> None:
 
 def test_findings_worst_first_one_entry_for_each_rule() -> None:
     console = paper()
-    notes = [Finding("note", "info", f"[n] {index}", "a/b/C1+C2+C3+C4") for index in range(3)]
-    print_findings(console, [*notes, Finding("bad", "error", "mend it", where=(1.0, 2.0, 3.04))])
+    notes = [made_finding("note", "info", f"[n] {index}", "a/b/C1+C2+C3+C4") for index in range(3)]
+    print_findings(console, [*notes, made_finding("bad", "error", "mend it", where=(1.0, 2.0, 3.04))])
     assert printed(console) == (
         "Findings: 1 error, 3 info; worst first.\n  error bad  at 1.0, 2.0, 3.0 mm\n    mend it\n"
         "  info note  a/b/C1+C2+2 more  and 2 more\n    [n] 0"

@@ -1,6 +1,5 @@
 """What docs/cells.md shows is what Washboard does."""
 
-import inspect
 import re
 from pathlib import Path
 
@@ -8,7 +7,6 @@ import pytest
 from small_cells import CELL, urdf
 
 from robotcell.cell.load import cell_library, read_cell_text
-from robotcell.diagnosis import plausibility as check
 
 PAGE = (Path(__file__).parents[3] / "docs" / "cells.md").read_text("utf-8")
 EXAMPLES = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
@@ -29,8 +27,6 @@ def test_the_robot_of_ones_own_that_is_shown_works(tmp_path: Path) -> None:
     assert [joint.name for joint in robot.joints] == ["S", "joint_1"]
 
 
-def test_the_page_names_every_finding_and_every_library_cell() -> None:
-    rules = set(re.findall(r'Finding\(\s*"([a-z-]+[a-z])"', inspect.getsource(check)))
-    assert len(rules) == 8
-    for word in (*rules, *cell_library()):
+def test_the_page_names_every_library_cell() -> None:
+    for word in cell_library():
         assert f"`{word}`" in PAGE

@@ -22,7 +22,7 @@ def demo() -> Board:
 
 
 def rules(text: str, board: Board | None = None) -> dict[str, str]:
-    return {finding.rule: finding.message for finding in check_cell(read_cell_text(text).cell, board)}
+    return {finding.rule.id: finding.message for finding in check_cell(read_cell_text(text).cell, board)}
 
 
 @pytest.mark.parametrize("name", cell_library())
@@ -96,7 +96,7 @@ def test_a_word_that_sets_a_channel_beyond_its_full_scale() -> None:
     def found(value: float) -> list[tuple[str, str, str]]:
         loaded = read_cell_text(CELL.replace("{goSolution: 2}", f"{{goSolution: 2, aoPressure: {value:g}}}"))
         findings = check_cell(loaded.cell, None, loaded.spec.io)
-        return [(finding.rule, finding.message, finding.made_by) for finding in findings]
+        return [(finding.rule.id, finding.message, finding.made_by) for finding in findings]
 
     assert found(10.0) == []
     ((rule, message, made_by),) = found(12.0)

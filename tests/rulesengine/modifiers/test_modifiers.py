@@ -67,7 +67,7 @@ def test_raising_keeps_plan_view_slope_and_says_where():
     rise = np.abs(np.diff(stroke.tcp[:, 2]))
     run = np.diff(stroke.tcp[:, 0])
     assert (rise <= run + 1e-6).all()
-    assert finding.rule == "raised-over-body"
+    assert finding.rule.id == "raised-over-body"
     assert 34.8 <= finding.where[0] <= 65.2
 
 
@@ -105,7 +105,7 @@ def test_footprint_never_touches_what_is_avoided():
     sprayed = [LineString(stroke.tcp[:, :2]) for stroke in cut.strokes]
     assert min(line.distance(box(45, 28, 49, 32)) for line in sprayed) >= reach - 1e-6
     assert min(line.distance(box(45, 28, 49, 32)) for line in sprayed) <= reach + 1.2
-    assert [finding.rule for finding in cut.findings] == ["cut-by-mask"]
+    assert [finding.rule.id for finding in cut.findings] == ["cut-by-mask"]
 
 
 def test_ring_that_loses_a_part_is_done_as_often_as_it_was():

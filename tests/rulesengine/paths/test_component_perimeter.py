@@ -81,21 +81,21 @@ def test_close_components_are_followed_as_one_outline():
 def test_too_little_tilt_is_said_and_the_outline_is_followed():
     board = board_of(part("U1", 40, 20, 12, 8))
     planned = plan_component_perimeter(spec_with(tilt_deg=10), site_on(board))
-    assert [finding.rule for finding in planned.findings] == ["wavefront-behind-nozzle"]
+    assert [finding.rule.id for finding in planned.findings] == ["wavefront-behind-nozzle"]
     assert ring_of(planned.strokes[0]).hausdorff_distance(box(40, 20, 52, 28).exterior) < 1e-6
 
 
 def test_path_inside_that_does_not_exist_is_said():
     board = board_of(part("C1", 40, 20, 2, 1))
     planned = plan_component_perimeter(spec_with(align="axis", tilt_deg=0, distance_mm=-5), site_on(board))
-    assert "no-path-inside" in [finding.rule for finding in planned.findings]
+    assert "no-path-inside" in [finding.rule.id for finding in planned.findings]
     assert Polygon(planned.strokes[0].tcp[:, :2]).contains(Point(41, 20.5))
 
 
 def test_narrow_corridors_are_one_finding_that_names_the_narrowest():
     parts = [part("C1", 10, 10, 2, 1), part("C2", 16, 10, 2, 1), part("C3", 40, 10, 2, 1)]
     findings = plan_component_perimeter(spec_with(), site_on(board_of(*parts))).findings
-    (corridor,) = [finding for finding in findings if finding.rule == "narrow-corridor"]
+    (corridor,) = [finding for finding in findings if finding.rule.id == "narrow-corridor"]
     assert "between C1 and C2" in corridor.message
     assert "Narrowest 4.00 mm" in corridor.message
 

@@ -65,12 +65,12 @@ def test_margin_that_leaves_nothing_is_reduced_and_said():
     site = site_on(board_of(outline=box(0, 0, 100, 12)))
     planned = plan_raster(Raster(height_mm=40, speed_mm_s=60, margin_mm=10), site)
     assert len(planned.strokes) == 1
-    assert [finding.rule for finding in planned.findings] == ["margin-reduced"]
+    assert [finding.rule.id for finding in planned.findings] == ["margin-reduced"]
 
 
 def test_pitch_wider_than_the_footprint_is_said():
     planned = plan_raster(Raster(height_mm=20, speed_mm_s=60, pitch_mm=40), site_on(board_of()))
-    assert [finding.rule for finding in planned.findings] == ["pitch-too-wide"]
+    assert [finding.rule.id for finding in planned.findings] == ["pitch-too-wide"]
 
 
 def test_fan_lies_across_the_travel():

@@ -96,7 +96,7 @@ def test_a_run_up_without_room_is_left_out_and_said_with_its_place():
     board = board_of(part("J1", 10, 20, 10, 20, 60))
     made = sprayed(board, stroke((30, 30, 20), (80, 30, 20), lead_in_mm=15.0))
     (finding,) = made.findings
-    assert finding.rule == "lead-in-blocked"
+    assert finding.rule.id == "lead-in-blocked"
     assert finding.made_by == "sequence[0]/line"
     assert finding.where == (30.0, 30.0, 20.0)
     np.testing.assert_allclose(made.items[0].tcp[-1], [30, 30, 20])

@@ -119,7 +119,7 @@ def test_what_is_not_done_is_said():
     board = board_of(part("U1", 20, 20, 10, 10), part("MK1", 42, 20, 4, 4), part("U2", 50, 20, 10, 10, side="bottom"))
     low = AROUND.model_copy(update={"height_mm": 12.0})
     recipe = recipe_of(step("around"), masks=[Mask(avoid=["MK1"]), Mask(clean=["U2"])], templates={"around": low})
-    found = {each.rule: each for each in make_plan(recipe, board).findings}
+    found = {each.rule.id: each for each in make_plan(recipe, board).findings}
     assert "Not followed all around: U1" in found["cut-by-mask"].message
     assert found["not-served"].severity == "error"
     assert found["side-not-sprayed"].severity == "info"
@@ -129,7 +129,7 @@ def test_what_must_be_cleaned_but_is_kept_out_by_a_mask_is_said():
     board = board_of(part("U1", 10, 20, 6, 6), part("MK1", 17, 20, 4, 4), part("U2", 60, 20, 6, 6))
     masks = [Mask(avoid=["MK1"], margin_mm=30.0), Mask(clean=["U1", "U2"])]
     found = make_plan(recipe_of(step("around"), masks=masks), board).findings
-    (finding,) = (each for each in found if each.rule == "not-served")
+    (finding,) = (each for each in found if each.rule.id == "not-served")
     assert finding.message.startswith("U1 must be cleaned, but no pass goes around it.")
     assert finding.severity == "error"
     assert finding.where == (13.0, 23.0, board.top_z_mm)
@@ -138,7 +138,7 @@ def test_what_must_be_cleaned_but_is_kept_out_by_a_mask_is_said():
 def test_a_path_far_inside_the_edge_is_said():
     inside = BoardPerimeter(height_mm=30, speed_mm_s=40, offset_mm=-200)
     (finding,) = make_plan(recipe_of(step("edge"), templates={"edge": inside}), board_of()).findings[-1:]
-    assert finding.rule == "no-path-inside"
+    assert finding.rule.id == "no-path-inside"
     assert finding.made_by == "sequence[0]/edge"
 
 
@@ -146,14 +146,16 @@ def test_a_path_inside_a_group_that_leaves_a_part_out_is_said():
     board = board_of(part("U1", 10, 10, 30, 30), part("C1", 41, 20, 2, 1))
     deep = AROUND.model_copy(update={"distance_mm": -9.0, "align": "axis", "tilt_deg": 0.0})
     found = make_plan(recipe_of(step("around"), templates={"around": deep}), board).findings
-    (finding,) = (each for each in found if each.rule == "not-circled")
+    (finding,) = (each for each in found if each.rule.id == "not-circled")
     assert "does not go around C1." in finding.message
     assert finding.where is not None
 
 
 def test_findings_about_a_raised_stroke_carry_a_place_over_the_body():
     board = board_of(part("J1", 40, 20, 20, 20, 80))
-    raised = [each for each in make_plan(recipe_of(step("sweep")), board).findings if each.rule == "raised-over-body"]
+    raised = [
+        each for each in make_plan(recipe_of(step("sweep")), board).findings if each.rule.id == "raised-over-body"
+    ]
     assert raised
     for each in raised:
         x, y, z = each.where

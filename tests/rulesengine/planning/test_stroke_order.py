@@ -51,7 +51,7 @@ def test_free_strokes_are_done_with_the_least_way_between_them():
     assert names(done) == [f"line 0 {y}" for y in (0, 20, 40, 60, 80)]
     assert air_mm(done) == pytest.approx(20 + 4 * 20)
     (finding,) = done.findings
-    assert finding.rule == "order-gain"
+    assert finding.rule.id == "order-gain"
     assert finding.made_by == "sequence[0]/path"
 
 

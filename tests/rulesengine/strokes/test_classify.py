@@ -51,7 +51,7 @@ def test_each_condition(wanted, members):
     recipe = recipe_with(classes={"it": ComponentClass(**wanted), "rest": ComponentClass()})
     classified, findings = classify(recipe, BOARD)
     assert {each.component for each in classified if each.component_class == "it"} == members
-    assert [finding.rule for finding in findings] == ([] if members else ["class-empty"]) + (
+    assert [finding.rule.id for finding in findings] == ([] if members else ["class-empty"]) + (
         ["class-empty"] if len(members) == 4 else []
     )
 
@@ -68,9 +68,9 @@ def test_masks_name_components_by_pattern():
     assert read.avoided == (("J1", 4.0),)
     assert read.ignored == {"C1"}
     assert read.demanded == {"C2"}
-    assert [(finding.rule, finding.made_by) for finding in findings] == [("mask-empty", "masks[2]")]
+    assert [(finding.rule.id, finding.made_by) for finding in findings] == [("mask-empty", "masks[2]")]
 
 
 def test_avoiding_what_must_be_cleaned_is_an_error():
     _, findings = service(recipe_with(masks=[Mask(avoid=["U1"]), Mask(clean=["U*"])]), BOARD)
-    assert [(finding.rule, finding.severity) for finding in findings] == [("mask-conflict", "error")]
+    assert [(finding.rule.id, finding.severity) for finding in findings] == [("mask-conflict", "error")]

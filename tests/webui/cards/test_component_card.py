@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import pytest
+from made_findings import made_finding
 from tiny_session import tiny_session
 
-from specs.finding import Finding
 from webui.cards.component_card import board_html, component_html, facts_html
 from webui.layers.paths.strokes import stroke_lines
 from webui.page.session import Selection
@@ -49,7 +49,7 @@ def test_the_card_says_which_passes_serve_a_part(index):
 def test_the_card_says_what_was_found_about_a_part():
     session = tiny_session()
     name = session.board.components[0].name
-    finding = Finding("raised-over-body", "warning", "Raised <high>.", f"sequence[0]/around/X9+{name}")
+    finding = made_finding("raised-over-body", "warning", "Raised <high>.", f"sequence[0]/around/X9+{name}")
     session = replace(session, run=replace(session.run, findings=(finding,)))
     assert "Raised &lt;high&gt;." in card_of(session, name)
     assert "Raised" not in card_of(session, session.board.components[1].name)
@@ -65,8 +65,8 @@ def test_before_the_first_run_the_card_says_what_the_board_knows():
 def test_the_boards_card_counts_findings_and_says_the_worst_first():
     board = tiny_session().board
     assert "no findings" in board_html(replace(board, findings=()))
-    notes = tuple(Finding("note", "info", f"note {number}") for number in range(9))
-    card = board_html(replace(board, findings=(*notes, Finding("bad", "error", "the worst"))))
+    notes = tuple(made_finding("note", "info", f"note {number}") for number in range(9))
+    card = board_html(replace(board, findings=(*notes, made_finding("bad", "error", "the worst"))))
     assert "1 error, 9 notes" in card
     assert card.index("the worst") < card.index("note 0")
     assert "and 5 more" in card
@@ -77,7 +77,7 @@ def test_names_from_files_cannot_write_html():
     session = tiny_session()
     evil = replace(session.board.components[0], name="<script>", package="<b>x", value="<i>")
     board = replace(
-        session.board, components=(evil,), name="<img>", findings=(Finding("odd", "info", "<iframe> <script>"),)
+        session.board, components=(evil,), name="<img>", findings=(made_finding("odd", "info", "<iframe> <script>"),)
     )
     session = replace(session, board=board, run=None)
     for html in (card_of(session, "<script>"), board_html(board), facts_html([("<u>", "<s>")])):

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_findings import made_finding
 from tiny_session import tiny_session
 
-from specs.finding import Finding
 from webui.cards.component_list import findings_about, list_rows, rows_html
 from webui.cards.table import MOST_ROWS
 
@@ -51,9 +51,9 @@ def test_components_with_findings_come_first_and_errors_before_warnings():
     *_, second, third, last = [component.name for component in session.board.components]
     session = with_findings(
         session,
-        Finding("raised-over-body", "warning", "Raised.", f"sequence[0]/around/{last}+X9"),
-        Finding("not-served", "error", f"{third} must be cleaned, but no step sprays the top side.", "masks"),
-        Finding("narrow-corridor", "info", f"Between {second} and X9.", "sequence[0]/around"),
+        made_finding("raised-over-body", "warning", "Raised.", f"sequence[0]/around/{last}+X9"),
+        made_finding("not-served", "error", f"{third} must be cleaned, but no step sprays the top side.", "masks"),
+        made_finding("narrow-corridor", "info", f"Between {second} and X9.", "sequence[0]/around"),
     )
     rows = list_rows(session, "")
     assert [(row.component.name, row.worst) for row in rows[:2]] == [(third, "error"), (last, "warning")]
@@ -64,8 +64,8 @@ def test_components_with_findings_come_first_and_errors_before_warnings():
 def test_a_finding_is_about_the_parts_that_its_message_names(message):
     components = tiny_session().board.components
     name = components[0].name
-    assert list(findings_about([Finding("odd", "info", message.format(name))], components)) == [name]
-    assert findings_about([Finding("odd", "info", message.format(f"{name}7"))], components) == {}
+    assert list(findings_about([made_finding("odd", "info", message.format(name))], components)) == [name]
+    assert findings_about([made_finding("odd", "info", message.format(f"{name}7"))], components) == {}
 
 
 def test_long_lists_say_how_many_more_there_are():

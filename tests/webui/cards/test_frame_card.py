@@ -1,13 +1,13 @@
 from dataclasses import replace
 
 import numpy as np
+from made_findings import made_finding
 from shown_cell import shown_cell
 from tiny_session import tiny_session
 
 from robotcell.diagnosis.frame_table import Frame, frame_card
 from robotcell.diagnosis.plausibility import check_cell
 from robotcell.robot.poses import pose
-from specs.finding import Finding
 from webui.cards.frame_card import frames_html, mistakes_html
 
 
@@ -31,7 +31,7 @@ def test_a_board_upside_down_and_a_tool_that_sprays_the_flange_are_said():
 
 def test_what_a_file_says_is_only_text_and_zero_has_no_sign():
     html = frames_html([Frame("<i>", (-0.01, 1.0, -2.0), "<u>")]) + mistakes_html(
-        [Finding("rule", "error", "<b>", "<s>")]
+        [made_finding("rule", "error", "<b>", "<s>")]
     )
     assert not any(tag in html for tag in ("<i>", "<u>", "<b>", "<s>"))
     assert ">0.0<" in html

@@ -1,9 +1,9 @@
 from dataclasses import replace
 
 import pytest
+from made_findings import made_finding
 from tiny_session import tiny_session
 
-from specs.finding import Finding
 from webui.cards.stroke_card import card_html, legend_html, makers_in_order, step_stroke
 from webui.layers.paths.strokes import stroke_lines
 from webui.page.session import Selection
@@ -43,8 +43,8 @@ def test_without_a_selection_the_card_says_so(lines):
 def test_findings_of_the_stroke_are_on_its_card_and_escaped(lines):
     session = selected(lines[0].made_by)
     findings = (
-        Finding("odd", "warning", "<b>too & fast</b>", lines[0].made_by),
-        Finding("other", "warning", "elsewhere", "sequence[9]/none"),
+        made_finding("odd", "warning", "<b>too & fast</b>", lines[0].made_by),
+        made_finding("other", "warning", "elsewhere", "sequence[9]/none"),
     )
     html = card_html(replace(session, run=replace(session.run, findings=findings)), lines)
     assert "&lt;b&gt;too &amp; fast" in html

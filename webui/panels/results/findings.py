@@ -49,7 +49,7 @@ class FindingsPanel:
         findings = findings_of(session)
         self._tally.content = f'<div style="{_TALLY}">{tally(findings).capitalize()}</div>'
         self._source.visible = session.analysis is not None
-        rules = (ALL, *dict.fromkeys(finding.rule for finding in findings))
+        rules = (ALL, *dict.fromkeys(finding.rule.id for finding in findings))
         if tuple(self._rule.options) != rules:
             self._rule.options = rules
         self._steps.chosen = next((finding for finding in findings if finding == self._steps.chosen), None)

@@ -7,6 +7,7 @@ import numpy as np
 
 from programs.program import MoveTo
 from specs.finding import Finding
+from specs.finding_rules import COLLISION
 from webui.cards.boxes import box_html, quiet_html
 from webui.cards.finding_list import kinds_html, tally
 from webui.layers.robot.near_mark import near_glb
@@ -96,7 +97,7 @@ class CheckCard:
         if check is not None and check.motion is not None and finding.where is not None:
             time_s = when(finding, check)
             self._scene.seek(time_s)
-            if finding.rule == "collision":
+            if finding.rule == COLLISION:
                 near = near_at(check.cell.cell, check.run.board, check.motion, time_s)
         if near is not None:
             self._mark(near, finding.made_by)

@@ -77,7 +77,7 @@ def test_a_part_on_the_bottom_is_turned_as_seen_from_there_and_mirrored(tmp_path
 
 def test_what_is_left_out_is_said(tmp_path: Path) -> None:
     _, notes = read_idf(write(tmp_path))
-    messages = {note.rule: note.message for note in notes}
+    messages = {note.rule.id: note.message for note in notes}
     assert "C2" in messages["idf-unplaced"]
     assert "FD1" in messages["no-body"]
     assert messages["small-drills"].startswith("2 drilled holes")
@@ -232,12 +232,12 @@ def test_a_height_that_no_such_package_has_is_said(tmp_path: Path) -> None:
         EMP.replace("can PN-2 THOU 393.7", "SOIC_8 PN-2 THOU 2000.0"),
     )
     bodies, notes = read_idf(write(tmp_path, emn.replace("can PN-2 C2", "SOIC_8 PN-2 C2"), emp))
-    messages = {note.rule: note.message for note in notes}
+    messages = {note.rule.id: note.message for note in notes}
     assert messages["doubtful-height"].startswith("1 components")
     assert "C1 (50.8 mm)" in messages["doubtful-height"]
     assert extent(next(body for body in bodies if body.name == "C1"))[1][2] == pytest.approx(1.6 + 0.5 + 50.8, abs=0.01)
     (tmp_path / "sane").mkdir()
-    assert "doubtful-height" not in {note.rule for note in read_idf(write(tmp_path / "sane"))[1]}
+    assert "doubtful-height" not in {note.rule.id for note in read_idf(write(tmp_path / "sane"))[1]}
 
 
 def test_a_point_that_is_there_twice_does_not_matter(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ def read(folder: Path, text: str) -> dict[str, Body]:
 
 def messages(folder: Path, text: str) -> dict[str, str]:
     (folder / "b.kicad_pcb").write_text(text, encoding="utf-8")
-    return {note.rule: note.message for note in read_kicad(folder / "b.kicad_pcb")[1]}
+    return {note.rule.id: note.message for note in read_kicad(folder / "b.kicad_pcb")[1]}
 
 
 def extent(body: Body) -> np.ndarray:

@@ -38,7 +38,7 @@ def read(folder: Path, text: str | bytes, name: str = "b.tri") -> tuple[tuple[Bo
     file = folder / name
     file.write_bytes(text.encode() if isinstance(text, str) else text)
     bodies, findings = read_tri(file)
-    return bodies, tuple(finding.rule for finding in findings)
+    return bodies, tuple(finding.rule.id for finding in findings)
 
 
 def refuse(folder: Path, text: str | bytes, name: str = "b.tri") -> BoardError:

@@ -78,7 +78,7 @@ def test_a_loop_asks_the_sensor_after_its_first_turn() -> None:
     assert statements(text, "WHILE") == [condition]
     counted = export(PROGRAMS["loop"](), replace(small_cell(), sensors={}), "abb")
     assert statements(next(iter(counted.files.values())), "WHILE") == ["WHILE nLoop1<4 DO"]
-    assert "no-sensor" in {finding.rule for finding in counted.findings}
+    assert "no-sensor" in {finding.rule.id for finding in counted.findings}
 
 
 def test_a_call_keeps_its_name_and_our_routines_take_others() -> None:

@@ -89,7 +89,7 @@ def test_a_loop_counts_and_says_why() -> None:
         "INC I090",
         "JUMP *LOOP1 IF I090<4",
     ]
-    assert "no-sensor" in {finding.rule for finding in made.findings}
+    assert "no-sensor" in {finding.rule.id for finding in made.findings}
 
 
 @pytest.mark.parametrize("seconds", [0.35, 655.0, 1400.5])

@@ -4,18 +4,18 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from cleaning_report import small_report
+from made_findings import made_finding
 from small_page import find, press, small_page
 from small_scene import SmallScene
 from tiny_session import tiny_session
 
-from specs.finding import Finding
 from webui.cards.finding_list import ALL, CLEANING, PLANNING, component_of, findings_of, name_findings
 from webui.page.analysed import Analysed
 from webui.panels.results.findings import FindingsPanel
 
-JUDGED = Finding("r7-residue", "warning", "U1: 31 % of the residue is left.", "sequence[0]", (9.0, 12.0, 0.0))
-WIDE = Finding("r9-change-bath", "info", "process: 5 % of the bath is soil.")
-PLANNED = Finding("speed-below-asked", "warning", "R1: slower.", "sequence[0]/around/C1")
+JUDGED = made_finding("r7-residue", "warning", "U1: 31 % of the residue is left.", "sequence[0]", (9.0, 12.0, 0.0))
+WIDE = made_finding("r9-change-bath", "info", "process: 5 % of the bath is soil.")
+PLANNED = made_finding("speed-below-asked", "warning", "R1: slower.", "sequence[0]/around/C1")
 
 
 def analysed_session(findings=(JUDGED, WIDE)):

@@ -1,14 +1,14 @@
 import pytest
+from made_findings import made_finding
 
 from boards.board import Board
 from recipes.load import LoadedRecipe
-from specs.finding import Finding
 from webui.cards.finding_list import ALL, choose_findings, component_of, findings_html, name_findings, tally
 from webui.server.server import open_session
 
-ERROR = Finding("not-served", "error", "U1 must be cleaned.", "masks")
-SLOW = Finding("speed-below-asked", "warning", "Slower.", "sequence[0]/around/U12", (1.0, 2.0, 3.0))
-NOTE = Finding("order-gain", "info", "Order of 34 strokes.", "sequence[0]/around")
+ERROR = made_finding("not-served", "error", "U1 must be cleaned.", "masks")
+SLOW = made_finding("speed-below-asked", "warning", "Slower.", "sequence[0]/around/U12", (1.0, 2.0, 3.0))
+NOTE = made_finding("order-gain", "info", "Order of 34 strokes.", "sequence[0]/around")
 
 
 @pytest.fixture(scope="module")
@@ -42,8 +42,8 @@ def test_every_finding_has_a_name_of_its_own_even_if_two_say_the_same() -> None:
 def test_a_finding_about_one_component_names_it(board: Board) -> None:
     assert component_of(SLOW, board) == "U12"
     assert component_of(NOTE, board) == ""
-    assert component_of(Finding("x", "info", "", "sequence[0]/around/U12+C1"), board) == ""
-    assert component_of(Finding("x", "info", "", "sequence[0]/around/NOBODY"), board) == ""
+    assert component_of(made_finding("x", "info", "", "sequence[0]/around/U12+C1"), board) == ""
+    assert component_of(made_finding("x", "info", "", "sequence[0]/around/NOBODY"), board) == ""
 
 
 def test_the_list_says_what_was_seen_where_and_which_line_asked_for_it(loaded: LoadedRecipe) -> None:
@@ -62,7 +62,7 @@ def test_only_the_chosen_one_is_marked(loaded: LoadedRecipe) -> None:
 
 
 def test_what_files_say_cannot_become_markup(loaded: LoadedRecipe) -> None:
-    nasty = Finding("<b>rule", "error", "<script>alert(1)</script>", "sequence[0]/<i>")
+    nasty = made_finding("<b>rule", "error", "<script>alert(1)</script>", "sequence[0]/<i>")
     html = findings_html([nasty], loaded, None)
     assert "<script>" not in html
     assert "<i>" not in html

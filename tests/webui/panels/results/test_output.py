@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from cleaning_report import small_report
+from made_findings import made_finding
 
 from commandline.commands import analyse
 from programs.errors import ProgramError
@@ -12,7 +13,6 @@ from reports.files.write_run import write_run
 from reports.html.cleaning_page import Traceability
 from reports.tables.report_header import made_here
 from rulesengine.planning.pipeline import run
-from specs.finding import Finding
 from specs.progress import no_progress
 from webui.downloads.downloads import KINDS, forbidding, make_download
 from webui.page.analysed import Analysed
@@ -20,7 +20,7 @@ from webui.page.session import Session
 from webui.server.server import open_session
 
 PROGRAM, PNG, SVG, REPORT, _, RECIPE, CLEANING_PAGE, CLEANING_DATA = KINDS
-ERROR = Finding("not-served", "error", "U1 must be cleaned.", "masks")
+ERROR = made_finding("not-served", "error", "U1 must be cleaned.", "masks")
 
 
 @pytest.fixture(scope="module")

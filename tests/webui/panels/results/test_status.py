@@ -4,10 +4,10 @@ from typing import cast
 
 import pytest
 import viser
+from made_findings import made_finding
 from small_page import small_page
 
 from rulesengine.planning.pipeline import run
-from specs.finding import Finding
 from webui.page.session import Session
 from webui.panels.results import status
 from webui.panels.results.status import StatusPanel, status_html
@@ -64,7 +64,7 @@ def test_a_sketch_says_that_its_order_is_being_refined(planned: Session) -> None
 
 def test_errors_are_in_sight(planned: Session) -> None:
     assert planned.run is not None
-    findings = (Finding("a", "error", ""), Finding("b", "warning", ""), Finding("b", "warning", ""))
+    findings = (made_finding("a", "error", ""), made_finding("b", "warning", ""), made_finding("b", "warning", ""))
     html = status_html(replace(planned, run=replace(planned.run, findings=findings)), 0.3, "done", 1.0)
     assert "1 error, 2 warnings" in html
 

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from made_findings import made_finding
 from small_page import find, press, small_page, wait_for
 from small_scene import SmallScene
 from tiny_session import tiny_session
@@ -17,7 +18,6 @@ from robotcell.errors import CellError
 from robotcell.robot.poses import inverse, pose
 from robotcell.robot.robot import Body, Box, flange_poses
 from specs.errors import JobError
-from specs.finding import Finding
 from webui.downloads.recording import record
 from webui.layers.robot.near_mark import near_glb
 from webui.layers.robot.proximity import Near, near_at, nearest_of
@@ -88,7 +88,7 @@ def test_a_check_counts_for_its_program_and_its_cell_alone():
 
 
 def test_an_error_is_said_at_one_glance():
-    wrong = finding_only(Finding("collision", "error", "wall"))
+    wrong = finding_only(made_finding("collision", "error", "wall"))
     session = replace(tiny_session(), cell=wrong.cell).with_check(wrong)
     assert "cannot do it as it is" in state_html(session)
     assert "The robot cannot do it." in state_html(session.with_check(replace(finding_only(), motion=None)))
@@ -117,10 +117,10 @@ def test_a_place_is_found_at_the_moment_of_its_own_stroke():
     done = tried()
     moves = [item for item in done.program.instructions if isinstance(item, MoveTo)]
     picked = moves[len(moves) // 2]
-    found = when(Finding("r", "info", "m", picked.made_by, picked.position), done)
+    found = when(made_finding("r", "info", "m", picked.made_by, picked.position), done)
     there = [move.time_s for move in moves if move.position == picked.position and move.made_by == picked.made_by]
     assert found in there
-    assert when(Finding("r", "info", "m"), done) == 0.0
+    assert when(made_finding("r", "info", "m"), done) == 0.0
 
 
 def test_every_metric_colours_the_paths_and_names_a_worst_place():
@@ -177,7 +177,7 @@ def test_check_tells_how_far_it_is_and_what_came_of_it(tmp_path, monkeypatch):
 def test_a_collision_shows_the_pair_in_red(tmp_path, monkeypatch):
     done = tried()
     place = next(item.position for item in done.program.instructions if isinstance(item, MoveTo))
-    finding = Finding("collision", "error", "lance collides with J1", "sequence[0]/edge", place)
+    finding = made_finding("collision", "error", "lance collides with J1", "sequence[0]/edge", place)
     near = Near(1.0, "lance", "J1", 0.0, np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 4.0]]))
     wrong = finding_only(finding)
     monkeypatch.setattr(check, "check_program", lambda run, cell, *_: replace(wrong, run=run, cell=cell))
@@ -196,7 +196,7 @@ def test_a_collision_shows_the_pair_in_red(tmp_path, monkeypatch):
 
 def test_what_is_out_of_reach_is_looked_at_with_the_robot(tmp_path, monkeypatch):
     far = replace(
-        finding_only(Finding("out-of-reach", "error", "too far", "sequence[0]/edge", (1.0, 2.0, 3.0))), motion=None
+        finding_only(made_finding("out-of-reach", "error", "too far", "sequence[0]/edge", (1.0, 2.0, 3.0))), motion=None
     )
     monkeypatch.setattr(check, "check_program", lambda run, cell, *_: replace(far, run=run, cell=cell))
     with opened(tiny_session(), tmp_path) as (page, scene, _):

@@ -5,13 +5,13 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
+from made_findings import made_finding
 from small_page import find, press, small_page, wait_for
 from small_scene import SmallScene
 from tiny_session import tiny_session
 
 from programs.errors import ProgramError
 from robotcell.cell.load import read_cell
-from specs.finding import Finding
 from webui.downloads import robot_program
 from webui.downloads.robot_program import download_program, forbidding, make_program
 from webui.page.checked import check_program
@@ -62,7 +62,9 @@ def test_without_cell_or_plan_there_is_no_program():
 
 def test_errors_forbid_the_download_until_their_rules_are_allowed():
     done = ready().check
-    wrong = replace(done, report=replace(done.report, findings=(Finding("collision", "error", "it hits the wall"),)))
+    wrong = replace(
+        done, report=replace(done.report, findings=(made_finding("collision", "error", "it hits the wall"),))
+    )
     made = make_program(replace(ready(), checked=wrong), "abb", quiet)
     assert forbidding(made) == ("collision",)
     with pytest.raises(ProgramError, match="it hits the wall"):
@@ -82,7 +84,7 @@ def test_the_worst_event_error_is_said_and_findings_are_text():
     made = make_program(ready(), "abb", quiet)
     html = written_html(made)
     assert f"{made.written.error.distance_mm:.2f} mm" in html
-    odd = replace(made, written=replace(made.written, findings=(Finding("r", "warning", "<script>"),)))
+    odd = replace(made, written=replace(made.written, findings=(made_finding("r", "warning", "<script>"),)))
     assert "<script>" not in written_html(odd)
 
 
