@@ -7,9 +7,9 @@ from typing import cast
 from recipes.nozzles import HollowCone, Nozzle
 from recipes.paths import ComponentPerimeter, PathSpec, StraightLine
 from recipes.recipe import Recipe
-from specs.yaml.keys import name_nearest
 from specs.yaml.located import YamlPath
 from specs.yaml.problems import Problem
+from specs.yaml.schema import name_nearest
 
 _DEFAULT = "default"
 _FLATTEST_DEG = 85.0  # a ray of the spray flatter than this does not close on the board (cleaning model, section 1.1)

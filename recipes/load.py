@@ -2,23 +2,36 @@
 
 import hashlib
 import json
-import os
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from recipes.consistency import find_problems
-from recipes.document import RECIPE
 from recipes.errors import RecipeError
 from recipes.recipe import Recipe
-from specs.yaml.files import find_file, is_bare, read_text
-from specs.yaml.inherit import inherit
-from specs.yaml.located import Located, read_yaml
-from specs.yaml.problems import raise_problems, translate
+from specs.yaml.file_kind import FileKind
+from specs.yaml.load import find_file, parse_spec, read_text, resolve_text
+from specs.yaml.located import Located
+from specs.yaml.problems import raise_problems
 
 _LIBRARY = Path(__file__).parent / "library"
+
+
+def recipe_library() -> dict[str, Path]:
+    """Give the recipes that come with Washboard: name to file, in alphabetical order."""
+    return {path.stem: path for path in sorted(_LIBRARY.glob("*.yaml"))}
+
+
+RECIPE = FileKind(
+    "recipe",
+    "recipe: NAME",
+    "washboard recipe",
+    RecipeError,
+    Recipe,
+    recipe_library,
+    named=frozenset({"functions", "nozzles", "classes", "templates"}),
+    variants={"templates": "path", "nozzles": "pattern"},
+    ordered=frozenset({"classes"}),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +41,6 @@ class LoadedRecipe:
     recipe: Recipe
     root: Located
     """The resolved tree: a value that was inherited bears the mark of the file it stands in."""
-
-
-def recipe_library() -> dict[str, Path]:
-    """Give the recipes that come with Washboard: name to file, in alphabetical order."""
-    return {path.stem: path for path in sorted(_LIBRARY.glob("*.yaml"))}
 
 
 def load_recipe(source: str | Path) -> Recipe:
@@ -53,7 +61,7 @@ def read_recipe(source: str | Path) -> LoadedRecipe:
     Raises:
         RecipeError: it cannot be found or used.
     """
-    path = find_recipe(source)
+    path = find_file(source, RECIPE)
     return read_recipe_text(read_text(path, RECIPE), file=path)
 
 
@@ -76,28 +84,14 @@ def read_recipe_text(text: str, *, file: Path | str = "<recipe>") -> LoadedRecip
     Raises:
         RecipeError: it cannot be used.
     """
-    root = resolve_text(text, file=file)
-    try:
-        # JSON is what makes pydantic strict about types (no "60", no true for 1) while lists still become tuples.
-        recipe = Recipe.model_validate_json(json.dumps(root.plain()), strict=True)
-    except ValidationError as error:
-        raise_problems(translate(error, root, RECIPE), root, RECIPE)
-        raise AssertionError("a refused recipe has a problem") from error
+    root = resolve_text(text, file, RECIPE)
+    recipe = parse_spec(root, RECIPE)
     raise_problems(find_problems(recipe), root, RECIPE)
     return LoadedRecipe(recipe, root)
 
 
-def resolve_text(text: str, *, file: Path | str = "<recipe>") -> Located:
-    """Merge what a recipe's text says over what it extends; whether that makes a recipe is not looked at.
-
-    Raises:
-        RecipeError: it is not YAML, or what it extends cannot be read.
-    """
-    return inherit(read_yaml(text, file, RECIPE), _read_extended, RECIPE)
-
-
 def recipe_sha256(recipe: Recipe) -> str:
-    """Hash what the recipe says, however it was written: inherited or not, in whatever order where order says nothing.
+    """Hash the content of a recipe, however it was written: inherited or not, keys in any order.
 
     The order of classes decides which one takes a component, so it is part of the content.
     """
@@ -105,26 +99,3 @@ def recipe_sha256(recipe: Recipe) -> str:
     content["classes"] = list(content["classes"].items())
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
     return hashlib.sha256(canonical.encode()).hexdigest()
-
-
-def find_recipe(source: str | Path) -> Path:
-    """Find the file of a recipe: a library name first, then a path.
-
-    Raises:
-        RecipeError: a bare name that is neither in the library nor a file.
-    """
-    return find_file(source, recipe_library(), RECIPE)
-
-
-def _read_extended(name: str, where: Located) -> Located:
-    """Read the tree of the recipe that another one extends; a relative path starts at the folder of that other."""
-    say = partial(RecipeError, path="extends", file=where.mark.file, line=where.mark.line)
-    try:
-        path = recipe_library().get(name)
-        if path is None and is_bare(name):
-            find_recipe(name)
-        path = path or Path(os.path.normpath(Path(where.mark.file).parent / name))
-        text = read_text(path, RECIPE)
-    except RecipeError as error:
-        raise say(str(error)) from None
-    return read_yaml(text, path, RECIPE)

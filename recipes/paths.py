@@ -1,26 +1,37 @@
 """The six path classes of Sandia 1993 as specs; their planners are ``rulesengine/paths/<same word>.py``."""
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias, TypeVar
 
 from pydantic import Field
 
-from specs.spec import (
-    Count,
-    CountByClass,
-    HeightByClass,
-    LengthByClass,
-    NonNegativeFloat,
-    PositiveFloat,
-    SecondsByClass,
-    Spec,
-    SpeedByClass,
-    Tilt,
-    TiltByClass,
-)
+from specs.spec import NonNegativeFloat, PositiveFloat, Spec
+
+T = TypeVar("T", int, float)
+
+Tilt: TypeAlias = Annotated[float, Field(ge=0, lt=90)]
+Count: TypeAlias = Annotated[int, Field(ge=0, le=1000)]
+
+# One value, or one by component class with an optional `default`: `passes: {small: 2, large: 4, default: 2}`.
+PositiveByClass: TypeAlias = PositiveFloat | dict[str, PositiveFloat]
+LengthByClass: TypeAlias = float | dict[str, float]
+SecondsByClass: TypeAlias = NonNegativeFloat | dict[str, NonNegativeFloat]
+TiltByClass: TypeAlias = Tilt | dict[str, Tilt]
+CountByClass: TypeAlias = Count | dict[str, Count]
+
+
+def for_class(value: T | dict[str, T], component_class: str) -> T:
+    """Value of a class; a recipe that was read has one for each.
+
+    Raises:
+        KeyError: neither the class nor ``default`` is listed.
+    """
+    if not isinstance(value, dict):
+        return value
+    return value[component_class] if component_class in value else value["default"]
 
 
 class _Path(Spec):
-    """What every template may say."""
+    """Keys of every template."""
 
     lead_in_mm: NonNegativeFloat = Field(
         default=0, description="Run-up before the path with the jet off, so that it opens at speed."
@@ -60,7 +71,7 @@ class BoardPerimeter(_Path):
 
 
 class _Lines(_Path):
-    """What the paths made of parallel lines share."""
+    """Keys of the paths made of parallel lines."""
 
     height_mm: PositiveFloat = Field(description="Orifice above the board's surface.")
     speed_mm_s: PositiveFloat = Field(description="Speed of the orifice.")
@@ -128,8 +139,8 @@ class ComponentPerimeter(_Path):
     path: Literal["component_perimeter"] = Field(
         default="component_perimeter", description="Path class: follows the edges of each component."
     )
-    height_mm: HeightByClass = Field(description="Orifice above the board's surface.")
-    speed_mm_s: SpeedByClass = Field(description="Speed of the orifice.")
+    height_mm: PositiveByClass = Field(description="Orifice above the board's surface.")
+    speed_mm_s: PositiveByClass = Field(description="Speed of the orifice.")
     align: Literal["wavefront", "axis"] = Field(
         default="wavefront", description="What is put on the edge: the near wave front of the tilted cone, or its axis."
     )

@@ -1,4 +1,4 @@
-"""Changes of a recipe's text that keep in mind what the recipe inherits.
+"""Edits of a recipe's text that take account of what the recipe inherits.
 
 What is only inherited does not stand in the text: a list is copied there before an item of it changes, and what is
 removed is written as ``null``.
@@ -8,9 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from recipes.errors import RecipeError
-from recipes.load import resolve_text
+from recipes.load import RECIPE
 from specs.yaml.edit import insert_value, move_value, own_tree, remove_value, rename_key, set_value
-from specs.yaml.located import Located, YamlPath, spell_path
+from specs.yaml.load import resolve_text
+from specs.yaml.located import YamlPath, spell_path
 from specs.yaml.tree import Tree
 
 _LISTS = ("masks", "sequence")
@@ -43,11 +44,11 @@ def remove(text: str, file: Path, path: YamlPath) -> str:
         RecipeError: the text cannot be changed there.
     """
     text = _with_list(text, file, path)
-    if _find(own_tree(text), path) is not None:
+    if own_tree(text).find(path) is not None:
         text = remove_value(text, path)
     if isinstance(path[-1], int):
         return text
-    inherited = _find(resolve_text(text, file=file), path)
+    inherited = resolve_text(text, file, RECIPE).find(path)
     return text if inherited is None or inherited.value is None else set_value(text, path, None)
 
 
@@ -60,7 +61,7 @@ def move(text: str, file: Path, path: YamlPath, to: int) -> str:
         RecipeError: the text cannot be changed there.
     """
     text = _with_list(text, file, path)
-    names = _find(resolve_text(text, file=file), path[:-1])
+    names = resolve_text(text, file, RECIPE).find(path[:-1])
     if names is not None and isinstance(names.value, dict):
         text = _with_names(text, path[:-1], list(names.value))
     return move_value(text, path, to)
@@ -72,15 +73,15 @@ def rename(text: str, file: Path, path: YamlPath, name: str) -> str:
     Raises:
         RecipeError: it is inherited, or the name is taken.
     """
-    renamed = rename_key(text, path, name) if _find(own_tree(text), path) is not None else text
-    if _find(resolve_text(renamed, file=file), path) is not None:
+    renamed = rename_key(text, path, name) if own_tree(text).find(path) is not None else text
+    if resolve_text(renamed, file, RECIPE).find(path) is not None:
         raise RecipeError("is inherited and keeps its name here; duplicate it instead", path=spell_path(path))
     return renamed
 
 
 def _with_names(text: str, path: YamlPath, names: list[str]) -> str:
     """Write inherited names into a mapping of the text, all in their order; ``{}`` keeps what each inherits."""
-    own = _find(own_tree(text), path)
+    own = own_tree(text).find(path)
     there = list(own.value) if own is not None and isinstance(own.value, dict) else []
     if [name for name in there if name in names] == names:
         return text
@@ -94,14 +95,7 @@ def _with_names(text: str, path: YamlPath, names: list[str]) -> str:
 def _with_list(text: str, file: Path, path: YamlPath) -> str:
     """Write a list that is only inherited into the text, so that its items can be changed."""
     top = path[:1]
-    if len(path) < 2 or path[0] not in _LISTS or _find(own_tree(text), top) is not None:
+    if len(path) < 2 or path[0] not in _LISTS or own_tree(text).find(top) is not None:
         return text
-    inherited = _find(resolve_text(text, file=file), top)
+    inherited = resolve_text(text, file, RECIPE).find(top)
     return set_value(text, top, [] if inherited is None else inherited.plain())
-
-
-def _find(root: Located, path: YamlPath) -> Located | None:
-    node: Located | None = root
-    for key in path:
-        node = None if node is None else node.get(key)
-    return node

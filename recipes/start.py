@@ -5,10 +5,9 @@ import os
 import re
 from pathlib import Path
 
-from recipes.document import RECIPE
 from recipes.errors import RecipeError
-from recipes.load import find_recipe, read_recipe_text, recipe_library
-from specs.yaml.files import read_text
+from recipes.load import RECIPE, read_recipe_text, recipe_library
+from specs.yaml.load import find_file, read_text
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]*")
 
@@ -23,7 +22,7 @@ def start_recipe(source: str | Path, file: Path) -> str:
     Raises:
         RecipeError: the source cannot be used, or the file's name cannot be a recipe's.
     """
-    origin = find_recipe(source)
+    origin = find_file(source, RECIPE)
     return place_recipe(read_text(origin, RECIPE), origin, file)
 
 

@@ -1,14 +1,12 @@
-"""What all parts of a recipe share: frozen, unknown keys refused, values by class."""
+"""Base of the models of YAML files."""
 
-from typing import Annotated, TypeAlias, TypeVar
+from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
-T = TypeVar("T", int, float)
-
 
 class Spec(BaseModel):
-    """A part of a recipe: describes, never plans."""
+    """A part of a YAML file, as its author states it: frozen, unknown keys refused."""
 
     model_config = ConfigDict(
         frozen=True,
@@ -22,24 +20,3 @@ class Spec(BaseModel):
 
 PositiveFloat: TypeAlias = Annotated[float, Field(gt=0)]
 NonNegativeFloat: TypeAlias = Annotated[float, Field(ge=0)]
-Tilt: TypeAlias = Annotated[float, Field(ge=0, lt=90)]
-Count: TypeAlias = Annotated[int, Field(ge=0, le=1000)]
-
-# One value, or one by component class with an optional `default`: `passes: {small: 2, large: 4, default: 2}`.
-SpeedByClass: TypeAlias = PositiveFloat | dict[str, PositiveFloat]
-LengthByClass: TypeAlias = float | dict[str, float]
-HeightByClass: TypeAlias = PositiveFloat | dict[str, PositiveFloat]
-SecondsByClass: TypeAlias = NonNegativeFloat | dict[str, NonNegativeFloat]
-TiltByClass: TypeAlias = Tilt | dict[str, Tilt]
-CountByClass: TypeAlias = Count | dict[str, Count]
-
-
-def for_class(value: T | dict[str, T], component_class: str) -> T:
-    """Pick the value of a class; the recipe's own check has made sure that there is one.
-
-    Raises:
-        KeyError: neither the class nor ``default`` is listed.
-    """
-    if not isinstance(value, dict):
-        return value
-    return value[component_class] if component_class in value else value["default"]

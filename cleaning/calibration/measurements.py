@@ -12,7 +12,7 @@ import numpy as np
 
 from cleaning.errors import CleaningError
 from geometry.arrays import Indices, Scalars
-from specs.yaml.keys import name_nearest
+from specs.yaml.schema import name_nearest
 
 _LARGEST_FILE = 20_000_000
 _MOST_ROWS = 50_000

@@ -7,11 +7,12 @@ import numpy as np
 from cleaning.calibration.fit_ring import RingFit
 from cleaning.errors import CleaningError
 from recipes.footprint import RING_EDGE_SIGMAS
-from recipes.load import find_recipe, load_recipe, read_recipe_text
+from recipes.load import RECIPE, load_recipe, read_recipe_text
 from recipes.nozzles import HollowCone, Wavefront
 from recipes.start import start_recipe
 from specs.yaml.edit import remove_value, set_value
-from specs.yaml.keys import name_nearest
+from specs.yaml.load import find_file
+from specs.yaml.schema import name_nearest
 
 _AZIMUTHS_DEG = np.arange(0.0, 360.0, 15.0)
 _LEAST_ANGLE = np.radians(0.5)
@@ -93,7 +94,7 @@ def choose_nozzle(source: str | Path, name: str | None) -> tuple[str, HollowCone
     else:
         wanted = "--nozzle must say which one" if name is None else f"{name!r} is no hollow cone of this recipe"
         message = f"{wanted}; {name_nearest(name or '', cones)}"
-    raise CleaningError(message, path="nozzles", file=find_recipe(source))
+    raise CleaningError(message, path="nozzles", file=find_file(source, RECIPE))
 
 
 def _numbers(fit: RingFit) -> dict[str, float]:

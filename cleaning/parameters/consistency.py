@@ -6,9 +6,9 @@ from datetime import date as day
 from typing import Any, cast
 
 from cleaning.parameters.model import Parameters, Provenance
-from specs.yaml.keys import name_nearest
 from specs.yaml.located import Located, YamlPath, spell_path
 from specs.yaml.problems import Problem
+from specs.yaml.schema import name_nearest
 
 _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
 _TEXTS = (("parameters",), ("description",), ("extends",))

@@ -1,11 +1,7 @@
 """The parameter set's JSON schema for editors, and the table of its keys for people: both made from the model."""
 
-from typing import cast
-
-from cleaning.parameters.load import parameters_model_schema
-from recipes.schema import extending_schema
-from specs.yaml.document import Schema
-from specs.yaml.key_tables import write_tables
+from cleaning.parameters.load import PARAMETERS
+from specs.yaml.schema import extending_schema, key_tables
 
 _SECTIONS = {
     "The set": ("Parameters",),
@@ -25,12 +21,9 @@ _SECTIONS = {
 def parameters_schema() -> str:
     """Write the JSON schema of a parameter set's file, with a line feed at the end."""
     means = "What the cleaning model must be told besides board and recipe, and how each value is known."
-    return extending_schema("Parameters", parameters_model_schema(), "Washboard parameter set", means)
+    return extending_schema(PARAMETERS, means)
 
 
 def parameters_keys() -> str:
     """Write every key of a parameter set as Markdown."""
-    whole = parameters_model_schema()
-    parts = {**cast("dict[str, Schema]", whole["$defs"]), "Parameters": whole}
-    heading = "# Every key of a parameter set\n\nMade by `washboard parameters keys`; units are in the names."
-    return write_tables(heading, parts, _SECTIONS)
+    return key_tables(PARAMETERS, _SECTIONS)

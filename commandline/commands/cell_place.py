@@ -61,14 +61,13 @@ def place(
         from reports.files.write_run import check_apart
         from reports.terminal.console import open_console
         from reports.terminal.place_report import print_relocation
-        from robotcell.cell.documents import CELL
-        from robotcell.cell.load import cell_library, read_cell_text
+        from robotcell.cell.load import CELL, read_cell_text
         from robotcell.placement.optimise import Wish
         from robotcell.search_placement import find_place, place_of, with_place
-        from specs.yaml.files import find_file, read_text
+        from specs.yaml.load import find_file, read_text
 
         check_apart((program, board, parts), [] if output is None else [output])
-        file = find_file(cell, cell_library(), CELL)
+        file = find_file(cell, CELL)
         text = read_text(file, CELL)
         loaded, asked = read_cell_text(text, file=file), load_program(program)
         if output is not None:

@@ -106,17 +106,16 @@ def _read(recipe: str, words: tuple[Goal, list[str], str, list[str]], analyses: 
         RecipeError: the recipe cannot be used, or a path to be kept is not in it.
         JobError: a word is unknown.
     """
-    from recipes.document import RECIPE
-    from recipes.load import find_recipe, read_recipe_text
+    from recipes.load import RECIPE, read_recipe_text
     from rulesengine.tuning.trial.request import Allowed, Asked, read_limits
     from rulesengine.tuning.variables.design_variables import read_kinds
     from rulesengine.tuning.variables.recipe_edits import read_kept
-    from specs.yaml.files import read_text
+    from specs.yaml.load import find_file, read_text
 
     goal, limits, kinds, keep = words
     known: frozenset[Kind] = read_kinds(kinds)
     most = read_limits(limits)
-    file = find_recipe(recipe)
+    file = find_file(recipe, RECIPE)
     text = read_text(file, RECIPE)
     kept = read_kept(keep, read_recipe_text(text, file=file).root)
     return file, text, Asked(goal, most, Allowed(known, kept), analyses)

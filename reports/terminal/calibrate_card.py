@@ -13,7 +13,7 @@ from cleaning.calibration.measurements import Measurements
 from cleaning.errors import CleaningError
 from cleaning.parameters.model import Liquid, Parameters
 from reports.tables.summary import amount
-from specs.yaml.keys import name_nearest
+from specs.yaml.schema import name_nearest
 
 
 def choose_solution(parameters: Parameters, name: str | None) -> Liquid:

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from robotcell.cell.io_spec import InputOutput, Output, Outputs
 from robotcell.cell.spec import CellSpec
 from robotcell.robot.robot import Robot
-from specs.yaml.keys import name_nearest
 from specs.yaml.located import YamlPath
 from specs.yaml.problems import Problem
+from specs.yaml.schema import name_nearest
 
 _SLACK = 1e-9
 

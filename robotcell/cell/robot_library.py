@@ -1,21 +1,18 @@
 """Robots: of the library by name, or as a cell describes them. Out come metres and radians."""
 
-import json
 import math
 from dataclasses import replace
 from pathlib import Path
 
-from pydantic import ValidationError
-
-from robotcell.cell.documents import ROBOT
 from robotcell.cell.robot_spec import JointLimits, RobotFile, RobotSpec
 from robotcell.errors import CellError
 from robotcell.robot.robot import Joint, Robot
 from robotcell.robot.urdf import read_urdf
-from specs.yaml.files import find_file, read_text
-from specs.yaml.keys import name_nearest
+from specs.yaml.file_kind import FileKind
+from specs.yaml.load import find_file, parse_spec, read_text
 from specs.yaml.located import Located, YamlPath, read_yaml, spell_path
-from specs.yaml.problems import Problem, raise_problems, translate
+from specs.yaml.problems import Problem, raise_problems
+from specs.yaml.schema import name_nearest
 
 _LIBRARY = Path(__file__).parents[1] / "library" / "robots"
 
@@ -23,6 +20,9 @@ _LIBRARY = Path(__file__).parents[1] / "library" / "robots"
 def robot_library() -> dict[str, Path]:
     """Give the robots that come with Washboard: name to file, in alphabetical order."""
     return {path.stem: path for path in sorted(_LIBRARY.glob("*/*.yaml"))}
+
+
+ROBOT = FileKind("robot", "robot: NAME", "washboard cell", CellError, RobotFile, robot_library)
 
 
 def load_robot(source: str | Path) -> Robot:
@@ -46,13 +46,9 @@ def read_robot_file(source: str | Path) -> tuple[Located, RobotFile]:
     Raises:
         CellError: it cannot be found or used.
     """
-    path = find_file(source, robot_library(), ROBOT)
+    path = find_file(source, ROBOT)
     root = read_yaml(read_text(path, ROBOT), path, ROBOT)
-    try:
-        return root, RobotFile.model_validate_json(json.dumps(root.plain()), strict=True)
-    except ValidationError as error:
-        raise_problems(translate(error, root, ROBOT), root, ROBOT)
-        raise AssertionError("a refused robot has a problem") from error
+    return root, parse_spec(root, ROBOT)
 
 
 def build_robot(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) -> Robot:

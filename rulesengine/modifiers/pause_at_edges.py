@@ -8,10 +8,9 @@ from shapely import LineString, STRtree, get_parts, intersection
 
 from geometry.arrays import Scalars
 from geometry.gridframe import GridFrame
-from recipes.paths import StepFunction
+from recipes.paths import StepFunction, for_class
 from rulesengine.strokes.board_grid import into_frame, own_frame
 from rulesengine.strokes.stroke import Site, Stroke
-from specs.spec import for_class
 
 _GRAZE_MM = 0.05  # an outline touched over less than this is not crossed; outlines are no more exact than that
 

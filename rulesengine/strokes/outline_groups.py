@@ -22,9 +22,8 @@ from geometry.polygons import (
     simplify_within,
     to_grid,
 )
-from recipes.paths import ComponentPerimeter, Near
+from recipes.paths import ComponentPerimeter, Near, for_class
 from rulesengine.strokes.board_grid import into_frame, out_of_frame
-from specs.spec import for_class
 
 _TOUCH_MM = 1e-4  # outlines are exact to about this; nearer is as good as touching
 _OUTLINE_MM = 0.05

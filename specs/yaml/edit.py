@@ -1,4 +1,4 @@
-"""Changing a recipe's text as its owner would: comments, order and every line that is not concerned stay.
+"""Edits of YAML text that keep comments, order and every line that is not concerned.
 
 The text is loaded and dumped by ruamel's round trip. What the dump alone would change, such as blanks in a line that
 nobody edited, is left as it was: only lines that differ between the dumps before and after the change are replaced.
@@ -11,19 +11,21 @@ import io
 import re
 from collections.abc import Callable
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, TypeAlias, cast
 
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
 
 from specs.errors import EditError
-from specs.yaml.document import Document
+from specs.spec import Spec
+from specs.yaml.file_kind import FileKind
 from specs.yaml.located import Key, Located, YamlPath, read_yaml, spell_path
 from specs.yaml.tree import Tree, drop, move_key, put, reach, styled
 
 Change: TypeAlias = Callable[[Tree], None]
 
-_TEXT = Document("file", "", "", EditError, dict)
+_TEXT = FileKind("file", "", "", EditError, Spec, dict[str, Path])
 _WIDE = 1_000_000  # lines are never folded
 _IN_LINE = (
     r"""(?P<key>(?:[^#'"]*[ {{])?{key}: )(?P<old>[\w.+-]+)(?P<rest>[,}}][^#'"]*?)?(?P<gap> *)(?P<comment>\#.*)?"""
@@ -119,23 +121,21 @@ def _edit(text: str, change: Change, path: YamlPath) -> str:
     after = _dump(tree)
     merged = _carry_over(text, before, after)
     for candidate in (merged, after):
-        if _says(candidate, expected):
+        if _reads_as(candidate, expected):
             return candidate
     raise EditError("shared by an anchor with another place; change it in the text", path=spell_path(path))
 
 
 def _replace_in_line(text: str, path: YamlPath, value: Tree) -> str | None:
     """Replace a number or word that stands on the line of its key; ``None`` where that cannot be done."""
-    node: Located | None = own_tree(text)
-    for key in path:
-        node = None if node is None else node.get(key)
-    new = _spell_simply(value)
+    node = own_tree(text).find(path)
+    new = _plain_scalar(value)
     if node is None or new is None or isinstance(node.value, str) is not isinstance(value, str):
         return None
     lines = text.splitlines(keepends=True)
     line = lines[node.mark.line - 1]
     match = re.fullmatch(_IN_LINE.format(key=re.escape(str(path[-1]))), line.rstrip("\n"))
-    if match is None or _spell_simply(node.value) is None or node.value == value:
+    if match is None or _plain_scalar(node.value) is None or node.value == value:
         return None
     gap = match["gap"] and " " * max(1, len(match["old"] + match["gap"]) - len(new))
     comment = gap + match["comment"] if match["comment"] else ""
@@ -143,11 +143,11 @@ def _replace_in_line(text: str, path: YamlPath, value: Tree) -> str | None:
     expected = own_tree(text).plain()
     put(reach(expected, path[:-1]), path[-1], value)
     candidate = "".join(lines)
-    return candidate if _says(candidate, expected) else None
+    return candidate if _reads_as(candidate, expected) else None
 
 
-def _spell_simply(value: Tree) -> str | None:
-    """Write what YAML writes as it is: a plain number or word."""
+def _plain_scalar(value: Tree) -> str | None:
+    """Write a number or word that YAML writes as it is; ``None`` for other values."""
     plain = styled(value)
     if isinstance(plain, str):
         return plain if _WORD.fullmatch(plain) else None
@@ -168,18 +168,8 @@ def own_tree(text: str) -> Located:
 @lru_cache(maxsize=2)
 def _open(text: str) -> tuple[Tree, str]:
     """Load a text for a round trip, and dump it again; the tree is to be copied before it is changed."""
-    tree = _load(text)
+    tree = _round_trip().load(text)
     return copy.deepcopy(tree), _dump(tree)
-
-
-def _load(text: str) -> Tree:
-    return _round_trip().load(text)
-
-
-def _dump(tree: Tree) -> str:
-    stream = io.StringIO()
-    _round_trip().dump(tree, stream)
-    return stream.getvalue()
 
 
 def _round_trip() -> YAML:
@@ -190,8 +180,14 @@ def _round_trip() -> YAML:
     return yaml
 
 
-def _says(text: str, expected: Tree) -> bool:
-    """Tell whether a text reads as expected, order of names included."""
+def _dump(tree: Tree) -> str:
+    stream = io.StringIO()
+    _round_trip().dump(tree, stream)
+    return stream.getvalue()
+
+
+def _reads_as(text: str, expected: Tree) -> bool:
+    """Whether a text reads as expected, order of names included."""
     try:
         return _ordered(own_tree(text).plain()) == _ordered(expected)
     except EditError:
@@ -209,7 +205,10 @@ def _carry_over(text: str, before: str, after: str) -> str:
     lines, old, new = text.splitlines(keepends=True), before.splitlines(keepends=True), after.splitlines(keepends=True)
     if lines == old:
         return after
-    place = _places(lines, old)
+    place = [0] * len(old) + [len(lines)]  # for each line of the old dump, and its end, the line of the text
+    for _, first, last, begin, end in difflib.SequenceMatcher(None, old, lines, autojunk=False).get_opcodes():
+        for index in range(first, last):
+            place[index] = min(begin + index - first, end)
     result: list[str] = []
     copied = 0
     for tag, first, last, begin, end in difflib.SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
@@ -219,14 +218,3 @@ def _carry_over(text: str, before: str, after: str) -> str:
         result += new[begin:end]
         copied = place[last]
     return "".join([*result, *lines[copied:]])
-
-
-def _places(lines: list[str], old: list[str]) -> list[int]:
-    """For each line of a dump, and its end, the line of the text that says the same."""
-    place = [0] * (len(old) + 1)
-    matcher = difflib.SequenceMatcher(None, old, lines, autojunk=False)
-    for _, first, last, begin, end in matcher.get_opcodes():
-        for index in range(first, last):
-            place[index] = min(begin + index - first, end)
-    place[len(old)] = len(lines)
-    return place

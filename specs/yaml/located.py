@@ -16,7 +16,8 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
 
 from specs.errors import JobError
-from specs.yaml.document import Document
+from specs.spec import Spec
+from specs.yaml.file_kind import FileKind
 
 Scalar: TypeAlias = str | int | float | bool | None
 Key: TypeAlias = str | int
@@ -52,7 +53,7 @@ class Located:
     mark: Mark
 
     def at(self, path: YamlPath) -> "Located":
-        """Give the value at a path, or the deepest one on the way there that exists."""
+        """Value at a path, or the deepest one on the way there that exists."""
         node = self
         for key in path:
             inner = node.get(key)
@@ -61,8 +62,15 @@ class Located:
             node = inner
         return node
 
+    def find(self, path: YamlPath) -> "Located | None":
+        """Value at a path, ``None`` if there is none."""
+        node: Located | None = self
+        for key in path:
+            node = None if node is None else node.get(key)
+        return node
+
     def get(self, key: Key) -> "Located | None":
-        """Give the value of a key or index, ``None`` if there is none."""
+        """Value of a key or index, ``None`` if there is none."""
         if isinstance(self.value, dict):
             return self.value.get(str(key))
         if isinstance(self.value, list) and isinstance(key, int) and 0 <= key < len(self.value):
@@ -70,7 +78,7 @@ class Located:
         return None
 
     def plain(self) -> Any:
-        """Give the bare values: what a YAML loader would have returned."""
+        """Plain values, as a YAML loader returns them."""
         if isinstance(self.value, dict):
             return {key: inner.plain() for key, inner in self.value.items()}
         if isinstance(self.value, list):
@@ -86,39 +94,39 @@ def spell_path(path: YamlPath) -> str:
     return text
 
 
-def read_yaml(text: str, file: Path | str, document: Document) -> Located:
+def read_yaml(text: str, file: Path | str, kind: FileKind[Spec]) -> Located:
     """Read one YAML mapping.
 
     Args:
         text: YAML.
         file: What to call it in errors.
-        document: What kind of file it is.
+        kind: Kind of the file.
 
     Raises:
-        JobError: the document's own: not YAML, not a mapping, a key that stands twice, a tag, or a tree that is too
+        JobError: the kind's own: not YAML, not a mapping, a key that stands twice, a tag, or a tree that is too
             large or too deep.
     """
-    noun = document.noun
+    noun = kind.noun
     if len(text) > _LARGEST_TEXT:
         message = f"{len(text):,} characters are too many; a {noun} has at most {_LARGEST_TEXT:,}"
-        raise document.error(message, file=file)
+        raise kind.error(message, file=file)
     try:
         node = _compose(text)
-        root = None if node is None else _Tree(str(file), document).build(node, Mark(str(file), _line(node)), 0)
+        root = None if node is None else _Tree(str(file), kind).build(node, Mark(str(file), _line(node)), 0)
     except ReaderError as error:
         line = text.count("\n", 0, cast(int, error.position)) + 1
-        raise document.error("a character that YAML does not allow; remove it", file=file, line=line) from None
+        raise kind.error("a character that YAML does not allow; remove it", file=file, line=line) from None
     except MarkedYAMLError as error:
-        raise _explain(error, file, document) from None
+        raise _explain(error, file, kind) from None
     except RecursionError:
-        raise document.error(f"nested more than {_DEEPEST} deep; a {noun} needs far less", file=file) from None
+        raise kind.error(f"nested more than {_DEEPEST} deep; a {noun} needs far less", file=file) from None
     except (YAMLError, ValueError) as error:
-        raise document.error(f"not valid YAML: {error}", file=file) from None
+        raise kind.error(f"not valid YAML: {error}", file=file) from None
     if root is None or root.value is None:
-        raise document.error(f"the file is empty; a {noun} begins with `{document.begins}`", file=file)
+        raise kind.error(f"the file is empty; a {noun} begins with `{kind.first_line}`", file=file)
     if not isinstance(root.value, dict):
-        message = f"a {noun} is a mapping of keys; it begins with `{document.begins}`"
-        raise document.error(message, file=file, line=root.mark.line)
+        message = f"a {noun} is a mapping of keys; it begins with `{kind.first_line}`"
+        raise kind.error(message, file=file, line=root.mark.line)
     return root
 
 
@@ -133,17 +141,17 @@ def _compose(text: str) -> Node | None:
 class _Tree:
     """Builds the tree of one file; it counts what it builds because aliases can multiply it without end."""
 
-    def __init__(self, file: str, document: Document) -> None:
+    def __init__(self, file: str, kind: FileKind[Spec]) -> None:
         self._constructor = YAML(typ="safe", pure=True).constructor
         self._file = file
-        self._document = document
+        self._kind = kind
         self._count = 0
 
     def build(self, node: Node, mark: Mark, depth: int) -> Located:
         self._count += 1
         if self._count > _MOST_VALUES:
             raise self._error(
-                f"expands to more than {_MOST_VALUES:,} values; a {self._document.noun} needs far less", mark.line
+                f"expands to more than {_MOST_VALUES:,} values; a {self._kind.noun} needs far less", mark.line
             )
         if depth > _DEEPEST:
             raise self._error(f"nested more than {_DEEPEST} deep; an alias may hold itself", mark.line)
@@ -154,7 +162,7 @@ class _Tree:
             return Located([self.build(item, self._mark(item), depth + 1) for item in items], mark)
         if isinstance(node, ScalarNode):
             return Located(self._scalar(node), mark)
-        raise self._error(f"tag {node.tag} is not allowed in a {self._document.noun}", _line(node))
+        raise self._error(f"tag {node.tag} is not allowed in a {self._kind.noun}", _line(node))
 
     def _mapping(self, node: MappingNode, depth: int) -> dict[str, Located]:
         """Keys in the order of the file; what a merge key brings stands where the merge key stands."""
@@ -193,15 +201,15 @@ class _Tree:
         return self._printable(str(node.value), node)
 
     def _scalar(self, node: ScalarNode) -> Scalar:
-        kind = str(node.tag).removeprefix(_TAG)
-        if kind in ("null", "bool", "int", "float"):
+        tag = str(node.tag).removeprefix(_TAG)
+        if tag in ("null", "bool", "int", "float"):
             try:
                 return self._constructor.construct_object(node)
             except (ValueError, KeyError, IndexError):  # a tag such as !!bool on text that is none, or endless digits
-                raise self._error(f"{str(node.value)[:40]!r} cannot be read as {kind}", _line(node)) from None
-        if kind in ("str", "timestamp", "value", "merge"):
+                raise self._error(f"{str(node.value)[:40]!r} cannot be read as {tag}", _line(node)) from None
+        if tag in ("str", "timestamp", "value", "merge"):
             return self._printable(str(node.value), node)
-        raise self._error(f"tag {node.tag} is not allowed in a {self._document.noun}", _line(node))
+        raise self._error(f"tag {node.tag} is not allowed in a {self._kind.noun}", _line(node))
 
     def _printable(self, text: str, node: Node) -> str:
         if any(0xD800 <= ord(letter) <= 0xDFFF for letter in text):
@@ -212,22 +220,22 @@ class _Tree:
         return Mark(self._file, _line(node))
 
     def _error(self, message: str, line: int) -> JobError:
-        return self._document.error(message, file=self._file, line=line)
+        return self._kind.error(message, file=self._file, line=line)
 
 
 def _line(node: Node) -> int:
     return int(cast(Any, node).start_mark.line) + 1
 
 
-def _explain(error: MarkedYAMLError, file: Path | str, document: Document) -> JobError:
-    """Say what ruamel found in one sentence, with what to do where it is known."""
+def _explain(error: MarkedYAMLError, file: Path | str, kind: FileKind[Spec]) -> JobError:
+    """Create the error of what ruamel found: one sentence, with what to do where it is known."""
     problem = str(error.problem or error.context or "it cannot be read")
     mark = error.problem_mark or error.context_mark
     line = None if mark is None else int(mark.line) + 1
     for start, hint in _HINTS:
         if problem.startswith(start):
-            return document.error(hint.format(problem=problem, noun=document.noun), file=file, line=line)
+            return kind.error(hint.format(problem=problem, noun=kind.noun), file=file, line=line)
     context = f", {error.context}" if error.context and error.problem else ""
     begin = error.context_mark
     begins = "" if not context or begin is None else f" that begins on line {int(begin.line) + 1}"
-    return document.error(f"not valid YAML: {problem}{context}{begins}", file=file, line=line)
+    return kind.error(f"not valid YAML: {problem}{context}{begins}", file=file, line=line)

@@ -1,4 +1,4 @@
-"""What is wrong with a YAML file, in an engineer's words: pydantic's errors translated, all problems in one error."""
+"""Validation problems of a YAML file: pydantic's errors translated, all problems in one error."""
 
 import difflib
 import re
@@ -8,16 +8,17 @@ from typing import Any, cast
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from specs.yaml.document import Document
-from specs.yaml.keys import known_keys, name_nearest
+from specs.spec import Spec
+from specs.yaml.file_kind import FileKind
 from specs.yaml.located import Key, Located, YamlPath, spell_path
+from specs.yaml.schema import known_keys, name_nearest
 
 _LISTED = 10
 _NAME_RULE = "a name begins with a letter and holds letters, digits and _ . - only"
 _BRANCH = re.compile(
     r"(constrained-)?(float|int|str)$|(dict|literal)\[|[A-Z]\w+$"
 )  # pydantic's tags of a union's branches
-_WANTED = {
+_TYPES = {
     "float_type": "a number",
     "int_type": "a whole number",
     "int_from_float": "a whole number",
@@ -46,18 +47,24 @@ class Problem:
 
 
 @dataclass(frozen=True, slots=True)
-class _Complaint:
+class _Located:
+    """One of pydantic's errors and its place in the file."""
+
     path: YamlPath
     error: ErrorDetails
     in_union: bool
-    """Whether one branch of a union complains; another may suit the value better."""
+    """Whether one branch of a union refuses the value; another may suit it better."""
+
+    @property
+    def is_of_type(self) -> bool:
+        return self.error["type"] in _TYPES or self.error["type"] == "literal_error"
 
 
-def raise_problems(problems: list[Problem], root: Located, document: Document) -> None:
+def raise_problems(problems: list[Problem], root: Located, kind: FileKind[Spec]) -> None:
     """Raise one error for all problems: the first in the order of the files, then the others in short.
 
     Raises:
-        JobError: the document's own, if there is at least one problem.
+        JobError: the kind's own, if there is at least one problem.
     """
     if not problems:
         return
@@ -69,36 +76,36 @@ def raise_problems(problems: list[Problem], root: Located, document: Document) -
         listed = [f"  {m.file}:{m.line}: {spell_path(p.path)}: {p.message}" for m, p in others[:_LISTED]]
         more = [] if len(others) <= _LISTED else [f"  … and {len(others) - _LISTED} more"]
         message = "\n".join([f"{message}\nand {len(others)} more:", *listed, *more])
-    raise document.error(message, path=spell_path(first.path), file=mark.file, line=mark.line)
+    raise kind.error(message, path=spell_path(first.path), file=mark.file, line=mark.line)
 
 
-def translate(error: ValidationError, root: Located, document: Document) -> list[Problem]:
+def translate(error: ValidationError, root: Located, kind: FileKind[Spec]) -> list[Problem]:
     """Turn pydantic's errors into problems whose paths are those of the YAML file."""
     located = [_locate(details, root) for details in error.errors(include_url=False)]
     data = root.plain()
-    misspelt = {_meant(each, data, document) for each in located if each.error["type"] == "extra_forbidden"}
-    complaints = [each for each in located if each.error["type"] != "missing" or each.path not in misspelt]
+    misspelt = {_correction(each.path, data, kind) for each in located if each.error["type"] == "extra_forbidden"}
+    located = [each for each in located if each.error["type"] != "missing" or each.path not in misspelt]
     problems: dict[YamlPath, Problem] = {}
-    for complaint in complaints:
-        rivals = [other for other in complaints if other.in_union and _is_within(other.path, complaint.path)]
-        if complaint.in_union and _is_of_type(complaint):
-            if any(other.path != complaint.path or not _is_of_type(other) for other in rivals):
+    for each in located:
+        path = each.path
+        rivals = [other for other in located if other.in_union and other.path[: len(path)] == path]
+        if each.in_union and each.is_of_type:
+            if any(other.path != path or not other.is_of_type for other in rivals):
                 continue
-            problem = Problem(complaint.path, _say_union(rivals))
+            problem = Problem(path, _union_message(rivals))
         else:
-            problem = _say(complaint, data, document)
+            problem = _problem(each, data, kind)
         problems.setdefault(problem.path, problem)
     return list(problems.values())
 
 
-def _meant(complaint: _Complaint, data: Any, document: Document) -> YamlPath:
-    """Give the path of the key that an unknown one was probably meant to be; that one is not missing, then."""
-    known = known_keys(complaint.path[:-1], data, document)
-    near = difflib.get_close_matches(str(complaint.path[-1]), known, n=1)
-    return (*complaint.path[:-1], *near)
+def _correction(path: YamlPath, data: Any, kind: FileKind[Spec]) -> YamlPath:
+    """Give the path of the known key nearest to an unknown one; that key is not missing, then."""
+    known = known_keys(path[:-1], data, kind)
+    return (*path[:-1], *difflib.get_close_matches(str(path[-1]), known, n=1))
 
 
-def _locate(details: ErrorDetails, root: Located) -> _Complaint:
+def _locate(details: ErrorDetails, root: Located) -> _Located:
     """Strip what pydantic adds to a path: tags of unions and marks of keys, which are no keys of the file."""
     path: list[Key] = []
     node: Located = root
@@ -112,41 +119,32 @@ def _locate(details: ErrorDetails, root: Located) -> _Complaint:
             path.append(key)
         else:
             in_union |= isinstance(key, str) and _BRANCH.match(key) is not None
-    return _Complaint(tuple(path), details, in_union)
+    return _Located(tuple(path), details, in_union)
 
 
-def _is_within(path: YamlPath, outer: YamlPath) -> bool:
-    return path[: len(outer)] == outer
+def _union_message(branches: list[_Located]) -> str:
+    types = [_type_name(each.error) + " by class" * (each.error["type"] == "dict_type") for each in branches]
+    return f"must be {' or '.join(dict.fromkeys(types))}, not {_show(branches[0].error['input'])}"
 
 
-def _is_of_type(complaint: _Complaint) -> bool:
-    return complaint.error["type"] in _WANTED or complaint.error["type"] == "literal_error"
-
-
-def _say_union(complaints: list[_Complaint]) -> str:
-    wanted = [_want(each.error) + " by class" * (each.error["type"] == "dict_type") for each in complaints]
-    listed = " or ".join(dict.fromkeys(wanted))
-    return f"must be {listed}, not {_show(complaints[0].error['input'])}"
-
-
-def _want(error: ErrorDetails) -> str:
+def _type_name(error: ErrorDetails) -> str:
     if error["type"] == "literal_error":
         return str(error.get("ctx", {}).get("expected", "")).replace("'", "")
-    return _WANTED[error["type"]]
+    return _TYPES[error["type"]]
 
 
-def _say(complaint: _Complaint, data: Any, document: Document) -> Problem:
-    """Write one complaint for a person; its path may move to the key that has to be changed."""
-    path, error, context = complaint.path, complaint.error, complaint.error.get("ctx", {})
+def _problem(located: _Located, data: Any, kind: FileKind[Spec]) -> Problem:
+    """Describe one error; its path may move to the key that has to be changed."""
+    path, error, context = located.path, located.error, located.error.get("ctx", {})
     outer, key = path[:-1], path[-1] if path else ""
     match error["type"]:
         case "missing" if isinstance(key, int):
             return Problem(outer, f"needs a value number {key + 1}")
         case "missing":
-            description = known_keys(outer, data, document).get(str(key), {}).get("description", "")
+            description = known_keys(outer, data, kind).get(str(key), {}).get("description", "")
             return Problem(path, f"is missing. {description}".rstrip())
         case "extra_forbidden":
-            return Problem(path, f"unknown key; {name_nearest(str(key), known_keys(outer, data, document))}")
+            return Problem(path, f"unknown key; {name_nearest(str(key), known_keys(outer, data, kind))}")
         case "union_tag_invalid":
             known = [tag.strip(" '") for tag in str(context["expected_tags"]).split(",")]
             tag_path = (*path, str(context["discriminator"]).strip("'"))
@@ -155,26 +153,28 @@ def _say(complaint: _Complaint, data: Any, document: Document) -> Problem:
             )
         case "union_tag_not_found":
             tag_path = (*path, str(context["discriminator"]).strip("'"))
-            return Problem(tag_path, "is missing; it says what kind this is")
+            return Problem(tag_path, "is missing; it states what kind this is")
         case _:
-            return Problem(path, _say_value(error, context))
+            return Problem(path, _value_message(error, context))
 
 
-def _say_value(error: ErrorDetails, context: dict[str, Any]) -> str:
-    kind = error["type"]
-    if kind == "literal_error":
+def _value_message(error: ErrorDetails, context: dict[str, Any]) -> str:
+    name, shown = error["type"], _show(error["input"])
+    if name == "literal_error":
         choices = re.findall(r"'([^']*)'", str(context["expected"]))
-        return f"{_show(error['input'])} is not known; {name_nearest(str(error['input']), choices)}"
-    if kind in _WANTED:
-        return f"must be {_want(error)}, not {_show(error['input'])}"
-    if kind in _BOUNDS:
-        word, bound = _BOUNDS[kind]
-        return f"must be {word} {context[bound]:g}, not {_show(error['input'])}"
-    match kind:
+        return f"{shown} is not known; {name_nearest(str(error['input']), choices)}"
+    if name in _TYPES:
+        return f"must be {_type_name(error)}, not {shown}"
+    if name in _BOUNDS:
+        word, bound = _BOUNDS[name]
+        return f"must be {word} {context[bound]:g}, not {shown}"
+    match name:
         case "finite_number":
-            return f"must be a finite number, not {_show(error['input'])}"
+            return f"must be a finite number, not {shown}"
         case "string_pattern_mismatch":
-            return f"{_show(error['input'])} does not fit; {_say_pattern(str(context['pattern']))}"
+            pattern = str(context["pattern"])
+            rule = _NAME_RULE if pattern.startswith("^[A-Za-z]") else f"it must match {pattern}"
+            return f"{shown} does not fit; {rule}"
         case "too_short":
             return f"needs at least {context['min_length']}, has {context['actual_length']}"
         case "too_long":
@@ -183,10 +183,6 @@ def _say_value(error: ErrorDetails, context: dict[str, Any]) -> str:
             return error["msg"].removeprefix("Value error, ")
         case _:
             return error["msg"]
-
-
-def _say_pattern(pattern: str) -> str:
-    return _NAME_RULE if pattern.startswith("^[A-Za-z]") else f"it must match {pattern}"
 
 
 def _show(value: Any) -> str:

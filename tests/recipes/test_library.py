@@ -8,8 +8,7 @@ from recipes.check import check_recipe
 from recipes.consistency import half_spread_deg, values_of
 from recipes.load import load_recipe, recipe_library
 from recipes.nozzles import AirKnife, HollowCone
-from recipes.paths import ComponentPerimeter, FinalFlush, Raster
-from specs.spec import for_class
+from recipes.paths import ComponentPerimeter, FinalFlush, Raster, for_class
 
 NAMES = list(recipe_library())
 

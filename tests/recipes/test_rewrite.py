@@ -4,12 +4,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from recipes.document import RECIPE
 from recipes.errors import RecipeError
-from recipes.load import parse_recipe, recipe_library, resolve_text
+from recipes.load import RECIPE, parse_recipe, recipe_library
 from recipes.rewrite import insert, move, remove, rename, write_values
 from specs.errors import EditError
-from specs.yaml.files import read_text
+from specs.yaml.load import read_text, resolve_text
 
 SMT = recipe_library()["smt-aqueous"]
 OWN = "recipe: mine\nextends: smt-aqueous  # as it comes\n"
@@ -66,8 +65,8 @@ def test_an_inherited_name_is_taken_out_by_nothing_and_an_own_one_goes(file, bas
     classes = list(base.classes)
     own = write_values(OWN, file, {("classes", "tall"): TALL})
     assert list(read(own, file).classes) == [*classes, "tall"]
-    assert resolve_text(remove(own, file, ("classes", "tall")), file=file).plain() == (
-        resolve_text(OWN, file=file).plain()
+    assert resolve_text(remove(own, file, ("classes", "tall")), file, RECIPE).plain() == (
+        resolve_text(OWN, file, RECIPE).plain()
     )
     gone = write_values(OWN, file, {("templates", "around", "passes", "small"): None})
     assert gone.endswith("      small:\n")

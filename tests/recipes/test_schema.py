@@ -8,10 +8,9 @@ import jsonschema
 import pytest
 from ruamel.yaml import YAML
 
-from recipes.document import RECIPE, model_schema
-from recipes.load import recipe_library
+from recipes.load import RECIPE, recipe_library
 from recipes.schema import recipe_keys, recipe_schema
-from specs.yaml.keys import known_keys, name_nearest
+from specs.yaml.schema import known_keys, name_nearest
 
 ROOT = Path(__file__).parents[2]
 VALIDATOR = jsonschema.Draft202012Validator(json.loads(recipe_schema()))
@@ -37,7 +36,7 @@ def test_the_schema_is_one() -> None:
 
 
 def test_every_key_has_a_description() -> None:
-    parts = {**model_schema()["$defs"], "Recipe": model_schema()}
+    parts = {**RECIPE.schema()["$defs"], "Recipe": RECIPE.schema()}
     for name, part in parts.items():
         assert part["description"], name
         for key, schema in part["properties"].items():

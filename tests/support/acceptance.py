@@ -13,9 +13,8 @@ from shapely import MultiPoint
 
 from programs.native import write as native
 from recipes.nozzles import FullCone, HollowCone
-from recipes.paths import ComponentPerimeter, Raster, StepFunction
+from recipes.paths import ComponentPerimeter, Raster, StepFunction, for_class
 from rulesengine.strokes.classify import service
-from specs.spec import for_class
 
 _ROUNDING_TURNS = 2e-3
 

@@ -3,11 +3,11 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from recipes.document import RECIPE
 from recipes.errors import RecipeError
-from recipes.load import LoadedRecipe, find_recipe, read_recipe_text, read_text, recipe_library
+from recipes.load import RECIPE, LoadedRecipe, read_recipe_text, recipe_library
 from recipes.start import place_recipe
 from reports.files.atomic_write import write_text_atomically
+from specs.yaml.load import find_file, read_text
 
 _MOST_UNDO = 200
 
@@ -112,7 +112,7 @@ def open_document(source: str | Path) -> Document:
     Raises:
         RecipeError: it cannot be read.
     """
-    file = find_recipe(source)
+    file = find_file(source, RECIPE)
     text = read_text(file, RECIPE)
     read_recipe_text(text, file=file)
     return Document(file=file, text=text, saved=text)

@@ -7,10 +7,10 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from recipes.document import RECIPE
 from recipes.errors import RecipeError
-from recipes.load import read_text
+from recipes.load import RECIPE
 from reports.files.atomic_write import OutputError, write_text_atomically
+from specs.yaml.load import read_text
 from webui.page.browser_identity import Visitor
 
 _FOLDER = Path(".washboard") / "unsaved"

@@ -6,13 +6,12 @@ from typing import Literal, TypeAlias, cast, get_args
 
 from cleaning.verdicts.validity_rules import FARTHEST_MM, NEAREST_MM
 from recipes.consistency import half_spread_deg
-from recipes.paths import ComponentPerimeter, PathSpec
+from recipes.paths import ComponentPerimeter, PathSpec, for_class
 from recipes.recipe import Recipe, Step
 from rulesengine.tuning.variables.recipe_edits import Edits
 from specs.errors import JobError
-from specs.spec import for_class
-from specs.yaml.keys import name_nearest
 from specs.yaml.located import YamlPath, spell_path
+from specs.yaml.schema import name_nearest
 
 Kind: TypeAlias = Literal[
     "speeds", "tilts", "passes", "dwells", "heights", "sides", "wash_time", "pressure", "temperature"

@@ -7,8 +7,8 @@ from typing import TypeAlias
 
 from recipes.errors import RecipeError
 from recipes.rewrite import write_values
-from specs.yaml.keys import name_nearest
 from specs.yaml.located import Key, Located, YamlPath, spell_path
+from specs.yaml.schema import name_nearest
 from specs.yaml.tree import Tree
 
 Edits: TypeAlias = tuple[tuple[YamlPath, Tree], ...]

@@ -3,10 +3,10 @@ from dataclasses import replace
 import pytest
 from small_programs import hand_program
 
-from recipes.document import RECIPE
 from recipes.errors import RecipeError
-from recipes.load import load_recipe, read_text, recipe_library, recipe_sha256
+from recipes.load import RECIPE, load_recipe, recipe_library, recipe_sha256
 from reports.files.find_recipe import find_recipe_of, is_made_with
+from specs.yaml.load import read_text
 
 
 def made_with(recipe):

@@ -9,7 +9,7 @@ import pytest
 from ruamel.yaml import YAML
 from small_cells import CELL
 
-from robotcell.cell.documents import cell_model_schema
+from robotcell.cell.load import CELL as CELL_FILE
 from robotcell.cell.load import cell_library
 from robotcell.cell.schema import cell_keys, cell_schema
 
@@ -38,7 +38,7 @@ def test_the_committed_table_of_keys_is_that_of_the_model() -> None:
 
 def test_the_table_has_every_key_of_every_part() -> None:
     table = cell_keys()
-    for name, part in {**cell_model_schema()["$defs"], "CellSpec": cell_model_schema()}.items():
+    for name, part in {**CELL_FILE.schema()["$defs"], "CellSpec": CELL_FILE.schema()}.items():
         for key, schema in part["properties"].items():
             assert f"| `{key}` |" in table, f"{name}.{key}"
             assert len(schema.get("description", "see there")) > 3, f"{name}.{key}"

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from recipes.document import RECIPE
-from recipes.load import parse_recipe, read_text, recipe_library
+from recipes.load import RECIPE, parse_recipe, recipe_library
 from specs.errors import EditError
 from specs.yaml.edit import insert_value, move_value, remove_value, rename_key, set_value
+from specs.yaml.load import read_text
 from specs.yaml.located import read_yaml
 
 DEFAULT = read_text(recipe_library()["smt-aqueous"], RECIPE)

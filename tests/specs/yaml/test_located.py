@@ -4,8 +4,8 @@ import re
 
 import pytest
 
-from recipes.document import RECIPE
 from recipes.errors import RecipeError
+from recipes.load import RECIPE
 from specs.yaml.located import read_yaml, spell_path
 
 

@@ -7,7 +7,7 @@ import pytest
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium
 from tiny_session import tiny_session
 
-from recipes.load import find_recipe
+from recipes.load import recipe_library
 from webui.page import page as pages
 from webui.page.project import open_project
 from webui.server.server import serve
@@ -91,7 +91,7 @@ def test_edits_that_were_not_saved_are_offered_after_the_server_was_started_agai
 
 def test_a_file_that_changes_on_the_disk_is_noticed(browser, start_server, tmp_path):
     file = tmp_path / "mine.yaml"
-    text = find_recipe("rinse-only").read_text().replace("recipe: rinse-only", "recipe: mine")
+    text = recipe_library()["rinse-only"].read_text().replace("recipe: rinse-only", "recipe: mine")
     file.write_text(text)
     tab = DrivenPage(browser, start_server("tiny", str(file)).address)
     file.write_text(text.replace("recipe: mine", "# by somebody else\nrecipe: mine"))

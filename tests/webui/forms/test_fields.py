@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from recipes.classes import ComponentClass, Mask
-from recipes.document import RECIPE
-from recipes.load import parse_recipe, read_recipe, read_text, recipe_library
+from recipes.load import RECIPE, parse_recipe, read_recipe, recipe_library
 from recipes.nozzles import Nozzle
 from recipes.paths import ComponentPerimeter, PathSpec, Raster, StraightLine
 from recipes.recipe import Function, Limits, Recipe, Step
 from specs.yaml.edit import set_value
+from specs.yaml.load import read_text
 from webui.forms.answers import changes, field_at, parse
 from webui.forms.entries import SECTIONS, entries, names_of, spec_at, stated_at
 from webui.forms.fields import describe, entitle

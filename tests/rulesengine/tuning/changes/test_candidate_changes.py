@@ -3,8 +3,7 @@ from dataclasses import replace
 import pytest
 from cleaning_report import small_report
 
-from recipes.document import RECIPE
-from recipes.load import load_recipe, parse_recipe, recipe_library
+from recipes.load import RECIPE, load_recipe, parse_recipe, recipe_library
 from rulesengine.planning.pipeline import run
 from rulesengine.tuning.changes.candidate_changes import knobs_for, moves_of
 from rulesengine.tuning.changes.reductions import cuts_of
@@ -14,7 +13,7 @@ from rulesengine.tuning.trial.request import Allowed, Limits, read_limits
 from rulesengine.tuning.variables.design_variables import KINDS, knobs_of, read_kinds
 from rulesengine.tuning.variables.recipe_edits import apply_edits
 from specs.errors import JobError
-from specs.yaml.files import read_text
+from specs.yaml.load import read_text
 
 SMT = recipe_library()["smt-aqueous"]
 EVERYTHING = Allowed(frozenset(KINDS))

@@ -1,11 +1,10 @@
 import pytest
 
-from recipes.document import RECIPE
 from recipes.errors import RecipeError
-from recipes.load import parse_recipe, read_recipe_text, recipe_library, resolve_text
+from recipes.load import RECIPE, parse_recipe, read_recipe_text, recipe_library
 from rulesengine.tuning.variables.diff import recipe_diff
 from rulesengine.tuning.variables.recipe_edits import apply_edits, is_kept, read_kept
-from specs.yaml.files import read_text
+from specs.yaml.load import read_text, resolve_text
 
 SMT = recipe_library()["smt-aqueous"]
 OWN = "recipe: mine\nextends: smt-aqueous\n"
@@ -48,7 +47,7 @@ def test_paths_that_are_kept_are_read():
     ],
 )
 def test_a_path_that_leads_nowhere_is_refused(word, told):
-    root = resolve_text(read_text(SMT, RECIPE), file=SMT)
+    root = resolve_text(read_text(SMT, RECIPE), SMT, RECIPE)
     with pytest.raises(RecipeError, match=told.replace("[", r"\[")):
         read_kept([word], root)
 

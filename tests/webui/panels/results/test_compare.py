@@ -4,10 +4,10 @@ import pytest
 
 from boards.board import Board
 from boards.load import load_board
-from recipes.document import RECIPE
-from recipes.load import load_recipe, parse_recipe, read_text, recipe_library
+from recipes.load import RECIPE, load_recipe, parse_recipe, recipe_library
 from reports.tables.comparison import Row, compare
 from rulesengine.planning.pipeline import Run, run
+from specs.yaml.load import read_text
 from webui.page.run_comparison import comparison_html, unlike_strokes
 
 

@@ -1,0 +1,54 @@
+"""Kinds of YAML file that people write: recipe, parameter set, cell, robot."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar
+
+from specs.errors import JobError
+from specs.spec import Spec
+
+Schema: TypeAlias = dict[str, Any]
+S_co = TypeVar("S_co", bound=Spec, covariant=True)
+
+
+class ErrorFactory(Protocol):
+    """Creates the error of one kind of file."""
+
+    def __call__(
+        self, message: str, *, path: str = "", file: Path | str | None = None, line: int | None = None
+    ) -> JobError:
+        """Prefix the message with ``file:line: path:`` as far as they are known."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FileKind(Generic[S_co]):
+    """A kind of YAML file: its model, its library, and its words in messages."""
+
+    noun: str
+    """Such as ``"recipe"``."""
+    first_line: str
+    """Such as ``"recipe: NAME"``."""
+    command: str
+    """Its commands, such as ``"washboard recipe"``; with ``list`` it lists the library."""
+    error: ErrorFactory
+    model: type[S_co]
+    library: Callable[[], Mapping[str, Path]]
+    """Files that come with Washboard, by name."""
+    named: frozenset[str] = frozenset()
+    """Top-level mappings of named entries: there ``null`` removes an inherited entry and nothing else."""
+    variants: Mapping[str, str] = field(default_factory=dict[str, str])
+    """Of such mappings the key that chooses an entry's variant: another variant replaces the inherited entry whole."""
+    ordered: frozenset[str] = frozenset()
+    """Such mappings whose order counts: one that lists all inherited entries sets their order."""
+
+    def schema(self) -> Schema:
+        """JSON schema of a complete file, as pydantic makes it."""
+        return _schema(self.model)
+
+
+@cache
+def _schema(model: type[Spec]) -> Schema:
+    return model.model_json_schema(by_alias=True)
