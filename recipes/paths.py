@@ -36,9 +36,12 @@ class _Path(Spec):
     lead_in_mm: NonNegativeFloat = Field(
         default=0, description="Run-up before the path with the jet off, so that it opens at speed."
     )
-    overshoot_mm: NonNegativeFloat = Field(
-        default=0, description="How far the jet runs on past both ends of an open path."
-    )
+
+
+class _OpenPath(_Path):
+    """Keys of the paths that have two ends."""
+
+    overshoot_mm: NonNegativeFloat = Field(default=0, description="How far the jet runs on past both ends of the path.")
 
 
 class BoardPerimeter(_Path):
@@ -70,7 +73,7 @@ class BoardPerimeter(_Path):
     )
 
 
-class _Lines(_Path):
+class _Lines(_OpenPath):
     """Keys of the paths made of parallel lines."""
 
     height_mm: PositiveFloat = Field(description="Orifice above the board's surface.")
@@ -166,7 +169,7 @@ class ComponentPerimeter(_Path):
     only: list[str] = Field(default=[], description="Classes to serve; empty serves all.")
 
 
-class StraightLine(_Path):
+class StraightLine(_OpenPath):
     """One straight line between two points of the board."""
 
     path: Literal["straight_line"] = Field(

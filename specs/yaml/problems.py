@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 from specs.spec import Spec
 from specs.yaml.file_kind import FileKind
 from specs.yaml.located import Key, Located, YamlPath, spell_path
-from specs.yaml.schema import known_keys, name_nearest
+from specs.yaml.schema import kinds_with, known_keys, name_nearest
 
 _LISTED = 10
 _NAME_RULE = "a name begins with a letter and holds letters, digits and _ . - only"
@@ -144,7 +144,10 @@ def _problem(located: _Located, data: Any, kind: FileKind[Spec]) -> Problem:
             description = known_keys(outer, data, kind).get(str(key), {}).get("description", "")
             return Problem(path, f"is missing. {description}".rstrip())
         case "extra_forbidden":
-            return Problem(path, f"unknown key; {name_nearest(str(key), known_keys(outer, data, kind))}")
+            known = known_keys(outer, data, kind)
+            others = kinds_with(str(key), outer, data, kind)
+            text = f"{others}. Known: {', '.join(known)}" if others else f"unknown key; {name_nearest(str(key), known)}"
+            return Problem(path, text)
         case "union_tag_invalid":
             known = [tag.strip(" '") for tag in str(context["expected_tags"]).split(",")]
             tag_path = (*path, str(context["discriminator"]).strip("'"))

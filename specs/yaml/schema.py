@@ -31,11 +31,31 @@ def known_keys(path: YamlPath, data: Any, kind: FileKind[Spec]) -> dict[str, Sch
         kind: Kind of the file.
     """
     whole = kind.schema()
-    node = _resolve(whole, data, whole)
+    node, data = _node_at(path, data, whole)
+    return cast("dict[str, Schema]", _resolve(node, data, whole).get("properties", {}))
+
+
+def kinds_with(name: str, path: YamlPath, data: Any, kind: FileKind[Spec]) -> str:
+    """Name the other variants at a path that have a key, such as path classes; empty where none has it."""
+    whole = kind.schema()
+    node, data = _node_at(path, data, whole)
+    if "discriminator" not in node:
+        return ""
+    tag = str(node["discriminator"]["propertyName"])
+    mapping = cast("dict[str, str]", node["discriminator"]["mapping"])
+    variants = [each for each in mapping if name in _resolve(node, {tag: each}, whole).get("properties", {})]
+    *first, last = variants or [""]
+    listed = f"{', '.join(first)} and {last} have" if first else f"{last} has"
+    return f"no key of {_value_at(data, tag)}; {listed} it" if variants else ""
+
+
+def _node_at(path: YamlPath, data: Any, whole: Schema) -> tuple[Schema, Any]:
+    """Follow a path through schema and data; a union at its end is not resolved."""
+    node = whole
     for key in path:
+        node = _member(_resolve(node, data, whole), str(key))
         data = _value_at(data, key)
-        node = _resolve(_member(node, str(key)), data, whole)
-    return cast("dict[str, Schema]", node.get("properties", {}))
+    return node, data
 
 
 def _value_at(data: Any, key: str | int) -> Any:

@@ -63,6 +63,18 @@ def test_errors_name_line_path_and_the_way_out(before: str, after: str, path: st
     assert str(caught.value).startswith(f"mine.yaml:{caught.value.line}: {path}: ")
 
 
+@pytest.mark.parametrize(("template", "path"), [("edge", "board_perimeter"), ("around", "component_perimeter")])
+def test_a_closed_path_has_no_ends_to_overshoot(template: str, path: str) -> None:
+    before = f"    path: {path}\n"
+    text = DEFAULT.replace(before, f"{before}    overshoot_mm: 3\n")
+    with pytest.raises(RecipeError) as caught:
+        parse_recipe(text, file="mine.yaml")
+    assert str(caught.value).startswith(
+        f"mine.yaml:{line_of(text, 'overshoot_mm')}: templates.{template}.overshoot_mm: no key of {path}; "
+        "final_flush, raster, step_function and straight_line have it. Known: lead_in_mm, path, height_mm, "
+    )
+
+
 def test_the_line_is_that_of_the_wrong_value() -> None:
     text = DEFAULT.replace("tilt_deg: 20", "tilt_deg: 95")
     with pytest.raises(RecipeError) as caught:

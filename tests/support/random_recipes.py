@@ -48,6 +48,8 @@ def spec(kind, required, **optional):
     }
     if kind == "component_perimeter":
         del shared["repeats"]
+    if kind in ("board_perimeter", "component_perimeter"):
+        del shared["overshoot_mm"]
     return st.fixed_dictionaries({"path": st.just(kind), **required}, optional=shared | optional)
 
 
