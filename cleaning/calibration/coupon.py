@@ -17,12 +17,12 @@ from cleaning.calibration.measurements import Column, Measurements, read_measure
 from cleaning.errors import CleaningError
 from cleaning.film.edge_pressure import edge_pressures
 from cleaning.gap.edge_segments import Edges
-from cleaning.gap.inertia import inertial, lubrication_velocity
+from cleaning.gap.flushing import inertial, lubrication_velocity
 from cleaning.jet.jet import Jet, jet_of
 from cleaning.parameters.liquid import density_kg_m3, viscosity_pa_s
 from cleaning.parameters.model import Film, Liquid, Parameters, Soil
 from cleaning.process.stages import Samples, Stage
-from cleaning.undersides.kinetics import removal_rate, softening_rate, step
+from cleaning.undersides.residue import removal_rate, softening_rate, step
 from geometry.arrays import Indices, Scalars
 from recipes.nozzles import Nozzle
 

@@ -6,10 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.film.film import Rim, Spot, farthest, film_momentum, rim_at, rim_of
+from cleaning.film.film import Rim, Spot, farthest, film_momentum, inlined, rim_at, rim_of
 from cleaning.gap.edge_segments import SEGMENTS, EdgePressure, Edges
 from cleaning.jet.compiled_jet import CONE, KNIFE, RING, TAIL_SIGMAS, JetForm, ray_to, stress_of
-from cleaning.jet.inlined import inlined
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Film
 from cleaning.process.stages import Stage
@@ -73,7 +72,10 @@ def edge_pressures(stage: Stage, jet: Jet, edges: Edges, film: Film) -> list[Edg
     Returns:
         One for each row of the edges; without samples where the spray never comes near.
     """
-    law = _law_of(jet, film)
+    stagnation = 0.5 * jet.density_kg_m3 * jet.speed_m_s**2
+    law = _Law(
+        jet.form, rim_of(jet, film), _air_of(jet, stagnation), _lit_by(jet), film.lee, film.puddle_mm, stagnation
+    )
     spared = np.where(edges.sheltered <= film.shelter_mm, film.shelter, 1.0)
     poses = (np.ascontiguousarray(stage.samples.tcp), np.ascontiguousarray(stage.samples.axes))
     sample = np.empty(len(stage.samples.times), dtype=np.int64)
@@ -88,16 +90,10 @@ def edge_pressures(stage: Stage, jet: Jet, edges: Edges, film: Film) -> list[Edg
     return found
 
 
-def _law_of(jet: Jet, film: Film) -> _Law:
-    stagnation = 0.5 * jet.density_kg_m3 * jet.speed_m_s**2
-    return _Law(jet.form, rim_of(jet, film), _air_of(jet), _lit_by(jet), film.lee, film.puddle_mm, stagnation)
-
-
-def _air_of(jet: Jet) -> _Air:
-    """Put the laws of ``cleaning.jet.gas_speed_at`` into numbers: a plane free jet, or the flow of a solid angle."""
+def _air_of(jet: Jet, stagnation: float) -> _Air:
+    """Decay of a gas: a curtain as a plane free jet, U = U0 2.4 sqrt(b / x); a round one keeps U² = q v, q = I / r²."""
     if not jet.gas:
         return _Air(0.0, 0.0, 0.0)
-    stagnation = 0.5 * jet.density_kg_m3 * jet.speed_m_s**2
     if jet.form.gas_curtain:
         return _Air(stagnation, jet.form.core_mm, 1.0)
     return _Air(stagnation, 1e3 * math.sqrt(jet.flow_m3_s * jet.form.scale / jet.speed_m_s), 2.0)

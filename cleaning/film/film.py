@@ -13,18 +13,26 @@ each direction on the board is known, and outward and inward film together carry
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from cleaning.jet.compiled_jet import CONE, RING
-from cleaning.jet.inlined import inlined
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Film
 
+P = ParamSpec("P")
+R = TypeVar("R")
 _TURNS = 720
 _BROADEST = 0.5
+
+
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a function into each of its callers: a call would copy the description of the jet every time."""
+    return cast(Any, njit)(inline="always")(function)
 
 
 class Rim(NamedTuple):

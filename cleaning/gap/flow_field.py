@@ -10,12 +10,10 @@ from numpy.typing import NDArray
 from boards.undersides.underside import Joint
 from cleaning.errors import CleaningError
 from cleaning.gap.edge_segments import SEGMENTS
-from cleaning.gap.grid import Grid, mobility_of, narrowed_grid
-from cleaning.gap.hele_shaw import Flow, Rim, solve
+from cleaning.gap.hele_shaw import Flow, Grid, Rim, mobility_of, narrowed_grid, solve
 from cleaning.gap.joint_lattice import Lattice, apertures, cover, covered_share, outlines_of, quantised
-from cleaning.gap.pillar_drag import ROUND_SKIN, STRAIGHT_SKIN
-from cleaning.gap.pillar_tiles import split_posts, tiles_of
-from cleaning.require import require_not_negative
+from cleaning.gap.pillars import ROUND_SKIN, STRAIGHT_SKIN, split_posts, tiles_of
+from cleaning.require import require_not_negative, require_positive
 from geometry.arrays import Indices, Points2
 
 RESOLVED = 16
@@ -88,7 +86,10 @@ def solve_gap(length_m: float, width_m: float, height_m: float, joints: Sequence
         CleaningError: a size is not positive, a joint is no outline, or there are fewer than two cells.
     """
     lattice = _lattice(length_m, width_m, height_m, cells)
-    _check_joints(joints)
+    for joint in joints:
+        if not np.isfinite((joint.x_mm, joint.y_mm, joint.turn_rad)).all():
+            raise CleaningError(f"a joint needs a place, not ({joint.x_mm:g}, {joint.y_mm:g}) mm, {joint.turn_rad:g}")
+        require_not_negative(length_mm=joint.length_mm, width_mm=joint.width_mm)
     joints = tuple(quantised(joint) for joint in joints)
     posts, walls = split_posts(joints, RESOLVED * min(lattice.dx_m, lattice.dy_m))
     thick = outlines_of(walls, ROUND_SKIN * height_m, STRAIGHT_SKIN * height_m)
@@ -121,18 +122,8 @@ def solve_gap(length_m: float, width_m: float, height_m: float, joints: Sequence
     )
 
 
-def _check_joints(joints: Sequence[Joint]) -> None:
-    for joint in joints:
-        if not np.isfinite((joint.x_mm, joint.y_mm, joint.turn_rad)).all():
-            raise CleaningError(f"a joint needs a place, not ({joint.x_mm:g}, {joint.y_mm:g}) mm, {joint.turn_rad:g}")
-        require_not_negative(length_mm=joint.length_mm, width_mm=joint.width_mm)
-
-
 def _lattice(length_m: float, width_m: float, height_m: float, cells: int) -> Lattice:
-    sizes = {"length": length_m, "width": width_m, "height": height_m}
-    for name, size in sizes.items():
-        if not (np.isfinite(size) and size > 0):
-            raise CleaningError(f"a gap needs a positive {name}, not {size:g} m")
+    require_positive(length_m=length_m, width_m=width_m, height_m=height_m)
     if cells < 2:
         raise CleaningError(f"a gap needs at least 2 cells along its longer side, not {cells}")
     longer = max(length_m, width_m)

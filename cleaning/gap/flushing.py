@@ -1,16 +1,58 @@
-"""Pulses of flow through one gap: shear, renewal, and what becomes of the residue in each cell."""
+"""Pulses of flow through one gap: inertia, wall shear, renewal, and the residue left in each cell."""
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cleaning.require import require_not_negative, require_positive
 from geometry.arrays import Scalars
 from geometry.coverage.compiled import compiled
 
+Values: TypeAlias = float | NDArray[np.float64]
+
 _ALL_GONE = 40.0
 """Beyond it, exp(-x) is nothing."""
+
+
+def lubrication_velocity(pressure_pa: Values, height_m: Values, path_m: Values, viscosity_pa_s: float) -> Values:
+    """Mean velocity between plates if only viscosity resists, m/s: h^2 dp / (12 mu L)."""
+    require_positive(height_m=height_m, path_m=path_m, viscosity_pa_s=viscosity_pa_s)
+    return pressure_pa * height_m**2 / (12.0 * viscosity_pa_s * path_m)
+
+
+def inertial(
+    u: Values, height_m: Values, path_m: Values, density_kg_m3: float, viscosity_pa_s: float, loss: float = 0.5
+) -> Values:
+    """Slow a lubrication velocity down to what inertia and the losses of entrance and exit leave of it, m/s.
+
+    The pressure that drives ``u`` is a u with a = 12 mu L / h^2. It also has to accelerate the liquid, which takes
+    b u^2 with b = rho (1 + loss) / 2: the result is the root of a v + b v^2 = a |u|, with the sign of u. Where inertia
+    is nothing this is u itself.
+
+    Args:
+        u: velocity of the lubrication equation, m/s.
+        height_m: open height of the gap.
+        path_m: length of the way through it.
+        density_kg_m3: of the liquid.
+        viscosity_pa_s: of the liquid.
+        loss: coefficient of entrance and exit (zeta).
+    """
+    require_positive(height_m=height_m, path_m=path_m, viscosity_pa_s=viscosity_pa_s)
+    require_not_negative(density_kg_m3=density_kg_m3, loss=loss)
+    ratio = density_kg_m3 * (1.0 + loss) * height_m**2 / (24.0 * viscosity_pa_s * path_m)  # b / a
+    # written without a difference of near numbers, so that it stays exact where inertia is small
+    return 2.0 * u / (1.0 + np.sqrt(1.0 + 4.0 * ratio * np.abs(u)))
+
+
+def reduced_reynolds(
+    u: Values, height_m: Values, path_m: Values, density_kg_m3: float, viscosity_pa_s: float
+) -> Values:
+    """Inertia against viscosity in a thin gap: rho u h^2 / (mu L). Above about 10 it is no thin gap any more."""
+    require_positive(height_m=height_m, path_m=path_m, viscosity_pa_s=viscosity_pa_s)
+    require_not_negative(density_kg_m3=density_kg_m3)
+    return density_kg_m3 * np.abs(u) * height_m**2 / (viscosity_pa_s * path_m)
 
 
 class FlushSettings(NamedTuple):
@@ -61,7 +103,7 @@ def flush(
     """Carry a gap's residue through the pulses of one stage.
 
     What is left narrows the gap: with the mean fill f the speed goes with (1 - f)^2 and the shear with 1 - f. Inertia
-    slows the whole field by as much as `inertia.inertial` takes from its mean speed.
+    slows the whole field by as much as `inertial` takes from its mean speed.
 
     Args:
         basis: (2, 8, c) components of velocity times viscosity for one pascal on each edge segment.
@@ -137,7 +179,7 @@ def _shear(
 
 @compiled
 def _remove(left: NDArray[np.float64], hard: float, k1: float, k2: NDArray[np.float64], seconds: float) -> float:
-    """Do one step of `kinetics.step` in each cell of ``left``, and give what stays hard."""
+    """Do one step of `residue.step` in each cell of ``left``, and give what stays hard."""
     a = k1 * seconds
     decay = _decay(a)
     for cell in range(left.shape[0]):

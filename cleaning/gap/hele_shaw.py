@@ -1,7 +1,8 @@
-"""Pressure and flow in a gap between given pressures on its rim, and on places inside such as via holes.
+"""Hele-Shaw flow in a thin gap between given pressures on its rim, by cell-centred finite volumes.
 
-Cell-centred finite volumes: pressures stand in the middle of cells, flows on faces; a pressure on the rim acts half a
-cell away from the middle. One factorisation serves any number of pressures.
+A gap is cut into rectangular cells, each joined to its four neighbours by what it lets through. Pressures stand in the
+middle of cells, flows on faces; a pressure on the rim acts half a cell away from the middle. One factorisation serves
+any number of pressures.
 """
 
 from dataclasses import dataclass
@@ -15,21 +16,79 @@ from scipy.sparse import csgraph
 from scipy.sparse.linalg import splu
 
 from cleaning.errors import CleaningError
-from cleaning.gap.grid import Grid, in_series
 
-Fields: TypeAlias = NDArray[np.float64]  # (k, rows, columns): one for each set of pressures
-NEAREST = 1e-3
-"""Least distance, in cells, of a held outline from the middle of an open cell."""
+Field2: TypeAlias = NDArray[np.float64]
+"""(rows along y, columns along x)"""
+Fields: TypeAlias = NDArray[np.float64]
+"""(k, rows, columns): one for each set of pressures"""
 REFINEMENTS = 2
-"""Corrections by what the flows of cells lack: balances close to the last digits, also in cells long and narrow."""
+"""Corrections by the imbalance of cells: balances close to the last digits, also in cells long and narrow."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """Cells of a gap and the conductance of each half cell: volume flow times viscosity per pascal, m3.
+
+    The half towards each side runs from the middle of the cell to its face; two halves in series join two neighbours.
+    A half that lets nothing through is 0. Index [row, column], rows along y.
+    """
+
+    dx_m: float
+    dy_m: float
+    left: Field2
+    right: Field2
+    front: Field2
+    """Towards -y."""
+    back: Field2
+    """Towards +y."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows along y, columns along x."""
+        rows, columns = self.left.shape
+        return rows, columns
+
+    @property
+    def centres(self) -> tuple[Field2, Field2]:
+        """The x and y of the middles of all cells, m; the origin is in the middle of the grid."""
+        rows, columns = self.shape
+        x = (np.arange(columns, dtype=np.float64) - 0.5 * (columns - 1)) * self.dx_m
+        y = (np.arange(rows, dtype=np.float64) - 0.5 * (rows - 1)) * self.dy_m
+        return np.tile(x, (rows, 1)), np.repeat(y[:, None], columns, axis=1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Apertures:
+    """Which share of each half cell is open to flow towards each side: 0 closed, 1 open. (rows, columns) each."""
+
+    left: Field2
+    right: Field2
+    front: Field2
+    back: Field2
+
+
+def mobility_of(height_m: float) -> float:
+    """Volume flow per width times viscosity per pressure gradient between parallel plates: h^3 / 12, m3.
+
+    Reynolds' lubrication equation.
+    """
+    return height_m**3 / 12.0
+
+
+def narrowed_grid(mobility: Field2, dx_m: float, dy_m: float, apertures: Apertures) -> Grid:
+    """Join cells of the given mobilities, m3, 0 where nothing flows, whose halves are partly closed by walls."""
+    if not (dx_m > 0 and dy_m > 0 and np.isfinite(dx_m * dy_m)):
+        raise CleaningError(f"cells of {dx_m:g} x {dy_m:g} m cannot be: give both a positive size")
+    if not (np.isfinite(mobility).all() and (mobility >= 0).all()):
+        raise CleaningError("the mobility of a gap must be finite and not negative in every cell")
+    along, across = 2.0 * mobility * (dy_m / dx_m), 2.0 * mobility * (dx_m / dy_m)
+    left, right = along * apertures.left, along * apertures.right
+    return Grid(dx_m, dy_m, left, right, across * apertures.front, across * apertures.back)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rim:
-    """Pressure on each side, Pa: a number, one per face (n,), or k sets of them (k, n).
-
-    ``None`` closes a side; NaN closes a face, in all sets.
-    """
+    """Pressure on each side, Pa: a number, one per face (n,), or k sets of them (k, n). ``None`` closes a side."""
 
     left: ArrayLike | None = None
     right: ArrayLike | None = None
@@ -37,17 +96,6 @@ class Rim:
     """The side at -y."""
     back: ArrayLike | None = None
     """The side at +y."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Held:
-    """Places inside whose pressure is given, such as holes."""
-
-    level: NDArray[np.float64]
-    """(rows, columns) negative in cells that are held, positive in others; a signed distance to the outline puts the
-    outline where it is (Gibou and others 2002), any other numbers of one size put it on faces."""
-    pressure: ArrayLike
-    """A number, (rows, columns) or (k, rows, columns), Pa."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +109,7 @@ class Flow:
     across: Fields
     """(k, rows + 1, columns) the same towards +y."""
     reached: NDArray[np.bool_]
-    """(rows, columns) whether liquid can get there from a given pressure."""
-    held: NDArray[np.bool_]
-    """(rows, columns) whether the pressure was given there."""
+    """(rows, columns) whether liquid can get there from the rim."""
 
     @cached_property
     def inflow(self) -> NDArray[np.float64]:
@@ -71,130 +117,101 @@ class Flow:
         sides = (self.along[:, :, 0], -self.along[:, :, -1], self.across[:, 0, :], -self.across[:, -1, :])
         return np.stack([side.sum(axis=1) for side in sides], axis=1)
 
-    @cached_property
-    def sources(self) -> Fields:
-        """(k, rows, columns) volume flow times viscosity that enters at each cell: 0 except where pressure is held."""
-        return np.diff(self.along, axis=2) + np.diff(self.across, axis=1)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Links:
-    """Conductances between cells and to the rim; all (rows, columns) or one less or more."""
+class _Links:
+    """Conductances between cells and to the rim."""
 
-    along: NDArray[np.float64]
+    along: Field2
     """(rows, columns + 1)"""
-    across: NDArray[np.float64]
+    across: Field2
     """(rows + 1, columns)"""
     free: NDArray[np.bool_]
     """(rows, columns) cells whose pressure is to be found."""
 
+    def flows(self, padded: Fields) -> tuple[Fields, Fields]:
+        """Volume flow times viscosity through all faces, from differences of pressure, which lose no digits."""
+        along = self.along * -np.diff(padded[:, 1:-1, :], axis=2)
+        return along, self.across * -np.diff(padded[:, :, 1:-1], axis=1)
 
-def solve(grid: Grid, rim: Rim, held: Held | None = None) -> Flow:
-    """Find the steady flow between the pressures that are given.
+    def balance(self, padded: Fields) -> tuple[sparse.csc_array, NDArray[np.float64]]:
+        """Balance the flows of every free cell: the matrix (n, n) and the loads (n, k).
 
-    Cells that no given pressure can reach stand still. Raises CleaningError where shapes do not fit.
+        ``padded`` (k, rows + 2, columns + 2) holds the given pressures; those of free cells must be 0.
+        """
+        number = np.full(self.free.shape, -1)
+        number[self.free] = np.arange(int(self.free.sum()))
+        total = self.along[:, :-1] + self.along[:, 1:] + self.across[:-1] + self.across[1:]
+        pairs = (
+            (number[:, :-1], number[:, 1:], self.along[:, 1:-1]),
+            (number[:-1], number[1:], self.across[1:-1]),
+        )
+        rows, columns, values = [number[self.free]], [number[self.free]], [total[self.free]]
+        for one, other, conductance in pairs:
+            joined = (one >= 0) & (other >= 0) & (conductance > 0)
+            rows += [one[joined], other[joined]]
+            columns += [other[joined], one[joined]]
+            values += [-conductance[joined]] * 2
+        size = int(self.free.sum())
+        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+        matrix = sparse.csc_array(entries, shape=(size, size))
+        brought = (
+            self.along[:, :-1] * padded[:, 1:-1, :-2]
+            + self.along[:, 1:] * padded[:, 1:-1, 2:]
+            + self.across[:-1] * padded[:, :-2, 1:-1]
+            + self.across[1:] * padded[:, 2:, 1:-1]
+        )
+        return matrix, np.ascontiguousarray(brought[:, self.free].T)
+
+
+def solve(grid: Grid, rim: Rim) -> Flow:
+    """Solve the steady flow between the pressures on the rim.
+
+    Cells that no open side can reach stand still. Raises CleaningError where shapes do not fit.
     """
-    padded = pad(grid, rim, held)
-    links = link(grid, rim, None if held is None else held.level)
+    padded = _pad(grid, rim)
+    links = _link(grid, rim)
     if links.free.any():
-        matrix, loads = assemble(links, padded)
+        matrix, loads = links.balance(padded)
         # MMD on A' + A keeps the factors of a symmetric matrix sparse
         factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
         inside = padded[:, 1:-1, 1:-1]
         inside[:, links.free] = factors.solve(loads).T
         for _ in range(REFINEMENTS):
-            along, across = _flows(links, padded)
+            along, across = links.flows(padded)
             missing = -(np.diff(along, axis=2) + np.diff(across, axis=1))[:, links.free]
             inside[:, links.free] += factors.solve(np.ascontiguousarray(missing.T)).T
-    along, across = _flows(links, padded)
-    fixed = np.zeros(grid.shape, dtype=np.bool_) if held is None else held.level <= 0
-    return Flow(padded[:, 1:-1, 1:-1], along, across, links.free | fixed, fixed)
+    return Flow(padded[:, 1:-1, 1:-1], *links.flows(padded), links.free)
 
 
-def link(grid: Grid, rim: Rim, level: NDArray[np.float64] | None = None) -> Links:
+def _link(grid: Grid, rim: Rim) -> _Links:
     """Join the halves of neighbours, and those at the rim to the sides that are open."""
     rows, columns = grid.shape
     along, across = np.zeros((rows, columns + 1)), np.zeros((rows + 1, columns))
-    along[:, 1:-1] = in_series(grid.right[:, :-1], grid.left[:, 1:])
-    across[1:-1] = in_series(grid.back[:-1], grid.front[1:])
-    along[:, 0] = np.where(_open_faces(rim.left, rows), grid.left[:, 0], 0.0)
-    along[:, -1] = np.where(_open_faces(rim.right, rows), grid.right[:, -1], 0.0)
-    across[0] = np.where(_open_faces(rim.front, columns), grid.front[0], 0.0)
-    across[-1] = np.where(_open_faces(rim.back, columns), grid.back[-1], 0.0)
-    if level is not None:
-        along[:, 1:-1] = _to_outline(
-            level[:, :-1], level[:, 1:], (grid.right[:, :-1], grid.left[:, 1:]), along[:, 1:-1]
-        )
-        across[1:-1] = _to_outline(level[:-1], level[1:], (grid.back[:-1], grid.front[1:]), across[1:-1])
-    fixed = np.zeros(grid.shape, dtype=np.bool_) if level is None else level <= 0
-    return Links(along, across, _reached(along, across, fixed) & ~fixed)
+    along[:, 1:-1] = _in_series(grid.right[:, :-1], grid.left[:, 1:])
+    across[1:-1] = _in_series(grid.back[:-1], grid.front[1:])
+    if rim.left is not None:
+        along[:, 0] = grid.left[:, 0]
+    if rim.right is not None:
+        along[:, -1] = grid.right[:, -1]
+    if rim.front is not None:
+        across[0] = grid.front[0]
+    if rim.back is not None:
+        across[-1] = grid.back[-1]
+    return _Links(along, across, _reached(along, across))
 
 
-def assemble(links: Links, padded: Fields) -> tuple[sparse.csc_array, NDArray[np.float64]]:
-    """Balance the flows of every free cell: the matrix (n, n) and the loads (n, k).
-
-    ``padded`` (k, rows + 2, columns + 2) holds the given pressures; those of free cells must be 0.
-    """
-    free = links.free
-    number = np.full(free.shape, -1)
-    number[free] = np.arange(int(free.sum()))
-    total = links.along[:, :-1] + links.along[:, 1:] + links.across[:-1] + links.across[1:]
-    pairs = (
-        (number[:, :-1], number[:, 1:], links.along[:, 1:-1]),
-        (number[:-1], number[1:], links.across[1:-1]),
-    )
-    rows, columns, values = [number[free]], [number[free]], [total[free]]
-    for one, other, conductance in pairs:
-        joined = (one >= 0) & (other >= 0) & (conductance > 0)
-        rows += [one[joined], other[joined]]
-        columns += [other[joined], one[joined]]
-        values += [-conductance[joined]] * 2
-    size = int(free.sum())
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    matrix = sparse.csc_array(entries, shape=(size, size))
-    brought = (
-        links.along[:, :-1] * padded[:, 1:-1, :-2]
-        + links.along[:, 1:] * padded[:, 1:-1, 2:]
-        + links.across[:-1] * padded[:, :-2, 1:-1]
-        + links.across[1:] * padded[:, 2:, 1:-1]
-    )
-    return matrix, np.ascontiguousarray(brought[:, free].T)
+def _in_series(first: Field2, second: Field2) -> Field2:
+    """Conductance of two conductances one behind the other; 0 if either is."""
+    both = first + second
+    return np.divide(first * second, both, out=np.zeros_like(both), where=both > 0)
 
 
-def pad(grid: Grid, rim: Rim, held: Held | None = None) -> Fields:
-    """Lay the pressures of the rim around the cells: (k, rows + 2, columns + 2); 0 where none is given."""
-    sides, inside = _pressures(grid, rim, held)
-    padded = np.pad(inside, ((0, 0), (1, 1), (1, 1)))
-    padded[:, 1:-1, 0], padded[:, 1:-1, -1], padded[:, 0, 1:-1], padded[:, -1, 1:-1] = sides
-    return padded
-
-
-def _flows(links: Links, padded: Fields) -> tuple[Fields, Fields]:
-    """Volume flow times viscosity through all faces, from differences of pressure, which lose no digits."""
-    along = links.along * -np.diff(padded[:, 1:-1, :], axis=2)
-    return along, links.across * -np.diff(padded[:, :, 1:-1], axis=1)
-
-
-def _to_outline(
-    one: NDArray[np.float64],
-    other: NDArray[np.float64],
-    halves: tuple[NDArray[np.float64], NDArray[np.float64]],
-    joined: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Put the given pressure onto the outline between an open and a held cell; held ones exchange nothing."""
-    outer, inner = (one > 0) & (other <= 0), (one <= 0) & (other > 0)
-    gap = np.abs(one) + np.abs(other)
-    reach = np.maximum(np.maximum(one, other) / np.where(gap > 0, gap, 1.0), NEAREST)
-    result = np.where(outer, halves[0] * 0.5 / reach, joined)
-    result = np.where(inner, halves[1] * 0.5 / reach, result)
-    return np.where((one <= 0) & (other <= 0), 0.0, result)
-
-
-def _reached(along: NDArray[np.float64], across: NDArray[np.float64], fixed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Find the cells that are joined, through whatever others, to the rim or to a held cell."""
-    rows, columns = fixed.shape
+def _reached(along: Field2, across: Field2) -> NDArray[np.bool_]:
+    """Find the cells that are joined, through whatever others, to the rim."""
+    rows, columns = across.shape[0] - 1, along.shape[1] - 1
     number = np.arange(rows * columns).reshape(rows, columns)
-    touches = fixed.copy()
+    touches = np.zeros((rows, columns), dtype=np.bool_)
     touches[:, 0] |= along[:, 0] > 0
     touches[:, -1] |= along[:, -1] > 0
     touches[0] |= across[0] > 0
@@ -209,33 +226,18 @@ def _reached(along: NDArray[np.float64], across: NDArray[np.float64], fixed: NDA
     return wet[labels].reshape(rows, columns)
 
 
-def _pressures(grid: Grid, rim: Rim, held: Held | None) -> tuple[list[NDArray[np.float64]], Fields]:
-    """Bring all pressures to k sets: four sides (k, n), and inside (k, rows, columns)."""
+def _pad(grid: Grid, rim: Rim) -> Fields:
+    """Lay k sets of pressures of the rim around the cells: (k, rows + 2, columns + 2); 0 where none is given."""
     rows, columns = grid.shape
-    given = [rim.left, rim.right, rim.front, rim.back]
-    sides = [np.asarray(0.0 if side is None else side, dtype=np.float64) for side in given]
-    sides = [np.where(np.isnan(side), 0.0, side) for side in sides]
-    lengths = [(rows,), (rows,), (columns,), (columns,)]
-    inside, place = np.zeros(grid.shape), grid.shape
-    if held is not None:
-        if held.level.shape != place:
-            raise CleaningError(f"the level of held cells is {held.level.shape}, the grid {place}")
-        inside = np.where(held.level <= 0, np.asarray(held.pressure, dtype=np.float64), 0.0)
-    sets = [len(side) for side in sides if side.ndim == 2] + ([len(inside)] if inside.ndim == 3 else [])
-    count = max(sets, default=1)
+    given = ((rim.left, rows), (rim.right, rows), (rim.front, columns), (rim.back, columns))
+    sides = [np.asarray(0.0 if side is None else side, dtype=np.float64) for side, _ in given]
+    count = max((len(side) for side in sides if side.ndim == 2), default=1)
+    padded = np.zeros((count, rows + 2, columns + 2))
     try:
-        wide = [np.broadcast_to(side, (count, *length)) for side, length in zip(sides, lengths, strict=True)]
-        filled = np.broadcast_to(inside, (count, *place))
+        wide = [np.broadcast_to(side, (count, faces)) for side, (_, faces) in zip(sides, given, strict=True)]
     except ValueError as error:
         raise CleaningError(f"pressures do not fit a gap of {rows} rows and {columns} columns: {error}") from error
-    if not (np.isfinite(filled).all() and all(np.isfinite(side).all() for side in wide)):
+    if not all(np.isfinite(side).all() for side in wide):
         raise CleaningError("pressures in a gap must be finite")
-    return wide, filled
-
-
-def _open_faces(side: ArrayLike | None, faces: int) -> NDArray[np.bool_]:
-    """Tell which faces of a side have a pressure, in every set."""
-    if side is None:
-        return np.zeros(faces, dtype=np.bool_)
-    given = np.atleast_2d(np.asarray(side, dtype=np.float64))
-    return np.broadcast_to(~np.isnan(given).any(axis=0), faces)
+    padded[:, 1:-1, 0], padded[:, 1:-1, -1], padded[:, 0, 1:-1], padded[:, -1, 1:-1] = wide
+    return padded

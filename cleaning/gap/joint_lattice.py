@@ -8,7 +8,7 @@ import shapely
 from numpy.typing import NDArray
 
 from boards.undersides.underside import Joint, joint_polygon
-from cleaning.gap.grid import Apertures, Field2
+from cleaning.gap.hele_shaw import Apertures, Field2
 from geometry.arrays import Scalars
 
 LINES = 4

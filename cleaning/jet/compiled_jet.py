@@ -8,7 +8,7 @@ each place.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -173,31 +173,6 @@ def stress_of(jet: JetForm, place: tuple[float, float, float], normal: tuple[flo
     if strength <= 0.0:
         return 0.0
     return stress_factor(jet, strength, length, spread) * facing * facing
-
-
-@compiled
-def add_stresses(jet: JetForm, poses: tuple[Any, Any], wall: tuple[Any, Any], found: NDArray[np.float64]) -> None:
-    """Fill (n, k) normal stresses: n poses (tcp (n, 3), axes (n, 3, 3)), k places (points, normals (k, 3))."""
-    tcp, axes = poses
-    points, normals = wall
-    for i in range(len(tcp)):
-        turn = axes[i]
-        for j in range(len(points)):
-            x, y, z = points[j, 0] - tcp[i, 0], points[j, 1] - tcp[i, 1], points[j, 2] - tcp[i, 2]
-            nx, ny, nz = normals[j, 0], normals[j, 1], normals[j, 2]
-            found[i, j] = stress_of(
-                jet,
-                (
-                    turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z,
-                    turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z,
-                    turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z,
-                ),
-                (
-                    turn[0, 0] * nx + turn[1, 0] * ny + turn[2, 0] * nz,
-                    turn[0, 1] * nx + turn[1, 1] * ny + turn[2, 1] * nz,
-                    turn[0, 2] * nx + turn[1, 2] * ny + turn[2, 2] * nz,
-                ),
-            )
 
 
 @compiled

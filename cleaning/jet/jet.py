@@ -5,21 +5,23 @@ from dataclasses import dataclass
 from typing import assert_never
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cleaning.jet.compiled_jet import CONE, DECAY, EDGE_SIGMAS, FAN, KNIFE, RING, JetForm, add_stresses
-from cleaning.jet.jet_coordinates import flow_density, normalised, steepest
-from cleaning.jet.orifice import flow_m3_s, gas_speed_m_s, liquid_speed_m_s
+from cleaning.jet.compiled_jet import CONE, DECAY, EDGE_SIGMAS, FAN, KNIFE, RING, JetForm
+from cleaning.jet.jet_coordinates import normalised, steepest
 from cleaning.parameters.liquid import density_kg_m3
 from cleaning.parameters.model import Spray
 from cleaning.process.stages import Stage
-from geometry.arrays import Directions, Points, Scalars
+from cleaning.require import require_not_negative, require_positive
+from geometry.arrays import Scalars
 from recipes.footprint import mid_angles
 from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle
 
 _AZIMUTHS = 360
 _BAR_PA = 1e5
 _LITRE_PER_MINUTE = 1e-3 / 60
+AMBIENT_PA = 101_325.0
+_HEAT_RATIO = 1.4
+"""Ratio of the specific heats of air."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +47,7 @@ class Jet:
     sigmas: Scalars
     """(k,) likewise."""
     form: JetForm
-    """For compiled code: ``cleaning.jet_form``."""
+    """The same for compiled code."""
 
 
 def jet_of(stage: Stage, spray: Spray) -> Jet:
@@ -94,52 +96,37 @@ def jet_of(stage: Stage, spray: Spray) -> Jet:
     )
 
 
-def intensity(jet: Jet, directions_tool: Directions) -> Scalars:
-    """Flow per solid angle into each direction, m³/s per sr; over all directions it adds up to the jet's flow.
+def flow_m3_s(reference_m3_s: float, reference_pa: float, pressure_pa: float, exponent: float) -> float:
+    """Flow at a pressure, from that at a reference pressure: Q = Q_ref (P / P_ref)^n."""
+    require_positive(reference_pa=reference_pa, exponent=exponent)
+    require_not_negative(reference_m3_s=reference_m3_s, pressure_pa=pressure_pa)
+    return reference_m3_s * (pressure_pa / reference_pa) ** exponent
 
-    The curtain of a knife is taken together along its slot, as seen from far away.
+
+def liquid_speed_m_s(pressure_pa: float, density_kg_m3: float, discharge: float) -> float:
+    """Speed of a liquid behind an orifice: v = C_v sqrt(2 P / rho), Bernoulli with a velocity coefficient."""
+    require_positive(density_kg_m3=density_kg_m3)
+    require_not_negative(pressure_pa=pressure_pa, discharge=discharge)
+    return discharge * math.sqrt(2 * pressure_pa / density_kg_m3)
+
+
+def gas_speed_m_s(pressure_pa: float, density_kg_m3: float, discharge: float) -> float:
+    """Speed of a gas behind an orifice, no faster than sound in its throat.
+
+    Isentropic expansion from the pressure above ambient; where that would be faster than sound, a plain orifice chokes
+    and the speed is sound's at the throat, sqrt(2 gamma / (gamma + 1) p / rho).
 
     Args:
-        jet: Which jet.
-        directions_tool: (n, 3) unit vectors, tool frame.
+        pressure_pa: Before the orifice, above ambient.
+        density_kg_m3: At ambient pressure and the temperature before the orifice.
+        discharge: Velocity coefficient.
     """
-    density, _ = flow_density(jet.form, directions_tool)
-    if jet.form.kind == KNIFE:
-        z = np.maximum(directions_tool[:, 2], 1e-12)
-        x, y = directions_tool[:, 0] / z, directions_tool[:, 1] / z
-        density = density / (math.tan(jet.form.wide) * z**3 * (1 + y**2)) * (np.abs(x) <= math.tan(jet.form.wide))
-    return jet.flow_m3_s * density
-
-
-def stress_at(jet: Jet, tcp: Points, axes: NDArray[np.float64], points: Points, normals: Directions) -> Scalars:
-    """Normal stress at places of the board from each pose of the nozzle, as if nothing stood in between.
-
-    Args:
-        jet: Which jet.
-        tcp: (n, 3) orifice, mm, board frame.
-        axes: (n, 3, 3) rotations of T_board_tool.
-        points: (k, 3) places, mm.
-        normals: (k, 3) outward unit normals.
-
-    Returns:
-        (n, k) Pa.
-    """
-    found = np.empty((len(tcp), len(points)))
-    poses = np.ascontiguousarray(tcp), np.ascontiguousarray(axes)
-    add_stresses(jet.form, poses, (np.ascontiguousarray(points), np.ascontiguousarray(normals)), found)
-    return found
-
-
-def gas_speed_at(jet: Jet, distance_mm: Scalars) -> Scalars:
-    """Speed of a gas on the strongest ray at (n,) distances from the orifice, m/s.
-
-    A curtain slows down as U = U0 2.4 sqrt(b / x) behind its core (plane free jet); what blows from a round nozzle
-    keeps the momentum that flows in its solid angle: U² = q v with the flux q = I / r².
-    """
-    if jet.form.gas_curtain:
-        return jet.speed_m_s * np.sqrt(np.minimum(1.0, jet.form.core_mm / np.maximum(distance_mm, 1e-9)))
-    flux = jet.flow_m3_s * jet.form.scale / (np.maximum(distance_mm, 1e-9) * 1e-3) ** 2
-    return np.minimum(jet.speed_m_s, np.sqrt(flux * jet.speed_m_s))
+    require_positive(density_kg_m3=density_kg_m3)
+    require_not_negative(pressure_pa=pressure_pa, discharge=discharge)
+    heat = _HEAT_RATIO
+    expanded = 1 - (AMBIENT_PA / (AMBIENT_PA + pressure_pa)) ** ((heat - 1) / heat)
+    squared = min(expanded / (heat - 1), 1 / (heat + 1))
+    return discharge * math.sqrt(2 * heat * AMBIENT_PA / density_kg_m3 * squared)
 
 
 def _kind(nozzle: Nozzle) -> int:

@@ -3,13 +3,13 @@
 import math
 
 from cleaning.parameters.model import Liquid
-from cleaning.parameters.water import (
+from cleaning.parameters.water_and_air import (
     air_density_kg_m3,
     air_viscosity_pa_s,
     water_surface_tension_n_m,
     water_viscosity_pa_s,
 )
-from cleaning.require import require_not_negative, require_positive, require_temperature
+from cleaning.require import require_positive, require_temperature
 
 _STATED_AT_C = 60.0
 
@@ -51,16 +51,5 @@ def capillary_pa(liquid: Liquid, temperature_c: float, height_m: float) -> float
         height_m: Height of the gap that residue leaves open.
     """
     require_positive(height_m=height_m)
-    return 2.0 * surface_tension_n_m(liquid, temperature_c) * _mean_cosine(liquid) / height_m
-
-
-def fill_time_s(liquid: Liquid, temperature_c: float, height_m: float, length_m: float) -> float:
-    """How long a gap takes to draw the liquid in over a length (Washburn 1921, for a slot); infinite if it does not."""
-    require_positive(height_m=height_m)
-    require_not_negative(length_m=length_m)
-    pull = surface_tension_n_m(liquid, temperature_c) * height_m * _mean_cosine(liquid)
-    return 3.0 * viscosity_pa_s(liquid, temperature_c) * length_m**2 / pull if pull > 0.0 else math.inf
-
-
-def _mean_cosine(liquid: Liquid) -> float:
-    return 0.5 * (math.cos(math.radians(liquid.contact_board_deg)) + math.cos(math.radians(liquid.contact_part_deg)))
+    board, part = (math.cos(math.radians(angle)) for angle in (liquid.contact_board_deg, liquid.contact_part_deg))
+    return 2.0 * surface_tension_n_m(liquid, temperature_c) * (0.5 * (board + part)) / height_m

@@ -4,7 +4,9 @@ import math
 from collections.abc import Sequence
 
 from cleaning.gap.edge_segments import EdgePressure
-from cleaning.parameters.humid_air import (
+from cleaning.parameters.liquid import density_kg_m3, surface_tension_n_m
+from cleaning.parameters.model import Drying
+from cleaning.parameters.water_and_air import (
     latent_heat_j_kg,
     saturation_pa,
     vapour_diffusivity_m2_s,
@@ -12,8 +14,6 @@ from cleaning.parameters.humid_air import (
     vapour_pressure_pa,
     wet_surface_c,
 )
-from cleaning.parameters.liquid import density_kg_m3, surface_tension_n_m
-from cleaning.parameters.model import Drying
 from cleaning.process.stages import Stage
 from cleaning.require import require_not_negative, require_positive, require_temperature
 

@@ -9,16 +9,14 @@ from numpy.typing import NDArray
 
 from cleaning.gap.edge_segments import SEGMENTS, EdgePressure
 from cleaning.gap.flow_field import GapField
-from cleaning.gap.flushing import Flushed, FlushSettings, flush
-from cleaning.gap.inertia import inertial, plug_front_m, reduced_reynolds
-from cleaning.gap.initial_fill import exchanges_needed, fill_share, is_plugged, open_share
+from cleaning.gap.flushing import Flushed, FlushSettings, flush, inertial, reduced_reynolds
 from cleaning.parameters.liquid import capillary_pa, density_kg_m3, viscosity_pa_s
 from cleaning.parameters.model import Parameters
 from cleaning.process.stages import Stage
 from cleaning.undersides.capillary_entry import entry_margin
 from cleaning.undersides.drying import dry_gap
 from cleaning.undersides.gap_result import GapResult, GapStage
-from cleaning.undersides.kinetics import softening_rate, step
+from cleaning.undersides.residue import exchanges_needed, fill_share, open_share, softening_rate, step
 from cleaning.undersides.rinse import gap_content_g_m3, ionic_ug_cm2
 from geometry.arrays import Scalars
 
@@ -27,6 +25,16 @@ _UM = 1e-6
 _TENTH = 0.1 - 1e-9
 _SAME = 1e-6
 """Shares of residue nearer than this are the same."""
+
+
+@dataclass(frozen=True, slots=True)
+class _State:
+    """What is left between two stages."""
+
+    hard: float
+    soft: Scalars
+    front_m: float
+    """How far a plugged gap is opened from its rim."""
 
 
 @dataclass(frozen=True)
@@ -53,17 +61,26 @@ class _Gap:
     @property
     def plugged(self) -> bool:
         """Whether so much residue is in it that nothing flows through."""
-        return is_plugged(self.parameters.gap, self.fill)
+        return self.fill >= self.parameters.gap.plugged
 
+    def residue(self, state: _State) -> Scalars:
+        """(c,) share of the residue that is left in each cell."""
+        if not self.plugged:
+            return state.hard + state.soft
+        field = self.field
+        centres = np.abs(field.centres)
+        rim = np.minimum(0.5 * field.length_m - centres[:, 0], 0.5 * field.width_m - centres[:, 1])
+        cell = min(field.length_m / field.shape[1], field.width_m / field.shape[0])
+        return 1.0 - np.clip((state.front_m - rim) / cell + 0.5, 0.0, 1.0)
 
-@dataclass(frozen=True, slots=True)
-class _State:
-    """What is left between two stages."""
+    def mean(self, values: Scalars) -> float:
+        """Mean over the gap of what is 1 at most; exactly 1 where all of it is."""
+        return 1.0 - float(self.weights @ (1.0 - values))
 
-    hard: float
-    soft: Scalars
-    front_m: float
-    """How far a plugged gap is opened from its rim."""
+    def tenth(self, values: Scalars) -> int:
+        """Rank, from the least, of the value below which a tenth of the gap lies."""
+        passed = np.cumsum(self.weights[np.argsort(values, kind="stable")])
+        return min(int(np.searchsorted(passed, _TENTH)), len(values) - 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +121,7 @@ def simulate_gap(
         if pressure is not None and stage.use != "dry":
             act, state = _act(gap, stage, pressure, state)
         acts.append(act)
-    residue = _residue(gap, state)
+    residue = gap.residue(state)
     worst, worst_at = _worst(gap, residue)
     depth = 0.5 * min(field.length_m, field.width_m)
     dried = dry_gap(parameters.drying, stages, pressures, gap.height_m, depth)
@@ -114,7 +131,7 @@ def simulate_gap(
         fill=gap.fill,
         stages=tuple(acts),
         exchanges_needed=exchanges_needed(parameters.soil, parameters.gap, gap.fill),
-        residue=_mean(gap, residue),
+        residue=gap.mean(residue),
         residue_worst=worst,
         worst_at=worst_at,
         ionic_ug_cm2=ionic_ug_cm2(gap_content_g_m3(parameters.rinse, stages, acts), gap.height_m / _UM),
@@ -126,7 +143,7 @@ def simulate_gap(
 def _act(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> tuple[GapStage, _State]:
     """Let one liquid stage act on a gap."""
     parameters = gap.parameters
-    height = gap.height_m * open_share(parameters.gap, gap.fill * _mean(gap, _residue(gap, state)))
+    height = gap.height_m * open_share(parameters.gap, gap.fill * gap.mean(gap.residue(state)))
     capillary = capillary_pa(stage.liquid, stage.temperature_c, height)
     margin, first = entry_margin(pressure, stage, capillary, parameters.film.hold_s)
     liquid = _Liquid(
@@ -139,8 +156,9 @@ def _act(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> tupl
     if first >= 0:
         seconds, wet_s = _pulses(stage, pressure, first)
         if gap.plugged:
-            front = plug_front_m(liquid.softening, _UM * parameters.soil.front_um, wet_s)
-            after = _State(state.hard, state.soft, state.front_m + float(front))
+            # Nothing flows; layer by layer softens from the rim, so that a front moves at rate times depth.
+            front = liquid.softening * (_UM * parameters.soil.front_um) * wet_s
+            after = _State(state.hard, state.soft, state.front_m + front)
         else:
             pulses = np.ascontiguousarray(pressure.pressure_pa[first:])
             done = flush(gap.basis, pulses, seconds, _setting(gap, liquid), state.hard, state.soft)
@@ -152,14 +170,14 @@ def _act(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> tupl
     act = GapStage(
         margin_pa=margin,
         entered=first >= 0,
-        edge_pa=_highest(pressure),
+        edge_pa=tuple(pressure.pressure_pa.max(axis=0).tolist()) if len(pressure.sample) else (0.0,) * SEGMENTS,
         side_shear_pa=_side_shear(gap, liquid, pressure, after),
         shear_pa=done.shear_pa.astype(np.float32),
-        weak_share=_mean(gap, weak.astype(np.float64)),
+        weak_share=gap.mean(weak.astype(np.float64)),
         exchanges=2.0 * done.travelled_m / path,
         reynolds=float(reduced_reynolds(done.fastest_m_s, gap.height_m, path, liquid.density, liquid.viscosity)),
         wet_s=wet_s,
-        residue=_residue(gap, after).astype(np.float32),
+        residue=gap.residue(after).astype(np.float32),
     )
     return act, after
 
@@ -189,13 +207,6 @@ def _setting(gap: _Gap, liquid: _Liquid) -> FlushSettings:
     )
 
 
-def _highest(pressure: EdgePressure) -> tuple[float, ...]:
-    """(8,) highest pressure on each segment; 0 where the spray never comes near."""
-    if not len(pressure.sample):
-        return (0.0,) * SEGMENTS
-    return tuple(float(each) for each in pressure.pressure_pa.max(axis=0))
-
-
 def _side_shear(gap: _Gap, liquid: _Liquid, pressure: EdgePressure, state: _State) -> tuple[float, ...]:
     """(4,) wall shear that nine tenths of the gap exceed if each side alone is pressed as hard as it ever was."""
     if gap.plugged or not len(pressure.sample):
@@ -203,44 +214,22 @@ def _side_shear(gap: _Gap, liquid: _Liquid, pressure: EdgePressure, state: _Stat
     best = pressure.pressure_pa.reshape(-1, SEGMENTS // 2, 2).mean(axis=2).max(axis=0).clip(min=0.0)
     sides = gap.basis.reshape(2, SEGMENTS // 2, 2, -1).sum(axis=2)
     flow = best[:, None] * np.hypot(sides[0], sides[1])
-    open_ = 1.0 - gap.fill * _mean(gap, _residue(gap, state))
+    open_ = 1.0 - gap.fill * gap.mean(gap.residue(state))
     mean = flow @ gap.weights * open_**2 / liquid.viscosity
     loss = gap.parameters.gap.entrance_loss
     slowed = inertial(mean, gap.height_m * open_, gap.field.path_m, liquid.density, liquid.viscosity, loss)
     share = np.divide(slowed, mean, out=np.ones_like(mean), where=mean > 0.0)
-    least = [np.sort(each)[_tenth(each, gap.weights)] for each in flow]
+    least = [np.sort(each)[gap.tenth(each)] for each in flow]
     shear = share * 6.0 * open_ / gap.height_m * least
     return tuple(float(each) for each in shear)
-
-
-def _residue(gap: _Gap, state: _State) -> Scalars:
-    """(c,) share of the residue that is left in each cell."""
-    if not gap.plugged:
-        return state.hard + state.soft
-    field = gap.field
-    centres = np.abs(field.centres)
-    rim = np.minimum(0.5 * field.length_m - centres[:, 0], 0.5 * field.width_m - centres[:, 1])
-    cell = min(field.length_m / field.shape[1], field.width_m / field.shape[0])
-    return 1.0 - np.clip((state.front_m - rim) / cell + 0.5, 0.0, 1.0)
-
-
-def _mean(gap: _Gap, values: Scalars) -> float:
-    """Mean over the gap of what is 1 at most; exactly 1 where all of it is."""
-    return 1.0 - float(gap.weights @ (1.0 - values))
 
 
 def _worst(gap: _Gap, residue: Scalars) -> tuple[float, tuple[float, float]]:
     """Mean of the worst tenth, and the worst place in mm: of several alike that nearest to the middle."""
     order = np.argsort(-residue, kind="stable")
-    tenth = order[: _tenth(-residue, gap.weights) + 1]
+    tenth = order[: gap.tenth(-residue) + 1]
     worst = 1.0 - float(np.average(1.0 - residue[tenth], weights=gap.weights[tenth]))
     alike = np.flatnonzero(residue >= residue.max() - _SAME)
     centres = gap.field.centres[alike]
     at = centres[np.argmin(np.round(np.hypot(centres[:, 0], centres[:, 1]) / _UM))] / _MM
     return worst, (float(at[0]), float(at[1]))
-
-
-def _tenth(values: Scalars, weights: Scalars) -> int:
-    """Rank, from the least, of the value below which a tenth of the gap lies."""
-    passed = np.cumsum(weights[np.argsort(values, kind="stable")])
-    return min(int(np.searchsorted(passed, _TENTH)), len(values) - 1)

@@ -9,17 +9,16 @@ import pytest
 from analysed import PARAMETERS, board_of, prepared_of, with_parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from jet_references import intensity
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from small_sprays import RING, downward, one_jet, samples_of, sprayed, stage_of
 
-from cleaning.jet.jet import intensity
 from cleaning.judge_component import Sprayed
-from cleaning.parameters.humid_air import vapour_pressure_pa, wet_surface_c
 from cleaning.parameters.model import PartOverride
-from cleaning.parameters.water import water_surface_tension_n_m
+from cleaning.parameters.water_and_air import vapour_pressure_pa, water_surface_tension_n_m, wet_surface_c
 from cleaning.prepared_board import prepare
-from cleaning.undersides.kinetics import step
+from cleaning.undersides.residue import step
 from cleaning.undersides_of_board import gaps_of
 from recipes.nozzles import HollowCone
 

@@ -8,47 +8,33 @@ import pytest
 
 from boards.undersides.underside import Joint
 from cleaning.errors import CleaningError
-from cleaning.gap.fill_front import fill, front_m
 from cleaning.gap.flow_field import solve_gap
-from cleaning.gap.grid import plain_grid
-from cleaning.gap.hele_shaw import Rim
-from cleaning.gap.inertia import inertial, lubrication_velocity, plug_front_m, reduced_reynolds
-from cleaning.gap.initial_fill import fill_share
-from cleaning.gap.pillar_drag import duct_with_skin, inflated_share, post_factor, round_posts, square_posts, tall_posts
-from cleaning.gap.saturation import saturation
-from cleaning.jet.ellipse import footprint
-from cleaning.jet.orifice import flow_m3_s, gas_speed_m_s, liquid_speed_m_s, total_impact_n
-from cleaning.parameters.humid_air import wet_surface_c
-from cleaning.parameters.liquid import capillary_pa, fill_time_s, surface_tension_n_m, viscosity_pa_s
+from cleaning.gap.flushing import inertial, lubrication_velocity, reduced_reynolds
+from cleaning.gap.pillars import post_factor, round_posts, square_posts, tall_posts
+from cleaning.jet.jet import flow_m3_s, gas_speed_m_s, liquid_speed_m_s
+from cleaning.parameters.liquid import capillary_pa, surface_tension_n_m, viscosity_pa_s
 from cleaning.parameters.load import load_parameters
+from cleaning.parameters.water_and_air import wet_surface_c
 from cleaning.require import require_not_negative, require_positive, require_temperature
 from cleaning.undersides.drying import blow_off_m, film_dry_s, gap_dry_s
-from cleaning.undersides.kinetics import removal_rate, softening_rate, step
+from cleaning.undersides.residue import fill_share, removal_rate, softening_rate, step
 from cleaning.undersides.rinse import diluted_g_m3, film_exchanges, ionic_ug_cm2, salt_g_m3
 
 P = load_parameters()
 AGENT = P.liquids["saponifier-15"]
-GRID = plain_grid(np.ones((4, 4)), 1e-4, 1e-4)
 GOOD = {
-    footprint: {"half_angle": 0.5, "tilt": 0.2, "height": 50.0},
     flow_m3_s: {"reference_m3_s": 3e-5, "reference_pa": 3e5, "pressure_pa": 2e5, "exponent": 0.5},
     liquid_speed_m_s: {"pressure_pa": 3e5, "density_kg_m3": 1e3, "discharge": 0.9},
     gas_speed_m_s: {"pressure_pa": 3e5, "density_kg_m3": 1.0, "discharge": 0.9},
-    total_impact_n: {"flow_m3_s": 3e-5, "pressure_pa": 3e5, "density_kg_m3": 1e3},
     partial(softening_rate, P.soil): {"temperature_c": 60.0, "concentration_pct": 15.0},
     partial(removal_rate, P.soil): {"shear_pa": 1.0},
     step: {"hard": 1.0, "soft": 0.0, "k1": 0.01, "k2": 0.02, "seconds": 10.0},
     partial(capillary_pa, AGENT): {"temperature_c": 60.0, "height_m": 5e-5},
-    partial(fill_time_s, AGENT): {"temperature_c": 60.0, "height_m": 5e-5, "length_m": 3e-3},
     partial(surface_tension_n_m, P.liquids["di-water"]): {"temperature_c": 60.0},
     partial(viscosity_pa_s, AGENT): {"temperature_c": 60.0},
     partial(lubrication_velocity, 500.0): {"height_m": 5e-5, "path_m": 7e-3, "viscosity_pa_s": 6e-4},
     partial(inertial, 0.1): {"height_m": 5e-5, "path_m": 7e-3, "density_kg_m3": 1e3, "viscosity_pa_s": 6e-4},
     partial(reduced_reynolds, 0.1): {"height_m": 5e-5, "path_m": 7e-3, "density_kg_m3": 1e3, "viscosity_pa_s": 6e-4},
-    plug_front_m: {"softening_per_s": 0.01, "depth_m": 1e-4, "seconds": 600.0},
-    saturation: {"dissolving_m_s": 5e-6, "path_m": 7e-3, "u_m_s": 1e-3, "height_m": 5e-5},
-    front_m: {"impulse_pa_s": 20.0, "height_m": 5e-5, "viscosity_pa_s": 6e-4},
-    partial(fill, GRID, Rim(left=1.0)): {"depth_m": 5e-5, "viscosity_pa_s": 6e-4},
     partial(film_exchanges, P.rinse): {"volume_mm": 2.0},
     salt_g_m3: {"resistivity_mohm_cm": 1.0},
     partial(diluted_g_m3, P.rinse): {"before_g_m3": 3e4, "exchanges": 7.0, "water_g_m3": 0.4},
@@ -61,13 +47,11 @@ GOOD = {
     round_posts: {"solid": 0.3},
     square_posts: {"solid": 0.3},
     tall_posts: {"solid": 0.3},
-    inflated_share: {"diameter": 0.5, "pitch": 1.0, "height": 0.3},
     post_factor: {"diameter": 0.5, "pitch": 1.0, "height": 0.3},
-    duct_with_skin: {"width_over_height": 3.0},
     partial(solve_gap, joints=(), cells=4): {"length_m": 7e-3, "width_m": 5e-3, "height_m": 5e-5},
 }
 MAY_BE_NEGATIVE = {"temperature_c", "air_c", "board_c", "head_pa"}
-BOUNDED = {"half_angle": 1.6, "tilt": 1.6, "coverage": 1.1, "temperature_c": -274.0, "air_c": -274.0, "board_c": -274.0}
+BOUNDED = {"coverage": 1.1, "temperature_c": -274.0, "air_c": -274.0, "board_c": -274.0}
 NAMES = [(function, name) for function, numbers in GOOD.items() for name in numbers]
 WRONG = [
     *((function, name, math.nan) for function, name in NAMES),
@@ -112,7 +96,3 @@ def test_nothing_is_positive_but_not_negative():
 def test_a_joint_that_is_no_outline_is_refused(joint):
     with pytest.raises(CleaningError, match=r"joint needs a place|length_mm|width_mm"):
         solve_gap(7e-3, 5e-3, 5e-5, [joint], 4)
-
-
-def test_what_stands_still_is_saturated():
-    assert saturation(5e-6, 7e-3, [0.0, 1e30], 5e-5).tolist() == [1.0, pytest.approx(0.0)]

@@ -5,6 +5,7 @@ import pytest
 from coupon_bench import BENCH, coupons
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from jet_references import footprint
 from made_up import SHEETS, Ring, edge, edge_table, intensity_table, written
 
 from cleaning.calibration.confidence import Estimate
@@ -12,7 +13,6 @@ from cleaning.calibration.coupon import CouponSetup, read_coupons
 from cleaning.calibration.fit_ring import RingFit, calibrate_ring
 from cleaning.calibration.nozzle_yaml import nozzle_text, recipe_with_ring, wavefront_of
 from cleaning.errors import CleaningError
-from cleaning.jet.ellipse import footprint
 from recipes.footprint import mid_angles
 from recipes.load import load_recipe, parse_recipe
 from recipes.nozzles import HollowCone

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from jet_references import footprint
 from rigid import Motion
 from shapely import box
 from small_boards import part
@@ -21,7 +22,6 @@ from small_sprays import (
 )
 
 from cleaning.exposure.exposure import expose
-from cleaning.jet.ellipse import footprint
 from cleaning.surface.facets import build_facets
 from cleaning.surface.ray_scene import build_scene
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from jet_references import gas_speed_at, stress_at
 from small_sprays import NOZZLES, PARAMETERS, downward, one_jet, samples_of, stage_of
 
 from cleaning.film.edge_pressure import edge_pressures
 from cleaning.gap.edge_segments import Edges
-from cleaning.jet.jet import gas_speed_at, stress_at
 
 FILM = PARAMETERS.film
 RADIUS_MM = 50.0 * math.tan(math.radians(30.0))

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from jet_references import footprint
 from numba import njit
 from small_sprays import NOZZLES, PARAMETERS, downward, one_jet
 
 from cleaning.film.film import Spot, farthest, film_momentum, rim_at, rim_of
-from cleaning.jet.ellipse import footprint
 
 FILM = PARAMETERS.film
 SLOPE = math.tan(math.radians(30.0))

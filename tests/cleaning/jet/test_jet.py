@@ -1,13 +1,15 @@
 """The jet: all of the flow leaves it, and it presses as its momentum says."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from jet_references import footprint, gas_speed_at, intensity, stress_at
 from small_sprays import CONE, FAN, KNIFE, LOPSIDED, NOZZLES, RING, downward, one_jet
 
-from cleaning.jet.ellipse import footprint
-from cleaning.jet.jet import gas_speed_at, intensity, stress_at
+from cleaning.jet.jet import flow_m3_s, gas_speed_m_s, liquid_speed_m_s
 from recipes.nozzles import FlatFan, FullCone, HollowCone, Wavefront
 
 LITRE_PER_MINUTE = 1e-3 / 60
@@ -197,3 +199,22 @@ def test_no_wall_bears_more_than_the_jet_itself(nozzle, use, share):
     stress = stress_at(jet, np.zeros((1, 3)), downward()[None], points, up)[0]
     assert np.all(np.diff(stress) <= 0)
     assert 0.5 * most < stress[0] <= most * (1 + 1e-9)
+
+
+def test_speed_behind_an_orifice():
+    assert liquid_speed_m_s(3.5e5, 1000.0, 0.9) == pytest.approx(23.81, abs=0.005)
+
+
+def test_flow_follows_a_power_of_the_pressure():
+    assert flow_m3_s(2.0, 3e5, 12e5, 0.5) == pytest.approx(4.0)
+    assert flow_m3_s(2.0, 3e5, 3e5, 0.46) == 2.0
+
+
+def test_gas_is_never_faster_than_sound_in_its_throat():
+    sound = math.sqrt(2 * 1.4 / 2.4 * 101_325.0 / 1.2)
+    assert gas_speed_m_s(4e5, 1.2, 1.0) == pytest.approx(sound)
+    assert gas_speed_m_s(8e5, 1.2, 1.0) == gas_speed_m_s(4e5, 1.2, 1.0)
+
+
+def test_slow_gas_flows_as_a_liquid_would():
+    assert gas_speed_m_s(500.0, 1.2, 0.9) == pytest.approx(liquid_speed_m_s(500.0, 1.2, 0.9), rel=2e-3)

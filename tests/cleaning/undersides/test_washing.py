@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cleaning.gap.edge_segments import SEGMENTS, EdgePressure
 from cleaning.gap.flow_field import GapField, solve_gap
-from cleaning.gap.inertia import reduced_reynolds
+from cleaning.gap.flushing import reduced_reynolds
 from cleaning.parameters.liquid import viscosity_pa_s
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import Liquid, Parameters

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from analysed import board_of
+from jet_references import footprint
 from small_sprays import CONE, FAN, KNIFE, RING, downward, samples_of, stage_of
 
-from cleaning.jet.ellipse import footprint
 from cleaning.verdicts.validity_rules import judge_range
 from recipes.nozzles import HollowCone
 

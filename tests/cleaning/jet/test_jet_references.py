@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from cleaning.jet.ellipse import footprint
+from jet_references import footprint
 
 TABLE = [
     (30, 0, 50, 28.8675, 28.8675, 0.0, -28.868, 28.868),

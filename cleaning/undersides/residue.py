@@ -1,7 +1,12 @@
-"""How residue gives way: hard residue softens by chemistry, soft residue is carried off by shear.
+"""Residue in a gap: how much of it there is before the wash, and the kinetics of its removal.
 
-The form follows what is seen on rosin flux (Beaudoin and others, Ind. Eng. Chem. Res. 34 (1995) 3307): the solution
-soaks the film, then shear strips it. With H the hard and S the softened share,
+Half of solder paste is flux by volume, and some of that stays when it is soldered. What the joints squeeze out of a
+print spreads over the open part of the gap; since the gap is about half as high as the print, the stencil's thickness
+cancels, and the share of the height that is filled follows from the share of the area that joints take.
+
+Hard residue softens by chemistry, soft residue is carried off by shear. The form follows what is seen on rosin flux
+(Beaudoin and others, Ind. Eng. Chem. Res. 34 (1995) 3307): the solution soaks the film, then shear strips it. With H
+the hard and S the softened share,
 
     dH/dt = -k1 H        dS/dt = k1 H - k2 S
 
@@ -13,7 +18,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.parameters.model import Soil
+from cleaning.errors import CleaningError
+from cleaning.parameters.model import Gap, Soil
 from cleaning.require import require_not_negative, require_temperature
 
 GAS_CONSTANT = 8.314462618
@@ -21,6 +27,42 @@ GAS_CONSTANT = 8.314462618
 ZERO_C = 273.15
 REFERENCE_C = 60.0
 """Temperature at which ``Soil.k1_per_s`` holds."""
+_LEAST_OPEN = 0.01
+
+
+def fill_share(soil: Soil, coverage: float, paste_factor: float | None = None) -> float:
+    """Give f0, the share of the gap's height that residue fills before the wash: 0 to 1, where the gap is bridged.
+
+    Args:
+        soil: What is to be removed.
+        coverage: Share of the underside that joints take, 0 to 1.
+        paste_factor: Scales f0 for this part; left out: that of the soil.
+
+    Raises:
+        CleaningError: the coverage is no share.
+    """
+    require_not_negative(coverage=coverage)
+    if coverage > 1.0:
+        raise CleaningError(f"coverage must be a share of at most 1, not {coverage:g}")
+    factor = soil.paste_factor if paste_factor is None else paste_factor
+    amount = soil.retained * factor * coverage
+    free = 1.0 - coverage
+    return 1.0 if amount >= free else amount / free
+
+
+def open_share(gap: Gap, fill: float) -> float:
+    """Give the share of the gap's height in which liquid can stand; of a plugged gap that at its rim, never nothing."""
+    return max(1.0 - min(fill, gap.plugged), _LEAST_OPEN)
+
+
+def exchanges_needed(soil: Soil, gap: Gap, fill: float) -> float:
+    """Give N_cap: how often the liquid of a gap must be renewed to carry away the residue in it.
+
+    The balance of what is there against what the liquid can carry: f0 rho / ((1 - f0) c). A plugged gap counts as one
+    that is just not plugged, so that the number stays finite.
+    """
+    open_ = open_share(gap, fill)
+    return (1.0 - open_) * soil.density_kg_m3 / (open_ * gap.capacity_kg_m3)
 
 
 def softening_rate(soil: Soil, temperature_c: float, concentration_pct: float) -> float:
@@ -69,11 +111,7 @@ def step(
     a = np.asarray(k1, dtype=np.float64) * seconds
     b = np.asarray(k2, dtype=np.float64) * seconds
     # The slower rate is taken out of the exponentials: nothing can overflow, and a = b is no special case.
-    passed = a * np.exp(-np.minimum(a, b)) * _mean_decay(np.abs(b - a))
-    return hard_ * np.exp(-a), soft_ * np.exp(-b) + hard_ * passed
-
-
-def _mean_decay(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give (1 - exp(-x)) / x, which is 1 at 0."""
-    some = np.where(x > 0.0, x, 1.0)
-    return np.where(x > 0.0, -np.expm1(-some) / some, 1.0)
+    apart = np.abs(b - a)
+    some = np.where(apart > 0.0, apart, 1.0)
+    mean_decay = np.where(apart > 0.0, -np.expm1(-some) / some, 1.0)  # (1 - exp(-x)) / x, which is 1 at 0
+    return hard_ * np.exp(-a), soft_ * np.exp(-b) + hard_ * (a * np.exp(-np.minimum(a, b)) * mean_decay)

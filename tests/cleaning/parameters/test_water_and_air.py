@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cleaning.parameters.humid_air import (
+from cleaning.parameters.water_and_air import (
     latent_heat_j_kg,
     saturation_pa,
     vapour_diffusivity_m2_s,

@@ -1,14 +1,20 @@
-"""How much posts and walls between two plates take from the flow: permeability of arrays, width of ducts.
+"""Permeability of arrays of posts between two plates, such as the balls of a BGA.
 
 K is the mean flow, over the whole area, of a gap with posts over that of the same gap without them. A solid share is
-the area of posts over all of it.
+the area of posts over all of it. Arrays that are too fine for the cells of a gap become tiles of their permeability.
 """
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
+from scipy.spatial import KDTree
 
-from cleaning.errors import CleaningError
+from boards.undersides.underside import Joint
+from cleaning.gap.hele_shaw import Field2
+from cleaning.gap.joint_lattice import Lattice, cover, outlines_of
 from cleaning.require import require_not_negative, require_positive
 
 ROUND_SKIN = 0.28
@@ -25,6 +31,30 @@ NEARLY = 0.70
 SQUARE_POSTS = (1.0, 0.978354, 0.916182, 0.821193, 0.704347, 0.577350, 0.449840, 0.327424, 0.211836, 0.102874, 0.0)
 """K of square posts whose side is 0, 0.1, ... 1 pitch: own solution, extrapolated from grids of 40 to 320 cells
 per pitch. Half a pitch has the exact value 1 / sqrt(3)."""
+FEWEST = 4
+"""Joints of one kind that make an array."""
+LONGEST = 1.25
+"""Length over width up to which a pad counts as square."""
+LEAST_FACTOR = 1e-6
+"""Posts that touch let this share through, so that a cell half filled with them is not open by half."""
+
+
+@dataclass(frozen=True, slots=True)
+class Post:
+    """A joint and its distance to the nearest one of the same kind."""
+
+    joint: Joint
+    pitch_mm: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tiles:
+    """What the posts do to each cell (rows, columns)."""
+
+    factor: Field2
+    """K: mobility with posts over mobility without."""
+    solid: Field2
+    """Share of the cell that posts take, without any skin."""
 
 
 def round_posts(solid: ArrayLike) -> NDArray[np.float64]:
@@ -63,17 +93,6 @@ def tall_posts(solid: ArrayLike) -> NDArray[np.float64]:
     return np.where(share < _TALL_SHARES[0], dilute, narrow * _TALL(dense))
 
 
-def inflated_share(diameter: ArrayLike, pitch: ArrayLike, height: ArrayLike) -> NDArray[np.float64]:
-    """Solid share of round posts in a square array, with the skin that a gap of finite height puts around them.
-
-    All three in the same unit.
-    """
-    require_not_negative(diameter=diameter, height=height)
-    require_positive(pitch=pitch)
-    radius = 0.5 * np.asarray(diameter, dtype=np.float64) + ROUND_SKIN * np.asarray(height, dtype=np.float64)
-    return np.pi * (radius / np.asarray(pitch, dtype=np.float64)) ** 2
-
-
 def post_factor(diameter: ArrayLike, pitch: ArrayLike, height: ArrayLike) -> NDArray[np.float64]:
     """K of a square array of round posts, such as the balls of a BGA, in a gap of any height. All in the same unit.
 
@@ -93,23 +112,44 @@ def post_factor(diameter: ArrayLike, pitch: ArrayLike, height: ArrayLike) -> NDA
     return np.where(with_room, low / (1.0 + sides + COUPLING * np.sqrt(sides)), 0.0)
 
 
-def duct_factor(width_over_height: ArrayLike) -> NDArray[np.float64]:
-    """Flow in a rectangular duct over that between plates without side walls, for the same width. Exact series."""
-    ratio = np.asarray(width_over_height, dtype=np.float64)
-    if not (ratio > 0).all():
-        raise CleaningError("a duct needs a positive width over its height")
-    odd = np.arange(1, 400, 2, dtype=np.float64)
-    wide = np.maximum(ratio, 1.0 / ratio)
-    terms = np.tanh(0.5 * np.pi * odd * wide[..., None]) / odd**5
-    # a duct higher than wide is a wide one on its side: its flow per width goes with the square of the ratio
-    return np.minimum(ratio, 1.0) ** 2 * (1.0 - 192.0 / np.pi**5 / wide * terms.sum(axis=-1))
+def split_posts(joints: Sequence[Joint], finest_m: float) -> tuple[tuple[Post, ...], tuple[Joint, ...]]:
+    """Part joints into posts in arrays whose pitch is less than ``finest_m``, and all others.
+
+    Posts are round or nearly square, and of one kind with others if they have the same shape and size.
+    """
+    kinds: dict[tuple[bool, float, float], list[int]] = {}
+    for index, joint in enumerate(joints):
+        sides = sorted((round(joint.length_mm, 6), round(joint.width_mm, 6)))
+        if joint.round or sides[1] <= LONGEST * sides[0]:
+            kinds.setdefault((joint.round, sides[0], sides[1]), []).append(index)
+    pitches = np.full(len(joints), np.inf)
+    for members in kinds.values():
+        if len(members) >= FEWEST:
+            middles = np.array([(joints[index].x_mm, joints[index].y_mm) for index in members])
+            pitches[members] = np.round(KDTree(middles).query(middles, k=2)[0][:, 1], 4)  # to 0.1 um
+    fine = pitches < finest_m * 1e3 * (1.0 - 1e-9)
+    posts = tuple(Post(joint, float(pitch)) for joint, pitch, one in zip(joints, pitches, fine, strict=True) if one)
+    return posts, tuple(joint for joint, one in zip(joints, fine, strict=True) if not one)
 
 
-def duct_with_skin(width_over_height: ArrayLike) -> NDArray[np.float64]:
-    """The same from walls that are moved inwards by the skin: good from a width of two heights on."""
-    require_positive(width_over_height=width_over_height)
-    ratio = np.asarray(width_over_height, dtype=np.float64)
-    return np.maximum(1.0 - 2.0 * STRAIGHT_SKIN / ratio, 0.0)
+def tiles_of(posts: Sequence[Post], height_m: float, lattice: Lattice) -> Tiles:
+    """Lay a square tile, one pitch wide, around each post and give it the permeability of an endless array."""
+    resistance, solid = np.ones(lattice.shape), np.zeros(lattice.shape)
+    kinds: dict[tuple[bool, float, float, float], list[Post]] = {}
+    for post in posts:
+        joint = post.joint
+        kinds.setdefault((joint.round, joint.length_mm, joint.width_mm, post.pitch_mm), []).append(post)
+    for (is_round, length, width, pitch), members in kinds.items():
+        squares = [Joint(post.joint.x_mm, post.joint.y_mm, pitch, pitch) for post in members]
+        share = cover(outlines_of(squares), lattice)
+        if is_round:
+            factor = post_factor(length, pitch, height_m * 1e3)
+        else:
+            skin = 2.0 * STRAIGHT_SKIN * (height_m * 1e3)
+            factor = square_posts((length + skin) * (width + skin) / pitch**2)
+        resistance += share * (1.0 / max(float(factor), LEAST_FACTOR) - 1.0)
+        solid += share * min((np.pi / 4.0 * length**2 if is_round else length * width) / pitch**2, 1.0)
+    return Tiles(1.0 / resistance, np.minimum(solid, 1.0))
 
 
 def _series(solid: NDArray[np.float64]) -> NDArray[np.float64]:
