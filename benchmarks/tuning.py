@@ -1,10 +1,10 @@
-"""What tuning finds from a poor recipe, against a plain grid search over the same knobs.
+"""What tuning finds from a poor recipe, against a plain grid search over the same design variables.
 
 Run: ``OMP_NUM_THREADS=1 python benchmarks/tuning.py [--analyses 40] [--grid 432] [BOARD]``
 
 The poor recipe only rushes across the board. The grid has what tuning adds by itself: paths around the components and
 the rim, a slanted one across; their speeds, and how often washing and rinsing are done. It is analysed in the order of
-the time that the programs take, which planning alone tells, up to the first that is as clean as the tuned one: no grid
+the time of the programs, which planning alone gives, up to the first that is as clean as the tuned one: no grid
 search needs fewer analyses to find its fastest recipe of that cleanliness. Both are judged by the same fast analyses.
 """
 
@@ -18,12 +18,12 @@ from boards.load import load_board
 from cleaning.parameters.load import load_parameters
 from cleaning.prepared_board import PreparedBoard, prepare
 from recipes.load import recipe_library
-from rulesengine.tuning.explain import explain
+from rulesengine.tuning.report import explain
 from rulesengine.tuning.trial.outcome import Outcome, seconds_of
-from rulesengine.tuning.trial.request import Allowed, Asked, Limits
-from rulesengine.tuning.trial.trial_runner import Bench
+from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest
+from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.tune import tune
-from rulesengine.tuning.variables.design_variables import KINDS
+from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 
 FILE = recipe_library()["smt-aqueous"].with_name("poor.yaml")
 POOR = """recipe: poor
@@ -45,7 +45,7 @@ sequence:
   - {{function: clean, nozzle: ring60, paths: [{paths}], repeat: {wash}}}
   - {{function: rinse, nozzle: ring60, paths: [{paths}], repeat: {rinse}}}
 """
-KNOBS = {
+GRID_VALUES = {
     "sweep": (40, 80),
     "across": (0, 10, 20, 40),
     "parts": (10, 20, 40),
@@ -54,35 +54,35 @@ KNOBS = {
     "rinse": (1, 2, 4),
 }
 """Speeds in mm/s; 0: there is no such path."""
-ALLOWED = Allowed(frozenset(KINDS) - {"pressure", "temperature"})
+ALLOWED = AllowedChanges(frozenset(CHANGE_KINDS) - {"pressure", "temperature"})
 
 
 def grid_texts() -> list[str]:
     texts: list[str] = []
-    for values in itertools.product(*KNOBS.values()):
-        named = dict(zip(KNOBS, values, strict=True))
+    for values in itertools.product(*GRID_VALUES.values()):
+        named = dict(zip(GRID_VALUES, values, strict=True))
         paths = "rim, sweep, across, parts" if named["across"] else "rim, sweep, parts"
         texts.append(GRID.format(**named | {"across": named["across"] or 40}, paths=paths))
     return texts
 
 
 def as_clean(outcome: Outcome, other: Outcome) -> bool:
-    return len(outcome.wants) <= len(other.wants) and outcome.shortfall <= other.shortfall
+    return len(outcome.unmet) <= len(other.unmet) and outcome.shortfall <= other.shortfall
 
 
 def search_grid(prepared: PreparedBoard, tuned: Outcome, most: int) -> tuple[Outcome | None, int, int]:
     """The fastest recipe of the grid that is as clean, how many analyses it took, and how many recipes there are."""
     texts = grid_texts()
-    bench = Bench(FILE, prepared, "clean", most + 1)
-    bench.first(POOR)
-    timed = sorted((seconds_of(run), text) for text in texts if (run := bench.planned(text)) is not None)
+    runner = TrialRunner(FILE, prepared, "clean", most + 1)
+    runner.first(POOR)
+    timed = sorted((seconds_of(run), text) for text in texts if (run := runner.planned(text)) is not None)
     for seconds, text in timed:
-        outcome = bench.outcome(text)
+        outcome = runner.outcome(text)
         if outcome is None or as_clean(outcome, tuned):
-            return outcome, bench.used - 1, len(texts)
-        told = f"{bench.used - 1} of {len(timed)}, {seconds:.0f} s: {len(outcome.wants)} wanting"
-        print(told, end="\r", file=sys.stderr, flush=True)
-    return None, bench.used - 1, len(texts)
+            return outcome, runner.used - 1, len(texts)
+        state = f"{runner.used - 1} of {len(timed)}, {seconds:.0f} s: {len(outcome.unmet)} requirements open"
+        print(state, end="\r", file=sys.stderr, flush=True)
+    return None, runner.used - 1, len(texts)
 
 
 def main() -> None:
@@ -90,21 +90,23 @@ def main() -> None:
     reader.add_argument("board", nargs="?", default="tiny")
     reader.add_argument("--analyses", type=int, default=40)
     reader.add_argument("--grid", type=int, default=432)
-    asked = reader.parse_args()
-    prepared = prepare(load_board(Path(asked.board)), load_parameters(), lambda *_: None)
+    options = reader.parse_args()
+    prepared = prepare(load_board(Path(options.board)), load_parameters(), lambda *_: None)
     begin = time.perf_counter()
     tuned = tune(
-        Bench(FILE, prepared, "clean", asked.analyses), POOR, Asked("clean", Limits(), ALLOWED, asked.analyses)
+        TrialRunner(FILE, prepared, "clean", options.analyses),
+        POOR,
+        TuningRequest("clean", ProgramLimits(), ALLOWED, options.analyses),
     )
     middle = time.perf_counter()
     last = tuned.last
-    print(f"{asked.board}: {last.total} components")
+    print(f"{options.board}: {last.total} components")
     state = (
-        "clean" if last.clean else "wanting: " + "; ".join(f"{each.component} {each.rule}" for each in explain(tuned))
+        "clean" if last.clean else "not met: " + "; ".join(f"{each.component} {each.rule}" for each in explain(tuned))
     )
     print(f"tuned: {state}, {last.seconds:.0f} s, {last.litres:.2f} l, {tuned.used} analyses ({middle - begin:.0f} s)")
     sys.stdout.flush()
-    best, used, size = search_grid(prepared, last, asked.grid)
+    best, used, size = search_grid(prepared, last, options.grid)
     end = time.perf_counter()
     found = "none as clean" if best is None else f"{best.seconds:.0f} s, {best.litres:.2f} l"
     print(f"grid of {size}: {found}, {used} analyses ({end - middle:.0f} s)")

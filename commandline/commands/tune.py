@@ -11,13 +11,13 @@ from commandline.commands.analyse import ParametersOption
 from commandline.errors import job_errors
 
 if TYPE_CHECKING:
-    from rulesengine.tuning.trial.request import Asked
-    from rulesengine.tuning.trial.result import Tuned
-    from rulesengine.tuning.variables.design_variables import Kind
+    from rulesengine.tuning.trial.request import TuningRequest
+    from rulesengine.tuning.trial.result import TuningResult
+    from rulesengine.tuning.variables.design_variables import ChangeKind
 
 Goal: TypeAlias = Literal["clean", "clean-and-dry"]
 _NOT_CLEAN = 1
-"""Exit code where something stays wanting; why is said."""
+"""Exit code where requirements are not met; the reasons are printed."""
 _LEAST_ANALYSES = 2
 
 
@@ -25,7 +25,7 @@ def tune(
     board: BoardSource,
     recipe: RecipeSource = "smt-aqueous",
     goal: Annotated[
-        Goal, typer.Option("--for", help="clean; clean-and-dry asks for no water under parts either.")
+        Goal, typer.Option("--for", help="clean; clean-and-dry also requires no water under parts.")
     ] = "clean",
     limit: Annotated[
         list[str] | None,
@@ -52,12 +52,12 @@ def tune(
     report: Annotated[Path | None, typer.Option("--report", help="What was done, as data.", metavar="JSON")] = None,
     parts: Parts = None,
 ) -> None:
-    """Change a recipe until every component is predicted clean, in little time; or say why that cannot be.
+    """Change a recipe until every component is predicted clean, in little time; or state why that cannot be.
 
     What it changes, what that does and what it costs are shown, with the difference of the two recipes. The recipe
     itself is never touched: -o writes a new one. Pressure and temperature change only where --allow names them.
 
-    Exit code 0: clean, within the limits. 1: something stays wanting, and why is said. 2: the job could not be done.
+    Exit code 0: clean, within the limits. 1: requirements are not met, with the reasons. 2: the job could not be done.
 
     [dim]washboard tune board.step mine.yaml -o tuned.yaml
     washboard tune board.step mine.yaml --limit time=600 --limit litres=20 --keep templates.around.tilt_deg
@@ -67,18 +67,18 @@ def tune(
         from reports.files.write_run import check_apart
         from reports.terminal.console import open_console, print_files
         from reports.terminal.tune_card import print_tuned
-        from rulesengine.tuning.explain import explain
+        from rulesengine.tuning.report import explain
 
         check_apart((board, recipe, parameters, parts), [path for path in (output, report) if path is not None])
-        file, text, asked = _read(recipe, (goal, limit or [], allow, keep or []), analyses)
+        file, text, request = _read(recipe, (goal, limit or [], allow, keep or []), analyses)
         _check_new(output, file, text)
-        tuned = _tune((board, parts), (file, text), parameters, asked)
+        tuned = _tune((board, parts), (file, text), parameters, request)
         reasons = explain(tuned)
         diff = _write(tuned, (file, text), output, report)
         console = open_console()
         print_tuned(console, tuned, reasons, diff)
         print_files(console, recipe=output, report=report)
-        if not (tuned.last.clean and tuned.within):
+        if not (tuned.last.clean and tuned.within_limits):
             raise typer.Exit(_NOT_CLEAN)
 
 
@@ -99,29 +99,33 @@ def _check_new(output: Path | None, file: Path, text: str) -> None:
     place_recipe(text, file, output)
 
 
-def _read(recipe: str, words: tuple[Goal, list[str], str, list[str]], analyses: int) -> "tuple[Path, str, Asked]":
-    """Read the recipe and what is asked for.
+def _read(
+    recipe: str, words: tuple[Goal, list[str], str, list[str]], analyses: int
+) -> "tuple[Path, str, TuningRequest]":
+    """Read the recipe and the request.
 
     Raises:
         RecipeError: the recipe cannot be used, or a path to be kept is not in it.
         JobError: a word is unknown.
     """
     from recipes.load import RECIPE, read_recipe_text
-    from rulesengine.tuning.trial.request import Allowed, Asked, read_limits
+    from rulesengine.tuning.trial.request import AllowedChanges, TuningRequest, read_limits
     from rulesengine.tuning.variables.design_variables import read_kinds
     from rulesengine.tuning.variables.recipe_edits import read_kept
     from specs.yaml.load import find_file, read_text
 
     goal, limits, kinds, keep = words
-    known: frozenset[Kind] = read_kinds(kinds)
+    known: frozenset[ChangeKind] = read_kinds(kinds)
     most = read_limits(limits)
     file = find_file(recipe, RECIPE)
     text = read_text(file, RECIPE)
     kept = read_kept(keep, read_recipe_text(text, file=file).root)
-    return file, text, Asked(goal, most, Allowed(known, kept), analyses)
+    return file, text, TuningRequest(goal, most, AllowedChanges(known, kept), analyses)
 
 
-def _tune(source: tuple[str, Path | None], recipe: tuple[Path, str], parameters: str, asked: "Asked") -> "Tuned":
+def _tune(
+    source: tuple[str, Path | None], recipe: tuple[Path, str], parameters: str, request: "TuningRequest"
+) -> "TuningResult":
     """Load the board, make it ready, and tune, showing progress.
 
     Raises:
@@ -131,7 +135,7 @@ def _tune(source: tuple[str, Path | None], recipe: tuple[Path, str], parameters:
     from cleaning.parameters.load import load_parameters
     from cleaning.prepared_board import prepare
     from commandline.loading import progress_bar
-    from rulesengine.tuning.trial.trial_runner import Bench
+    from rulesengine.tuning.trial.trial_runner import TrialRunner
     from rulesengine.tuning.tune import tune as search
     from specs.progress import subprogress
 
@@ -139,16 +143,12 @@ def _tune(source: tuple[str, Path | None], recipe: tuple[Path, str], parameters:
     with progress_bar() as progress:
         board = load_board(Path(source[0]), source[1], subprogress(progress, 0.0, 0.05))
         prepared = prepare(board, known, subprogress(progress, 0.05, 0.1))
-        bench = Bench(recipe[0], prepared, asked.goal, asked.analyses)
-
-        def report(what: str, done: float) -> None:
-            progress(f"{what} ({bench.used} of {bench.most} analyses)", 0.1 + 0.9 * done)
-
-        bench.progress = report
-        return search(bench, recipe[1], asked)
+        tuning = subprogress(progress, 0.1, 1.0)
+        runner = TrialRunner(recipe[0], prepared, request.goal, request.max_analyses, tuning)
+        return search(runner, recipe[1], request)
 
 
-def _write(tuned: "Tuned", recipe: tuple[Path, str], output: Path | None, report: Path | None) -> str:
+def _write(tuned: "TuningResult", recipe: tuple[Path, str], output: Path | None, report: Path | None) -> str:
     """Render everything, then write it; return the difference of the recipes.
 
     Raises:
@@ -157,9 +157,8 @@ def _write(tuned: "Tuned", recipe: tuple[Path, str], output: Path | None, report
     """
     from recipes.start import place_recipe
     from reports.files.atomic_write import write_text_atomically
-    from rulesengine.tuning.explain import explain
-    from rulesengine.tuning.report import tuning_report
-    from rulesengine.tuning.variables.diff import recipe_diff
+    from rulesengine.tuning.report import explain, tuning_report
+    from rulesengine.tuning.variables.recipe_edits import recipe_diff
 
     file, text = recipe
     new = tuned.last.text if output is None else place_recipe(tuned.last.text, file, output)

@@ -1,4 +1,4 @@
-"""What came of tuning, as a person wants to read it in a terminal."""
+"""Result of tuning in the terminal."""
 
 from collections.abc import Sequence
 
@@ -8,17 +8,18 @@ from rich.table import Table
 from rich.text import Text
 
 from reports.tables.summary import amount, clock, print_facts
-from rulesengine.tuning.explain import Reason, is_unfinished
-from rulesengine.tuning.trial.result import Figures, Tuned, figures_of
+from rulesengine.tuning.report import Reason, is_unfinished
+from rulesengine.tuning.trial.outcome import Figures
+from rulesengine.tuning.trial.result import TuningResult
 
 _MOST_REASONS = 12
 _STYLES = {"+": "green", "-": "red", "@": "dim"}
 
 
-def print_tuned(console: Console, tuned: Tuned, reasons: Sequence[Reason], diff: str) -> None:
-    """What became of the recipe, each change with what it does and costs, what stays and why, the difference."""
-    console.print(escape(_headline(tuned)), style="green" if tuned.last.clean and tuned.within else "yellow")
-    console.print("It is a prediction, made to compare recipes with, and no proof of cleanliness.", style="dim")
+def print_tuned(console: Console, tuned: TuningResult, reasons: Sequence[Reason], diff: str) -> None:
+    """Print the headline, each change with effect and cost, the open requirements with reasons, and the diff."""
+    console.print(escape(_headline(tuned)), style="green" if tuned.last.clean and tuned.within_limits else "yellow")
+    console.print("It is a prediction for comparing recipes, no proof of cleanliness.", style="dim")
     console.print(_changes(tuned))
     print_facts(console, _facts(tuned))
     for reason in reasons[:_MOST_REASONS]:
@@ -34,22 +35,23 @@ def print_tuned(console: Console, tuned: Tuned, reasons: Sequence[Reason], diff:
         console.print("[dim]The recipe stays as it is.[/dim]")
 
 
-def _headline(tuned: Tuned) -> str:
+def _headline(tuned: TuningResult) -> str:
     first, last = tuned.first, tuned.last
-    held = f"{last.held} of {amount(last.total, 'component')} lack nothing"
-    if not tuned.within:
-        return f"The limits cannot be kept with what may be changed; at its best {held}."
+    before = first.figures.clean_components
+    clean = f"{last.figures.clean_components} of {amount(last.total, 'component')} clean"
+    if not tuned.within_limits:
+        return f"The limits cannot be kept with what may be changed; at its best {clean}."
     if last.clean:
-        return f"Predicted clean: {held}" + (", as before." if first.clean else f", {first.held} before.")
-    return f"Not clean: {held}, {first.held} before. Why is said below."
+        return f"Predicted clean: {clean}" + (", as before." if first.clean else f", {before} before.")
+    return f"Not clean: {clean}, {before} before. The reasons are below."
 
 
-def _changes(tuned: Tuned) -> Table:
+def _changes(tuned: TuningResult) -> Table:
     table = Table(box=None, pad_edge=False, header_style="dim")
     table.add_column("change", overflow="fold")
-    for heading in ("components that lack nothing", "wanting", "worst residue", "time", "litres"):
+    for heading in ("clean components", "open requirements", "worst residue", "time", "litres"):
         table.add_column(heading, justify="right", no_wrap=False)
-    first = figures_of(tuned.first)
+    first = tuned.first.figures
     table.add_row("[dim]as it was[/dim]", *_totals(first, tuned.last.total))
     for change in tuned.changes:
         before, after = change.before, change.after
@@ -57,33 +59,35 @@ def _changes(tuned: Tuned) -> Table:
             table.add_row(escape(what))
         table.add_row(
             escape(change.what[-1]),
-            f"{after.held - before.held:+d}" if after.held != before.held else "",
-            f"{after.wanting - before.wanting:+d}" if after.wanting != before.wanting else "",
+            _difference(before.clean_components, after.clean_components),
+            _difference(before.open_requirements, after.open_requirements),
             f"{before.worst_residue:.2%} -> {after.worst_residue:.2%}",
             f"{after.seconds - before.seconds:+.1f} s",
             f"{after.litres - before.litres:+.2f}",
         )
-    table.add_row("[dim]as it is now[/dim]", *_totals(figures_of(tuned.last), tuned.last.total))
+    table.add_row("[dim]as it is now[/dim]", *_totals(tuned.last.figures, tuned.last.total))
     return table
+
+
+def _difference(before: int, after: int) -> str:
+    return f"{after - before:+d}" if after != before else ""
 
 
 def _totals(figures: Figures, total: int) -> tuple[str, str, str, str, str]:
     return (
-        f"{figures.held} of {total}",
-        str(figures.wanting),
+        f"{figures.clean_components} of {total}",
+        str(figures.open_requirements),
         f"{figures.worst_residue:.2%}",
         clock(figures.seconds),
         f"{figures.litres:.2f}",
     )
 
 
-def _facts(tuned: Tuned) -> list[tuple[str, str]]:
-    facts = [("analyses", f"{tuned.used} of at most {tuned.asked.analyses}")]
+def _facts(tuned: TuningResult) -> list[tuple[str, str]]:
+    facts = [("analyses", f"{tuned.used} of at most {tuned.request.max_analyses}")]
     loops = [f"sequence[{at}]" for at, step in enumerate(tuned.last.recipe.sequence) if step.enabled and step.until]
     if loops:
-        facts.append(
-            ("repeats", f"{', '.join(loops)}: repeated until a sensor says so; time and liquid are those of once")
-        )
-    if tuned.last.left_out:
-        facts.append(("left out", f"{', '.join(sorted(tuned.last.left_out))}: masks avoid or ignore them"))
+        facts.append(("repeats", f"{', '.join(loops)}: repeated until a sensor ends them; time and liquid count once"))
+    if tuned.last.excluded:
+        facts.append(("left out", f"{', '.join(sorted(tuned.last.excluded))}: masks avoid or ignore them"))
     return facts

@@ -1,50 +1,150 @@
-"""What came of tuning as plain data: what ``--report`` writes."""
+"""Report of tuning: a reason for each component that is not clean yet, and the result as plain data."""
 
-from dataclasses import asdict
+from collections.abc import Sequence
+from dataclasses import dataclass
 
-from rulesengine.tuning.explain import Reason
-from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.result import Figures, Tuned, figures_of
+from cleaning.verdicts import rules
+from cleaning.verdicts.rules import Rule
+from rulesengine.tuning.changes.candidate_changes import candidate_changes, variables_of
+from rulesengine.tuning.changes.expected_effect import expected_share
+from rulesengine.tuning.trial.outcome import Figures
+from rulesengine.tuning.trial.request import AllowedChanges
+from rulesengine.tuning.trial.requirements import UnmetRequirement
+from rulesengine.tuning.trial.result import TuningResult
+from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
+from rulesengine.tuning.variables.recipe_edits import is_kept
 from specs.json import Json
+from specs.yaml.located import spell_path
 
 VERSION = 1
 """Of the data: it changes when a key changes its meaning or goes."""
+_UNATTAINABLE = {
+    rules.PLUGGED_GAP: "No recipe opens a plugged gap: it takes other paste, pads or standoff.",
+    rules.SPENT_BATH: "No recipe changes the bath.",
+}
+_NEAR = 0.95
+"""From this share of a limit on, the limit is a reason."""
+_MOST_NAMED = 4
 
 
-def tuning_report(tuned: Tuned, reasons: tuple[Reason, ...], diff: str) -> dict[str, Json]:
-    """Collect what was asked, changed and reached; the same tuning gives the same data."""
-    asked, limits = tuned.asked, tuned.asked.limits
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """The requirement of a component that is not met, and why tuning could not meet it."""
+
+    component: str
+    rule: Rule
+    name: str
+    because: str
+    """The judgement's own sentence."""
+    why: str
+    """Why the recipe could not be tuned further for it."""
+
+
+def explain(result: TuningResult) -> tuple[Reason, ...]:
+    """One reason for each component that is not clean yet: for its requirement of the most weight."""
+    heaviest: dict[str, UnmetRequirement] = {}
+    for unmet in result.last.unmet:
+        known = heaviest.get(unmet.component)
+        if known is None or unmet.weight > known.weight:
+            heaviest[unmet.component] = unmet
+    return tuple(
+        Reason(name, unmet.rule, unmet.judgement.name, unmet.judgement.because, _why(result, unmet))
+        for name, unmet in heaviest.items()
+    )
+
+
+def is_unfinished(result: TuningResult) -> bool:
+    """Whether requirements are not met yet for which more analyses may find a change."""
+    return result.out_of_analyses and bool(result.last.attainable)
+
+
+def _why(result: TuningResult, unmet: UnmetRequirement) -> str:
+    judgement = unmet.judgement
+    if unmet not in result.last.attainable:
+        return _UNATTAINABLE.get(judgement.rule, judgement.advice)
+    sentences = [*_not_permitted(result, unmet), *_limits_reached(result), *_end_of_search(result, unmet)]
+    return " ".join(sentences) or judgement.advice
+
+
+def _not_permitted(result: TuningResult, unmet: UnmetRequirement) -> list[str]:
+    """Kinds of change that are expected to help and were not allowed, and paths that were kept."""
+    allowed = result.request.allowed
+    changes = candidate_changes(result.last, [unmet], AllowedChanges(frozenset(CHANGE_KINDS)))
+    kinds = list(dict.fromkeys(change.kind for change in changes if change.kind not in allowed.kinds))
+    edits = [edit for change in changes if change.kind in allowed.kinds for edit, _ in change.edits]
+    kept = [spell_path(path) for path in allowed.kept if any(is_kept(edit, (path,)) for edit in edits)]
+    sentences = [f"Not allowed, though it may help: {', '.join(kinds)}."] if kinds else []
+    return [*sentences, f"Kept, though it may help: {', '.join(kept)}."] if kept else sentences
+
+
+def _limits_reached(result: TuningResult) -> list[str]:
+    limits, last = result.request.limits, result.last
+    reached: list[str] = []
+    if limits.seconds is not None and last.seconds >= _NEAR * limits.seconds:
+        reached.append(f"the limit on time, {limits.seconds:g} s, leaves no more of it")
+    if limits.litres is not None and last.litres >= _NEAR * limits.litres:
+        reached.append(f"the limit on litres, {limits.litres:g} l, leaves no more of them")
+    return [f"Besides, {' and '.join(reached)}."] if reached else []
+
+
+def _end_of_search(result: TuningResult, unmet: UnmetRequirement) -> list[str]:
+    """Variables that are expected to help and are at their bounds, and why the search ended."""
+    last, request = result.last, result.request
+    bounds = [
+        f"{spell_path(variable.path)} {variable.value:g}"
+        for variable in variables_of(last)
+        if variable.kind in request.allowed.kinds
+        and expected_share(variable, unmet, last) > 0
+        and variable.value == (variable.upper if variable.direction > 0 else variable.lower)
+    ]
+    sentences = [f"At their bounds: {', '.join(bounds[:_MOST_NAMED])}."] if bounds else []
+    if result.out_of_analyses:
+        return [*sentences, f"The {request.max_analyses} analyses were spent."]
+    if bounds or candidate_changes(last, [unmet], request.allowed):
+        return [*sentences, "None of the allowed changes meets it."]
+    return sentences
+
+
+def tuning_report(result: TuningResult, reasons: Sequence[Reason], diff: str) -> dict[str, Json]:
+    """The request, the changes and the result as plain data; the same tuning gives the same data."""
+    request, last = result.request, result.last
     return {
         "washboard_tuning": VERSION,
-        "for": asked.goal,
-        "clean": tuned.last.clean,
-        "within_limits": tuned.within,
-        "limits": {"time": limits.seconds, "litres": limits.litres},
-        "allowed": [str(kind) for kind in sorted(asked.allowed.kinds)],
-        "analyses": {"used": tuned.used, "most": asked.analyses},
-        "components": tuned.last.total,
-        "left_out": list[Json](sorted(tuned.last.left_out)),
-        "before": _figures(figures_of(tuned.first)),
-        "after": _figures(figures_of(tuned.last)),
+        "for": request.goal,
+        "clean": last.clean,
+        "within_limits": result.within_limits,
+        "limits": {"time": request.limits.seconds, "litres": request.limits.litres},
+        "allowed": [str(kind) for kind in sorted(request.allowed.kinds)],
+        "analyses": {"used": result.used, "most": request.max_analyses},
+        "components": last.total,
+        "left_out": list[Json](sorted(last.excluded)),
+        "before": _figures(result.first.figures),
+        "after": _figures(last.figures),
         "changes": [
             {"what": list[Json](each.what), "before": _figures(each.before), "after": _figures(each.after)}
-            for each in tuned.changes
+            for each in result.changes
         ],
-        "wanting": [dict[str, Json](asdict(reason)) for reason in reasons],
-        "residues": dict[str, Json](_residues(tuned.last)),
+        "wanting": [_reason(reason) for reason in reasons],
+        "residues": dict[str, Json]({name: float(f"{share:.6g}") for name, share in last.residues.items()}),
         "diff": diff,
+    }
+
+
+def _reason(reason: Reason) -> dict[str, Json]:
+    return {
+        "component": reason.component,
+        "rule": reason.rule.id,
+        "name": reason.name,
+        "because": reason.because,
+        "why": reason.why,
     }
 
 
 def _figures(figures: Figures) -> dict[str, Json]:
     return {
-        "components_held": figures.held,
-        "judgements_wanting": figures.wanting,
+        "components_held": figures.clean_components,
+        "judgements_wanting": figures.open_requirements,
         "worst_residue": figures.worst_residue,
         "seconds": figures.seconds,
         "litres": figures.litres,
     }
-
-
-def _residues(outcome: Outcome) -> dict[str, float]:
-    return {name: float(f"{share:.6g}") for name, share in outcome.residues.items()}

@@ -1,4 +1,4 @@
-"""Single edits for components that are not clean, as the browser offers them, and what each would do."""
+"""Suggested single edits for components that are not clean, and the predicted effect of each."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,12 +10,11 @@ from cleaning.verdicts.results import CleaningReport
 from cleaning.verdicts.rules import Rule
 from recipes.load import parse_recipe
 from rulesengine.planning.pipeline import Run, run
-from rulesengine.tuning.changes.candidate_changes import moves_of
-from rulesengine.tuning.trial.outcome import Outcome, outcome_of
-from rulesengine.tuning.trial.request import Allowed
-from rulesengine.tuning.trial.requirements import Goal, Want
-from rulesengine.tuning.trial.result import Figures, figures_of
-from rulesengine.tuning.variables.design_variables import KINDS
+from rulesengine.tuning.changes.candidate_changes import candidate_changes
+from rulesengine.tuning.trial.outcome import Figures, outcome_of
+from rulesengine.tuning.trial.request import AllowedChanges
+from rulesengine.tuning.trial.requirements import Goal, UnmetRequirement
+from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 from rulesengine.tuning.variables.recipe_edits import Edits, apply_edits
 from specs.progress import Progress, no_progress, subprogress
 from specs.yaml.located import YamlPath
@@ -23,7 +22,6 @@ from specs.yaml.tree import Tree
 
 _MOST = 3
 """Suggestions for one component."""
-_ALL = Allowed(frozenset(KINDS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +30,7 @@ class Suggestion:
 
     component: str
     rule: Rule
-    """What is wanting most there."""
+    """Of its requirement of the most weight."""
     what: str
     """Such as ``"templates.around.passes.small: 2 -> 4"``."""
     edits: Edits
@@ -45,8 +43,8 @@ class Suggestion:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Here:
-    """A recipe that is being edited, and what it is predicted to clean."""
+class AnalysedRecipe:
+    """A recipe that is being edited, with the analysis of its run."""
 
     file: Path
     text: str
@@ -57,49 +55,51 @@ class Here:
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """What a suggestion is predicted to do."""
+    """Predicted effect of a suggestion."""
 
     text: str
     """The recipe with the edit."""
     before: Figures
     after: Figures
-    mended: bool
-    """Whether the component lacks nothing then."""
+    resolved: bool
+    """Whether the component is clean then."""
 
 
 def suggest(run: Run, report: CleaningReport, goal: Goal = "clean") -> tuple[Suggestion, ...]:
-    """Suggest edits for each component that is not clean, those believed to help most first; nothing is analysed.
+    """Suggest edits for each component that is not clean, the highest expected gain first; nothing is analysed.
 
     Args:
         run: A recipe on a board.
-        report: What its program cleans.
-        goal: What counts; see ``goals``.
+        report: Analysis of its program.
+        goal: Which requirements count.
 
     Returns:
         At most three for each component, in the report's order; none where no recipe helps.
     """
     outcome = outcome_of(run, report, goal)
-    wants: dict[str, list[Want]] = {}
-    for want in outcome.wants:
-        wants.setdefault(want.component, []).append(want)
-    return tuple(each for lacking in wants.values() for each in _for_one(outcome, lacking))
+    unmet: dict[str, list[UnmetRequirement]] = {}
+    for each in outcome.unmet:
+        unmet.setdefault(each.component, []).append(each)
+    found: list[Suggestion] = []
+    for component, own in unmet.items():
+        rule = max(own, key=lambda each: each.weight).judgement.rule
+        changes = candidate_changes(outcome, own, AllowedChanges(frozenset(CHANGE_KINDS)))
+        found += [Suggestion(component, rule, change.what, change.edits) for change in changes[:_MOST]]
+    return tuple(found)
 
 
-def _for_one(outcome: Outcome, wants: list[Want]) -> list[Suggestion]:
-    heaviest = max(wants, key=lambda want: want.weight)
-    moves = moves_of(outcome, wants, _ALL)[:_MOST]
-    return [Suggestion(heaviest.component, heaviest.judgement.rule, move.what, move.edits) for move in moves]
-
-
-def predict(suggestion: Suggestion, here: Here, goal: Goal = "clean", progress: Progress = no_progress) -> Effect:
+def predict(
+    suggestion: Suggestion, analysed: AnalysedRecipe, goal: Goal = "clean", progress: Progress = no_progress
+) -> Effect:
     """Plan and analyse a recipe with an edit, and compare.
 
     Raises:
         JobError: the edit cannot be written, or what comes of it cannot be planned or analysed.
     """
-    text = apply_edits(here.text, here.file, suggestion.edits)
-    planned = run(parse_recipe(text, file=here.file), here.run.board, subprogress(progress, 0.0, 0.3), before=here.run)
-    report = analyse_on(here.prepared, planned.program, planned.recipe, "fast", subprogress(progress, 0.3, 1.0))
-    before, after = outcome_of(here.run, here.report, goal), outcome_of(planned, report, goal, text)
-    mended = all(want.component != suggestion.component for want in after.wants)
-    return Effect(text, figures_of(before), figures_of(after), mended)
+    text = apply_edits(analysed.text, analysed.file, suggestion.edits)
+    recipe = parse_recipe(text, file=analysed.file)
+    planned = run(recipe, analysed.run.board, subprogress(progress, 0.0, 0.3), before=analysed.run)
+    report = analyse_on(analysed.prepared, planned.program, planned.recipe, "fast", subprogress(progress, 0.3, 1.0))
+    before, after = outcome_of(analysed.run, analysed.report, goal), outcome_of(planned, report, goal, text)
+    resolved = all(each.component != suggestion.component for each in after.unmet)
+    return Effect(text, before.figures, after.figures, resolved)

@@ -1,17 +1,17 @@
-"""What tuning may propose, made by hand: a slower sweep, with what it did and what is still wanting."""
+"""A proposal of tuning made by hand: a slower sweep, with its effect and an open requirement."""
 
 from dataclasses import fields
 
 from cleaning.verdicts.results import Judgement, Number
 from cleaning.verdicts.rules import RESIDUE_LEFT
 from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.request import Allowed, Asked, Limits
-from rulesengine.tuning.trial.requirements import Want
-from rulesengine.tuning.trial.result import Change, Tuned, figures_of
-from rulesengine.tuning.variables.design_variables import KINDS
+from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest
+from rulesengine.tuning.trial.requirements import UnmetRequirement
+from rulesengine.tuning.trial.result import AcceptedChange, TuningResult
+from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 from webui.page.proposal import Proposal
 
-WANT = Want(
+UNMET = UnmetRequirement(
     "U1",
     Judgement(
         rule=RESIDUE_LEFT,
@@ -31,20 +31,20 @@ def slower(text):
     return text.replace(before, after, 1)
 
 
-def outcome(session, text, wants=(), seconds=90.0, litres=2.5):
-    """What the page looks at; the rest, by which the search goes, is empty."""
+def outcome(session, text, unmet=(), seconds=90.0, litres=2.5):
+    """What the page shows; the rest, which the search needs, is empty."""
     nothing = {each.name: {} for each in fields(Outcome)}
-    told = {
-        "text": text, "recipe": session.recipe, "wants": tuple(wants), "residues": {"U1": 0.31 if wants else 0.01},
-        "left_out": frozenset(), "total": 5, "seconds": seconds, "litres": litres, "shortfall": float(len(wants)),
+    shown = {
+        "text": text, "recipe": session.recipe, "unmet": tuple(unmet), "residues": {"U1": 0.31 if unmet else 0.01},
+        "excluded": frozenset(), "total": 5, "seconds": seconds, "litres": litres, "shortfall": float(len(unmet)),
     }  # fmt: skip
-    return Outcome(**(nothing | told))
+    return Outcome(**(nothing | shown))
 
 
-def proposal(session, *, wants=(), limits=None, used=7):
-    """One change from what the session says now; clean in the end unless something is wanting."""
+def proposal(session, *, unmet=(), limits=None, used=7):
+    """One change of the session's recipe; clean in the end unless requirements are open."""
     text = session.document.text
-    first, last = outcome(session, text, (WANT, WANT)), outcome(session, slower(text), wants, 110.0, 3.0)
-    change = Change(("templates.sweep.speed_mm_s: 60 -> 45",), figures_of(first), figures_of(last))
-    asked = Asked("clean", limits or Limits(), Allowed(frozenset(KINDS)), 40)
-    return Proposal(session.document, session.board, "default", Tuned(asked, first, last, (change,), used))
+    first, last = outcome(session, text, (UNMET, UNMET)), outcome(session, slower(text), unmet, 110.0, 3.0)
+    change = AcceptedChange(("templates.sweep.speed_mm_s: 60 -> 45",), first.figures, last.figures)
+    request = TuningRequest("clean", limits or ProgramLimits(), AllowedChanges(frozenset(CHANGE_KINDS)), 40)
+    return Proposal(session.document, session.board, "default", TuningResult(request, first, last, (change,), used))

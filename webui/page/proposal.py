@@ -1,30 +1,30 @@
-"""What somebody at a page wants of tuning, and what it proposes until it is taken or left."""
+"""Settings of tuning on the page, and its proposal until it is applied or discarded."""
 
 from dataclasses import dataclass
 from math import isfinite
 
 from boards.board import Board
-from rulesengine.tuning.trial.request import Allowed, Asked, Limits
+from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest
 from rulesengine.tuning.trial.requirements import Goal
-from rulesengine.tuning.trial.result import Tuned
-from rulesengine.tuning.variables.design_variables import KINDS, Kind
+from rulesengine.tuning.trial.result import TuningResult
+from rulesengine.tuning.variables.design_variables import CHANGE_KINDS, ChangeKind
 from specs.errors import JobError
 from webui.page.document import Document
 
-KIND_WORDS: dict[Kind, tuple[str, str]] = {
+KIND_WORDS: dict[ChangeKind, tuple[str, str]] = {
     "speeds": ("Speeds", "How fast the nozzle goes along a path."),
-    "tilts": ("Tilts", "How far the jet leans."),
-    "passes": ("Passes", "How often a path is gone, by class of parts where that is enough."),
+    "tilts": ("Tilts", "Tilt of the jet."),
+    "passes": ("Passes", "Repeats of a path, by class of parts where that is enough."),
     "dwells": ("Dwells", "How long the nozzle waits at edges and corners."),
     "heights": ("Heights", "How high the nozzle is above the board."),
     "sides": ("New paths", "Paths that a step does not have yet: around parts, around the rim, across."),
     "wash_time": ("Repeats", "How often a whole step is done."),
     "pressure": ("Pressure", "Of the liquids; the pump has to give it."),
-    "temperature": ("Temperature", "Of the liquids, within what they bear."),
+    "temperature": ("Temperature", "Of the liquids, within their windows."),
 }
 """Label and hint of each group of numbers that tuning may change."""
 GOALS: dict[str, Goal] = {"Clean": "clean", "Clean and dry": "clean-and-dry"}
-_GIVEN = frozenset(KINDS) - {"pressure", "temperature"}
+_GIVEN = frozenset(CHANGE_KINDS) - {"pressure", "temperature"}
 
 
 class TuningError(JobError):
@@ -32,18 +32,18 @@ class TuningError(JobError):
 
 
 @dataclass(frozen=True, slots=True)
-class Wishes:
-    """What somebody filled in; ``0`` is no limit."""
+class TuningSettings:
+    """What is filled in; ``0`` is no limit."""
 
-    kinds: frozenset[Kind] = _GIVEN
-    """Pump and heater are what they are, unless somebody says otherwise."""
+    kinds: frozenset[ChangeKind] = _GIVEN
+    """Pressure and temperature change only where they are ticked."""
     goal: Goal = "clean"
     seconds: float = 0.0
     litres: float = 0.0
     analyses: float = 40.0
 
-    def asked(self) -> Asked:
-        """Put it as tuning takes it.
+    def request(self) -> TuningRequest:
+        """Convert to a request.
 
         Raises:
             TuningError: it leaves nothing to do, or a number cannot be.
@@ -55,20 +55,20 @@ class Wishes:
                 raise TuningError(f"{name}: {value:g} is no limit; give a number above 0, or 0 for none.")
         if not isfinite(self.analyses) or self.analyses < 2:
             raise TuningError(f"Analyses: {self.analyses:g} are too few; allow at least 2.")
-        limits = Limits(self.seconds or None, self.litres or None)
-        return Asked(self.goal, limits, Allowed(self.kinds), round(self.analyses))
+        limits = ProgramLimits(self.seconds or None, self.litres or None)
+        return TuningRequest(self.goal, limits, AllowedChanges(self.kinds), round(self.analyses))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Proposal:
-    """A recipe that tuning found, until somebody takes or leaves it."""
+    """A recipe that tuning found, until it is applied or discarded."""
 
     document: Document
     """What was tuned."""
     board: Board
     parameters_name: str
     """As the project lists it."""
-    tuned: Tuned
+    tuned: TuningResult
 
     @property
     def text(self) -> str:
@@ -81,5 +81,5 @@ class Proposal:
         return self.text != self.document.text
 
     def fits(self, document: Document) -> bool:
-        """Say whether a document still says what was tuned."""
+        """Whether a document still has the text that was tuned."""
         return document.file == self.document.file and document.text == self.document.text

@@ -1,4 +1,4 @@
-"""Taking what tuning proposes: as one edit, or as a new file."""
+"""Accepting a proposal of tuning: as one edit, or as a new file."""
 
 from webui.page.project import Project
 from webui.page.proposal import TuningError
@@ -6,7 +6,7 @@ from webui.page.session import Change, Session
 
 
 def apply_proposal(session: Session) -> Session:
-    """Take the recipe that is proposed: one edit, which can be undone.
+    """Apply the proposed recipe: one edit, which can be undone.
 
     Raises:
         TuningError: it was edited meanwhile, and these edits would be lost.
@@ -23,7 +23,7 @@ def apply_proposal(session: Session) -> Session:
 
 
 def save_proposal(project: Project, name: str) -> Change:
-    """Write the recipe that is proposed to a new file of the project, and go on with that."""
+    """Write the proposed recipe to a new file of the project, and open that."""
     file = name if name.endswith((".yaml", ".yml")) else f"{name}.yaml"
 
     def change(session: Session) -> Session:

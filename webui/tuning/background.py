@@ -1,15 +1,11 @@
-"""Tuning beside a page: as the command line does it, told how far it is, and stopped where it is no longer wanted."""
+"""Tuning in the background of a page: its progress is shown, and it stops where it is cancelled."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 from boards.board import Board
 from cleaning.parameters.model import Parameters
-from cleaning.prepared_board import PreparedBoard
-from rulesengine.planning.pipeline import Run
-from rulesengine.tuning.trial.request import Asked
-from rulesengine.tuning.trial.requirements import Goal
-from rulesengine.tuning.trial.trial_runner import Bench
+from rulesengine.tuning.trial.request import TuningRequest
+from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.tune import tune
 from specs.progress import Progress, subprogress
 from webui.page.analysed import Analysed, make_ready
@@ -19,38 +15,20 @@ from webui.page.proposal import Proposal
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Task:
-    """What to tune, and for what."""
+    """A recipe, a board and a tuning request."""
 
     document: Document
     board: Board
     parameters_name: str
     parameters: Parameters
-    asked: Asked
-
-
-class ToldBench(Bench):
-    """Says how many analyses were made whenever a recipe is tried; who is told may stop it there."""
-
-    def __init__(self, file: Path, prepared: PreparedBoard, goal: Goal, most: int, progress: Progress) -> None:
-        """Build a bench that reports to ``progress``."""
-        super().__init__(file, prepared, goal, most)
-        self._callback = progress
-        self.progress = self._report
-
-    def planned(self, text: str) -> Run | None:
-        """Plan a text as every bench does."""
-        self._report("tuning", self.used / self.most)
-        return super().planned(text)
-
-    def _report(self, what: str, done: float) -> None:
-        self._callback(f"{what}, {self.used} of at most {self.most} analyses", min(1.0, done))
+    request: TuningRequest
 
 
 def propose(task: Task, before: Analysed | None, progress: Progress) -> Proposal:
     """Tune a recipe.
 
     Args:
-        task: What, and for what.
+        task: What to tune.
         before: An analysis whose board may be the same.
         progress: Receives the stage and the share done.
 
@@ -58,7 +36,8 @@ def propose(task: Task, before: Analysed | None, progress: Progress) -> Proposal
         JobError: the recipe cannot be read, planned or analysed.
     """
     prepared = make_ready(task.board, task.parameters, before, subprogress(progress, 0.0, 0.1))
-    part = subprogress(progress, 0.1, 0.99)
-    bench = ToldBench(task.document.file, prepared, task.asked.goal, task.asked.analyses, part)
-    tuned = tune(bench, task.document.text, task.asked)
+    runner = TrialRunner(
+        task.document.file, prepared, task.request.goal, task.request.max_analyses, subprogress(progress, 0.1, 0.99)
+    )
+    tuned = tune(runner, task.document.text, task.request)
     return Proposal(task.document, task.board, task.parameters_name, tuned)

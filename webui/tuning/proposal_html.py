@@ -1,11 +1,12 @@
-"""What the page says of a proposal: totals, changes with effect and cost, the diff, and what is still wanting."""
+"""A proposal as HTML: totals, changes with effect and cost, the diff, and the open requirements."""
 
 from html import escape
 
 from reports.tables.summary import clock
-from rulesengine.tuning.explain import Reason, explain, is_unfinished
-from rulesengine.tuning.trial.result import Change, Figures, Tuned, figures_of
-from rulesengine.tuning.variables.diff import recipe_diff
+from rulesengine.tuning.report import Reason, explain, is_unfinished
+from rulesengine.tuning.trial.outcome import Figures
+from rulesengine.tuning.trial.result import AcceptedChange, TuningResult
+from rulesengine.tuning.variables.recipe_edits import recipe_diff
 from webui.cards.boxes import box_html, quiet_html
 from webui.theme.palette import ACCENT, QUIET, to_hex
 from webui.tuning.quick_fix import Fix
@@ -17,9 +18,9 @@ _TABLE = "border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums"
 _RIGHT = "text-align:right;white-space:nowrap;padding:1px 0 1px 14px;vertical-align:top"
 
 
-def headline_of(tuned: Tuned) -> str:
-    """Say in one sentence what came of tuning."""
-    if not tuned.within:
+def headline_of(tuned: TuningResult) -> str:
+    """Result of tuning in one sentence."""
+    if not tuned.within_limits:
         return "The limits cannot be kept with what may be changed."
     if tuned.last.clean:
         saved = tuned.first.clean and tuned.changes
@@ -29,12 +30,16 @@ def headline_of(tuned: Tuned) -> str:
     return "Better, and not clean yet."
 
 
-def totals_html(tuned: Tuned) -> str:
-    """Lay out what the recipe comes to before and after."""
-    before, after = figures_of(tuned.first), figures_of(tuned.last)
+def totals_html(tuned: TuningResult) -> str:
+    """Totals of the recipe before and after."""
+    before, after = tuned.first.figures, tuned.last.figures
     rows = (
-        ("Parts that lack nothing", f"{before.held} of {tuned.first.total}", f"{after.held} of {tuned.last.total}"),
-        ("Judgements to go", f"{before.wanting}", f"{after.wanting}"),
+        (
+            "Clean parts",
+            f"{before.clean_components} of {tuned.first.total}",
+            f"{after.clean_components} of {tuned.last.total}",
+        ),
+        ("Open requirements", f"{before.open_requirements}", f"{after.open_requirements}"),
         ("Most residue", _percent(before.worst_residue), _percent(after.worst_residue)),
         ("Time", clock(before.seconds), clock(after.seconds)),
         ("Sprayed", f"{before.litres:.2f} l", f"{after.litres:.2f} l"),
@@ -48,11 +53,11 @@ def totals_html(tuned: Tuned) -> str:
     )
 
 
-def changes_html(changes: tuple[Change, ...]) -> str:
-    """List changes in their order, each with what it did by itself: effect and cost."""
+def changes_html(changes: tuple[AcceptedChange, ...]) -> str:
+    """Changes in their order, each with its own effect and cost."""
     if not changes:
         return ""
-    head = _row(("Change", "to go", "lack nothing", "residue", "time", "liquid"), to_hex(QUIET))
+    head = _row(("Change", "open", "clean parts", "residue", "time", "liquid"), to_hex(QUIET))
     rows = "".join(_change(each) for each in changes)
     return _section("Changes, one after the other") + _rolled(
         box_html(f'<table style="{_TABLE}">{head}{rows}</table>'), "12vh"
@@ -60,12 +65,12 @@ def changes_html(changes: tuple[Change, ...]) -> str:
 
 
 def fix_html(fix: Fix) -> str:
-    """Say what one change is predicted to do for its part, and what it costs."""
+    """Predicted effect of one change on its part, and its cost."""
     before, after = fix.before, fix.after
     rows = (
-        (fix.component, "lacks nothing then" if fix.mended else "still lacks something"),
-        ("Judgements to go", f"{before.wanting} {_ARROW} {after.wanting}"),
-        ("Parts that lack nothing", f"{before.held} {_ARROW} {after.held}"),
+        (fix.component, "clean" if fix.resolved else "not clean yet"),
+        ("Open requirements", f"{before.open_requirements} {_ARROW} {after.open_requirements}"),
+        ("Clean parts", f"{before.clean_components} {_ARROW} {after.clean_components}"),
         ("Most residue", f"{_percent(before.worst_residue)} {_ARROW} {_percent(after.worst_residue)}"),
         ("Cost", ", ".join(_cost(before, after))),
     )
@@ -76,7 +81,7 @@ def fix_html(fix: Fix) -> str:
 
 
 def diff_html(before: str, after: str) -> str:
-    """Show the lines that change with those around them, what is taken out in red and what comes in green."""
+    """Lines that change with those around them: removed ones in red, added ones in green."""
     lines = recipe_diff(before, after, "before", "after").splitlines()[2:]
     if not lines:
         return ""
@@ -88,8 +93,8 @@ def diff_html(before: str, after: str) -> str:
     )
 
 
-def reasons_html(tuned: Tuned) -> str:
-    """Say of each part that still lacks something what that is, and why the recipe cannot be tuned further for it."""
+def reasons_html(tuned: TuningResult) -> str:
+    """Open requirement of each part that is not clean yet, and why the recipe cannot be tuned further for it."""
     reasons = explain(tuned)
     if not reasons:
         return ""
@@ -99,7 +104,7 @@ def reasons_html(tuned: Tuned) -> str:
     hint = (
         quiet_html("With a higher limit under Analyses at most, tuning may find more.") if is_unfinished(tuned) else ""
     )
-    return _section("Still wanting, and why") + _rolled(box_html(f"{rows}{rest}"), "11vh") + hint
+    return _section("Not met yet, and why") + _rolled(box_html(f"{rows}{rest}"), "11vh") + hint
 
 
 def _reason(reason: Reason) -> str:
@@ -111,17 +116,17 @@ def _reason(reason: Reason) -> str:
     )
 
 
-def _change(change: Change) -> str:
+def _change(change: AcceptedChange) -> str:
     before, after = change.before, change.after
-    held = f"{before.held} {_ARROW} {after.held}"
+    clean = f"{before.clean_components} {_ARROW} {after.clean_components}"
     residue = f"{_percent(before.worst_residue)} {_ARROW} {_percent(after.worst_residue)}"
     time, litres = _cost(before, after)
-    wanting = f"{before.wanting} {_ARROW} {after.wanting}"
-    return _row(("\n".join(change.what), wanting, held, residue, time, litres))
+    unmet = f"{before.open_requirements} {_ARROW} {after.open_requirements}"
+    return _row(("\n".join(change.what), unmet, clean, residue, time, litres))
 
 
 def _cost(before: Figures, after: Figures) -> tuple[str, str]:
-    """Say how much longer it takes, and how much more it sprays."""
+    """Additional time and liquid."""
     return f"{after.seconds - before.seconds:+.1f} s", f"{after.litres - before.litres:+.2f} l"
 
 

@@ -1,9 +1,9 @@
-"""Single changes that may mend one part: what they are predicted to do, and taking one of them."""
+"""Single changes that may make one part clean: their predicted effect, and applying one of them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from rulesengine.tuning.trial.result import Figures
+from rulesengine.tuning.trial.outcome import Figures
 from webui.page.document import Document
 from webui.page.proposal import TuningError
 from webui.page.session import Session
@@ -11,7 +11,7 @@ from webui.page.session import Session
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """One change of a recipe, and what it is predicted to do."""
+    """One change of a recipe, with its predicted effect."""
 
     component: str
     """Part that it is suggested for."""
@@ -23,16 +23,16 @@ class Fix:
     """The recipe with it."""
     before: Figures
     after: Figures
-    mended: bool
-    """Whether the part lacks nothing then."""
+    resolved: bool
+    """Whether the part is clean then."""
 
 
 def apply_fix(fix: Fix) -> Callable[[Session], Session]:
-    """Take one change: one edit, which can be undone."""
+    """Apply one change: one edit, which can be undone."""
 
     def change(session: Session) -> Session:
         if session.document.file != fix.document.file or session.document.text != fix.document.text:
-            raise TuningError("The recipe was edited since this was suggested. Undo that, or ask again.")
+            raise TuningError("The recipe was edited since this was suggested. Undo that, or suggest again.")
         return session.edited(fix.text)
 
     return change

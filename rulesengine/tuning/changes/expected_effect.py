@@ -1,31 +1,25 @@
-"""How much turning one kind of knob is believed to help against each rule: good for an order of trials, no more.
+"""Expected effect of changes on requirements: a heuristic that orders trials; analyses decide.
 
-What a change really does, the analysis says. 0 means that it is not tried.
+Each kind of change has an expected effect on each rule; 0 means that it is not tried.
 """
 
-from cleaning.parameters.model import Use
-from cleaning.verdicts.rules import (
-    DAMAGE_RISK,
-    DRY_GAP,
-    INCOMPLETE_RINSE,
-    IONIC_RESIDUE,
-    MISSED,
-    NOT_FLUSHED,
-    ONE_SIDED,
-    PROCESS_WINDOW,
-    RESIDUE_LEFT,
-    UNDER_EXPOSED,
-    WET_GAP,
-)
-from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.requirements import PROCESS, Spare, Want
-from rulesengine.tuning.variables.design_variables import Kind, Knob, enabled_steps
+from dataclasses import dataclass
 
+from cleaning.parameters.model import Use
+from cleaning.verdicts import rules
+from rulesengine.tuning.trial.outcome import Outcome
+from rulesengine.tuning.trial.requirements import PROCESS, Key, Requirement, UnmetRequirement
+from rulesengine.tuning.variables.design_variables import ChangeKind, DesignVariable, enabled_steps
+from rulesengine.tuning.variables.recipe_edits import Edits
+
+_WASH_RULES = frozenset({rules.DRY_GAP, rules.NOT_FLUSHED, rules.RESIDUE_LEFT, rules.ONE_SIDED})
+_RINSE_RULES = frozenset({rules.INCOMPLETE_RINSE, rules.IONIC_RESIDUE})
+AMOUNT_RULES = frozenset({rules.UNDER_EXPOSED, rules.NOT_FLUSHED, rules.RESIDUE_LEFT, rules.INCOMPLETE_RINSE})
 _RULES = (
-    MISSED, UNDER_EXPOSED, DAMAGE_RISK, DRY_GAP, NOT_FLUSHED, RESIDUE_LEFT, ONE_SIDED, INCOMPLETE_RINSE, IONIC_RESIDUE,
-    WET_GAP, PROCESS_WINDOW,
+    rules.MISSED, rules.UNDER_EXPOSED, rules.DAMAGE_RISK, rules.DRY_GAP, rules.NOT_FLUSHED, rules.RESIDUE_LEFT,
+    rules.ONE_SIDED, rules.INCOMPLETE_RINSE, rules.IONIC_RESIDUE, rules.WET_GAP, rules.PROCESS_WINDOW,
 )  # fmt: skip
-_EFFECT_BY_RULE: dict[Kind, tuple[float, ...]] = {
+_EFFECT_BY_RULE: dict[ChangeKind, tuple[float, ...]] = {
     "speeds":      (0.20, 1.0, 0.0, 0.0, 0.8, 0.8, 0.1, 0.9, 0.8, 0.0, 0.0),
     "passes":      (0.30, 0.8, 0.0, 0.0, 1.0, 0.9, 0.2, 1.0, 0.8, 0.0, 0.0),
     "dwells":      (0.10, 0.5, 0.0, 0.1, 1.0, 0.9, 0.1, 0.9, 0.8, 0.0, 0.0),
@@ -37,77 +31,103 @@ _EFFECT_BY_RULE: dict[Kind, tuple[float, ...]] = {
     "temperature": (0.00, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0),
 }  # fmt: skip
 _EFFECT = {kind: dict(zip(_RULES, effects, strict=True)) for kind, effects in _EFFECT_BY_RULE.items()}
-_WASH_RULES = frozenset({DRY_GAP, NOT_FLUSHED, RESIDUE_LEFT, ONE_SIDED})
-_RINSE_RULES = frozenset({INCOMPLETE_RINSE, IONIC_RESIDUE})
-_OF_AMOUNT = frozenset({UNDER_EXPOSED, NOT_FLUSHED, RESIDUE_LEFT, INCOMPLETE_RINSE})
-_WHOLE_STEP: frozenset[Kind] = frozenset({"wash_time", "pressure", "temperature"})
-_UNSEEN = 0.2
-"""Weight of a template that hardly sprays what is wanting."""
-_MOST_NEED = 4.0
+_WHOLE_STEP: frozenset[ChangeKind] = frozenset({"wash_time", "pressure", "temperature"})
+_LEAST_SHARE = 0.2
+"""Weight of a template that hardly sprays the component."""
+_MOST_FACTOR = 4.0
 """No number changes by more than this at once."""
-_LEAST_NEED = 1.25
-"""Nor by less, so that the last percents are not crept up on: what is too much is taken away again."""
-_USUAL_NEED = 1.5
+_LEAST_FACTOR = 1.25
+"""Nor by less, so that the last percents do not take many steps: what is too much is taken away again."""
+_USUAL_FACTOR = 1.5
 _NEARLY_ALL = 0.99
 
 
-def effect(kind: Kind, want: Want) -> float:
-    """Give the belief for a kind of knob and a rule; where nothing arrives, more of the same does not help."""
-    return _EFFECT[kind].get(MISSED if arrives_nowhere(want) else want.judgement.rule, 0.0)
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One change of a recipe, with its expected gain."""
+
+    kind: ChangeKind
+    what: str
+    """Such as ``"templates.sweep.speed_mm_s: 60 -> 40"``."""
+    edits: Edits
+    gain: float
+    """Shortfall that it is expected to remove, however long it takes."""
+    group: tuple[str, str]
+    """Changes of one group share their confidence."""
+    steps: tuple[str, ...]
+    """Where it acts; empty: on the whole sequence."""
+    gain_by_time: float = 0.0
+    """Shortfall that only time removes: all of it if the program becomes ``time_s`` longer, in part before."""
+    time_s: float = 0.0
+    targets: frozenset[Key] = frozenset()
+    """Requirements that it is expected to improve."""
+
+    @property
+    def most_gain(self) -> float:
+        """Expected gain if it takes long enough."""
+        return self.gain + self.gain_by_time
+
+    def gain_in(self, seconds: float) -> float:
+        """Expected gain if it makes the program so much longer."""
+        share = min(1.0, max(0.0, seconds) / self.time_s) if self.time_s > 0 else 0.0
+        return self.gain + self.gain_by_time * share
 
 
-def arrives_nowhere(want: Want) -> bool:
-    """Whether the places that get least get nothing, which is no matter of how much is sprayed."""
-    return want.judgement.rule == UNDER_EXPOSED and want.deficit > _NEARLY_ALL
+def rule_effect(kind: ChangeKind, unmet: UnmetRequirement) -> float:
+    """Expected effect of a kind of change; where no liquid arrives, more of the same does not help."""
+    return _EFFECT[kind].get(rules.MISSED if is_unreached(unmet) else unmet.rule, 0.0)
 
 
-def need(want: Want) -> float:
+def is_unreached(unmet: UnmetRequirement) -> bool:
+    """Whether the least wetted places get nothing, which no longer spraying changes."""
+    return unmet.rule == rules.UNDER_EXPOSED and unmet.deficit > _NEARLY_ALL
+
+
+def time_factor(unmet: UnmetRequirement) -> float:
     """Estimate how many times as long the spraying must be: amounts grow with it, residue falls exponentially."""
-    if want.judgement.rule in (UNDER_EXPOSED, NOT_FLUSHED, RESIDUE_LEFT, INCOMPLETE_RINSE) and not arrives_nowhere(
-        want
-    ):
-        return min(_MOST_NEED, max(_LEAST_NEED, 1.0 / max(1.0 - want.deficit, 1e-3)))
-    return _USUAL_NEED
+    if unmet.rule in AMOUNT_RULES and not is_unreached(unmet):
+        return min(_MOST_FACTOR, max(_LEAST_FACTOR, 1.0 / max(1.0 - unmet.deficit, 1e-3)))
+    return _USUAL_FACTOR
 
 
-def steps_for(want: Want | Spare, outcome: Outcome) -> frozenset[str]:
-    """Name the steps on the component's side that a judgement depends on."""
-    uses = _uses(want, outcome)
-    side = outcome.sides.get(want.component)
+def steps_for(requirement: Requirement, outcome: Outcome) -> frozenset[str]:
+    """Steps on the component's side that a requirement depends on."""
+    uses = _uses(requirement, outcome)
+    side = outcome.sides.get(requirement.component)
     steps = enabled_steps(outcome.recipe)
     return frozenset(
         made_by for made_by, step in steps if (side is None or step.side == side) and outcome.use_of(made_by) in uses
     )
 
 
-def _uses(want: Want | Spare, outcome: Outcome) -> frozenset[Use]:
-    rule = want.judgement.rule
+def _uses(requirement: Requirement, outcome: Outcome) -> tuple[Use, ...]:
+    rule = requirement.rule
     if rule in _WASH_RULES:
-        return frozenset({"wash"})
+        return ("wash",)
     if rule in _RINSE_RULES:
-        return frozenset({"rinse"})
-    if rule == WET_GAP:
-        return frozenset({"dry"})
-    use = outcome.use_of(want.judgement.stage)
-    return frozenset({"wash", "rinse"}) if use is None else frozenset({use})
+        return ("rinse",)
+    if rule == rules.WET_GAP:
+        return ("dry",)
+    use = outcome.use_of(requirement.judgement.stage)
+    return ("wash", "rinse") if use is None else (use,)
 
 
-def helps(knob: Knob, want: Want, outcome: Outcome) -> float:
-    """Estimate which share of a want a knob can take away: by its rule, its class, and who sprays the component."""
-    believed = effect(knob.kind, want)
-    concerned = steps_for(want, outcome) & frozenset(knob.steps)
-    if not believed or not concerned or (want.component == PROCESS and knob.kind != "temperature"):
+def expected_share(variable: DesignVariable, unmet: UnmetRequirement, outcome: Outcome) -> float:
+    """Estimate the share of a requirement's weight that a variable can remove, by rule, class and spraying template."""
+    steps = steps_for(unmet, outcome)
+    share = rule_effect(variable.kind, unmet)
+    if not steps & frozenset(variable.steps) or (unmet.component == PROCESS and variable.kind != "temperature"):
         return 0.0
-    if knob.of_class and outcome.classes.get(want.component) != knob.of_class:
+    if variable.component_class and outcome.classes.get(unmet.component) != variable.component_class:
         return 0.0
-    if knob.kind in _WHOLE_STEP:
-        return believed
-    share = template_share(want.component, knob.template, steps_for(want, outcome), outcome)
-    return believed * (_UNSEEN + (1.0 - _UNSEEN) * share)
+    if not share or variable.kind in _WHOLE_STEP:
+        return share
+    of_template = template_share(unmet.component, variable.template, steps, outcome)
+    return share * (_LEAST_SHARE + (1.0 - _LEAST_SHARE) * of_template)
 
 
 def template_share(component: str, template: str, steps: frozenset[str], outcome: Outcome) -> float:
-    """Give the share of what some steps spray on a component that comes from one template."""
+    """Share of the liquid of some steps on a component that comes from one template."""
     of_steps, of_template = 0.0, 0.0
     for made_by, share in outcome.makers.get(component, ()):
         step, _, rest = made_by.partition("/")

@@ -1,108 +1,142 @@
-"""Changes that save time: faster, fewer, shorter, or a path less."""
+"""Reductions that save time (faster, fewer, shorter, or a path less), and how far the slack lets each go."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from rulesengine.tuning.changes.candidate_changes import knobs_for
+from cleaning.verdicts import rules
+from rulesengine.tuning.changes.candidate_changes import variables_of
+from rulesengine.tuning.changes.expected_effect import AMOUNT_RULES, is_unreached, steps_for, template_share
 from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.request import Allowed
-from rulesengine.tuning.variables.design_variables import Kind, Knob
-from rulesengine.tuning.variables.recipe_edits import Edits, is_kept
+from rulesengine.tuning.trial.request import AllowedChanges
+from rulesengine.tuning.trial.requirements import MetRequirement, UnmetRequirement
+from rulesengine.tuning.variables.design_variables import ChangeKind, DesignVariable
+from rulesengine.tuning.variables.recipe_edits import Edits
 from specs.yaml.located import YamlPath, spell_path
 
-_SAVING: frozenset[Kind] = frozenset({"speeds", "passes", "dwells", "wash_time"})
+_SAVING: frozenset[ChangeKind] = frozenset({"speeds", "passes", "dwells", "wash_time"})
 _FASTER = 4.0
 """A speed is raised by no more than this at once."""
+_AMOUNT_RULES = AMOUNT_RULES | {rules.IONIC_RESIDUE}
+_LEAST_SHARE = 0.35
+"""The least wetted places of a surface may get all they have from elsewhere."""
+_NEGLIGIBLE = 0.02
+"""Share of a component's liquid that it does not need."""
 
 
 @dataclass(frozen=True, slots=True)
-class Cut:
-    """One way to save time: a knob that is turned towards ``end``, or a path that is left out."""
+class Reduction:
+    """One way to save time: a variable that moves towards ``end``, or a path that is left out."""
 
     name: str
     """The same from one recipe to the next."""
     end: float = 0.0
-    knob: Knob | None = None
+    variable: DesignVariable | None = None
     edits: Edits = ()
     """Of a path that is left out."""
-
     steps: tuple[str, ...] = ()
     template: str = ""
     """Of which it takes something away; empty: of the whole steps."""
 
     @property
     def begin(self) -> float:
-        """Value of the knob as it is."""
-        return self.end if self.knob is None else self.knob.value
+        """Present value of the variable."""
+        return self.end if self.variable is None else self.variable.value
 
-    def part(self, share: float) -> float | None:
-        """Give the value that is a share of the way to the end; ``None`` where that is nothing."""
-        if self.knob is None or share >= 1:
+    def value_at(self, share: float) -> float | None:
+        """Value that saves a share of the time of the whole reduction; ``None`` where that is the present one."""
+        if self.variable is None or share >= 1:
             return self.end
-        begin = self.knob.value
-        if self.knob.kind == "speeds":  # time goes with the inverse of speed
-            value = self.knob.moved(1.0 / (1.0 / begin + share * (1.0 / self.end - 1.0 / begin)))
+        begin = self.variable.value
+        if self.variable.kind == "speeds":  # time goes with the inverse of speed
+            value = self.variable.rounded(1.0 / (1.0 / begin + share * (1.0 / self.end - 1.0 / begin)))
         else:
-            value = self.knob.moved(begin + share * (self.end - begin))
+            value = self.variable.rounded(begin + share * (self.end - begin))
         return None if value == begin else value
 
-    def at(self, value: float) -> tuple[str, Edits]:
-        """Say and write what it changes, the knob being set to a value."""
-        if self.knob is None:
+    def change_to(self, value: float) -> tuple[str, Edits]:
+        """Description and edits of the change to a value."""
+        if self.variable is None:
             return self.name, self.edits
-        return self.knob.told(value), self.knob.edit(value)
+        return self.variable.describe(value), self.variable.edit(value)
 
-    def halfway(self, good: float, bad: float) -> float | None:
-        """Give the value between one that holds and one that does not; ``None`` where there is none."""
-        if self.knob is None:
+    def bisect(self, good: float, bad: float) -> float | None:
+        """Value between one that is accepted and one that is not; ``None`` where there is none."""
+        if self.variable is None:
             return None
-        middle = (good * bad) ** 0.5 if self.knob.kind == "speeds" else 0.5 * (good + bad)
-        value = self.knob.moved(middle)
+        middle = (good * bad) ** 0.5 if self.variable.kind == "speeds" else 0.5 * (good + bad)
+        value = self.variable.rounded(middle)
         return None if value in (good, bad) else value
 
 
-def cuts_of(outcome: Outcome, began: Mapping[YamlPath, float], allowed: Allowed) -> dict[str, Cut]:
+def reductions(outcome: Outcome, initial: Mapping[YamlPath, float], allowed: AllowedChanges) -> dict[str, Reduction]:
     """List ways to save time by name.
 
-    What acts in drying is made no shorter than it was to begin with: no rule asks how long drying takes.
+    What acts in drying is made no shorter than it was to begin with: no rule requires a time of drying.
 
     Args:
         outcome: Of the recipe to be shortened.
-        began: Values of the knobs of the recipe that tuning began with.
+        initial: Values of the variables of the recipe that tuning began with.
         allowed: What may be changed.
     """
     drying = frozenset(step.made_by for step in outcome.steps if step.use == "dry")
-    found: dict[str, Cut] = {}
-    for knob in knobs_for(outcome):
-        if knob.kind not in _SAVING or knob.kind not in allowed.kinds or is_kept(knob.path, allowed.kept):
+    found: dict[str, Reduction] = {}
+    for variable in variables_of(outcome):
+        if variable.kind not in _SAVING or not allowed.permits(variable.kind, ((variable.path, None),)):
             continue
-        end = _end(knob)
-        if drying & frozenset(knob.steps):
-            first = began.get(knob.path, began.get(knob.path[:-1], knob.value))
-            end = min(end, first) if knob.kind == "speeds" else max(end, first)
-        if knob.gain * (knob.value - end) > 0:
-            name = f"{spell_path(knob.path)} {knob.of_class}"
-            found[name] = Cut(name, end, knob, steps=knob.steps, template=knob.template)
-    if "passes" in allowed.kinds:
-        found |= {cut.name: cut for cut in _left_out(outcome, drying, allowed)}
-    return found
+        if variable.kind == "speeds":
+            end = variable.rounded(min(variable.upper, _FASTER * variable.value))
+        else:
+            end = max(variable.lower, 0.0 if variable.component_class or variable.kind == "dwells" else 1.0)
+        if drying & frozenset(variable.steps):
+            first = initial.get(variable.path, initial.get(variable.path[:-1], variable.value))
+            end = min(end, first) if variable.kind == "speeds" else max(end, first)
+        if variable.direction * (variable.value - end) > 0:
+            name = f"{spell_path(variable.path)} {variable.component_class}"
+            found[name] = Reduction(name, end, variable, steps=variable.steps, template=variable.template)
+    return found | {each.name: each for each in _omitted_paths(outcome, drying, allowed)}
 
 
-def _end(knob: Knob) -> float:
-    if knob.kind == "speeds":
-        return knob.moved(min(knob.most, _FASTER * knob.value))
-    return max(knob.least, 0.0 if knob.of_class or knob.kind == "dwells" else 1.0)
-
-
-def _left_out(outcome: Outcome, drying: frozenset[str], allowed: Allowed) -> list[Cut]:
-    cuts: list[Cut] = []
+def _omitted_paths(outcome: Outcome, drying: frozenset[str], allowed: AllowedChanges) -> Iterator[Reduction]:
     for at, step in enumerate(outcome.recipe.sequence):
         path: YamlPath = ("sequence", at, "paths")
-        fixed = not step.enabled or f"sequence[{at}]" in drying or len(step.paths) < 2
-        if fixed or is_kept(path, allowed.kept):
+        made_by = f"sequence[{at}]"
+        if not step.enabled or made_by in drying or len(step.paths) < 2:
             continue
         for place, name in enumerate(step.paths):
-            rest = [*step.paths[:place], *step.paths[place + 1 :]]
-            what = f"{spell_path(path)}: - {name}"
-            cuts.append(Cut(what, edits=((path, rest),), steps=(f"sequence[{at}]",), template=name))
-    return cuts
+            edits: Edits = ((path, [*step.paths[:place], *step.paths[place + 1 :]]),)
+            if allowed.permits("passes", edits):
+                yield Reduction(f"{spell_path(path)}: - {name}", edits=edits, steps=(made_by,), template=name)
+
+
+def acceptable_share(outcome: Outcome, reduction: Reduction, saved_s: float) -> float:
+    """Estimate the share of a reduction that keeps the requirements met, 0 to 1; an analysis decides.
+
+    Args:
+        outcome: Of the recipe before the reduction.
+        reduction: What is taken away.
+        saved_s: Time that the whole reduction saves.
+    """
+    if any(_is_short_of(unmet, outcome, reduction) for unmet in outcome.attainable):
+        return 0.0
+    return min((share for met in outcome.met for share in _by_slack(met, outcome, reduction, saved_s)), default=1.0)
+
+
+def _is_short_of(unmet: UnmetRequirement, outcome: Outcome, reduction: Reduction) -> bool:
+    """Whether a reduction takes away from what has too little of it already."""
+    steps = steps_for(unmet, outcome)
+    if unmet.rule not in _AMOUNT_RULES or is_unreached(unmet) or not steps & frozenset(reduction.steps):
+        return False
+    if unmet.rule == rules.RESIDUE_LEFT:
+        return True
+    return template_share(unmet.component, reduction.template, steps, outcome) > _NEGLIGIBLE
+
+
+def _by_slack(met: MetRequirement, outcome: Outcome, reduction: Reduction, saved_s: float) -> Iterator[float]:
+    steps = steps_for(met, outcome)
+    if not steps & frozenset(reduction.steps):
+        return
+    if met.rule == rules.RESIDUE_LEFT:
+        yield met.slack * outcome.seconds_in(steps) / saved_s if saved_s > 0 else 1.0
+    else:
+        taken = template_share(met.component, reduction.template, steps, outcome)
+        yield max(met.slack / taken if taken > 0 else 1.0, _LEAST_SHARE)

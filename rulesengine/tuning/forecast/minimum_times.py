@@ -1,7 +1,7 @@
-"""The shortest times to spray for which a forecast still holds: linear programs, one after the other.
+"""Minimum spraying times for which a forecast keeps its bounds: a sequence of linear programs.
 
-What the least wetted places get is no linear matter, for other places are the least wetted when the times change. So
-it is taken for linear near the times of the last round, and these move a part of the way at a time.
+The 5th percentile is not linear, for other places are the least wetted when the times change. So it is linearised
+near the times of the last round, and these move a part of the way at a time.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,153 +12,139 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from geometry.arrays import Scalars
-from rulesengine.tuning.forecast.forecast import Forecast
-from rulesengine.tuning.trial.lower_bound import Need
+from rulesengine.tuning.forecast.forecast import Forecast, LowerBound
 
 _ROUNDS = 20
-_WAY = 1.6
+_TRUST_FACTOR = 1.6
 """No time changes by more than this in one round."""
-_SETTLED = 1e-3
+_CONVERGED = 1e-3
 _PARTS = (1.0, 0.5, 0.25, 0.1)
+_FEASIBLE = 1.0 - 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scheme:
-    """What is given, and how far the times may go."""
+    """Bounds of the times, and what else changes."""
 
     bounds: Mapping[str, tuple[float, float]]
     """How many times as long each template may spray; those that are not named keep to 1."""
-    given: Mapping[tuple[str, str], float] = field(default_factory=dict[tuple[str, str], float])
+    fixed: Mapping[tuple[str, str], float] = field(default_factory=dict[tuple[str, str], float])
     """How many times as long a template sprays in a step, by step and template, whatever its speed; else 1."""
-    often: Mapping[str, float] = field(default_factory=dict[str, float])
+    repeats: Mapping[str, float] = field(default_factory=dict[str, float])
     """How many times as often a step is done; else 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shortest:
-    """Times that hold, as far as a forecast can tell."""
+class MinimumTimes:
+    """Times that keep all bounds, as predicted."""
 
     factors: Mapping[str, float]
     """How many times as long each template sprays by its speed alone."""
     times: Scalars
-    """(deposits,) the same of each deposit, with what is given."""
+    """(deposits,) the same of each deposit, with what is fixed."""
     seconds: float
     """Of the program."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Case:
+class _Problem:
     """A forecast and a scheme as arrays: deposit d sprays ``spread[d] @ x`` times as long."""
 
     forecast: Forecast
     scheme: Scheme
-    needs: Sequence[Need]
+    lower_bounds: Sequence[LowerBound]
     spread: NDArray[np.float64]
     """(deposits, templates)"""
     low: Scalars
     high: Scalars
 
-    def times(self, x: Scalars) -> Scalars:
-        return self.spread @ x
-
     def seconds(self, x: Scalars) -> float:
-        return self.forecast.seconds(self.times(x), self.scheme.often)
+        return self.forecast.seconds(self.spread @ x, self.scheme.repeats)
 
-    def ratios(self, x: Scalars) -> Scalars:
-        """(needs,) What each gets of what it needs."""
-        times = self.times(x)
-        durations = self.forecast.durations(times, self.scheme.often)
-        return np.array([need.amount(times, durations) / need.least for need in self.needs])
+    def worst_ratio(self, x: Scalars) -> float:
+        """Least share of what is required; 1 where nothing is."""
+        times = self.spread @ x
+        durations = self.forecast.durations(times, self.scheme.repeats)
+        return min((bound.amount(times, durations) / bound.least for bound in self.lower_bounds), default=1.0)
 
 
-def shortest(forecast: Forecast, scheme: Scheme) -> Shortest | None:
-    """Find the times; ``None`` where none within the bounds hold.
-
-    Args:
-        forecast: What must hold.
-        scheme: What is given.
-    """
-    case = _case_of(forecast, scheme)
-    x = _begin(case)
+def minimum_times(forecast: Forecast, scheme: Scheme) -> MinimumTimes | None:
+    """Minimum times within the scheme; ``None`` where none keep all bounds."""
+    names = list(dict.fromkeys(deposit.template for deposit in forecast.deposits.each))
+    problem = _problem(forecast, scheme, names)
+    x = _start(problem)
     if x is None:
         return None
     for _ in range(_ROUNDS):
-        step = _solve(case, x)
-        moved = None if step is None else _part(case, x, step)
+        goal = _solve(problem, x)
+        moved = None if goal is None else _line_search(problem, x, goal)
         if moved is None:
             break
-        settled = case.seconds(x) - case.seconds(moved) < _SETTLED * case.seconds(x)
+        converged = problem.seconds(x) - problem.seconds(moved) < _CONVERGED * problem.seconds(x)
         x = moved
-        if settled:
+        if converged:
             break
-    names = _templates(forecast)
-    return Shortest(dict(zip(names, x.tolist(), strict=True)), case.times(x), case.seconds(x))
+    return MinimumTimes(dict(zip(names, x.tolist(), strict=True)), problem.spread @ x, problem.seconds(x))
 
 
-def _templates(forecast: Forecast) -> list[str]:
-    return list(dict.fromkeys(deposit.template for deposit in forecast.deposits.each))
-
-
-def _case_of(forecast: Forecast, scheme: Scheme) -> _Case:
-    names, each = _templates(forecast), forecast.deposits.each
+def _problem(forecast: Forecast, scheme: Scheme, names: list[str]) -> _Problem:
+    each = forecast.deposits.each
     spread = np.zeros((len(each), len(names)))
     for row, deposit in enumerate(each):
-        spread[row, names.index(deposit.template)] = scheme.given.get((deposit.step, deposit.template), 1.0)
-    bounds = [scheme.bounds.get(name, (1.0, 1.0)) for name in names]
-    longest: dict[frozenset[str], Need] = {}  # of those that ask for time, the greediest stands for all
-    for need in forecast.needs:
-        if need.kind == "time" and (need.steps not in longest or need.least > longest[need.steps].least):
-            longest[need.steps] = need
-    needs = [need for need in forecast.needs if need.least > 0 and need.kind != "time"]
-    needs += [need for need in longest.values() if need.least > 0]
-    return _Case(
-        forecast, scheme, needs, spread, np.array([low for low, _ in bounds]), np.array([high for _, high in bounds])
-    )
+        spread[row, names.index(deposit.template)] = scheme.fixed.get((deposit.step, deposit.template), 1.0)
+    longest: dict[frozenset[str], LowerBound] = {}  # of the bounds on time of the same steps, the highest
+    for bound in forecast.bounds:
+        if bound.kind == "time" and (bound.steps not in longest or bound.least > longest[bound.steps].least):
+            longest[bound.steps] = bound
+    amounts = [bound for bound in forecast.bounds if bound.kind != "time"]
+    active = [bound for bound in (*amounts, *longest.values()) if bound.least > 0]
+    low, high = np.array([scheme.bounds.get(name, (1.0, 1.0)) for name in names]).reshape(-1, 2).T
+    return _Problem(forecast, scheme, active, spread, low, high)
 
 
-def _begin(case: _Case) -> Scalars | None:
+def _start(problem: _Problem) -> Scalars | None:
     """Keep the times, or make all of them as much longer as it takes."""
     longer = 1.0
     for _ in range(_ROUNDS):
-        x = np.clip(longer, case.low, case.high)
-        worst = float(case.ratios(x).min(initial=1.0))
-        if worst >= 1.0 - 1e-9:
+        x = np.clip(longer, problem.low, problem.high)
+        worst = problem.worst_ratio(x)
+        if worst >= _FEASIBLE:
             return x
-        if (x >= case.high).all() or worst <= 0:
+        if (x >= problem.high).all() or worst <= 0:
             return None
         longer *= max(1.0 / worst, 1.02)
     return None
 
 
-def _solve(case: _Case, x: Scalars) -> Scalars | None:
-    """Solve what is linear near ``x``."""
-    seconds = np.array([deposit.seconds for deposit in case.forecast.deposits.each])
+def _solve(problem: _Problem, x: Scalars) -> Scalars | None:
+    """Solve the problem linearised near ``x``."""
+    deposits, repeats = problem.forecast.deposits.each, problem.scheme.repeats
+    seconds = np.array([deposit.seconds for deposit in deposits])
     rows, least = [np.empty((0, len(x)))], [np.empty(0)]
-    times = case.times(x)
-    for need in case.needs:
-        if need.kind == "time":
-            of_step = np.array([deposit.step in need.steps for deposit in case.forecast.deposits.each])
-            idle = sum(case.forecast.idle_s[step] * case.scheme.often.get(step, 1.0) for step in need.steps)
-            rows.append((seconds * of_step @ case.spread)[None])
-            least.append(np.array([need.least - idle]))
+    times = problem.spread @ x
+    for bound in problem.lower_bounds:
+        if bound.kind == "time":
+            of_step = np.array([deposit.step in bound.steps for deposit in deposits])
+            idle = sum(problem.forecast.idle_s[step] * repeats.get(step, 1.0) for step in bound.steps)
+            rows.append((seconds * of_step @ problem.spread)[None])
+            least.append(np.array([bound.least - idle]))
         else:
-            rows.append((need.slopes(times) @ case.spread[list(need.which)])[None])
-            least.append(np.array([need.least]))
-    bounds = np.column_stack([np.maximum(case.low, x / _WAY), np.minimum(case.high, x * _WAY)])
+            rows.append((bound.slopes(times) @ problem.spread[list(bound.which)])[None])
+            least.append(np.array([bound.least]))
+    trust = np.column_stack([np.maximum(problem.low, x / _TRUST_FACTOR), np.minimum(problem.high, x * _TRUST_FACTOR)])
     scale = np.maximum(np.abs(np.concatenate(least)), 1e-9)
     found = linprog(
-        seconds @ case.spread, -np.concatenate(rows) / scale[:, None], -np.concatenate(least) / scale, bounds=bounds
+        seconds @ problem.spread, -np.concatenate(rows) / scale[:, None], -np.concatenate(least) / scale, bounds=trust
     )
     return np.asarray(found.x) if found.success else None
 
 
-def _part(case: _Case, x: Scalars, goal: Scalars) -> Scalars | None:
-    """Go as far towards a goal as holds and saves time."""
+def _line_search(problem: _Problem, x: Scalars, goal: Scalars) -> Scalars | None:
+    """Go as far towards a goal as keeps the bounds and saves time."""
     for part in _PARTS:
         moved = x + part * (goal - x)
-        # A little more of everything makes up for what is not linear.
-        for more in (1.0, 1.02, 1.05):
-            more_of = np.clip(moved * more, case.low, case.high)
-            if case.seconds(more_of) < case.seconds(x) and case.ratios(more_of).min(initial=1.0) >= 1.0 - 1e-9:
-                return more_of
+        for margin in (1.0, 1.02, 1.05):  # a little more of everything makes up for what is not linear
+            tried = np.clip(moved * margin, problem.low, problem.high)
+            if problem.seconds(tried) < problem.seconds(x) and problem.worst_ratio(tried) >= _FEASIBLE:
+                return tried
     return None

@@ -1,47 +1,46 @@
-"""What a shorter recipe is held against."""
+"""Acceptance of a shorter recipe: it must be as good as a reference."""
 
 from dataclasses import dataclass
 
 from cleaning.verdicts.rules import VERDICTS
-from rulesengine.tuning.forecast.forecast import hopeless_of
-from rulesengine.tuning.forecast.schemes import speeds_of
-from rulesengine.tuning.forecast.speed_for_duration import paces_of
-from rulesengine.tuning.trial.context import Shop
-from rulesengine.tuning.trial.lower_bound import Key, key_of
+from rulesengine.tuning.forecast.forecast import unattainable
+from rulesengine.tuning.forecast.speed_curves import speed_curves, tunable_speeds
 from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.requirements import Want, shortfall_of
+from rulesengine.tuning.trial.requirements import Key, UnmetRequirement, total_shortfall
+from rulesengine.tuning.trial.trial_runner import TuningContext
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Standard:
-    """An outcome that others must be as good as."""
+class Acceptance:
+    """Acceptance test against a reference outcome."""
 
-    begin: Outcome
-    hopeless: frozenset[Key]
-    """What stays wanting however long it is sprayed: it may lose something, but not its verdict."""
+    reference: Outcome
+    unattainable: frozenset[Key]
+    """Requirements that no spraying time meets: they may lose something, but not their verdict."""
 
-    def holds(self, after: Outcome) -> bool:
-        """Say whether no more is wanting than at the beginning, in all and in number."""
-        before, now = self._ranks(self.begin), self._ranks(after)
+    def accepts(self, after: Outcome) -> bool:
+        """Whether no more requirements are unmet than in the reference, in number and in all."""
+        before, now = self._worst_verdicts(self.reference), self._worst_verdicts(after)
         if any(rank < before.get(name, rank) for name, rank in now.items()):
             return False
-        asked, begin = self._asked(after), self._asked(self.begin)
-        return len(asked) <= len(begin) and shortfall_of(asked) <= shortfall_of(begin)
+        unmet, reference = self._attainable(after), self._attainable(self.reference)
+        return len(unmet) <= len(reference) and total_shortfall(unmet) <= total_shortfall(reference)
 
-    def _ranks(self, outcome: Outcome) -> dict[str, int]:
-        """Rank the worst verdict on what is hopeless of each component; 0 is the worst."""
+    def _worst_verdicts(self, outcome: Outcome) -> dict[str, int]:
+        """Rank of the worst verdict on what is unattainable of each component; 0 is the worst."""
         found: dict[str, int] = {}
-        for want in outcome.wants:
-            if key_of(want) in self.hopeless:
-                rank = VERDICTS.index(want.judgement.verdict)
-                found[want.component] = min(rank, found.get(want.component, rank))
+        for unmet in outcome.unmet:
+            if unmet.key in self.unattainable:
+                rank = VERDICTS.index(unmet.judgement.verdict)
+                found[unmet.component] = min(rank, found.get(unmet.component, rank))
         return found
 
-    def _asked(self, outcome: Outcome) -> tuple[Want, ...]:
-        return tuple(want for want in outcome.wants if key_of(want) not in self.hopeless)
+    def _attainable(self, outcome: Outcome) -> tuple[UnmetRequirement, ...]:
+        return tuple(unmet for unmet in outcome.unmet if unmet.key not in self.unattainable)
 
 
-def standard_of(shop: Shop, begin: Outcome) -> Standard:
-    """Make an outcome the standard."""
-    paces = paces_of(shop.bench, begin.text, speeds_of(shop, begin))
-    return Standard(begin, hopeless_of(begin, {name: pace.bounds[1] for name, pace in paces.items()}))
+def acceptance_of(context: TuningContext, reference: Outcome) -> Acceptance:
+    """Acceptance test against an outcome."""
+    curves = speed_curves(context.runner, reference.text, tunable_speeds(context, reference))
+    longest = {name: curve.bounds[1] for name, curve in curves.items()}
+    return Acceptance(reference, unattainable(reference, longest))

@@ -1,151 +1,131 @@
-"""The first part of tuning: change what helps most for the time that it takes, until nothing is wanting."""
+"""First stage of tuning: the change with the most expected gain for its time, until every requirement is met."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from rulesengine.tuning.changes.candidate_changes import moves_of
-from rulesengine.tuning.changes.change import Move
-from rulesengine.tuning.trial.lower_bound import Key, key_of
-from rulesengine.tuning.trial.outcome import Outcome, litres_of, seconds_of
-from rulesengine.tuning.trial.request import Asked
-from rulesengine.tuning.trial.result import Change, figures_of
-from rulesengine.tuning.trial.trial_runner import Bench
-from rulesengine.tuning.variables.recipe_edits import Edits
+from rulesengine.tuning.changes.candidate_changes import candidate_changes
+from rulesengine.tuning.changes.expected_effect import Change
+from rulesengine.tuning.trial.outcome import Outcome
+from rulesengine.tuning.trial.requirements import Key
+from rulesengine.tuning.trial.result import AcceptedChange
+from rulesengine.tuning.trial.trial_runner import Candidate, TuningContext
 
-_PLANNED = 12
-"""Moves of the highest belief that are planned, which is quick, to know what they cost."""
-_TRIED = 6
-"""Moves that are analysed in vain before no more is tried."""
-_SHARE = 0.05
-"""Of the time that the program takes now: what is added to the cost of a move, so that one does not crawl,"""
-_SECONDS = 20.0
+_MOST_PLANNED = 12
+"""Changes of the highest expected gain that are planned, which is quick, to know what they cost."""
+_MOST_TRIED = 6
+"""Changes that are analysed without success before the stage ends."""
+_COST_SHARE = 0.05
+"""Of the time that the program takes now: what is added to the cost of a change, so that steps do not become tiny,"""
+_COST_S = 20.0
 """and neither where the program hardly takes any time yet."""
-_LEAST = 0.005
-"""Share of the shortfall that a move must take away."""
-_DISAPPOINTED = 0.25
-_HARDLY, _DESPAIR = 0.98, 0.6
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Ranked:
-    """A move, and what planning it says."""
-
-    move: Move
-    text: str
-    worth: float
-    """Believed gain for its cost."""
+_LEAST_GAIN = 0.005
+"""Share of the shortfall that a change must remove."""
+_NOT_IMPROVED = 0.98
+"""Share of its deficit above which a requirement counts as not improved."""
+PRIORITY_DECAY = 0.6
+"""Of a requirement that a change failed to improve."""
+CONFIDENCE_DECAY = 0.25
+"""Least factor on the confidence in changes of a group after one of them gained less than expected."""
 
 
 @dataclass(slots=True)
-class Growth:
-    """One run of the first part, and what it has learnt of which moves disappoint."""
+class Improvement:
+    """State of the stage: how far changes and requirements met expectations."""
 
-    bench: Bench
-    asked: Asked
-    trust: dict[tuple[str, str], float] = field(default_factory=dict[tuple[str, str], float])
-    """By what is alike of moves."""
-    hope: dict[Key, float] = field(default_factory=dict[Key, float])
-    """By what is wanting."""
+    context: TuningContext
+    confidence: dict[tuple[str, str], float] = field(default_factory=dict[tuple[str, str], float])
+    """By group of changes."""
+    priority: dict[Key, float] = field(default_factory=dict[Key, float])
+    """By requirement."""
 
 
-def grow(growth: Growth, begin: Outcome, least_left: int) -> tuple[Outcome, list[Change]]:
-    """Change a recipe until nothing is wanting, nothing helps, or few analyses are left.
+def improve(state: Improvement, begin: Outcome, reserve: int) -> tuple[Outcome, list[AcceptedChange]]:
+    """Change a recipe until every requirement is met, nothing improves it, or few analyses are left.
 
     Args:
-        growth: Where to try, for what.
+        state: Of this and earlier calls.
         begin: An outcome within the limits, or as near to them as can be.
-        least_left: Analyses to be left for what comes after.
+        reserve: Analyses to be left for what comes after.
     """
-    now, changes = begin, list[Change]()
-    while now.mendable and growth.bench.left > least_left:
-        better = _step(growth, now, least_left)
+    now, accepted = begin, list[AcceptedChange]()
+    while now.attainable and state.context.runner.left > reserve:
+        better = _next_change(state, now, reserve)
         if better is None:
             break
-        moves, after = better
-        changes.append(Change(tuple(move.what for move in moves), figures_of(now), figures_of(after)))
+        changes, after = better
+        accepted.append(AcceptedChange(tuple(change.what for change in changes), now.figures, after.figures))
         now = after
-    return now, changes
+    return now, accepted
 
 
-def _step(growth: Growth, now: Outcome, least_left: int) -> tuple[Sequence[Move], Outcome] | None:
-    ranked = _rank(growth, now)
+def _next_change(state: Improvement, now: Outcome, reserve: int) -> tuple[Sequence[Change], Outcome] | None:
+    runner = state.context.runner
+    ranked = _ranked(state, now)
     bundle = _bundle(ranked, now)
     tries = [bundle] if len(bundle) > 1 else []
-    tries += [[each.move] for each in ranked[:_TRIED]]
-    for moves in tries:
-        if growth.bench.left <= least_left:
+    for changes in [*tries, *([change] for change in ranked[:_MOST_TRIED])]:
+        if runner.left <= reserve:
             return None
-        after = _try(growth, now, moves)
+        candidate = _within_limits(state, now, changes)
+        after = None if candidate is None else runner.outcome(candidate.text)
         gained = 0.0 if after is None else now.shortfall - after.shortfall
-        _learn(growth, moves, gained / max(sum(move.most for move in moves), 1e-9))
-        if after is not None and gained > _LEAST * now.shortfall:
-            return moves, after
-        _despair(growth, now, moves, after)
+        share = gained / max(sum(change.most_gain for change in changes), 1e-9)
+        if len(changes) == 1 or share > 0:  # of several at once, none loses confidence for long
+            for change in changes:
+                factor = min(1.0, max(CONFIDENCE_DECAY, share))
+                state.confidence[change.group] = factor * state.confidence.get(change.group, 1.0)
+        if after is not None and gained > _LEAST_GAIN * now.shortfall:
+            return changes, after
+        _lower_priorities(state, now, changes, after)
     return None
 
 
-def _despair(growth: Growth, now: Outcome, moves: Sequence[Move], after: Outcome | None) -> None:
-    """Hope less for what was to become better and did not, so that moves for something else come first."""
-    left = {} if after is None else {key_of(want): want.deficit for want in after.wants}
-    aims = frozenset(key for move in moves for key in move.aims)
-    for want in now.mendable:
-        key = key_of(want)
-        if key in aims and (after is None or left.get(key, 0.0) > _HARDLY * want.deficit):
-            growth.hope[key] = _DESPAIR * growth.hope.get(key, 1.0)
+def _lower_priorities(state: Improvement, now: Outcome, changes: Sequence[Change], after: Outcome | None) -> None:
+    """Requirements that a change failed to improve get a lower priority, so that changes for others come first."""
+    left = {} if after is None else {unmet.key: unmet.deficit for unmet in after.unmet}
+    targets = frozenset(key for change in changes for key in change.targets)
+    for unmet in now.attainable:
+        if unmet.key in targets and (after is None or left.get(unmet.key, 0.0) > _NOT_IMPROVED * unmet.deficit):
+            state.priority[unmet.key] = PRIORITY_DECAY * state.priority.get(unmet.key, 1.0)
 
 
-def _learn(growth: Growth, moves: Sequence[Move], share: float) -> None:
-    """Believe a move the less, the less of its promise it kept; of several at once none is blamed for long."""
-    for move in moves if len(moves) == 1 or share > 0 else ():
-        growth.trust[move.key] = growth.trust.get(move.key, 1.0) * min(1.0, max(_DISAPPOINTED, share))
+def _ranked(state: Improvement, now: Outcome) -> list[Change]:
+    """Plan the most promising changes, leave out what breaks a limit, and sort by gain for the cost."""
+
+    def confidence(change: Change) -> float:
+        return state.confidence.get(change.group, 1.0)
+
+    unmet = [replace(each, priority=state.priority.get(each.key, 1.0)) for each in now.attainable]
+    promising = sorted(
+        candidate_changes(now, unmet, state.context.request.allowed),
+        key=lambda change: -round(confidence(change) * change.most_gain, 6),
+    )
+    ranked: list[tuple[float, Change]] = []
+    for change in promising[:_MOST_PLANNED]:
+        candidate = _within_limits(state, now, [change])
+        if candidate is not None:
+            longer = candidate.seconds - now.seconds
+            cost = max(longer, 0.0) + _COST_SHARE * now.seconds + _COST_S
+            ranked.append((round(confidence(change) * change.gain_in(longer) / cost, 9), change))
+    return [change for _, change in sorted(ranked, key=lambda each: -each[0])]
 
 
-def _rank(growth: Growth, now: Outcome) -> list[Ranked]:
-    """Plan the most promising moves, leave out what breaks a limit, and put the most worth first."""
-
-    def trust(move: Move) -> float:
-        return growth.trust.get(move.key, 1.0)
-
-    wants = [replace(want, hope=growth.hope.get(key_of(want), 1.0)) for want in now.mendable]
-    promising = sorted(moves_of(now, wants, growth.asked.allowed), key=lambda move: -round(trust(move) * move.most, 6))
-    ranked: list[Ranked] = []
-    for move in promising[:_PLANNED]:
-        text = growth.bench.edited(now.text, move.edits)
-        planned = None if text is None else growth.bench.planned(text)
-        if text is None or planned is None:
-            continue
-        seconds, litres = seconds_of(planned), litres_of(planned)
-        if growth.asked.limits.excess(seconds, litres) > growth.asked.limits.excess(now.seconds, now.litres):
-            continue
-        longer = seconds - now.seconds
-        worth = trust(move) * move.gain_in(longer) / (max(longer, 0.0) + _SHARE * now.seconds + _SECONDS)
-        ranked.append(Ranked(move, text, round(worth, 9)))
-    return sorted(ranked, key=lambda each: -each.worth)
+def _within_limits(state: Improvement, now: Outcome, changes: Sequence[Change]) -> Candidate | None:
+    """Plan changes; ``None`` where that cannot be done or leads farther beyond the limits."""
+    edits = tuple(edit for change in changes for edit in change.edits)
+    candidate = state.context.runner.candidate(now.text, edits)
+    if candidate is None or state.context.excess(candidate) > state.context.excess(now):
+        return None
+    return candidate
 
 
-def _bundle(ranked: Sequence[Ranked], now: Outcome) -> list[Move]:
-    """Take the best move, and the best ones of other uses: washing and rinsing are changed at once."""
-    chosen: list[Move] = []
+def _bundle(ranked: Sequence[Change], now: Outcome) -> list[Change]:
+    """Take the best change, and the best ones of other uses: washing and rinsing are changed at once."""
+    chosen: list[Change] = []
     taken: set[str] = set()
-    for each in ranked:
-        uses = {str(now.use_of(step)) for step in each.move.steps}
+    for change in ranked:
+        uses = {str(now.use_of(step)) for step in change.steps}
         if uses and not uses & taken:
-            chosen.append(each.move)
+            chosen.append(change)
             taken |= uses
     return chosen
-
-
-def _try(growth: Growth, now: Outcome, moves: Sequence[Move]) -> Outcome | None:
-    text = growth.bench.edited(now.text, joined(move.edits for move in moves))
-    planned = None if text is None else growth.bench.planned(text)
-    if text is None or planned is None:
-        return None
-    limits = growth.asked.limits
-    if limits.excess(seconds_of(planned), litres_of(planned)) > limits.excess(now.seconds, now.litres):
-        return None
-    return growth.bench.outcome(text)
-
-
-def joined(edits: Iterable[Edits]) -> Edits:
-    """Write several edits one after the other."""
-    return tuple(each for part in edits for each in part)

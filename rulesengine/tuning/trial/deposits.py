@@ -1,4 +1,4 @@
-"""What each template of each step leaves on the surface, cell by cell: amounts add up, whatever the order."""
+"""Deposits of each template of each step on the surface, cell by cell: amounts add up, whatever the order."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ _LEAST = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Deposit:
-    """What one template leaves in one step, all its repeats together."""
+    """Liquid that one template leaves in one step, all its repeats together."""
 
     step: str
     """Such as ``"sequence[0]"``."""
@@ -32,7 +32,7 @@ class Deposit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Deposits:
-    """All that a program leaves, and whose the cells are."""
+    """All deposits of a program, and the cells of each component."""
 
     each: tuple[Deposit, ...]
     areas_mm2: Scalars
@@ -42,7 +42,7 @@ class Deposits:
 
 
 def deposits_of(report: CleaningReport) -> Deposits:
-    """Take an analysis apart by step and template."""
+    """Deposits of an analysis by step and template."""
     facets, board = report.facets, report.board
     cells: dict[tuple[str, Side], Indices] = {
         (component.name, component.side): own
@@ -60,8 +60,8 @@ def deposits_of(report: CleaningReport) -> Deposits:
     return Deposits(tuple(found), facets.cell_areas_mm2, shown)
 
 
-def sprayed_in(stage: Stage) -> Iterator[tuple[tuple[str, str], float]]:
-    """Tell how long each template sprays in a stage, s, by step and template."""
+def spray_durations(stage: Stage) -> Iterator[tuple[tuple[str, str], float]]:
+    """Seconds for which each template sprays in a stage, by step and template."""
     of_sample = stage.samples.templates
     for template in dict.fromkeys(of_sample.tolist()):
         yield (stage.made_by, template), float(stage.samples.seconds[of_sample == template].sum())
@@ -73,9 +73,9 @@ def _of_stage(stage: Stage, exposure: Exposure) -> Iterator[Deposit]:
     of_entry = np.repeat(of_sample[last], np.diff(growth.start))
     count = len(exposure.volume_mm)
     grown = np.bincount(growth.cell, growth.volume_mm, minlength=count)
-    for (step, template), seconds in sprayed_in(stage):
+    for (step, template), seconds in spray_durations(stage):
         mine = of_entry == template
         own = np.bincount(growth.cell[mine], growth.volume_mm[mine], minlength=count)
-        # Cells that few rays hit have been worked out anew since they grew: who gave what is believed all the same.
+        # Cells that few rays hit have been refined since they grew: the shares are kept all the same.
         share = np.divide(own, grown, out=np.full(count, own.sum() / max(grown.sum(), _LEAST)), where=grown > 0)
         yield Deposit(step, template, seconds, (share * exposure.volume_mm).astype(np.float32))

@@ -1,4 +1,4 @@
-"""What one recipe is predicted to do: what is wanting, how long it takes, how much it sprays."""
+"""Outcome of one recipe: the requirements that are and are not met, its time and its liquid."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,17 +13,17 @@ from rulesengine.tuning.trial.requirements import (
     BOARD,
     PROCESS,
     Goal,
-    Spare,
-    Want,
-    mendable,
-    shortfall_of,
-    spares_of,
-    wants_of,
+    MetRequirement,
+    UnmetRequirement,
+    attainable,
+    met_requirements,
+    total_shortfall,
+    unmet_requirements,
 )
 
 
 @dataclass(frozen=True, slots=True)
-class Did:
+class StepSummary:
     """One step of the sequence as it was analysed."""
 
     made_by: str
@@ -31,9 +31,19 @@ class Did:
     use: Use
     function: str
     seconds: float
-    """How long it takes."""
     window_c: tuple[float, float] | None
     """Temperatures at which its liquid may be used."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """An outcome summed up."""
+
+    clean_components: int
+    open_requirements: int
+    worst_residue: float
+    seconds: float
+    litres: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,24 +52,21 @@ class Outcome:
 
     text: str
     recipe: Recipe
-    wants: tuple[Want, ...]
-    spares: tuple[Spare, ...]
-    """Judgements that hold, with what they need."""
-    steps: tuple[Did, ...]
+    unmet: tuple[UnmetRequirement, ...]
+    met: tuple[MetRequirement, ...]
+    steps: tuple[StepSummary, ...]
     classes: Mapping[str, str]
     """Component to class."""
     sides: Mapping[str, str]
     """Component to side."""
     makers: Mapping[str, tuple[tuple[str, float], ...]]
-    """Component to who sprays it."""
-    limiting: Mapping[str, str]
-    """Component to the factor that its residue depends on most."""
+    """Component to the shares of what sprays it."""
     residues: Mapping[str, float]
     """Component to the share of residue under it; those that have a gap."""
-    left_out: frozenset[str]
+    excluded: frozenset[str]
     """Components that masks take out."""
     total: int
-    """Components that are asked for."""
+    """Components that are not excluded."""
     seconds: float
     litres: float
     shortfall: float
@@ -68,68 +75,65 @@ class Outcome:
 
     @property
     def clean(self) -> bool:
-        """Whether nothing is wanting."""
-        return not self.wants
+        """Whether every requirement is met."""
+        return not self.unmet
 
     @property
-    def mendable(self) -> tuple[Want, ...]:
-        """What is wanting and may be mended by a recipe."""
-        return mendable(self.wants)
+    def attainable(self) -> tuple[UnmetRequirement, ...]:
+        """Requirements that are not met and that a recipe can meet."""
+        return attainable(self.unmet)
 
     @property
-    def worst_residue(self) -> float:
-        """The largest share of residue under a component; 0 where none has a gap."""
-        return max((share for name, share in self.residues.items() if name not in self.left_out), default=0.0)
-
-    @property
-    def held(self) -> int:
-        """How many of the components that are asked for lack nothing."""
-        lacking = {want.component for want in self.wants} - {BOARD, PROCESS}
-        return self.total - len(lacking)
+    def figures(self) -> Figures:
+        """Sum it up."""
+        worst = max((share for name, share in self.residues.items() if name not in self.excluded), default=0.0)
+        open_components = {each.component for each in self.unmet} - {BOARD, PROCESS}
+        clean = self.total - len(open_components)
+        return Figures(clean, len(self.unmet), round(worst, 6), self.seconds, self.litres)
 
     def seconds_in(self, steps: frozenset[str]) -> float:
-        """How long some steps take together."""
+        """Time of some steps together."""
         return sum(step.seconds for step in self.steps if step.made_by in steps)
 
     def use_of(self, made_by: str) -> Use | None:
-        """Say what a step is for; nothing where it did not spray."""
+        """Use of a step; ``None`` where it did not spray."""
         return next((step.use for step in self.steps if step.made_by == made_by), None)
 
 
 def outcome_of(run: Run, report: CleaningReport, goal: Goal, text: str = "") -> Outcome:
-    """Keep of an analysis what tuning looks at."""
+    """Extract from an analysis what tuning works with."""
     masks, _ = service(run.recipe, run.board)
-    left_out = frozenset(masks.ignored) | {name for name, _ in masks.avoided}
-    wants = wants_of(report, goal, left_out)
-    parts = (*report.parts, report.bare)
+    excluded = frozenset(masks.ignored) | {name for name, _ in masks.avoided}
+    unmet = unmet_requirements(report, goal, excluded)
     return Outcome(
         text=text,
         recipe=run.recipe,
-        wants=wants,
-        spares=spares_of(report, left_out),
+        unmet=unmet,
+        met=met_requirements(report, excluded),
         steps=tuple(
-            Did(each.made_by, each.use, each.function, round(each.end_s - each.begin_s, 3), each.liquid.window_c)
+            StepSummary(
+                each.made_by, each.use, each.function, round(each.end_s - each.begin_s, 3), each.liquid.window_c
+            )
             for each in report.stages
         ),
         classes={each.component: each.component_class for each in run.classified},
         sides={each.name: each.side for each in run.board.components},
-        makers={part.component: part.makers for part in parts},
-        limiting={part.component: part.limiting for part in parts if part.limiting},
+        makers={part.component: part.makers for part in (*report.parts, report.bare)},
         residues={part.component: part.residue for part in report.parts if part.residue is not None},
-        left_out=left_out,
-        total=sum(part.component not in left_out for part in report.parts),
+        excluded=excluded,
+        total=sum(part.component not in excluded for part in report.parts),
         seconds=seconds_of(run),
         litres=litres_of(run),
-        shortfall=shortfall_of(wants),
+        shortfall=total_shortfall(unmet),
         deposits=deposits_of(report),
     )
 
 
 def seconds_of(run: Run) -> float:
-    """How long the program of a run takes; loops count once. Rounded, so that the last digits decide nothing."""
+    """Duration of the program of a run; loops count once. Rounded, so that the last digits decide nothing."""
     return round(run.program.totals.duration_s, 3)
 
 
 def litres_of(run: Run) -> float:
-    """How much liquid the program of a run sprays; loops count once. Rounded."""
+    """Liquid that the program of a run sprays; loops count once. Rounded."""
     return round(sum(litres for _, litres in run.program.totals.liquid_l), 6)

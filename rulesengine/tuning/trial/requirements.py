@@ -1,86 +1,100 @@
-"""What a recipe is tuned for: which judgements are to go, and how far each still is from that."""
+"""Requirements of a tuned recipe: which judgements are not met, and how far each is from being met."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf, isfinite, log
 from typing import Literal, TypeAlias
 
 from cleaning.verdicts import rules
-from cleaning.verdicts.results import CleaningReport, Judgement, Number, Part
+from cleaning.verdicts.results import CleaningReport, Judgement, Number
 from cleaning.verdicts.rules import Rule
 
 Goal: TypeAlias = Literal["clean", "clean-and-dry"]
+Key: TypeAlias = tuple[str, Rule, str]
+"""Component, rule and step of a judgement; no step: all of its kind together."""
 BOARD = "board"
 """Stands for a component's name where the bare board is meant."""
 PROCESS = "process"
 """Stands for a component's name where the whole process is judged."""
-_BEYOND = frozenset({rules.MODEL_LIMIT})
-"""Nothing can be said there, so nothing can be asked."""
+_NO_VERDICT = frozenset({rules.MODEL_LIMIT})
 _DRYING = frozenset({rules.WET_GAP})
-_UNMENDABLE = frozenset({rules.PLUGGED_GAP, rules.SPENT_BATH})
-_OF_FLOW = frozenset({rules.NOT_FLUSHED, rules.RESIDUE_LEFT, rules.ONE_SIDED, rules.INCOMPLETE_RINSE})
-_EACH = 0.1
-"""What one judgement weighs, however little is missing: the last few percent count as well."""
+_UNATTAINABLE = frozenset({rules.PLUGGED_GAP, rules.SPENT_BATH})
+_FLOW = frozenset({rules.NOT_FLUSHED, rules.RESIDUE_LEFT, rules.ONE_SIDED, rules.INCOMPLETE_RINSE})
+_BASE_WEIGHT = 0.1
+"""Of one judgement, however little is missing: the last few percent count as well."""
 _LEAST_SHARE = 1e-9
 _NOTHING_HIT = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Want:
-    """One judgement that is to go."""
+class Requirement:
+    """One judgement on one component."""
 
     component: str
     judgement: Judgement
-    deficit: float
-    """From 0, where it just holds, to 1; to 2 where places are never hit, of which the rules ask no more."""
-    hope: float = 1.0
-    """Less where changes that were to help did not."""
 
     @property
-    def weight(self) -> float:
-        """What it adds to the shortfall."""
-        return self.hope * (_EACH + self.deficit)
+    def key(self) -> Key:
+        """Identifies it from one outcome to the next."""
+        return self.component, self.rule, self.judgement.stage
 
-
-def wants_of(report: CleaningReport, goal: Goal, left_out: frozenset[str]) -> tuple[Want, ...]:
-    """List the judgements that are to go, in the report's order: components, bare board, process.
-
-    Args:
-        report: An analysis.
-        goal: ``clean`` leaves water under parts (R12) out; neither asks for a verdict where the model has none (R14).
-        left_out: Components that masks take out.
-    """
-    asked = [part for part in report.parts if part.component not in left_out]
-    found = list(_wanting([*asked, report.bare], goal))
-    return (*found, *(Want(PROCESS, each, deficit(each)) for each in report.process if _counts(each, goal)))
-
-
-def _wanting(parts: list[Part], goal: Goal) -> Iterator[Want]:
-    for part in parts:
-        yield from (Want(part.component, each, deficit(each)) for each in part.judgements if _counts(each, goal))
-
-
-def _counts(judgement: Judgement, goal: Goal) -> bool:
-    if judgement.verdict in ("clean", "no verdict") or judgement.rule in _BEYOND:
-        return False
-    return goal == "clean-and-dry" or judgement.rule not in _DRYING
+    @property
+    def rule(self) -> Rule:
+        """Rule of the judgement."""
+        return self.judgement.rule
 
 
 @dataclass(frozen=True, slots=True)
-class Spare:
-    """A judgement that holds, and how much of the spraying it needs to."""
+class UnmetRequirement(Requirement):
+    """One judgement that is not met yet."""
 
-    component: str
-    judgement: Judgement
+    deficit: float
+    """From 0, where it is just met, to 1; to 2 where places are never hit, of which the rules require no more."""
+    priority: float = 1.0
+    """Lower where changes failed to improve it."""
+
+    @property
+    def weight(self) -> float:
+        """Its part of the shortfall."""
+        return self.priority * (_BASE_WEIGHT + self.deficit)
+
+
+@dataclass(frozen=True, slots=True)
+class MetRequirement(Requirement):
+    """One judgement that is met, with its slack."""
+
     needed: float
-    """Share of the present amount (R2) or time (R7)."""
+    """Share of the present amount (R2) or time (R7) that it needs."""
+
+    @property
+    def slack(self) -> float:
+        """Share of the present amount or time that it does not need."""
+        return 1.0 - self.needed
 
 
-def spares_of(report: CleaningReport, left_out: frozenset[str]) -> tuple[Spare, ...]:
-    """List the judgements that hold and say by how much."""
-    parts = [part for part in report.parts if part.component not in left_out]
+def unmet_requirements(report: CleaningReport, goal: Goal, excluded: frozenset[str]) -> tuple[UnmetRequirement, ...]:
+    """List the judgements that are not met, in the report's order: components, bare board, process.
+
+    Args:
+        report: An analysis.
+        goal: ``clean`` ignores water under parts (R12); neither requires a verdict where the model has none (R14).
+        excluded: Components that masks take out.
+    """
+    parts = [part for part in report.parts if part.component not in excluded]
+    judged = [(part.component, each) for part in (*parts, report.bare) for each in part.judgements]
+    judged += [(PROCESS, each) for each in report.process]
+    ignored = _NO_VERDICT if goal == "clean-and-dry" else _NO_VERDICT | _DRYING
     return tuple(
-        Spare(part.component, each, _needed(each))
+        UnmetRequirement(component, each, deficit(each))
+        for component, each in judged
+        if each.verdict not in ("clean", "no verdict") and each.rule not in ignored
+    )
+
+
+def met_requirements(report: CleaningReport, excluded: frozenset[str]) -> tuple[MetRequirement, ...]:
+    """List the judgements on amounts and times that are met, with what they need."""
+    parts = [part for part in report.parts if part.component not in excluded]
+    return tuple(
+        MetRequirement(part.component, each, _needed(each))
         for part in (*parts, report.bare)
         for each in part.judgements
         if each.verdict == "clean" and each.rule in (rules.UNDER_EXPOSED, rules.RESIDUE_LEFT)
@@ -99,25 +113,21 @@ def _needed(judgement: Judgement) -> float:
 
 
 def deficit(judgement: Judgement) -> float:
-    """Say how far a judgement is from holding: 0 just holds, 1 is as far as can be, more only where nothing is hit."""
+    """How far a judgement is from being met: 0 just met, 1 as far as can be, more only where nothing is hit."""
     numbers = judgement.numbers
     if judgement.rule == rules.MISSED:
-        return _missed(judgement)
+        # Where much is missed, amounts are not judged, so that it must count more than too small an amount.
+        if not numbers:
+            return _NOTHING_HIT
+        share = numbers[0].value / 100.0
+        return 1.0 + share if judgement.verdict == "dirty" else share
     if judgement.rule == rules.WET_GAP and len(numbers) > 1:
         return 1.0 - numbers[0].value / numbers[1].value  # the gap against the least that is blown clear
     limited = [number for number in numbers if number.limit is not None]
-    return max((min(1.0, max(0.0, _short(judgement.rule, number))) for number in limited), default=1.0)
+    return max((min(1.0, max(0.0, _missing_share(judgement.rule, number))) for number in limited), default=1.0)
 
 
-def _missed(judgement: Judgement) -> float:
-    """Where much is missed, amounts are not judged, so that it must count more than too small an amount."""
-    if not judgement.numbers:
-        return _NOTHING_HIT
-    share = judgement.numbers[0].value / 100.0
-    return 1.0 + share if judgement.verdict == "dirty" else share
-
-
-def _short(rule: Rule, number: Number) -> float:
+def _missing_share(rule: Rule, number: Number) -> float:
     limit = 0.0 if number.limit is None else number.limit
     value = number.value if isfinite(number.value) else inf
     match rule:
@@ -127,9 +137,8 @@ def _short(rule: Rule, number: Number) -> float:
             return 1.0 - limit / value if value > 0 else 0.0
         case rules.DRY_GAP:
             return -value / (100.0 - value) if value < 0 else 0.5
-        case (
-            rules.RESIDUE_LEFT
-        ):  # residue falls exponentially with time: its logarithm says how much of the time is there
+        case rules.RESIDUE_LEFT:
+            # It falls exponentially with time: its logarithm gives the share of the time.
             share = max(value / 100.0, _LEAST_SHARE)
             return 1.0 - log(share) / log(limit / 100.0) if 0 < limit < 100 else 0.0
         case rules.ONE_SIDED:
@@ -138,19 +147,18 @@ def _short(rule: Rule, number: Number) -> float:
             return 1.0
 
 
-def mendable(wants: tuple[Want, ...]) -> tuple[Want, ...]:
-    """Pick those that a recipe may take away: not a plugged gap with what is wanting in it, and not a spent bath."""
-    plugged = {want.component for want in wants if want.judgement.rule == rules.PLUGGED_GAP}
-    return tuple(want for want in wants if not _is_beyond(want, plugged))
+def attainable(unmet: tuple[UnmetRequirement, ...]) -> tuple[UnmetRequirement, ...]:
+    """Pick those that a recipe can meet: nothing of flow in a plugged gap, no spent bath."""
+    plugged = {each.component for each in unmet if each.rule == rules.PLUGGED_GAP}
+    return tuple(
+        each
+        for each in unmet
+        if each.rule not in _UNATTAINABLE
+        and not (each.component == PROCESS and each.rule == rules.INCOMPLETE_RINSE)
+        and not (each.component in plugged and each.rule in _FLOW)
+    )
 
 
-def _is_beyond(want: Want, plugged: set[str]) -> bool:
-    rule = want.judgement.rule
-    if rule in _UNMENDABLE or (want.component == PROCESS and rule == rules.INCOMPLETE_RINSE):
-        return True
-    return want.component in plugged and rule in _OF_FLOW
-
-
-def shortfall_of(wants: tuple[Want, ...]) -> float:
-    """Add up what is missing, to compare two recipes by; 0 where nothing is."""
-    return round(sum(want.weight for want in wants), 6)
+def total_shortfall(unmet: tuple[UnmetRequirement, ...]) -> float:
+    """Sum of the weights, to compare two recipes by; 0 where every requirement is met."""
+    return round(sum(each.weight for each in unmet), 6)

@@ -1,27 +1,14 @@
-"""What came of tuning: each change with what it did, and what is still wanting."""
+"""Result of tuning: each accepted change with its effect, and the outcomes before and after."""
 
 from dataclasses import dataclass
 
-from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.request import Asked
+from rulesengine.tuning.trial.outcome import Figures, Outcome
+from rulesengine.tuning.trial.request import TuningRequest
 
 
 @dataclass(frozen=True, slots=True)
-class Figures:
-    """What an outcome comes to."""
-
-    held: int
-    """Components that lack nothing."""
-    wanting: int
-    """Judgements that are to go."""
-    worst_residue: float
-    seconds: float
-    litres: float
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """One change, and what the analyses before and after it say."""
+class AcceptedChange:
+    """One accepted change, with the figures of the analyses before and after it."""
 
     what: tuple[str, ...]
     """Values from and to; several where they were made at once because they concern different steps."""
@@ -30,34 +17,23 @@ class Change:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Tuned:
-    """What came of tuning."""
+class TuningResult:
+    """A request, the outcomes of the first and the best recipe, and the changes between them."""
 
-    asked: Asked
+    request: TuningRequest
     first: Outcome
     last: Outcome
     """Of the best recipe."""
-    changes: tuple[Change, ...]
+    changes: tuple[AcceptedChange, ...]
     used: int
     """Analyses that were made."""
 
     @property
-    def within(self) -> bool:
+    def within_limits(self) -> bool:
         """Whether the limits are kept."""
-        return self.asked.limits.excess(self.last.seconds, self.last.litres) == 0
+        return self.request.limits.excess(self.last.seconds, self.last.litres) == 0
 
     @property
-    def spent(self) -> bool:
+    def out_of_analyses(self) -> bool:
         """Whether tuning ended because no analysis was left."""
-        return self.used >= self.asked.analyses
-
-
-def figures_of(outcome: Outcome) -> Figures:
-    """Sum an outcome up."""
-    return Figures(
-        outcome.held,
-        len(outcome.wants),
-        round(outcome.worst_residue, 6),
-        outcome.seconds,
-        outcome.litres,
-    )
+        return self.used >= self.request.max_analyses

@@ -1,4 +1,4 @@
-"""The numbers of a recipe that tuning turns: where each stands, its bounds, and which way cleans more."""
+"""Design variables of a recipe: the numbers that tuning changes, their bounds, and the direction that cleans more."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -13,11 +13,12 @@ from specs.errors import JobError
 from specs.yaml.located import YamlPath, spell_path
 from specs.yaml.schema import name_nearest
 
-Kind: TypeAlias = Literal[
+ChangeKind: TypeAlias = Literal[
     "speeds", "tilts", "passes", "dwells", "heights", "sides", "wash_time", "pressure", "temperature"
 ]
-KINDS: tuple[Kind, ...] = get_args(Kind)
-_OF_CLASS = ("passes", "edge_delay_s", "delay_s", "speed_mm_s")
+CHANGE_KINDS: tuple[ChangeKind, ...] = get_args(ChangeKind)
+_SPLIT_BY_CLASS = ("passes", "edge_delay_s", "delay_s")
+"""Fields that are changed by component class even where the recipe states one number for all."""
 _SLOWEST_MM_S = 5.0
 _MOST_LAPS = 24.0
 _LONGEST_S = 10.0
@@ -30,154 +31,152 @@ _HOTTER_C = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Knob:
+class DesignVariable:
     """One number of a recipe."""
 
-    kind: Kind
+    kind: ChangeKind
     path: YamlPath
     """Where it is written."""
     value: float
-    least: float
-    most: float
-    grain: float
-    """It is a whole number of these."""
-    gain: float
+    lower: float
+    upper: float
+    resolution: float
+    """It is a multiple of this."""
+    direction: float
     """1 if more of it cleans more, -1 if less does."""
     steps: tuple[str, ...]
     """Where it acts, such as ``"sequence[0]"``."""
     template: str = ""
-    of_class: str = ""
+    component_class: str = ""
     """Empty: of all classes."""
-    rest: float | None = None
-    """What the other classes keep where it is the first of its template to be told by class."""
+    default: float | None = None
+    """Value of the other classes, where it is the first of its template to be stated by class."""
 
-    def moved(self, value: float) -> float:
-        """Round to the grain and keep within the bounds."""
-        rounded = round(round(value / self.grain) * self.grain, 6)
-        return min(max(rounded, self.least), self.most)
+    def rounded(self, value: float) -> float:
+        """Round to the resolution and keep within the bounds."""
+        multiple = round(round(value / self.resolution) * self.resolution, 6)
+        return min(max(multiple, self.lower), self.upper)
 
-    def told(self, value: float) -> str:
-        """Say what another value changes, such as ``"templates.sweep.speed_mm_s: 60 -> 40"``."""
-        of_class = f" of {self.of_class}" if self.rest is not None else ""
+    def describe(self, value: float) -> str:
+        """Describe the change to another value, such as ``"templates.sweep.speed_mm_s: 60 -> 40"``."""
+        of_class = f" of {self.component_class}" if self.default is not None else ""
         return f"{spell_path(self.path)}{of_class}: {self.value:g} -> {value:g}"
 
     def edit(self, value: float) -> Edits:
-        """Write another value."""
+        """Edits that write another value."""
         plain = int(value) if float(value).is_integer() else value
-        if self.rest is None:
+        if self.default is None:
             return ((self.path, plain),)
-        rest = int(self.rest) if self.rest.is_integer() else self.rest
-        return ((self.path, {self.of_class: plain, "default": rest}),)
+        default = int(self.default) if self.default.is_integer() else self.default
+        return ((self.path, {self.component_class: plain, "default": default}),)
 
 
-def read_kinds(words: str) -> frozenset[Kind]:
-    """Read kinds of change, separated by commas.
+def read_kinds(words: str) -> frozenset[ChangeKind]:
+    """Parse kinds of change, separated by commas.
 
     Raises:
         JobError: one is unknown, or there is none.
     """
-    asked = [word.strip() for word in words.split(",") if word.strip()]
-    for word in asked:
-        if word not in KINDS:
-            raise JobError(f"--allow {words}: {word!r} cannot be changed; {name_nearest(word, KINDS)}")
-    if not asked:
-        raise JobError(f"--allow allows nothing; name some of {', '.join(KINDS)}")
-    return frozenset(kind for kind in KINDS if kind in asked)
+    names = [word.strip() for word in words.split(",") if word.strip()]
+    for name in names:
+        if name not in CHANGE_KINDS:
+            raise JobError(f"--allow {words}: {name!r} cannot be changed; {name_nearest(name, CHANGE_KINDS)}")
+    if not names:
+        raise JobError(f"--allow allows nothing; name some of {', '.join(CHANGE_KINDS)}")
+    return frozenset(kind for kind in CHANGE_KINDS if kind in names)
 
 
 def enabled_steps(recipe: Recipe) -> list[tuple[str, Step]]:
-    """List the steps that are done, each with its path."""
+    """Enabled steps, each with its path."""
     return [(f"sequence[{at}]", step) for at, step in enumerate(recipe.sequence) if step.enabled]
 
 
-def knobs_of(recipe: Recipe, classes: frozenset[str], windows: Mapping[str, tuple[float, float]]) -> tuple[Knob, ...]:
-    """List all that can be turned, template by template, then steps, then functions.
+def design_variables(
+    recipe: Recipe, classes: frozenset[str], windows: Mapping[str, tuple[float, float]]
+) -> tuple[DesignVariable, ...]:
+    """List all design variables, template by template, then steps, then functions.
 
     Args:
         recipe: Whose numbers.
         classes: Those that have members on the board.
-        windows: Temperatures that the liquid of a function bears, by function.
+        windows: Permitted temperatures of the liquid of a function, by function.
     """
-    found: list[Knob] = []
+    steps = enabled_steps(recipe)
+    found: list[DesignVariable] = []
     for name, spec in recipe.templates.items():
-        steps = tuple(made_by for made_by, step in enabled_steps(recipe) if name in step.paths)
-        if steps:
-            found += _of_template(name, spec, recipe, steps, classes)
+        users = [(made_by, step) for made_by, step in steps if name in step.paths]
+        if users:
+            found += _template_variables(name, spec, recipe, users, classes)
     for at, step in enumerate(recipe.sequence):
         if step.enabled and step.until is None:
             path: YamlPath = ("sequence", at, "repeat")
-            found.append(Knob("wash_time", path, step.repeat, 1.0, _MOST_REPEATS, 1.0, 1.0, (f"sequence[{at}]",)))
-    return (*found, *_of_functions(recipe, windows))
+            acts = (f"sequence[{at}]",)
+            found.append(DesignVariable("wash_time", path, step.repeat, 1.0, _MOST_REPEATS, 1.0, 1.0, acts))
+    return (*found, *_function_variables(recipe, windows))
 
 
-def _of_template(
-    name: str, spec: PathSpec, recipe: Recipe, steps: tuple[str, ...], classes: frozenset[str]
-) -> Iterator[Knob]:
-    using = [step for made_by, step in enabled_steps(recipe) if made_by in steps]
-    fastest = min(recipe.functions[step.function].max_speed_mm_s for step in using)
-    spread = max(half_spread_deg(recipe.nozzles[step.nozzle]) for step in using)
+def _template_variables(
+    name: str, spec: PathSpec, recipe: Recipe, users: list[tuple[str, Step]], classes: frozenset[str]
+) -> Iterator[DesignVariable]:
+    fastest = min(recipe.functions[step.function].max_speed_mm_s for _, step in users)
+    spread = max(half_spread_deg(recipe.nozzles[step.nozzle]) for _, step in users)
+    flattest = 0.0
+    if isinstance(spec, ComponentPerimeter):
+        classes = classes & set(spec.only) if spec.only else classes
+        if spec.align == "wavefront" and spec.toward == "component":
+            # More upright than the half angle, the near wave front would lie behind the nozzle.
+            flattest = min(spread + 1.0, _MOST_TILT_DEG) // 1.0
     lowest = max(NEAREST_MM, recipe.limits.clearance_mm + 1.0)
-    at: YamlPath = ("templates", name)
-    least_tilt = min(spread + 1.0, _MOST_TILT_DEG) // 1.0 if _leans_in(spec) else 0.0
-    fields: dict[str, Knob] = {
-        "speed_mm_s": Knob("speeds", at, 0.0, _SLOWEST_MM_S, fastest, 1.0, -1.0, steps, name),
-        "passes": Knob("passes", at, 0.0, 0.0, _MOST_LAPS, 1.0, 1.0, steps, name),
-        "repeats": Knob("passes", at, 0.0, 1.0, _MOST_LAPS, 1.0, 1.0, steps, name),
-        "edge_delay_s": Knob("dwells", at, 0.0, 0.0, _LONGEST_S, 0.1, 1.0, steps, name),
-        "delay_s": Knob("dwells", at, 0.0, 0.0, _LONGEST_S, 0.1, 1.0, steps, name),
-        "corner_delay_s": Knob("dwells", at, 0.0, 0.0, _LONGEST_S, 0.1, 1.0, steps, name),
-        "tilt_deg": Knob(
-            "tilts", at, 0.0, least_tilt, min(_MOST_TILT_DEG, _CLOSED_DEG - spread), 1.0, 1.0, steps, name
-        ),
-        "height_mm": Knob("heights", at, 0.0, lowest, FARTHEST_MM, 1.0, -1.0, steps, name),
+    steepest = min(_MOST_TILT_DEG, _CLOSED_DEG - spread)
+    fields: dict[str, tuple[ChangeKind, float, float, float, float]] = {  # kind, bounds, resolution, direction
+        "speed_mm_s": ("speeds", _SLOWEST_MM_S, fastest, 1.0, -1.0),
+        "passes": ("passes", 0.0, _MOST_LAPS, 1.0, 1.0),
+        "repeats": ("passes", 1.0, _MOST_LAPS, 1.0, 1.0),
+        "edge_delay_s": ("dwells", 0.0, _LONGEST_S, 0.1, 1.0),
+        "delay_s": ("dwells", 0.0, _LONGEST_S, 0.1, 1.0),
+        "corner_delay_s": ("dwells", 0.0, _LONGEST_S, 0.1, 1.0),
+        "tilt_deg": ("tilts", flattest, steepest, 1.0, 1.0),
+        "height_mm": ("heights", lowest, FARTHEST_MM, 1.0, -1.0),
     }
-    for field, knob in fields.items():
+    steps = tuple(made_by for made_by, _ in users)
+    for field, (kind, lower, upper, resolution, direction) in fields.items():
         if field in type(spec).model_fields:
-            yield from _of_field(spec, field, knob, classes)
+            path: YamlPath = ("templates", name, field)
+            base = DesignVariable(kind, path, 0.0, lower, upper, resolution, direction, steps, name)
+            yield from _field_variables(spec, field, base, classes)
 
 
-def _leans_in(spec: PathSpec) -> bool:
-    """Whether the near wave front is put on an edge: more upright than its half angle it lies behind the nozzle."""
-    return isinstance(spec, ComponentPerimeter) and spec.align == "wavefront" and spec.toward == "component"
-
-
-def _of_field(spec: PathSpec, field: str, knob: Knob, classes: frozenset[str]) -> Iterator[Knob]:
+def _field_variables(
+    spec: PathSpec, field: str, base: DesignVariable, classes: frozenset[str]
+) -> Iterator[DesignVariable]:
     value = cast("float | dict[str, float]", getattr(spec, field))
-    path: YamlPath = (*knob.path, field)
-    only = spec.only if isinstance(spec, ComponentPerimeter) else []
-    served = sorted(classes if not only else classes & set(only))
     if isinstance(value, dict):
-        for each in served:
-            yield _at(knob, (*path, each), for_class(value, each), each)
+        for each in sorted(classes):
+            yield _at_value(replace(base, path=(*base.path, each), component_class=each), for_class(value, each))
         return
-    yield _at(knob, path, value)
-    if field in _OF_CLASS[:3] and len(served) > 1 and _takes_classes(spec, field):
-        for each in served:
-            yield replace(_at(knob, path, value, each), rest=float(value))
+    yield _at_value(base, value)
+    takes_classes = isinstance(spec, ComponentPerimeter) or field == "delay_s"
+    if field in _SPLIT_BY_CLASS and takes_classes and len(classes) > 1:
+        for each in sorted(classes):
+            yield replace(_at_value(base, value), component_class=each, default=float(value))
 
 
-def _takes_classes(spec: PathSpec, field: str) -> bool:
-    return isinstance(spec, ComponentPerimeter) or field == "delay_s"
+def _at_value(base: DesignVariable, value: float) -> DesignVariable:
+    """Set the present value; one that is beyond its bounds already may stay there."""
+    upper = base.upper if base.kind == "speeds" else max(base.upper, value)
+    return replace(base, value=float(value), lower=min(base.lower, value), upper=upper)
 
 
-def _at(knob: Knob, path: YamlPath, value: float, of_class: str = "") -> Knob:
-    """Set a knob to what the recipe says; what lies beyond its bounds already may stay there."""
-    least, most = min(knob.least, value), max(knob.most, value)
-    if knob.kind == "speeds":
-        most = knob.most
-    return replace(knob, path=path, value=float(value), least=least, most=most, of_class=of_class)
-
-
-def _of_functions(recipe: Recipe, windows: Mapping[str, tuple[float, float]]) -> Iterator[Knob]:
+def _function_variables(recipe: Recipe, windows: Mapping[str, tuple[float, float]]) -> Iterator[DesignVariable]:
     for name, function in recipe.functions.items():
         steps = tuple(made_by for made_by, step in enabled_steps(recipe) if step.function == name)
         if not steps:
             continue
-        bar = function.pressure_bar
-        path: YamlPath = ("functions", name, "pressure_bar")
-        yield Knob("pressure", path, bar, min(1.0, bar), max(_MOST_BAR, bar), 0.1, 1.0, steps)
+        bar, path = function.pressure_bar, ("functions", name)
+        most = max(_MOST_BAR, bar)
+        yield DesignVariable("pressure", (*path, "pressure_bar"), bar, min(1.0, bar), most, 0.1, 1.0, steps)
         if function.temperature_c is not None and name in windows:
             low, high = windows[name]
             warm = function.temperature_c
             most = max(min(high, warm + _HOTTER_C), low)
-            yield Knob("temperature", (*path[:2], "temperature_c"), warm, low, max(most, low), 1.0, 1.0, steps)
+            yield DesignVariable("temperature", (*path, "temperature_c"), warm, low, most, 1.0, 1.0, steps)

@@ -7,13 +7,11 @@ from cleaning.parameters.load import load_parameters
 from cleaning.prepared_board import prepare
 from recipes.load import load_recipe, parse_recipe, recipe_library
 from rulesengine.planning.pipeline import run
-from rulesengine.tuning.explain import explain
-from rulesengine.tuning.report import tuning_report
-from rulesengine.tuning.suggest import Here, predict, suggest
+from rulesengine.tuning.report import explain, tuning_report
+from rulesengine.tuning.suggest import AnalysedRecipe, predict, suggest
 from rulesengine.tuning.trial.outcome import outcome_of
-from rulesengine.tuning.trial.request import Allowed, Asked, Limits
-from rulesengine.tuning.trial.result import figures_of
-from rulesengine.tuning.trial.trial_runner import Bench
+from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest
+from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.tune import tune
 
 FILE = recipe_library()["smt-aqueous"].with_name("own.yaml")
@@ -48,8 +46,8 @@ def prepared(board):
 
 
 def tuned_with(prepared, text, analyses, limits=None, kinds=USUAL, kept=()):
-    bench = Bench(FILE, prepared, "clean", analyses)
-    return tune(bench, text, Asked("clean", limits or Limits(), Allowed(kinds, kept), analyses))
+    runner = TrialRunner(FILE, prepared, "clean", analyses)
+    return tune(runner, text, TuningRequest("clean", limits or ProgramLimits(), AllowedChanges(kinds, kept), analyses))
 
 
 @pytest.fixture(scope="module")
@@ -68,8 +66,8 @@ def anew(prepared, text):
 def test_a_poor_recipe_becomes_better_with_few_analyses(tuned):
     assert tuned.used == 4
     assert tuned.last.shortfall < 0.5 * tuned.first.shortfall
-    assert tuned.changes[0].before == figures_of(tuned.first)
-    assert tuned.changes[-1].after == figures_of(tuned.last)
+    assert tuned.changes[0].before == tuned.first.figures
+    assert tuned.changes[-1].after == tuned.last.figures
     for change, following in zip(tuned.changes, tuned.changes[1:], strict=False):
         assert change.after == following.before
 
@@ -77,17 +75,17 @@ def test_a_poor_recipe_becomes_better_with_few_analyses(tuned):
 @pytest.mark.slow
 def test_what_is_predicted_comes_out_when_planned_and_analysed_anew(prepared, tuned):
     again = anew(prepared, tuned.last.text)
-    assert figures_of(again) == figures_of(tuned.last)
+    assert again.figures == tuned.last.figures
     assert again.residues == tuned.last.residues
-    assert again.wants == tuned.last.wants
+    assert again.unmet == tuned.last.unmet
 
 
 @pytest.mark.slow
 def test_the_same_is_found_twice(prepared, tuned):
     again = tuned_with(prepared, POOR, 4)
     assert again.last.text == tuned.last.text
-    told = [tuning_report(each, explain(each), "") for each in (tuned, again)]
-    assert told[0] == told[1]
+    reports = [tuning_report(each, explain(each), "") for each in (tuned, again)]
+    assert reports[0] == reports[1]
 
 
 @pytest.mark.slow
@@ -98,9 +96,9 @@ def test_comments_and_order_stay(tuned):
 
 
 @pytest.mark.slow
-def test_what_stays_wanting_is_explained(tuned):
+def test_open_requirements_are_explained(tuned):
     reasons = {reason.component: reason for reason in explain(tuned)}
-    assert set(reasons) == {want.component for want in tuned.last.wants}
+    assert set(reasons) == {unmet.component for unmet in tuned.last.unmet}
     for reason in reasons.values():
         assert reason.rule.startswith("R")
         assert reason.because
@@ -110,26 +108,26 @@ def test_what_stays_wanting_is_explained(tuned):
 
 @pytest.mark.slow
 def test_limits_are_kept(prepared):
-    tuned = tuned_with(prepared, POOR, 3, Limits(seconds=20.0))
-    assert tuned.within
+    tuned = tuned_with(prepared, POOR, 3, ProgramLimits(seconds=20.0))
+    assert tuned.within_limits
     assert tuned.last.seconds <= 20.0
     assert tuned.last.shortfall < tuned.first.shortfall
 
 
 @pytest.mark.slow
 def test_a_recipe_beyond_its_limits_is_brought_within_them(prepared, tuned):
-    slow = tuned_with(prepared, POOR.replace("120", "5"), 8, Limits(seconds=0.8 * tuned.first.seconds + 2.0))
+    slow = tuned_with(prepared, POOR.replace("120", "5"), 8, ProgramLimits(seconds=0.8 * tuned.first.seconds + 2.0))
     assert slow.first.seconds > slow.last.seconds
-    assert slow.within
+    assert slow.within_limits
 
 
 def test_what_is_not_allowed_stays_and_is_named(prepared):
     tuned = tuned_with(prepared, POOR, 4, kinds=frozenset({"speeds"}), kept=(("templates", "sweep", "speed_mm_s"),))
     assert tuned.last.text == POOR
     assert tuned.changes == ()
-    told = " ".join(reason.why for reason in explain(tuned))
-    assert "Not allowed, though it may help: " in told
-    assert "Kept, though it may help: templates.sweep.speed_mm_s." in told
+    reports = " ".join(reason.why for reason in explain(tuned))
+    assert "Not allowed, though it may help: " in reports
+    assert "Kept, though it may help: templates.sweep.speed_mm_s." in reports
 
 
 @pytest.mark.slow
@@ -137,7 +135,7 @@ def test_a_recipe_that_is_clean_never_becomes_longer(board):
     easy = prepare(board, EASY, lambda *_: None)
     slow = "recipe: own\nextends: smt-aqueous\n" + _thorough()
     tuned = tuned_with(easy, slow, 3)
-    assert tuned.first.clean, [want.judgement.because for want in tuned.first.wants]
+    assert tuned.first.clean, [unmet.judgement.because for unmet in tuned.first.unmet]
     assert tuned.last.clean
     assert tuned.last.seconds < tuned.first.seconds
     assert tuned.last.litres <= tuned.first.litres
@@ -165,16 +163,16 @@ def test_a_suggestion_does_what_is_predicted_of_it(prepared):
     planned = run(parse_recipe(POOR, file=FILE), prepared.board)
     report = analyse_on(prepared, planned.program, planned.recipe, "fast")
     first = suggest(planned, report)[0]
-    effect = predict(first, Here(FILE, POOR, planned, report, prepared))
-    assert figures_of(anew(prepared, effect.text)) == effect.after
-    assert effect.before == figures_of(outcome_of(planned, report, "clean"))
+    effect = predict(first, AnalysedRecipe(FILE, POOR, planned, report, prepared))
+    assert anew(prepared, effect.text).figures == effect.after
+    assert effect.before == outcome_of(planned, report, "clean").figures
     assert effect.after.seconds > effect.before.seconds
 
 
 @pytest.mark.slow
-def test_tuning_beats_a_grid_of_the_same_knobs(prepared):
+def test_tuning_beats_a_grid_of_the_same_design_variables(prepared):
     tuned = tuned_with(prepared, POOR, 40)
-    grid = Bench(FILE, prepared, "clean", 60)
+    grid = TrialRunner(FILE, prepared, "clean", 60)
     grid.first(POOR)
     found = []
     for speed in (10, 20, 40):

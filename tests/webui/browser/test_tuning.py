@@ -52,7 +52,7 @@ def test_a_failing_part_is_helped_by_one_change_and_that_can_be_undone(server):
         tab.press("Worst")
         tab.press(SUGGEST)
         tab.page.get_by_role("button", name=APPLY, exact=True).first.wait_for()
-        tab.see("Judgements to go")
+        tab.see("Open requirements")
         before = tab.time_text
         tab.page.get_by_role("button", name=APPLY, exact=True).first.click()
         tab.see("changed since it was analysed")
@@ -87,7 +87,7 @@ def test_a_tuned_recipe_waits_through_a_reload_and_is_applied_as_one_edit(server
         tab.type("Analyses at most", "4")
         tab.press(START)
         tab.page.locator("[data-diff]").wait_for()
-        tab.see("Still wanting, and why")
+        tab.see("Not met yet, and why")
         tab.press(CLOSE)
         tab.see("Tuned, not applied")
         assert text_of(tab) == POOR

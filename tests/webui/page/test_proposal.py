@@ -1,38 +1,38 @@
-"""What is asked of tuning, what it proposes, and that a proposal is one edit that can be undone."""
+"""Settings of tuning, its proposal, and that a proposal is one edit that can be undone."""
 
 import math
 from dataclasses import replace
 
 import pytest
 from tiny_session import tiny_session
-from tuned_recipe import WANT, proposal, slower
+from tuned_recipe import UNMET, proposal, slower
 
 from cleaning.verdicts.rules import PLUGGED_GAP
 from recipes.load import read_recipe_text
-from rulesengine.tuning.trial.request import Limits
-from rulesengine.tuning.variables.design_variables import KINDS
+from rulesengine.tuning.trial.request import ProgramLimits
+from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 from specs.errors import JobError
 from webui.page.project import open_project
-from webui.page.proposal import KIND_WORDS, TuningError, Wishes
+from webui.page.proposal import KIND_WORDS, TuningError, TuningSettings
 from webui.tuning.accept import apply_proposal, save_proposal
 from webui.tuning.proposal_html import changes_html, diff_html, headline_of, reasons_html, totals_html
 
 
 def test_every_group_of_numbers_can_be_ticked():
-    assert tuple(KIND_WORDS) == KINDS
-    assert Wishes().kinds == frozenset(KINDS) - {"pressure", "temperature"}
+    assert tuple(KIND_WORDS) == CHANGE_KINDS
+    assert TuningSettings().kinds == frozenset(CHANGE_KINDS) - {"pressure", "temperature"}
 
 
 def test_nought_is_no_limit_and_numbers_are_kept():
-    free = Wishes().asked()
-    assert free.limits == Limits(None, None)
-    bound = Wishes(frozenset({"speeds"}), "clean-and-dry", 600.0, 20.0, 12.0).asked()
-    assert bound.limits == Limits(600.0, 20.0)
-    assert (bound.goal, bound.allowed.kinds, bound.analyses) == ("clean-and-dry", {"speeds"}, 12)
+    free = TuningSettings().request()
+    assert free.limits == ProgramLimits(None, None)
+    bound = TuningSettings(frozenset({"speeds"}), "clean-and-dry", 600.0, 20.0, 12.0).request()
+    assert bound.limits == ProgramLimits(600.0, 20.0)
+    assert (bound.goal, bound.allowed.kinds, bound.max_analyses) == ("clean-and-dry", {"speeds"}, 12)
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         ({"kinds": frozenset()}, "tick at least one"),
         ({"seconds": -1.0}, "Time at most"),
@@ -42,9 +42,9 @@ def test_nought_is_no_limit_and_numbers_are_kept():
         ({"analyses": math.nan}, "at least 2"),
     ],
 )
-def test_wishes_that_cannot_be_are_refused(wrong, said):
-    with pytest.raises(TuningError, match=said):
-        replace(Wishes(), **wrong).asked()
+def test_impossible_settings_are_refused(wrong, message):
+    with pytest.raises(TuningError, match=message):
+        replace(TuningSettings(), **wrong).request()
 
 
 def test_a_proposal_is_one_edit_and_comments_stay():
@@ -95,20 +95,29 @@ def test_another_board_has_no_proposal():
 def test_the_headline_says_what_was_reached():
     session = tiny_session()
     assert headline_of(proposal(session).tuned) == "Predicted clean."
-    assert "not clean yet" in headline_of(proposal(session, wants=[WANT]).tuned)
-    assert "limits cannot be kept" in headline_of(proposal(session, limits=Limits(seconds=100.0)).tuned)
-    same = replace(proposal(session, wants=[WANT]).tuned, changes=())
+    assert "not clean yet" in headline_of(proposal(session, unmet=[UNMET]).tuned)
+    assert "limits cannot be kept" in headline_of(proposal(session, limits=ProgramLimits(seconds=100.0)).tuned)
+    same = replace(proposal(session, unmet=[UNMET]).tuned, changes=())
     assert "Nothing was found" in headline_of(same)
 
 
 def test_totals_and_changes_tell_effect_and_cost():
     tuned = proposal(tiny_session()).tuned
     totals = totals_html(tuned)
-    for wanted in ("4 of 5", "5 of 5", "31.0 %", "1.0 %", "2.50 l", "3.00 l", "7 analyses", "no proof of cleanliness"):
-        assert wanted in totals
+    for expected in (
+        "4 of 5",
+        "5 of 5",
+        "31.0 %",
+        "1.0 %",
+        "2.50 l",
+        "3.00 l",
+        "7 analyses",
+        "no proof of cleanliness",
+    ):
+        assert expected in totals
     changes = changes_html(tuned.changes)
-    for wanted in ("templates.sweep.speed_mm_s: 60 -&gt; 45", "+20.0 s", "+0.50 l", "2 \N{RIGHTWARDS ARROW} 0"):
-        assert wanted in changes
+    for expected in ("templates.sweep.speed_mm_s: 60 -&gt; 45", "+20.0 s", "+0.50 l", "2 \N{RIGHTWARDS ARROW} 0"):
+        assert expected in changes
     assert changes_html(()) == ""
 
 
@@ -125,18 +134,18 @@ def test_the_diff_shows_changed_lines_and_few_others():
     assert diff_html(before, before) == ""
 
 
-def test_what_is_still_wanting_is_said_with_its_reason():
+def test_open_requirements_have_a_reason():
     session = tiny_session()
-    html = reasons_html(proposal(session, wants=[WANT]).tuned)
+    html = reasons_html(proposal(session, unmet=[UNMET]).tuned)
     assert "31 % is left &lt;here&gt;." in html
     assert "R7 residue" in html
-    many = [replace(WANT, component=f"U{number}") for number in range(50)]
-    assert "and 10 more" in reasons_html(proposal(session, wants=many).tuned)
-    spent = reasons_html(proposal(session, wants=[WANT], used=40).tuned)
+    many = [replace(UNMET, component=f"U{number}") for number in range(50)]
+    assert "and 10 more" in reasons_html(proposal(session, unmet=many).tuned)
+    spent = reasons_html(proposal(session, unmet=[UNMET], used=40).tuned)
     assert "The 40 analyses were spent." in spent
     assert "Analyses at most" in spent
     assert "--" not in spent  # options are of the command line
     assert "Analyses at most" not in html
-    plugged = replace(WANT, judgement=replace(WANT.judgement, rule=PLUGGED_GAP))
-    assert "Analyses at most" not in reasons_html(proposal(session, wants=[plugged], used=40).tuned)
+    plugged = replace(UNMET, judgement=replace(UNMET.judgement, rule=PLUGGED_GAP))
+    assert "Analyses at most" not in reasons_html(proposal(session, unmet=[plugged], used=40).tuned)
     assert reasons_html(proposal(session).tuned) == ""

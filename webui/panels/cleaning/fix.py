@@ -1,4 +1,4 @@
-"""Fix this: single changes for the selected part, each with what it is predicted to do, each one edit."""
+"""Fix this: single changes for the selected part, each with its predicted effect, each one edit."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -30,10 +30,10 @@ class _Slot:
 
 
 class FixCard:
-    """Fix this: single changes for the selected part, each with what it is predicted to do."""
+    """Fix this: single changes for the selected part, each with its predicted effect."""
 
     def __init__(self, page: Page) -> None:
-        """Build the elements in the container that is open; they are seen where the selected part lacks something."""
+        """Build the elements in the container that is open; visible where the selected part is not clean."""
         self._page = page
         self._found: dict[str, tuple[Fix, ...]] = {}
         """By part; of the analysis that is shown."""
@@ -63,7 +63,7 @@ class FixCard:
 
     def _show_found(self, part: Part | None) -> None:
         found = None if part is None else self._found.get(part.component)
-        self._run.show(quiet_html(_NOTE if found is None else _said(found)))
+        self._run.show(quiet_html(_NOTE if found is None else _note(found)))
         fixes = found or ()
         for number, slot in enumerate(self._slots):
             there = number < len(fixes)
@@ -96,13 +96,11 @@ class FixCard:
         part = failing_part(self._page.session)
         fixes = self._found.get(part.component, ()) if part is not None else ()
         if number < len(fixes) and self._page.attempt(apply_fix(fixes[number])):
-            self._page.say(
-                "Changed", f"{fixes[number].what}. Analyse again to see what came of it; Undo takes it back."
-            )
+            self._page.say("Changed", f"{fixes[number].what}. Analyse again to see its effect; Undo takes it back.")
 
 
 def failing_part(session: Session) -> Part | None:
-    """Give the selected part, or the bare board where none is, if something is wanting of it."""
+    """The selected part, or the bare board where none is selected, if it is not clean."""
     if session.analysis is None:
         return None
     report = session.analysis.report
@@ -110,5 +108,5 @@ def failing_part(session: Session) -> Part | None:
     return part if any(each.verdict in ("dirty", "marginal") for each in part.judgements) else None
 
 
-def _said(found: tuple[Fix, ...]) -> str:
-    return "Each by itself, what helps most first." if found else _NOTHING
+def _note(found: tuple[Fix, ...]) -> str:
+    return "Tested one at a time, best first." if found else _NOTHING

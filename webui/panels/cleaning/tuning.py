@@ -1,11 +1,11 @@
-"""Tuning the recipe: the button that opens its window, the work beside the page, and what is done with the result."""
+"""Tuning the recipe: the button that opens its window, the job in the background, and the decision on its proposal."""
 
 from specs.errors import JobError
 from specs.progress import Progress
 from webui.cards.boxes import quiet_html
 from webui.forms.refusals import reason_of
 from webui.page.page import Page
-from webui.page.proposal import Proposal, TuningError, Wishes
+from webui.page.proposal import Proposal, TuningError, TuningSettings
 from webui.page.session import Change, Session
 from webui.panels.cleaning.tuning_window import APPLY, CANCEL, CLOSE, DISCARD, SAVE, START, TuningWindow
 from webui.panels.widgets.job import Job
@@ -14,12 +14,12 @@ from webui.tuning.proposal_html import headline_of
 
 
 class TuneCard:
-    """Tuning the recipe: the button that opens its window, the work beside the page, and the decision."""
+    """Tuning the recipe: the button that opens its window, the job in the background, and the decision."""
 
     def __init__(self, page: Page) -> None:
         """Build the elements in the container that is open."""
         self._page = page
-        self._wishes = Wishes()
+        self._settings = TuningSettings()
         self._window: TuningWindow | None = None
         gui = page.client.gui
         self._button = gui.add_button(
@@ -39,7 +39,7 @@ class TuneCard:
         self._close()
         self._window = TuningWindow(
             self._page,
-            self._wishes,
+            self._settings,
             {
                 START: self._start,
                 CANCEL: self._cancel,
@@ -64,11 +64,11 @@ class TuneCard:
         """Begin with the recipe as it is edited now; it need not be planned."""
         if self._window is None:
             return
-        self._wishes = self._window.wishes()
+        self._settings = self._window.settings()
         try:
-            asked = self._wishes.asked()
+            request = self._settings.request()
         except TuningError as error:
-            self._window.ask(str(error))
+            self._window.show_form(str(error))
             return
         session, project = self._page.session, self._page.project
         name = session.parameters_name
@@ -76,15 +76,15 @@ class TuneCard:
         def work(progress: Progress) -> Proposal:
             from webui.tuning.background import Task, propose
 
-            task = Task(session.document, session.board, name, project.open_parameters(name), asked)
+            task = Task(session.document, session.board, name, project.open_parameters(name), request)
             return propose(task, session.analysed, progress)
 
-        self._job.start(work, self._propose, self._ask)
+        self._job.start(work, self._propose, self._show_form)
 
     def _cancel(self) -> None:
         with self._page.client.atomic():
             self._job.stop()
-            self._ask("")
+            self._show_form("")
 
     def _propose(self, proposal: Proposal) -> None:
         if proposal.board is not self._page.session.board:  # another one was chosen just now
@@ -94,10 +94,9 @@ class TuneCard:
             with self._page.client.atomic():
                 self._window.propose(proposal)
 
-    def _ask(self, remark: str) -> None:
-        """Go back to asking."""
+    def _show_form(self, remark: str) -> None:
         if self._window is not None:
-            self._window.ask(remark)
+            self._window.show_form(remark)
 
     def _show_progress(self, what: str, done: float) -> None:
         if self._window is not None:
@@ -114,7 +113,7 @@ class TuneCard:
     def _discard(self) -> None:
         self._page.remember(lambda session: session.with_proposal(None))
         if self._window is not None:
-            self._window.ask()
+            self._window.show_form()
 
     def _refuse(self, error: JobError) -> None:
         if self._window is not None:
@@ -122,7 +121,7 @@ class TuneCard:
 
 
 def state_html(session: Session) -> str:
-    """Say whether a tuned recipe waits for a decision, and of which text it is."""
+    """Whether a tuned recipe waits for a decision, and whether it is of the present text."""
     proposal = session.proposal
     if proposal is None:
         return ""

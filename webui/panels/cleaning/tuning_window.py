@@ -1,15 +1,15 @@
-"""The window of tuning: what may change and the limits, how far it is, what it proposes."""
+"""Window of tuning: permitted changes and limits, progress, proposal."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import viser
 
-from rulesengine.tuning.variables.design_variables import Kind
+from rulesengine.tuning.variables.design_variables import ChangeKind
 from webui.cards.boxes import quiet_html
 from webui.forms.refusals import remark_html
 from webui.page.page import Page
-from webui.page.proposal import GOALS, KIND_WORDS, Proposal, Wishes
+from webui.page.proposal import GOALS, KIND_WORDS, Proposal, TuningSettings
 from webui.panels.widgets.job import progress_html
 from webui.theme.palette import QUIET
 from webui.tuning.proposal_html import changes_html, diff_html, reasons_html, totals_html
@@ -21,10 +21,10 @@ _MARK = "washboard-tuning"
 _STYLE = f"""<style>
 .mantine-Modal-content:has(.{_MARK}) {{ flex: 0 0 min(820px, 94vw) !important; max-height: 94vh !important; }}
 </style><div class="{_MARK}"></div>"""
-"""Recipes are wider than the window of a question."""
+"""Recipes are wider than the usual window."""
 
 _NOTE = (
-    "Changes what is ticked until all that can be cleaned is predicted clean, then takes away what is not needed. "
+    "Changes what is ticked until all that can be cleaned is predicted clean, then shortens the recipe. "
     "The recipe stays as it is until you apply that."
 )
 
@@ -34,7 +34,7 @@ Does = Mapping[str, Callable[[], None]]
 
 @dataclass(frozen=True, slots=True)
 class _Inputs:
-    """Where wishes are filled in."""
+    """Inputs of the settings."""
 
     kinds: tuple[viser.GuiCheckboxHandle, ...]
     goal: viser.GuiDropdownHandle[str]
@@ -44,17 +44,17 @@ class _Inputs:
 
 
 class TuningWindow:
-    """The window of tuning: it shows one of its three parts at a time."""
+    """Window of tuning: it shows one of its three parts at a time."""
 
-    def __init__(self, page: Page, wishes: Wishes, does: Does) -> None:
-        """Open it with wishes filled in."""
+    def __init__(self, page: Page, settings: TuningSettings, does: Does) -> None:
+        """Open it with settings filled in."""
         self._gui, self._does = page.client.gui, does
         self._window = self._gui.add_modal("Tune the recipe")
         with self._window:
-            self._asking = self._gui.add_folder(None)
-            with self._asking:
+            self._form = self._gui.add_folder(None)
+            with self._form:
                 self._gui.add_html(quiet_html(_NOTE))
-                self._inputs = self._ask(wishes)
+                self._inputs = self._add_inputs(settings)
                 self._remark = self._gui.add_html("")
                 self._add_button(START)
             self._working = self._gui.add_html("", visible=False)
@@ -69,22 +69,22 @@ class TuningWindow:
             self._cancel.visible = False
             self._add_button(CLOSE)
 
-    def _ask(self, wishes: Wishes) -> _Inputs:
+    def _add_inputs(self, settings: TuningSettings) -> _Inputs:
         gui = self._gui
         return _Inputs(
             tuple(
-                gui.add_checkbox(label, kind in wishes.kinds, hint=hint) for kind, (label, hint) in KIND_WORDS.items()
+                gui.add_checkbox(label, kind in settings.kinds, hint=hint) for kind, (label, hint) in KIND_WORDS.items()
             ),
             gui.add_dropdown(
                 "For",
                 tuple(GOALS),
-                initial_value=next(label for label, goal in GOALS.items() if goal == wishes.goal),
-                hint="Whether no water may be left under parts either.",
+                initial_value=next(label for label, goal in GOALS.items() if goal == settings.goal),
+                hint="Whether water left under parts counts too.",
             ),
-            gui.add_number("Time at most (s)", wishes.seconds, min=0.0, hint="Of the program; 0 is no limit."),
-            gui.add_number("Liquid at most (l)", wishes.litres, min=0.0, hint="Of the program; 0 is no limit."),
+            gui.add_number("Time at most (s)", settings.seconds, min=0.0, hint="Of the program; 0 is no limit."),
+            gui.add_number("Liquid at most (l)", settings.litres, min=0.0, hint="Of the program; 0 is no limit."),
             gui.add_number(
-                "Analyses at most", wishes.analyses, min=2.0, step=1.0, hint="More of them find a better recipe."
+                "Analyses at most", settings.analyses, min=2.0, step=1.0, hint="More of them find a better recipe."
             ),
         )
 
@@ -93,22 +93,22 @@ class TuningWindow:
         button.on_click(lambda _: self._does[label]())
         return button
 
-    def wishes(self) -> Wishes:
+    def settings(self) -> TuningSettings:
         """Read what is filled in."""
         inputs = self._inputs
-        ticked = frozenset[Kind](kind for kind, box in zip(KIND_WORDS, inputs.kinds, strict=True) if box.value)
+        ticked = frozenset[ChangeKind](kind for kind, box in zip(KIND_WORDS, inputs.kinds, strict=True) if box.value)
         goal = GOALS[inputs.goal.value]
-        return Wishes(ticked, goal, inputs.seconds.value, inputs.litres.value, inputs.analyses.value)
+        return TuningSettings(ticked, goal, inputs.seconds.value, inputs.litres.value, inputs.analyses.value)
 
     @property
     def name(self) -> str:
         """Name for a new recipe."""
         return self._name.value.strip()
 
-    def ask(self, remark: str = "") -> None:
-        """Show the inputs, and why tuning did not begin or end well."""
+    def show_form(self, remark: str = "") -> None:
+        """Show the inputs, and why tuning did not begin or failed."""
         self._remark.content = remark_html(remark) if remark else ""
-        self._show(self._asking)
+        self._show(self._form)
 
     def show_progress(self, what: str, done: float) -> None:
         """Show the progress."""
@@ -132,11 +132,11 @@ class TuningWindow:
         self._show(self._proposing)
 
     def refuse(self, reason: str) -> None:
-        """Say why the proposal was not taken."""
+        """Show why the proposal was not applied."""
         self._refusal.content = remark_html(reason)
 
     def _show(self, part: viser.GuiFolderHandle | viser.GuiHtmlHandle) -> None:
-        for each in (self._asking, self._working, self._proposing):
+        for each in (self._form, self._working, self._proposing):
             if each.visible != (each is part):
                 each.visible = each is part
         self._cancel.visible = part is self._working

@@ -1,4 +1,4 @@
-"""What forecasts say of longer and shorter spraying, against analyses of just that."""
+"""Forecasts of longer and shorter spraying, against analyses of just that."""
 
 from pathlib import Path
 
@@ -11,12 +11,12 @@ from cleaning.parameters.load import load_parameters
 from cleaning.prepared_board import prepare
 from recipes.load import parse_recipe, recipe_library
 from rulesengine.planning.pipeline import run
-from rulesengine.tuning.changes.candidate_changes import knobs_for
-from rulesengine.tuning.forecast.forecast import Learnt, forecast, learn
-from rulesengine.tuning.forecast.speed_for_duration import Pace, pace, paces_of
+from rulesengine.tuning.changes.candidate_changes import variables_of
+from rulesengine.tuning.forecast.forecast import Corrections, correct, forecast
+from rulesengine.tuning.forecast.speed_curves import SpeedCurve, plan_speeds, speed_curves
 from rulesengine.tuning.trial.deposits import deposits_of
-from rulesengine.tuning.trial.trial_runner import Bench
-from rulesengine.tuning.variables.design_variables import Knob
+from rulesengine.tuning.trial.trial_runner import TrialRunner
+from rulesengine.tuning.variables.design_variables import DesignVariable
 
 FILE = recipe_library()["smt-aqueous"].with_name("own.yaml")
 TEXT = """recipe: two
@@ -32,18 +32,18 @@ LONGER = TEXT.replace("speed_mm_s: 40", "speed_mm_s: 16").replace("repeat: 2", "
 
 
 @pytest.fixture(scope="module")
-def bench():
-    return Bench(FILE, prepare(load_board(Path("tiny")), load_parameters(), lambda *_: None), "clean", 9)
+def runner():
+    return TrialRunner(FILE, prepare(load_board(Path("tiny")), load_parameters(), lambda *_: None), "clean", 9)
 
 
 @pytest.fixture(scope="module")
-def outcome(bench):
-    return bench.first(TEXT)
+def outcome(runner):
+    return runner.first(TEXT)
 
 
-def test_deposits_add_up_to_what_each_stage_leaves(bench):
-    planned = run(parse_recipe(TEXT, file=FILE), bench.prepared.board)
-    report = analyse_on(bench.prepared, planned.program, planned.recipe, "fast")
+def test_deposits_add_up_to_what_each_stage_leaves(runner):
+    planned = run(parse_recipe(TEXT, file=FILE), runner.prepared.board)
+    report = analyse_on(runner.prepared, planned.program, planned.recipe, "fast")
     deposits = deposits_of(report)
     assert [(each.step, each.template) for each in deposits.each] == [
         ("sequence[0]", "sweep"),
@@ -56,68 +56,70 @@ def test_deposits_add_up_to_what_each_stage_leaves(bench):
         np.testing.assert_allclose(sum(each.volume_mm for each in own), exposure.volume_mm, rtol=1e-4, atol=1e-4)
 
 
-def test_the_present_is_foretold_as_it_is(outcome):
-    foretold = forecast(outcome, Learnt())
-    now = np.ones(len(foretold.deposits.each))
-    assert foretold.seconds(now, {}) == pytest.approx(outcome.seconds)
-    assert foretold.needs
-    judged = {(each.component, each.judgement.rule, each.judgement.stage): each for each in outcome.spares}
-    for need in foretold.needs:
-        if need.kind == "low" and need.key in judged:
-            value = judged[need.key].judgement.numbers[0].value
-            assert need.amount(now, foretold.durations(now, {})) == pytest.approx(value, rel=1e-3)
+def test_the_present_is_predicted_as_it_is(outcome):
+    predicted = forecast(outcome, Corrections())
+    now = np.ones(len(predicted.deposits.each))
+    assert predicted.seconds(now, {}) == pytest.approx(outcome.seconds)
+    assert predicted.bounds
+    judged = {(each.component, each.judgement.rule, each.judgement.stage): each for each in outcome.met}
+    for bound in predicted.bounds:
+        if bound.kind == "low" and bound.key in judged:
+            value = judged[bound.key].judgement.numbers[0].value
+            assert bound.amount(now, predicted.durations(now, {})) == pytest.approx(value, rel=1e-3)
 
 
-def test_slower_and_more_often_is_foretold_as_it_comes_out(bench, outcome):
-    foretold = forecast(outcome, Learnt())
-    planned = bench.sprayed_s(LONGER)
-    now = {(each.step, each.template): each.seconds for each in foretold.deposits.each}
+def test_slower_and_more_often_is_predicted_as_it_comes_out(runner, outcome):
+    predicted = forecast(outcome, Corrections())
+    planned = runner.spray_durations(LONGER)
+    now = {(each.step, each.template): each.seconds for each in predicted.deposits.each}
     times = np.array([planned[source] / seconds for source, seconds in now.items()])
-    often = {"sequence[0]": 1.5}
-    came = bench.outcome(LONGER)
-    assert foretold.seconds(times, often) == pytest.approx(came.seconds, rel=0.02)
-    durations = foretold.durations(times, often)
-    after = forecast(came, Learnt())
+    repeats = {"sequence[0]": 1.5}
+    came = runner.outcome(LONGER)
+    assert predicted.seconds(times, repeats) == pytest.approx(came.seconds, rel=0.02)
+    durations = predicted.durations(times, repeats)
+    after = forecast(came, Corrections())
     compared = 0
-    for need in foretold.needs:
-        other = next((each for each in after.needs if each.key == need.key and each.kind == "low"), None)
-        if need.kind == "low" and other is not None:
+    for bound in predicted.bounds:
+        other = next((each for each in after.bounds if each.key == bound.key and each.kind == "low"), None)
+        if bound.kind == "low" and other is not None:
             ones = np.ones(len(times))
-            assert need.amount(times, durations) == pytest.approx(other.amount(ones, {}), rel=0.35), need.key
+            assert bound.amount(times, durations) == pytest.approx(other.amount(ones, {}), rel=0.35), bound.key
             compared += 1
     assert compared >= 5
 
 
 def test_slopes_come_to_the_amount(outcome):
-    foretold = forecast(outcome, Learnt())
-    times = np.linspace(0.7, 1.4, len(foretold.deposits.each))
-    for need in foretold.needs:
-        if need.kind == "low":
-            slopes = need.slopes(times)
+    predicted = forecast(outcome, Corrections())
+    times = np.linspace(0.7, 1.4, len(predicted.deposits.each))
+    for bound in predicted.bounds:
+        if bound.kind == "low":
+            slopes = bound.slopes(times)
             assert (slopes >= 0).all()
-            assert slopes @ times[list(need.which)] == pytest.approx(need.amount(times, {}), rel=1e-9)
+            assert slopes @ times[list(bound.which)] == pytest.approx(bound.amount(times, {}), rel=1e-9)
 
 
-def test_what_was_promised_in_vain_is_asked_for_more_of(bench, outcome):
-    foretold = forecast(outcome, Learnt())
-    hurried = bench.outcome(TEXT.replace("speed_mm_s: 30", "speed_mm_s: 100").replace("repeat: 2", "repeat: 1"))
+def test_bounds_rise_where_less_was_found_than_predicted(runner, outcome):
+    predicted = forecast(outcome, Corrections())
+    hurried = runner.outcome(TEXT.replace("speed_mm_s: 30", "speed_mm_s: 100").replace("repeat: 2", "repeat: 1"))
     assert hurried.shortfall > outcome.shortfall
-    learnt = Learnt()
-    times = np.full(len(foretold.deposits.each), 0.5)
-    assert learn(learnt, foretold, hurried, times, {})
-    assert learnt.doubts or learnt.means
-    assert all(doubt > 0 for doubt in learnt.doubts.values())
-    for key, (least, steps) in learnt.means.items():
+    corrections = Corrections()
+    times = np.full(len(predicted.deposits.each), 0.5)
+    assert correct(corrections, predicted, hurried, times, {})
+    assert corrections.margins or corrections.means
+    assert all(margin > 0 for margin in corrections.margins.values())
+    for key, (least, steps) in corrections.means.items():
         assert least > 0
         assert steps, key
-    assert not learn(Learnt(), foretold, outcome, times, {})
+    assert not correct(Corrections(), predicted, outcome, times, {})
 
 
-KNOB = Knob("speeds", ("templates", "sweep", "speed_mm_s"), 40.0, 5.0, 150.0, 1.0, -1.0, ("sequence[0]",), "sweep")
+SPEED = DesignVariable(
+    "speeds", ("templates", "sweep", "speed_mm_s"), 40.0, 5.0, 150.0, 1.0, -1.0, ("sequence[0]",), "sweep"
+)
 
 
 def test_a_speed_between_two_that_are_known_goes_with_the_inverse_of_time():
-    known = Pace(KNOB, {40.0: 1.0, 120.0: 0.5, 10.0: 3.25})  # 0.25 of it turning, 0.75 times 40 / v moving
+    known = SpeedCurve(SPEED, {40.0: 1.0, 120.0: 0.5, 10.0: 3.25})  # 0.25 of it turning, 0.75 times 40 / v moving
     assert known.bounds == (0.5, 3.25)
     assert known.speed(0.25 + 0.75 * 40 / 20) == 20.0
     assert known.speed(0.25 + 0.75 * 40 / 60) == 60.0
@@ -125,22 +127,22 @@ def test_a_speed_between_two_that_are_known_goes_with_the_inverse_of_time():
     assert 110.0 < known.speed(0.1) <= 120.0  # no faster than shortens it
 
 
-def test_asked_times_are_met_by_planning(bench, outcome):
+def test_required_times_are_met_by_planning(runner, outcome):
     speeds = {
-        knob.template: knob
-        for knob in knobs_for(outcome)
-        if knob.kind == "speeds" and knob.template in ("sweep", "around")
+        variable.template: variable
+        for variable in variables_of(outcome)
+        if variable.kind == "speeds" and variable.template in ("sweep", "around")
     }
-    paces = paces_of(bench, TEXT, speeds)
-    assert set(paces) == {"sweep", "around"}
-    assert all(low < 1.0 < high for low, high in (each.bounds for each in paces.values()))
-    asked = {source: 1.7 * seconds for source, seconds in bench.sprayed_s(TEXT).items()}
-    used = bench.used
-    found = pace(bench, TEXT, (), paces, asked, {"sweep": 1.7, "around": 1.7})
+    curves = speed_curves(runner, TEXT, speeds)
+    assert set(curves) == {"sweep", "around"}
+    assert all(low < 1.0 < high for low, high in (each.bounds for each in curves.values()))
+    required = {source: 1.7 * seconds for source, seconds in runner.spray_durations(TEXT).items()}
+    used = runner.used
+    found = plan_speeds(runner, (TEXT, ()), curves, required, {"sweep": 1.7, "around": 1.7})
     assert found is not None
-    for name in paces:
-        total = sum(seconds for (_, template), seconds in asked.items() if template == name)
-        came = sum(seconds for (_, template), seconds in found.sprayed_s.items() if template == name)
+    for name in curves:
+        total = sum(seconds for (_, template), seconds in required.items() if template == name)
+        came = sum(seconds for (_, template), seconds in found.times.items() if template == name)
         assert came == pytest.approx(total, rel=0.05)
     assert len(found.what) == 2
-    assert bench.used == used  # plans are not counted
+    assert runner.used == used  # plans are not counted

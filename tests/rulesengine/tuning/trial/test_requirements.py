@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cleaning.verdicts.results import Judgement, Number
 from cleaning.verdicts.rules import MISSED, RESIDUE_LEFT, UNDER_EXPOSED, WET_GAP
-from rulesengine.tuning.trial.requirements import deficit, shortfall_of, spares_of, wants_of
+from rulesengine.tuning.trial.requirements import deficit, met_requirements, total_shortfall, unmet_requirements
 
 
 def judgement(rule, *numbers, verdict="dirty", name=""):
@@ -55,33 +55,33 @@ def test_a_surface_that_is_missed_lacks_more_than_one_that_gets_too_little():
 def test_what_is_clean_or_beyond_the_model_is_not_asked_for(verdict):
     report = small_report()
     calm = tuple(replace(part, judgements=(replace(amount(1.0), verdict=verdict),)) for part in report.parts)
-    assert wants_of(replace(report, parts=calm), "clean", frozenset()) == ()
+    assert unmet_requirements(replace(report, parts=calm), "clean", frozenset()) == ()
 
 
 def test_water_under_parts_counts_where_dryness_is_asked_for():
     report = small_report()
     wet = judgement(WET_GAP, Number("gap", 30, "um"), Number("least gap that is blown clear", 60, "um"))
     parts = (replace(report.parts[0], judgements=(wet,)),)
-    assert wants_of(replace(report, parts=parts), "clean", frozenset()) == ()
-    (want,) = wants_of(replace(report, parts=parts), "clean-and-dry", frozenset())
-    assert want.deficit == pytest.approx(0.5)
+    assert unmet_requirements(replace(report, parts=parts), "clean", frozenset()) == ()
+    (unmet,) = unmet_requirements(replace(report, parts=parts), "clean-and-dry", frozenset())
+    assert unmet.deficit == pytest.approx(0.5)
 
 
 def test_what_masks_take_out_is_not_asked_for():
     report = small_report()
-    names = {want.component for want in wants_of(report, "clean", frozenset())}
+    names = {unmet.component for unmet in unmet_requirements(report, "clean", frozenset())}
     assert {"U1", "R1"} <= names
-    assert "U1" not in {want.component for want in wants_of(report, "clean", frozenset({"U1"}))}
+    assert "U1" not in {unmet.component for unmet in unmet_requirements(report, "clean", frozenset({"U1"}))}
 
 
 def test_each_judgement_adds_to_the_shortfall():
-    wants = wants_of(small_report(), "clean", frozenset())
-    assert shortfall_of(()) == 0
-    assert 0 < shortfall_of(wants[:1]) < shortfall_of(wants)
+    wants = unmet_requirements(small_report(), "clean", frozenset())
+    assert total_shortfall(()) == 0
+    assert 0 < total_shortfall(wants[:1]) < total_shortfall(wants)
 
 
 def test_what_holds_says_how_much_it_needs():
     report = small_report()
     kept = (replace(amount(10.0), verdict="clean"), replace(residue(100 * 0.05**2), verdict="clean"))
-    spares = spares_of(replace(report, parts=(replace(report.parts[0], judgements=kept),)), frozenset())
+    spares = met_requirements(replace(report, parts=(replace(report.parts[0], judgements=kept),)), frozenset())
     assert [spare.needed for spare in spares[:2]] == pytest.approx([0.5, 0.5])

@@ -15,7 +15,7 @@ from cleaning.verdicts.results import Judgement
 from cleaning.verdicts.rules import RESIDUE_LEFT, WET_GAP
 from recipes.errors import RecipeError
 from rulesengine.tuning.suggest import Effect, Suggestion
-from rulesengine.tuning.trial.result import Figures
+from rulesengine.tuning.trial.outcome import Figures
 from webui.page.analysed import Analysed
 from webui.page.project import open_project
 from webui.page.session import Selection
@@ -32,9 +32,9 @@ def analysed_session(component="U1", effort="fast"):
     return replace(session.with_analysis(analysed), selection=Selection(component=component))
 
 
-def fix(session, what="templates.sweep.speed_mm_s: 60 -> 45", *, mended=True):
+def fix(session, what="templates.sweep.speed_mm_s: 60 -> 45", *, resolved=True):
     text = slower(session.document.text)
-    return Fix("U1", what, session.document, text, BEFORE, AFTER, mended=mended)
+    return Fix("U1", what, session.document, text, BEFORE, AFTER, resolved=resolved)
 
 
 @contextmanager
@@ -53,7 +53,7 @@ def by_hand(monkeypatch):
     def suggest_fixes(failing, progress):
         asked.append(failing.component)
         progress("planning", 0.5)
-        return (fix(tiny_session()), fix(tiny_session(), "functions.clean.pressure_bar: 3.5 -> 4.4", mended=False))
+        return (fix(tiny_session()), fix(tiny_session(), "functions.clean.pressure_bar: 3.5 -> 4.4", resolved=False))
 
     monkeypatch.setattr(tuning_suggest, "suggest_fixes", suggest_fixes)
     return asked
@@ -63,7 +63,7 @@ def shown(page):
     return [handle.visible for handle in inputs(page) if getattr(handle, "label", None) == APPLY]
 
 
-def test_it_is_offered_for_parts_that_lack_something_alone(tmp_path):
+def test_it_is_offered_only_for_parts_that_are_not_clean(tmp_path):
     with opened(analysed_session("C1"), tmp_path) as (page, card):
         assert not card._folder.visible
         page.select(component="U1")
@@ -84,9 +84,9 @@ def test_suggestions_tell_effect_and_cost_and_one_is_applied(tmp_path, by_hand):
         wait_for(lambda: shown(page) == [True, True, False])
         assert by_hand == ["U1"]
         told = card._slots[0].text.content
-        for wanted in ("60 -&gt; 45", "lacks nothing then", "31.0 %", "4.0 %", "+14.5 s, +0.40 l"):
+        for wanted in ("60 -&gt; 45", "clean", "31.0 %", "4.0 %", "+14.5 s, +0.40 l"):
             assert wanted in told
-        assert "still lacks something" in card._slots[1].text.content
+        assert "not clean yet" in card._slots[1].text.content
         press(page, APPLY, at=0)
         assert page.session.document.text == slower(before)
         assert page.session.analysis is None
@@ -147,13 +147,13 @@ def test_what_cannot_be_planned_is_left_out_and_like_is_compared_with_like(monke
     asked = (("U1", "a"), ("R1", "b"), ("U1", "c"), ("U1", "d"))
     suggestions = tuple(Suggestion(component, RESIDUE_LEFT, what, ()) for component, what in asked)
 
-    def predict(suggestion, here, _goal, progress):
+    def predict(suggestion, recipe, _goal, progress):
         progress("planning", 0.5)
-        assert here.text == session.document.text
+        assert recipe.text == session.document.text
         if suggestion.what == suggestions[0].what:
             raise RecipeError("too fast")
-        mended = suggestion is suggestions[3]
-        return Effect("text", BEFORE, AFTER, mended)
+        resolved = suggestion is suggestions[3]
+        return Effect("text", BEFORE, AFTER, resolved)
 
     def analyse_on(*_):
         analysed.append(1)
@@ -165,7 +165,7 @@ def test_what_cannot_be_planned_is_left_out_and_like_is_compared_with_like(monke
     monkeypatch.setattr(tuning_suggest, "make_ready", lambda *_: None)
     failing = tuning_suggest.Failing("U1", session.document, session.run, load_parameters(), session.analysed)
     found = tuning_suggest.suggest_fixes(failing, lambda *_: None)
-    assert [(each.what, each.mended) for each in found] == [("d", True), ("c", False)]
+    assert [(each.what, each.resolved) for each in found] == [("d", True), ("c", False)]
     assert len(analysed) == again
 
 
@@ -173,7 +173,7 @@ def small_part(name):
     return next(part for part in small_report().parts if part.component == name)
 
 
-def test_water_under_a_part_counts_where_it_lacks_nothing_else():
+def test_water_under_a_part_counts_where_nothing_else_is_open():
     report = small_report()
     wet = Judgement(rule=WET_GAP, verdict="marginal", because="It stays wet.")
     clean = report.bare.judgements

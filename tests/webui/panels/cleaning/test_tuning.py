@@ -33,7 +33,7 @@ def by_hand(monkeypatch):
 
     def propose(task, _before, progress):
         asked.append(task)
-        progress("growing, 3 of at most 40 analyses", 0.5)
+        progress("tuning, 3 of at most 40 analyses", 0.5)
         return proposal(tiny_session())
 
     monkeypatch.setattr(tuning_run, "propose", propose)
@@ -55,10 +55,10 @@ def test_what_is_filled_in_is_asked_for_and_what_comes_is_applied(tmp_path, by_h
         press(page, "Analyses at most", 12)
         press(page, START)
         wait_for(lambda: page.session.proposal is not None)
-        asked = by_hand[0].asked
-        assert "pressure" in asked.allowed.kinds
-        assert "tilts" not in asked.allowed.kinds
-        assert (asked.limits.seconds, asked.limits.litres, asked.analyses) == (600.0, None, 12)
+        request = by_hand[0].request
+        assert "pressure" in request.allowed.kinds
+        assert "tilts" not in request.allowed.kinds
+        assert (request.limits.seconds, request.limits.litres, request.max_analyses) == (600.0, None, 12)
         assert by_hand[0].parameters_name == "default"
         wait_for(lambda: "data-diff" in card._window._proposal.content)
         assert page.session.document.text == before
@@ -70,7 +70,7 @@ def test_what_is_filled_in_is_asked_for_and_what_comes_is_applied(tmp_path, by_h
         assert page.session.document.text == before
 
 
-def test_wishes_that_cannot_be_are_said_in_the_window_and_can_be_mended(tmp_path, by_hand):
+def test_impossible_settings_are_shown_in_the_window_and_can_be_corrected(tmp_path, by_hand):
     with opened(tiny_session(), tmp_path) as (page, card):
         press(page, TUNE)
         press(page, "Time at most (s)", -4.0)
@@ -136,15 +136,15 @@ def test_tuning_that_is_given_up_leaves_nothing(tmp_path, monkeypatch):
     def slow(_task, _before, progress):
         while True:
             time.sleep(0.01)
-            progress("growing, 3 of at most 40 analyses", 0.5)
+            progress("tuning, 3 of at most 40 analyses", 0.5)
 
     monkeypatch.setattr(tuning_run, "propose", slow)
     with opened(tiny_session(), tmp_path) as (page, card):
         press(page, TUNE)
         press(page, START)
-        wait_for(lambda: "Growing, 3 of" in card._window._working.content)
+        wait_for(lambda: "Tuning, 3 of" in card._window._working.content)
         press(page, CLOSE)
-        wait_for(lambda: "Growing, 3 of" in card._job._line.content)
+        wait_for(lambda: "Tuning, 3 of" in card._job._line.content)
         press(page, TUNE)
         assert find(page, CANCEL).visible
         press(page, CANCEL)
