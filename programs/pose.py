@@ -20,14 +20,14 @@ IDENTITY = Pose((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 
 
 def compose(first: Pose, second: Pose) -> Pose:
-    """Give ``T_a_c`` from ``T_a_b`` and ``T_b_c``."""
+    """``T_a_c`` from ``T_a_b`` and ``T_b_c``."""
     x, y, z = rotate(first.quaternion, second.position)
     a, b, c = first.position
-    return Pose((a + x, b + y, c + z), _unit(_product(first.quaternion, second.quaternion)))
+    return Pose((a + x, b + y, c + z), unit(product(first.quaternion, second.quaternion)))
 
 
 def inverse(pose: Pose) -> Pose:
-    """Give ``T_b_a`` from ``T_a_b``."""
+    """``T_b_a`` from ``T_a_b``."""
     w, x, y, z = pose.quaternion
     back = (w, -x, -y, -z)
     a, b, c = rotate(back, pose.position)
@@ -36,27 +36,27 @@ def inverse(pose: Pose) -> Pose:
 
 def rotate(quaternion: Quaternion, vector: Position) -> Position:
     """Turn a vector."""
-    w, x, y, z = _product(_product(quaternion, (0.0, *vector)), _conjugate(quaternion))
-    del w
+    _, x, y, z = product(product(quaternion, (0.0, *vector)), _conjugate(quaternion))
     return (x, y, z)
 
 
 def between(start: Pose, end: Pose, share: float) -> Pose:
-    """Go this share of the straight way in position and of the short turn in orientation (slerp)."""
+    """Interpolate: this share of the straight way in position and of the short turn in orientation (slerp)."""
     (a, b, c), (d, e, f) = start.position, end.position
     position = (a + share * (d - a), b + share * (e - b), c + share * (f - c))
-    dot = _dot(start.quaternion, end.quaternion)
-    target = end.quaternion if dot >= 0 else _scaled(end.quaternion, -1.0)
+    dot = sum(a * b for a, b in zip(start.quaternion, end.quaternion, strict=True))
     half = 0.5 * angle(start, end)
     if half < 1e-9:
         return Pose(position, end.quaternion if share > 0.5 else start.quaternion)
     p, q = math.sin((1 - share) * half) / math.sin(half), math.sin(share * half) / math.sin(half)
-    return Pose(position, _unit(_sum(_scaled(start.quaternion, p), _scaled(target, q))))
+    q = q if dot >= 0 else -q
+    w, x, y, z = (p * a + q * b for a, b in zip(start.quaternion, end.quaternion, strict=True))
+    return Pose(position, unit((w, x, y, z)))
 
 
 def angle(start: Pose, end: Pose) -> float:
     """Radians of the short turn between two orientations, 0 to pi."""
-    w, x, y, z = _product(_conjugate(start.quaternion), end.quaternion)
+    w, x, y, z = product(_conjugate(start.quaternion), end.quaternion)
     return 2.0 * math.atan2(math.hypot(x, y, z), abs(w))
 
 
@@ -69,7 +69,8 @@ def _conjugate(q: Quaternion) -> Quaternion:
     return (q[0], -q[1], -q[2], -q[3])
 
 
-def _product(p: Quaternion, q: Quaternion) -> Quaternion:
+def product(p: Quaternion, q: Quaternion) -> Quaternion:
+    """Turn by q, then by p."""
     a, b, c, d = p
     w, x, y, z = q
     return (
@@ -80,17 +81,7 @@ def _product(p: Quaternion, q: Quaternion) -> Quaternion:
     )
 
 
-def _dot(p: Quaternion, q: Quaternion) -> float:
-    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3]
-
-
-def _scaled(q: Quaternion, factor: float) -> Quaternion:
-    return (factor * q[0], factor * q[1], factor * q[2], factor * q[3])
-
-
-def _sum(p: Quaternion, q: Quaternion) -> Quaternion:
-    return (p[0] + q[0], p[1] + q[1], p[2] + q[2], p[3] + q[3])
-
-
-def _unit(q: Quaternion) -> Quaternion:
-    return _scaled(q, 1.0 / math.hypot(*q))
+def unit(q: Quaternion) -> Quaternion:
+    """Scale a quaternion to length 1."""
+    size = math.hypot(*q)
+    return (q[0] / size, q[1] / size, q[2] / size, q[3] / size)

@@ -22,22 +22,8 @@ from webui.theme.palette import ACCENT, INK, QUIET, to_hex
 PAGE_LINES = 40
 _LEAD = 6
 """Lines that are shown before the chosen one."""
-TELLS_MOVES: Mapping[str, re.Pattern[str]] = {
-    "abb": re.compile(r"\s*(MoveL|MoveJ|TriggL) p\d"),
-    "abb-paint": re.compile(r"\s*(MoveL|MoveJ|PaintL) p\d"),
-    "denso": re.compile(r"\s*Move [LP], @\d P\("),
-    "epson": re.compile(r"\s*(Move|Go) XY\("),
-    "fanuc": re.compile(r"\s*\d+:L P\["),
-    "kuka": re.compile(r"\s*(LIN|PTP) P\d"),
-    "melfa": re.compile(r"\d+ (Mvs|Mov) P\d"),
-    "ur": re.compile(r"\s*movel\("),
-    "val3": re.compile(r"\s*(nId=)?move[lj]\(p\w*\["),
-    "yaskawa": re.compile(r"MOV[LJ] C\d"),
-}
-"""How one motion to a pose is told; a language that tells one in several texts, or others likewise, is left out."""
 _MAKER = re.compile(r"sequence\[\d+\][^\s;,)]*")
 """How languages cite who asked for what follows."""
-_NEVER = re.compile(r"(?!)")
 _CHOSEN, _SELECTED = "#f6d9d1", "#fbf1ee"
 _ZIP_TIME = (1980, 1, 1, 0, 0, 0)
 
@@ -82,16 +68,18 @@ def write_program(program: TimedProgram, installation: Installation, dialect: st
     lowered = lower(make_motion(program, installation, joints), language.capability)
     content = language.render(lowered, installation)
     moves = tuple(step for step in lowered.motion.steps if isinstance(step, Line | Reach))
-    files = match_lines(content, moves, TELLS_MOVES.get(dialect, _NEVER))
+    files = match_lines(content, moves, language.move)
     tells = any(move is not None for file in files for move in file.moves)
     return Written(dialect, files, content, lowered.motion.findings, lowered.error, tells)
 
 
-def match_lines(content: Mapping[str, str], moves: tuple[Move, ...], pattern: re.Pattern[str]) -> tuple[TextFile, ...]:
+def match_lines(
+    content: Mapping[str, str], moves: tuple[Move, ...], pattern: re.Pattern[str] | None
+) -> tuple[TextFile, ...]:
     """Give each text that tells a motion its place in space; only its maker if their numbers differ."""
     split = {name: tuple(text.splitlines()) for name, text in content.items()}
-    found = sum(pattern.match(text) is not None for lines in split.values() for text in lines)
-    if found != len(moves) or not moves:
+    found = sum(pattern.match(text) is not None for lines in split.values() for text in lines) if pattern else 0
+    if pattern is None or found != len(moves) or not moves:
         known = tuple(dict.fromkeys(move.made_by for move in moves))
         return tuple(
             TextFile(name, lines, (None,) * len(lines), cited_makers(lines, known)) for name, lines in split.items()

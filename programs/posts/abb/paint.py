@@ -1,56 +1,42 @@
 """ABB RAPID with RobotWare Paint: guns are opened and shut by brushes, between ``PaintL`` that do not stop."""
 
+import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from programs.errors import ProgramError
 from programs.motion.installation import Channel, Installation
-from programs.motion.lower import Capability, Lowered
+from programs.motion.lower import Lowered
 from programs.motion.steps_of_robot import Line, Step, Switch
-from programs.posts.abb.write import LONGEST_LINE as LONGEST_LINE
-from programs.posts.abb.write import Words, render_with, set_output
-
-TITLE = "ABB RAPID, RobotWare Paint"
-NOTES = (
-    "For IRC5P: brush 0 shuts the guns, brush 1 opens the one that the string sBrush1 names, and so on; fill the brush "
-    "table so. Where the process controller leads the guns itself, give the cell's valves no lag."
-)
-CAPABILITY = Capability(
-    controller_class=3,
-    says="boundary",  # assumed: a SetBrush without a plane acts where the next PaintL begins
-    cycle_s=0.004,  # assumed, of the process controller
-    step_mm_s=0.1,
-)
+from programs.posts.abb.read import RapidReader
+from programs.posts.abb.write import Rapid
+from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.reading.driver import Action
 
 
-def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
-    """Write a program: one module, or a module for each part and a ``.pgf`` that lists them.
+class Paint(Rapid):
+    """RAPID whose lines switch nothing: brushes stand between them."""
 
-    Raises:
-        ProgramError: two guns are to be open at a time.
-    """
-    between = list(_between_lines(lowered.motion.steps))
-    valves = {valve.channel for valve in installation.valves.values()}
-    switched = (step.channel for step in between if isinstance(step, Switch))
-    guns = list(dict.fromkeys(channel for channel in switched if channel in valves))
-    steps = tuple(_one_gun_at_a_time(between, guns))
-    brushes = _Brushes(guns)
-    names = tuple(f'CONST string sBrush{number}:="{gun.name}";' for number, gun in enumerate(guns, start=1))
-    words = Words(TITLE, CAPABILITY, "PaintL", brushes.set, names)
-    return render_with(replace(lowered, motion=replace(lowered.motion, steps=steps)), installation, words)
+    move = "PaintL"
 
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        between = list(_between_lines(lowered.motion.steps))
+        valves = {valve.channel for valve in installation.valves.values()}
+        switched = (step.channel for step in between if isinstance(step, Switch))
+        self.guns = list(dict.fromkeys(channel for channel in switched if channel in valves))
+        steps = tuple(_one_gun_at_a_time(between, self.guns))
+        super().__init__(dialect, replace(lowered, motion=replace(lowered.motion, steps=steps)), installation)
 
-@dataclass(slots=True)
-class _Brushes:
-    """The guns by number."""
-
-    guns: list[Channel]
-
-    def set(self, channel: Channel, value: float) -> str:
+    def output(self, channel: Channel, value: float) -> str:
         """Change a gun by its brush, and any other output by itself."""
         if channel not in self.guns:
-            return set_output(channel, value)
+            return super().output(channel, value)
         return f"SetBrush {self.guns.index(channel) + 1 if value else 0};"
+
+    def declarations(self) -> Iterator[str]:
+        """Declare the guns of the brushes too."""
+        yield from super().declarations()
+        yield from (f'CONST string sBrush{number}:="{gun.name}";' for number, gun in enumerate(self.guns, start=1))
 
 
 def _between_lines(steps: Sequence[Step]) -> Iterator[Step]:
@@ -82,3 +68,38 @@ def _one_gun_at_a_time(steps: Sequence[Step], guns: list[Channel]) -> Iterator[S
         if step.value or not shut_all:
             yield step
         shut_all = not step.value
+
+
+class PaintReader(RapidReader):
+    """A controller with its process controller: which gun is open."""
+
+    moves = "PaintL|MoveL|MoveJ"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.guns: dict[str, str] = {}
+        """Output by the number of its brush."""
+        self.opened = ""
+
+    def load(self, files: ProgramFiles) -> str:
+        """Find the guns too."""
+        names = r'CONST string sBrush(\d+):="(\w+)";'
+        self.guns = {number: name for text in files.values() for number, name in re.findall(names, text)}
+        return super().load({file: re.sub(names, "", text) for file, text in files.items()})
+
+    def grammar(self) -> dict[str, Action]:
+        """Read brushes too; a gun that is set past its brush is unknown."""
+        guns = "|".join(self.guns.values())
+        return {r"SetBrush (\d+);": self.brush, rf"SetDO (?:{guns}),.*": self.refuse, **super().grammar()}
+
+    def brush(self, match: re.Match[str]) -> None:
+        """Change guns as a brush does: 0 shuts the one that is open, or all if none is known to be."""
+        if match[1] == "0":
+            for gun in [self.opened] if self.opened else self.guns.values():
+                self.switch(gun, 0.0)
+            self.opened = ""
+            return
+        if self.opened or match[1] not in self.guns:
+            raise ProgramError(f"brush {match[1]} is not in the table, or {self.opened} is open.")
+        self.opened = self.guns[match[1]]
+        self.switch(self.opened, 1.0)

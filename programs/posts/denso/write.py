@@ -1,213 +1,132 @@
 """Denso PacScript: outputs where a move has done so many percent, by ``Next`` and ``Arrive``."""
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
 
-from programs.motion.analog import Counting
-from programs.motion.installation import Channel, Installation
-from programs.motion.lower import Capability, Lowered
-from programs.motion.steps_of_robot import Call, EndRepeat, Line, Note, Pause, Reach, Repeat, Switch, UseBoard, UseTool
+from programs.motion.installation import Installation
+from programs.motion.lower import Lowered
+from programs.motion.steps_of_robot import Line, Reach, Repeat, UseBoard, UseTool
 from programs.pose import Pose
+from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
-from programs.posts.writing.chapters import Begin, Chapter, End, Part, divide, nest
-from programs.posts.writing.heading import heading
-from programs.posts.writing.routines import (
-    Names,
-    Placed,
-    Slots,
-    degrees_per_s,
-    joint_words,
-    number_slots,
-    outputs_of,
-    tell,
-)
-from programs.posts.writing.wording import cut, fixed, make_name, short
+from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.driver import Routine, Syntax
+from programs.posts.writing.heading import list_outputs
+from programs.posts.writing.lines import Placed, degrees_per_s
+from programs.posts.writing.naming import number_slots
+from programs.posts.writing.wording import cut, fixed, indent, join_lines, pose_words, short
 
-TITLE = "Denso PacScript"
-NOTES = (
-    "For RC8 and newer; outputs by Next and Arrive. Speeds are percents: put 100 divided by the arm's greatest speeds "
-    "into PER_MM_S and PER_DEG_S, and run at ExtSpeed 100. Corners are passed from 1 mm before them or more. "
-    "Groups are IOB, analog channels IOW, 10000 at full scale."
-)
-LONGEST_LINE = 200
-"""Assumed."""
-ANALOG = Counting(full=10_000.0, step=1.0)
-"""Words of 16 bits; that they count 10,000 at full scale is assumed: the module and its configuration decide."""
-CAPABILITY = Capability(
-    controller_class=2,
-    says="percent",
-    cycle_s=0.008,  # assumed: Arrive looks at the encoders, and a task runs every few milliseconds
-    step_percent=1.0,
-    most_events=8,  # assumed
-    step_mm_s=0.1,
-    analog=ANALOG,
-)
-MOST_STEPS = 1000
-"""Of a program. Assumed."""
-_LONGEST_NAME = 32
 _MOST_FRAMES = 63
 """Tools and works are 1 to 63."""
-_WORDS = {
-    "main",
-    "sub",
-    "end",
-    "move",
-    "tool",
-    "work",
-    "call",
-    "next",
-    "arrive",
-    "speed",
-    "home",
-    "loop",
-    "set",
-    "reset",
-}
 _SPEEDS = (
     "#Define PER_MM_S 0.1 ' percent of Speed for 1 mm/s, assumed: 100 / greatest CP speed of this arm",
     "#Define PER_DEG_S 0.2 ' percent of Speed for 1 deg/s, assumed: 100 / greatest turn of this arm",
 )
 
 
-def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
-    """Write a program: one file, or a file for each subprogram and one that calls them.
+class PacScript(Syntax):
+    """PacScript: subprograms of moves to positions in a work."""
 
-    Raises:
-        ProgramError: there are more tools or places of the board than the controller has.
-    """
-    parts = divide(lowered.motion, MOST_STEPS)
-    chapters = [part for part in parts if isinstance(part, Chapter)]
-    name = make_name(lowered.motion.origin.board, _LONGEST_NAME, _WORDS)
-    names = Names(_LONGEST_NAME, {*_WORDS, name.lower()})
-    writer = _Writer(installation, names, number_slots(lowered.motion, _MOST_FRAMES))
-    names.reserve_calls(lowered.motion)
-    bodies = {names.routine(chapter): _body(writer, chapter) for chapter in chapters}
-    head = [*heading(lowered, installation, CAPABILITY, TITLE), *outputs_of(lowered.motion)]
-    head.append("Units: mm, degrees; positions in the board's CAD frame (Work), RX RY RZ about the fixed x, y, z.")
-    top = [f'\'!TITLE "{name}"', *map(_comment, head), *_SPEEDS, "", *_sub("Main", _main(writer, parts))]
-    if sum(len(chapter.steps) for chapter in chapters) <= MOST_STEPS:
-        return {f"{name}.pcs": _text([*top, *(line for sub, body in bodies.items() for line in _sub(sub, body))])}
-    files = {f"{name}.pcs": _text(top)}
-    for sub, body in bodies.items():
-        files[f"{sub}.pcs"] = _text([f'\'!TITLE "{sub}"', *_SPEEDS, "", *_sub("Main", body)])
-    return files
+    mark = "' "
+    longest_comment = longest_heading = 120
+    call_form = "Call {}"
+    digital = "{value} IO[{number}]"
+    group = "IOB[{number}] = {value}"
+    analog = "IOW[{number}] = {value}"
+    off_on = ("Reset", "Set")
+    rounds_groups = True
+    reserved = frozenset({
+        "main", "sub", "end", "move", "tool", "work", "call", "next", "arrive", "speed", "home", "loop", "set", "reset",
+    })  # fmt: skip
+    longest_name = 32
+    longest_title = 29
 
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        self.slots = number_slots(self.motion, _MOST_FRAMES)
 
-@dataclass(slots=True)
-class _Writer:
-    """What holds at the end of what is written."""
+    def initial_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard | None]:
+        """Select the tool, then the board."""
+        return (chapter.tool, chapter.board)
 
-    installation: Installation
-    names: Names
-    slots: Slots
+    def line(self, line: Line, placed: Placed) -> Iterator[str]:
+        """Write a line; with ``Next`` the program goes on while the robot moves, to wait for the outputs' percents."""
+        passing = "@0" if line.blend_mm == 0.0 else f"@{max(int(line.blend_mm), 1)}"
+        speed = f"{fixed(line.speed_mm_s, 1)} * PER_MM_S"
+        if line.turns_on_the_spot:
+            speed = f"{fixed(degrees_per_s(line), 1)} * PER_DEG_S"
+        goes_on = ", Next" if placed.begins or placed.inside else ""
+        yield f"Move L, {passing} {_position(line.target)}, Speed = {speed}{goes_on}"
+        yield from (self.output(event.channel, event.value) for event in placed.begins)
+        for event in placed.inside:
+            yield f"Arrive {round(100.0 * event.share)}"
+            yield self.output(event.channel, event.value)
+        if goes_on and line.blend_mm == 0.0:
+            yield "WaitMotion 4, 0"  # until 0 ms before its end: what follows is done at rest
+        yield from (self.output(event.channel, event.value) for event in placed.ends)
 
+    def reach(self, reach: Reach) -> Iterator[str]:
+        """Write ``Move P`` to joint values and the line that is left, or to the pose."""
+        if reach.joints:
+            yield self.joint_move(reach.joints)
+        yield f"Move {'L' if reach.joints else 'P'}, @0 {_position(reach.target)}, Speed = 10"
 
-def _body(writer: _Writer, chapter: Chapter) -> list[str]:
-    """Write a chapter; it selects its frames, so that it runs alone."""
-    writer.slots.use(chapter.tool)
-    writer.slots.use(chapter.board)
-    lines = [f"ChangeTool {writer.slots.tool}"] if chapter.tool is not None else []
-    lines += [f"ChangeWork {writer.slots.board}"] if chapter.board is not None else []
-    return [*lines, *tell(chapter.steps, _comment, lambda placed: _statements(writer, placed))]
+    def joint_move(self, joints: tuple[float, ...]) -> str:
+        """Move to joint values."""
+        return f"Move P, @0 J({', '.join(self.joints(joints))}), Speed = 10"
 
+    def use(self, step: UseTool | UseBoard) -> list[str]:
+        """Select a tool or a work."""
+        self.slots.use(step)
+        return [f"ChangeTool {self.slots.tool}" if isinstance(step, UseTool) else f"ChangeWork {self.slots.board}"]
 
-def _statements(writer: _Writer, placed: Placed) -> Iterable[str]:
-    """Write one step."""
-    match placed.step:
-        case Line() as line:
-            yield from _move(line, placed)
-        case Reach() as reach:
-            yield from _reach(writer, reach)
-        case Pause() as pause:
-            yield f"Delay {short(1e3 * pause.duration_s, 0)}"
-        case Switch() as switch:
-            yield _output(switch.channel, switch.value)
-        case UseTool() as tool:
-            writer.slots.use(tool)
-            yield f"ChangeTool {writer.slots.tool}"
-        case UseBoard() as board:
-            writer.slots.use(board)
-            yield f"ChangeWork {writer.slots.board}"
-        case Call() as call:
-            yield f"Call {writer.names.give('call', call.name, call.name)}"
-        case Note() as note:
-            yield _comment(note.text)
-        case Repeat() | EndRepeat():
-            raise AssertionError("loops are in main")
+    def pause(self, seconds: float) -> list[str]:
+        """Write a delay in milliseconds."""
+        return [f"Delay {short(1e3 * seconds, 0)}"]
 
+    def prepare(self) -> Iterator[str]:
+        """Take the arm, and set speeds, tools and works."""
+        yield from (f"Dim nLoop{number} As Integer" for number in self.loops)
+        yield from ("TakeArm Keep = 0", "Speed 100", "Accel 100, 100")
+        for kind, number, name, pose in self.slots.entries(self.installation):
+            yield f"{'Tool' if kind == 'tool' else 'Work'} {number}, {_frame(pose)} ' {cut(name, 40)}"
 
-def _reach(writer: _Writer, reach: Reach) -> Iterator[str]:
-    """Come to a pose: by joint values, then the rounding of the pose, or by the pose alone."""
-    if reach.joints:
-        yield f"Move P, @0 J({', '.join(joint_words(reach.joints, writer.installation, 4))}), Speed = 10"
-    yield f"Move {'L' if reach.joints else 'P'}, @0 {_position(reach.target)}, Speed = 10"
+    def home(self) -> list[str]:
+        """Go home."""
+        return [f"{self.joint_move(self.installation.home)} ' home"] if self.installation.home else []
 
+    def finish(self) -> list[str]:
+        """Give the arm back."""
+        return ["GiveArm"]
 
-def _move(line: Line, placed: Placed) -> Iterator[str]:
-    """Write a line; ``Next`` lets the program go on while the robot moves, and wait for the percents of its outputs."""
-    passing = "@0" if line.blend_mm == 0.0 else f"@{max(int(line.blend_mm), 1)}"
-    speed = f"{fixed(line.speed_mm_s, 1)} * PER_MM_S"
-    if line.turns_on_the_spot:
-        speed = f"{fixed(degrees_per_s(line), 1)} * PER_DEG_S"
-    goes_on = ", Next" if placed.begins or placed.inside else ""
-    yield f"Move L, {passing} {_position(line.target)}, Speed = {speed}{goes_on}"
-    yield from (_output(event.channel, event.value) for event in placed.begins)
-    for event in placed.inside:
-        yield f"Arrive {round(100.0 * event.share)}"
-        yield _output(event.channel, event.value)
-    if goes_on and line.blend_mm == 0.0:
-        yield "WaitMotion 4, 0"  # until 0 ms before its end: what follows is done at rest
-    yield from (_output(event.channel, event.value) for event in placed.ends)
+    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
+        """Write ``For``."""
+        return [self.loop_comment(loop), f"For nLoop{number} = 1 To {loop.count}"]
 
+    def end_loop(self, number: int, loop: Repeat) -> Iterator[str]:
+        """Write ``Next``, after a look at the input."""
+        if loop.sensor is not None:
+            scale, offset = self.dialect.capability.analog.reading(loop.sensor)
+            reading = f"{short(scale, 9)} * IOW[{loop.sensor.number}] + {short(offset, 9)}"
+            yield f"  If {reading} >= {short(loop.least, 6)} Then Exit For"
+        yield f"Next nLoop{number}"
 
-def _output(channel: Channel, value: float) -> str:
-    match channel.kind:
-        case "digital":
-            return f"{'Set' if value > 0.5 else 'Reset'} IO[{channel.number}]"
-        case "group":
-            return f"IOB[{channel.number}] = {round(value)}"
-        case "analog":
-            return f"IOW[{channel.number}] = {round(ANALOG.count(channel, value))}"
-
-
-def _main(writer: _Writer, parts: tuple[Part, ...]) -> list[str]:
-    """Write what sets the frames and calls the subprograms."""
-    loops = sum(isinstance(part, Repeat) for part in parts)
-    lines = [f"Dim nLoop{number} As Integer" for number in range(1, loops + 1)]
-    lines += ["TakeArm Keep = 0", "Speed 100", "Accel 100, 100"]
-    for number, slot in writer.slots.tools.items():
-        tool = writer.installation.tool(number)
-        lines.append(f"Tool {slot}, {_frame(tool.T_flange_tcp)} ' {cut(tool.name, 40)}")
-    for placement, (slot, pose) in writer.slots.boards.items():
-        lines.append(f"Work {slot}, {_frame(pose)} ' {cut(placement or 'board as mounted', 40)}")
-    home: list[str] = []
-    if writer.installation.home:
-        words = ", ".join(joint_words(writer.installation.home, writer.installation, 4))
-        home = [f"Move P, @0 J({words}), Speed = 10 ' home"]
-    return [*lines, *home, *_calls(writer, parts), *home, "GiveArm"]
-
-
-def _calls(writer: _Writer, parts: tuple[Part, ...]) -> Iterator[str]:
-    for indent, part in nest(parts):
-        match part:
-            case Chapter():
-                yield f"{indent}Call {writer.names.routine(part)}"
-            case Begin(number, loop):
-                said = f"until {cut(loop.key, 40)} >= {short(loop.least, 6)}, {loop.count} times at most"
-                yield f"{indent}{_comment(said)}"
-                yield f"{indent}For nLoop{number} = 1 To {loop.count}"
-            case End(number, loop):
-                if loop.sensor is not None:
-                    scale, offset = ANALOG.reading(loop.sensor)
-                    reading = f"{short(scale, 9)} * IOW[{loop.sensor.number}] + {short(offset, 9)}"
-                    yield f"{indent}  If {reading} >= {short(loop.least, 6)} Then Exit For"
-                yield f"{indent}Next nLoop{number}"
+    def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
+        """Write one file, or a file for each subprogram and one that calls them."""
+        units = "Units: mm, degrees; positions in the board's CAD frame (Work), RX RY RZ about the fixed x, y, z."
+        head = self.heading(*list_outputs(self.motion), units)
+        top = [_title(self.name), *head, *_SPEEDS, "", *_sub("Main", main.body)]
+        if self.fits_one_file:
+            inside = [line for each in routines for line in _sub(each.name, each.body)]
+            return {f"{self.name}.pcs": join_lines([*top, *inside])}
+        files = {f"{self.name}.pcs": join_lines(top)}
+        for each in routines:
+            files[f"{each.name}.pcs"] = join_lines([_title(each.name), *_SPEEDS, "", *_sub("Main", each.body)])
+        return files
 
 
 def _frame(pose: Pose) -> str:
     """Write a pose without an arm's figure."""
-    words = [*(fixed(value, 3) for value in pose.position), *(fixed(value, 4) for value in fixed_xyz(pose.quaternion))]
-    return f"P({', '.join(words)})"
+    return f"P({', '.join(pose_words(pose, fixed_xyz))})"
 
 
 def _position(pose: Pose) -> str:
@@ -215,13 +134,9 @@ def _position(pose: Pose) -> str:
     return f"{_frame(pose)[:-1]}, -1)"
 
 
-def _sub(name: str, body: list[str]) -> list[str]:
-    return [f"Sub {name}", *(f"  {line}" for line in body), "End Sub", ""]
+def _title(name: str) -> str:
+    return f'\'!TITLE "{name}"'
 
 
-def _comment(text: str) -> str:
-    return f"' {cut(text, 120)}"
-
-
-def _text(lines: Iterable[str]) -> str:
-    return "".join(f"{line}\n" for line in lines)
+def _sub(name: str, body: Iterable[str]) -> list[str]:
+    return [f"Sub {name}", *indent(body), "End Sub", ""]

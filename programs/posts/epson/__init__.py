@@ -1,1 +1,27 @@
 """Epson SPEL+."""
+
+import re
+
+from programs.motion.lower import Capability
+from programs.posts.dialect import Dialect
+from programs.posts.epson.read import SpelReader
+from programs.posts.epson.write import Spel
+
+DIALECT = Dialect(
+    title="Epson SPEL+",
+    notes="For RC+ 7 and 8; outputs as !Dn; On n! with each move. Tool and Local are set at the start; AccelS and "
+    "AccelR are assumed, put the robot's own there. Analog outputs need the option board (AIO_Out).",
+    capability=Capability(
+        controller_class=2,
+        says="percent",
+        cycle_s=0.002,  # assumed
+        step_percent=1.0,
+        most_events=16,  # Dn may appear 16 times in one statement (SPEL+ reference for RC800)
+        step_mm_s=0.1,
+    ),
+    longest_line=240,  # RC+ takes more; assumed
+    most_steps=1500,  # of a file; assumed
+    write=Spel.write,
+    rebuild=SpelReader.rebuild,
+    move=re.compile(r"\s*(Move|Go) XY\("),
+)

@@ -1,105 +1,75 @@
-"""Reads the SPEL+ that ``epson`` writes, as a controller would execute it."""
+"""Reads SPEL+ back, as a controller would execute it."""
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
 
 from programs.errors import ProgramError
 from programs.pose import Pose
-from programs.posts.reading.rebuilt import (
-    ReadBoard,
-    ReadCall,
-    ReadEndRepeat,
-    ReadPause,
-    ReadSignal,
-    ReadSwitch,
-    ReadTool,
-    Rebuilt,
-)
-from programs.posts.reading.scanner import Arm, read_repeat
-from programs.posts.writing.angles import from_fixed_xyz
+from programs.posts.dialect import ProgramFiles
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, read_pose, skip
+from programs.posts.rebuilt import ReadBoard, ReadSignal, ReadTool
+from programs.posts.writing.angles import from_moving_zyx
 
-_NUMBER = r"-?\d+(?:\.\d+)?"
-_XY = rf"XY\(((?:{_NUMBER}, ){{5}}{_NUMBER})\)"
-_OUTPUT = rf"(?:(On|Off) (\d+)|(Out|AIO_Out) (\d+), ({_NUMBER}))"
-_MOVE = re.compile(rf"(Move|Go) {_XY} /(\d+)( ROT)?( CP)?(?: !(.*)!)?")
-_JOINTS = re.compile(rf"Go JA\({_NUMBER}(?:, {_NUMBER})*\)")
-_FRAME = re.compile(rf"(TLSet|Local) (\d+), {_XY}")
-_SPEED = re.compile(rf"(SpeedS|SpeedR) ({_NUMBER})")
-_WAIT = re.compile(rf"Wait ({_NUMBER})")
-_TOOL = re.compile(r"Tool (\d+)")
-_CALL = re.compile(r"Call (\w+)")
+_XY = rf"XY\(((?:{NUMBER}, ){{5}}{NUMBER})\)"
+_OUTPUT = rf"(?:(On|Off) (\d+)|(Out|AIO_Out) (\d+), {N})"
 _PARALLEL = re.compile(rf"D(\d+); {_OUTPUT}(?:; |$)")
-_SWITCH = re.compile(_OUTPUT)
-_WHILE = re.compile(
-    rf"Loop While (nLoop\d+) < (\d+)(?: And ({_NUMBER}) \* AIO_In\(\d+\) \+ ({_NUMBER}) < ({_NUMBER}))?"
-)
-_COUNT = re.compile(r"nLoop(\d+) = (?:0|nLoop\1 \+ 1)")
-_IGNORED = re.compile(rf"Integer nLoop\d+|Motor On|Power High|Speed \d+|(?:Accel|AccelS|AccelR) {_NUMBER}, {_NUMBER}")
+_WHILE = rf"Loop While (nLoop\d+) < (\d+)(?: And {N} \* AIO_In\(\d+\) \+ {N} < {N})?"
 
 
-@dataclass(slots=True)
-class _Controller:
-    """Functions, tables and the arm."""
+class SpelReader(Reader):
+    """Functions, tools and locals."""
 
-    functions: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
-    frames: dict[tuple[str, int], Pose] = field(default_factory=dict[tuple[str, int], Pose])
-    arm: Arm = field(default_factory=Arm)
-    speed_mm_s: float = 0.0
+    def __init__(self) -> None:
+        super().__init__()
+        self.frames: dict[tuple[str, str], Pose] = {}
+        self.speed_mm_s = 0.0
 
-    def run(self, function: str) -> None:
-        """Execute a function, each loop once."""
-        lines = self.functions[function]
-        for at, line in enumerate(lines):
-            if line == "Do":
-                self.begin_loop(lines[at + 1 :])
-            else:
-                self.execute(line)
+    def load(self, files: ProgramFiles) -> str:
+        """Sort the functions."""
+        lines = (line.partition("'")[0].strip() for text in files.values() for line in text.splitlines())
+        for line in self.sort(lines, r"Function (\w+)", "Fend"):
+            raise ProgramError(f"{line!r} stands outside a function.")
+        return "main"
 
-    def begin_loop(self, rest: list[str]) -> None:
+    def grammar(self) -> dict[str, Action]:
+        """List the statements."""
+        settings = rf"Integer nLoop\d+|Motor On|Power High|Speed \d+|(?:Accel|AccelS|AccelR) {NUMBER}, {NUMBER}"
+        return {
+            rf"(Move|Go) {_XY} /(\d+)( ROT)?( CP)?(?: !(.*)!)?": self.move,
+            rf"SpeedS {N}": self.set_speed,
+            rf"SpeedR {N}": skip,
+            _OUTPUT: lambda match: self.switch(*_switched(match.groups())),
+            rf"Wait {N}": self.pause,
+            r"Call (\w+)": self.call,
+            r"Do": self.begin_loop,
+            _WHILE: self.end_repeat,
+            rf"(TLSet|Local) (\d+), {_XY}": self.set_frame,
+            r"Tool (\d+)": self.use_tool,
+            rf"Go JA\({NUMBER}(?:, {NUMBER})*\)": self.move_joints,
+            rf"nLoop(\d+) = (?:0|nLoop\1 \+ 1)|{settings}": skip,
+        }
+
+    def begin_loop(self, match: re.Match[str]) -> None:
         """Begin a loop whose counter is the first thing in it."""
-        counter = rest[0].split()[0] if rest else ""
-        end = next((found for line in rest if (found := _WHILE.fullmatch(line)) and found[1] == counter), None)
+        counter = next((found[1] for found in self.ahead(r"(nLoop\d+) = nLoop\d+ \+ 1")), "")
+        end = next((found for found in self.ahead(_WHILE) if found[1] == counter), None)
         if end is None:
             raise ProgramError("a Do has no Loop.")
-        self.arm.steps.append(read_repeat(end[2], end.groups()[2:]))
+        self.repeat(end[2], end.groups()[2:])
 
-    def execute(self, line: str) -> None:
-        """Execute one statement."""
-        if match := _MOVE.fullmatch(line):
-            self.move(match)
-        elif match := _SPEED.fullmatch(line):
-            self.speed_mm_s = float(match[2]) if match[1] == "SpeedS" else self.speed_mm_s
-        elif match := _SWITCH.fullmatch(line):
-            self.arm.steps.append(ReadSwitch(*_switched(match.groups())))
-        elif match := _WAIT.fullmatch(line):
-            self.arm.steps.append(ReadPause(float(match[1])))
-        elif match := _CALL.fullmatch(line):
-            self.call(match[1])
-        elif _WHILE.fullmatch(line):
-            self.arm.steps.append(ReadEndRepeat())
-        else:
-            self.prepare(line)
+    def set_speed(self, match: re.Match[str]) -> None:
+        """Set the speed of the TCP."""
+        self.speed_mm_s = float(match[1])
 
-    def call(self, name: str) -> None:
-        """Call a function: one of the program's, or one that the integrator has."""
-        if name in self.functions:
-            self.run(name)
-        else:
-            self.arm.steps.append(ReadCall(name))
+    def set_frame(self, match: re.Match[str]) -> None:
+        """Set a tool or a local."""
+        self.frames[match[1], match[2]] = read_pose(match[3].split(", "), from_moving_zyx)
 
-    def prepare(self, line: str) -> None:
-        """Execute what sets frames and modes."""
-        if match := _FRAME.fullmatch(line):
-            self.frames[match[1], int(match[2])] = _pose(match[3])
-        elif match := _TOOL.fullmatch(line):
-            self.arm.tool = ReadTool(line, self.frame("TLSet", int(match[1])))
-        elif _JOINTS.fullmatch(line):
-            self.arm.jointed = True
-        elif not _COUNT.fullmatch(line) and not _IGNORED.fullmatch(line):
-            raise ProgramError(f"unknown statement {line!r}.")
+    def use_tool(self, match: re.Match[str]) -> None:
+        """Use another tool from now on."""
+        self.tool = ReadTool(match[0], self.frame("TLSet", match[1]))
 
-    def frame(self, word: str, number: int) -> Pose:
+    def frame(self, word: str, number: str) -> Pose:
         """Look up a tool or a local."""
         if (word, number) not in self.frames:
             raise ProgramError(f"{word} {number} is not set.")
@@ -108,63 +78,26 @@ class _Controller:
     def move(self, match: re.Match[str]) -> None:
         """Move in a line, or by joints."""
         word, values, local, turns, passes, parallel = match.groups()
-        self.arm.board = ReadBoard(self.frame("Local", int(local)))
-        pose = _pose(values)
+        self.board = ReadBoard(self.frame("Local", local))
+        pose = read_pose(values.split(", "), from_moving_zyx)
         if word == "Go":
-            self.arm.reach(pose)
-            return
-        signals = tuple(_signals(parallel or ""))
-        self.arm.line(pose, passes is None, 0.0 if turns else self.speed_mm_s, signals)
+            self.reach(pose)
+        else:
+            self.line(pose, passes is None, 0.0 if turns else self.speed_mm_s, tuple(_signals(parallel or "")))
 
 
-def read(files: Mapping[str, str]) -> Rebuilt:
-    """Rebuild what the program does.
-
-    Raises:
-        ProgramError: something is written that ``epson`` does not write.
-    """
-    controller = _Controller()
-    for text in files.values():
-        _load(controller, text)
-    if "main" not in controller.functions:
-        raise ProgramError("there is no function main.")
-    controller.run("main")
-    return Rebuilt(tuple(controller.arm.steps))
-
-
-def _load(controller: _Controller, text: str) -> None:
-    lines: list[str] | None = None
-    for raw in text.splitlines():
-        line = raw.partition("'")[0].strip()
-        if match := re.fullmatch(r"Function (\w+)", line):
-            lines = controller.functions.setdefault(match[1], [])
-        elif line == "Fend":
-            lines = None
-        elif line and lines is None:
-            raise ProgramError(f"{line!r} stands outside a function.")
-        elif line and lines is not None:
-            lines.append(line)
-
-
-def _signals(parallel: str) -> list[ReadSignal]:
-    found, at = list[ReadSignal](), 0
+def _signals(parallel: str) -> Iterator[ReadSignal]:
+    at = 0
     while match := _PARALLEL.match(parallel, at):
-        percent, *words = match.groups()
-        channel, value = _switched(tuple(words))
-        found.append(ReadSignal(channel, value, float(percent) / 100.0, 0.0))
+        yield ReadSignal(*_switched(match.groups()[1:]), float(match[1]) / 100.0, 0.0)
         at = match.end()
     if at < len(parallel):
         raise ProgramError(f"unknown parallel processing {parallel!r}.")
-    return found
 
 
-def _switched(words: tuple[str | None, ...]) -> tuple[str, float]:
+def _switched(words: Sequence[str | None]) -> tuple[str, float]:
+    """Channel and value of an output."""
     switch, bit, word, number, value = words
     if switch:
         return f"digital {bit}", float(switch == "On")
     return f"{'group' if word == 'Out' else 'analog'} {number}", float(value or 0.0)
-
-
-def _pose(values: str) -> Pose:
-    x, y, z, u, v, w = (float(value) for value in values.split(", "))
-    return Pose((x, y, z), from_fixed_xyz(w, v, u))

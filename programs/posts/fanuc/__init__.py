@@ -1,1 +1,31 @@
-"""Fanuc TP in its text form (LS)."""
+"""FANUC TP in its text form (LS)."""
+
+import re
+
+from programs.motion.analog import Counting
+from programs.motion.lower import Capability
+from programs.posts.dialect import Dialect
+from programs.posts.fanuc.read import TpReader
+from programs.posts.fanuc.write import Tp
+
+DIALECT = Dialect(
+    title="FANUC TP",
+    notes="ASCII programs for R-30iA and newer (option ASCII Upload). Run the program that ends in FR once, or enter "
+    "your own UFRAME and UTOOL; the .txt says which. Analog channels count 2000 at full scale.",
+    capability=Capability(
+        controller_class=1,
+        says="time",
+        cycle_s=0.008,  # assumed: the interpolator's period of an R-30iB
+        references=("end",),
+        step_s=0.01,  # TB has two decimals
+        step_mm_s=1.0,  # whole mm/sec
+        most_events=1,  # one TB on a motion
+        # AI and AO are whole numbers: users cite the manual of the AAD04A, 2000 for 10 V; assumed of other modules.
+        analog=Counting(full=2000.0, step=1.0),
+    ),
+    longest_line=120,
+    most_steps=800,  # of a program, each motion an instruction and a position; assumed, the memory is the limit
+    write=Tp.write,
+    rebuild=TpReader.rebuild,
+    move=re.compile(r"\s*\d+:L P\["),
+)

@@ -1,40 +1,23 @@
-"""Reads the TP programs that ``fanuc`` writes, as a controller would execute them."""
+"""Reads TP programs back, as a controller would execute them."""
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 from programs.errors import ProgramError
 from programs.pose import Pose
-from programs.posts.fanuc.text import ANALOG
-from programs.posts.fanuc.write import LONGEST_WAIT_S
-from programs.posts.reading.rebuilt import (
-    ReadBoard,
-    ReadCall,
-    ReadEndRepeat,
-    ReadRepeat,
-    ReadSignal,
-    ReadSwitch,
-    ReadTool,
-    Rebuilt,
-)
-from programs.posts.reading.scanner import Arm
+from programs.posts.dialect import ProgramFiles
+from programs.posts.fanuc.write import LONGEST_WAIT_S, READING
+from programs.posts.reading.driver import Action, Reader, read_pose, skip
+from programs.posts.rebuilt import ReadBoard, ReadSignal, ReadTool
 from programs.posts.writing.angles import from_fixed_xyz
 
 _N = r"(-?\d*\.?\d+)"
 _M = r"\(?(-?\d*\.?\d+)\)?"
 """A number that stands in brackets if it is negative."""
 _ASSIGNMENT = rf"(DO|GO|AO)\[(\d+)\]=(ON|OFF|{_M})"
-_OUTPUT = re.compile(_ASSIGNMENT)
-_LINE = re.compile(rf"L P\[(\d+)\] (\d+)(mm/sec|deg/sec) (FINE|CNT\d+)(?: TB {_N}sec,{_ASSIGNMENT})?")
-_JOINT = re.compile(r"J P\[(\d+)\] \d+% FINE")
-_FRAME = re.compile(r"(UFRAME|UTOOL)_NUM=(\d+)")
-_ENTRY = re.compile(rf"PR\[\d+,([1-6])\]={_M}")
-_ENTERED = re.compile(r"(UFRAME|UTOOL)\[(\d+)\]=PR\[\d+\]")
-_READING = re.compile(rf"R\[(\d+)\]=AI\[\d+\]\*{_M}")
-_SHIFTED = re.compile(rf"R\[(\d+)\]=R\[\1\]\+{_M}")
-_AGAIN = re.compile(rf"IF R\[(\d+)\]<(\d+)(?: AND R\[\d+\]<{_M})?,JMP LBL\[(\d+)\]")
-_IGNORED = re.compile(r"!.*|PR\[\d+\]=LPOS|R\[\d+\]=0")
+_ENTERED = r"(UFRAME|UTOOL)\[(\d+)\]=PR\[\d+\]"
+_SCALED = rf"R\[\d+\]=AI\[\d+\]\*{_M}"
+_SHIFTED = rf"R\[{READING}\]=R\[{READING}\]\+{_M}"
+_AGAIN = rf"IF R\[\d+\]<(\d+)(?: AND R\[\d+\]<{_M})?,JMP LBL\[(\d+)\]"
 _INSTRUCTION = re.compile(r" *(\d+):(?:  )?(.*) ;")
 _POSITION = re.compile(
     rf"P\[(\d+)\]\{{\n   GP1:\n\tUF : (\d+), UT : (\d+),(?:\t\tCONFIG : '[NF] U T, -?\d, -?\d, -?\d',\n\t"
@@ -44,158 +27,120 @@ _POSITION = re.compile(
 _KINDS = {"DO": "digital", "GO": "group", "AO": "analog"}
 
 
-@dataclass(slots=True)
-class _Program:
-    """Instructions, and by number the frames and the pose of each position; ``None`` where it is joint values."""
+class TpReader(Reader):
+    """All programs with their positions, and the controller's tables."""
 
-    instructions: list[str]
-    positions: dict[str, tuple[str, str, Pose | None]]
+    def __init__(self) -> None:
+        super().__init__()
+        self.positions: dict[tuple[str, str], tuple[str, str, Pose | None]] = {}
+        """User frame, tool and pose by program and number; ``None`` where it is joint values."""
+        self.tables: dict[tuple[str, str], Pose] = {}
+        self.register = ["0"] * 6
+        self.frames: dict[str, str] = {}
 
+    def load(self, files: ProgramFiles) -> str:
+        """Read the programs; the first is the main one, which begins when that of the frames has been run."""
+        programs = {file.removesuffix(".ls"): text for file, text in files.items() if file.endswith(".ls")}
+        for name, text in programs.items():
+            self.load_program(name, text)
+        enters = [name for name, text in programs.items() if re.search(_ENTERED, text)]
+        main = next(iter(programs), "")
+        self.routines["(all)"] = [*(f"CALL {name}" for name in enters), f"CALL {main}"]
+        return "(all)"
 
-@dataclass(slots=True)
-class _Controller:
-    """All programs, the tables, and the state of the robot."""
+    def load_program(self, name: str, text: str) -> None:
+        """Read the instructions and positions of a program."""
+        head, found, rest = text.partition("/MN\n")
+        body, _, points = rest.partition("/POS\n")
+        if not (found and head.startswith(f"/PROG  {name}\n/ATTR\n") and points.endswith("/END\n")):
+            raise ProgramError(f"{name} is no TP program.")
+        instructions: list[str] = []
+        for number, line in enumerate(body.splitlines(), start=1):
+            match = _INSTRUCTION.fullmatch(line)
+            if match is None or int(match[1]) != number:
+                raise ProgramError(f"{name}: line {line!r} is not numbered {number} or does not end in ' ;'.")
+            instructions.append(match[2])
+        self.routines[name] = instructions
+        for match in _POSITION.finditer(points):
+            number, frame, tool, *numbers = match.groups()
+            pose = read_pose(numbers, from_fixed_xyz) if numbers[0] is not None else None
+            self.positions[name, number] = (frame, tool, pose)
+        if len(_POSITION.sub("", points)) != len("/END\n"):
+            raise ProgramError(f"{name}: a position is not written as expected.")
 
-    programs: dict[str, _Program] = field(default_factory=dict[str, _Program])
-    tables: dict[tuple[str, str], Pose] = field(default_factory=dict[tuple[str, str], Pose])
-    register: list[float] = field(default_factory=lambda: [0.0] * 6)
-    frames: dict[str, str] = field(default_factory=dict[str, str])
-    arm: Arm = field(default_factory=Arm)
+    def grammar(self) -> dict[str, Action]:
+        """List the instructions."""
+        return {
+            rf"L P\[(\d+)\] (\d+)(mm/sec|deg/sec) (FINE|CNT\d+)(?: TB {_N}sec,{_ASSIGNMENT})?": self.move,
+            r"!.*": skip,
+            r"J P\[(\d+)\] \d+% FINE": self.move_by_joints,
+            r"(UFRAME|UTOOL)_NUM=(\d+)": self.use_frame,
+            _ASSIGNMENT: lambda match: self.switch(*_assigned(*match.groups())),
+            rf"WAIT {_N}\(sec\)": lambda match: self.hold(float(match[1]), LONGEST_WAIT_S),
+            r"LBL\[(\d+)\]": self.begin_loop,
+            _AGAIN: self.end_repeat,
+            r"CALL ([A-Z]\w*)": self.call,
+            rf"PR\[\d+,([1-6])\]={_M}": self.enter,
+            _ENTERED: self.enter_frame,
+            rf"PR\[\d+\]=LPOS|R\[\d+\]=0|R\[\d+\]=R\[\d+\]\+1|{_SCALED}|{_SHIFTED}": skip,
+        }
 
-    def run(self, name: str) -> None:
-        """Execute a program."""
-        program = self.programs[name]
-        for at, instruction in enumerate(program.instructions):
-            if match := re.fullmatch(r"LBL\[(\d+)\]", instruction):
-                self.arm.steps.append(_repeat(program.instructions[at:], match[1]))
-            else:
-                self.execute(instruction, program)
+    def enter(self, match: re.Match[str]) -> None:
+        """Enter a number into the position register."""
+        self.register[int(match[1]) - 1] = match[2]
 
-    def execute(self, instruction: str, program: _Program) -> None:
-        """Execute one instruction."""
-        if _IGNORED.fullmatch(instruction) or _READING.fullmatch(instruction) or _SHIFTED.fullmatch(instruction):
-            return
-        if match := _LINE.fullmatch(instruction):
-            self.line(match, program)
-        elif match := _JOINT.fullmatch(instruction):
-            pose = self.position(match[1], program)
-            self.arm.jointed = pose is None
-            if pose is not None:
-                self.arm.reach(pose)
-        elif match := _FRAME.fullmatch(instruction):
-            self.use(*match.groups())
-        elif match := _OUTPUT.fullmatch(instruction):
-            self.arm.steps.append(ReadSwitch(*_assigned(*match.groups())))
-        elif match := re.fullmatch(rf"WAIT {_N}\(sec\)", instruction):
-            self.arm.wait(float(match[1]), LONGEST_WAIT_S)
-        elif _AGAIN.fullmatch(instruction):
-            self.arm.steps.append(ReadEndRepeat())
-        else:
-            self.arrange(instruction)
+    def enter_frame(self, match: re.Match[str]) -> None:
+        """Enter the position register into a table."""
+        self.tables[match[1], match[2]] = read_pose(self.register, from_fixed_xyz)
 
-    def arrange(self, instruction: str) -> None:
-        """Enter frames, or call a program: one of ours, or one that the integrator has."""
-        if match := _ENTRY.fullmatch(instruction):
-            self.register[int(match[1]) - 1] = float(match[2])
-        elif match := _ENTERED.fullmatch(instruction):
-            x, y, z, w, p, r = self.register
-            self.tables[match[1], match[2]] = Pose((x, y, z), from_fixed_xyz(w, p, r))
-        elif match := re.fullmatch(r"CALL ([A-Z]\w*)", instruction):
-            if match[1] in self.programs:
-                self.run(match[1])
-            else:
-                self.arm.steps.append(ReadCall(match[1]))
-        elif not re.fullmatch(r"R\[(\d+)\]=R\[\1\]\+1", instruction):
-            raise ProgramError(f"unknown instruction {instruction!r}.")
-
-    def use(self, table: str, number: str) -> None:
+    def use_frame(self, match: re.Match[str]) -> None:
         """Use another tool or user frame from now on."""
+        table, number = match.groups()
         pose = self.tables.get((table, number))
         self.frames[table] = number
         if table == "UTOOL":
-            self.arm.tool = ReadTool(number, pose)
+            self.tool = ReadTool(number, pose)
         else:
-            self.arm.board = ReadBoard(pose)
+            self.board = ReadBoard(pose)
 
-    def position(self, number: str, program: _Program) -> Pose | None:
+    def position(self, number: str) -> Pose | None:
         """Look up a position, taught in the frames in use."""
-        if number not in program.positions:
+        if (self.routine, number) not in self.positions:
             raise ProgramError(f"P[{number}] has no position.")
-        frame, tool, pose = program.positions[number]
+        frame, tool, pose = self.positions[self.routine, number]
         if (frame, tool) != (self.frames.get("UFRAME"), self.frames.get("UTOOL")):
             raise ProgramError(f"P[{number}] is of frame {frame} and tool {tool}, which are not in use.")
         return pose
 
-    def line(self, match: re.Match[str], program: _Program) -> None:
+    def move(self, match: re.Match[str]) -> None:
         """Move in a line."""
         number, speed, unit, ending, lead, *assigned = match.groups()
-        pose = self.position(number, program)
+        pose = self.position(number)
         if pose is None:
             raise ProgramError(f"P[{number}] is not cartesian.")
         signals = (ReadSignal(*_assigned(*assigned), 1.0, -float(lead)),) if lead is not None else ()
-        self.arm.line(pose, ending == "FINE", float(speed) if unit == "mm/sec" else 0.0, signals)
+        self.line(pose, ending == "FINE", float(speed) if unit == "mm/sec" else 0.0, signals)
+
+    def move_by_joints(self, match: re.Match[str]) -> None:
+        """Move by joints."""
+        pose = self.position(match[1])
+        self.by_joints = pose is None
+        if pose is not None:
+            self.reach(pose)
+
+    def begin_loop(self, match: re.Match[str]) -> None:
+        """Find how a loop ends: the jump back to its label, and the reading before it."""
+        scale = offset = None
+        for found in self.ahead(rf"{_SCALED}|{_SHIFTED}|{_AGAIN}"):
+            scale, offset = found[1] or scale, found[2] or offset
+            if found[5] == match[1]:
+                if found[4] and (scale is None or offset is None):
+                    raise ProgramError(f"the loop at {match[0]} does not read its input.")
+                self.repeat(found[3], (scale, offset, found[4]) if found[4] else ())
+                return
+        raise ProgramError(f"nothing jumps to {match[0]}.")
 
 
 def _assigned(kind: str, number: str, word: str, value: str | None) -> tuple[str, float]:
     """Channel and value of an assignment."""
     return f"{_KINDS[kind]} {number}", float(value) if value is not None else float(word == "ON")
-
-
-def _repeat(instructions: list[str], label: str) -> ReadRepeat:
-    """Find how a loop ends: the jump back to its label, and the reading before it."""
-    scale = offset = None
-    for instruction in instructions:
-        if match := _READING.fullmatch(instruction):
-            scale = float(match[2])
-        elif match := _SHIFTED.fullmatch(instruction):
-            offset = float(match[2])
-        elif (match := _AGAIN.fullmatch(instruction)) and match[4] == label:
-            if match[3] is not None and (scale is None or offset is None):
-                raise ProgramError(f"the loop at LBL[{label}] does not read its input.")
-            if match[3] is None or scale is None or offset is None:
-                return ReadRepeat(int(match[2]), None)
-            return ReadRepeat(int(match[2]), float(match[3]), (scale, offset))
-    raise ProgramError(f"nothing jumps to LBL[{label}].")
-
-
-def read(files: Mapping[str, str]) -> Rebuilt:
-    """Rebuild what the programs do; the first file is the main one, and that of the frames has been run.
-
-    Raises:
-        ProgramError: something is written that ``fanuc`` does not write.
-    """
-    controller = _Controller()
-    for file, text in files.items():
-        if file.endswith(".ls"):
-            name = file.removesuffix(".ls")
-            controller.programs[name] = _load(name, text)
-    names = list(controller.programs)
-    for name in names:
-        if any(_ENTERED.fullmatch(instruction) for instruction in controller.programs[name].instructions):
-            controller.run(name)
-    controller.run(names[0])
-    return Rebuilt(tuple(controller.arm.steps), ANALOG)
-
-
-def _load(name: str, text: str) -> _Program:
-    head, found, rest = text.partition("/MN\n")
-    body, _, points = rest.partition("/POS\n")
-    if not (found and head.startswith(f"/PROG  {name}\n/ATTR\n") and points.endswith("/END\n")):
-        raise ProgramError(f"{name} is no TP program.")
-    instructions: list[str] = []
-    for number, line in enumerate(body.splitlines(), start=1):
-        match = _INSTRUCTION.fullmatch(line)
-        if match is None or int(match[1]) != number:
-            raise ProgramError(f"{name}: line {line!r} is not numbered {number} or does not end in ' ;'.")
-        instructions.append(match[2])
-    positions: dict[str, tuple[str, str, Pose | None]] = {}
-    for match in _POSITION.finditer(points):
-        number, frame, tool, *numbers = match.groups()
-        pose = None
-        if numbers[0] is not None:
-            x, y, z, w, p, r = map(float, numbers)
-            pose = Pose((x, y, z), from_fixed_xyz(w, p, r))
-        positions[number] = (frame, tool, pose)
-    if len(_POSITION.sub("", points)) != len("/END\n"):
-        raise ProgramError(f"{name}: a position is not written as expected.")
-    return _Program(instructions, positions)

@@ -1,1 +1,18 @@
 """A table of joint values by time."""
+
+from programs.motion.lower import Capability
+from programs.posts.dialect import Dialect
+from programs.posts.joint_table.read import rebuild
+from programs.posts.joint_table.write import write
+
+DIALECT = Dialect(
+    title="Joint look-up table",
+    notes="CSV for a controller that plays joint values at times: degrees and mm, straight from row to row. "
+    "Loops and calls are words in the column of events.",
+    # Each signal has a row at its own time; times have four decimals.
+    capability=Capability(controller_class=1, says="distance and time", cycle_s=5e-5, most_events=10**6),
+    longest_line=250,
+    write=write,
+    rebuild=rebuild,
+    needs_joints=True,
+)

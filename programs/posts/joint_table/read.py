@@ -1,12 +1,13 @@
-"""Reads the table that ``joint_table`` writes."""
+"""Reads a joint table back."""
 
 import csv
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from programs.errors import ProgramError
 from programs.pose import Pose
-from programs.posts.reading.rebuilt import (
+from programs.posts.dialect import ProgramFiles
+from programs.posts.rebuilt import (
     ReadCall,
     ReadEndRepeat,
     ReadLine,
@@ -16,18 +17,17 @@ from programs.posts.reading.rebuilt import (
     ReadStep,
     ReadSwitch,
     ReadTool,
-    Rebuilt,
 )
 
 _ASSIGNMENT = re.compile(r"(\w+) = (-?[\d.]+)")
 _LOOP = re.compile(r"repeat (\d+) until .* >= (-?[\d.]+)")
 
 
-def read(files: Mapping[str, str]) -> Rebuilt:
+def rebuild(files: ProgramFiles) -> list[ReadStep]:
     """Rebuild the motion of the orifice from the pose columns, and what is switched from the events.
 
     Raises:
-        ProgramError: it is not one table, or a row says what ``joint_table`` does not write.
+        ProgramError: it is not one table, or a row holds what the writer does not write.
     """
     if len(files) != 1:
         raise ProgramError("a joint table is one file.")
@@ -36,7 +36,7 @@ def read(files: Mapping[str, str]) -> Rebuilt:
     before: tuple[float, Pose] | None = None
     for number, row in enumerate(csv.DictReader(lines), start=1):
         if int(row["node"]) != number:
-            raise ProgramError(f"node {row['node']} stands in row {number}.")
+            raise ProgramError(f"node {row['node']} is in row {number}.")
         x, y, z, a, b, c, d = (float(row[key]) for key in ("x", "y", "z", "qw", "qx", "qy", "qz"))
         time_s, pose, events = float(row["time_s"]), Pose((x, y, z), (a, b, c, d)), row["events"]
         if events == "held":
@@ -48,7 +48,7 @@ def read(files: Mapping[str, str]) -> Rebuilt:
                 steps.append(ReadLine(pose, None, None))
             steps += _switched(events)
         before = (time_s, pose)
-    return Rebuilt(tuple(steps))
+    return steps
 
 
 def _switched(events: str) -> Iterator[ReadStep]:

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from programs.errors import ProgramError
 from programs.motion.installation import Installation
-from programs.motion.lower import Capability, Lowered
+from programs.motion.lower import Lowered
 from programs.motion.steps_of_robot import (
     Call,
     EndRepeat,
@@ -25,17 +24,11 @@ from programs.motion.steps_of_robot import (
     UseTool,
 )
 from programs.pose import Pose
+from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.writing.axes import in_controller_units
 from programs.posts.writing.heading import heading
 from programs.posts.writing.wording import cut, fixed, make_name, short
 
-TITLE = "Joint look-up table"
-NOTES = (
-    "CSV for a controller that plays joint values at times: degrees and mm, straight from row to row. "
-    "Loops and calls are words in the column of events."
-)
-LONGEST_LINE = 250
-CAPABILITY = Capability(controller_class=1, says="distance and time", cycle_s=5e-5, most_events=10**6)
-"""Each signal has a row at its own time; times have four decimals."""
 _SHARES_APART = 1e-9
 
 
@@ -50,35 +43,29 @@ class _Row:
     made_by: str
 
 
-def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
+def write(dialect: Dialect, lowered: Lowered, installation: Installation) -> ProgramFiles:
     """Write the table: one file.
 
     Raises:
         ProgramError: the joint motion is not known.
     """
     out = io.StringIO()
-    for line in heading(lowered, installation, CAPABILITY, TITLE):
-        out.write(f"# {cut(line, LONGEST_LINE - 2)}\n")
+    for line in heading(dialect, lowered, installation):
+        out.write(f"# {cut(line, dialect.longest_line - 2)}\n")
     out.write("# Joints in degrees or mm; pose of the orifice in the board's CAD frame, mm, quaternion w x y z\n")
     table = csv.writer(out, lineterminator="\n")
-    names = [f"{make_name(joint.name, 24)}_{_UNITS[joint.kind]}" for joint in installation.joints]
+    units = {"revolute": "deg", "prismatic": "mm"}
+    names = [f"{make_name(joint.name, 24)}_{units[joint.kind]}" for joint in installation.joints]
     table.writerow(["node", "time_s", *names, "x", "y", "z", "qw", "qx", "qy", "qz", "events", "made_by"])
-    kinds = [joint.kind for joint in installation.joints]
     for node, row in enumerate(_rows(lowered.motion.steps), start=1):
-        joints = [
-            fixed(math.degrees(value) if kind == "revolute" else value, 5)
-            for value, kind in zip(row.joints, kinds, strict=True)
-        ]
+        joints = [fixed(value, 5) for value in in_controller_units(row.joints, installation)]
         pose = [fixed(value, 3) for value in row.pose.position] + [fixed(value, 7) for value in row.pose.quaternion]
         table.writerow([node, fixed(row.time_s, 4), *joints, *pose, row.events, cut(row.made_by, 60)])
     return {f"{make_name(lowered.motion.origin.board, 60)}.csv": out.getvalue()}
 
 
-_UNITS = {"revolute": "deg", "prismatic": "mm"}
-
-
 def _rows(steps: Sequence[Step]) -> Iterator[_Row]:
-    """Give a row for every sample, signal and step; what comes before the first pose stands with it."""
+    """Rows of every sample, signal and step; those before the first pose stand with it."""
     now, at, waiting = 0.0, None, list[Step]()
     for step in steps:
         match step:
@@ -94,17 +81,17 @@ def _rows(steps: Sequence[Step]) -> Iterator[_Row]:
                 if not step.joints:
                     raise ProgramError("the joint motion is not known; track the program in a cell first.")
                 if at is None:
-                    yield from (_Row(now, step.joints, step.target, _words(each), each.made_by) for each in waiting)
+                    yield from (_Row(now, step.joints, step.target, _label(each), each.made_by) for each in waiting)
                 at = _Row(now, step.joints, step.target, "reach", step.made_by)
                 yield at
             case _ if at is None:
                 waiting.append(step)
             case _:
-                yield _Row(now, at.joints, at.pose, _words(step), step.made_by)
+                yield _Row(now, at.joints, at.pose, _label(step), step.made_by)
 
 
 def _samples(line: Line, begin_s: float) -> Iterator[_Row]:
-    """Give the rows of a line: its samples, and each signal at its own time."""
+    """Rows of a line: its samples, and each signal at its own time."""
     course = line.course
     signals = [event.signal_s for event in line.events]
     moments = np.unique(np.concatenate((course.seconds[1:], signals)))
@@ -120,7 +107,7 @@ def _samples(line: Line, begin_s: float) -> Iterator[_Row]:
         last = share
 
 
-def _words(step: Step) -> str:
+def _label(step: Step) -> str:
     match step:
         case Switch():
             return f"{step.channel.name} = {short(step.value, 6)}"

@@ -1,1 +1,30 @@
 """KUKA KRL."""
+
+import re
+
+from programs.motion.analog import Counting
+from programs.motion.lower import Capability
+from programs.posts.dialect import Dialect
+from programs.posts.kuka.read import KrlReader
+from programs.posts.kuka.write import Krl
+
+DIALECT = Dialect(
+    title="KUKA KRL",
+    notes="A .src and a .dat for KSS 8; outputs by TRIGGER WHEN PATH. Groups are SIGNALs of $config.dat, $ANOUT counts "
+    "from -1 to 1. LIN keeps the configuration of the first PTP.",
+    capability=Capability(
+        controller_class=1,
+        says="distance and time",
+        cycle_s=0.004,  # assumed: the interpolation cycle of a KR C4; integrators report 1 ms for triggers
+        references=("end",),  # PATH counts from the end point; ONSTART needs a newer KSS
+        step_mm=0.01,
+        step_mm_s=0.1,
+        most_events=8,  # integrators report eight triggers at work at once
+        analog=Counting(full=1.0),  # $ANOUT and $ANIN count from -1 to 1 of full scale
+    ),
+    longest_line=200,
+    most_steps=1500,  # of a module: about 4,500 lines of .src; assumed, nobody states a limit
+    write=Krl.write,
+    rebuild=KrlReader.rebuild,
+    move=re.compile(r"\s*(LIN|PTP) P\d"),
+)

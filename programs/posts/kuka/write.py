@@ -1,241 +1,156 @@
 """KUKA KRL: outputs on the path by ``TRIGGER``, timed by the controller itself."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
 
-from programs.motion.installation import Installation, Tool
-from programs.motion.lower import Capability, Lowered
-from programs.motion.steps_of_robot import (
-    Call,
-    EndRepeat,
-    Event,
-    Line,
-    Note,
-    Pause,
-    Reach,
-    Repeat,
-    Step,
-    Switch,
-    UseBoard,
-    UseTool,
-)
+from programs.motion.steps_of_robot import Line, Reach, Repeat, UseBoard, UseTool
 from programs.pose import Pose
-from programs.posts.kuka.text import ANALOG, assign, axes, data_list, frame, operand, source
-from programs.posts.writing.chapters import Begin, Chapter, End, Part, divide, nest
-from programs.posts.writing.heading import heading
-from programs.posts.writing.routines import Names, tell_steps, turn_limit
-from programs.posts.writing.wording import cut, fixed, make_name, short
+from programs.posts.dialect import ProgramFiles
+from programs.posts.writing.angles import moving_zyx
+from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.driver import Routine, Syntax
+from programs.posts.writing.lines import Placed, turn_limit
+from programs.posts.writing.wording import fixed, join_lines, make_name, operand, pose_words, short
 
-TITLE = "KUKA KRL"
-NOTES = (
-    "A .src and a .dat for KSS 8; outputs by TRIGGER WHEN PATH. Groups are SIGNALs of $config.dat, $ANOUT counts from "
-    "-1 to 1. LIN keeps the configuration of the first PTP."
-)
-LONGEST_LINE = 200
-CAPABILITY = Capability(
-    controller_class=1,
-    says="distance and time",
-    cycle_s=0.004,  # assumed: the interpolation cycle of a KR C4; integrators report 1 ms for triggers
-    references=("end",),  # PATH counts from the end point; ONSTART needs a newer KSS
-    step_mm=0.01,
-    step_mm_s=0.1,
-    most_events=8,  # integrators report eight triggers at work at once
-    analog=ANALOG,
-)
-MOST_STEPS = 1500
-"""Of a module: about 4,500 lines of .src. Assumed; nobody states a limit."""
-_LONGEST_NAME = 24
-"""Of a module or a variable in KSS 8."""
 _PTP_PERCENT = 10
 _ORI_DEG_S = 200.0
-_RESERVED = {"home", "main", "end", "def", "loop", "tool", "base", "frame", "load", "signal", "path", "trigger"}
+_HEAD = ("&ACCESS RVP", "&REL 1")
 
 
-def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
-    """Write a program: one module, or a module for each part and one that calls them."""
-    parts = divide(lowered.motion, MOST_STEPS)
-    chapters = [part for part in parts if isinstance(part, Chapter)]
-    name = make_name(lowered.motion.origin.board, _LONGEST_NAME - 5, _RESERVED)
-    writer = _Writer(installation, name, Names(_LONGEST_NAME, {name.lower(), *_RESERVED}))
-    writer.names.reserve_calls(lowered.motion)
-    routines = [_routine(writer, chapter) for chapter in chapters]
-    main = _main(writer, parts)
-    head = [f"; {cut(line, LONGEST_LINE - 4)}" for line in heading(lowered, installation, CAPABILITY, TITLE)]
-    head.append("; Units: mm, degrees (A, B, C about z, y', x''), m/s, ms; points in the board's CAD frame.")
-    if sum(len(chapter.steps) for chapter in chapters) <= MOST_STEPS:
-        points = [line for routine in routines for line in routine.points]
-        bodies = [line for routine in routines for line in ["", f"DEF {routine.name}( )", *routine.body, "END"]]
-        return {
-            f"{name}.src": source(name, [*head, *main], bodies),
-            f"{name}.dat": data_list(name, [*_data(writer), *points]),
-        }
-    files = {f"{name}.src": source(name, [*head, *main], []), f"{name}.dat": data_list(name, _data(writer))}
-    for routine in routines:
-        files[f"{routine.name}.src"] = source(routine.name, routine.body, [])
-        files[f"{routine.name}.dat"] = data_list(routine.name, routine.points)
-    return files
+class Krl(Syntax):
+    """KRL: a ``.src`` with motions by the name of their points, and a ``.dat`` with the points."""
 
+    mark = "; "
+    call_form = "{}( )"
+    pause_form = "WAIT SEC {}"
+    digital = "$OUT[{number}]={value}"
+    group = "{name}={value}"
+    analog = "$ANOUT[{number}]={value}"
+    off_on = ("FALSE", "TRUE")
+    setting_form = "{}={}"
+    reserved = frozenset(
+        {"home", "main", "end", "def", "loop", "tool", "base", "frame", "load", "signal", "path", "trigger"}
+    )
+    longest_name = 24  # of a module or a variable in KSS 8
+    longest_program_name = 19
 
-@dataclass(frozen=True, slots=True)
-class _Routine:
-    """A chapter as KRL: its points are declared in a data list."""
+    def line(self, line: Line, placed: Placed) -> Iterator[str]:
+        """Write speeds, each where it matters, the triggers of the motion, and ``LIN``."""
+        if not line.turns_on_the_spot:
+            yield from self.set("$VEL.CP", short(line.speed_mm_s / 1000.0, 6))
+        turn = turn_limit(line)
+        rate = short(_ORI_DEG_S if turn is None else turn, 1)
+        yield from self.set("$VEL.ORI1", rate)
+        yield from self.set("$VEL.ORI2", rate)
+        for event in line.events:
+            place = "DISTANCE=1" if line.turns_on_the_spot else f"PATH={fixed(event.offset_mm, 2)}"
+            delay = round(1000.0 * event.offset_s)
+            yield f"TRIGGER WHEN {place} DELAY={delay} DO {self.output(event.channel, event.value)}"
+        passing = line.blend_mm > 0.0
+        if passing:
+            yield from self.set("$APO.CDIS", short(line.blend_mm, 3))
+        yield f"LIN {self.point(line.target)}{' C_DIS' if passing else ''}"
 
-    name: str
-    points: list[str]
-    body: list[str]
+    def reach(self, reach: Reach) -> Iterator[str]:
+        """Write ``PTP``, to joint values and then the line that is left, or to the pose."""
+        if reach.joints:
+            yield f"PTP {self.axes(reach.joints)}"
+            yield from self.set("$VEL.CP", "0.1")
+        yield f"{'LIN' if reach.joints else 'PTP'} {self.point(reach.target)}"
 
-
-@dataclass(slots=True)
-class _Writer:
-    """The names given so far, and what holds at the end of what is written."""
-
-    installation: Installation
-    program: str
-    names: Names
-    tools: dict[str, Tool] = field(default_factory=dict[str, Tool])
-    boards: dict[str, Pose] = field(default_factory=dict[str, Pose])
-    settings: dict[str, str] = field(default_factory=dict[str, str])
-    points: list[str] = field(default_factory=list[str])
-    point_count: int = 0
-    loops: int = 0
-
-    def use(self, step: UseTool | UseBoard) -> list[str]:
-        """Use another tool or board from now on. The names are global, so they begin with the program's."""
-        prefix = self.program[:10]
+    def use(self, step: UseTool | UseBoard) -> Iterator[str]:
+        """Set ``$TOOL`` and its load, or ``$BASE``. The names are global, so they begin with the program's."""
+        prefix = self.name[:10]
+        name = self.frame_name(step, f"{prefix}_t_", f"{prefix}_b_")
         if isinstance(step, UseTool):
-            tool = self.installation.tool(step.number)
-            name = self.names.give("tool", step.number, f"{prefix}_t_{tool.name}")
-            self.tools[name] = tool
-            return [f"$TOOL={name}", f"$LOAD={self.names.give('load', step.number, f'{prefix}_l_{tool.name}')}"]
-        name = self.names.give("board", step.placement, f"{prefix}_b_{step.placement or 'board'}")
-        self.boards[name] = step.T_base_board
-        return [f"$BASE=$ROBROOT:{name}"]
+            yield f"$TOOL={name}"
+            yield f"$LOAD={self.load(name)}"
+        else:
+            yield f"$BASE=$ROBROOT:{name}"
+
+    def load(self, tool: str) -> str:
+        """Name the load of a tool."""
+        prefix = self.name[:10]
+        return self.names.give("load", tool, f"{prefix}_l_{self.tools[tool].name}")
+
+    def forget(self) -> None:
+        """Keep the speeds: assumed that an integrator's routine leaves ``$VEL`` and ``$APO`` as they are."""
 
     def point(self, pose: Pose) -> str:
-        """Name a point."""
-        self.point_count += 1
-        self.points.append(f"DECL FRAME P{self.point_count}={frame(pose)}")
-        return f"P{self.point_count}"
+        """Declare a point."""
+        self.points += 1
+        self.data.append(f"DECL FRAME P{self.points}={_frame(pose)}")
+        return f"P{self.points}"
 
-    def set(self, variable: str, value: str) -> list[str]:
-        """Set a system variable if it has another value."""
-        if self.settings.get(variable) == value:
-            return []
-        self.settings[variable] = value
-        return [f"{variable}={value}"]
+    def axes(self, joints: tuple[float, ...]) -> str:
+        """Write joint values; up to six joints are the robot's, what follows are external axes."""
+        names = [f"{letter}{number}" for letter in "AE" for number in range(1, 7)]
+        return f"{{{','.join(f'{n} {v}' for n, v in zip(names, self.joints(joints), strict=False))}}}"
 
+    def prepare(self) -> Iterator[str]:
+        """Set the controller's defaults and a slow ``PTP``; without a home the motion begins where the robot is."""
+        yield "; the controller's own defaults; a slow PTP"
+        yield from ("BAS(#INITMOV,0)", f"BAS(#VEL_PTP,{_PTP_PERCENT})", "$ORI_TYPE=#VAR")
+        if not self.installation.home:
+            yield "PTP $AXIS_ACT"
 
-def _routine(writer: _Writer, chapter: Chapter) -> _Routine:
-    """Points and instructions of a chapter; it sets what it needs, so that it runs alone."""
-    writer.points, writer.settings = [], {}
-    body: list[str] = []
-    for step in (chapter.board, chapter.tool):
-        body += writer.use(step) if step is not None else []
-    body += tell_steps(chapter.steps, lambda maker: f"; {cut(maker, 100)}", lambda step: _instructions(writer, step))
-    return _Routine(_routine_name(writer, chapter), writer.points, body)
+    def home(self) -> list[str]:
+        """Go to ``HOME_POSITION``."""
+        return ["PTP HOME_POSITION"] if self.installation.home else []
 
+    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
+        """Write ``REPEAT``."""
+        counter = f"nLoop{number}"
+        return [self.loop_comment(loop), f"{counter}=0", "REPEAT", f"  {counter}={counter}+1"]
 
-def _routine_name(writer: _Writer, chapter: Chapter) -> str:
-    wanted = f"{make_name(f'{writer.program}_{chapter.title}', _LONGEST_NAME - 6)}_{chapter.number:02d}"
-    return writer.names.give("routine", chapter.number, wanted)
+    def end_loop(self, number: int, loop: Repeat) -> list[str]:
+        """Write ``UNTIL``."""
+        done = f"nLoop{number}>={loop.count}"
+        if loop.sensor is None:
+            return [f"UNTIL {done}"]
+        scale, offset = self.dialect.capability.analog.reading(loop.sensor)
+        reading = f"{operand(scale, 9)}*$ANIN[{loop.sensor.number}]+{operand(offset, 9)}"
+        return [f"UNTIL ({done}) OR ({reading}>={operand(loop.least)})"]
 
+    def routine_name(self, chapter: Chapter) -> str:
+        """Name a routine; it is global, so it begins with the program's name."""
+        title = make_name(f"{self.name}_{chapter.title}", self.longest_name - 6)
+        return self.names.give("routine", chapter.number, f"{title}_{chapter.number:02d}")
 
-def _instructions(writer: _Writer, step: Step) -> Iterable[str]:
-    """Write one step."""
-    match step:
-        case Line():
-            yield from _speeds(writer, step)
-            yield from (_trigger(step, event) for event in step.events)
-            if step.blend_mm > 0.0:
-                yield from writer.set("$APO.CDIS", short(step.blend_mm, 3))
-            yield f"LIN {writer.point(step.target)}{' C_DIS' if step.blend_mm > 0.0 else ''}"
-        case Reach():
-            yield from _reach(writer, step)
-        case Pause():
-            yield f"WAIT SEC {fixed(step.duration_s, 3)}"
-        case Switch():
-            yield assign(step.channel, step.value)
-        case UseTool() | UseBoard():
-            yield from writer.use(step)
-        case Call():
-            yield f"{writer.names.give('call', step.name, step.name)}( )"
-        case Note():
-            yield f"; {cut(step.text, 100)}"
-        case Repeat() | EndRepeat():
-            raise AssertionError("loops are in main")
+    def declarations(self) -> Iterator[str]:
+        """Declare tools, loads, boards, home and counters."""
+        for name, tool in self.tools.items():
+            middle = fixed(0.5 * tool.T_flange_tcp.position[2], 1)
+            centre = f"{{X 0.0,Y 0.0,Z {middle},A 0.0,B 0.0,C 0.0}}"
+            yield f"DECL GLOBAL FRAME {name}={_frame(tool.T_flange_tcp)}"
+            load = f"{{M {fixed(tool.mass_kg, 3)},CM {centre},J {{X 0.0,Y 0.0,Z 0.0}}}}"
+            yield f"DECL GLOBAL LOAD {self.load(name)}={load}"
+        yield from (f"DECL GLOBAL FRAME {name}={_frame(place)}" for name, place in self.boards.items())
+        if self.installation.home:
+            yield f"DECL E6AXIS HOME_POSITION={self.axes(self.installation.home)}"
+        yield from (f"DECL INT nLoop{number}=0" for number in self.loops)
 
-
-def _reach(writer: _Writer, step: Reach) -> Iterable[str]:
-    if not step.joints:
-        yield f"PTP {writer.point(step.target)}"
-        return
-    yield f"PTP {axes(step.joints, writer.installation)}"
-    yield from writer.set("$VEL.CP", "0.1")
-    yield f"LIN {writer.point(step.target)}"
-
-
-def _speeds(writer: _Writer, line: Line) -> Iterable[str]:
-    """Set the speed of the TCP in m/s, and that of the turn in degrees/s, each where it matters."""
-    if not line.turns_on_the_spot:
-        yield from writer.set("$VEL.CP", short(line.speed_mm_s / 1000.0, 6))
-    turn = turn_limit(line)
-    rate = _ORI_DEG_S if turn is None else turn
-    yield from writer.set("$VEL.ORI1", short(rate, 1))
-    yield from writer.set("$VEL.ORI2", short(rate, 1))
+    def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
+        """Write one module, or a module for each routine and one that calls them."""
+        units = "Units: mm, degrees (A, B, C about z, y', x''), m/s, ms; points in the board's CAD frame."
+        body, data = [*self.heading(units), *main.body], list(self.declarations())
+        if self.fits_one_file:
+            data += [point for routine in routines for point in routine.data]
+            after = [line for each in routines for line in ["", f"DEF {each.name}( )", *each.body, "END"]]
+            return _module(self.name, [*body, "END", *after], data)
+        files = _module(self.name, [*body, "END"], data)
+        for each in routines:
+            files |= _module(each.name, [*each.body, "END"], each.data)
+        return files
 
 
-def _trigger(line: Line, event: Event) -> str:
-    """Say when an output changes: so many mm from the end of the next motion, so many ms from there."""
-    place = "DISTANCE=1" if line.turns_on_the_spot else f"PATH={fixed(event.offset_mm, 2)}"
-    delay = round(1000.0 * event.offset_s)
-    return f"TRIGGER WHEN {place} DELAY={delay} DO {assign(event.channel, event.value)}"
+def _frame(pose: Pose) -> str:
+    """Write a frame; A, B, C turn about z, the new y, the new x."""
+    words = zip("XYZABC", pose_words(pose, moving_zyx), strict=True)
+    return "{" + ",".join(f"{name} {number}" for name, number in words) + "}"
 
 
-def _main(writer: _Writer, parts: tuple[Part, ...]) -> list[str]:
-    """Write what the main routine does."""
-    body = [
-        "; the controller's own defaults; a slow PTP",
-        "BAS(#INITMOV,0)",
-        f"BAS(#VEL_PTP,{_PTP_PERCENT})",
-        "$ORI_TYPE=#VAR",
-        "PTP HOME_POSITION" if writer.installation.home else "PTP $AXIS_ACT",
-    ]
-    for indent, part in nest(parts):
-        match part:
-            case Chapter():
-                body.append(f"{indent}{_routine_name(writer, part)}( )")
-            case Begin(number, loop):
-                writer.loops = number
-                body += [f"{indent}{line}" for line in _loop(loop, f"nLoop{number}")]
-            case End(number, loop):
-                body.append(f"{indent}{_until(loop, f'nLoop{number}')}")
-    return [*body, *(["PTP HOME_POSITION"] if writer.installation.home else [])]
-
-
-def _loop(step: Repeat, counter: str) -> list[str]:
-    words = f"; until {cut(step.key, 40)} >= {short(step.least, 6)}, {step.count} times at most"
-    return [words, f"{counter}=0", "REPEAT", f"  {counter}={counter}+1"]
-
-
-def _until(step: Repeat, counter: str) -> str:
-    if step.sensor is None:
-        return f"UNTIL {counter}>={step.count}"
-    scale, offset = ANALOG.reading(step.sensor)
-    reading = f"{operand(scale, 9)}*$ANIN[{step.sensor.number}]+{operand(offset, 9)}"
-    return f"UNTIL ({counter}>={step.count}) OR ({reading}>={operand(step.least)})"
-
-
-def _data(writer: _Writer) -> list[str]:
-    """Declare tools, loads, boards, home and counters."""
-    lines: list[str] = []
-    for name, tool in writer.tools.items():
-        number = next(key for (kind, key), each in writer.names.given.items() if kind == "tool" and each == name)
-        middle = fixed(0.5 * tool.T_flange_tcp.position[2], 1)
-        inertia = "J {X 0.0,Y 0.0,Z 0.0}"
-        weight = f"{{M {fixed(tool.mass_kg, 3)},CM {{X 0.0,Y 0.0,Z {middle},A 0.0,B 0.0,C 0.0}},{inertia}}}"
-        lines.append(f"DECL GLOBAL FRAME {name}={frame(tool.T_flange_tcp)}")
-        lines.append(f"DECL GLOBAL LOAD {writer.names.given['load', number]}={weight}")
-    lines += [f"DECL GLOBAL FRAME {name}={frame(place)}" for name, place in writer.boards.items()]
-    if writer.installation.home:
-        lines.append(f"DECL E6AXIS HOME_POSITION={axes(writer.installation.home, writer.installation)}")
-    return [*lines, *(f"DECL INT nLoop{number}=0" for number in range(1, writer.loops + 1))]
+def _module(name: str, source: Iterable[str], data: Iterable[str]) -> dict[str, str]:
+    return {
+        f"{name}.src": join_lines([*_HEAD, f"DEF {name}( )", *source]),
+        f"{name}.dat": join_lines([*_HEAD, f"DEFDAT {name} PUBLIC", *data, "ENDDAT"]),
+    }

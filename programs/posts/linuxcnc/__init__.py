@@ -1,1 +1,24 @@
 """LinuxCNC G-code."""
+
+from programs.motion.lower import Capability
+from programs.posts.dialect import Dialect
+from programs.posts.linuxcnc.read import GCodeReader
+from programs.posts.linuxcnc.write import GCode
+
+DIALECT = Dialect(
+    title="LinuxCNC G-code",
+    notes="For machines with trivial kinematics such as gantries: joint values are the axes, so the tools' offsets are "
+    "in them (G49), and G54 is the board's origin. The header lists the outputs to wire; num_dio and num_aio may be "
+    "few.",
+    capability=Capability(
+        controller_class=3,
+        says="boundary",
+        cycle_s=0.001,  # the servo thread of the sample configurations
+        step_mm_s=0.1 / 60.0,
+    ),
+    longest_line=200,  # the interpreter takes 255 characters (LINELEN)
+    most_steps=5000,  # of a subroutine; assumed, for previews: the interpreter itself reads from disk, line by line
+    write=GCode.write,
+    rebuild=GCodeReader.rebuild,
+    needs_joints=True,
+)

@@ -6,221 +6,253 @@ mm/min, else inverse time (``G93``), whatever the turning axes do to the length 
 """
 
 import re
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 
 from programs.errors import ProgramError
 from programs.motion.installation import Channel, Installation
-from programs.motion.lower import Capability, Lowered
-from programs.motion.steps_of_robot import (
-    Call,
-    EndRepeat,
-    Line,
-    MotionProgram,
-    Note,
-    Pause,
-    Reach,
-    Repeat,
-    Step,
-    Switch,
-    UseBoard,
-    UseTool,
-)
-from programs.posts.linuxcnc.axes import AxisWriter, Machine, make_machine
-from programs.posts.writing.chapters import Begin, Chapter, End, Part, divide, nest
-from programs.posts.writing.heading import heading
-from programs.posts.writing.routines import Names, channels_of, tell_steps
-from programs.posts.writing.wording import cut, fixed, make_name, short
+from programs.motion.lower import Lowered
+from programs.motion.steps_of_robot import Line, MotionProgram, Reach, Repeat, UseBoard, UseTool
+from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.writing.axes import in_controller_units, needed_samples, units_of
+from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.driver import Routine, Syntax
+from programs.posts.writing.heading import channels_of
+from programs.posts.writing.lines import Placed
+from programs.posts.writing.naming import Names
+from programs.posts.writing.wording import cut, fixed, join_lines, short
 
-TITLE = "LinuxCNC G-code"
-NOTES = (
-    "For machines with trivial kinematics such as gantries: joint values are the axes, so the tools' offsets are in "
-    "them (G49), and G54 is the board's origin. The header lists the outputs to wire; num_dio and num_aio may be few."
-)
-LONGEST_LINE = 200
-"""The interpreter takes 255 characters (LINELEN)."""
-CAPABILITY = Capability(
-    controller_class=3,
-    says="boundary",
-    cycle_s=0.001,  # the servo thread of the sample configurations
-    step_mm_s=0.1 / 60.0,
-)
-MOST_STEPS = 5000
-"""Of a subroutine. Assumed, for previews and editors: the interpreter itself reads from disk, line by line."""
 GROUP_BASE = 32
 """Groups are whole numbers on the analog outputs from this one on: LinuxCNC has no groups."""
+SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 _MOST_OUTPUTS = 64
-_NAME = 40
-
-
-def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
-    """Write a program: one file, or a file for each subroutine and one that calls them.
-
-    Raises:
-        ProgramError: the joint motion is not known, or there are more axes, boards or outputs than LinuxCNC has.
-    """
-    parts = divide(lowered.motion, MOST_STEPS)
-    chapters = [part for part in parts if isinstance(part, Chapter)]
-    name = make_name(lowered.motion.origin.board, _NAME).lower()
-    writer = _Writer(make_machine(lowered.motion, installation), Names(_NAME, {name}))
-    writer.names.reserve_calls(lowered.motion)
-    routines = {writer.routine(chapter): list(_subroutine(writer, chapter)) for chapter in chapters}
-    words = (*heading(lowered, installation, CAPABILITY, TITLE), *_legend(writer.machine), *_wiring(lowered.motion))
-    head, main = [_comment(line) for line in words], list(_main(writer, parts))
-    if sum(len(chapter.steps) for chapter in chapters) <= MOST_STEPS:
-        return {f"{name}.ngc": _text([*head, *(line for lines in routines.values() for line in lines), *main])}
-    files = {f"{name}.ngc": _text([*head, *main])}
-    return files | {f"{routine}.ngc": _text([*lines, "M2"]) for routine, lines in routines.items()}
-
-
-@dataclass(slots=True)
-class _Writer:
-    """The names given so far, and the coordinate system in use."""
-
-    machine: Machine
-    names: Names
-
-    def name(self, kind: str, key: object, wanted: str) -> str:
-        """Name a subroutine in lower case, as its file is looked up."""
-        return self.names.give(kind, key, wanted).lower()
-
-    def routine(self, chapter: Chapter) -> str:
-        """Name the subroutine of a chapter."""
-        return self.name("routine", chapter.number, f"{make_name(chapter.title, 20)}_{chapter.number:02d}")
-
-
-def _subroutine(writer: _Writer, chapter: Chapter) -> Iterator[str]:
-    """Write a chapter; it says all modes and axes it needs, so that it runs alone."""
-    name = writer.routine(chapter)
-    axes = AxisWriter(writer.machine)
-    yield f"o<{name}> sub"
-    if chapter.board is not None:
-        yield axes.use(chapter.board)
-    yield from tell_steps(
-        chapter.steps, lambda maker: _comment(cut(maker, 100)), lambda step: _blocks(writer, axes, step)
-    )
-    yield f"o<{name}> endsub"
-    yield ""
-
-
-def _blocks(writer: _Writer, axes: AxisWriter, step: Step) -> Iterable[str]:
-    """Write one step."""
-    match step:
-        case Line():
-            yield from (
-                _output(event.channel, event.value, "synchronised") for event in step.events if event.share < 1.0
-            )
-            yield from axes.blocks(step)
-            then = "immediate" if step.blend_mm == 0.0 else "synchronised"
-            yield from (_output(event.channel, event.value, then) for event in step.events if event.share == 1.0)
-        case Reach():
-            axes.axes = ()
-            yield f"G0 {axes.words(step.joints)}"
-        case Pause():
-            yield f"G4 P{fixed(step.duration_s, 3)}"
-        case Switch():
-            yield _output(step.channel, step.value, "immediate")
-        case UseTool():
-            yield f"T{step.number} M6"
-        case UseBoard():
-            yield axes.use(step)
-        case Call():
-            yield f"o<{writer.name('call', step.name, step.name)}> call"
-            axes.forget()
-        case Note():
-            yield _comment(cut(step.text, 100))
-        case Repeat() | EndRepeat():
-            raise AssertionError("loops are in main")
-
-
+_LETTERS = "XYZABCUVW"
+_BLEND_MM = 0.05
+"""How far ``G64`` may cut a corner; zones are planned for the same."""
+_FINENESS = 0.7
+"""Share of the allowed deviation that straight blocks may use; the rest is for rounding."""
+_DIGITS = 4
+_NO_JOINTS = "G-code is made of joint values; track the program in a cell first."
 _FIRST_WORD = 100
 """O-words of loops are numbered from the next."""
 _DIGITAL = {"synchronised": ("M63", "M62"), "immediate": ("M65", "M64")}
 _ANALOG = {"synchronised": "M67", "immediate": "M68"}
 
 
-def _output(channel: Channel, value: float, when: str) -> str:
-    """Set an output with the next motion, or at once."""
-    number = channel.number + (GROUP_BASE if channel.kind == "group" else 0)
-    if not 0 <= number < _MOST_OUTPUTS:
-        raise ProgramError(
-            f"{channel.name} is {channel.kind} output {channel.number}; LinuxCNC has P0 to P63 and E0 to E63, "
-            f"of which groups take E{GROUP_BASE} and up. Give it another number in the cell."
+class GCode(Syntax):
+    """G-code of LinuxCNC: subroutines of blocks in the machine's axes."""
+
+    call_form = "o<{}> call"
+    pause_form = "G4 P{}"
+    longest_name = 40
+
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        self.name = self.name.lower()
+        self.letters = _name_axes(installation)
+        kinds = {letter: joint.kind for letter, joint in zip(self.letters, installation.joints, strict=True)}
+        self.slides = all(kinds.get(letter) == "prismatic" for letter in "XYZ")
+        """Whether X, Y and Z are straight axes: then F in mm/min is the speed of an orifice that does not turn."""
+        self.offsets = _offsets(self.motion, self.letters, self.slides)
+        self.offset: tuple[float, ...] = ()
+        self.written: tuple[str, ...] = ()
+        """Axes as written last; empty where the next block has to write all."""
+        self.turning = True
+        """Whether another axis than X, Y and Z moves in the block written last."""
+
+    def make_names(self) -> Names:
+        """Name subroutines in lower case, as their files are looked up."""
+        return Names(self.longest_name, {self.name.lower()}, str.lower)
+
+    def comment(self, text: str, longest: int = 0) -> str:
+        """Write a comment, and none that is taken for (MSG,...) or (ABORT,...)."""
+        inside = cut(text, longest or self.longest_comment).replace("(", "[").replace(")", "]")
+        return "(" + re.sub(r"^( *[A-Za-z]+ *),", r"\1;", inside) + ")"
+
+    def initial_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard | None]:
+        """Select the coordinate system; the tool is in the spindle."""
+        return (chapter.board,)
+
+    def chapter(self, chapter: Chapter) -> Iterator[str]:
+        """Write a subroutine; its first blocks state all modes and axes, so that it runs alone."""
+        self.offset, self.turning = (), True
+        self.forget()
+        yield from super().chapter(chapter)
+
+    def forget(self) -> None:
+        """Write modes and axes again."""
+        super().forget()
+        self.written = ()
+
+    def line(self, line: Line, placed: Placed) -> Iterator[str]:
+        """Write as many blocks as the axes need to follow a line, its outputs before the first or after the last."""
+        for event in line.events:
+            if event.share < 1.0:
+                yield self.output(event.channel, event.value, "synchronised")
+        yield from self.blocks(line)
+        then = "immediate" if line.blend_mm == 0.0 else "synchronised"
+        yield from (self.output(event.channel, event.value, then) for event in line.events if event.share == 1.0)
+
+    def blocks(self, line: Line) -> Iterator[str]:
+        """Write the motion of a line."""
+        if not line.joints:
+            raise ProgramError(_NO_JOINTS)
+        done = 0.0
+        for sample in needed_samples(line.course, units_of(self.installation), _FINENESS):
+            share = float(line.course.shares[sample])
+            words = self.axes(tuple(line.course.joints[sample].tolist()))
+            path = "G61.1" if share == 1.0 and line.blend_mm == 0.0 else f"G64 P{_BLEND_MM:g} Q0"
+            feed_mode, feed = self.feed(line, share - done)
+            modes = [each for key, mode in (("path", path), ("feed", feed_mode)) for each in self.mode(key, mode)]
+            yield f"{' '.join([*modes, 'G1'])} {words} F{feed}"
+            done = share
+
+    def mode(self, group: str, word: str) -> list[str]:
+        """Write a modal word of a group if another is in force."""
+        return [word] if self.set(group, word) else []
+
+    def feed(self, line: Line, share: float) -> tuple[str, str]:
+        """Give the feed mode and ``F`` of a block that does this share of a line."""
+        if self.slides and line.speed_mm_s > 0.0 and not self.turning:
+            return "G94", short(60.0 * line.speed_mm_s, 1)
+        whole_s = line.duration_s
+        if line.speed_mm_s > 0.0:
+            whole_s = line.length_mm / line.speed_mm_s
+        elif line.turn_rad_s > 0.0:
+            whole_s = line.angle_rad / line.turn_rad_s
+        return "G93", short(60.0 / (share * whole_s), 4)
+
+    def axes(self, joints: tuple[float, ...]) -> str:
+        """Write the axes that change, at least one.
+
+        Raises:
+            ProgramError: the joints are not known.
+        """
+        if not joints or len(joints) != len(self.letters):
+            raise ProgramError(_NO_JOINTS)
+        values = in_controller_units(joints, self.installation)
+        offset = self.offset or tuple(0.0 for _ in values)
+        words = tuple(
+            f"{letter}{fixed(value - zero, _DIGITS)}"
+            for letter, value, zero in zip(self.letters, values, offset, strict=True)
         )
-    if channel.kind == "digital":
-        return f"{_DIGITAL[when][int(value > 0.5)]} P{number}"
-    return f"{_ANALOG[when]} E{number} Q{short(value, 6)}"
+        before = self.written or tuple("" for _ in words)
+        changed = [now for now, then in zip(words, before, strict=True) if now != then]
+        self.turning = any(word[0] not in "XYZ" for word in changed)
+        self.written = words
+        return " ".join(changed or words[:1])
+
+    def reach(self, reach: Reach) -> Iterator[str]:
+        """Write a rapid in all axes."""
+        self.written = ()
+        yield f"G0 {self.axes(reach.joints)}"
+
+    def use(self, step: UseTool | UseBoard) -> Iterator[str]:
+        """Change the tool, or select the coordinate system of a placement."""
+        if isinstance(step, UseTool):
+            yield f"T{step.number} M6"
+            return
+        system, self.offset = self.offsets[step.placement]
+        self.written = ()
+        yield system
+
+    def output(self, channel: Channel, value: float, when: str = "immediate") -> str:
+        """Set an output with the next motion, or at once."""
+        number = _number(channel)
+        if not 0 <= number < _MOST_OUTPUTS:
+            raise ProgramError(
+                f"{channel.name} is {channel.kind} output {channel.number}; LinuxCNC has P0 to P63 and E0 to E63, "
+                f"of which groups take E{GROUP_BASE} and up. Give it another number in the cell."
+            )
+        if channel.kind == "digital":
+            return f"{_DIGITAL[when][int(value > 0.5)]} P{number}"
+        return f"{_ANALOG[when]} E{number} Q{short(value, 6)}"
+
+    def prepare(self) -> Iterator[str]:
+        """Set the modes, and the zero of each coordinate system."""
+        yield "G21 G90 G17 G40 G49 G80"
+        zero = "origin of the board; leave this block out after touching off" if self.slides else "joint zero"
+        for number, (system, offset) in enumerate(self.offsets.values(), start=1):
+            words = " ".join(f"{letter}{short(value, 4)}" for letter, value in zip(self.letters, offset, strict=True))
+            yield self.comment(f"{system}: {zero}")
+            yield f"G10 L2 P{number} {words} R0"
+
+    def home(self) -> Iterator[str]:
+        """Go home in machine coordinates."""
+        if self.installation.home:
+            self.offset, self.written = (), ()
+            yield f"G53 G0 {self.axes(self.installation.home)}"
+
+    def finish(self) -> list[str]:
+        """End the program."""
+        return ["M2"]
+
+    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
+        """Write ``repeat``, or ``do`` where an input is read."""
+        word, counter = f"o{_FIRST_WORD + number}", f"#<loop{_FIRST_WORD + number}>"
+        if loop.sensor is None:
+            return [f"{word} repeat [{loop.count}]"]
+        text = f"until {cut(loop.key, 40)} >= {short(loop.least, 6)}: {loop.count} times at most"
+        return [self.comment(text), f"{counter} = 0", f"{word} do", f"  {counter} = [{counter} + 1]"]
+
+    def end_loop(self, number: int, loop: Repeat) -> list[str]:
+        """Read the analog input (``M66`` leaves it in #5399) after each turn."""
+        word, counter = f"o{_FIRST_WORD + number}", f"#<loop{_FIRST_WORD + number}>"
+        if loop.sensor is None:
+            return [f"{word} endrepeat"]
+        reading = f"{short(loop.sensor.scale, 6)} * #5399 + {short(loop.sensor.offset, 6)}"
+        condition = f"[{counter} LT {loop.count}] AND [[{reading}] LT {short(loop.least, 6)}]"
+        return [f"  M66 E{loop.sensor.number} L0", f"{word} while [{condition}]"]
+
+    def legend(self) -> Iterator[str]:
+        """Describe the words of a block, and list the outputs by their HAL pins."""
+        axes = ", ".join(
+            f"{letter} = {joint.name} ({'deg' if joint.kind == 'revolute' else 'mm'})"
+            for letter, joint in zip(self.letters, self.installation.joints, strict=True)
+        )
+        yield f"Axes: {axes}"
+        speed = "G94 F: mm/min of the orifice; G93 F: 1/min of the block where turning axes move"
+        yield f"Joint values; each tool's offset is in them. {speed}"
+        for channel in channels_of(self.motion):
+            pin = f"{'digital' if channel.kind == 'digital' else 'analog'}-out-{_number(channel):02d}"
+            yield f"Output {channel.name}: motion.{pin}" + (" (a whole number)" if channel.kind == "group" else "")
+
+    def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
+        """Write one file, or a file for each subroutine and one that calls them."""
+        head = self.heading(*self.legend())
+        bodies = {each.name: [f"o<{each.name}> sub", *each.body, f"o<{each.name}> endsub", ""] for each in routines}
+        if self.fits_one_file:
+            inside = [line for body in bodies.values() for line in body]
+            return {f"{self.name}.ngc": join_lines([*head, *inside, *main.body])}
+        files = {f"{self.name}.ngc": join_lines([*head, *main.body])}
+        return files | {f"{name}.ngc": join_lines([*body, "M2"]) for name, body in bodies.items()}
 
 
-def _main(writer: _Writer, parts: tuple[Part, ...]) -> Iterator[str]:
-    """Write what calls the subroutines."""
-    yield "G21 G90 G17 G40 G49 G80"
-    axes = writer.machine.letters
-    for number, (system, offset) in enumerate(writer.machine.offsets.values(), start=1):
-        words = " ".join(f"{letter}{short(value, 4)}" for letter, value in zip(axes, offset, strict=True))
-        told = "origin of the board; leave this block out after touching off" if writer.machine.slides else "joint zero"
-        yield _comment(f"{system}: {told}")
-        yield f"G10 L2 P{number} {words} R0"
-    home = list(_home(writer.machine))
-    yield from home
-    for indent, part in nest(parts):
-        match part:
-            case Chapter():
-                yield f"{indent}o<{writer.routine(part)}> call"
-            case Begin(number, loop):
-                yield from (f"{indent}{line}" for line in _begin_loop(loop, _FIRST_WORD + number))
-            case End(number, loop):
-                yield from (f"{indent}{line}" for line in _end_loop(loop, _FIRST_WORD + number))
-    yield from home
-    yield "M2"
+def _name_axes(installation: Installation) -> tuple[str, ...]:
+    """Name the axes as the joints are named if those are axes, else X, Y, Z, A, B, C, U, V, W in their order."""
+    names = [joint.name.upper() for joint in installation.joints]
+    if len(names) > len(_LETTERS):
+        raise ProgramError(f"LinuxCNC has {len(_LETTERS)} axes; robot {installation.robot} has {len(names)} joints.")
+    are_axes = len(set(names)) == len(names) and all(len(name) == 1 and name in _LETTERS for name in names)
+    return tuple(names if are_axes else _LETTERS[: len(names)])
 
 
-def _begin_loop(step: Repeat, number: int) -> list[str]:
-    if step.sensor is None:
-        return [f"o{number} repeat [{step.count}]"]
-    said = f"until {cut(step.key, 40)} >= {short(step.least, 6)}: {step.count} times at most"
-    return [_comment(said), f"#<loop{number}> = 0", f"o{number} do", f"  #<loop{number}> = [#<loop{number}> + 1]"]
+def _offsets(
+    motion: MotionProgram, letters: tuple[str, ...], slides: bool
+) -> Mapping[str, tuple[str, tuple[float, ...]]]:
+    """Coordinate system, and what it adds to each axis, by the placement of the board.
+
+    Where X, Y and Z slide, assumed along the directions of the base frame, the board's origin is their zero.
+    """
+    places = {step.placement: step.T_base_board for step in motion.steps if isinstance(step, UseBoard)}
+    if len(places) > len(SYSTEMS):
+        raise ProgramError(f"LinuxCNC has {len(SYSTEMS)} coordinate systems; the board lies in {len(places)} places.")
+    offsets: dict[str, tuple[str, tuple[float, ...]]] = {}
+    for system, (placement, place) in zip(SYSTEMS, places.items(), strict=False):
+        origin = dict(zip("XYZ", place.position, strict=True)) if slides else {}
+        offsets[placement] = (system, tuple(round(origin.get(letter, 0.0), _DIGITS) for letter in letters))
+    return offsets
 
 
-def _end_loop(step: Repeat, number: int) -> list[str]:
-    """Look at the analog input (``M66`` leaves it in #5399) after each turn."""
-    if step.sensor is None:
-        return [f"o{number} endrepeat"]
-    reading = f"{short(step.sensor.scale, 6)} * #5399 + {short(step.sensor.offset, 6)}"
-    goes_on = f"[#<loop{number}> LT {step.count}] AND [[{reading}] LT {short(step.least, 6)}]"
-    return [f"  M66 E{step.sensor.number} L0", f"o{number} while [{goes_on}]"]
-
-
-def _home(machine: Machine) -> Iterator[str]:
-    """Go home in machine coordinates."""
-    if machine.installation.home:
-        yield f"G53 G0 {AxisWriter(machine).words(machine.installation.home)}"
-
-
-def _legend(machine: Machine) -> tuple[str, ...]:
-    """Say what the words mean."""
-    axes = ", ".join(
-        f"{letter} = {joint.name} ({'deg' if joint.kind == 'revolute' else 'mm'})"
-        for letter, joint in zip(machine.letters, machine.installation.joints, strict=True)
-    )
-    speed = "G94 F: mm/min of the orifice; G93 F: 1/min of the block where turning axes move"
-    return (f"Axes: {axes}", f"Joint values; each tool's offset is in them. {speed}")
-
-
-def _wiring(motion: MotionProgram) -> Iterator[str]:
-    """List the outputs by their HAL pins."""
-    for channel in channels_of(motion):
-        pin = f"digital-out-{channel.number:02d}"
-        if channel.kind != "digital":
-            pin = f"analog-out-{channel.number + (GROUP_BASE if channel.kind == 'group' else 0):02d}"
-        yield f"Output {channel.name}: motion.{pin}" + (" (a whole number)" if channel.kind == "group" else "")
-
-
-def _comment(text: str) -> str:
-    """Write a comment, and none that is taken for (MSG,...) or (ABORT,...)."""
-    inside = cut(text, LONGEST_LINE - 4).replace("(", "[").replace(")", "]")
-    return "(" + re.sub(r"^( *[A-Za-z]+ *),", r"\1;", inside) + ")"
-
-
-def _text(lines: Iterable[str]) -> str:
-    return "".join(f"{line}\n" for line in lines)
+def _number(channel: Channel) -> int:
+    """Number of an output among the digital or the analog ones."""
+    return channel.number + (GROUP_BASE if channel.kind == "group" else 0)

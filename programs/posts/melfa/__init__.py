@@ -1,1 +1,29 @@
 """Mitsubishi MELFA-BASIC V and VI."""
+
+import re
+
+from programs.motion.analog import Counting
+from programs.motion.lower import Capability
+from programs.posts.dialect import Dialect
+from programs.posts.melfa.read import MelfaBasicReader
+from programs.posts.melfa.write import MelfaBasic
+
+DIALECT = Dialect(
+    title="Mitsubishi MELFA-BASIC",
+    notes="For CR750, CR800 and the like; outputs by Wth at the beginning of a move. Base is the robot seen from the "
+    "board; the controller keeps Base and Tool, so main ends with the defaults. Groups are M_Outb, analog channels "
+    "M_Outw, 10000 at full scale. Where joints are not known structure flag 7 is assumed.",
+    capability=Capability(
+        controller_class=3,
+        says="boundary",
+        cycle_s=0.0071,  # assumed: the motion cycle of CR750; CR800 has half of it
+        step_mm_s=0.1,
+        # Words of 16 bits; 10,000 at full scale is assumed: the module and its configuration decide.
+        analog=Counting(full=10_000.0, step=1.0),
+    ),
+    longest_line=127,  # of a step (manual of CR1D)
+    most_steps=2000,  # of a program: below 8,000 of the 32,767 step numbers; assumed
+    write=MelfaBasic.write,
+    rebuild=MelfaBasicReader.rebuild,
+    move=re.compile(r"\d+ (Mvs|Mov) P\d"),
+)

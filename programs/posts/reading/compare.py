@@ -24,7 +24,8 @@ from programs.motion.steps_of_robot import (
     UseTool,
 )
 from programs.pose import Pose, angle, between, distance
-from programs.posts.reading.rebuilt import (
+from programs.posts.reading.tolerances import apart, is_channel, same_axes, same_condition, same_pose, same_value
+from programs.posts.rebuilt import (
     Axes,
     ReadBoard,
     ReadCall,
@@ -39,7 +40,6 @@ from programs.posts.reading.rebuilt import (
     ReadTool,
     Rebuilt,
 )
-from programs.posts.reading.tolerances import apart, is_channel, same_axes, same_condition, same_pose, same_value
 from programs.posts.writing.axes import AXIS_DEG, AXIS_MM, place_on, units_of
 
 EVENT_MM, EVENT_S = 0.5, 0.002

@@ -6,7 +6,7 @@ from programs.motion.analog import Counting
 from programs.motion.installation import Channel, Installation
 from programs.motion.steps_of_robot import Repeat
 from programs.pose import Pose, angle, distance
-from programs.posts.reading.rebuilt import ReadRepeat
+from programs.posts.rebuilt import ReadRepeat
 from programs.posts.writing.axes import in_controller_units
 
 POSE_MM, POSE_DEG = 0.01, 0.01

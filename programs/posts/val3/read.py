@@ -1,176 +1,143 @@
-"""Reads the VAL3 project that ``val3`` writes, as a controller would execute it."""
+"""Reads a VAL3 project back, as a controller would execute it."""
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from xml.etree import ElementTree
 
 from programs.errors import ProgramError
 from programs.pose import Pose
-from programs.posts.reading.rebuilt import (
-    ReadBoard,
-    ReadCall,
-    ReadEndRepeat,
-    ReadLine,
-    ReadPause,
-    ReadSwitch,
-    ReadTool,
-    Rebuilt,
-)
-from programs.posts.reading.scanner import Arm, read_repeat
-from programs.posts.val3.text import OUTPUTS, TRIGGER, WATCH
+from programs.posts.dialect import ProgramFiles
+from programs.posts.reading.driver import Action, N, Reader, read_pose, skip
+from programs.posts.rebuilt import ReadBoard, ReadLine, ReadSwitch, ReadTool
+from programs.posts.val3.project import OUTPUTS, TRIGGER, WATCH
 from programs.posts.writing.angles import from_moving_xyz
 
-_NUMBER = r"-?\d+(?:\.\d+)?"
-_MOVE = re.compile(r"(nId=)?(movel|movej)\((\w+)(?:\[(\d+)\])?,(\w+),(\w+)\)")
-_TRIGGER = re.compile(rf"call trigger\(nId,(\d+),({_NUMBER})\)")
-_SWITCH = re.compile(rf"(?:(do\d+)=(true|false)|(?:dioSet|aioSet)\(([ga]o\d+),({_NUMBER})\))")
-_DELAY = re.compile(rf"delay\(({_NUMBER})\)")
-_CALL = re.compile(r"call (\w+)\(\)")
-_UNTIL = re.compile(rf"until (nLoop\d+)>=(\d+)(?: or ({_NUMBER})\*aioGet\(ai\d+\)\+({_NUMBER})>=({_NUMBER}))?")
+_UNTIL = rf"until (nLoop\d+)>=(\d+)(?: or {N}\*aioGet\(ai\d+\)\+{N}>={N})?"
 _SETTER = re.compile(r"if x_nOutput==(\d+)\s+(?:(do\d+)=x_nValue!=0|(?:dioSet|aioSet)\(([ga]o\d+),x_nValue\))\s+endIf")
-_IGNORED = re.compile(
-    r"nHead=0|nTail=0|nLoop(\d+)=(?:0|nLoop\1\+1)|do|taskCreateSync \"watch\",0\.004,bOverrun,watch\(\)|"
-    r"taskKill\(\"watch\"\)"
-)
 _KINDS = {prefix: kind for kind, prefix in OUTPUTS.items()}
 
 
-@dataclass(slots=True)
-class _Controller:
-    """Data and programs of a project, and the arm."""
+class Val3Reader(Reader):
+    """Data and programs of a project, and the moves that the program runs ahead of."""
 
-    data: dict[str, list[dict[str, str]]] = field(default_factory=dict[str, list[dict[str, str]]])
-    programs: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
-    outputs: dict[str, str] = field(default_factory=dict[str, str])
-    """Variable, by the number that the task knows it by."""
-    arm: Arm = field(default_factory=Arm)
-    waits: bool = True
-    """Whether the program has waited for the moves."""
+    def __init__(self) -> None:
+        super().__init__()
+        self.values: dict[str, list[dict[str, str]]] = {}
+        self.outputs: dict[str, str] = {}
+        """Variable, by the number that the task knows it by."""
+        self.waits = True
+        """Whether the program has waited for the moves."""
 
-    def run(self, name: str) -> None:
-        """Execute a program, each loop once."""
-        lines = self.programs[name]
-        for at, line in enumerate(lines):
-            if line == "do":
-                counter = lines[at + 1].split("=")[0]
-                ends = (found for rest in lines[at:] if (found := _UNTIL.fullmatch(rest)))
-                end = next((found for found in ends if found[1] == counter), None)
-                if end is None:
-                    raise ProgramError("a do has no until.")
-                self.arm.steps.append(read_repeat(end[2], end.groups()[2:]))
-            self.execute(line)
+    def load(self, files: ProgramFiles) -> str:
+        """Read data and programs; the project file lists the others, and the task is as it is written."""
+        try:
+            trees = [ElementTree.fromstring(text) for text in files.values()]
+        except ElementTree.ParseError as error:
+            raise ProgramError(f"the project is no XML: {error}.") from None
+        listed = [element.attrib["file"] for tree in trees for element in tree.iter() if "file" in element.attrib]
+        if sorted(listed) != sorted(list(files)[1:]):
+            raise ProgramError("the project file does not list the files.")
+        for element in (element for tree in trees for element in tree.iter() if "name" in element.attrib):
+            name, tag = element.attrib["name"], element.tag.rpartition("}")[2]
+            if tag == "Data":
+                self.values[name] = [dict(value.attrib) for value in element]
+                if any(value["key"] != str(key) for key, value in enumerate(self.values[name])):
+                    raise ProgramError(f"the values of {name} are not in order.")
+            elif tag == "Program":
+                text = "".join(element.itertext()).strip().removeprefix("begin").removesuffix("end")
+                lines = [line.strip() for line in text.splitlines()]
+                self.routines[name] = [line for line in lines if line and not line.startswith("//")]
+        for name, body in (("watch", WATCH), ("trigger", TRIGGER)):
+            if self.routines.get(name) != [line.strip() for line in body]:
+                raise ProgramError("the task that sets outputs is not as it is written.")
+        for number, digital, other in _SETTER.findall(" ".join(self.routines.get("setOutput", []))):
+            self.outputs[number] = digital or other
+        return "start"
 
-    def execute(self, line: str) -> None:
-        """Execute one statement."""
-        if match := _MOVE.fullmatch(line):
-            self.move(match)
-        elif match := _TRIGGER.fullmatch(line):
-            self.trigger(match[1], float(match[2]))
-        elif line == "waitEndMove()":
-            self.waits = True
-        elif match := _CALL.fullmatch(line):
-            if match[1] in self.programs:
-                self.run(match[1])
-            else:
-                self.stand(line)
-                self.arm.steps.append(ReadCall(match[1]))
-        elif match := _DELAY.fullmatch(line):
-            self.stand(line)
-            self.arm.steps.append(ReadPause(float(match[1])))
-        elif match := _SWITCH.fullmatch(line):
-            self.stand(line)
-            digital, bit, other, value = match.groups()
-            self.arm.steps.append(_switch(digital or other, float(bit == "true") if digital else float(value)))
-        elif _UNTIL.fullmatch(line):
-            self.arm.steps.append(ReadEndRepeat())
-        elif not _IGNORED.fullmatch(line):
-            raise ProgramError(f"unknown statement {line!r}.")
+    def grammar(self) -> dict[str, Action]:
+        """List the statements."""
+        task = r"taskCreateSync \"watch\",0\.004,bOverrun,watch\(\)|taskKill\(\"watch\"\)"
+        return {
+            r"(?:nId=)?(movel|movej)\((\w+)(?:\[(\d+)\])?,(\w+),(\w+)\)": self.move,
+            rf"call trigger\(nId,(\d+),{N}\)": self.trigger,
+            r"waitEndMove\(\)": self.wait,
+            r"call (\w+)\(\)": self.call,
+            rf"delay\({N}\)": self.pause,
+            r"(do\d+)=(true|false)": lambda match: self.switch(match[1], float(match[2] == "true")),
+            rf"(?:dioSet|aioSet)\(([ga]o\d+),{N}\)": lambda match: self.switch(match[1], float(match[2])),
+            r"do": self.begin_loop,
+            _UNTIL: self.end_repeat,
+            rf"nHead=0|nTail=0|nLoop(\d+)=(?:0|nLoop\1\+1)|{task}": skip,
+        }
 
-    def stand(self, line: str) -> None:
+    def stand(self, what: str) -> None:
         """Make sure that the program has waited for the moves: it runs ahead of them."""
         if not self.waits:
-            raise ProgramError(f"{line!r} is done before the robot stands.")
+            raise ProgramError(f"{what!r} is done before the robot stands.")
+
+    def wait(self, match: re.Match[str]) -> None:
+        """Wait for the moves."""
+        self.waits = True
+
+    def call(self, match: re.Match[str]) -> None:
+        """Call a program; the integrator's when the robot stands."""
+        if match[1] not in self.routines:
+            self.stand(match[0])
+        super().call(match)
+
+    def pause(self, match: re.Match[str]) -> None:
+        """Hold the pose when the robot stands."""
+        self.stand(match[0])
+        super().pause(match)
+
+    def switch(self, channel: str, value: float) -> None:
+        """Set an output, by its variable, when the robot stands."""
+        self.stand(channel)
+        super().switch(_channel(channel), value)
+
+    def begin_loop(self, match: re.Match[str]) -> None:
+        """Begin a loop whose counter is the first thing in it."""
+        counter = next((found[1] for found in self.ahead(r"(nLoop\d+)=nLoop\d+\+1")), "")
+        end = next((found for found in self.ahead(_UNTIL) if found[1] == counter), None)
+        if end is None:
+            raise ProgramError("a do has no until.")
+        self.repeat(end[2], end.groups()[2:])
 
     def move(self, match: re.Match[str]) -> None:
         """Move in a line, or by joints."""
-        _, word, name, key, tool, movement = match.groups()
+        word, name, key, tool, movement = match.groups()
         self.waits = False
         target = self.value(name, int(key or 0))
         if "j1" in target:
-            self.arm.jointed = name != "jHome"
+            self.by_joints = name != "jHome"
             return
-        father = target["fatherId"].removesuffix("[0]")
-        self.arm.tool = ReadTool(tool, _pose(self.value(tool)))
-        self.arm.board = ReadBoard(_pose(self.value(father)))
+        pose = _pose(target)
+        self.tool = ReadTool(tool, _pose(self.value(tool)))
+        self.board = ReadBoard(_pose(self.value(target["fatherId"].removesuffix("[0]"))))
         if word == "movej":
-            self.arm.reach(_pose(target))
+            self.reach(pose)
             return
-        said = self.value(movement)
-        turns = not self.arm.jointed and self.arm.length_to(_pose(target)) == 0.0
-        self.arm.line(_pose(target), said["blend"] == "off", 0.0 if turns else float(said["tmax"]))
+        speeds = self.value(movement)
+        turns = self.pose is not None and not self.length_to(pose)
+        self.line(pose, speeds["blend"] == "off", 0.0 if turns else float(speeds["tmax"]))
 
-    def trigger(self, number: str, value: float) -> None:
+    def trigger(self, match: re.Match[str]) -> None:
         """Set an output with the move that was just given."""
-        if not self.arm.steps or not isinstance(self.arm.steps[-1], ReadLine):
+        if not self.steps or not isinstance(self.steps[-1], ReadLine):
             raise ProgramError("a trigger does not follow a line.")
-        if number not in self.outputs:
-            raise ProgramError(f"the task has no output {number}.")
-        self.arm.steps.insert(-1, _switch(self.outputs[number], value))
+        if match[1] not in self.outputs:
+            raise ProgramError(f"the task has no output {match[1]}.")
+        self.steps.insert(-1, ReadSwitch(_channel(self.outputs[match[1]]), float(match[2])))
 
     def value(self, name: str, key: int = 0) -> dict[str, str]:
         """Look up a value of the data file."""
-        if name not in self.data or key >= len(self.data[name]):
+        if name not in self.values or key >= len(self.values[name]):
             raise ProgramError(f"{name}[{key}] is not in the data file.")
-        return self.data[name][key]
-
-
-def read(files: Mapping[str, str]) -> Rebuilt:
-    """Rebuild what the project does.
-
-    Raises:
-        ProgramError: a file is missing, or something is written that ``val3`` does not write.
-    """
-    controller = _Controller()
-    try:
-        trees = {name: ElementTree.fromstring(text) for name, text in files.items()}
-    except ElementTree.ParseError as error:
-        raise ProgramError(f"the project is no XML: {error}.") from None
-    listed = [element.attrib["file"] for tree in trees.values() for element in tree.iter() if "file" in element.attrib]
-    if sorted(listed) != sorted(list(files)[1:]):
-        raise ProgramError("the project file does not list the files.")
-    for tree in trees.values():
-        _load(controller, tree)
-    fixed = {"watch": WATCH, "trigger": TRIGGER}
-    if any(controller.programs.get(name) != [line.strip() for line in body] for name, body in fixed.items()):
-        raise ProgramError("the task that sets outputs is not as it should be.")
-    for number, digital, other in _SETTER.findall(" ".join(controller.programs.get("setOutput", []))):
-        controller.outputs[number] = digital or other
-    if "start" not in controller.programs:
-        raise ProgramError("there is no program start.")
-    controller.run("start")
-    return Rebuilt(tuple(controller.arm.steps))
-
-
-def _load(controller: _Controller, tree: ElementTree.Element) -> None:
-    for element in tree.iter():
-        tag = element.tag.rpartition("}")[2]
-        if tag == "Data" and "name" in element.attrib:
-            values = [dict(value.attrib) for value in element]
-            if any(value["key"] != str(key) for key, value in enumerate(values)):
-                raise ProgramError(f"the values of {element.attrib['name']} are not in order.")
-            controller.data[element.attrib["name"]] = values
-        elif tag == "Program" and "name" in element.attrib:
-            text = "".join(element.itertext()).strip().removeprefix("begin").removesuffix("end")
-            lines = [line.strip() for line in text.splitlines()]
-            kept = [line for line in lines if line and not line.startswith("//")]
-            controller.programs[element.attrib["name"]] = kept
+        return self.values[name][key]
 
 
 def _pose(value: dict[str, str]) -> Pose:
-    x, y, z, rx, ry, rz = (float(value[name]) for name in ("x", "y", "z", "rx", "ry", "rz"))
-    return Pose((x, y, z), from_moving_xyz(rx, ry, rz))
+    return read_pose((value[name] for name in ("x", "y", "z", "rx", "ry", "rz")), from_moving_xyz)
 
 
-def _switch(variable: str, value: float) -> ReadSwitch:
-    return ReadSwitch(f"{_KINDS[variable[:2]]} {variable[2:]}", value)
+def _channel(variable: str) -> str:
+    return f"{_KINDS[variable[:2]]} {variable[2:]}"

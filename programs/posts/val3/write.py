@@ -1,119 +1,84 @@
 """Staubli VAL3: outputs where a move begins, set by a synchronous task that watches which move is being executed."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 from programs.motion.installation import Channel, Installation
-from programs.motion.lower import Capability, Lowered
-from programs.motion.steps_of_robot import (
-    Call,
-    EndRepeat,
-    Line,
-    MotionProgram,
-    Note,
-    Pause,
-    Reach,
-    Repeat,
-    Switch,
-    UseBoard,
-    UseTool,
-)
+from programs.motion.lower import Lowered
+from programs.motion.steps_of_robot import Call, Line, Pause, Reach, Repeat, Step, Switch, UseBoard, UseTool
 from programs.pose import Pose
-from programs.posts.val3 import text as val3_text
-from programs.posts.val3.data import Data, signal_name, variables
-from programs.posts.writing.chapters import Begin, Chapter, End, Part, divide, nest
-from programs.posts.writing.heading import heading
-from programs.posts.writing.routines import (
-    Names,
-    Placed,
-    degrees_per_s,
-    outputs_of,
-    tell,
+from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.val3.project import (
+    OUTPUTS,
+    PERIOD_S,
+    QUEUE,
+    TRIGGER,
+    WATCH,
+    code,
+    database,
+    movement,
+    place,
+    project,
+    variable,
 )
-from programs.posts.writing.wording import cut, fixed, make_name, short
+from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.driver import Routine, Syntax
+from programs.posts.writing.heading import channels_of, list_outputs
+from programs.posts.writing.lines import Placed, degrees_per_s
+from programs.posts.writing.naming import Names
+from programs.posts.writing.wording import fixed, short
 
-TITLE = "Staubli VAL3"
-NOTES = (
-    "A project for CS8 and CS9, VAL3 s7 and newer: put the files into a folder of the project's name and link the "
-    "variables do, go, ao and ai. A task of 4 ms sets outputs on the path, as direct ones run ahead of the motion."
-)
-LONGEST_LINE = 200
-"""Assumed."""
-CAPABILITY = Capability(controller_class=4, says="boundary", cycle_s=val3_text.PERIOD_S, step_mm_s=0.1)
-MOST_STEPS = 1500
-"""Of a program. Assumed; an array takes 9,999 points."""
-_LONGEST_NAME = 15
-"""Of programs and variables in the oldest controllers that are about. Assumed."""
-_WORDS = {"start", "stop", "watch", "trigger", "setoutput", "begin", "end", "call", "return", "wait", "open", "close"}
 _FASTEST = 9999.0
+_GROUP_BITS = 8
+_PARAMETERS = ("x_nMove", "x_nOutput", "x_nValue")
 
 
-def render(lowered: Lowered, installation: Installation) -> dict[str, str]:
-    """Write a project: its file, the data, start and stop, a program for each part, and those of the task."""
-    motion = lowered.motion
-    parts = divide(motion, MOST_STEPS)
-    name = make_name(motion.origin.board, _LONGEST_NAME, _WORDS)
-    data = Data(channels=_channels(motion))
-    writer = _Writer(installation, Names(_LONGEST_NAME, set(_WORDS)), data)
-    writer.names.reserve_calls(motion)
-    bodies = {writer.names.routine(part): _body(writer, part) for part in parts if isinstance(part, Chapter)}
-    head = [*heading(lowered, installation, CAPABILITY, TITLE), *outputs_of(motion)]
-    head.append("Units: mm, mm/s, deg/s; points in the board's CAD frame, rx ry rz about x, y', z''")
-    start = [*map(_comment, head), *_start(writer, parts)]
-    parameters = ("x_nMove", "x_nOutput", "x_nValue")
-    programs = {
-        "start": val3_text.code("start", start),
-        "stop": val3_text.code("stop", ['taskKill("watch")']),
-        **{routine: val3_text.code(routine, body) for routine, body in bodies.items()},
-        "watch": val3_text.code("watch", val3_text.WATCH),
-        "trigger": val3_text.code("trigger", val3_text.TRIGGER, parameters),
-        "setOutput": val3_text.code("setOutput", _setters(data.channels), parameters[1:]),
-    }
-    return {
-        f"{name}.pjx": val3_text.project(list(programs), name),
-        f"{name}.dtx": val3_text.database(variables(data, motion, installation)),
-        **{f"{program}.pgx": text for program, text in programs.items()},
-    }
+class Val3(Syntax):
+    """VAL3: a project of programs, and of data in arrays."""
 
+    mark = "// "
+    longest_comment = longest_heading = 120
+    call_form = "call {}()"
+    pause_form = "delay({})"
+    digital = "do{number}={value}"
+    group = "dioSet(go{number},{value})"
+    analog = "aioSet(ao{number},{value})"
+    off_on = ("false", "true")
+    rounds_groups = True
+    reserved = frozenset({
+        "start", "stop", "watch", "trigger", "setoutput", "begin", "end", "call", "return", "wait", "open", "close",
+    })  # fmt: skip
+    longest_name = 15  # of programs and variables in the oldest controllers in use; assumed
+    longest_title = 12
 
-@dataclass(slots=True)
-class _Writer:
-    """The names and data given so far, and what holds at the end of what is written."""
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        used = {event.channel: None for line in self.motion.lines for event in line.events}
+        self.channels = sorted(used, key=lambda channel: (channel.kind, channel.number))
+        """Outputs that change on the path, by their number in the task."""
+        self.movements: dict[str, str] = {}
+        self.arrays: dict[str, list[str]] = {}
+        """Points by the name of their array."""
+        self.reached: list[str] = []
+        """Joint values in the array ``jReach``."""
+        self.tool, self.board, self.chapter_number = "flange", "world", 0
+        self.moving = False
+        """Whether moves may be waiting: what is done at rest has to wait for them."""
 
-    installation: Installation
-    names: Names
-    data: Data
-    tool: str = "flange"
-    board: str = "world"
-    chapter: int = 0
-    moving: bool = False
-    """Whether moves may be waiting: what is done at rest has to wait for them."""
+    def make_names(self) -> Names:
+        """Begin the list of names; a program may be called like the project."""
+        return Names(self.longest_name, set(self.reserved))
 
-    def use(self, step: UseTool | UseBoard | None) -> None:
-        """Use another tool or board from now on."""
-        if isinstance(step, UseTool):
-            tool = self.installation.tool(step.number)
-            self.tool = self.names.give("tool", step.number, f"t_{tool.name}")
-            self.data.tools[self.tool] = tool.T_flange_tcp
-        elif isinstance(step, UseBoard):
-            self.board = self.names.give("board", step.placement, f"f_{step.placement or 'board'}")
-            self.data.boards[self.board] = step.T_base_board
+    def chapter(self, chapter: Chapter) -> Iterator[str]:
+        """Write a program; it waits at its end, so that what follows is done at rest."""
+        self.chapter_number = chapter.number
+        yield from super().chapter(chapter)
+        yield from self.rest()
 
-    def point(self, pose: Pose) -> str:
-        """Put a point into the chapter's array for the board in use."""
-        array = self.names.give("points", (self.chapter, self.board), f"p_{self.chapter:02d}")
-        return self.data.point(array, pose, self.board)
-
-    def movement(self, line: Line) -> str:
-        """Name the speed and the zone of a line."""
-        turns = line.turns_on_the_spot
-        rate = degrees_per_s(line) if turns else line.speed_mm_s
-        zone = f"z{fixed(line.blend_mm, 2)}" if line.blend_mm else "fine"
-        said = f"{'r' if turns else 'm'}{short(rate, 1)}_{zone}".replace(".", "p")
-        name = self.names.give("movement", said, said)
-        speeds = (_FASTEST, rate) if turns else (rate, _FASTEST)
-        self.data.movements[name] = val3_text.movement(*speeds, line.blend_mm)
-        return name
+    def statements(self, step: Step, placed: Placed) -> Iterator[str]:
+        """Write one step; what is done at rest waits for the moves."""
+        if isinstance(step, Pause | Switch | Call):
+            yield from self.rest()
+        yield from super().statements(step, placed)
 
     def rest(self) -> Iterator[str]:
         """Wait until the robot stands."""
@@ -121,118 +86,131 @@ class _Writer:
             yield "waitEndMove()"
         self.moving = False
 
+    def line(self, line: Line, placed: Placed) -> Iterator[str]:
+        """Write a line; its outputs go to the task with the number of the move."""
+        move = f"movel({self.point(line.target)},{self.tool},{self.movement(line)})"
+        self.moving = True
+        yield f"nId={move}" if placed.begins else move
+        for event in placed.begins:
+            yield f"call trigger(nId,{self.channels.index(event.channel)},{short(event.value, 6)})"
+        if placed.ends:
+            yield from self.rest()
+        yield from (self.output(event.channel, event.value) for event in placed.ends)
 
-def _channels(motion: MotionProgram) -> list[Channel]:
-    """Number the outputs that change on the path."""
-    used = {event.channel: None for line in motion.lines for event in line.events}
-    return sorted(used, key=lambda channel: (channel.kind, channel.number))
+    def reach(self, reach: Reach) -> Iterator[str]:
+        """Write ``movej`` to joint values and the line that is left, or to the pose."""
+        if reach.joints:
+            self.reached.append(self.joint_value(reach.joints))
+            yield f"movej(jReach[{len(self.reached) - 1}],{self.tool},mReach)"
+        yield f"{'movel' if reach.joints else 'movej'}({self.point(reach.target)},{self.tool},mReach)"
+        self.moving = True
+
+    def use(self, step: UseTool | UseBoard) -> Iterable[str]:
+        """Name the tool of the moves, or the frame of the points, that follow."""
+        name = self.frame_name(step, "t_", "f_")
+        if isinstance(step, UseTool):
+            self.tool = name
+        else:
+            self.board = name
+        return ()
+
+    def point(self, pose: Pose) -> str:
+        """Put a point into the routine's array for the board in use."""
+        array = self.names.give("points", (self.chapter_number, self.board), f"p_{self.chapter_number:02d}")
+        values = self.arrays.setdefault(array, [])
+        values.append(place(pose, self.board) + ' shoulder="ssame" elbow="esame" wrist="wsame"')
+        return f"{array}[{len(values) - 1}]"
+
+    def joint_value(self, joints: tuple[float, ...]) -> str:
+        """Write joint values as attributes."""
+        return " ".join(f'j{number}="{word}"' for number, word in enumerate(self.joints(joints), start=1))
+
+    def movement(self, line: Line) -> str:
+        """Name the speed and the zone of a line."""
+        turns = line.turns_on_the_spot
+        rate = degrees_per_s(line) if turns else line.speed_mm_s
+        zone = f"z{fixed(line.blend_mm, 2)}" if line.blend_mm else "fine"
+        proposed = f"{'r' if turns else 'm'}{short(rate, 1)}_{zone}".replace(".", "p")
+        name = self.names.give("movement", proposed, proposed)
+        self.movements[name] = movement(*((_FASTEST, rate) if turns else (rate, _FASTEST)), line.blend_mm)
+        return name
+
+    def prepare(self) -> Iterator[str]:
+        """Start the task."""
+        yield from ("nHead=0", "nTail=0")
+        yield f'taskCreateSync "watch",{short(PERIOD_S, 3)},bOverrun,watch()'
+
+    def home(self) -> list[str]:
+        """Go home."""
+        return ["movej(jHome,flange,mReach)", "waitEndMove()"] if self.installation.home else []
+
+    def finish(self) -> list[str]:
+        """End the task."""
+        return ['taskKill("watch")']
+
+    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
+        """Write ``do``."""
+        counter = f"nLoop{number}"
+        return [self.loop_comment(loop), f"{counter}=0", "do", f"  {counter}={counter}+1"]
+
+    def end_loop(self, number: int, loop: Repeat) -> list[str]:
+        """Write ``until``."""
+        done = f"nLoop{number}>={loop.count}"
+        if loop.sensor is not None:
+            reading = f"{short(loop.sensor.scale, 6)}*aioGet(ai{loop.sensor.number})+{short(loop.sensor.offset, 6)}"
+            done = f"{done} or {reading}>={short(loop.least, 6)}"
+        return [f"until {done}"]
+
+    def variables(self) -> Iterator[str]:
+        """Declare all variables."""
+        yield from (variable(name, "frame", [place(pose, "world")]) for name, pose in self.boards.items())
+        for name, tool in self.tools.items():
+            yield variable(name, "tool", [place(tool.T_flange_tcp, "flange")])
+        yield from self.signals()
+        yield from (variable(name, "num", (), QUEUE) for name in ("nMove", "nOutput", "nValue"))
+        for name in ("nHead", "nTail", "nId", *(f"nLoop{number}" for number in self.loops)):
+            yield variable(name, "num", (), 1)
+        yield variable("bOverrun", "bool", (), 1)
+        yield variable("mReach", "mdesc", [movement(100.0, 30.0, 0.0)])
+        yield from (variable(name, "mdesc", [value]) for name, value in self.movements.items())
+        if self.installation.home:
+            yield variable("jHome", "jointRx", [self.joint_value(self.installation.home)])
+        if self.reached:
+            yield variable("jReach", "jointRx", self.reached)
+        yield from (variable(name, "pointRx", values) for name, values in self.arrays.items())
+
+    def signals(self) -> Iterator[str]:
+        """Declare outputs and inputs; what they are linked to is the integrator's."""
+        for name, kind in sorted({(_signal(channel), channel.kind) for channel in channels_of(self.motion)}):
+            yield variable(name, "aio" if kind == "analog" else "dio", (), _GROUP_BITS if kind == "group" else 1)
+        sensors = (step.sensor for step in self.motion.steps if isinstance(step, Repeat))
+        for number in sorted({sensor.number for sensor in sensors if sensor is not None}):
+            yield variable(f"ai{number}", "aio", (), 1)
+
+    def setters(self) -> Iterator[str]:
+        """Write what sets the output of a number."""
+        forms = {"digital": "{}=x_nValue!=0", "group": "dioSet({},x_nValue)", "analog": "aioSet({},x_nValue)"}
+        for number, channel in enumerate(self.channels):
+            yield from (f"if x_nOutput=={number}", f"  {forms[channel.kind].format(_signal(channel))}", "endIf")
+
+    def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
+        """Write a project: its file, the data, start and stop, a program for each routine, and those of the task."""
+        units = "Units: mm, mm/s, deg/s; points in the board's CAD frame, rx ry rz about x, y', z''"
+        programs = {
+            "start": code("start", [*self.heading(*list_outputs(self.motion), units), *main.body]),
+            "stop": code("stop", self.finish()),
+            **{each.name: code(each.name, each.body) for each in routines},
+            "watch": code("watch", WATCH),
+            "trigger": code("trigger", TRIGGER, _PARAMETERS),
+            "setOutput": code("setOutput", self.setters(), _PARAMETERS[1:]),
+        }
+        return {
+            f"{self.name}.pjx": project(list(programs), self.name),
+            f"{self.name}.dtx": database(self.variables()),
+            **{f"{name}.pgx": text for name, text in programs.items()},
+        }
 
 
-def _body(writer: _Writer, chapter: Chapter) -> list[str]:
-    """Write a chapter; it waits at its end, so that what follows is done at rest."""
-    writer.chapter = chapter.number
-    writer.use(chapter.tool)
-    writer.use(chapter.board)
-    return [*tell(chapter.steps, _comment, lambda placed: _statements(writer, placed)), *writer.rest()]
-
-
-def _statements(writer: _Writer, placed: Placed) -> Iterable[str]:
-    """Write one step."""
-    match placed.step:
-        case Line() as line:
-            yield from _move(writer, line, placed)
-        case Reach() as reach:
-            yield from _reach(writer, reach)
-        case Pause() as pause:
-            yield from (*writer.rest(), f"delay({fixed(pause.duration_s, 3)})")
-        case Switch() as switch:
-            yield from (*writer.rest(), _output(switch.channel, switch.value))
-        case UseTool() | UseBoard() as frame:
-            writer.use(frame)
-        case Call() as call:
-            yield from (*writer.rest(), f"call {writer.names.give('call', call.name, call.name)}()")
-        case Note() as note:
-            yield _comment(note.text)
-        case Repeat() | EndRepeat():
-            raise AssertionError("loops are in start")
-
-
-def _reach(writer: _Writer, reach: Reach) -> Iterator[str]:
-    """Come to a pose: by joint values, then the rounding of the pose, or by the pose alone."""
-    if reach.joints:
-        yield f"movej({writer.data.joint(reach.joints, writer.installation)},{writer.tool},mReach)"
-    yield f"{'movel' if reach.joints else 'movej'}({writer.point(reach.target)},{writer.tool},mReach)"
-    writer.moving = True
-
-
-def _move(writer: _Writer, line: Line, placed: Placed) -> Iterator[str]:
-    """Write a line; its outputs go to the task with the number of the move."""
-    move = f"movel({writer.point(line.target)},{writer.tool},{writer.movement(line)})"
-    writer.moving = True
-    if not placed.begins:
-        yield move
-    else:
-        yield f"nId={move}"
-    for event in placed.begins:
-        yield f"call trigger(nId,{writer.data.channels.index(event.channel)},{short(event.value, 6)})"
-    if placed.ends:
-        yield from writer.rest()
-    yield from (_output(event.channel, event.value) for event in placed.ends)
-
-
-def _output(channel: Channel, value: float) -> str:
-    """Set an output while the robot stands."""
-    name = signal_name(channel)
-    match channel.kind:
-        case "digital":
-            return f"{name}={'true' if value > 0.5 else 'false'}"
-        case "group":
-            return f"dioSet({name},{round(value)})"
-        case "analog":
-            return f"aioSet({name},{short(value, 6)})"
-
-
-def _setters(channels: Sequence[Channel]) -> Iterator[str]:
-    """Set the output of a number."""
-    for number, channel in enumerate(channels):
-        name = signal_name(channel)
-        yield f"if x_nOutput=={number}"
-        match channel.kind:
-            case "digital":
-                yield f"  {name}=x_nValue!=0"
-            case "group":
-                yield f"  dioSet({name},x_nValue)"
-            case "analog":
-                yield f"  aioSet({name},x_nValue)"
-        yield "endIf"
-
-
-def _start(writer: _Writer, parts: tuple[Part, ...]) -> Iterator[str]:
-    """Write what begins the task and calls the programs."""
-    yield from ("nHead=0", "nTail=0")
-    yield f'taskCreateSync "watch",{short(val3_text.PERIOD_S, 3)},bOverrun,watch()'
-    home = ["movej(jHome,flange,mReach)", "waitEndMove()"] if writer.installation.home else []
-    yield from home
-    for indent, part in nest(parts):
-        match part:
-            case Chapter():
-                yield f"{indent}call {writer.names.routine(part)}()"
-            case Begin(number, loop):
-                said = f"until {cut(loop.key, 40)} >= {short(loop.least, 6)}, {loop.count} times at most"
-                yield from (f"{indent}{_comment(said)}", f"{indent}nLoop{number}=0", f"{indent}do")
-                yield f"{indent}  nLoop{number}=nLoop{number}+1"
-            case End(number, loop):
-                yield f"{indent}until {_is_done(loop, number)}"
-    yield from (*home, 'taskKill("watch")')
-
-
-def _is_done(loop: Repeat, number: int) -> str:
-    done = f"nLoop{number}>={loop.count}"
-    if loop.sensor is None:
-        return done
-    reading = f"{short(loop.sensor.scale, 6)}*aioGet(ai{loop.sensor.number})+{short(loop.sensor.offset, 6)}"
-    return f"{done} or {reading}>={short(loop.least, 6)}"
-
-
-def _comment(text: str) -> str:
-    return f"// {cut(text, 120)}"
+def _signal(channel: Channel) -> str:
+    """Name the variable of an output."""
+    return f"{OUTPUTS[channel.kind]}{channel.number}"

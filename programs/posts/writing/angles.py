@@ -2,24 +2,35 @@
 
 import math
 
-from programs.pose import Position, Quaternion
+from programs.pose import Position, Quaternion, product, unit
 
 
 def fixed_xyz(q: Quaternion) -> Position:
     """Turn about the fixed x, then y, then z axis: FANUC W, P, R; Yaskawa Rx, Ry, Rz. At P = +-90 degrees W is 0.
 
-    The same numbers in the opposite order turn about z, y', x'': KUKA A, B, C are R, P, W.
+    The same numbers in the opposite order turn about z, y', x'': ``moving_zyx``.
     """
     m = matrix(q)
     pitch = math.atan2(-m[2][0], math.hypot(m[0][0], m[1][0]))
     if math.hypot(m[0][0], m[1][0]) < 1e-9:
         return (0.0, math.degrees(pitch), math.degrees(math.atan2(-m[0][1], m[1][1])))
-    return _degrees((math.atan2(m[2][1], m[2][2]), pitch, math.atan2(m[1][0], m[0][0])))
+    return _degrees(math.atan2(m[2][1], m[2][2]), pitch, math.atan2(m[1][0], m[0][0]))
 
 
 def from_fixed_xyz(w: float, p: float, r: float) -> Quaternion:
     """Read what ``fixed_xyz`` writes."""
-    return _unit(_times(_about(2, r), _times(_about(1, p), _about(0, w))))
+    return unit(product(_about(2, r), product(_about(1, p), _about(0, w))))
+
+
+def moving_zyx(q: Quaternion) -> Position:
+    """Turn about z, then the new y, then the new x axis: KUKA A, B, C; Epson U, V, W."""
+    x, y, z = fixed_xyz(q)
+    return (z, y, x)
+
+
+def from_moving_zyx(a: float, b: float, c: float) -> Quaternion:
+    """Read what ``moving_zyx`` writes."""
+    return from_fixed_xyz(c, b, a)
 
 
 def moving_xyz(q: Quaternion) -> Position:
@@ -28,16 +39,16 @@ def moving_xyz(q: Quaternion) -> Position:
     pitch = math.atan2(m[0][2], math.hypot(m[0][0], m[0][1]))
     if math.hypot(m[0][0], m[0][1]) < 1e-9:
         return (math.degrees(math.atan2(m[1][0], m[1][1])), math.degrees(pitch), 0.0)
-    return _degrees((math.atan2(-m[1][2], m[2][2]), pitch, math.atan2(-m[0][1], m[0][0])))
+    return _degrees(math.atan2(-m[1][2], m[2][2]), pitch, math.atan2(-m[0][1], m[0][0]))
 
 
 def from_moving_xyz(rx: float, ry: float, rz: float) -> Quaternion:
     """Read what ``moving_xyz`` writes."""
-    return _unit(_times(_about(0, rx), _times(_about(1, ry), _about(2, rz))))
+    return unit(product(_about(0, rx), product(_about(1, ry), _about(2, rz))))
 
 
 def rotation_vector(q: Quaternion) -> Position:
-    """Give axis times angle, in RADIANS: Universal Robots rx, ry, rz."""
+    """Axis times angle, in RADIANS: Universal Robots rx, ry, rz."""
     w, x, y, z = q if q[0] >= 0 else (-q[0], -q[1], -q[2], -q[3])
     sine = math.hypot(x, y, z)
     scale = 2.0 * math.atan2(sine, w) / sine if sine > 1e-12 else 2.0
@@ -70,21 +81,5 @@ def _about(axis: int, degrees: float) -> Quaternion:
     return (math.cos(half), parts[0], parts[1], parts[2])
 
 
-def _times(p: Quaternion, q: Quaternion) -> Quaternion:
-    a, b, c, d = p
-    w, x, y, z = q
-    return (
-        a * w - b * x - c * y - d * z,
-        a * x + b * w + c * z - d * y,
-        a * y - b * z + c * w + d * x,
-        a * z + b * y - c * x + d * w,
-    )
-
-
-def _unit(q: Quaternion) -> Quaternion:
-    size = math.hypot(*q)
-    return (q[0] / size, q[1] / size, q[2] / size, q[3] / size)
-
-
-def _degrees(angles: Position) -> Position:
-    return (math.degrees(angles[0]), math.degrees(angles[1]), math.degrees(angles[2]))
+def _degrees(a: float, b: float, c: float) -> Position:
+    return (math.degrees(a), math.degrees(b), math.degrees(c))

@@ -1,10 +1,11 @@
 """A long program in routines that a controller can hold, and a main that calls them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import count, pairwise
 from typing import TypeAlias
 
-from programs.motion.steps_of_robot import EndRepeat, Line, MotionProgram, Note, Repeat, Step, UseBoard, UseTool
+from programs.motion.steps_of_robot import EndRepeat, Line, MotionProgram, Note, Reach, Repeat, Step, UseBoard, UseTool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,8 +86,7 @@ def _parts(steps: tuple[Step, ...], most: int) -> Iterator[Part]:
         title = next((name for name in map(_function, piece) if name), title)
         number += 1
         yield Chapter(number, title, tuple(piece), tool, board)
-        tool = next((step for step in reversed(piece) if isinstance(step, UseTool)), tool)
-        board = next((step for step in reversed(piece) if isinstance(step, UseBoard)), board)
+        tool, board = _frames_after(piece, tool, board)
 
 
 def _pieces(steps: tuple[Step, ...], most: int) -> Iterator[list[Step] | Repeat | EndRepeat]:
@@ -125,3 +125,30 @@ def _function(step: Step) -> str:
 
 def _moves(step: Step) -> bool:
     return isinstance(step, Line)
+
+
+def part_at_boards(parts: tuple[Part, ...]) -> tuple[Part, ...]:
+    """Divide chapters where the board is put elsewhere, for languages in which a routine has one user frame."""
+    pieces = [piece for part in parts for piece in (_by_board(part) if isinstance(part, Chapter) else [part])]
+    numbers = count(1)
+    return tuple(replace(piece, number=next(numbers)) if isinstance(piece, Chapter) else piece for piece in pieces)
+
+
+def _by_board(chapter: Chapter) -> Iterator[Chapter]:
+    first = next((at for at, step in enumerate(chapter.steps) if isinstance(step, Line | Reach)), len(chapter.steps))
+    cuts = [at for at, step in enumerate(chapter.steps) if isinstance(step, UseBoard) and at > first]
+    tool, board = chapter.tool, chapter.board
+    for begin, end in pairwise([0, *cuts, len(chapter.steps)]):
+        steps = chapter.steps[begin:end]
+        yield replace(chapter, steps=steps, tool=tool, board=board)
+        tool, board = _frames_after(steps, tool, board)
+
+
+def _frames_after(
+    steps: Sequence[Step], tool: UseTool | None, board: UseBoard | None
+) -> tuple[UseTool | None, UseBoard | None]:
+    """Tool and board in use after some steps."""
+    for step in steps:
+        tool = step if isinstance(step, UseTool) else tool
+        board = step if isinstance(step, UseBoard) else board
+    return tool, board

@@ -1,23 +1,28 @@
-"""What every exported program says about itself, whatever the language's comments look like."""
+"""The header of an exported program, and the page of text beside one whose language has no room for it."""
+
+from collections.abc import Iterable, Iterator
 
 from programs.motion.analog import analog_channels
-from programs.motion.installation import Installation
-from programs.motion.lower import Capability, Lowered
-from programs.posts.writing.wording import plain
+from programs.motion.installation import Channel, Installation
+from programs.motion.lower import Lowered
+from programs.motion.steps_of_robot import Line, MotionProgram, Repeat, Switch
+from programs.posts.dialect import Dialect
+from programs.posts.writing.wording import cut, join_lines, plain, short
 
 _MOST_FINDINGS = 12
+_WIDTH = 110
 
 
-def heading(lowered: Lowered, installation: Installation, capability: Capability, title: str) -> tuple[str, ...]:
+def heading(dialect: Dialect, lowered: Lowered, installation: Installation) -> tuple[str, ...]:
     """Give the lines of a program's header without comment marks: printable ASCII, of any length.
 
     It has no date and no path, so that the same program gives the same bytes.
     """
-    motion, error = lowered.motion, lowered.error
+    motion, error, capability = lowered.motion, lowered.error, dialect.capability
     origin = motion.origin
-    said = [f"{finding.severity}: {finding.message}" for finding in motion.findings if finding.severity != "info"]
+    found = [f"{finding.severity}: {finding.message}" for finding in motion.findings if finding.severity != "info"]
     lines = (
-        f"{title}, written by Washboard",
+        f"{dialect.title}, written by Washboard",
         f"Board  {origin.board}  sha256 {origin.board_sha256}",
         f"Recipe {origin.recipe}  sha256 {origin.recipe_sha256}",
         f"Cell   {installation.cell}  robot {installation.robot}",
@@ -26,7 +31,63 @@ def heading(lowered: Lowered, installation: Installation, capability: Capability
         + (f" ({error.made_by})" if error.made_by else ""),
         f"Controller class {capability.controller_class}; cycle {1e3 * capability.cycle_s:g} ms is in the error",
         *(f"Analog {capability.analog.describe(channel)}" for channel in analog_channels(motion.steps)),
-        *said[:_MOST_FINDINGS],
-        *([f"and {len(said) - _MOST_FINDINGS} findings more"] if len(said) > _MOST_FINDINGS else []),
+        *found[:_MOST_FINDINGS],
+        *([f"and {len(found) - _MOST_FINDINGS} findings more"] if len(found) > _MOST_FINDINGS else []),
     )
     return tuple(plain(line) for line in lines)
+
+
+def short_heading(lowered: Lowered, installation: Installation, page: str) -> tuple[str, ...]:
+    """Give the lines of a header for comments of some 30 characters, the rest being on a page."""
+    origin, error = lowered.motion.origin, lowered.error
+    return (
+        f"Washboard: board {origin.board}",
+        f"recipe {origin.recipe}",
+        f"cell {installation.cell}",
+        f"Event error {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms",
+        f"Frames: see {page}",
+    )
+
+
+def sheet(dialect: Dialect, lowered: Lowered, installation: Installation, notes: Iterable[str]) -> str:
+    """Write the page: the header of every program, the language's own notes, the outputs and inputs in use.
+
+    Args:
+        dialect: The language.
+        lowered: The program.
+        installation: The cell.
+        notes: Tables, units and registers of the language.
+    """
+    lines = [*heading(dialect, lowered, installation), "", *notes, "", *_channel_lines(lowered.motion)]
+    return join_lines(cut(line, _WIDTH) for line in lines)
+
+
+def _channel_lines(motion: MotionProgram) -> Iterator[str]:
+    yield from (f"{channel.kind} output {channel.number}  {channel.name}" for channel in _channels(motion))
+    inputs: dict[str, None] = {}
+    for step in motion.steps:
+        if isinstance(step, Repeat) and (sensor := step.sensor) is not None:
+            reading = f"{step.key} = {short(sensor.scale, 6)} * reading + {short(sensor.offset, 6)}"
+            inputs[f"analog input {sensor.number}  {sensor.name}: {reading}"] = None
+    yield from inputs
+
+
+def list_outputs(motion: MotionProgram) -> list[str]:
+    """List the outputs that a program sets, by name, for its header."""
+    return [f"Output {channel.name}: {channel.kind} {channel.number}" for channel in channels_of(motion)]
+
+
+def channels_of(motion: MotionProgram) -> list[Channel]:
+    """Give the outputs that a program sets, by kind and number."""
+    return sorted(_channels(motion), key=lambda channel: (channel.kind, channel.number))
+
+
+def _channels(motion: MotionProgram) -> dict[Channel, None]:
+    """Outputs in the order in which they first change."""
+    used: dict[Channel, None] = {}
+    for step in motion.steps:
+        if isinstance(step, Switch):
+            used[step.channel] = None
+        elif isinstance(step, Line):
+            used |= {event.channel: None for event in step.events}
+    return used

@@ -2,7 +2,9 @@
 
 import re
 import unicodedata
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Iterable
+
+from programs.pose import Pose, Position, Quaternion
 
 _LETTERS = {
     "\N{GREEK CAPITAL LETTER OMEGA}": "Ohm",
@@ -20,7 +22,7 @@ _LETTERS = {
 
 
 def plain(text: str) -> str:
-    """Say a text in printable ASCII: letters without their accents, a question mark for what has no letter."""
+    """Spell a text in printable ASCII: letters without their accents, a question mark for what has no letter."""
     spelt = "".join(_LETTERS.get(letter, letter) for letter in text)
     flat = "".join(letter for letter in unicodedata.normalize("NFKD", spelt) if not unicodedata.combining(letter))
     return "".join(letter if " " <= letter <= "~" else "?" for letter in flat)
@@ -32,20 +34,21 @@ def cut(text: str, longest: int) -> str:
     return words if len(words) <= longest else words[: max(longest - 3, 0)] + "..."[:longest]
 
 
-def make_name(text: str, longest: int, taken: Collection[str] = ()) -> str:
+def make_name(text: str, longest: int, taken: Collection[str] = (), link: str = "_") -> str:
     """Make an identifier: letters, digits and underscores, a letter first, unlike those taken whatever their case.
 
     Args:
-        text: What it is to remind of.
+        text: What it describes.
         longest: Characters that the language allows.
         taken: Names in use.
+        link: Character before the number of a name that is taken.
     """
     words = re.sub(r"_{2,}", "_", re.sub(r"[^A-Za-z0-9]", "_", plain(text))).strip("_")
     name = words if words[:1].isalpha() else f"W{words}"
     known = {each.lower() for each in taken}
     chosen, number = name[:longest].rstrip("_"), 2
     while chosen.lower() in known:
-        end = f"_{number}"
+        end = f"{link}{number}"
         chosen, number = name[: longest - len(end)].rstrip("_") + end, number + 1
     return chosen
 
@@ -59,3 +62,36 @@ def short(value: float, digits: int) -> str:
     """Write a number with at most so many decimals and no zeros at its end."""
     text = fixed(value, digits)
     return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def operand(value: float, digits: int = 6) -> str:
+    """Write a number in an expression; a negative one stands in brackets."""
+    text = short(value, digits)
+    return f"({text})" if text.startswith("-") else text
+
+
+def pose_words(pose: Pose, angles: Callable[[Quaternion], Position]) -> list[str]:
+    """Write a pose as six numbers: mm with three decimals, and the angles of a maker, degrees with four."""
+    return [
+        *(fixed(value, 3) for value in pose.position),
+        *(fixed(value, 4) for value in angles(pose.quaternion)),
+    ]
+
+
+def split_wait(seconds: float, longest_s: float, digits: int) -> list[float]:
+    """Divide a time into waits that an instruction can hold: whole longest ones, then the rest."""
+    left, waits = round(seconds, digits), list[float]()
+    while left > longest_s:
+        waits.append(longest_s)
+        left = round(left - longest_s, digits)
+    return [*waits, left]
+
+
+def join_lines(lines: Iterable[str]) -> str:
+    """Give the text of a file: each line with its end."""
+    return "".join(f"{line}\n" for line in lines)
+
+
+def indent(lines: Iterable[str]) -> list[str]:
+    """Indent lines by two spaces; empty ones stay empty."""
+    return [f"  {line}" if line else "" for line in lines]

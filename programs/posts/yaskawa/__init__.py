@@ -1,1 +1,31 @@
 """Yaskawa INFORM."""
+
+import re
+
+from programs.motion.analog import Counting
+from programs.motion.lower import Capability
+from programs.posts.dialect import Dialect
+from programs.posts.yaskawa.read import InformReader
+from programs.posts.yaskawa.write import Inform
+
+DIALECT = Dialect(
+    title="Yaskawa INFORM",
+    notes="Relative jobs for DX100 and newer; set parameter S2C714 for ENWAIT. Enter the user frames and tools that "
+    "the .TXT lists. The first motion is a MOVJ from wherever the robot is.",
+    capability=Capability(
+        controller_class=1,
+        says="time",
+        cycle_s=0.004,  # assumed: the interpolation cycle of a YRC1000
+        references=("end",),
+        step_s=0.01,  # T has two decimals; DIS would be exact only where the robot does not slow down
+        most_events=1,  # ENWAIT lets one instruction go ahead
+        step_mm_s=0.1,
+        analog=Counting(step=1e-3),  # AOUT takes volts
+        reads_sensors=False,  # analog inputs come by an option, and each by its own
+    ),
+    longest_line=120,
+    most_steps=1000,  # of a job; assumed, the memory is the limit, and positions are numbered up to C09998
+    write=Inform.write,
+    rebuild=InformReader.rebuild,
+    move=re.compile(r"MOV[LJ] C\d"),
+)

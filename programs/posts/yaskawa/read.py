@@ -1,162 +1,110 @@
-"""Reads the INFORM jobs that ``yaskawa`` writes, as a controller would execute them."""
+"""Reads INFORM jobs back, as a controller would execute them."""
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable
 
 from programs.errors import ProgramError
 from programs.pose import Pose
-from programs.posts.reading.rebuilt import (
-    ReadBoard,
-    ReadCall,
-    ReadEndRepeat,
-    ReadRepeat,
-    ReadSignal,
-    ReadSwitch,
-    ReadTool,
-    Rebuilt,
-)
-from programs.posts.reading.scanner import Arm
+from programs.posts.dialect import ProgramFiles
+from programs.posts.reading.driver import Action, N, Reader, read_pose, skip
+from programs.posts.rebuilt import ReadBoard, ReadSignal, ReadTool
 from programs.posts.writing.angles import from_fixed_xyz
-from programs.posts.yaskawa.write import ANALOG, LONGEST_WAIT_S
+from programs.posts.yaskawa.write import LONGEST_WAIT_S
 
-_N = r"(-?\d+(?:\.\d+)?)"
-_MOVE = re.compile(rf"MOVL (C\d{{5}}) (VR?)={_N} (PL=[01]|CR=[\d.]+)(?: ENWAIT T={_N})?")
-_JOINT = re.compile(r"MOVJ (C\d{5}) VJ=[\d.]+ PL=0")
-_OUTPUT = re.compile(rf"(?:DOUT (OT|OG)|AOUT (AO))#\((\d+)\) (ON|OFF|{_N})")
-_AGAIN = re.compile(r"JUMP \*(LOOP\d+) IF I\d{3}<(\d+)")
-_IGNORED = re.compile(r"'.*|NOP|SET I\d{3} 0|INC I\d{3}")
-_POINT = re.compile(rf"(C\d{{5}})={_N},{_N},{_N},{_N},{_N},{_N}")
-_CONFIGURATION = re.compile(r"///RCONF 1,0,0,[01],[01],[01],0,0")
+_OUTPUT = rf"(?:DOUT (OT|OG)|AOUT (AO))#\((\d+)\) (ON|OFF|{N})"
+_AGAIN = r"JUMP \*(LOOP\d+) IF I\d{3}<(\d+)"
+_POINT = re.compile(rf"(C\d{{5}})={N},{N},{N},{N},{N},{N}")
+_CONFIGURATION = re.compile(r"///POSTYPE USER|///RECTAN|///RCONF 1,0,0,[01],[01],[01],0,0")
 _KINDS = {"OT": "digital", "OG": "group", "AO": "analog"}
 
 
-@dataclass(slots=True)
-class _Job:
-    """Instructions, and user frame, tool and pose of each position."""
+class InformReader(Reader):
+    """All jobs with their positions."""
 
-    instructions: list[str]
-    positions: dict[str, tuple[str, str, Pose]]
+    def __init__(self) -> None:
+        super().__init__()
+        self.positions: dict[tuple[str, str], tuple[str, Pose]] = {}
+        """Tool and pose by job and name; the user frame is the job's."""
 
+    def load(self, files: ProgramFiles) -> str:
+        """Read the jobs; the first is the main one."""
+        for file, text in files.items():
+            if not file.endswith(".JBI"):
+                continue
+            name = file.removesuffix(".JBI")
+            head, found, body = text.partition("\nNOP\n")
+            points, also, attributes = head.partition("//INST\n")
+            begin = f"/JOB\n//NAME {name}\n//POS\n"
+            if not (found and also and points.startswith(begin) and body.endswith("END\n")):
+                raise ProgramError(f"{name} is no job.")
+            frames = self.load_positions(name, points.removeprefix(begin).splitlines())
+            relative = f"///ATTR SC,RW,RJ\n////FRAME USER {next(iter(frames), '')}\n"
+            if len(frames) > 1 or (frames and relative not in attributes):
+                raise ProgramError(f"{name}: a relative job has one user frame, and names it.")
+            self.routines[name] = body.splitlines()[:-1]
+        return next(iter(self.routines), "")
 
-@dataclass(slots=True)
-class _Controller:
-    """All jobs, and the state of the robot."""
+    def load_positions(self, job: str, lines: Iterable[str]) -> set[str]:
+        """Read positions under their headings, and give their user frames."""
+        heads = {"USER": "", "TOOL": "", "NPOS": ""}
+        frames: set[str] = set()
+        count = 0
+        for line in lines:
+            if match := _POINT.fullmatch(line):
+                self.positions[job, match[1]] = (heads["TOOL"], read_pose(match.groups()[1:], from_fixed_xyz))
+                frames.add(heads["USER"])
+                count += 1
+            elif match := re.fullmatch(r"///(USER|TOOL) (\d+)|///(NPOS) (\d+),0,0,0,0,0", line):
+                heads[match[1] or match[3]] = match[2] or match[4]
+            elif not _CONFIGURATION.fullmatch(line):
+                raise ProgramError(f"unknown line {line!r}.")
+        if heads["NPOS"] != str(count):
+            raise ProgramError(f"NPOS states {heads['NPOS']} positions, there are {count}.")
+        return frames
 
-    jobs: dict[str, _Job] = field(default_factory=dict[str, _Job])
-    arm: Arm = field(default_factory=Arm)
+    def grammar(self) -> dict[str, Action]:
+        """List the instructions."""
+        return {
+            rf"MOVL (C\d{{5}}) (VR?)={N} (PL=[01]|CR=[\d.]+)(?: ENWAIT T={N})?": self.move,
+            r"MOVJ (C\d{5}) VJ=[\d.]+ PL=0": lambda match: self.reach(self.position(match[1])),
+            _OUTPUT: lambda match: self.switch(*_assigned(match)),
+            rf"TIMER T={N}": lambda match: self.hold(float(match[1]), LONGEST_WAIT_S),
+            r"\*(LOOP\d+)": self.begin_loop,
+            _AGAIN: self.end_repeat,
+            r"CALL JOB:(\w+)": self.call,
+            r"'.*|NOP|SET I\d{3} 0|INC I\d{3}": skip,
+        }
 
-    def run(self, name: str) -> None:
-        """Execute a job."""
-        job, ahead = self.jobs[name], False
-        for at, instruction in enumerate(job.instructions):
-            if ahead:
-                ahead = False  # this output went ahead with the motion before it
-            elif match := _MOVE.fullmatch(instruction):
-                ahead = match[5] is not None
-                self.move(match, job, next(iter(job.instructions[at + 1 :]), ""))
-            elif instruction.startswith("*"):
-                self.arm.steps.append(_repeat(job.instructions[at:]))
-            else:
-                self.execute(instruction, job)
-
-    def execute(self, instruction: str, job: _Job) -> None:
-        """Execute one instruction."""
-        if _IGNORED.fullmatch(instruction):
-            return
-        if match := _JOINT.fullmatch(instruction):
-            self.arm.reach(self.position(match[1], job))
-        elif _OUTPUT.fullmatch(instruction):
-            self.arm.steps.append(ReadSwitch(*_assigned(instruction)))
-        elif match := re.fullmatch(rf"TIMER T={_N}", instruction):
-            self.arm.wait(float(match[1]), LONGEST_WAIT_S)
-        elif _AGAIN.fullmatch(instruction):
-            self.arm.steps.append(ReadEndRepeat())
-        elif match := re.fullmatch(r"CALL JOB:(\w+)", instruction):
-            if match[1] in self.jobs:
-                self.run(match[1])
-            else:
-                self.arm.steps.append(ReadCall(match[1]))
-        else:
-            raise ProgramError(f"unknown instruction {instruction!r}.")
-
-    def position(self, name: str, job: _Job) -> Pose:
+    def position(self, name: str) -> Pose:
         """Look up a position, and use its frames."""
-        if name not in job.positions:
+        if (self.routine, name) not in self.positions:
             raise ProgramError(f"{name} has no position.")
-        _, tool, pose = job.positions[name]  # the user frame is the job's, and in the controller's table
-        self.arm.tool, self.arm.board = ReadTool(tool, None), ReadBoard(None)
+        tool, pose = self.positions[self.routine, name]
+        self.tool, self.board = ReadTool(tool, None), ReadBoard(None)
         return pose
 
-    def move(self, match: re.Match[str], job: _Job, after: str) -> None:
-        """Move in a line; the output that goes ahead is the instruction after it."""
+    def move(self, match: re.Match[str]) -> None:
+        """Move in a line; the output that goes ahead is the instruction after it, which is not executed again."""
         name, unit, speed, level, ahead = match.groups()
-        pose = self.position(name, job)
-        signals = () if ahead is None else (ReadSignal(*_assigned(after), 1.0, -float(ahead)),)
-        self.arm.line(pose, level == "PL=0", float(speed) if unit == "V" else 0.0, signals)
+        pose, signals = self.position(name), ()
+        if ahead is not None:
+            self.at += 1
+            statements = self.routines[self.routine]
+            output = re.fullmatch(_OUTPUT, statements[self.at] if self.at < len(statements) else "")
+            if output is None:
+                raise ProgramError(f"no output follows {match[0]!r}.")
+            signals = (ReadSignal(*_assigned(output), 1.0, -float(ahead)),)
+        self.line(pose, level == "PL=0", float(speed) if unit == "V" else 0.0, signals)
+
+    def begin_loop(self, match: re.Match[str]) -> None:
+        """Find how a loop ends: the jump back to its label."""
+        end = next((found for found in self.ahead(_AGAIN) if found[1] == match[1]), None)
+        if end is None:
+            raise ProgramError(f"nothing jumps to {match[0]}.")
+        self.repeat(end[2])
 
 
-def _assigned(instruction: str) -> tuple[str, float]:
+def _assigned(match: re.Match[str]) -> tuple[str, float]:
     """Channel and value of an output."""
-    match = _OUTPUT.fullmatch(instruction)
-    if match is None:
-        raise ProgramError(f"{instruction!r} is no output.")
     digital, analog, number, word, value = match.groups()
     return f"{_KINDS[digital or analog]} {number}", float(value) if value is not None else float(word == "ON")
-
-
-def _repeat(instructions: list[str]) -> ReadRepeat:
-    """Find how a loop ends: the jump back to its label."""
-    for instruction in instructions:
-        if (match := _AGAIN.fullmatch(instruction)) and f"*{match[1]}" == instructions[0]:
-            return ReadRepeat(int(match[2]), None)
-    raise ProgramError(f"nothing jumps to {instructions[0]}.")
-
-
-def read(files: Mapping[str, str]) -> Rebuilt:
-    """Rebuild what the jobs do; the first file is the main one.
-
-    Raises:
-        ProgramError: something is written that ``yaskawa`` does not write.
-    """
-    controller = _Controller()
-    for file, text in files.items():
-        if file.endswith(".JBI"):
-            name = file.removesuffix(".JBI")
-            controller.jobs[name] = _load(name, text)
-    controller.run(next(iter(controller.jobs)))
-    return Rebuilt(tuple(controller.arm.steps), ANALOG)
-
-
-def _load(name: str, text: str) -> _Job:
-    head, found, body = text.partition("\nNOP\n")
-    points, also, attributes = head.partition("//INST\n")
-    begin = f"/JOB\n//NAME {name}\n//POS\n"
-    if not (found and also and points.startswith(begin) and body.endswith("END\n")):
-        raise ProgramError(f"{name} is no job.")
-    positions = _positions(points.removeprefix(begin).splitlines())
-    frames = {frame for frame, _, _ in positions.values()}
-    relative = f"///ATTR SC,RW,RJ\n////FRAME USER {next(iter(frames), '')}\n"
-    if len(frames) > 1 or (frames and relative not in attributes):
-        raise ProgramError(f"{name}: a relative job has one user frame, and names it.")
-    return _Job(body.splitlines()[:-1], positions)
-
-
-def _positions(lines: list[str]) -> dict[str, tuple[str, str, Pose]]:
-    """Read positions under their headings."""
-    held = {"USER": "", "TOOL": ""}
-    positions: dict[str, tuple[str, str, Pose]] = {}
-    count = ""
-    for line in lines:
-        if match := _POINT.fullmatch(line):
-            x, y, z, rx, ry, rz = map(float, match.groups()[1:])
-            positions[match[1]] = (held["USER"], held["TOOL"], Pose((x, y, z), from_fixed_xyz(rx, ry, rz)))
-        elif match := re.fullmatch(r"///(USER|TOOL) (\d+)", line):
-            held[match[1]] = match[2]
-        elif match := re.fullmatch(r"///NPOS (\d+),0,0,0,0,0", line):
-            count = match[1]
-        elif line not in ("///POSTYPE USER", "///RECTAN") and not _CONFIGURATION.fullmatch(line):
-            raise ProgramError(f"unknown line {line!r}.")
-    if count != str(len(positions)):
-        raise ProgramError(f"NPOS says {count} positions, there are {len(positions)}.")
-    return positions

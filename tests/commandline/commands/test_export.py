@@ -5,9 +5,9 @@ from command import contents, washboard
 from robot_programs import PROGRAMS
 
 from programs.native import write as native
-from programs.posts.abb import read as abb_reader
+from programs.posts.abb import DIALECT
 from programs.posts.dialects import DIALECTS
-from programs.posts.reading.rebuilt import ReadLine, ReadRepeat
+from programs.posts.rebuilt import ReadLine, ReadRepeat
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def test_a_program_is_written_as_the_robot_does_it(made: Path, tmp_path: Path) -
     assert f"Written  {out}" in outcome.out
     assert "wrong by at most" in outcome.out
     assert list(contents(tmp_path)) == ["loop.mod"]
-    steps = abb_reader.read({"loop.mod": out.read_text("ascii")}).steps
+    steps = DIALECT.read({"loop.mod": out.read_text("ascii")}).steps
     assert sum(isinstance(step, ReadLine) for step in steps) >= 6
     assert any(isinstance(step, ReadRepeat) for step in steps)
     assert "MoveAbsJ [[" in out.read_text("ascii")

@@ -18,7 +18,6 @@ from robotcell.cell.installation import installation_of
 from robotcell.cell.load import read_cell
 from webui.downloads.program_text import (
     PAGE_LINES,
-    TELLS_MOVES,
     TextFile,
     cited_makers,
     find_text,
@@ -51,7 +50,7 @@ def tracked_text(dialect):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("dialect", sorted(set(DIALECTS) & set(TELLS_MOVES)))
+@pytest.mark.parametrize("dialect", [name for name, language in DIALECTS.items() if language.move])
 def test_text_and_place_belong_together(dialect):
     """What the language's own reader finds in the text, motion by motion, is where the page shows it."""
     done = tracked_text(dialect)

@@ -11,8 +11,7 @@ from programs.motion.lower import lower
 from programs.motion.steps_of_robot import MotionProgram, Reach, Step, Switch, UseBoard, UseTool
 from programs.motion.valves import Wish, open_valves
 from programs.pose import IDENTITY
-from programs.posts.abb import paint as abb_paint
-from programs.posts.abb import read_paint as abb_paint_reader
+from programs.posts.abb import PAINT_DIALECT
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 
@@ -24,7 +23,7 @@ def sprayed() -> MotionProgram:
 
 
 def written(motion: MotionProgram) -> list[str]:
-    (text,) = abb_paint.render(lower(motion, abb_paint.CAPABILITY), small_cell()).values()
+    (text,) = PAINT_DIALECT.render(lower(motion, PAINT_DIALECT.capability), small_cell()).values()
     return [each.strip() for each in text.splitlines()]
 
 
@@ -69,4 +68,4 @@ def test_the_reader_refuses_what_is_not_written(right: str, wrong: str) -> None:
     files = dict(export(PROGRAMS["three_speeds"](), small_cell(), "abb-paint").files)
     assert any(right in text for text in files.values())
     with pytest.raises(ProgramError):
-        abb_paint_reader.read({name: text.replace(right, wrong) for name, text in files.items()})
+        PAINT_DIALECT.read({name: text.replace(right, wrong) for name, text in files.items()})

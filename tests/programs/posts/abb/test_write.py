@@ -13,15 +13,14 @@ from programs.motion.make_motion import make_motion
 from programs.motion.steps_of_robot import Call, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
 from programs.motion.valves import Wish, open_valves
 from programs.pose import IDENTITY
-from programs.posts.abb import read as abb_reader
-from programs.posts.abb import write as abb
+from programs.posts.abb import DIALECT
 from programs.posts.reading.compare import compare
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 
 
 def written(motion: MotionProgram) -> str:
-    (text,) = abb.render(lower(motion, abb.CAPABILITY), small_cell()).values()
+    (text,) = DIALECT.render(lower(motion, DIALECT.capability), small_cell()).values()
     return text
 
 
@@ -91,23 +90,23 @@ def test_a_call_keeps_its_name_and_our_routines_take_others() -> None:
 
 def test_a_long_program_is_divided_into_modules_that_a_list_names() -> None:
     lines: list[Line] = []
-    for number in range(2 * abb.MOST_STEPS):
+    for number in range(2 * DIALECT.most_steps):
         blend_mm = 0.3 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines, Pause(0.1, "s"))
-    files = abb.render(lower(motion, abb.CAPABILITY), small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell())
     assert list(files) == ["tiny.pgf", "tiny.mod", "tiny_01.mod", "tiny_02.mod", "tiny_03.mod"]
     assert all(len(text.splitlines()) <= 5000 for text in files.values())
-    assert compare(abb_reader.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell()) == ()
 
 
 @pytest.mark.parametrize("board", ["Main", "module", "test"])
 def test_a_board_may_have_the_name_of_a_word_of_the_language(board: str) -> None:
     motion = program(*READY, line(pose(0), pose(9), 10.0))
     named = replace(motion, origin=replace(motion.origin, board=board))
-    files = abb.render(lower(named, abb.CAPABILITY), small_cell())
+    files = DIALECT.render(lower(named, DIALECT.capability), small_cell())
     assert list(files) == [f"{board}_2.mod"]
-    assert compare(abb_reader.read(files), named, small_cell()) == ()
+    assert compare(DIALECT.read(files), named, small_cell()) == ()
 
 
 def test_names_of_any_tools_are_kept_apart() -> None:
@@ -115,8 +114,8 @@ def test_names_of_any_tools_are_kept_apart() -> None:
     tools = {number: replace(tool, name="Düse 60°") for number, tool in cell.tools.items()}
     odd = replace(cell, tools=tools)
     motion = make_motion(PROGRAMS["two_tools"](), odd)
-    files = abb.render(lower(motion, abb.CAPABILITY), odd)
-    assert compare(abb_reader.read(files), motion, odd) == ()
+    files = DIALECT.render(lower(motion, DIALECT.capability), odd)
+    assert compare(DIALECT.read(files), motion, odd) == ()
     text = next(iter(files.values()))
     assert "PERS tooldata t_Duse_60deg:=" in text
     assert "PERS tooldata t_Duse_60deg_2:=" in text
@@ -136,4 +135,4 @@ def test_the_reader_refuses_what_is_not_rapid_as_we_write_it(right: str, wrong: 
     text = next(iter(files.values()))
     assert right in text
     with pytest.raises(ProgramError):
-        abb_reader.read({"tiny.mod": text.replace(right, wrong)})
+        DIALECT.read({"tiny.mod": text.replace(right, wrong)})

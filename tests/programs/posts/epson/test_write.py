@@ -13,15 +13,14 @@ from programs.motion.lower import lower
 from programs.motion.steps_of_robot import Call, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
 from programs.motion.valves import Wish, open_valves
 from programs.pose import IDENTITY
-from programs.posts.epson import read as epson_reader
-from programs.posts.epson import write as epson
+from programs.posts.epson import DIALECT
 from programs.posts.reading.compare import compare
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 
 
 def written(motion: MotionProgram) -> list[str]:
-    (text,) = epson.render(lower(motion, epson.CAPABILITY), small_cell()).values()
+    (text,) = DIALECT.render(lower(motion, DIALECT.capability), small_cell()).values()
     return [line.strip() for line in text.splitlines()]
 
 
@@ -114,13 +113,13 @@ def test_a_call_keeps_its_name_and_our_functions_take_others() -> None:
 
 def test_a_long_program_is_divided_into_files() -> None:
     lines: list[Line] = []
-    for number in range(2 * epson.MOST_STEPS):
+    for number in range(2 * DIALECT.most_steps):
         blend_mm = 0.3 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines, Pause(0.1, "s"))
-    files = epson.render(lower(motion, epson.CAPABILITY), small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell())
     assert list(files) == ["tiny.prg", "start_01.prg", "start_02.prg", "start_03.prg"]
-    assert compare(epson_reader.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell()) == ()
 
 
 @pytest.mark.parametrize(
@@ -131,4 +130,4 @@ def test_the_reader_refuses_what_is_not_written_so(right: str, wrong: str) -> No
     (text,) = export(PROGRAMS["three_speeds"](), small_cell(), "epson").files.values()
     assert right in text
     with pytest.raises(ProgramError):
-        epson_reader.read({"tiny.prg": text.replace(right, wrong)})
+        DIALECT.read({"tiny.prg": text.replace(right, wrong)})

@@ -14,15 +14,14 @@ from programs.motion.lower import lower
 from programs.motion.steps_of_robot import EndRepeat, Line, MotionProgram, Pause, Reach, Repeat, Step, UseBoard, UseTool
 from programs.motion.valves import Wish, open_valves
 from programs.pose import IDENTITY, Pose
-from programs.posts.fanuc import read as fanuc_reader
-from programs.posts.fanuc import write as fanuc
+from programs.posts.fanuc import DIALECT
 from programs.posts.reading.compare import compare
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 
 
 def written(motion: MotionProgram, cell: Installation | None = None) -> dict[str, str]:
-    return fanuc.render(lower(motion, fanuc.CAPABILITY), cell or small_cell())
+    return DIALECT.render(lower(motion, DIALECT.capability), cell or small_cell())
 
 
 def instructions(text: str, word: str = "") -> list[str]:
@@ -57,9 +56,9 @@ def test_a_lag_between_hundredths_costs_nothing(lag_s: float) -> None:
     """The point moves to where the signal leaves a whole number of hundredths before."""
     cell = replace(small_cell(), valves={"ring60": replace(RING, open_lag_s=lag_s, close_lag_s=lag_s)})
     motion = sprayed(cell, (0.08, True), (0.92, False))
-    lowered = lower(motion, fanuc.CAPABILITY)
-    assert lowered.error.time_s == pytest.approx(fanuc.CAPABILITY.cycle_s, abs=1e-6)
-    assert compare(fanuc_reader.read(fanuc.render(lowered, cell)), motion, cell) == ()
+    lowered = lower(motion, DIALECT.capability)
+    assert lowered.error.time_s == pytest.approx(DIALECT.capability.cycle_s, abs=1e-6)
+    assert compare(DIALECT.read(DIALECT.render(lowered, cell)), motion, cell) == ()
 
 
 def test_two_signals_before_the_first_jet_are_on_two_motions() -> None:
@@ -68,7 +67,7 @@ def test_two_signals_before_the_first_jet_are_on_two_motions() -> None:
     files = written(motion, cell)
     timed = [each for each in instructions(files["TINY_01.ls"], "L ") if " TB " in each]
     assert [each.split(",")[1] for each in timed] == ["DO[1]=ON", "DO[1]=OFF"]
-    assert compare(fanuc_reader.read(files), motion, cell) == ()
+    assert compare(DIALECT.read(files), motion, cell) == ()
 
 
 def test_two_signals_at_one_moment_are_refused() -> None:
@@ -136,7 +135,7 @@ def test_a_loop_reads_its_input_before_it_jumps() -> None:
     main = instructions(files["TINY.ls"])
     at = main.index("R[90]=AI[1]*0.01")
     assert main[at + 1 : at + 3] == ["R[90]=R[90]+(-0.5)", "IF R[91]<4 AND R[90]<(-1.5),JMP LBL[1]"]
-    assert compare(fanuc_reader.read(files), motion, cell) == ()
+    assert compare(DIALECT.read(files), motion, cell) == ()
 
 
 @pytest.mark.parametrize("seconds", [0.0, 0.35, 327.0, 1000.25])
@@ -146,20 +145,20 @@ def test_a_long_pause_is_several_waits(seconds: float) -> None:
     waits = [float(each[5:-5]) for each in instructions(files["TINY_01.ls"], "WAIT ")]
     assert sum(waits) == pytest.approx(seconds)
     assert max(waits) <= 327.67
-    assert compare(fanuc_reader.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell()) == ()
 
 
 def test_a_long_program_is_divided_and_its_names_have_eight_characters() -> None:
     lines: list[Line] = []
-    for number in range(2 * fanuc.MOST_STEPS):
+    for number in range(2 * DIALECT.most_steps):
         blend_mm = 0.3 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines)
     long = replace(motion, origin=replace(motion.origin, board="coldfire mainboard"))
-    files = fanuc.render(lower(long, fanuc.CAPABILITY), small_cell())
+    files = DIALECT.render(lower(long, DIALECT.capability), small_cell())
     names = [name.removesuffix(".ls") for name in files if name.endswith(".ls")]
     assert names == ["COLDF", "COLDF_01", "COLDF_02", "COLDF_03", "COLDF_FR"]
-    assert compare(fanuc_reader.read(files), long, small_cell()) == ()
+    assert compare(DIALECT.read(files), long, small_cell()) == ()
 
 
 def test_remarks_have_32_characters_and_no_semicolon() -> None:
@@ -177,7 +176,7 @@ def test_near_gimbal_lock_the_orientation_is_kept() -> None:
             (0.0, 0.0, 50.0), (math.cos(half) * 0.8, -math.sin(half) * 0.6, math.sin(half) * 0.8, math.cos(half) * 0.6)
         )
         motion = program(*READY[:2], Reach(there, (), "s"))
-        assert compare(fanuc_reader.read(written(motion)), motion, small_cell()) == ()
+        assert compare(DIALECT.read(written(motion)), motion, small_cell()) == ()
 
 
 @pytest.mark.parametrize(
@@ -195,4 +194,4 @@ def test_the_reader_refuses_what_is_not_tp_as_we_write_it(right: str, wrong: str
     files = dict(export(PROGRAMS["three_speeds"](), small_cell(), "fanuc").files)
     assert any(right in text for text in files.values())
     with pytest.raises(ProgramError):
-        fanuc_reader.read({name: text.replace(right, wrong) for name, text in files.items()})
+        DIALECT.read({name: text.replace(right, wrong) for name, text in files.items()})

@@ -15,8 +15,7 @@ from programs.motion.make_motion import make_motion
 from programs.motion.steps_of_robot import Call, Line, MotionProgram, Note, Reach, Step, UseBoard, UseTool
 from programs.motion.valves import Wish, open_valves
 from programs.pose import IDENTITY, Pose, Quaternion
-from programs.posts.kuka import read as kuka_reader
-from programs.posts.kuka import write as kuka
+from programs.posts.kuka import DIALECT
 from programs.posts.reading.compare import compare
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
@@ -24,7 +23,7 @@ _HALF = math.sqrt(0.5)
 
 
 def written(motion: MotionProgram, cell: Installation | None = None) -> dict[str, list[str]]:
-    files = kuka.render(lower(motion, kuka.CAPABILITY), cell or small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), cell or small_cell())
     return {name: text.splitlines() for name, text in files.items()}
 
 
@@ -50,7 +49,7 @@ def test_the_example_of_the_four_dialects_without_a_division() -> None:
 @pytest.mark.parametrize("made", list(PROGRAMS))
 def test_no_trigger_lies_before_the_motion_that_carries_it(made: str) -> None:
     """The controller would trim it without a word."""
-    for each in lower(make_motion(PROGRAMS[made](), small_cell()), kuka.CAPABILITY).motion.lines:
+    for each in lower(make_motion(PROGRAMS[made](), small_cell()), DIALECT.capability).motion.lines:
         for event in each.events:
             leaves_s = each.course.second_at(event.share) + event.offset_s
             assert -5.1e-4 <= leaves_s <= each.duration_s + 5.1e-4
@@ -104,14 +103,14 @@ def test_a_loop_asks_the_sensor_after_each_turn() -> None:
 
 def test_a_long_program_is_divided_into_modules_with_their_own_points() -> None:
     lines: list[Line] = []
-    for number in range(2 * kuka.MOST_STEPS):
+    for number in range(2 * DIALECT.most_steps):
         blend_mm = 0.3 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines)
-    files = kuka.render(lower(motion, kuka.CAPABILITY), small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell())
     assert list(files)[:4] == ["tiny.src", "tiny.dat", "tiny_start_01.src", "tiny_start_01.dat"]
     assert len(files) == 8
-    assert compare(kuka_reader.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell()) == ()
 
 
 def test_names_have_at_most_24_characters_and_are_unlike_each_other() -> None:
@@ -119,11 +118,11 @@ def test_names_have_at_most_24_characters_and_are_unlike_each_other() -> None:
     tools = {number: replace(tool, name="a nozzle with a very long name") for number, tool in cell.tools.items()}
     odd = replace(cell, tools=tools)
     motion = make_motion(PROGRAMS["two_tools"](), odd)
-    files = kuka.render(lower(motion, kuka.CAPABILITY), odd)
+    files = DIALECT.render(lower(motion, DIALECT.capability), odd)
     declared = re.findall(r"^DECL (?:GLOBAL )?\w+ (\w+)=", files["tiny.dat"], re.MULTILINE)
     assert len({name.lower() for name in declared}) == len(declared)
     assert max(map(len, declared)) <= 24
-    assert compare(kuka_reader.read(files), motion, odd) == ()
+    assert compare(DIALECT.read(files), motion, odd) == ()
 
 
 def test_a_call_keeps_its_name_and_our_routines_take_others() -> None:
@@ -147,11 +146,11 @@ def test_the_reader_refuses_what_is_not_krl_as_we_write_it(right: str, wrong: st
     files = dict(export(PROGRAMS["three_speeds"](), small_cell(), "kuka").files)
     assert any(right in text for text in files.values())
     with pytest.raises(ProgramError):
-        kuka_reader.read({name: text.replace(right, wrong) for name, text in files.items()})
+        DIALECT.read({name: text.replace(right, wrong) for name, text in files.items()})
 
 
 def test_a_source_without_its_data_is_refused() -> None:
     files = dict(export(PROGRAMS["loop"](), small_cell(), "kuka").files)
     del files["tiny.dat"]
     with pytest.raises(ProgramError, match="belong together"):
-        kuka_reader.read(files)
+        DIALECT.read(files)

@@ -20,10 +20,10 @@ from programs.motion.make_motion import make_motion
 from programs.motion.steps_of_robot import Course, Line, MotionProgram, Reach, Step, Switch, UseBoard, UseTool
 from programs.motion.valves import Wish, open_valves
 from programs.pose import Pose, compose, inverse
-from programs.posts.linuxcnc import read as linuxcnc_reader
-from programs.posts.linuxcnc import write as linuxcnc
+from programs.posts.linuxcnc import DIALECT
+from programs.posts.linuxcnc.write import GROUP_BASE
 from programs.posts.reading.compare import compare
-from programs.posts.reading.rebuilt import Axes, ReadLine, ReadReach, ReadSwitch
+from programs.posts.rebuilt import Axes, ReadLine, ReadReach, ReadSwitch
 from robotcell.cell.installation import installation_of, to_pose
 from robotcell.cell.load import read_cell
 from robotcell.robot.robot import flange_poses
@@ -82,13 +82,13 @@ TILTED = [
 
 
 def text_of(motion: MotionProgram, cell: Installation = GANTRY) -> str:
-    (text,) = linuxcnc.render(lower(motion, linuxcnc.CAPABILITY), cell).values()
+    (text,) = DIALECT.render(lower(motion, DIALECT.capability), cell).values()
     return text
 
 
 def test_a_gantry_is_read_back_as_planned_and_its_tip_keeps_to_its_lines() -> None:
     motion = begun(*TILTED)
-    read = linuxcnc_reader.read({"tiny.ngc": text_of(motion)})
+    read = DIALECT.read({"tiny.ngc": text_of(motion)})
     assert compare(read, motion, GANTRY) == ()
     at = np.array(next(step.target.values for step in read.steps if isinstance(step, ReadReach)))
     lines = list(TILTED)
@@ -164,7 +164,7 @@ def test_axes_off_the_planned_motion_are_found() -> None:
     block = blocks[len(blocks) // 2]
     value = re.findall(r"X(\d+\.\d+)", block)[0]
     off = text.replace(block, block.replace(f"X{value}", f"X{float(value) + 0.02:.4f}"))
-    assert compare(linuxcnc_reader.read({"tiny.ngc": off}), motion, GANTRY)
+    assert compare(DIALECT.read({"tiny.ngc": off}), motion, GANTRY)
 
 
 @pytest.mark.parametrize(
@@ -175,7 +175,7 @@ def test_the_reader_refuses_what_is_not_written_so(right: str, wrong: str) -> No
     text = text_of(begun(*TILTED))
     assert right in text
     with pytest.raises(ProgramError):
-        linuxcnc_reader.read({"tiny.ngc": text.replace(right, wrong)})
+        DIALECT.read({"tiny.ngc": text.replace(right, wrong)})
 
 
 # LinuxCNC's own interpreter
@@ -217,7 +217,7 @@ def expected(steps: tuple[object, ...], letters: str) -> list[tuple[str, tuple[f
     for step in steps:
         if isinstance(step, ReadSwitch):
             kind, number = step.channel.split()
-            found.append(("OUTPUT", (int(number) + (linuxcnc.GROUP_BASE if kind == "group" else 0), step.value)))
+            found.append(("OUTPUT", (int(number) + (GROUP_BASE if kind == "group" else 0), step.value)))
         elif isinstance(step, ReadLine | ReadReach):
             assert isinstance(step.target, Axes)
             at = dict(zip(letters, step.target.values, strict=True))
@@ -237,8 +237,8 @@ def assert_same(calls: list[tuple[str, tuple[float, ...]]], read: list[tuple[str
 def test_linuxcnc_accepts_the_program_and_does_what_our_reader_reads(made: str, tmp_path: Path) -> None:
     plan, cell = PROGRAMS[made](), replace(small_cell(), home=())
     motion = make_motion(plan, cell, joints_of(plan))
-    files = linuxcnc.render(lower(motion, linuxcnc.CAPABILITY), cell)
-    assert_same(canonical(interpret(files, tmp_path)), expected(linuxcnc_reader.read(files).steps, "XYZABC"))
+    files = DIALECT.render(lower(motion, DIALECT.capability), cell)
+    assert_same(canonical(interpret(files, tmp_path)), expected(DIALECT.read(files).steps, "XYZABC"))
 
 
 @NEEDS_RS274
@@ -247,7 +247,7 @@ def test_linuxcnc_moves_the_gantry_as_planned_and_at_the_planned_speed(tmp_path:
     files = {"tiny.ngc": text_of(motion, cell)}
     calls = interpret(files, tmp_path)
     moves = canonical(calls)
-    assert_same(moves, expected(linuxcnc_reader.read(files).steps, "XYZCB"))
+    assert_same(moves, expected(DIALECT.read(files).steps, "XYZCB"))
     at = np.array(next(values for word, values in moves if word == "STRAIGHT_TRAVERSE"))
     feed, checked, zero = 0.0, 0, np.array([-80.0, -50.0, 60.0, 0.0, 0.0, 0.0])
     for call in calls:
@@ -271,7 +271,7 @@ def test_linuxcnc_repeats_a_loop_while_the_input_shows_too_little(tmp_path: Path
     plan, cell = PROGRAMS["loop"](), small_cell()
     once = replace(make_motion(plan, cell, joints_of(plan)), findings=())
     lines = [step for step in once.steps if isinstance(step, Line)]
-    calls = interpret(dict(linuxcnc.render(lower(once, linuxcnc.CAPABILITY), cell)), tmp_path)
+    calls = interpret(dict(DIALECT.render(lower(once, DIALECT.capability), cell)), tmp_path)
     ends = [call for call in calls if call.startswith("SET_MOTION_CONTROL_MODE(CANON_EXACT_STOP")]
     assert sum(call.startswith("DWELL") for call in calls) == 4  # the input reads 0 here
     assert len(ends) >= 2 + 3 * 4
@@ -279,9 +279,9 @@ def test_linuxcnc_repeats_a_loop_while_the_input_shows_too_little(tmp_path: Path
 
 
 @NEEDS_RS274
-def test_linuxcnc_finds_the_files_of_a_long_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(linuxcnc, "MOST_STEPS", 4)
+def test_linuxcnc_finds_the_files_of_a_long_program(tmp_path: Path) -> None:
+    short = replace(DIALECT, most_steps=4)
     plan, cell = PROGRAMS["in_flight"](), replace(small_cell(), home=())
-    files = linuxcnc.render(lower(make_motion(plan, cell, joints_of(plan)), linuxcnc.CAPABILITY), cell)
+    files = short.render(lower(make_motion(plan, cell, joints_of(plan)), DIALECT.capability), cell)
     assert len(files) > 3
-    assert_same(canonical(interpret(files, tmp_path)), expected(linuxcnc_reader.read(files).steps, "XYZABC"))
+    assert_same(canonical(interpret(files, tmp_path)), expected(DIALECT.read(files).steps, "XYZABC"))

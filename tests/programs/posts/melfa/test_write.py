@@ -13,8 +13,7 @@ from programs.motion.lower import lower
 from programs.motion.steps_of_robot import Call, Event, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
 from programs.motion.valves import Wish, open_valves
 from programs.pose import IDENTITY, Pose
-from programs.posts.melfa import read as melfa_reader
-from programs.posts.melfa import write as melfa
+from programs.posts.melfa import DIALECT
 from programs.posts.reading.compare import compare
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
@@ -22,7 +21,7 @@ READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s")
 
 def written(motion: MotionProgram) -> dict[str, list[str]]:
     """The steps of each program without their numbers, comments left out."""
-    files = melfa.render(lower(motion, melfa.CAPABILITY), small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell())
     return {name: re.findall(r"^\d+ ([^'].*)$", text, flags=re.MULTILINE) for name, text in files.items()}
 
 
@@ -59,7 +58,7 @@ def test_what_changes_at_the_end_of_a_passed_line_goes_with_the_next() -> None:
 
 def test_the_base_is_the_robot_seen_from_the_board() -> None:
     board = UseBoard("", Pose((500.0, 0.0, 30.0), (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))), "")
-    files = melfa.render(lower(program(board, *READY[1:]), melfa.CAPABILITY), small_cell())
+    files = DIALECT.render(lower(program(board, *READY[1:]), DIALECT.capability), small_cell())
     assert "PBS0=(0.000,500.000,-30.000,0.0000,0.0000,-90.0000)(0,0)" in files["START01.prg"]
     assert re.findall(r"\d+ (Base P_NBase|Tool P_NTool)", files["TINY.prg"]) == ["Base P_NBase", "Tool P_NTool"]
 
@@ -88,7 +87,7 @@ def test_a_loop_asks_the_sensor_after_its_first_turn() -> None:
 def test_names_are_capital_letters_and_digits_and_unlike_each_other() -> None:
     calls = [Call(name, "s") for name in ("flip_to_bottom", "flip_to_bottom_again", "clean_01", "start_02")]
     steps = (*READY, *calls, Note("function clean", "s"), line(pose(0), pose(9), 10.0))
-    files = melfa.render(lower(program(*steps), melfa.CAPABILITY), small_cell())
+    files = DIALECT.render(lower(program(*steps), DIALECT.capability), small_cell())
     called = re.findall(r'CallP "(.*)"', "".join(files.values()))
     assert "FLIPTOBOTTOM" in called
     assert "FLIPTOBOTTX2" in called
@@ -98,14 +97,14 @@ def test_names_are_capital_letters_and_digits_and_unlike_each_other() -> None:
 
 def test_a_long_program_is_divided() -> None:
     lines: list[Line] = []
-    for number in range(2 * melfa.MOST_STEPS):
+    for number in range(2 * DIALECT.most_steps):
         blend_mm = 0.3 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines, Pause(0.1, "s"))
-    files = melfa.render(lower(motion, melfa.CAPABILITY), small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell())
     assert list(files) == ["TINY.prg", "START01.prg", "START02.prg", "START03.prg"]
     assert max(len(re.findall(r"^\d+ ", text, flags=re.MULTILINE)) for text in files.values()) < 32767
-    assert compare(melfa_reader.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell()) == ()
 
 
 @pytest.mark.parametrize(
@@ -116,4 +115,4 @@ def test_the_reader_refuses_what_is_not_written_so(right: str, wrong: str) -> No
     files = dict(export(PROGRAMS["three_speeds"](), small_cell(), "melfa").files)
     assert any(right in text for text in files.values())
     with pytest.raises(ProgramError):
-        melfa_reader.read({name: text.replace(right, wrong) for name, text in files.items()})
+        DIALECT.read({name: text.replace(right, wrong) for name, text in files.items()})

@@ -13,10 +13,9 @@ from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps_of_robot import MotionProgram
 from programs.pose import Pose, compose
-from programs.posts.abb import read as abb_reader
-from programs.posts.abb import write as abb
+from programs.posts.abb import DIALECT
 from programs.posts.reading.compare import compare
-from programs.posts.reading.rebuilt import (
+from programs.posts.rebuilt import (
     ReadBoard,
     ReadCall,
     ReadEndRepeat,
@@ -38,7 +37,7 @@ TURNED = Pose((0.0, 0.0, 0.0), (1.0, 0.00015, 0.0, 0.0))
 @cache
 def read_back(made: str) -> tuple[Rebuilt, MotionProgram]:
     motion = make_motion(PROGRAMS[made](), small_cell())
-    return abb_reader.read(abb.render(lower(motion, abb.CAPABILITY), small_cell())), motion
+    return DIALECT.read(DIALECT.render(lower(motion, DIALECT.capability), small_cell())), motion
 
 
 def later(step: ReadLine, seconds: float) -> ReadLine:

@@ -17,15 +17,14 @@ from programs.motion.steps_of_robot import Event, Line, MotionProgram, Reach, St
 from programs.motion.valves import Wish, open_valves
 from programs.pose import IDENTITY
 from programs.posts.reading.compare import compare
-from programs.posts.ur import read as ur_reader
-from programs.posts.ur import write as ur
-from programs.posts.ur.text import QUEUE
+from programs.posts.ur import DIALECT
+from programs.posts.ur.watcher import QUEUE
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 
 
 def written(motion: MotionProgram, cell: Installation | None = None) -> list[str]:
-    (text,) = ur.render(lower(motion, ur.CAPABILITY), cell or small_cell()).values()
+    (text,) = DIALECT.render(lower(motion, DIALECT.capability), cell or small_cell()).values()
     return [each.strip() for each in text.splitlines()]
 
 
@@ -73,8 +72,8 @@ def test_an_output_during_a_turn_on_the_spot_divides_it() -> None:
 @pytest.mark.parametrize("made", list(PROGRAMS))
 def test_blends_never_meet(made: str) -> None:
     motion = make_motion(PROGRAMS[made](), small_cell())
-    lowered = lower(motion, ur.CAPABILITY)
-    texts = ur.render(lowered, small_cell()).values()
+    lowered = lower(motion, DIALECT.capability)
+    texts = DIALECT.render(lowered, small_cell()).values()
     radii = [1000.0 * float(r) for text in texts for r in re.findall(r"movel\(.*r=([\d.]+)\)", text)]
     lines = lowered.motion.lines
     assert len(radii) == len(lines)
@@ -85,7 +84,7 @@ def test_blends_never_meet(made: str) -> None:
 
 def test_no_more_outputs_wait_than_the_queue_holds() -> None:
     """Those of a line, and of the line before, whose blend has begun."""
-    assert 2 * ur.CAPABILITY.most_events <= QUEUE
+    assert 2 * DIALECT.capability.most_events <= QUEUE
 
 
 def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
@@ -116,14 +115,14 @@ def test_every_block_has_its_end() -> None:
 
 def test_a_long_program_is_divided_into_files_of_functions() -> None:
     lines: list[Line] = []
-    for number in range(2 * ur.MOST_STEPS):
+    for number in range(2 * DIALECT.most_steps):
         blend_mm = 0.03 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines)
-    files = ur.render(lower(motion, ur.CAPABILITY), small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell())
     assert list(files) == [f"tiny{ending}.script" for ending in ("", "_00", "_01", "_02", "_03")]
     assert "thread watch():" in files["tiny_00.script"]
-    assert compare(ur_reader.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell()) == ()
 
 
 @pytest.mark.parametrize(
@@ -141,7 +140,7 @@ def test_the_reader_refuses_what_is_not_urscript_as_we_write_it(right: str, wron
     files = dict(export(PROGRAMS["three_speeds"](), small_cell(), "ur").files)
     assert any(right in text for text in files.values())
     with pytest.raises(ProgramError):
-        ur_reader.read({name: text.replace(right, wrong) for name, text in files.items()})
+        DIALECT.read({name: text.replace(right, wrong) for name, text in files.items()})
 
 
 def test_a_loop_asks_the_sensor_after_its_first_turn() -> None:

@@ -15,14 +15,13 @@ from programs.motion.steps_of_robot import Call, Event, Line, MotionProgram, Not
 from programs.motion.valves import Wish, open_valves
 from programs.pose import IDENTITY
 from programs.posts.reading.compare import compare
-from programs.posts.val3 import read as val3_reader
-from programs.posts.val3 import write as val3
+from programs.posts.val3 import DIALECT
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 
 
 def files_of(motion: MotionProgram) -> dict[str, str]:
-    return val3.render(lower(motion, val3.CAPABILITY), small_cell())
+    return DIALECT.render(lower(motion, DIALECT.capability), small_cell())
 
 
 def code(text: str) -> list[str]:
@@ -121,13 +120,13 @@ def test_a_call_keeps_its_name_and_our_programs_take_others() -> None:
 
 def test_a_long_program_is_divided_into_programs() -> None:
     lines: list[Line] = []
-    for number in range(2 * val3.MOST_STEPS):
+    for number in range(2 * DIALECT.most_steps):
         blend_mm = 0.3 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines, Pause(0.1, "s"))
     files = files_of(motion)
     assert [name for name in files if name.startswith("start_")] == [f"start_0{number}.pgx" for number in (1, 2, 3)]
-    assert compare(val3_reader.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell()) == ()
 
 
 @pytest.mark.parametrize(
@@ -148,4 +147,4 @@ def test_the_reader_refuses_what_is_not_written_so(file: str, right: str, wrong:
     files = files_of(program(*first))
     assert right in files[file]
     with pytest.raises(ProgramError):
-        val3_reader.read({**files, file: files[file].replace(right, wrong)})
+        DIALECT.read({**files, file: files[file].replace(right, wrong)})

@@ -14,14 +14,13 @@ from programs.motion.steps_of_robot import Line, MotionProgram, Pause, Reach, St
 from programs.motion.valves import Wish, open_valves
 from programs.pose import IDENTITY
 from programs.posts.reading.compare import compare
-from programs.posts.yaskawa import read as yaskawa_reader
-from programs.posts.yaskawa import write as yaskawa
+from programs.posts.yaskawa import DIALECT
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 
 
 def written(motion: MotionProgram) -> dict[str, str]:
-    return yaskawa.render(lower(motion, yaskawa.CAPABILITY), small_cell())
+    return DIALECT.render(lower(motion, DIALECT.capability), small_cell())
 
 
 def instructions(text: str, *words: str) -> list[str]:
@@ -99,18 +98,18 @@ def test_a_long_pause_is_several_timers(seconds: float) -> None:
     timers = [float(each.partition("=")[2]) for each in instructions(files["TINY_01.JBI"], "TIMER")]
     assert sum(timers) == pytest.approx(seconds)
     assert max(timers) <= 655.35
-    assert compare(yaskawa_reader.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell()) == ()
 
 
 def test_a_long_program_is_divided_into_jobs() -> None:
     lines: list[Line] = []
-    for number in range(2 * yaskawa.MOST_STEPS):
+    for number in range(2 * DIALECT.most_steps):
         blend_mm = 0.3 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines)
     files = written(motion)
     assert list(files) == ["TINY.JBI", "TINY_01.JBI", "TINY_02.JBI", "TINY_03.JBI", "TINY.TXT"]
-    assert compare(yaskawa_reader.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell()) == ()
 
 
 @pytest.mark.parametrize(
@@ -128,4 +127,4 @@ def test_the_reader_refuses_what_is_not_inform_as_we_write_it(right: str, wrong:
     files = dict(export(PROGRAMS["three_speeds"](), small_cell(), "yaskawa").files)
     assert any(right in text for text in files.values())
     with pytest.raises(ProgramError):
-        yaskawa_reader.read({name: text.replace(right, wrong) for name, text in files.items()})
+        DIALECT.read({name: text.replace(right, wrong) for name, text in files.items()})

@@ -1,21 +1,9 @@
-"""How URScript is written, whatever it does, and the thread that switches outputs on the path."""
-
-import math
-
-from programs.motion.analog import Counting
-from programs.motion.installation import Channel
-from programs.pose import Pose
-from programs.posts.writing.angles import rotation_vector
-from programs.posts.writing.wording import short
+"""The thread of a URScript program that switches outputs on the path."""
 
 QUEUE = 16
 """Outputs that may wait at once: those of a line, and the last of the line before, whose blend has begun."""
-_NARROWEST_MM = 0.001
-"""A blend that is written as 0 is a stop."""
-ANALOG = Counting(full=1.0, least=0.0, zero_ma=4.0, reads_amperes=True)
-"""By the script manual of the e-Series outputs take a level from 0 to 1, where 1 is 10 V or, in the domain of currents,
-20 mA, and inputs are read in volts or amperes. That 0 is 4 mA then is what users of the RTDE interface were told."""
 KINDS = {"digital": 0, "group": 1, "analog": 2}
+"""How ``set_out`` and ``arm`` name the kind of an output."""
 
 WATCHER = f"""\
 # Outputs on the path. A move with outputs is preceded by one arm() for each: from, to, metres from the start, kind and
@@ -86,36 +74,3 @@ def settle():
   exit_critical
 end
 """.splitlines()
-
-
-def pose_text(pose: Pose) -> str:
-    """Write a pose: metres, and axis times angle in radians."""
-    position = [short(value / 1000.0, 6) for value in pose.position]
-    return f"p[{','.join([*position, *(short(value, 6) for value in rotation_vector(pose.quaternion))])}]"
-
-
-def joints_text(joints: tuple[float, ...]) -> str:
-    """Write joint values in radians."""
-    return f"[{','.join(short(value, 6) for value in joints)}]"
-
-
-def metres(millimetres: float) -> str:
-    """Write a length, or a speed."""
-    return short(millimetres / 1000.0, 6)
-
-
-def output(channel: Channel, value: float) -> str:
-    """Write what an output is given: kind, number, value."""
-    count = ANALOG.count(channel, value) if channel.kind == "analog" else value
-    return f"{KINDS[channel.kind]}, {channel.number}, {short(count, 6)}"
-
-
-def rest_blend(blend_mm: float, lengths: tuple[float, float]) -> float:
-    """Narrow a blend so that it meets neither that before nor that after it; a turn on the spot has no room to take.
-
-    Args:
-        blend_mm: As planned.
-        lengths: Of the line that ends and of the line that begins, mm.
-    """
-    room = min((length for length in lengths if length > 0.0), default=math.inf)
-    return min(blend_mm, max(0.45 * room, _NARROWEST_MM))

@@ -1,10 +1,10 @@
-"""How VAL3 is written, whatever it does: project, data and program files, and the task that switches outputs."""
+"""The files of a VAL3 project, and the task that switches its outputs."""
 
 from collections.abc import Iterable, Sequence
 
 from programs.pose import Pose
 from programs.posts.writing.angles import moving_xyz
-from programs.posts.writing.wording import fixed, short
+from programs.posts.writing.wording import fixed, pose_words, short
 
 QUEUE = 64
 """Outputs that may wait at once."""
@@ -69,21 +69,21 @@ def variable(name: str, kind: str, values: Sequence[str], size: int = 0) -> str:
 def code(name: str, body: Iterable[str], parameters: Sequence[str] = ()) -> str:
     """Write a program file; all parameters are numbers."""
     listed = "".join(f'      <Parameter name="{each}" type="num" xsi:type="element" />\n' for each in parameters)
-    told = f'    <Parameters xmlns="{_STAUBLI}/Param/1">\n{listed}    </Parameters>\n' if parameters else ""
+    declared = f'    <Parameters xmlns="{_STAUBLI}/Param/1">\n{listed}    </Parameters>\n' if parameters else ""
     inside = "".join(f"  {line}\n" for line in body).replace("]]>", "]] >")
     return (
         '<?xml version="1.0" encoding="utf-8" ?>\n'
         f'<Programs {_XSI} xmlns="{_STAUBLI}/Program/2">\n'
-        f'  <Program name="{name}" access="private">\n{told}'
+        f'  <Program name="{name}" access="private">\n{declared}'
         f"    <Code><![CDATA[begin\n{inside}end]]></Code>\n  </Program>\n</Programs>\n"
     )
 
 
 def place(pose: Pose, father: str) -> str:
     """Write a pose as attributes: mm, and degrees about x, the new y, the new z."""
-    words = [*(fixed(value, 3) for value in pose.position), *(fixed(value, 4) for value in moving_xyz(pose.quaternion))]
-    said = " ".join(f'{name}="{word}"' for name, word in zip(("x", "y", "z", "rx", "ry", "rz"), words, strict=True))
-    return f'{said} fatherId="{father}[0]"'
+    words = zip(("x", "y", "z", "rx", "ry", "rz"), pose_words(pose, moving_xyz), strict=True)
+    numbers = " ".join(f'{name}="{word}"' for name, word in words)
+    return f'{numbers} fatherId="{father}[0]"'
 
 
 def movement(speed_mm_s: float, turn_deg_s: float, blend_mm: float) -> str:

@@ -1,0 +1,214 @@
+"""The skeleton of every reader: a controller that executes a program's statements by a table of their patterns."""
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TypeAlias
+
+from programs.errors import ProgramError
+from programs.pose import Pose, Quaternion, distance
+from programs.posts.dialect import ProgramFiles
+from programs.posts.rebuilt import (
+    ReadBoard,
+    ReadCall,
+    ReadEndRepeat,
+    ReadLine,
+    ReadPause,
+    ReadReach,
+    ReadRepeat,
+    ReadSignal,
+    ReadStep,
+    ReadSwitch,
+    ReadTool,
+)
+
+NUMBER = r"-?\d+(?:\.\d+)?"
+N = rf"({NUMBER})"
+"""A number that is kept."""
+_SAME_PLACE_MM = 5e-4
+"""Places nearer than this are written with the same three decimals."""
+
+Action: TypeAlias = Callable[[re.Match[str]], None]
+"""What a statement does, by its match."""
+
+
+class Reader(ABC):
+    """A controller while it executes one program; a language is a subclass with a grammar."""
+
+    def __init__(self) -> None:
+        self.routines: dict[str, Sequence[str]] = {}
+        """Statements by the routine's name."""
+        self.steps: list[ReadStep] = []
+        self.routine, self.at = "", 0
+        """The routine that runs, and its statement."""
+        self.pose: Pose | None = None
+        self.tool: ReadTool | None = None
+        self.board: ReadBoard | None = None
+        self.by_joints = False
+        """Whether it came to where it is by joint values, so that the next motion ends where it is."""
+        self._used: tuple[ReadTool | None, ReadBoard | None] = (None, None)
+        self._patterns: list[tuple[re.Pattern[str], Action]] = []
+
+    @classmethod
+    def rebuild(cls, files: ProgramFiles) -> Sequence[ReadStep]:
+        """Execute a program's files, each loop once.
+
+        Raises:
+            ProgramError: a file is missing, or a statement is not as the writer writes it.
+        """
+        reader = cls()
+        main = reader.load(files)
+        reader._patterns = [(re.compile(pattern), action) for pattern, action in reader.grammar().items()]
+        reader.run(main)
+        return reader.steps
+
+    # What a language states
+
+    @abstractmethod
+    def load(self, files: ProgramFiles) -> str:
+        """Sort the files into routines and data, and give the name of the routine to start with."""
+
+    @abstractmethod
+    def grammar(self) -> Mapping[str, Action]:
+        """Give the action of each statement by its pattern; the first that matches the whole statement counts."""
+
+    # Execution
+
+    def run(self, name: str) -> None:
+        """Execute a routine.
+
+        Raises:
+            ProgramError: there is none of that name, or one of its statements is unknown.
+        """
+        if name not in self.routines:
+            raise ProgramError(f"there is no routine {name or 'to start with'}.")
+        caller = self.routine, self.at
+        self.routine, self.at = name, 0
+        while self.at < len(self.routines[name]):
+            self.execute(self.routines[name][self.at])
+            self.at += 1
+        self.routine, self.at = caller
+
+    def execute(self, statement: str) -> None:
+        """Execute one statement."""
+        for pattern, action in self._patterns:
+            if match := pattern.fullmatch(statement):
+                action(match)
+                return
+        raise ProgramError(f"unknown statement {statement!r}.")
+
+    def ahead(self, pattern: str) -> Iterator[re.Match[str]]:
+        """Give the statements of the routine from the one that runs on that match a pattern."""
+        matches = re.compile(pattern).fullmatch
+        return (found for statement in self.routines[self.routine][self.at :] if (found := matches(statement)))
+
+    def sort(self, lines: Iterable[str], begin: str, end: str) -> Iterator[str]:
+        """Keep what stands in routines, and give what stands outside; empty lines count for nothing.
+
+        Args:
+            lines: Of a file, comments left out.
+            begin: Pattern of a routine's first line; its first group is the name.
+            end: Pattern of its last line.
+        """
+        inside: list[str] | None = None
+        for line in lines:
+            if match := re.fullmatch(begin, line):
+                inside = []
+                self.routines[match[1]] = inside
+            elif re.fullmatch(end, line):
+                inside = None
+            elif line and inside is not None:
+                inside.append(line)
+            elif line:
+                yield line
+
+    # Statements that many languages have
+
+    def refuse(self, match: re.Match[str]) -> None:
+        """Refuse a statement."""
+        raise ProgramError(f"unknown statement {match[0]!r}.")
+
+    def call(self, match: re.Match[str]) -> None:
+        """Call a routine by its name: one of the program's, or one of the integrator's."""
+        if match[1] in self.routines:
+            self.run(match[1])
+        else:
+            self.steps.append(ReadCall(match[1]))
+
+    def pause(self, match: re.Match[str]) -> None:
+        """Hold the pose for so many seconds."""
+        self.steps.append(ReadPause(float(match[1])))
+
+    def hold(self, seconds: float, longest_s: float) -> None:
+        """Hold the pose; what follows a wait of the longest time there is belongs to it."""
+        last = self.steps[-1] if self.steps else None
+        waits = last.duration_s / longest_s if isinstance(last, ReadPause) else 0.0
+        if isinstance(last, ReadPause) and waits > 0.5 and abs(waits - round(waits)) < 1e-9:
+            self.steps[-1] = ReadPause(last.duration_s + seconds)
+        else:
+            self.steps.append(ReadPause(seconds))
+
+    def switch(self, channel: str, value: float) -> None:
+        """Set an output."""
+        self.steps.append(ReadSwitch(channel, value))
+
+    def move_joints(self, match: re.Match[str]) -> None:
+        """Come to joint values."""
+        self.by_joints = True
+
+    def repeat(self, count: str, condition: Sequence[str | None] = ()) -> None:
+        """Begin a loop.
+
+        Args:
+            count: How often at most.
+            condition: Scale, offset and least value of the quantity; nothing where the loop only counts.
+        """
+        numbers = [float(number) for number in condition if number is not None]
+        if len(numbers) < 3:
+            self.steps.append(ReadRepeat(int(count), None))
+            return
+        scale, offset, least = numbers
+        self.steps.append(ReadRepeat(int(count), least, (scale, offset)))
+
+    def end_repeat(self, match: re.Match[str]) -> None:
+        """End the innermost loop."""
+        self.steps.append(ReadEndRepeat())
+
+    # Motion
+
+    def reach(self, pose: Pose) -> None:
+        """Come to a pose by a joint motion."""
+        self._use_frames()
+        self.steps.append(ReadReach(pose))
+        self.pose, self.by_joints = pose, False
+
+    def line(self, pose: Pose, stops: bool, speed_mm_s: float, signals: tuple[ReadSignal, ...] = ()) -> None:
+        """Go straight to a pose; after joint values it is there already."""
+        if self.by_joints or self.pose is None:
+            self.reach(pose)
+            return
+        self._use_frames()
+        self.steps.append(ReadLine(pose, stops, speed_mm_s, signals))
+        self.pose = pose
+
+    def length_to(self, pose: Pose) -> float:
+        """Millimetres to a pose; 0 where the tool only turns, and where the robot's own pose is not known."""
+        length_mm = distance(self.pose, pose) if self.pose is not None else 0.0
+        return length_mm if length_mm > _SAME_PLACE_MM else 0.0
+
+    def _use_frames(self) -> None:
+        if self.tool is None or self.board is None:
+            raise ProgramError("the program moves before it selects a tool and a frame.")
+        if (self.tool, self.board) != self._used:
+            self.steps += [self.tool, self.board]
+            self._used = (self.tool, self.board)
+
+
+def skip(match: re.Match[str]) -> None:
+    """Pass over a statement that has no effect on motion and outputs."""
+
+
+def read_pose(numbers: Iterable[str], orientation: Callable[[float, float, float], Quaternion]) -> Pose:
+    """Read a pose: x, y, z in mm, then the angles of a maker."""
+    x, y, z, a, b, c = map(float, numbers)
+    return Pose((x, y, z), orientation(a, b, c))

@@ -1,0 +1,313 @@
+"""The skeleton of every writer: walks the routines and steps of a lowered program, and has a syntax write each."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from typing import ClassVar
+
+from programs.motion.installation import Channel, Installation, Tool
+from programs.motion.lower import Lowered
+from programs.motion.steps_of_robot import (
+    Call,
+    EndRepeat,
+    Line,
+    Note,
+    Pause,
+    Reach,
+    Repeat,
+    Step,
+    Switch,
+    UseBoard,
+    UseTool,
+)
+from programs.pose import Pose
+from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.writing.axes import in_controller_units
+from programs.posts.writing.chapters import Begin, Chapter, End, Part, divide, nest
+from programs.posts.writing.heading import heading
+from programs.posts.writing.lines import Placed, follow, place_events
+from programs.posts.writing.naming import Names
+from programs.posts.writing.wording import cut, fixed, make_name, short
+
+
+@dataclass(frozen=True, slots=True)
+class Routine:
+    """A routine as text, the main one too."""
+
+    name: str
+    number: int
+    """Of its chapter; 0 for main."""
+    body: list[str]
+    data: list[str]
+    """Declarations that belong to it, such as its points."""
+
+
+class Syntax(ABC):
+    """How one program is written in one language; a language is a subclass.
+
+    The class attributes hold what is a word or a limit. The methods write one kind of step each; those without a body
+    here differ too much between languages to have a common form.
+    """
+
+    mark: ClassVar[str]
+    """Before a comment, with its space."""
+    longest_comment: ClassVar[int] = 100
+    """Characters of a comment in a routine."""
+    longest_heading: ClassVar[int] = 196
+    """Characters of a comment in the header."""
+    call_form: ClassVar[str]
+    """Of a routine, by its name: ours or the integrator's."""
+    pause_form: ClassVar[str] = ""
+    """Of a pause in seconds with three decimals."""
+    digital: ClassVar[str] = ""
+    group: ClassVar[str] = ""
+    analog: ClassVar[str] = ""
+    """Forms that set an output of each kind, of its ``name``, ``number`` and ``value``."""
+    off_on: ClassVar[tuple[str, str]] = ("0", "1")
+    """Values of a digital output."""
+    rounds_groups: ClassVar[bool] = False
+    """Whether a group takes whole numbers only."""
+    reserved: ClassVar[AbstractSet[str]] = frozenset()
+    """Words of the language that are no names; lower case."""
+    longest_name: ClassVar[int]
+    """Characters of a name."""
+    longest_program_name: ClassVar[int] = 0
+    """Characters of the program's name where that has to be shorter."""
+    longest_title: ClassVar[int] = 20
+    """Characters of a routine's name before its number."""
+    setting_form: ClassVar[str] = "{} {}"
+    """Of a modal word and its value."""
+    numbers_points_by_routine: ClassVar[bool] = False
+    """Whether the points of each routine are numbered from the first again."""
+    indents_loops: ClassVar[bool] = True
+    """Whether what is in a loop of main is indented."""
+
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        self.dialect, self.lowered, self.installation = dialect, lowered, installation
+        self.motion = lowered.motion
+        self.parts = self.divide()
+        self.name = make_name(self.motion.origin.board, self.longest_program_name or self.longest_name, self.reserved)
+        self.names = self.make_names()
+        for step in self.motion.steps:  # only the integrator's routines have names that are known outside the program
+            if isinstance(step, Call):
+                self.call_name(step.name)
+        self.following = follow(self.motion.steps)
+        """The line right after each line that is passed, by its identity."""
+        self.tools: dict[str, Tool] = {}
+        self.boards: dict[str, Pose] = {}
+        self.poses: dict[str, Pose] = {}
+        """Of tools and places of the board by their names, in the order of use."""
+        self.points = 0
+        """How many points have been numbered."""
+        self.data: list[str] = []
+        """Declarations of the routine that is being written."""
+        self.settings: dict[str, str] = {}
+        """Modal words in force in that routine."""
+
+    @classmethod
+    def write(cls, dialect: Dialect, lowered: Lowered, installation: Installation) -> ProgramFiles:
+        """Write a program: its routines in their order, then main, then the files that hold them."""
+        syntax = cls(dialect, lowered, installation)
+        routines = [
+            syntax.routine(syntax.routine_name(part), part.number, syntax.chapter(part))
+            for part in syntax.parts
+            if isinstance(part, Chapter)
+        ]
+        return syntax.files(syntax.routine(syntax.name, 0, syntax.main()), routines)
+
+    # Routines
+
+    def divide(self) -> tuple[Part, ...]:
+        """Divide the program into what main calls and repeats."""
+        return divide(self.motion, self.dialect.most_steps)
+
+    def routine(self, name: str, number: int, lines: Iterable[str]) -> Routine:
+        """Write a routine from its lines; it begins without declarations and modal words."""
+        self.data, self.settings = [], {}
+        self.points = 0 if self.numbers_points_by_routine else self.points
+        return Routine(name, number, list(lines), self.data)
+
+    def chapter(self, chapter: Chapter) -> Iterator[str]:
+        """Write a chapter: the frames it begins with, its steps, and a comment wherever the recipe path changes."""
+        for frame in self.initial_frames(chapter):
+            if frame is not None:
+                yield from self.use(frame)
+        maker = ""
+        for placed in place_events(chapter.steps):
+            step = placed.step
+            if step.made_by != maker and isinstance(step, Line | Reach | Pause):
+                maker = step.made_by
+                yield self.comment(maker)
+            yield from self.statements(step, placed)
+
+    def initial_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard | None]:
+        """Give what a routine selects first."""
+        return (chapter.board, chapter.tool)
+
+    def main(self) -> Iterator[str]:
+        """Write main: preparation, home, the routines with their loops, home, end."""
+        yield from self.prepare()
+        home = list(self.home())
+        yield from home
+        for indent, part in nest(self.parts):
+            match part:
+                case Chapter():
+                    lines = [self.call(self.routine_name(part))]
+                case Begin(number, loop):
+                    lines = self.begin_loop(number, loop)
+                case End(number, loop):
+                    lines = self.end_loop(number, loop)
+            yield from (f"{indent if self.indents_loops else ''}{line}" for line in lines)
+        yield from home
+        yield from self.finish()
+
+    def prepare(self) -> Iterable[str]:
+        """Write what comes before the first motion."""
+        return ()
+
+    def home(self) -> Iterable[str]:
+        """Write the motion to the cell's home; nothing where it has none."""
+        return ()
+
+    def finish(self) -> Iterable[str]:
+        """Write what comes after the last motion."""
+        return ()
+
+    @abstractmethod
+    def begin_loop(self, number: int, loop: Repeat) -> Iterable[str]:
+        """Begin a loop of main; loops are numbered from 1."""
+
+    @abstractmethod
+    def end_loop(self, number: int, loop: Repeat) -> Iterable[str]:
+        """End a loop of main."""
+
+    @abstractmethod
+    def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
+        """Put the routines into files, the one to start with first."""
+
+    # Steps
+
+    def statements(self, step: Step, placed: Placed) -> Iterable[str]:
+        """Write one step."""
+        match step:
+            case Line():
+                yield from self.line(step, placed)
+            case Reach():
+                yield from self.reach(step)
+            case Pause():
+                yield from self.pause(step.duration_s)
+            case Switch():
+                yield self.output(step.channel, step.value)
+            case UseTool() | UseBoard():
+                yield from self.use(step)
+            case Call():
+                yield self.call(self.call_name(step.name))
+                self.forget()
+            case Note():
+                yield self.comment(step.text)
+            case Repeat() | EndRepeat():
+                raise AssertionError("loops stand between routines")
+
+    @abstractmethod
+    def line(self, line: Line, placed: Placed) -> Iterable[str]:
+        """Write a line, and the outputs that change on it."""
+
+    @abstractmethod
+    def reach(self, reach: Reach) -> Iterable[str]:
+        """Write a joint motion to a pose: by joint values and the line that is left, or by the pose alone."""
+
+    @abstractmethod
+    def use(self, step: UseTool | UseBoard) -> Iterable[str]:
+        """Use another tool or place of the board from now on."""
+
+    def pause(self, seconds: float) -> Iterable[str]:
+        """Hold the pose."""
+        return (self.pause_form.format(fixed(seconds, 3)),)
+
+    def output(self, channel: Channel, value: float) -> str:
+        """Set an output."""
+        match channel.kind:
+            case "digital":
+                form, word = self.digital, self.off_on[value > 0.5]
+            case "group":
+                form, word = self.group, self.number(round(value) if self.rounds_groups else value)
+            case "analog":
+                count = self.dialect.capability.analog.count(channel, value)
+                form, word = self.analog, self.number(count)
+        return form.format(name=channel.name, number=channel.number, value=word)
+
+    def number(self, value: float) -> str:
+        """Write the value of an output that is not digital."""
+        return short(value, 6)
+
+    def call(self, name: str) -> str:
+        """Call a routine."""
+        return self.call_form.format(name)
+
+    def forget(self) -> None:
+        """Write modal words again: an integrator's routine may have changed what they set."""
+        self.settings.clear()
+
+    def comment(self, text: str, longest: int = 0) -> str:
+        """Write a comment."""
+        return f"{self.mark}{cut(text, longest or self.longest_comment)}"
+
+    # Words and names
+
+    def heading(self, *more: str) -> list[str]:
+        """Write the header as comments; its last lines are the language's own."""
+        lines = (*heading(self.dialect, self.lowered, self.installation), *more)
+        return [self.comment(line, self.longest_heading) for line in lines]
+
+    def loop_comment(self, loop: Repeat) -> str:
+        """Write under which condition a loop ends."""
+        return self.comment(f"until {cut(loop.key, 40)} >= {short(loop.least, 6)}, {loop.count} times at most")
+
+    def joints(self, joints: tuple[float, ...], digits: int = 4) -> list[str]:
+        """Write joint values: degrees and mm."""
+        return [fixed(value, digits) for value in in_controller_units(joints, self.installation)]
+
+    def set(self, word: str, value: str) -> list[str]:
+        """Write a modal word if its value is another."""
+        if self.settings.get(word) == value:
+            return []
+        self.settings[word] = value
+        return [self.setting_form.format(word, value)]
+
+    def make_names(self) -> Names:
+        """Begin the list of names: the program's, and the words of the language."""
+        return Names(self.longest_name, {self.name.lower(), *self.reserved})
+
+    def call_name(self, name: str) -> str:
+        """Name a routine of the integrator's."""
+        return self.names.give("call", name, name)
+
+    def routine_name(self, chapter: Chapter) -> str:
+        """Name the routine of a chapter."""
+        title = make_name(chapter.title, self.longest_title)
+        return self.names.give("routine", chapter.number, f"{title}_{chapter.number:02d}")
+
+    def frame_name(self, step: UseTool | UseBoard, tool: str, board: str, mounted: str = "board") -> str:
+        """Name a tool or a place of the board: a prefix, and its name in the cell; ``mounted`` where it lies first."""
+        if isinstance(step, UseTool):
+            nozzle = self.installation.tool(step.number)
+            name = self.names.give("tool", step.number, f"{tool}{nozzle.name}")
+            self.tools[name] = nozzle
+            self.poses[name] = nozzle.T_flange_tcp
+        else:
+            name = self.names.give("board", step.placement, f"{board}{step.placement or mounted}")
+            self.boards[name] = step.T_base_board
+            self.poses[name] = step.T_base_board
+        return name
+
+    @property
+    def loops(self) -> range:
+        """Numbers of the loops."""
+        return range(1, 1 + sum(isinstance(part, Repeat) for part in self.parts))
+
+    @property
+    def fits_one_file(self) -> bool:
+        """Whether all routines together are no longer than one may be."""
+        steps = sum(len(part.steps) for part in self.parts if isinstance(part, Chapter))
+        return steps <= self.dialect.most_steps
