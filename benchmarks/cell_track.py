@@ -18,7 +18,7 @@ from programs.program import TimedProgram
 from recipes.load import load_recipe
 from robotcell.cell.cell import Cell
 from robotcell.cell.load import read_cell
-from robotcell.robot.rates import rates_of
+from robotcell.motion.retime import rates_of
 from robotcell.track import CellReport, terms_of, track
 from rulesengine.planning.pipeline import run
 

@@ -1,9 +1,9 @@
-"""What a robot does with a program as plain data: for ``--report`` and the card. Millimetres and degrees."""
+"""The check of a program in a cell as plain data, for ``--report`` and the card. Millimetres and degrees."""
 
 import numpy as np
 
 from programs.program import MoveTo, TimedProgram, Totals
-from robotcell.robot.rates import Rates, rates_of
+from robotcell.motion.retime import Rates, rates_of
 from robotcell.robot.robot import Joint
 from robotcell.track import CellReport
 from specs.finding import finding_data
@@ -12,21 +12,21 @@ from specs.json import Json
 
 def cell_report(report: CellReport) -> dict[str, Json]:
     """Collect totals, the use of every joint, singularity, distances, findings; the same report gives the same data."""
-    origin = report.asked.origin
-    told: dict[str, Json] = {
+    origin = report.requested.origin
+    data: dict[str, Json] = {
         "washboard_cell_report": 1,
         "board": {"name": origin.board, "sha256": origin.board_sha256},
         "recipe": {"name": origin.recipe, "sha256": origin.recipe_sha256},
         "cell": report.cell.name,
         "robot": report.cell.robot.name,
         "possible": report.possible,
-        "asked": _totals(report.asked.totals),
+        "asked": _totals(report.requested.totals),
         "findings": [finding_data(finding) for finding in report.findings],
     }
     if not report.possible:
-        return told
+        return data
     rates = rates_of(report.program, report.joints)
-    done: dict[str, Json] = {
+    motion: dict[str, Json] = {
         "done": _totals(report.program.totals),
         "joints": [joint_use(joint, rates, index) for index, joint in enumerate(report.cell.robot.joints)],
         "singularity": {
@@ -37,11 +37,11 @@ def cell_report(report: CellReport) -> dict[str, Json]:
         },
         "clearance": _clearance(report),
     }
-    return told | done
+    return data | motion
 
 
 def joint_use(joint: Joint, rates: Rates, index: int) -> dict[str, Json]:
-    """Give what a joint does and what it may do; degrees where it turns, millimetres where it slides."""
+    """Give the use of a joint and its limits; degrees where it turns, millimetres where it slides."""
     scale, unit = (180.0 / np.pi, "deg") if joint.kind == "revolute" else (1e3, "mm")
     q = rates.q[:, index]
     return {
@@ -72,7 +72,7 @@ def _clearance(report: CellReport) -> dict[str, Json]:
 
 
 def _moment(program: TimedProgram, number: int) -> dict[str, Json]:
-    """Say when and where a move ends, and who asked for it."""
+    """Give when and where a move ends, and its recipe path."""
     move = [item for item in program.instructions if isinstance(item, MoveTo)][number]
     return {
         "time_s": round(move.time_s, 4),

@@ -12,50 +12,52 @@ from programs.errors import ProgramError
 from programs.program import TILT_BAND, Command, TimedProgram
 from robotcell.cell.cell import Cell
 from robotcell.cell.load import LoadedCell
-from robotcell.collision.clearance import Clearance
-from robotcell.diagnosis.findings import Scene, breaks, collisions, leaning, nearly_singular, slowness, unreachable
+from robotcell.collision.collision import Clearance
+from robotcell.diagnosis.findings import PathInCell, breaks, collisions, nearly_singular, slowness, tilts, unreachable
 from robotcell.diagnosis.plausibility import check_cell
-from robotcell.diagnosis.remedies import find_remedy, places_of, share_reached
-from robotcell.motion.attempt import Motion
-from robotcell.motion.cell_queries import Questions, ask_of
+from robotcell.diagnosis.remedies import find_remedy, sample_targets, share_reached
+from robotcell.motion.cell_queries import CellQueries, build_queries
 from robotcell.motion.joint_move import find_move
-from robotcell.motion.joint_program import retell
-from robotcell.motion.plan_joints import OutOfReach, find_motion
-from robotcell.motion.retime import pace
-from robotcell.motion.sampled_path import Course, Flags, course_of
-from robotcell.motion.track_branch import Followed
-from robotcell.robot.conditioning import singularity
-from robotcell.robot.robot import Joints, Poses
+from robotcell.motion.joint_program import build_robot_program
+from robotcell.motion.plan_joints import OutOfReach, plan_motion
+from robotcell.motion.retime import retime
+from robotcell.motion.sampled_path import SampledPath, TrackedPath, sample_path
+from robotcell.motion.track_attempt import Motion
+from robotcell.robot.robot import Joints, Poses, singularity
 from specs.finding import Finding, worst_first
-from specs.finding_rules import BOARD_NOT_CHECKED, CELL_REMEDY, HOME_BLOCKED
+from specs.finding_rules import (
+    BOARD_NOT_CHECKED,
+    CELL_REMEDY,
+    HOME_BLOCKED,
+)
 from specs.progress import Progress, no_progress, subprogress
 
-_MOST_LEAN_DEG = 45.0
+_MOST_TILT_DEG = 45.0
 
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """What the robot may do that the program does not ask for."""
+    """What the robot may do beyond the program."""
 
     round_nozzles: frozenset[str] = frozenset()
     """Names of nozzles whose jet is the same all around: the robot may turn it about its axis while it sprays."""
     placements: Mapping[str, Poses] = field(default_factory=lambda: MappingProxyType({}))
     """T_cell_board (4, 4) after ``CALL name``, by that name."""
-    lean: float = 0.0
-    """rad that the jet may lean while it sprays where nothing else is clear, if the program itself grants less."""
+    tilt_band: float = 0.0
+    """rad that the robot may tilt the jet while it sprays where nothing else is clear, if the program grants less."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CellReport:
-    """What a robot does with a program. Where it cannot do it, the program is the one that was asked for."""
+    """What a robot does with a program. Where it cannot carry it out, the program is the requested one."""
 
     cell: Cell
-    asked: TimedProgram
+    requested: TimedProgram
     program: TimedProgram
-    """As the robot does it: the same instructions at the same places, its own times, azimuths and leans; more moves
-    where joints do not go straight between the asked ones."""
+    """As the robot carries it out: the same instructions at the same places, its own times, azimuths and tilts; more
+    moves where joints do not go straight between the requested ones."""
     joints: Joints
-    """(moves, dof) one row for each ``MoveTo`` of the program; (0, dof) where the robot cannot do it."""
+    """(moves, dof) one row for each ``MoveTo`` of the program; (0, dof) where the robot cannot carry it out."""
     singularity: Scalars
     """(moves,) w, the manipulability."""
     condition: Scalars
@@ -72,9 +74,9 @@ class CellReport:
         return len(self.joints) > 0
 
 
-def terms_of(loaded: LoadedCell, lean: float = 0.0) -> Terms:
-    """Give the terms that a cell's file states, and a tilt band in radians."""
-    return Terms(loaded.round_nozzles, loaded.placements, lean)
+def terms_of(loaded: LoadedCell, tilt_band: float = 0.0) -> Terms:
+    """Give the terms of a cell's file, with a tilt band in radians."""
+    return Terms(loaded.round_nozzles, loaded.placements, tilt_band)
 
 
 def track(
@@ -85,14 +87,14 @@ def track(
     terms: Terms | None = None,
     progress: Progress = no_progress,
 ) -> CellReport:
-    """Find the joint motion for a whole program, or say what keeps the robot from it.
+    """Find the joint motion for a whole program, or report what keeps the robot from it.
 
     The same input gives the same result.
 
     Args:
-        program: What is to be done; its own findings stay with it.
+        program: The program; its own findings stay with it.
         cell: The cell.
-        board: For collisions; without it only the cell itself is looked at, and a finding says so.
+        board: For collisions; without it only the cell itself is checked, and a finding reports that.
         terms: What the robot may do beyond the program.
         progress: Receives the stage and the share done.
 
@@ -102,27 +104,35 @@ def track(
         ProgramError: The program has no move.
     """
     allowed = terms or Terms()
-    progress("laying out the course", 0.0)
-    lean = max(allowed.lean, granted_lean(program))
-    course = course_of(program, cell, allowed.round_nozzles, allowed.placements)
-    ask = ask_of(program, cell, board, [cell.T_cell_board, *allowed.placements.values()])
-    found = find_motion(ask, course, lean, subprogress(progress, 0.0, 0.9))
+    progress("sampling the path", 0.0)
+    tilt = max(allowed.tilt_band, granted_tilt(program))
+    path = sample_path(program, cell, allowed.round_nozzles, allowed.placements)
+    queries = build_queries(program, cell, board, [cell.T_cell_board, *allowed.placements.values()])
+    found = plan_motion(queries, path, tilt, subprogress(progress, 0.0, 0.9))
     if isinstance(found, OutOfReach):
-        report = _impossible(ask, course, board, found)
-    elif len(found.torn) or len(found.blocked) or len(found.lost):
-        report = _refused(ask, board, found)
+        samples = found.nodes.sample[found.empty]
+        findings = unreachable(PathInCell(queries, path), samples)
+        findings += _remedy(cell, board, path, found.nodes.sample, samples)
+        report = _without_motion(queries, [*check_cell(cell, board), *findings])
     else:
-        progress("timing the joints", 0.9)
-        report = _told(ask, board, found)
+        subject = PathInCell(queries, found.tracked.path)
+        findings = [*breaks(subject, found), *collisions(subject, found)]
+        if len(found.hits):
+            findings += _remedy(cell, board, subject.path, found.nodes.sample, found.hits)
+        if len(found.discontinuities) or len(found.blocked) or len(found.lost):
+            report = _without_motion(queries, [*check_cell(cell, board), *findings])
+        else:
+            progress("timing the joints", 0.9)
+            report = _with_motion(subject, board, found, findings)
     progress("robot checked", 1.0)
     return report
 
 
-def granted_lean(program: TimedProgram) -> float:
+def granted_tilt(program: TimedProgram) -> float:
     """Give the tilt band that a program's recipe grants, rad; the least where it states several, 0 where none.
 
     Raises:
-        ProgramError: what the program says is no angle from 0 to 45 degrees.
+        ProgramError: the value is no angle from 0 to 45 degrees.
     """
     stated = [
         item.arguments[1]
@@ -133,33 +143,18 @@ def granted_lean(program: TimedProgram) -> float:
         degrees = [float(text) for text in stated]
     except ValueError:
         degrees = [np.nan]
-    if not all(0.0 <= each <= _MOST_LEAN_DEG for each in degrees):
-        raise ProgramError(f"SET {TILT_BAND} needs a number from 0 to {_MOST_LEAN_DEG:g}; found {', '.join(stated)}.")
+    if not all(0.0 <= each <= _MOST_TILT_DEG for each in degrees):
+        raise ProgramError(f"SET {TILT_BAND} needs a number from 0 to {_MOST_TILT_DEG:g}; found {', '.join(stated)}.")
     return float(np.radians(min(degrees, default=0.0)))
 
 
-def _impossible(ask: Questions, course: Course, board: Board | None, found: OutOfReach) -> CellReport:
-    samples = found.nodes.sample[found.empty]
-    findings = unreachable(Scene(ask, course), samples)
-    findings += _remedy(ask.cell, board, course, found.nodes.sample, samples)
-    return _without_motion(ask, [*check_cell(ask.cell, board), *findings])
-
-
-def _refused(ask: Questions, board: Board | None, found: Motion) -> CellReport:
-    scene = Scene(ask, found.done.course)
-    findings = [*breaks(scene, found), *collisions(scene, found)]
-    if len(found.hits):
-        findings += _remedy(ask.cell, board, found.done.course, found.nodes.sample, found.hits)
-    return _without_motion(ask, [*check_cell(ask.cell, board), *findings])
-
-
-def _without_motion(ask: Questions, findings: list[Finding]) -> CellReport:
+def _without_motion(queries: CellQueries, findings: list[Finding]) -> CellReport:
     none = np.zeros(0)
     return CellReport(
-        cell=ask.cell,
-        asked=ask.program,
-        program=ask.program,
-        joints=np.zeros((0, ask.cell.robot.dof)),
+        cell=queries.cell,
+        requested=queries.program,
+        program=queries.program,
+        joints=np.zeros((0, queries.cell.robot.dof)),
         singularity=none,
         condition=none,
         clearance=Clearance(none, ()),
@@ -168,69 +163,59 @@ def _without_motion(ask: Questions, findings: list[Finding]) -> CellReport:
     )
 
 
-def _told(ask: Questions, board: Board | None, found: Motion) -> CellReport:
-    done = found.done
-    scene = Scene(ask, done.course)
-    timing = pace(ask.cell.robot, done.course.times, done.q, _cuts(found))
-    told = retell(ask.program, ask.cell, done, timing.lasting, list(found.leaps))
-    w, condition = singularity(ask.cell.robot, told.joints)
-    own = told.row_of >= 0
-    at_sample = np.ones(len(done.q))
-    at_sample[told.row_of[own]] = condition[own]
-    findings = [*breaks(scene, found), *collisions(scene, found)]
-    if len(found.hits):
-        findings += _remedy(ask.cell, board, done.course, found.nodes.sample, found.hits)
-    findings += [*_home(ask, done), *leaning(scene, done), *nearly_singular(scene, at_sample), *slowness(scene, timing)]
-    findings += [] if board is not None else [_without_board(ask.program)]
-    looked_at = np.flatnonzero(own)
+def _with_motion(subject: PathInCell, board: Board | None, found: Motion, findings: list[Finding]) -> CellReport:
+    queries, path, tracked = subject.queries, subject.path, found.tracked
+    robot, program = queries.cell.robot, queries.program
+    cuts = np.diff(tracked.piece) != 0
+    for move in found.reconfigurations:
+        cuts[move.begin : move.end] = True
+    retiming = retime(robot, path.times, tracked.q, cuts)
+    done = build_robot_program(program, queries.cell, tracked, retiming.lasting, found.reconfigurations)
+    w, condition = singularity(robot, done.joints)
+    own = np.flatnonzero(done.row_of >= 0)
+    at_sample = np.ones(len(tracked.q))
+    at_sample[done.row_of[own]] = condition[own]
+    findings = [*findings, *_check_home(subject, tracked), *tilts(subject, tracked)]
+    findings += [*nearly_singular(subject, at_sample), *slowness(subject, retiming)]
+    if board is None:
+        message = (
+            f"the board {program.origin.board} was not found: collisions with it were not checked. Name it with "
+            "--board."
+        )
+        findings.append(Finding(BOARD_NOT_CHECKED, message))
     return CellReport(
-        cell=ask.cell,
-        asked=ask.program,
-        program=told.program,
-        joints=told.joints,
+        cell=queries.cell,
+        requested=program,
+        program=done.program,
+        joints=done.joints,
         singularity=w,
         condition=condition,
-        clearance=ask.nearest(told.joints[looked_at], done.course, told.row_of[looked_at]),
-        clearance_at=looked_at,
+        clearance=queries.clearance(done.joints[own], path, done.row_of[own]),
+        clearance_at=own,
         findings=worst_first(findings),
     )
 
 
-def _cuts(found: Motion) -> Flags:
-    """(n - 1,) intervals that joint moves stand for."""
-    cuts = np.diff(found.done.piece) != 0
-    for leap in found.leaps:
-        cuts[leap.begin : leap.end] = True
-    return cuts
-
-
-def _home(ask: Questions, done: Followed) -> list[Finding]:
-    """Say where the way from home to the beginning, or back from the end, is blocked."""
+def _check_home(subject: PathInCell, tracked: TrackedPath) -> list[Finding]:
+    """Report where the way from home to the beginning, or back from the end, is blocked."""
     findings: list[Finding] = []
-    for sample, text in ((0, "from home to the beginning"), (len(done.q) - 1, "from the end back home")):
-        tool, placement = int(done.course.tool[sample]), int(done.course.placement[sample])
-        ends = ask.cell.home[None], ask.raised(done.q[sample], done.T_base_tcp[sample], tool)
-        move = find_move(ask.cell, *ends, (tool, tool), ask.blocked(placement))
-        if move is None:
-            message = f"the straight joint move {text} collides; choose another home, or go there by hand."
-            scene = Scene(ask, done.course)
-            findings.append(Finding(HOME_BLOCKED, message, scene.made_by(sample), scene.place(sample)))
+    queries, path = subject.queries, subject.path
+    for sample, text in ((0, "from home to the beginning"), (len(tracked.q) - 1, "from the end back home")):
+        tool = int(path.tool[sample])
+        ends = queries.cell.home[None], queries.lifted(tracked.q[sample], tracked.T_base_tcp[sample], tool)
+        if find_move(queries.cell, *ends, (tool, tool), queries.blocked_at(int(path.placement[sample]))) is None:
+            message = f"the straight joint move {text} collides; choose another home, or move there by hand."
+            made_by, place = subject.made_by(sample), subject.place(sample)
+            findings.append(Finding(HOME_BLOCKED, message, made_by, place))
     return findings
 
 
-def _without_board(program: TimedProgram) -> Finding:
-    text = (
-        f"the board {program.origin.board} was not at hand: no collision with it was looked for. Name it with --board."
-    )
-    return Finding(BOARD_NOT_CHECKED, text)
-
-
-def _remedy(cell: Cell, board: Board | None, course: Course, nodes: Indices, wrong: Indices) -> list[Finding]:
-    """Say what would help, if anything that was tried does."""
-    places = places_of(course, nodes, wrong)
-    text = find_remedy(cell, board, places)
+def _remedy(cell: Cell, board: Board | None, path: SampledPath, nodes: Indices, wrong: Indices) -> list[Finding]:
+    """Report what would help, if anything that was tried does."""
+    targets = sample_targets(path, nodes, wrong)
+    text = find_remedy(cell, board, targets) if len(targets.tool) else None
     if text is None:
         return []
-    share = share_reached(cell, places)
-    message = f"{text}; as it stands {share:.0%} of the {len(places.tool)} points that were tried are reached at all."
+    share = share_reached(cell, targets)
+    message = f"{text}; at present {share:.0%} of the {len(targets.tool)} points that were tried are reached at all."
     return [Finding(CELL_REMEDY, message)]

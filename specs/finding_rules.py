@@ -162,7 +162,7 @@ TCP_TURNED = FindingRule(
 )
 JET_HITS_TOOL = FindingRule("jet-hits-tool", "warning", "a body of the tool lies in front of its own orifice", _CELLS)
 FIXTURE_UNITS = FindingRule("fixture-units", "warning", "a fixture is smaller than 3 mm or larger than 20 m", _CELLS)
-BOARD_UPSIDE_DOWN = FindingRule("board-upside-down", "error", "the board's top looks down", _CELLS)
+BOARD_UPSIDE_DOWN = FindingRule("board-upside-down", "error", "the board's top faces down", _CELLS)
 BOARD_OUT_OF_REACH = FindingRule(
     "board-out-of-reach",
     "error",
@@ -218,7 +218,7 @@ HOME_BLOCKED = FindingRule(
     "home-blocked", "warning", "the way from home to the beginning, or back, collides", _CHECKING
 )
 BOARD_NOT_CHECKED = FindingRule(
-    "board-not-checked", "warning", "the board was not at hand: collisions with it were not checked", _CHECKING
+    "board-not-checked", "warning", "the board was not found: collisions with it were not checked", _CHECKING
 )
 
 # Robot programs.

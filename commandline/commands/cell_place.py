@@ -62,7 +62,7 @@ def place(
         from reports.terminal.console import open_console
         from reports.terminal.place_report import print_relocation
         from robotcell.cell.load import CELL, read_cell_text
-        from robotcell.placement.optimise import Wish
+        from robotcell.placement.optimise import PlacementGoal
         from robotcell.search_placement import find_place, place_of, with_place
         from specs.yaml.load import find_file, read_text
 
@@ -73,16 +73,16 @@ def place(
         if output is not None:
             _check_there(text, loaded, output)
         made_for = read_board_of(asked, program, board, parts)
-        wish = Wish(_METRICS[metric], of, height=(-1e-3 * lift, 1e-3 * lift))
+        goal = PlacementGoal(_METRICS[metric], of, height=(-1e-3 * lift, 1e-3 * lift))
         with progress_bar() as progress:
-            found = find_place(asked, loaded, made_for, wish, progress)
+            found = find_place(asked, loaded, made_for, goal, progress)
         best = found.best
-        if output is not None and (best is not None or not found.now.stopped_by):
+        if output is not None and (best is not None or not found.present.stopped_by):
             moved = text if best is None else with_place(text, place_of(best.placement.T_cell_board), file)
             write_text_atomically(output, moved)
         console = open_console()
-        print_relocation(console, found, wish)
-        if best is None and found.now.stopped_by:
+        print_relocation(console, found, goal)
+        if best is None and found.present.stopped_by:
             raise typer.Exit(_REFUSED)
         if output is not None:
             console.print(f"Written  {output}", markup=False, soft_wrap=True)

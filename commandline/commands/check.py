@@ -40,7 +40,7 @@ def check(
         float,
         typer.Option(
             "--tilt-band",
-            help="Degrees that the jet may lean while it sprays, where nothing else is clear, if the recipe grants "
+            help="Largest jet tilt, degrees, the robot may add to avoid collisions or limits, if the recipe grants "
             "less.",
             min=0,
             max=45,
@@ -78,7 +78,7 @@ def check(
         loaded, asked = read_cell(cell), load_program(program)
         made_for = read_board_of(asked, program, board, parts)
         with progress_bar() as progress:
-            terms = terms_of(loaded, lean=math.radians(tilt_band))
+            terms = terms_of(loaded, tilt_band=math.radians(tilt_band))
             done = track(asked, loaded.cell, made_for, terms=terms, progress=progress)
         stops = blocking(done.findings, allowed)
         written = _write(done, reports, output if not stops else None)

@@ -111,7 +111,7 @@ def _facts(done: "CellExport", dialect: str) -> list[tuple[str, str]]:
 
     language, error = DIALECTS[dialect], done.exported.error
     files, text = done.exported.files, "".join(done.exported.files.values())
-    asked_s, takes_s = done.report.asked.totals.duration_s, done.report.program.totals.duration_s
+    asked_s, takes_s = done.report.requested.totals.duration_s, done.report.program.totals.duration_s
     longer = f", {clock(asked_s)} asked for" if abs(takes_s - asked_s) >= 0.5 else ""
     return [
         ("language", f"{language.title}, class {language.capability.controller_class}"),

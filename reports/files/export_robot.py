@@ -56,6 +56,6 @@ def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str) -> Expor
     """
     installation = installation_of(loaded)
     if not report.possible:
-        return export(report.asked, installation, dialect)
+        return export(report.requested, installation, dialect)
     scale = np.array([_MM if joint.kind == "prismatic" else 1.0 for joint in installation.joints])
     return export(report.program, installation, dialect, report.joints * scale)

@@ -25,7 +25,7 @@ from reports.pictures.sheet import (
     write_foot,
     write_title,
 )
-from robotcell.robot.rates import Rates, rates_of
+from robotcell.motion.retime import Rates, rates_of
 from robotcell.robot.robot import Joint
 from robotcell.track import CellReport
 
@@ -157,12 +157,12 @@ def draw_joints(report: CellReport, suffix: str) -> bytes:
             for each in functions:
                 span = (each.start_s, each.start_s + each.duration_s)
                 axes.axvspan(*span, ymax=0.05, color=colours[each.function], linewidth=0)
-        origin, program = report.asked.origin, report.program
+        origin, program = report.requested.origin, report.program
         write_title(
             figure,
             f"{origin.board} in {report.cell.name}",
             f"{report.cell.robot.name}, {program.totals.duration_s:.1f} s, "
-            f"programmed {report.asked.totals.duration_s:.1f} s",
+            f"programmed {report.requested.totals.duration_s:.1f} s",
         )
         for index, (name, colour) in enumerate(colours.items()):
             place = (0.6 + 0.09 * (index % 4), 1 - (17.0 + 5.0 * (index // 4)) / height_mm)

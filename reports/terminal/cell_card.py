@@ -7,8 +7,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from robotcell.cell.io_spec import Output, Outputs
 from robotcell.cell.load import LoadedCell
+from robotcell.cell.spec import Output, Outputs
 from robotcell.diagnosis.frame_table import Frame
 from robotcell.robot.robot import Body, Box, Capsule, Joint
 

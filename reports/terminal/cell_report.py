@@ -6,14 +6,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from reports.tables.summary import clock, print_facts, print_findings
-from robotcell.robot.rates import rates_of
+from robotcell.motion.retime import rates_of
 from robotcell.robot.robot import Joint
 from robotcell.track import CellReport
 
 
 def print_cell_report(console: Console, report: CellReport) -> None:
     """Head line, the use of every joint, what is nearest to trouble, findings worst first."""
-    origin = report.asked.origin
+    origin = report.requested.origin
     verdict = "can be done" if not any(each.severity == "error" for each in report.findings) else "cannot be done"
     console.print(
         f"[bold]{escape(origin.board)}[/bold] with [bold]{escape(origin.recipe)}[/bold] in "
@@ -55,7 +55,7 @@ def _limits(joint: Joint, scale: float) -> str:
 
 
 def _facts(report: CellReport) -> list[tuple[str, str]]:
-    asked, done = report.asked.totals.duration_s, report.program.totals.duration_s
+    asked, done = report.requested.totals.duration_s, report.program.totals.duration_s
     took = clock(done) if abs(done - asked) < 0.05 else f"{clock(done)}, asked for {clock(asked)}"
     facts = [
         ("time", took),

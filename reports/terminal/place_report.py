@@ -7,9 +7,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from reports.tables.summary import amount, clock, print_findings
-from robotcell.placement.optimise import Placement, Wish
+from robotcell.placement.optimise import Placement, PlacementGoal
 from robotcell.placement.reachability import Metric
-from robotcell.search_placement import Relocation, Trial, place_of, spell_place
+from robotcell.search_placement import PlacementTrial, Relocation, format_place, place_of
 
 _WORDS: dict[Metric, str] = {
     "manipulability": "manipulability w",
@@ -19,41 +19,42 @@ _WORDS: dict[Metric, str] = {
 }
 
 
-def print_relocation(console: Console, found: Relocation, wish: Wish) -> None:
+def print_relocation(console: Console, found: Relocation, goal: PlacementGoal) -> None:
     """Head line, a row for each place that was checked, what was found at the best, and its YAML."""
-    report, best = found.now.report, found.best
+    report, best = found.present.report, found.best
+    origin = report.requested.origin
     console.print(
-        f"[bold]{escape(report.asked.origin.board)}[/bold] with [bold]{escape(report.asked.origin.recipe)}[/bold] in "
+        f"[bold]{escape(origin.board)}[/bold] with [bold]{escape(origin.recipe)}[/bold] in "
         f"[bold]{escape(report.cell.name)}[/bold] ({escape(report.cell.robot.name)}): "
-        f"{_WORDS[wish.metric]}, {amount(found.looked_at, 'place')} looked at"
+        f"{_WORDS[goal.metric]}, {amount(found.evaluated, 'place')} looked at"
     )
-    console.print(_table(found, wish))
+    console.print(_table(found, goal))
     if best is not None:
         print_findings(console, best.report.findings)
         if report.cell.fixtures:
             console.print(
                 "Fixtures stay where they are: a holder that goes with the board has to be moved, then check."
             )
-        console.print(spell_place(place_of(best.placement.T_cell_board)), markup=False, soft_wrap=True, end="")
-    elif found.now.stopped_by:
-        print_findings(console, (found.tried[-1] if found.tried else found.now).report.findings)
+        console.print(format_place(place_of(best.placement.T_cell_board)), markup=False, soft_wrap=True, end="")
+    elif found.present.stopped_by:
+        print_findings(console, (found.tried[-1] if found.tried else found.present).report.findings)
         console.print("No place was found where the robot can do the program.")
     else:
         console.print("No better place was found: the board stays where it is.")
 
 
-def _table(found: Relocation, wish: Wish) -> Table:
+def _table(found: Relocation, goal: PlacementGoal) -> Table:
     table = Table(box=None, pad_edge=False, header_style="dim")
     table.add_column("")
     for heading in ("least", "mean", "radius", "turned", "x", "y", "z", "yaw", "the robot takes"):
         table.add_column(heading, justify="right", no_wrap=True)
-    rows = [("as it is", found.now)]
+    rows = [("as it is", found.present)]
     rows += [("best" if each is found.best else "refused", each) for each in found.tried]
     for name, trial in rows:
         place = place_of(trial.placement.T_cell_board)
         table.add_row(
             name,
-            *_values(trial.placement, wish.metric),
+            *_values(trial.placement, goal.metric),
             f"{1e3 * trial.placement.distance:.0f} mm",
             f"{math.degrees(trial.placement.yaw):.1f} deg",
             *(f"{value:.1f}" for value in place.xyz_mm),
@@ -76,7 +77,7 @@ def _values(placement: Placement, metric: Metric) -> tuple[str, str]:
             return f"{placement.least:.4f}", f"{placement.mean:.4f}"
 
 
-def _takes(trial: Trial) -> str:
+def _takes(trial: PlacementTrial) -> str:
     if trial.stopped_by:
         return f"refused: {', '.join(trial.stopped_by)}"
     return clock(trial.report.program.totals.duration_s)

@@ -10,7 +10,7 @@ from robotcell.robot.robot import Body, Joints, Poses, Robot
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tool:
-    """What the flange carries while a nozzle is used."""
+    """The tool on the flange while a nozzle is used."""
 
     number: int
     """As in the program's ``NOZZLE name TOOL n``."""
@@ -23,7 +23,7 @@ class Tool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cell:
-    """Everything in the room that matters to the robot's motion."""
+    """The robot and all that its motion depends on."""
 
     name: str
     robot: Robot

@@ -1,4 +1,4 @@
-"""A cell as its programs see it: millimetres, quaternions, channels by name."""
+"""The installation that posts need of a cell: millimetres, quaternions, channels by name."""
 
 import math
 
@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from programs.motion.installation import Assignment, Channel, Installation, Joint, Sensor, Setting, Tool, Valve
 from programs.pose import Pose
-from robotcell.cell.io_spec import Outputs
 from robotcell.cell.load import LoadedCell
+from robotcell.cell.spec import Outputs
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Poses
 
@@ -16,7 +16,7 @@ _MM = 1e3
 
 
 def installation_of(loaded: LoadedCell) -> Installation:
-    """Give what the posts need of a cell."""
+    """Convert a cell to the installation that the posts need."""
     cell, spec = loaded.cell, loaded.spec
     channels = {
         name: Channel(output.kind, name, output.number, output.full_scale, output.unit, output.counts)

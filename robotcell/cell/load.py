@@ -1,25 +1,27 @@
-"""Reading cells: from the library by name, or from a file. Out come metres and radians."""
+"""Reading cells, from the library by name or from a file, as metres and radians."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from robotcell.cell.cell import Cell, Tool
-from robotcell.cell.consistency import find_home_problems, find_problems
-from robotcell.cell.measured_place import PlacingError, board_pose
+from robotcell.cell.measured_place import board_pose
 from robotcell.cell.robot_library import build_robot, limit_joints, load_robot, require_limits
 from robotcell.cell.shapes import build_bodies, place_pose
-from robotcell.cell.spec import CellSpec, Hold
-from robotcell.errors import CellError
+from robotcell.cell.spec import CellSpec, Hold, InputOutput, Output, Outputs
+from robotcell.errors import CellError, error_at
 from robotcell.robot.robot import Poses, Robot
 from specs.yaml.file_kind import FileKind
 from specs.yaml.load import find_file, parse_spec, read_text
-from specs.yaml.located import Located, YamlPath, read_yaml, spell_path
-from specs.yaml.problems import raise_problems
+from specs.yaml.located import Located, YamlPath, read_yaml
+from specs.yaml.problems import Problem, raise_problems
+from specs.yaml.schema import name_nearest
 
 _LIBRARY = Path(__file__).parents[1] / "library" / "cells"
+_SLACK = 1e-9
 
 
 def cell_library() -> dict[str, Path]:
@@ -32,7 +34,7 @@ CELL = FileKind("cell", "cell: NAME", "washboard cell", CellError, CellSpec, cel
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoadedCell:
-    """A cell, what was written of it, and where."""
+    """A cell, its specification, and the file it was read from."""
 
     cell: Cell
     spec: CellSpec
@@ -59,7 +61,7 @@ def load_cell(source: str | Path) -> Cell:
 
 
 def read_cell(source: str | Path) -> LoadedCell:
-    """Read a cell as ``load_cell`` does and keep what was written, and where.
+    """Read a cell as ``load_cell`` does, with its specification and file.
 
     Raises:
         CellError: it cannot be found or used.
@@ -69,7 +71,7 @@ def read_cell(source: str | Path) -> LoadedCell:
 
 
 def describe_cell(source: str | Path) -> str:
-    """Give what a cell's file says that it is, without reading the robot and the meshes that it names.
+    """Give the description in a cell's file, without reading the robot and the meshes that it names.
 
     Raises:
         CellError: the file cannot be found or read as a cell.
@@ -83,7 +85,7 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
 
     Args:
         text: YAML.
-        file: What to call it in errors; what it names is looked for beside it.
+        file: Name in errors; files that it names are looked for beside it.
 
     Raises:
         CellError: it cannot be used.
@@ -123,12 +125,11 @@ def _read_spec(root: Located) -> CellSpec:
 
 def _build_robot(spec: CellSpec, root: Located) -> Robot:
     if isinstance(spec.robot, str):
-        mark = root.at(("robot",)).mark
-        source = spec.robot if Path(spec.robot).suffix == "" else Path(mark.file).parent / spec.robot
+        folder = Path(root.at(("robot",)).mark.file).parent
         try:
-            robot = load_robot(source)
+            robot = load_robot(spec.robot if Path(spec.robot).suffix == "" else folder / spec.robot)
         except CellError as error:
-            raise CellError(str(error), path="robot", file=mark.file, line=mark.line) from None
+            raise error_at(root, ("robot",), str(error)) from None
     else:
         robot = build_robot(spec.robot, Path(root.mark.file).parent, root, ("robot",))
     robot = limit_joints(robot, spec.joints, root, ("joints",))
@@ -139,6 +140,71 @@ def _build_robot(spec: CellSpec, root: Located) -> Robot:
 def _place_board(hold: Hold, root: Located, path: YamlPath) -> Poses:
     try:
         return board_pose(hold)
-    except PlacingError as error:
-        mark = root.at(path).mark
-        raise CellError(str(error), path=spell_path(path), file=mark.file, line=mark.line) from None
+    except CellError as error:
+        raise error_at(root, path, str(error)) from None
+
+
+def find_problems(spec: CellSpec) -> list[Problem]:
+    """Find channels that are missing, values that a channel cannot take, numbers that are used twice."""
+    outputs = spec.io.outputs
+    problems = list(_check_channels(spec.io))
+    for name, nozzle in spec.nozzles.items():
+        path: YamlPath = ("nozzles", name, "valve")
+        problems += _check_name(nozzle.valve, outputs, path)
+        if nozzle.valve in outputs and outputs[nozzle.valve].kind != "digital":
+            problems.append(
+                Problem(path, f"{nozzle.valve} is {outputs[nozzle.valve].kind}; a valve needs a digital output")
+            )
+    for key, setting in spec.io.settings.items():
+        problems += _check_name(setting.output, outputs, ("io", "settings", key, "output"))
+    for kind in ("functions", "solutions"):
+        for name, values in getattr(spec.io, kind).items():
+            problems += _check_values(values, outputs, ("io", kind, name))
+    problems += _check_values(spec.io.grip.open, outputs, ("io", "grip", "open"))
+    problems += _check_values(spec.io.grip.close, outputs, ("io", "grip", "close"))
+    return problems
+
+
+def find_home_problems(spec: CellSpec, robot: Robot) -> list[Problem]:
+    """Find a home that has too many or too few values, or lies outside the joints' limits."""
+    home = spec.home_deg_mm
+    names = ", ".join(joint.name for joint in robot.joints)
+    if len(home) != robot.dof:
+        return [Problem(("home_deg_mm",), f"has {len(home)} values; {robot.name} has {robot.dof} joints: {names}")]
+    problems: list[Problem] = []
+    for index, (value, joint) in enumerate(zip(home, robot.joints, strict=True)):
+        unit, word = (1e-3, "mm") if joint.kind == "prismatic" else (math.pi / 180, "degrees")
+        if not joint.lowest - _SLACK <= unit * value <= joint.highest + _SLACK:
+            limits = f"{joint.lowest / unit:g} to {joint.highest / unit:g}"
+            problems.append(
+                Problem(("home_deg_mm", index), f"{joint.name} goes from {limits} {word}, not to {value:g}")
+            )
+    return problems
+
+
+def _check_channels(io: InputOutput) -> Iterator[Problem]:
+    taken: dict[tuple[str, int], str] = {}
+    for name, output in io.outputs.items():
+        other = taken.setdefault((output.kind, output.number), name)
+        if other != name:
+            message = f"{output.kind} output {output.number} is {other} already; each has its own number"
+            yield Problem(("io", "outputs", name, "number"), message)
+    for kind, channels in (("outputs", io.outputs), ("sensors", io.sensors)):
+        for name, channel in channels.items():
+            if channel.unit == "mA" and "full_scale" not in channel.model_fields_set:  # the default is that of volts
+                yield Problem(("io", kind, name, "unit"), "mA needs a full_scale too, such as full_scale: 20")
+
+
+def _check_name(name: str, outputs: dict[str, Output], path: YamlPath) -> Iterator[Problem]:
+    if name not in outputs:
+        yield Problem(path, f"{name!r} is no output; {name_nearest(name, outputs)}")
+
+
+def _check_values(values: Outputs, outputs: dict[str, Output], path: YamlPath) -> Iterator[Problem]:
+    for name, value in values.items():
+        yield from _check_name(name, outputs, (*path, name))
+        kind = outputs[name].kind if name in outputs else "analog"
+        if kind == "digital" and value not in (0, 1):
+            yield Problem((*path, name), f"is digital: 0 or 1, not {value:g}")
+        if kind == "group" and (value < 0 or value != int(value)):
+            yield Problem((*path, name), f"is a group of bits: a whole number from 0, not {value:g}")

@@ -1,4 +1,4 @@
-"""Where the board is in the cell: stated, measured at three points, or touched. Metres come out."""
+"""Pose of the board in the cell: stated, measured at three points, or touched. Metres."""
 
 import math
 from itertools import combinations
@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcell.cell.shapes import place_pose
-from robotcell.cell.spec import Hold, PointPair, Touched
+from robotcell.cell.spec import Hold, PointPair
+from robotcell.errors import CellError
 from robotcell.robot.robot import Poses
 
 _MM = 1e-3
@@ -16,38 +17,30 @@ _THINNEST = 0.02
 _UNITS = ((1000.0, "metres"), (25.4, "inches"), (1 / 1000.0, "micrometres"), (1 / 25.4, "thousandths of an inch"))
 
 
-class PlacingError(ValueError):
-    """Measured points do not say where the board is; the reader of the cell adds the place in the file."""
-
-
 def board_pose(hold: Hold) -> Poses:
     """Give (4, 4) T_cell_board, metres.
 
     Raises:
-        PlacingError: measured points lie on a line, or not as far apart as on the board.
+        CellError: measured points lie on a line, or not as far apart as on the board; the reader adds file and line.
     """
     if hold.pose is not None:
         return place_pose(hold.pose)
     if hold.points is not None:
         return _fit(hold.points, hold.largest_residual_mm)
     if hold.touched is not None:
-        return _touch(hold.touched)
-    raise AssertionError("a hold states its place in one of three ways")
-
-
-def _touch(touched: Touched) -> Poses:
-    points = np.array([touched.origin_mm, touched.on_x_mm, touched.on_xy_mm])
-    _check_plane(points, "in the cell")
-    x = points[1] - points[0]
-    z = np.cross(x, points[2] - points[0])
-    x /= np.linalg.norm(x)
-    z /= np.linalg.norm(z)
-    turn: NDArray[np.float64] = np.column_stack([x, np.cross(z, x), z])
-    return _assemble(turn, points[0] - turn @ np.array(touched.board_mm))
+        points = np.array([hold.touched.origin_mm, hold.touched.on_x_mm, hold.touched.on_xy_mm])
+        _check_plane(points, "in the cell")
+        x = points[1] - points[0]
+        z = np.cross(x, points[2] - points[0])
+        x /= np.linalg.norm(x)
+        z /= np.linalg.norm(z)
+        turn: NDArray[np.float64] = np.column_stack([x, np.cross(z, x), z])
+        return _assemble(turn, points[0] - turn @ np.array(hold.touched.board_mm))
+    raise AssertionError("a hold gives the pose in one of three ways")
 
 
 def _fit(pairs: list[PointPair], largest_mm: float) -> Poses:
-    """Fit in the least squares' sense: Arun, Huang and Blostein (1987), by singular values of the covariance.
+    """Least-squares fit of a rigid pose: Arun, Huang and Blostein (1987), by singular values of the covariance.
 
     Three points lie in a plane, so a turn fits as well as its mirror image; the turn is taken.
     """
@@ -60,7 +53,7 @@ def _fit(pairs: list[PointPair], largest_mm: float) -> Poses:
     place = to_middle - turn @ from_middle
     residual = float(np.linalg.norm(on_board @ turn.T + place - in_cell, axis=1).max())
     if residual > largest_mm:
-        raise PlacingError(_compare(on_board, in_cell, residual))
+        raise CellError(_compare(on_board, in_cell, residual))
     return _assemble(turn, place)
 
 
@@ -68,11 +61,11 @@ def _check_plane(points: NDArray[np.float64], where: str) -> None:
     doubled = float(np.linalg.norm(np.cross(points[1] - points[0], points[2] - points[0])))
     longest = max(math.dist(a, b) for a, b in combinations(points.tolist(), 2))
     if doubled <= _THINNEST * longest**2:
-        raise PlacingError(f"the three points lie on one line {where}; choose three corners")
+        raise CellError(f"the three points lie on one line {where}; choose three corners")
 
 
 def _compare(on_board: NDArray[np.float64], in_cell: NDArray[np.float64], residual_mm: float) -> str:
-    """Say by distances what does not fit: a person can check them with a ruler."""
+    """Describe a bad fit by distances, which can be checked with a ruler."""
     pairs = list(combinations(range(3), 2))
     there = [math.dist(on_board[a], on_board[b]) for a, b in pairs]
     here = [math.dist(in_cell[a], in_cell[b]) for a, b in pairs]

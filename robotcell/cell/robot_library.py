@@ -1,16 +1,16 @@
-"""Robots: of the library by name, or as a cell describes them. Out come metres and radians."""
+"""Robots, of the library by name or as a cell specifies them, as metres and radians."""
 
 import math
 from dataclasses import replace
 from pathlib import Path
 
-from robotcell.cell.robot_spec import JointLimits, RobotFile, RobotSpec
-from robotcell.errors import CellError
+from robotcell.cell.spec import JointLimits, RobotFile, RobotSpec
+from robotcell.errors import CellError, error_at
 from robotcell.robot.robot import Joint, Robot
 from robotcell.robot.urdf import read_urdf
 from specs.yaml.file_kind import FileKind
 from specs.yaml.load import find_file, parse_spec, read_text
-from specs.yaml.located import Located, YamlPath, read_yaml, spell_path
+from specs.yaml.located import Located, YamlPath, read_yaml
 from specs.yaml.problems import Problem, raise_problems
 from specs.yaml.schema import name_nearest
 
@@ -41,7 +41,7 @@ def load_robot(source: str | Path) -> Robot:
 
 
 def read_robot_file(source: str | Path) -> tuple[Located, RobotFile]:
-    """Read what a robot's YAML file says, and where.
+    """Read a robot's YAML file: its tree with lines, and its specification.
 
     Raises:
         CellError: it cannot be found or used.
@@ -55,7 +55,7 @@ def build_robot(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) ->
     """Read a robot's URDF and set the limits that stand beside it.
 
     Args:
-        spec: What is said of the robot.
+        spec: The robot as written.
         folder: Where a relative path to its URDF begins.
         root: The YAML file it stands in, for errors.
         path: Where in that file.
@@ -63,18 +63,17 @@ def build_robot(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) ->
     Raises:
         CellError: the URDF cannot be used, or the limits do not fit its joints.
     """
-    mark, spelt = root.at((*path, "urdf")).mark, spell_path((*path, "urdf"))
     if "\0" in spec.urdf:
-        raise CellError("cannot be the name of a file", path=spelt, file=mark.file, line=mark.line)
+        raise error_at(root, (*path, "urdf"), "cannot be the name of a file")
     try:
         robot = read_urdf(folder / spec.urdf, base_link=spec.base_link, flange_link=spec.flange_link)
     except CellError as error:
-        raise CellError(str(error), path=spelt, file=mark.file, line=mark.line) from None
+        raise error_at(root, (*path, "urdf"), str(error)) from None
     return limit_joints(robot, spec.joints, root, (*path, "joints"))
 
 
 def limit_joints(robot: Robot, limits: dict[str, JointLimits], root: Located, path: YamlPath) -> Robot:
-    """Set limits by joint; what is said of ``all`` comes first, what is said of one joint wins.
+    """Set limits by joint; those of ``all`` come first, those of one joint override them.
 
     Raises:
         CellError: a joint is not there, or takes the other unit.
@@ -87,7 +86,12 @@ def limit_joints(robot: Robot, limits: dict[str, JointLimits], root: Located, pa
     ]
     for joint in robot.joints:
         if joint.name in limits:
-            problems += _wrong_units(joint, limits[joint.name], (*path, joint.name))
+            wrong, right, does = ("_deg", "mm", "slides") if joint.kind == "prismatic" else ("_mm", "degrees", "turns")
+            problems += [
+                Problem((*path, joint.name, key), f"{joint.name} {does}; state {right}")
+                for key in JointLimits.model_fields
+                if wrong in key and getattr(limits[joint.name], key) is not None
+            ]
     raise_problems(problems, root, ROBOT)
     joints = [
         _limit(_limit(joint, limits.get("all", JointLimits())), limits.get(joint.name, JointLimits()))
@@ -97,7 +101,7 @@ def limit_joints(robot: Robot, limits: dict[str, JointLimits], root: Located, pa
 
 
 def require_limits(robot: Robot, root: Located, path: YamlPath) -> None:
-    """Make sure that every joint has a greatest acceleration, which no URDF knows.
+    """Make sure that every joint has a greatest acceleration, which no URDF has.
 
     Raises:
         CellError: a joint has none.
@@ -110,15 +114,6 @@ def require_limits(robot: Robot, root: Located, path: YamlPath) -> None:
                 Problem(path, f"joint {joint.name} needs a greatest acceleration; state {key} for it or all")
             )
     raise_problems(problems[:1], root, ROBOT)
-
-
-def _wrong_units(joint: Joint, limits: JointLimits, path: YamlPath) -> list[Problem]:
-    wrong, right, does = ("_deg", "mm", "slides") if joint.kind == "prismatic" else ("_mm", "degrees", "turns")
-    return [
-        Problem((*path, key), f"{joint.name} {does}; state {right}")
-        for key in type(limits).model_fields
-        if wrong in key and getattr(limits, key) is not None
-    ]
 
 
 def _limit(joint: Joint, limits: JointLimits) -> Joint:

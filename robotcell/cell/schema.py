@@ -19,7 +19,7 @@ _SECTIONS = {
     "nozzles": ("NozzleSpec",),
     "io": ("InputOutput",),
     "io: outputs": ("Output",),
-    "io: settings": ("Setting",),
+    "io: settings": ("OutputSetting",),
     "io: sensors": ("Sensor",),
     "io: grip": ("Grip",),
 }

@@ -1,4 +1,4 @@
-"""Bodies from what a person writes: millimetres and degrees in, metres out."""
+"""Collision bodies from their specifications: millimetres and degrees in, metres out."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -7,18 +7,18 @@ from typing import assert_never
 
 import numpy as np
 
-from robotcell.cell.shape_spec import BodySpec, BoxSpec, CapsuleSpec, CylinderSpec, HoseSpec, MeshSpec, Place, Point
-from robotcell.errors import CellError
+from robotcell.cell.spec import BodySpec, BoxSpec, CapsuleSpec, CylinderSpec, HoseSpec, MeshSpec, Place, Point
+from robotcell.errors import CellError, error_at
 from robotcell.robot.meshes import cylinder_triangles, read_mesh
 from robotcell.robot.poses import pose
 from robotcell.robot.robot import Body, Box, Capsule, Mesh, Poses
-from specs.yaml.located import Located, YamlPath, spell_path
+from specs.yaml.located import Located, YamlPath
 
 _MM = 1e-3
 
 
 def place_pose(place: Place) -> Poses:
-    """Give the (4, 4) pose of a place, metres."""
+    """Convert a pose as written to (4, 4), metres."""
     return pose([_MM * value for value in place.xyz_mm], np.radians(place.rpy_deg).tolist())
 
 
@@ -52,7 +52,12 @@ def _build(name: str, spec: BodySpec, root: Located, path: YamlPath) -> Iterator
                 length, middle = _along(start, end, root, path)
                 yield Body(name, Capsule(_MM * spec.radius_mm, length), middle)
         case MeshSpec():
-            yield Body(name, _read_mesh(spec, root, path), place_pose(spec.at))
+            folder = Path(root.at((*path, "file")).mark.file).parent
+            try:
+                triangles = read_mesh(folder / spec.file)
+            except CellError as error:
+                raise error_at(root, (*path, "file"), str(error)) from None
+            yield Body(name, Mesh(_MM * spec.mm_per_unit * triangles), place_pose(spec.at))
         case _:
             assert_never(spec)
 
@@ -62,18 +67,7 @@ def _along(start_mm: Point, end_mm: Point, root: Located, path: YamlPath) -> tup
     start, end = np.array(start_mm), np.array(end_mm)
     length = float(np.linalg.norm(end - start))
     if length < 1e-6:
-        mark = root.at(path).mark
-        message = "begins where it ends; a rod has a length"
-        raise CellError(message, path=spell_path(path), file=mark.file, line=mark.line)
+        raise error_at(root, path, "begins where it ends; a rod has a length")
     x, y, z = (end - start) / length
     pitch, yaw = float(np.arctan2(np.hypot(x, y), z)), float(np.arctan2(y, x))
     return _MM * length, pose((0.5 * _MM * (start + end)).tolist(), (0.0, pitch, yaw))
-
-
-def _read_mesh(spec: MeshSpec, root: Located, path: YamlPath) -> Mesh:
-    mark = root.at((*path, "file")).mark
-    try:
-        triangles = read_mesh(Path(mark.file).parent / spec.file)
-    except CellError as error:
-        raise CellError(str(error), path=spell_path((*path, "file")), file=mark.file, line=mark.line) from None
-    return Mesh(_MM * spec.mm_per_unit * triangles)

@@ -1,44 +1,203 @@
-"""What a person writes about a cell: robot, board's place, tools, fixtures, channels. Millimetres and degrees."""
+"""The cell and robot files as written: robot, board's pose, tools, fixtures, channels. Millimetres and degrees."""
 
-from typing import Annotated, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, model_validator
 
 from recipes.recipe import Name
-from robotcell.cell.io_spec import InputOutput
-from robotcell.cell.robot_spec import JointLimits, RobotSpec
-from robotcell.cell.shape_spec import BodySpec, Place, Point
 from specs.spec import NonNegativeFloat, PositiveFloat, Spec
 
+Point: TypeAlias = tuple[float, float, float]
+Sizes: TypeAlias = tuple[PositiveFloat, PositiveFloat, PositiveFloat]
 ToolNumber: TypeAlias = Annotated[int, Field(ge=0, le=99)]
+Outputs: TypeAlias = dict[Name, float]
+
+
+class Place(Spec):
+    """A pose: a position and a rotation about fixed axes, as in URDF."""
+
+    xyz_mm: Point = Field(default=(0, 0, 0), description="Position.")
+    rpy_deg: Point = Field(
+        default=(0, 0, 0), description="Turned about x, then y, then z of the frame it stands in: roll, pitch, yaw."
+    )
+
+
+class BoxSpec(Spec):
+    """A box, centred on its pose."""
+
+    kind: Literal["box"] = Field(default="box", description="A box.")
+    size_mm: Sizes = Field(description="Along x, y, z.")
+    at: Place = Field(default=Place(), description="Pose of its centre.")
+
+
+class CapsuleSpec(Spec):
+    """A rod with round ends."""
+
+    kind: Literal["capsule"] = Field(default="capsule", description="A rod with round ends.")
+    from_mm: Point = Field(description="Centre of one round end.")
+    to_mm: Point = Field(description="Centre of the other.")
+    radius_mm: PositiveFloat = Field(description="Of the rod and its ends.")
+
+
+class CylinderSpec(Spec):
+    """A rod with flat ends."""
+
+    kind: Literal["cylinder"] = Field(default="cylinder", description="A rod with flat ends.")
+    from_mm: Point = Field(description="Centre of one flat end.")
+    to_mm: Point = Field(description="Centre of the other.")
+    radius_mm: PositiveFloat = Field(description="Of the rod.")
+
+
+class HoseSpec(Spec):
+    """A hose, or the space that it needs, along a line of points."""
+
+    kind: Literal["hose"] = Field(default="hose", description="A hose, or the space that it needs.")
+    along_mm: list[Point] = Field(min_length=2, max_length=50, description="Points on its centre line.")
+    radius_mm: PositiveFloat = Field(description="Of the hose with all its sway.")
+
+
+class MeshSpec(Spec):
+    """Triangles of a file."""
+
+    kind: Literal["mesh"] = Field(default="mesh", description="Triangles of a file.")
+    file: str = Field(min_length=1, description="STL, OBJ or PLY; a relative path begins at the cell's file.")
+    mm_per_unit: PositiveFloat = Field(default=1.0, description="1000 for a file in metres.")
+    at: Place = Field(default=Place(), description="Pose of the file's own frame.")
+
+
+BodySpec: TypeAlias = Annotated[BoxSpec | CapsuleSpec | CylinderSpec | HoseSpec | MeshSpec, Field(discriminator="kind")]
+
+
+class JointLimits(Spec):
+    """Limits of one joint; what is left out stays as it was. A joint that turns takes degrees, one that slides mm."""
+
+    position_deg: tuple[float, float] | None = Field(default=None, description="Lowest and highest.")
+    position_mm: tuple[float, float] | None = Field(default=None, description="Lowest and highest.")
+    speed_deg_s: PositiveFloat | None = Field(default=None, description="Greatest.")
+    speed_mm_s: PositiveFloat | None = Field(default=None, description="Greatest.")
+    acceleration_deg_s2: PositiveFloat | None = Field(default=None, description="Greatest.")
+    acceleration_mm_s2: PositiveFloat | None = Field(default=None, description="Greatest.")
+
+    @model_validator(mode="after")
+    def _check(self) -> "JointLimits":
+        for name in ("position_deg", "position_mm"):
+            limits: tuple[float, float] | None = getattr(self, name)
+            if limits is not None and limits[0] >= limits[1]:
+                raise ValueError(f"{name} gives the lowest position first, then the highest")
+        return self
+
+
+class RobotSpec(Spec):
+    """A robot that is not in the library."""
+
+    urdf: str = Field(min_length=1, description="Its URDF; a relative path begins at the file that names it.")
+    base_link: str | None = Field(default=None, description="Link that is the base; left out, the root of the URDF.")
+    flange_link: str | None = Field(default=None, description="Link that is the flange; left out, the only end.")
+    joints: dict[str, JointLimits] = Field(
+        default={}, description="By joint, or all; a URDF has no accelerations, so they are needed here."
+    )
+
+
+class RobotFile(RobotSpec):
+    """A robot of the library: one YAML file beside its URDF."""
+
+    robot: Name = Field(description="Name of the robot.")
+    description: str = Field(default="", description="Short description.")
+    sources: list[str] = Field(default=[], description="Sources of the numbers, and which are assumed.")
+
+
+class Output(Spec):
+    """An output of the controller."""
+
+    kind: Literal["digital", "group", "analog"] = Field(
+        description="digital: 0 or 1; group: several bits that hold a whole number; analog: volts or mA."
+    )
+    number: int = Field(ge=0, le=65535, description="For languages that number outputs, such as DO[3].")
+    full_scale: float = Field(
+        default=10.0, gt=0, description="Full scale of an analog output, in its unit; 20 for one of mA."
+    )
+    unit: Literal["V", "mA"] = Field(
+        default="V", description="Of an analog output. How a language counts volts is not stated here."
+    )
+    counts: int = Field(
+        default=0,
+        ge=0,
+        description="Count at full scale in languages with integer channels: FANUC, Denso, Mitsubishi; 0: the usual.",
+    )
+
+
+class OutputSetting(Spec):
+    """How a quantity of the recipe is sent to an output."""
+
+    output: Name = Field(description="Under io.outputs.")
+    scale: float = Field(default=1.0, description="The output carries scale * quantity + offset, in its unit.")
+    offset: float = Field(default=0.0, description="Likewise.")
+
+
+class Sensor(Spec):
+    """An analog input that measures a quantity."""
+
+    input: Name = Field(description="Its name in the controller.")
+    number: int = Field(ge=0, le=65535, description="Its number.")
+    full_scale: float = Field(default=10.0, gt=0, description="Full scale, in its unit; 20 for one of mA.")
+    unit: Literal["V", "mA"] = Field(default="V", description="Of the reading.")
+    counts: int = Field(
+        default=0,
+        ge=0,
+        description="Count at full scale in languages with integer channels, as for an output.",
+    )
+    scale: float = Field(default=1.0, description="The quantity is scale * reading + offset, the reading in its unit.")
+    offset: float = Field(default=0.0, description="Likewise.")
+
+
+class Grip(Spec):
+    """Outputs set by a gripper's commands."""
+
+    open: Outputs = Field(default={}, description="Outputs set by GRIP open: output and value.")
+    close: Outputs = Field(default={}, description="Outputs set by GRIP close: output and value.")
+
+
+class InputOutput(Spec):
+    """The I/O map: from a program's commands to the controller's channels."""
+
+    outputs: dict[Name, Output] = Field(default={}, description="By their name in the controller.")
+    functions: dict[Name, Outputs] = Field(default={}, description="Outputs set by FUNCTION NAME: output and value.")
+    solutions: dict[Name, Outputs] = Field(default={}, description="Outputs set by SOLUTION NAME: output and value.")
+    settings: dict[Name, OutputSetting] = Field(
+        default={}, description="Outputs set by SET KEY VALUE, by key, such as pressure_bar."
+    )
+    grip: Grip = Field(default=Grip(), description="Outputs set by GRIP open and GRIP close.")
+    sensors: dict[Name, Sensor] = Field(
+        default={}, description="Inputs that measure the quantity of an until, by key, such as resistivity_mohm_cm."
+    )
 
 
 class PointPair(Spec):
     """One point of the board and where it was measured in the cell."""
 
-    board_mm: Point = Field(description="As the board file has it: x, y, z.")
+    board_mm: Point = Field(description="In the board file: x, y, z.")
     cell_mm: Point = Field(description="Where the robot, or a measuring arm, found it in the cell.")
 
 
 class Touched(Spec):
-    """Three places on the board that were touched, as a work object is taught."""
+    """Three points on the board that were touched, as a work object is taught."""
 
-    origin_mm: Point = Field(description="In the cell: the point that board_mm tells.")
+    origin_mm: Point = Field(description="In the cell: the point given by board_mm.")
     on_x_mm: Point = Field(description="In the cell: a point of the board straight along its +x from the first.")
     on_xy_mm: Point = Field(description="In the cell: a point of the board's top on the side of its +y.")
-    board_mm: Point = Field(default=(0, 0, 0), description="The first point, as the board file has it.")
+    board_mm: Point = Field(default=(0, 0, 0), description="The first point, in the board file.")
 
 
 class Hold(Spec):
-    """Where the board's own frame, that of its CAD file, is in the cell: one of pose, points, touched."""
+    """Pose of the board's own frame, that of its CAD file, in the cell: one of pose, points, touched."""
 
-    pose: Place | None = Field(default=None, description="Stated as it is.")
+    pose: Place | None = Field(default=None, description="The pose itself.")
     points: list[PointPair] | None = Field(
         default=None, min_length=3, max_length=3, description="Three points, on the board and measured in the cell."
     )
     touched: Touched | None = Field(default=None, description="Origin, a point along +x, a point on the side of +y.")
     largest_residual_mm: PositiveFloat = Field(
-        default=0.5, description="How far measured points may lie from where they should be."
+        default=0.5, description="Largest distance of a measured point from where the fit puts it."
     )
 
     @model_validator(mode="after")
@@ -49,23 +208,23 @@ class Hold(Spec):
 
 
 class ToolSpec(Spec):
-    """What the flange carries while a nozzle is used."""
+    """The tool on the flange while a nozzle is used."""
 
     name: Name = Field(description="Such as cone, knife, gripper.")
     tcp: Place = Field(
         description="The orifice on the flange: +z along the jet, +x its reference azimuth (a slot's long way)."
     )
-    bodies: dict[Name, BodySpec] = Field(default={}, description="Nozzle body, holder, hose: what can collide.")
+    bodies: dict[Name, BodySpec] = Field(default={}, description="Collision bodies: nozzle body, holder, hose.")
     mass_kg: PositiveFloat = Field(default=1.0, description="Of the tool, for the controller's load data.")
 
 
 class NozzleSpec(Spec):
-    """What the cell must know of a nozzle of the recipe."""
+    """The cell's side of a nozzle of the recipe."""
 
     valve: Name = Field(description="Output under io.outputs that opens it.")
     open_lag_s: NonNegativeFloat = Field(default=0.04, description="From the signal to the full jet.")
     close_lag_s: NonNegativeFloat = Field(default=0.02, description="From the signal to no jet.")
-    min_pulse_s: NonNegativeFloat = Field(default=0.0, description="The valve follows no shorter signal.")
+    min_pulse_s: NonNegativeFloat = Field(default=0.0, description="Shortest signal that the valve follows.")
     round: bool = Field(
         default=False, description="True if the jet is the same all around: the robot may turn it about its axis."
     )
@@ -75,23 +234,25 @@ class CellSpec(Spec):
     """A robot cell: one YAML file."""
 
     cell: Name = Field(description="Name of the cell.")
-    description: str = Field(default="", description="What it is, for the engineer who chooses it.")
+    description: str = Field(default="", description="Short description, for the engineer who chooses it.")
     robot: str | RobotSpec = Field(description="A robot of the library by name, or a URDF with its limits.")
-    base: Place = Field(default=Place(), description="Where the robot's base stands in the cell.")
+    base: Place = Field(default=Place(), description="Pose of the robot's base in the cell.")
     joints: dict[str, JointLimits] = Field(
         default={}, description="Limits that are tighter than the robot's own, by joint; all means every joint."
     )
     home_deg_mm: list[float] = Field(
-        description="Where a program begins and ends: a number for each joint, degrees or, where it slides, mm."
+        description="Joints at the beginning and end of a program: a number for each, degrees or, where it slides, mm."
     )
-    board: Hold = Field(description="Where the board is held.")
+    board: Hold = Field(description="Pose of the board.")
     placements: dict[Name, Hold] = Field(
-        default={}, description="Where the board is after CALL NAME, such as flip_to_bottom."
+        default={}, description="Pose of the board after CALL NAME, such as flip_to_bottom."
     )
     tools: dict[ToolNumber, ToolSpec] = Field(min_length=1, description="By the number that a nozzle's `tool` names.")
-    fixtures: dict[Name, BodySpec] = Field(default={}, description="What stands in the cell: table, holder, walls.")
+    fixtures: dict[Name, BodySpec] = Field(
+        default={}, description="Bodies that stand in the cell: table, holder, walls."
+    )
     margin_mm: NonNegativeFloat = Field(
-        default=5.0, description="That every body of robot and tool keeps from board and fixtures."
+        default=5.0, description="Distance that every body of robot and tool keeps from board and fixtures."
     )
     nozzles: dict[Name, NozzleSpec] = Field(default={}, description="By the nozzle's name in the recipe.")
-    io: InputOutput = Field(default=InputOutput(), description="What the robot's controller switches and reads.")
+    io: InputOutput = Field(default=InputOutput(), description="Outputs and inputs of the robot's controller.")

@@ -1,4 +1,4 @@
-"""Which bodies may meet while one tool is carried, where they are, how far apart they are at least. Metres, radians.
+"""Pairs of bodies that may meet while one tool is carried, their poses, and bounds on their distance. Metres, radians.
 
 In a pair the body that moves more (the later link) is the second; the first stands still or is an earlier link.
 """
@@ -15,14 +15,14 @@ from robotcell.collision.coal_bodies import Part, Solid
 from robotcell.robot.robot import Joints, Poses, Robot, link_poses
 
 CONTACT = 1e-3
-"""m: models, robots and boards are no more exact than this; what is nearer touches."""
+"""m: models, robots and boards are no more exact than this; what is nearer is in contact."""
 RESOLUTION = 1e-3
-"""m beyond its margin that a pair may be said to meet on a way between two rows of joints, though it does not."""
+"""m beyond its margin within which a pair may count as colliding between two rows of joints, though it does not."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Scene:
-    """Everything that can meet while one tool is carried."""
+class BodyPairs:
+    """The bodies, and all pairs of them that can collide, while one tool is carried."""
 
     robot: Robot
     T_cell_base: Poses
@@ -42,7 +42,7 @@ class Scene:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
-    """Where every solid of a scene is, for n rows of joints. Cell frame."""
+    """Poses of all solids for n rows of joints. Cell frame."""
 
     turns: NDArray[np.float64]
     """(n, solids, 3, 3)"""
@@ -58,14 +58,14 @@ class Items:
     """Rows of the places."""
     pairs: Indices
     margins: Scalars
-    """How near counts."""
+    """m"""
 
     def taken(self, which: NDArray[np.bool_] | Indices) -> "Items":
         """Give some of the items."""
         return Items(self.rows[which], self.pairs[which], self.margins[which])
 
 
-def all_pairs(cell: Cell, solids: tuple[Solid, ...]) -> Scene:
+def all_pairs(cell: Cell, solids: tuple[Solid, ...]) -> BodyPairs:
     """List all pairs that could ever meet: robot and tool with fixtures, with one another, with the board.
 
     In this order, because a box is quicker to check than a board. Left out is what cannot move against each other, and
@@ -74,51 +74,56 @@ def all_pairs(cell: Cell, solids: tuple[Solid, ...]) -> Scene:
     moving = [index for index, solid in enumerate(solids) if solid.link > 0]
     links = [index for index, solid in enumerate(solids) if solid.part == "robot"]
     pairs = [(index, other) for index in _of(solids, "fixture") for other in moving]
-    pairs += [(index, other) for index in links for other in moving if _apart(solids[index], solids[other])]
+    pairs += [
+        (index, other)
+        for index in links
+        for other in moving
+        if solids[other].link - solids[index].link >= (1 if solids[other].part == "tool" else 2)
+    ]
     pairs += [(index, other) for index in _of(solids, "board") for other in moving]
     array = np.array(pairs, np.int64).reshape(-1, 2)
     margins = np.array([_margin(cell, solids[one], solids[other]) for one, other in pairs])
-    return Scene(cell.robot, cell.T_cell_base, solids, array[:, 0], array[:, 1], margins)
+    return BodyPairs(cell.robot, cell.T_cell_base, solids, array[:, 0], array[:, 1], margins)
 
 
-def without(scene: Scene, dropped: NDArray[np.bool_]) -> Scene:
-    """Leave pairs out of a scene."""
+def without(bodies: BodyPairs, dropped: NDArray[np.bool_]) -> BodyPairs:
+    """Leave pairs out."""
     kept = ~dropped
-    return replace(scene, first=scene.first[kept], second=scene.second[kept], margins=scene.margins[kept])
+    return replace(bodies, first=bodies.first[kept], second=bodies.second[kept], margins=bodies.margins[kept])
 
 
-def place(scene: Scene, q: Joints) -> Places:
-    """Say where the solids are at (n, dof) rows of joints."""
-    links = scene.T_cell_base @ link_poses(scene.robot, q)
-    turns = np.empty((len(q), len(scene.solids), 3, 3))
-    middles = np.empty((len(q), len(scene.solids), 3))
-    for index, solid in enumerate(scene.solids):
+def place(bodies: BodyPairs, q: Joints) -> Places:
+    """Give the poses of the solids at (n, dof) rows of joints."""
+    links = bodies.T_cell_base @ link_poses(bodies.robot, q)
+    turns = np.empty((len(q), len(bodies.solids), 3, 3))
+    middles = np.empty((len(q), len(bodies.solids), 3))
+    for index, solid in enumerate(bodies.solids):
         pose = solid.T_link_solid if solid.stands else links[:, solid.link] @ solid.T_link_solid
         turns[:, index], middles[:, index] = pose[..., :3, :3], pose[..., :3, 3]
     return Places(turns, middles)
 
 
-def near_items(scene: Scene, places: Places, margins: Scalars) -> Items:
-    """Give the pairs that the balls and boxes about their bodies cannot tell apart, row by row.
+def near_items(bodies: BodyPairs, places: Places, margins: Scalars) -> Items:
+    """Give the pairs whose bounding spheres and boxes come within the margin, row by row: the broad phase.
 
     Args:
-        scene: The pairs.
+        bodies: The pairs.
         places: Of n rows.
-        margins: (pairs,) or (n, pairs): how near counts; minus infinity for what does not count.
+        margins: (pairs,) or (n, pairs) m; minus infinity for pairs to be left out.
     """
-    wide = np.broadcast_to(margins, (len(places.turns), len(scene.first)))
-    radii = np.array([solid.radius for solid in scene.solids])
-    between = places.middles[:, scene.second] - places.middles[:, scene.first]
-    far = radii[scene.first] + radii[scene.second] + wide
+    wide = np.broadcast_to(margins, (len(places.turns), len(bodies.first)))
+    radii = np.array([solid.radius for solid in bodies.solids])
+    between = places.middles[:, bodies.second] - places.middles[:, bodies.first]
+    far = radii[bodies.first] + radii[bodies.second] + wide
     rows, pairs = np.nonzero((far >= 0.0) & (np.einsum("npi,npi->np", between, between) <= far * far))
     items = Items(rows, pairs, wide[rows, pairs])
-    return items.taken(gaps(scene, places, items) <= items.margins)
+    return items.taken(gaps(bodies, places, items) <= items.margins)
 
 
-def gaps(scene: Scene, places: Places, items: Items) -> Scalars:
-    """Give (m,) a distance that the bodies of each item are not nearer than: between their boxes, seen along each."""
-    half = np.array([solid.half for solid in scene.solids]).reshape(-1, 3)
-    first, second = scene.first[items.pairs], scene.second[items.pairs]
+def gaps(bodies: BodyPairs, places: Places, items: Items) -> Scalars:
+    """Give (m,) lower bounds of the distances: between the bounding boxes, along the axes of each."""
+    half = np.array([solid.half for solid in bodies.solids]).reshape(-1, 3)
+    first, second = bodies.first[items.pairs], bodies.second[items.pairs]
     turn_first, turn_second = places.turns[items.rows, first], places.turns[items.rows, second]
     between = places.middles[items.rows, second] - places.middles[items.rows, first]
     turned = np.abs(np.swapaxes(turn_first, 1, 2) @ turn_second)
@@ -137,16 +142,11 @@ def _of(solids: Sequence[Solid], part: Part) -> list[int]:
     return [index for index, solid in enumerate(solids) if solid.part == part]
 
 
-def _apart(one: Solid, other: Solid) -> bool:
-    """Whether a body of the robot and a later one can move against each other without being neighbours."""
-    return other.link - one.link >= (1 if other.part == "tool" else 2)
-
-
 def _margin(cell: Cell, one: Solid, other: Solid) -> float:
-    """The cell's margin keeps the robot from everything, and the tool from fixtures.
+    """Give the margin of a pair: the cell's for the robot with everything, and for the tool with fixtures.
 
-    How near the nozzle goes to the board is the recipe's business, and its own bodies are known exactly to one another:
-    there no more than contact is forbidden.
+    The nozzle's distance from the board is set by the recipe, and the robot's own bodies are known exactly: there only
+    contact is forbidden.
     """
     if one.part == "robot" or (one.part == "board" and other.part == "tool"):
         return min(cell.margin, CONTACT)

@@ -1,6 +1,6 @@
-"""Bodies as coal understands them: one geometry each, centred, with the box and the ball that hold it. Metres.
+"""Bodies as coal geometries: one each, centred, with its bounding box and sphere. Metres.
 
-Coal is of ``washboard[robot]``; nothing but this module and ``robotcell.contacts`` speaks to it.
+Coal is of ``washboard[robot]``; only this module and ``robotcell.collision.contacts`` use it.
 """
 
 import importlib
@@ -34,7 +34,7 @@ class Solid:
     names: tuple[str, ...]
     """One name; of a board one for every body of the board."""
     owners: Indices
-    """(triangles,) which of the names each triangle bears; empty where there is one name."""
+    """(triangles,) index of each triangle's name; empty where there is one name."""
     part: Part
     link: int
     """Link of the robot that carries it; 0 for all that stands still."""
@@ -127,23 +127,19 @@ def _mesh(triangles: Triangles) -> Any:
     hull = mesh.convex_hull
     if abs(mesh.volume) < _FULL * hull.volume:
         return _surface(triangles)
-    return _convex(np.asarray(hull.vertices, np.float64), cast(Sequence[Sequence[int]], hull.faces.tolist()))
-
-
-def _convex(vertices: Points, faces: Sequence[Sequence[int]]) -> Any:
-    points, triangles = coal().StdVec_Vec3s(), coal().StdVec_Triangle()
-    for vertex in vertices:
+    points, faces = coal().StdVec_Vec3s(), coal().StdVec_Triangle()
+    for vertex in np.asarray(hull.vertices, np.float64):
         points.append(vertex)
-    for face in faces:
-        triangles.append(coal().Triangle(*face))
-    return coal().Convex(points, triangles)
+    for face in cast(Sequence[Sequence[int]], hull.faces.tolist()):
+        faces.append(coal().Triangle(*face))
+    return coal().Convex(points, faces)
 
 
 def _surface(triangles: Triangles) -> Any:
     """Build a tree of boxes over triangles that need not be closed, nor share corners.
 
-    Of coal's two trees the one of boxes alone: 2 to 50 times as quick as OBBRSS for yes or no, and ``clearance`` needs
-    no more than yes or no.
+    Of coal's two trees the one of boxes alone: 2 to 50 times as quick as OBBRSS for a yes-or-no check, and
+    ``clearance`` needs no more than that.
     """
     model = coal().BVHModelOBB()
     model.beginModel(len(triangles), 3 * len(triangles))

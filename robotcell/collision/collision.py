@@ -1,10 +1,10 @@
-"""Whether a robot in its cell touches anything: the board, what stands around, or itself. Metres, radians.
+"""Collisions of a robot in its cell with the board, fixtures or itself, and its clearance. Metres, radians.
 
 What counts as a collision:
 
 - a link nearer to the board or to a fixture than the cell's margin;
-- a body of the tool nearer to a fixture than the margin, or to the board than ``CONTACT``: how high the nozzle flies
-  above the board is the recipe's business (``robotcell.clearance`` says how near it comes);
+- a body of the tool nearer to a fixture than the margin, or to the board than ``CONTACT``: the nozzle's height above
+  the board is set by the recipe (``clearance`` gives how near it comes);
 - two bodies of robot and tool nearer to each other than ``CONTACT``.
 
 What does not: a link with its neighbours; bodies of robot and tool that touch each other at home (they are made so);
@@ -19,67 +19,93 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Board
+from geometry.arrays import Scalars
 from robotcell.cell.cell import Cell
 from robotcell.collision.body_pairs import (
     CONTACT,
     RESOLUTION,
+    BodyPairs,
     Items,
     Places,
-    Scene,
     all_pairs,
+    gaps,
     near_items,
     place,
     without,
 )
-from robotcell.collision.coal_bodies import Solid, board_solid, fixture_solids, robot_solids, tool_solids
-from robotcell.collision.contacts import Touch, probe_of, touch_of
+from robotcell.collision.coal_bodies import board_solid, fixture_solids, robot_solids, tool_solids
+from robotcell.collision.contacts import Probe, Touch, probe_of, touch_of
 from robotcell.collision.contacts import distances as contact_distances
 from robotcell.errors import CellError
 from robotcell.robot.robot import Joints, Poses
 
 _AT_ONCE = 100_000
-"""Pairs looked at in one array: bounds the memory."""
+"""Pairs checked in one array: bounds the memory."""
+FARTHEST = 0.02
+"""m: what is farther away is of no interest. The work grows steeply with it: the more of a board is within reach."""
+_EXACT = 5e-5
+"""m: how exact a distance is."""
+_WIDER = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Collider:
-    """A cell and a board, ready to be asked."""
+    """A cell and a board, prepared for checks."""
 
-    scenes: Mapping[int, Scene]
+    by_tool: Mapping[int, BodyPairs]
     """By the number of the tool that is carried."""
     T_cell_board: Poses
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Clearance:
+    """The nearest that robot or tool is to board or fixture, row by row. Not of bodies of the robot to one another."""
+
+    distances: Scalars
+    """(n,) m, exact to 0.05 mm; 0 where bodies overlap, ``farthest`` where nothing is nearer than that."""
+    touches: tuple[Touch | None, ...]
+    """(n,) which bodies, and their nearest points; None where nothing is nearer than ``farthest``."""
+
+
 def build_collider(cell: Cell, board: Board | None) -> Collider:
-    """Prepare a cell for questions about collisions; without a board only the cell itself is checked.
+    """Prepare a cell for collision checks; without a board only the cell itself is checked.
 
     Raises:
         CellError: Coal is not installed.
     """
     around = (*fixture_solids(cell), *robot_solids(cell))
     above = () if board is None else (board_solid(board, cell.T_cell_board),)
-    scenes = {tool.number: _scene(cell, (*around, *tool_solids(cell, tool), *above)) for tool in cell.tools}
-    return Collider(MappingProxyType(scenes), cell.T_cell_board)
+    by_tool: dict[int, BodyPairs] = {}
+    for tool in cell.tools:
+        every = all_pairs(cell, (*around, *tool_solids(cell, tool), *above))
+        by_tool[tool.number] = without(every, _made_to_touch(every, cell.home) | _under_the_base(every))
+    return Collider(MappingProxyType(by_tool), cell.T_cell_board)
 
 
 def with_board_at(collider: Collider, T_cell_board: Poses) -> Collider:
-    """Move the board to another place, without preparing anything anew."""
+    """Move the board to another pose, without preparing anything anew."""
     moved = T_cell_board @ np.linalg.inv(collider.T_cell_board)
-    scenes = {number: replace(scene, solids=_moved(scene.solids, moved)) for number, scene in collider.scenes.items()}
-    return Collider(MappingProxyType(scenes), T_cell_board)
+    by_tool: dict[int, BodyPairs] = {}
+    for number, bodies in collider.by_tool.items():
+        solids = (
+            replace(each, T_link_solid=moved @ each.T_link_solid) if each.part == "board" else each
+            for each in bodies.solids
+        )
+        by_tool[number] = replace(bodies, solids=tuple(solids))
+    return Collider(MappingProxyType(by_tool), T_cell_board)
 
 
 def collides(collider: Collider, q: Joints, tool: int) -> NDArray[np.bool_]:
-    """Say (n,) for each of (n, dof) rows of joints whether anything collides.
+    """Give (n,) for each of (n, dof) rows of joints whether anything collides.
 
     Raises:
         CellError: The cell has no such tool.
     """
-    scene = scene_of(collider, tool)
+    bodies = pairs_with(collider, tool)
     hit = np.zeros(len(q), np.bool_)
-    for start, places in in_chunks(scene, q):
-        items = near_items(scene, places, scene.margins)
-        found = contact_distances(scene, places, items, items.rows)
+    for start, places in in_chunks(bodies, q):
+        items = near_items(bodies, places, bodies.margins)
+        found = contact_distances(bodies, places, items, items.rows)
         hit[start + items.rows[np.isfinite(found)]] = True
     return hit
 
@@ -90,81 +116,115 @@ def first_pairs(collider: Collider, q: Joints, tool: int) -> tuple[Touch | None,
     Raises:
         CellError: The cell has no such tool.
     """
-    scene = scene_of(collider, tool)
+    bodies = pairs_with(collider, tool)
     touches: list[Touch | None] = [None] * len(q)
-    for start, places in in_chunks(scene, q):
-        items, probe = near_items(scene, places, scene.margins), probe_of(scene, places)
+    for start, places in in_chunks(bodies, q):
+        items, probe = near_items(bodies, places, bodies.margins), probe_of(bodies, places)
         for row, pair in zip(items.rows.tolist(), items.pairs.tolist(), strict=True):
             if touches[start + row] is not None:
                 continue
-            contact = probe(row, pair, float(scene.margins[pair]))
+            contact = probe(row, pair, float(bodies.margins[pair]))
             if contact is not None:
-                touches[start + row] = touch_of(scene, pair, contact)
+                touches[start + row] = touch_of(bodies, pair, contact)
     return tuple(touches)
 
 
-def scene_of(collider: Collider, tool: int) -> Scene:
-    """Give the scene with a tool.
+def clearance(collider: Collider, q: Joints, tool: int, farthest: float = FARTHEST) -> Clearance:
+    """Measure the clearance at (n, dof) rows of joints, as far as it is smaller than ``farthest``.
+
+    A fixture that the base stands on is left out for the first link, as everywhere.
 
     Raises:
         CellError: The cell has no such tool.
     """
-    if tool not in collider.scenes:
-        known = ", ".join(str(number) for number in collider.scenes) or "none"
+    bodies = pairs_with(collider, tool)
+    touches: list[Touch | None] = []
+    for _, places in in_chunks(bodies, q):
+        items = near_items(bodies, places, np.where(bodies.outside, farthest, -np.inf))
+        least, probe = gaps(bodies, places, items), probe_of(bodies, places)
+        order = np.lexsort((items.pairs, least, items.rows))
+        ends = np.searchsorted(items.rows[order], np.arange(len(places.turns) + 1))
+        for row in range(len(places.turns)):
+            mine = order[ends[row] : ends[row + 1]]
+            touches.append(_nearest(bodies, probe, row, items.pairs[mine].tolist(), (least[mine].tolist(), farthest)))
+    distances = np.array([farthest if touch is None else touch.distance for touch in touches])
+    return Clearance(distances, tuple(touches))
+
+
+def _nearest(
+    bodies: BodyPairs, probe: Probe, row: int, pairs: list[int], bounds: tuple[list[float], float]
+) -> Touch | None:
+    """Narrow the margin until nothing is within it: what was met last is the nearest, within ``_EXACT``.
+
+    A pair is first met by widening from what its boxes allow: a margin far beyond the distance makes coal try most
+    triangles of a board.
+    """
+    nearest, (least, farthest) = None, bounds
+    for pair, bound in zip(pairs, least, strict=True):
+        margin = min(max(_WIDER * bound, _EXACT), farthest)
+        while margin >= 0.0 and bound <= farthest:
+            contact = probe(row, pair, margin)
+            if contact is not None:
+                nearest = touch_of(bodies, pair, contact)
+                margin = farthest = nearest.distance - _EXACT
+            elif margin < farthest:
+                margin = min(_WIDER * margin, farthest)
+            else:
+                break
+    return nearest
+
+
+def pairs_with(collider: Collider, tool: int) -> BodyPairs:
+    """Give the bodies and pairs with a tool.
+
+    Raises:
+        CellError: The cell has no such tool.
+    """
+    if tool not in collider.by_tool:
+        known = ", ".join(str(number) for number in collider.by_tool) or "none"
         raise CellError(
             f"the cell has no tool {tool} (it has {known}); add it to the cell, or correct the nozzle's tool"
         )
-    return collider.scenes[tool]
+    return collider.by_tool[tool]
 
 
-def in_chunks(scene: Scene, q: Joints) -> Iterator[tuple[int, Places]]:
+def in_chunks(bodies: BodyPairs, q: Joints) -> Iterator[tuple[int, Places]]:
     """Place the bodies at (n, dof) rows, some rows at a time: the first row's index, and the places.
 
     Raises:
         ValueError: The rows are not (n, dof) finite numbers.
     """
-    if q.ndim != 2 or q.shape[1] != scene.robot.dof or not np.isfinite(q).all():
-        raise ValueError(f"joints must be finite and of shape (n, {scene.robot.dof}), not {q.shape}")
-    step = max(1, _AT_ONCE // max(1, len(scene.first)))
+    if q.ndim != 2 or q.shape[1] != bodies.robot.dof or not np.isfinite(q).all():
+        raise ValueError(f"joints must be finite and of shape (n, {bodies.robot.dof}), not {q.shape}")
+    step = max(1, _AT_ONCE // max(1, len(bodies.first)))
     for start in range(0, len(q), step):
-        yield start, place(scene, q[start : start + step])
+        yield start, place(bodies, q[start : start + step])
 
 
-def _scene(cell: Cell, solids: tuple[Solid, ...]) -> Scene:
-    scene = all_pairs(cell, solids)
-    return without(scene, _made_to_touch(scene, cell.home) | _under_the_base(scene))
-
-
-def _made_to_touch(scene: Scene, home: Joints) -> NDArray[np.bool_]:
+def _made_to_touch(bodies: BodyPairs, home: Joints) -> NDArray[np.bool_]:
     """(pairs,) bodies of robot and tool that are at home as near as a swept check could mistake for touching."""
-    places = place(scene, home[None])
-    items = near_items(scene, places, np.where(scene.outside, -np.inf, CONTACT + RESOLUTION))
-    found = contact_distances(scene, places, items, np.arange(len(items.rows)))
-    dropped = np.zeros(len(scene.first), np.bool_)
+    places = place(bodies, home[None])
+    items = near_items(bodies, places, np.where(bodies.outside, -np.inf, CONTACT + RESOLUTION))
+    found = contact_distances(bodies, places, items, np.arange(len(items.rows)))
+    dropped = np.zeros(len(bodies.first), np.bool_)
     dropped[items.pairs[np.isfinite(found)]] = True
     return dropped
 
 
-def _under_the_base(scene: Scene) -> NDArray[np.bool_]:
+def _under_the_base(bodies: BodyPairs) -> NDArray[np.bool_]:
     """(pairs,) the first link with every fixture that the base touches."""
-    solids = scene.solids
+    solids = bodies.solids
     fixtures = [index for index, solid in enumerate(solids) if solid.part == "fixture"]
     bases = [index for index, solid in enumerate(solids) if solid.part == "robot" and solid.link == 0]
     first, second = (grid.ravel() for grid in np.meshgrid(fixtures, bases, indexing="ij"))
     standing = replace(
-        scene, first=first.astype(np.int64), second=second.astype(np.int64), margins=np.full(len(first), CONTACT)
+        bodies, first=first.astype(np.int64), second=second.astype(np.int64), margins=np.full(len(first), CONTACT)
     )
-    places = place(standing, np.zeros((1, scene.robot.dof)))
+    places = place(standing, np.zeros((1, bodies.robot.dof)))
     items = Items(np.zeros(len(first), np.int64), np.arange(len(first)), standing.margins)
     met = np.isfinite(contact_distances(standing, places, items, np.arange(len(first))))
     carrying = set(first[met].tolist())
     return np.array(
-        [one in carrying and solids[other].link == 1 for one, other in zip(scene.first, scene.second, strict=True)],
+        [one in carrying and solids[other].link == 1 for one, other in zip(bodies.first, bodies.second, strict=True)],
         np.bool_,
-    )
-
-
-def _moved(solids: tuple[Solid, ...], by: Poses) -> tuple[Solid, ...]:
-    return tuple(
-        replace(solid, T_link_solid=by @ solid.T_link_solid) if solid.part == "board" else solid for solid in solids
     )

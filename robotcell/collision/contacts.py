@@ -1,4 +1,4 @@
-"""Exact answers for single pairs: whether two bodies are nearer than a margin, how near, and where. Metres."""
+"""Exact checks of single pairs by coal: whether two bodies are nearer than a margin, how near, and where. Metres."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,8 +7,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from geometry.arrays import Indices, Points, Scalars
-from robotcell.collision.body_pairs import Items, Places, Scene
-from robotcell.collision.coal_bodies import Solid, coal
+from robotcell.collision.body_pairs import BodyPairs, Items, Places
+from robotcell.collision.coal_bodies import coal
 
 Probe: TypeAlias = Callable[[int, int, float], Any]
 """(row, pair, margin) -> a coal ``Contact`` nearer than the margin, or None."""
@@ -28,19 +28,19 @@ class Touch:
     """(2, 3) nearest point of the body, then of the other."""
 
 
-def distances(scene: Scene, places: Places, items: Items, groups: Indices) -> Scalars:
+def distances(bodies: BodyPairs, places: Places, items: Items, groups: Indices) -> Scalars:
     """Give (m,) a distance at which each pair was met, infinite where it is farther apart than its margin.
 
     Of a mesh it is the distance of some triangle within the margin, not always the nearest. Once a pair is nearer than
-    it may ever be (its own margin in the scene), the rest of its group is passed over and said to be far.
+    it may ever be (its own margin), the rest of its group is passed over and given as far.
 
     Args:
-        scene: The pairs.
+        bodies: The pairs.
         places: Where the bodies are.
-        items: (m,) the pairs to look at, and how near counts.
-        groups: (m,) which items decide the same question.
+        items: (m,) the pairs to check, and their margins.
+        groups: (m,) items of one group decide about the same row or motion.
     """
-    probe, least = probe_of(scene, places), scene.margins.tolist()
+    probe, least = probe_of(bodies, places), bodies.margins.tolist()
     found = np.full(len(items.rows), np.inf)
     settled: set[int] = set()
     each = zip(items.rows.tolist(), items.pairs.tolist(), items.margins.tolist(), groups.tolist(), strict=True)
@@ -56,22 +56,23 @@ def distances(scene: Scene, places: Places, items: Items, groups: Indices) -> Sc
     return found
 
 
-def touch_of(scene: Scene, pair: int, contact: Any) -> Touch:
-    """Say in our words what coal found between the two bodies of a pair."""
-    first, second = scene.solids[scene.first[pair]], scene.solids[scene.second[pair]]
+def touch_of(bodies: BodyPairs, pair: int, contact: Any) -> Touch:
+    """Convert a coal contact between the two bodies of a pair."""
+    first, second = bodies.solids[bodies.first[pair]], bodies.solids[bodies.second[pair]]
     points = np.array([contact.getNearestPoint2(), contact.getNearestPoint1()]).reshape(2, 3)
     distance = max(float(contact.penetration_depth), 0.0)
-    return Touch(second.names[0], _name(first, contact.b1), distance, points)
+    name = first.names[first.owners[contact.b1]] if len(first.owners) else first.names[0]
+    return Touch(second.names[0], name, distance, points)
 
 
-def probe_of(scene: Scene, places: Places) -> Probe:
-    """Prepare to ask for pairs at given places; what was turned into coal's own form is kept while the probe is."""
+def probe_of(bodies: BodyPairs, places: Places) -> Probe:
+    """Prepare the check of pairs at given poses; poses in coal's own form are kept as long as the probe is."""
     engine, kept = coal(), dict[tuple[int, int], Any]()
     request, result = engine.CollisionRequest(), engine.CollisionResult()
     request.enable_contact, request.num_max_contacts = True, 1
-    geometries = [solid.geometry for solid in scene.solids]
-    first, second = scene.first.tolist(), scene.second.tolist()
-    still = {index for index, solid in enumerate(scene.solids) if solid.stands}
+    geometries = [solid.geometry for solid in bodies.solids]
+    first, second = bodies.first.tolist(), bodies.second.tolist()
+    still = {index for index, solid in enumerate(bodies.solids) if solid.stands}
 
     def pose(row: int, solid: int) -> Any:
         key = (0 if solid in still else row, solid)
@@ -87,7 +88,3 @@ def probe_of(scene: Scene, places: Places) -> Probe:
         return result.getContact(0) if met else None
 
     return probe
-
-
-def _name(solid: Solid, triangle: int) -> str:
-    return solid.names[solid.owners[triangle]] if len(solid.owners) else solid.names[0]

@@ -1,4 +1,4 @@
-"""Collisions between two rows of joints: nothing is jumped over, however thin. Metres, radians.
+"""Continuous collision checks between two rows of joints: nothing is jumped over, however thin. Metres, radians.
 
 The motion is straight in the joints. Half way, every pair is checked with its margin widened by the farthest that its
 bodies can move against each other on the way from there to either end (turn times lever, summed over the joints
@@ -13,24 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
-from robotcell.collision.body_pairs import RESOLUTION, Items, Scene, gaps, near_items, place
-from robotcell.collision.collision import Collider, scene_of
-from robotcell.collision.contacts import Touch, distances, probe_of, touch_of
+from robotcell.collision.body_pairs import RESOLUTION, BodyPairs, Items, gaps, near_items, place
+from robotcell.collision.collision import Collider, pairs_with
+from robotcell.collision.contacts import distances
 from robotcell.robot.robot import Joints
 
 _COARSE = 1e-2
-"""m of widening above which only boxes are compared: the exact answer would be dear and seldom settles anything."""
+"""m of widening above which only boxes are compared: the exact check would be slow and seldom decides anything."""
 _AT_ONCE = 512
-"""Motions looked at together: bounds the memory."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Meeting:
-    """Where on its way a motion meets something."""
-
-    fraction: float
-    """0 at the beginning, 1 at the end of the motion; not always the first place."""
-    touch: Touch
+"""Motions checked together: bounds the memory."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,90 +52,60 @@ class _Pieces:
 
 
 def collides_between(collider: Collider, start: Joints, end: Joints, tool: int) -> NDArray[np.bool_]:
-    """Say (n,) whether anything collides on the way from (n, dof) to (n, dof) rows of joints, ends included.
+    """Give (n,) whether anything collides on the way from (n, dof) to (n, dof) rows of joints, ends included.
 
     Raises:
         CellError: The cell has no such tool.
     """
-    return np.array([found is not None for found in _sweep(collider, start, end, tool)], np.bool_)
-
-
-def meetings_between(collider: Collider, start: Joints, end: Joints, tool: int) -> tuple[Meeting | None, ...]:
-    """Say for each way what meets there, and where on the way.
-
-    Raises:
-        CellError: The cell has no such tool.
-    """
-    scene = scene_of(collider, tool)
-    meetings: list[Meeting | None] = []
-    for motion, found in enumerate(_sweep(collider, start, end, tool)):
-        if found is None:
-            meetings.append(None)
-            continue
-        pair, fraction, margin = found
-        at = start[motion] + fraction * (end[motion] - start[motion])
-        contact = probe_of(scene, place(scene, at[None]))(0, pair, margin)
-        meetings.append(Meeting(fraction, touch_of(scene, pair, contact)))
-    return tuple(meetings)
-
-
-def _sweep(collider: Collider, start: Joints, end: Joints, tool: int) -> list[tuple[int, float, float] | None]:
-    """Give for each motion the pair that meets, the fraction, and the margin it met within; or None."""
-    scene = scene_of(collider, tool)
-    if start.shape != end.shape or start.ndim != 2 or start.shape[1] != scene.robot.dof:
-        raise ValueError(f"joints must be of shape (n, {scene.robot.dof}), not {start.shape} and {end.shape}")
+    bodies = pairs_with(collider, tool)
+    if start.shape != end.shape or start.ndim != 2 or start.shape[1] != bodies.robot.dof:
+        raise ValueError(f"joints must be of shape (n, {bodies.robot.dof}), not {start.shape} and {end.shape}")
     if not (np.isfinite(start).all() and np.isfinite(end).all()):
         raise ValueError("joints must be finite")
-    found: list[tuple[int, float, float] | None] = []
-    for at in range(0, len(start), _AT_ONCE):
-        found += _sweep_some(scene, start[at : at + _AT_ONCE], end[at : at + _AT_ONCE])
-    return found
+    parts = [slice(at, at + _AT_ONCE) for at in range(0, len(start), _AT_ONCE)]
+    return np.concatenate([np.zeros(0, np.bool_), *(_sweep(bodies, start[part], end[part]) for part in parts)])
 
 
-def _sweep_some(scene: Scene, start: Joints, end: Joints) -> list[tuple[int, float, float] | None]:
-    found: list[tuple[int, float, float] | None] = [None] * len(start)
-    travels = _travels(scene, start, end)
-    items = near_items(scene, place(scene, (start + end) / 2), scene.margins + travels / 2)
+def _sweep(bodies: BodyPairs, start: Joints, end: Joints) -> NDArray[np.bool_]:
+    collides = np.zeros(len(start), np.bool_)
+    travels = _travels(bodies, start, end)
+    items = near_items(bodies, place(bodies, (start + end) / 2), bodies.margins + travels / 2)
     pieces = _Pieces(0, items.rows, np.zeros(len(items.rows), np.int64), items.pairs)
     while len(pieces.motion):
         widening = travels[pieces.motion, pieces.pair] * pieces.half
-        least = scene.margins[pieces.pair]
-        near = _near(scene, (start, end), pieces, least + widening)
-        met, middle = np.isfinite(near), pieces.middle
-        for index in np.flatnonzero(met & ((widening <= RESOLUTION) | (near <= least))).tolist():
-            if found[pieces.motion[index]] is None:
-                margin = float(least[index] + widening[index])
-                found[pieces.motion[index]] = (int(pieces.pair[index]), float(middle[index]), margin)
-        unsettled = np.array([known is None for known in found], np.bool_)
-        pieces = pieces.halved(met & unsettled[pieces.motion])
-    return found
+        least = bodies.margins[pieces.pair]
+        near = _near(bodies, (start, end), pieces, least + widening)
+        met = np.isfinite(near)
+        collides[pieces.motion[met & ((widening <= RESOLUTION) | (near <= least))]] = True
+        pieces = pieces.halved(met & ~collides[pieces.motion])
+    return collides
 
 
-def _near(scene: Scene, ends: tuple[Joints, Joints], pieces: _Pieces, margins: Scalars) -> Scalars:
+def _near(bodies: BodyPairs, ends: tuple[Joints, Joints], pieces: _Pieces, margins: Scalars) -> Scalars:
     """(m,) how near the pair of each piece is half way; infinite if it keeps its widened margin."""
     keys = (pieces.motion << pieces.level) + pieces.number
     _, at, rows = np.unique(keys, return_index=True, return_inverse=True)
     start, end = (each[pieces.motion[at]] for each in ends)
-    places = place(scene, start + pieces.middle[at][:, None] * (end - start))
+    places = place(bodies, start + pieces.middle[at][:, None] * (end - start))
     items = Items(rows, pieces.pair, margins)
-    near = np.where(gaps(scene, places, items) <= margins, margins, np.inf)
-    exact = np.flatnonzero(np.isfinite(near) & (margins - scene.margins[pieces.pair] <= _COARSE))
-    near[exact] = distances(scene, places, items.taken(exact), pieces.motion[exact])
+    near = np.where(gaps(bodies, places, items) <= margins, margins, np.inf)
+    exact = np.flatnonzero(np.isfinite(near) & (margins - bodies.margins[pieces.pair] <= _COARSE))
+    near[exact] = distances(bodies, places, items.taken(exact), pieces.motion[exact])
     return near
 
 
-def _travels(scene: Scene, start: Joints, end: Joints) -> Scalars:
+def _travels(bodies: BodyPairs, start: Joints, end: Joints) -> Scalars:
     """(n, pairs) the farthest that the bodies of a pair can move against each other on a motion, whatever the pose.
 
     A turn moves a point by no more than the angle times its distance from the axis; that distance is no more than the
     way along the chain: from joint to joint, by what the sliding joints between are out, to the body's farthest point.
     """
-    joints, turns = scene.robot.joints, np.abs(end - start)
+    joints, turns = bodies.robot.joints, np.abs(end - start)
     out = np.maximum(np.abs(start), np.abs(end)) * np.array([joint.kind == "prismatic" for joint in joints])
     steps = np.array([np.linalg.norm(joint.T_parent_joint[:3, 3]) for joint in joints]) + out
-    travels = np.zeros((len(start), len(scene.first)))
-    for pair, (one, other) in enumerate(zip(scene.first.tolist(), scene.second.tolist(), strict=True)):
-        first, second = scene.solids[one], scene.solids[other]
+    travels = np.zeros((len(start), len(bodies.first)))
+    for pair, (one, other) in enumerate(zip(bodies.first.tolist(), bodies.second.tolist(), strict=True)):
+        first, second = bodies.solids[one], bodies.solids[other]
         lever = np.full(len(start), np.linalg.norm(second.T_link_solid[:3, 3]) + second.radius)
         for joint in range(second.link - 1, first.link - 1, -1):
             travels[:, pair] += turns[:, joint] * (1.0 if joints[joint].kind == "prismatic" else lever)

@@ -1,22 +1,20 @@
-"""Findings that say why a robot cannot do a program, or not as asked: where, who asked for it, what would help."""
+"""Findings on why a robot cannot carry out a program, or not as programmed: where, caused by what, what would help."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
-from robotcell.motion.attempt import Motion
-from robotcell.motion.cell_queries import Questions
-from robotcell.motion.ladder_graph import AZIMUTHS, leant
-from robotcell.motion.retime import Pace
-from robotcell.motion.sampled_path import Course, Flags
-from robotcell.motion.track_branch import Followed
-from robotcell.robot.full_turns import is_inside
-from robotcell.robot.robot import Robot
-from specs.finding import Finding, FindingRule, Severity
+from robotcell.motion.cell_queries import CellQueries
+from robotcell.motion.ladder_graph import AZIMUTHS, tilted
+from robotcell.motion.retime import Retiming
+from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath
+from robotcell.motion.track_attempt import Motion
+from robotcell.robot.full_turns import TURN, is_inside
+from robotcell.robot.robot import Poses, Robot
+from specs.finding import Finding, Severity
 from specs.finding_rules import (
     COLLISION,
     CONFIGURATION_JUMP,
@@ -29,12 +27,9 @@ from specs.finding_rules import (
     TRANSFER_BLOCKED,
 )
 
-Made: TypeAlias = Callable[[int], str]
-"""Gives the recipe path that asked for a sample."""
-
 _SLOW = 0.98
 _LATE_S = 0.05
-"""What the robot takes longer for all that one recipe line asks for, before anybody is told."""
+"""Least delay over all that one recipe entry causes for a finding."""
 _SLOWEST_M_S = 5e-4
 """Slower than this the nozzle only turns on the spot: it sprays longer there, not elsewhere."""
 _LEAST_TURN = np.radians(0.1)
@@ -44,91 +39,88 @@ _TILTS_DEG = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Scene:
-    """What findings are about."""
+class PathInCell:
+    """The subject of findings: a path, and queries to the cell."""
 
-    ask: Questions
-    course: Course
+    queries: CellQueries
+    path: SampledPath
 
     def made_by(self, sample: int) -> str:
-        """Give the recipe path that asked for a sample."""
-        return self.ask.program.instructions[int(self.course.instruction[sample])].made_by
+        """Give the recipe path that a sample comes from."""
+        return self.queries.program.instructions[int(self.path.instruction[sample])].made_by
 
     def place(self, sample: int) -> tuple[float, float, float]:
-        """Give where a sample is, board frame, mm."""
-        T_base_board = self.course.T_base_board[int(self.course.placement[sample])]
-        point = np.linalg.inv(T_base_board) @ self.course.T_base_tcp[sample, :, 3]
+        """Give the place of a sample, board frame, mm."""
+        T_base_board = self.path.T_base_board[int(self.path.placement[sample])]
+        point = np.linalg.inv(T_base_board) @ self.path.T_base_tcp[sample, :, 3]
         x, y, z = (np.round(point[:3] * 1e3, 3) + 0.0).tolist()
         return x, y, z
 
     def grouped(self, samples: Indices) -> Iterator[tuple[str, Indices]]:
-        """Give samples by who asked for them, in order of their first."""
+        """Group samples by the recipe path they come from, in order of their first."""
         groups: dict[str, list[int]] = {}
         for sample in samples.tolist():
             groups.setdefault(self.made_by(sample), []).append(sample)
         for made_by, members in groups.items():
             yield made_by, np.array(members, dtype=np.int64)
 
+    def configurations(self, sample: int, poses: Poses) -> NDArray[np.float64]:
+        """Give the joints (k, azimuths * b, dof) of poses (k, 4, 4) at every azimuth that a sample allows."""
+        count = AZIMUTHS if self.path.free[sample] else 1
+        azimuth = np.tile(TURN * np.arange(count) / AZIMUTHS, len(poses))
+        turned = tilted(np.repeat(poses, count, axis=0), azimuth, np.zeros((len(azimuth), 2)))
+        found, _ = self.queries.configurations(turned, int(self.path.tool[sample]))
+        return found.reshape(len(poses), -1, found.shape[2])
 
-def unreachable(scene: Scene, samples: Indices) -> list[Finding]:
-    """Say of poses that no posture reaches what keeps the robot from them."""
+
+def unreachable(subject: PathInCell, samples: Indices) -> list[Finding]:
+    """Report poses that no configuration reaches, and what keeps the robot from them."""
     findings: list[Finding] = []
-    for made_by, members in scene.grouped(samples):
+    for made_by, members in subject.grouped(samples):
         worst = int(members[len(members) // 2])
-        rule, text = _why_unreachable(scene, worst)
+        rows = subject.configurations(worst, subject.path.T_base_tcp[worst][None])[0]
+        rows = rows[np.isfinite(rows[:, 0])]
+        rule, text = OUT_OF_REACH, "out of the robot's reach"
+        if len(rows):
+            beyond = _least_excess(subject.queries.cell.robot, rows)
+            rule, text = JOINT_LIMIT, f"reached only beyond a joint's limit: {beyond}"
         count = f"{len(members)} points, such as this, are" if len(members) > 1 else "this point is"
-        findings.append(Finding(rule, f"{count} {text}.", made_by, scene.place(worst)))
+        message = f"{count} {text}; {_what_reaches(subject, worst)}."
+        findings.append(Finding(rule, message, made_by, subject.place(worst)))
     return findings
 
 
-def _why_unreachable(scene: Scene, sample: int) -> tuple[FindingRule, str]:
-    robot = scene.ask.cell.robot
-    found, _ = scene.ask.postures(_around(scene, sample), int(scene.course.tool[sample]))
-    rows = found.reshape(-1, robot.dof)
-    rows = rows[np.isfinite(rows[:, 0])]
-    if len(rows):
-        return JOINT_LIMIT, f"reached only beyond a joint's limit: {_beyond(robot, rows)}; {_nearest(scene, sample)}"
-    return OUT_OF_REACH, f"out of the robot's reach; {_nearest(scene, sample)}"
-
-
-def _around(scene: Scene, sample: int) -> NDArray[np.float64]:
-    """(k, 4, 4) a pose at every azimuth that is tried."""
-    count = AZIMUTHS if scene.course.free[sample] else 1
-    azimuth = 2.0 * np.pi * np.arange(count) / AZIMUTHS
-    return leant(np.repeat(scene.course.T_base_tcp[sample : sample + 1], count, axis=0), azimuth, np.zeros((count, 2)))
-
-
-def _beyond(robot: Robot, rows: NDArray[np.float64]) -> str:
-    """Say which joint is beyond its limit, by how much, in the posture in which that is least."""
-    low = np.array([joint.lowest for joint in robot.joints])
-    high = np.array([joint.highest for joint in robot.joints])
-    turning = np.array([joint.kind == "revolute" for joint in robot.joints])
-    shifts = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])[:, None, None] * 2.0 * np.pi * turning
-    over = np.min(np.maximum(np.maximum(low - (rows + shifts), (rows + shifts) - high), 0.0), axis=0)
-    worst = over.max(axis=1)
-    row = int(np.argmin(np.round(worst, 9)))
+def _least_excess(robot: Robot, rows: NDArray[np.float64]) -> str:
+    """Name the joint beyond its limit, and by how much, in the configuration in which that is least."""
+    turning = robot.turning
+    turned = rows + np.array([-2.0, -1.0, 0.0, 1.0, 2.0])[:, None, None] * TURN * turning
+    over = np.min(np.maximum(np.maximum(robot.lowest - turned, turned - robot.highest), 0.0), axis=0)
+    row = int(np.argmin(np.round(over.max(axis=1), 9)))
     joint = int(np.argmax(over[row]))
     excess = f"{np.degrees(over[row, joint]):.1f} degrees" if turning[joint] else f"{over[row, joint] * 1e3:.1f} mm"
     return f"{robot.joints[joint].name} by {excess}"
 
 
-def _nearest(scene: Scene, sample: int) -> str:
-    """Say by which shift, or which lean, a pose would be reached."""
-    moved = _nearest_shift(scene, sample)
-    tilted = _nearest_tilt(scene, sample)
-    told = [text for text in (moved, tilted) if text]
-    return (
-        "it would be reached " + ", or ".join(told)
-        if told
-        else "no shift up to 5 m and no tilt helps: look at the frames"
-    )
+def _what_reaches(subject: PathInCell, sample: int) -> str:
+    """Describe the smallest shift, and the smallest tilt, by which a pose would be reached."""
+    pose = subject.path.T_base_tcp[sample]
+    shift = _nearest_shift(subject, sample, pose)
+    helps = [shift] if shift else []
+    turns = np.radians(np.arange(0.0, 360.0, 45.0))
+    for degrees in _TILTS_DEG:
+        tilts = np.radians(degrees) * np.column_stack((np.cos(turns), np.sin(turns)))
+        if _reached(subject, sample, tilted(np.repeat(pose[None], len(turns), axis=0), 0.0 * turns, tilts)).any():
+            helps.append(f"with the jet tilted by {degrees:g} degrees more or less")
+            break
+    if not helps:
+        return "no shift up to 5 m and no tilt helps: check the frames"
+    return f"it would be reached {', or '.join(helps)}"
 
 
-def _nearest_shift(scene: Scene, sample: int) -> str:
-    pose = scene.course.T_base_tcp[sample]
+def _nearest_shift(subject: PathInCell, sample: int, pose: Poses) -> str:
     flat = np.array([pose[0, 3], pose[1, 3], 0.0])
     inward = -flat / max(float(np.linalg.norm(flat)), 1e-9)
-    up = np.linalg.inv(scene.ask.cell.T_cell_base)[:3, 2]
+    up = np.linalg.inv(subject.queries.cell.T_cell_base)[:3, 2]
     ways = (
         (inward, "nearer to the robot's axis"),
         (-inward, "farther from the robot's axis"),
@@ -139,132 +131,115 @@ def _nearest_shift(scene: Scene, sample: int) -> str:
     for way, text in ways:
         tried = np.repeat(pose[None], len(_FAR_M), axis=0)
         tried[:, :3, 3] += _FAR_M[:, None] * way
-        good = np.flatnonzero(_reached(scene, sample, tried))
+        good = np.flatnonzero(_reached(subject, sample, tried))
         if len(good) and (best is None or _FAR_M[good[0]] < best[0]):
             best = (float(_FAR_M[good[0]]), text)
     return "" if best is None else f"{best[0] * 1e3:g} mm {best[1]}"
 
 
-def _nearest_tilt(scene: Scene, sample: int) -> str:
-    turns = np.radians(np.arange(0.0, 360.0, 45.0))
-    for degrees in _TILTS_DEG:
-        leans = np.radians(degrees) * np.column_stack((np.cos(turns), np.sin(turns)))
-        tried = leant(np.repeat(scene.course.T_base_tcp[sample][None], len(turns), axis=0), np.zeros(len(turns)), leans)
-        if _reached(scene, sample, tried).any():
-            return f"with the jet tilted by {degrees:g} degrees more or less"
-    return ""
-
-
-def _reached(scene: Scene, sample: int, poses: NDArray[np.float64]) -> Flags:
+def _reached(subject: PathInCell, sample: int, poses: Poses) -> Flags:
     """(k,) whether poses are reached within the limits at some azimuth that is allowed."""
-    count = AZIMUTHS if scene.course.free[sample] else 1
-    azimuth = np.tile(2.0 * np.pi * np.arange(count) / AZIMUTHS, len(poses))
-    asked = leant(np.repeat(poses, count, axis=0), azimuth, np.zeros((len(azimuth), 2)))
-    found, _ = scene.ask.postures(asked, int(scene.course.tool[sample]))
-    inside = is_inside(scene.ask.cell.robot, found).any(axis=1)
-    return np.asarray(inside.reshape(len(poses), count).any(axis=1))
+    return np.any(is_inside(subject.queries.cell.robot, subject.configurations(sample, poses)), axis=1)
 
 
-def collisions(scene: Scene, motion: Motion) -> list[Finding]:
-    """Name the pairs that collide in whatever posture, once for each pair and who asked."""
+def collisions(subject: PathInCell, motion: Motion) -> list[Finding]:
+    """Report the pairs that collide in every configuration, once for each pair and recipe path."""
     seen: dict[tuple[str, str, str], list[int]] = {}
+    path = subject.path
     for sample in motion.hits.tolist():
-        touch = scene.ask.pair(
-            motion.done.q[sample], int(scene.course.tool[sample]), int(scene.course.placement[sample])
-        )
-        if touch is not None:
-            seen.setdefault((scene.made_by(sample), *touch), []).append(sample)
+        q, tool, placement = motion.tracked.q[sample], int(path.tool[sample]), int(path.placement[sample])
+        pair = subject.queries.first_pair(q, tool, placement)
+        if pair is not None:
+            seen.setdefault((subject.made_by(sample), *pair), []).append(sample)
     return [
         Finding(
             COLLISION,
-            f"{body} collides with {other} at {len(samples)} of the points looked at, in every posture that was tried.",
+            f"{body} collides with {other} at {len(samples)} of the points checked, in every configuration.",
             made_by,
-            scene.place(samples[0]),
+            subject.place(samples[0]),
         )
         for (made_by, body, other), samples in seen.items()
     ]
 
 
-def breaks(scene: Scene, motion: Motion) -> list[Finding]:
-    """Say where the course cannot be followed in one go."""
+def breaks(subject: PathInCell, motion: Motion) -> list[Finding]:
+    """Report where the path cannot be tracked in one go."""
     findings: list[Finding] = []
-    for node in motion.torn.tolist():
+    for node in motion.discontinuities.tolist():
         sample = int(motion.nodes.sample[node])
         text = (
-            "the robot would have to change its configuration here while the jet is on: no posture before this place "
-            "goes over into one after it. Move or turn the board, or let the stroke end here."
+            "the robot would have to change its configuration here while the jet is on: no configuration before this "
+            "place continues into one after it. Move or turn the board, or let the stroke end here."
         )
-        findings.append(Finding(CONFIGURATION_JUMP, text, scene.made_by(sample), scene.place(sample)))
+        findings.append(Finding(CONFIGURATION_JUMP, text, subject.made_by(sample), subject.place(sample)))
     for node in motion.blocked.tolist():
         sample = int(motion.nodes.sample[node])
         text = (
             "the robot has to change its configuration or its tool here, and every way that was tried, straight and by "
             "way of home, collides. Choose another home, or another place for the board."
         )
-        findings.append(Finding(TRANSFER_BLOCKED, text, scene.made_by(sample), scene.place(sample)))
-    for made_by, members in scene.grouped(motion.lost):
-        text = f"no posture goes on from the one before it at {_points(len(members))}, within the joints' limits."
-        findings.append(Finding(JUMP, text, made_by, scene.place(int(members[0]))))
+        findings.append(Finding(TRANSFER_BLOCKED, text, subject.made_by(sample), subject.place(sample)))
+    for made_by, members in subject.grouped(motion.lost):
+        text = f"no configuration continues the one before at {_points(len(members))}, within the joints' limits."
+        findings.append(Finding(JUMP, text, made_by, subject.place(int(members[0]))))
     return findings
 
 
-def slowness(scene: Scene, pace: Pace) -> list[Finding]:
-    """Say where the robot sprays more slowly than the program asks, once for each who asked."""
-    course = scene.course
-    length = np.linalg.norm(np.diff(course.T_base_tcp[:, :3, 3], axis=0), axis=1)
-    lasting = np.diff(course.times)
-    wet = course.wet[1:] & course.wet[:-1] & (lasting > 1e-6)
-    slow = np.flatnonzero(wet & (pace.share < _SLOW)) + 1
+def slowness(subject: PathInCell, retiming: Retiming) -> list[Finding]:
+    """Report where the robot sprays more slowly than programmed, once for each recipe path."""
+    path = subject.path
+    length = np.linalg.norm(np.diff(path.T_base_tcp[:, :3, 3], axis=0), axis=1)
+    lasting = np.diff(path.times)
+    spraying = path.jet_on[1:] & path.jet_on[:-1] & (lasting > 1e-6)
+    slow = np.flatnonzero(spraying & (retiming.share < _SLOW)) + 1
     findings: list[Finding] = []
-    for made_by, members in scene.grouped(slow):
+    for made_by, members in subject.grouped(slow):
         interval = members - 1
-        late = pace.lasting[interval] - lasting[interval]
+        late = retiming.lasting[interval] - lasting[interval]
         if late.sum() < _LATE_S:
             continue
-        on_the_way = length[interval] > _SLOWEST_M_S * lasting[interval]
-        told = interval[on_the_way] if on_the_way.any() else interval
-        worst = int(told[np.argmin(np.round(pace.share[told], 6))])
-        joint = scene.ask.cell.robot.joints[int(pace.joint[worst])].name
-        what = "greatest speed" if pace.by_speed[worst] else "greatest acceleration"
-        asked = length[worst] / lasting[worst] * 1e3
-        severity: Severity = "warning" if on_the_way.any() else "info"
-        speeds = (
-            f"{asked * pace.share[worst]:.1f} instead of {asked:.1f} mm/s"
-            if on_the_way.any()
-            else (f"turning at {pace.share[worst]:.0%} of the asked rate")
-        )
+        moving = interval[length[interval] > _SLOWEST_M_S * lasting[interval]]
+        candidates = moving if len(moving) else interval
+        worst = int(candidates[np.argmin(np.round(retiming.share[candidates], 6))])
+        joint = subject.queries.cell.robot.joints[int(retiming.joint[worst])].name
+        limit = "greatest speed" if retiming.by_speed[worst] else "greatest acceleration"
+        programmed, share = length[worst] / lasting[worst] * 1e3, retiming.share[worst]
+        severity: Severity = "warning" if len(moving) else "info"
+        speeds = f"turning at {share:.0%} of the programmed rate"
+        if len(moving):
+            speeds = f"{programmed * share:.1f} instead of {programmed:.1f} mm/s"
         text = (
-            f"the robot is {late.sum():.2f} s longer under way than asked; slowest here, {speeds}: "
-            f"{joint} is at its {what}."
+            f"the robot takes {late.sum():.2f} s longer than programmed; slowest here, {speeds}: {joint} is at its "
+            f"{limit}."
         )
-        findings.append(Finding(SPEED_NOT_HELD, text, made_by, scene.place(worst), override=severity))
+        findings.append(Finding(SPEED_NOT_HELD, text, made_by, subject.place(worst), override=severity))
     return findings
 
 
-def leaning(scene: Scene, done: Followed) -> list[Finding]:
-    """Say where the jet leans from what was asked."""
-    lean = np.linalg.norm(done.lean, axis=1)
+def tilts(subject: PathInCell, tracked: TrackedPath) -> list[Finding]:
+    """Report where the jet is tilted from the programmed direction."""
+    tilt = np.linalg.norm(tracked.tilt, axis=1)
     findings: list[Finding] = []
-    for made_by, members in scene.grouped(np.flatnonzero((lean > _LEAST_TURN) & scene.course.wet)):
-        worst = int(members[np.argmax(lean[members])])
+    for made_by, members in subject.grouped(np.flatnonzero((tilt > _LEAST_TURN) & subject.path.jet_on)):
+        worst = int(members[np.argmax(tilt[members])])
         text = (
-            f"the jet leans by up to {np.degrees(lean[worst]):.1f} degrees from what was asked: nothing else is clear."
+            f"the jet is tilted by up to {np.degrees(tilt[worst]):.1f} degrees from the programmed direction: nothing "
+            "else is clear."
         )
-        findings.append(Finding(JET_LEANT, text, made_by, scene.place(worst)))
+        findings.append(Finding(JET_LEANT, text, made_by, subject.place(worst)))
     return findings
 
 
-def nearly_singular(scene: Scene, condition: Scalars) -> list[Finding]:
-    """Say where the robot sprays near a singular posture."""
-    near = np.flatnonzero(scene.course.wet & (condition < _NEAR_SINGULAR))
+def nearly_singular(subject: PathInCell, condition: Scalars) -> list[Finding]:
+    """Report where the robot sprays near a singular configuration."""
     findings: list[Finding] = []
-    for made_by, members in scene.grouped(near):
+    for made_by, members in subject.grouped(np.flatnonzero(subject.path.jet_on & (condition < _NEAR_SINGULAR))):
         worst = int(members[np.argmin(condition[members])])
         text = (
-            f"near a singular posture at {_points(len(members))}, inverse condition {condition[worst]:.4f} at the "
-            "worst: the joints move much for little. Move or turn the board."
+            f"near a singular configuration at {_points(len(members))}, inverse condition {condition[worst]:.4f} at "
+            "the worst: the joints move far for a short way. Move or turn the board."
         )
-        findings.append(Finding(NEAR_SINGULAR, text, made_by, scene.place(worst)))
+        findings.append(Finding(NEAR_SINGULAR, text, made_by, subject.place(worst)))
     return findings
 
 

@@ -1,4 +1,4 @@
-"""Where the frames of a cell lie, in words and millimetres: what a person compares with the real cell."""
+"""The frames of a cell in words and millimetres, for comparison with the real cell."""
 
 from dataclasses import dataclass
 
@@ -22,13 +22,13 @@ _NAMED = (
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One place of the cell, and where it looks."""
+    """A frame or corner in the cell, and its directions."""
 
     what: str
     place_mm: tuple[float, float, float]
     """In the cell."""
     looks: str
-    """In words; empty where it has no direction."""
+    """Its directions in words; empty where it has none."""
 
 
 def frame_card(cell: Cell, board: Board | None) -> tuple[Frame, ...]:
@@ -44,7 +44,9 @@ def frame_card(cell: Cell, board: Board | None) -> tuple[Frame, ...]:
         frames.append(_frame(label, T_cell_tcp, "jet"))
     frames.append(_frame("board's own frame", cell.T_cell_board, "top"))
     if board is not None:
-        frames += [_corner(cell, name, place) for name, place in board_corners(board)]
+        for name, place in board_corners(board):
+            in_cell = cell.T_cell_board[:3, :3] @ (place / _MM) + cell.T_cell_board[:3, 3]
+            frames.append(Frame(f"board's {name}", _place(in_cell), ""))
     return tuple(frames)
 
 
@@ -60,8 +62,8 @@ def board_corners(board: Board) -> tuple[tuple[str, NDArray[np.float64]], ...]:
     )
 
 
-def say_direction(direction: NDArray[np.float64]) -> str:
-    """Say where a unit vector (3,) of the cell frame points: the nearest axis, and how far off it is."""
+def describe_direction(direction: NDArray[np.float64]) -> str:
+    """Describe where a unit vector (3,) of the cell frame points: the nearest axis, and how far off it is."""
     cosines = [float(np.dot(direction, axis)) for _, axis in _NAMED]
     nearest = int(np.argmax(np.round(cosines, 9)))
     off = np.degrees(np.arccos(min(1.0, cosines[nearest])))
@@ -69,12 +71,8 @@ def say_direction(direction: NDArray[np.float64]) -> str:
 
 
 def _frame(what: str, T_cell_this: NDArray[np.float64], name: str) -> Frame:
-    looks = f"{name} {say_direction(T_cell_this[:3, 2])}, x along {say_direction(T_cell_this[:3, 0])}"
+    looks = f"{name} {describe_direction(T_cell_this[:3, 2])}, x along {describe_direction(T_cell_this[:3, 0])}"
     return Frame(what, _place(T_cell_this[:3, 3]), looks)
-
-
-def _corner(cell: Cell, name: str, place_mm: NDArray[np.float64]) -> Frame:
-    return Frame(f"board's {name}", _place(cell.T_cell_board[:3, :3] @ (place_mm / _MM) + cell.T_cell_board[:3, 3]), "")
 
 
 def _place(place: NDArray[np.float64]) -> tuple[float, float, float]:

@@ -1,4 +1,4 @@
-"""What a cell says that is probably not meant: other units, tools or boards turned over, places out of reach."""
+"""Probable mistakes in a cell: other units, tools or boards turned over, poses out of reach."""
 
 from collections.abc import Iterator
 
@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from boards.board import Board
 from robotcell.cell.cell import Cell, Tool
-from robotcell.cell.io_spec import InputOutput
+from robotcell.cell.spec import InputOutput
 from robotcell.diagnosis.frame_table import board_corners
 from robotcell.robot.poses import inverse
-from robotcell.robot.robot import Body, Box, Capsule, Mesh
+from robotcell.robot.robot import Body, Box, Capsule, Mesh, Poses
 from specs.finding import Finding
 from specs.finding_rules import (
     ANALOG_OUT_OF_RANGE,
@@ -25,7 +25,7 @@ from specs.finding_rules import (
 
 _MM = 1e3
 _SMALLEST_M = 3e-3
-"""No tool is so short and no fixture so small: the number was probably metres."""
+"""Tools and fixtures are never this small: the number was probably metres."""
 _LARGEST_M = 20.0
 _AHEAD_M = 0.02
 """What lies farther in front of an orifice, on the axis of its jet, is hit."""
@@ -35,14 +35,20 @@ _NO_CHANNELS = InputOutput()
 def check_cell(cell: Cell, board: Board | None, io: InputOutput = _NO_CHANNELS) -> tuple[Finding, ...]:
     """Find the classical mistakes. ``made_by`` is the place in the cell's file.
 
-    What a quantity of a recipe asks of a channel is known when a program is exported; what the cell's own words set is
-    known here.
+    Values that a recipe's quantities set are checked at the export of a program; values that the cell's own functions,
+    solutions and grips set are checked here.
 
     Rules: ``analog-out-of-range``, ``tcp-units``, ``tcp-turned``, ``jet-hits-tool``, ``fixture-units``,
     ``board-upside-down``, ``board-out-of-reach`` and, with a board, ``fixture-in-board``.
     """
     findings = [finding for tool in cell.tools for finding in _check_tool(tool)]
-    findings += _check_fixtures(cell)
+    for body in cell.fixtures:
+        size = float(np.ptp(corners_of(body), axis=0).max())
+        if not _SMALLEST_M <= size <= _LARGEST_M:
+            message = (
+                f"{body.name} is {_MM * size:.4g} mm large; sizes are in mm, and mm_per_unit gives those of a mesh"
+            )
+            findings.append(Finding(FIXTURE_UNITS, message, f"fixtures.{body.name}"))
     findings += _check_board(cell, board)
     findings += _check_channels(io)
     return tuple(findings)
@@ -74,22 +80,10 @@ def _check_tool(tool: Tool) -> Iterator[Finding]:
             yield Finding(JET_HITS_TOOL, message, at)
 
 
-def _check_fixtures(cell: Cell) -> Iterator[Finding]:
-    for body in cell.fixtures:
-        size = float(np.ptp(corners_of(body), axis=0).max())
-        if not _SMALLEST_M <= size <= _LARGEST_M:
-            message = (
-                f"{body.name} is {_MM * size:.4g} mm large; sizes are in mm, and mm_per_unit tells those of a mesh"
-            )
-            yield Finding(FIXTURE_UNITS, message, f"fixtures.{body.name}")
-
-
 def _check_board(cell: Cell, board: Board | None) -> Iterator[Finding]:
     up = float(cell.T_cell_board[2, 2])
     if up < -0.5:
-        message = (
-            "the board's top looks down; if that is not meant, turn it over: add 180 degrees to the roll of rpy_deg"
-        )
+        message = "the board's top faces down; unless intended, turn it over: add 180 degrees to the roll of rpy_deg"
         yield Finding(BOARD_UPSIDE_DOWN, message, "board")
     corners = np.zeros((1, 3)) if board is None else np.array([place / _MM for _, place in board_corners(board)])
     in_cell = corners @ cell.T_cell_board[:3, :3].T + cell.T_cell_board[:3, 3]
@@ -103,18 +97,11 @@ def _check_board(cell: Cell, board: Board | None) -> Iterator[Finding]:
         )
         yield Finding(BOARD_OUT_OF_REACH, message, "board")
     if board is not None:
-        yield from _check_room(cell, board)
-
-
-def _check_room(cell: Cell, board: Board) -> Iterator[Finding]:
-    low = np.min([body.patches.min(axis=(0, 1)) for body in board.bodies], axis=0) / _MM
-    high = np.max([body.patches.max(axis=(0, 1)) for body in board.bodies], axis=0) / _MM
-    T_board_cell = inverse(cell.T_cell_board)
-    for body in cell.fixtures:
-        corners = corners_of(body) @ T_board_cell[:3, :3].T + T_board_cell[:3, 3]
-        if np.all(corners.min(axis=0) < high) and np.all(corners.max(axis=0) > low):
-            message = f"{body.name} reaches into the box around {board.name}; lower the one or raise the other"
-            yield Finding(FIXTURE_IN_BOARD, message, f"fixtures.{body.name}")
+        low, high = board_box(board)
+        for body in cell.fixtures:
+            if meets_box(corners_of(body), low, high, cell.T_cell_board):
+                message = f"{body.name} reaches into the box around {board.name}; lower the one or raise the other"
+                yield Finding(FIXTURE_IN_BOARD, message, f"fixtures.{body.name}")
 
 
 def _check_channels(io: InputOutput) -> Iterator[Finding]:
@@ -130,6 +117,21 @@ def _check_channels(io: InputOutput) -> Iterator[Finding]:
                         f"{word} sets {name} (analog output {output.number}) to {value:g} {output.unit}; its {goes}"
                     )
                     yield Finding(ANALOG_OUT_OF_RANGE, message, f"io.{kind}.{word}.{name}")
+
+
+def board_box(board: Board) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Give the lowest and the highest corner (3,) of the box around a board and its components, board frame, m."""
+    low = np.min([body.patches.min(axis=(0, 1)) for body in board.bodies], axis=0) / _MM
+    return low, np.max([body.patches.max(axis=(0, 1)) for body in board.bodies], axis=0) / _MM
+
+
+def meets_box(
+    corners: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64], T_cell_board: Poses
+) -> bool:
+    """Whether the extent of points (n, 3) of the cell reaches into a box of the board's frame."""
+    T_board_cell = inverse(T_cell_board)
+    seen = corners @ T_board_cell[:3, :3].T + T_board_cell[:3, 3]
+    return bool(np.all(seen.min(axis=0) < high) and np.all(seen.max(axis=0) > low))
 
 
 def longest_reach(cell: Cell) -> float:

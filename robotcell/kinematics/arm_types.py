@@ -1,4 +1,4 @@
-"""What kind of arm a robot is, told from its axes: which closed form gives its joints.
+"""Types of six-axis arms, recognised by their axes: which closed form gives the joints.
 
 Both forms of six axes share the plan of their first three joints: axis 2 stands across axis 1, and axis 3 is parallel
 to axis 2. In the *plane frame* x and y span the plane the arm bends in at zero, y is axis 1 and z is axis 2, so that
@@ -40,14 +40,14 @@ class SphericalArm(NamedTuple):
     """(6,) +1 or -1: whether a joint counts along or against the form's own axis."""
     wrist: NDArray[np.float64]
     """(3, 3) at zero, in the plane frame: z axis 4, y axis 5."""
-    lean: float
+    tilt: float
     """rad, of axis 6 against axis 4 at zero, about axis 5."""
 
 
 class ParallelArm(NamedTuple):
     """Axes 2, 3 and 4 are parallel, 5 stands across 4, and 6 across 5, which it meets.
 
-    Universal Robots, their many likes, and the Cairo arm.
+    Universal Robots, many similar arms, and the Cairo arm.
     """
 
     T_plane_base: Poses
@@ -62,7 +62,7 @@ class ParallelArm(NamedTuple):
     """m, from axis 4 to the meeting point, in the plane, at zero."""
     turn: float
     """rad, of axis 5 against y at zero, about axis 2."""
-    lean: float
+    tilt: float
     """rad, of axis 6 against axis 4 at zero, about axis 5."""
 
 
@@ -70,71 +70,47 @@ SixAxis: TypeAlias = SphericalArm | ParallelArm
 
 
 def recognise(zero: Zero) -> SixAxis | None:
-    """Tell which closed form fits an arm of six turning axes, if any does."""
+    """Give the closed form that fits an arm of six turning axes, if any does."""
     h = zero.axes
     if not (_square(h[0], h[1]) and _parallel(h[1], h[2]) and _square(h[3], h[4]) and _square(h[4], h[5])):
         return None
     centre = _meeting(zero, 4, 5)
     if centre is None:
         return None
-    plane = _plane_frame(zero)
-    if _parallel(h[1], h[3]):
-        return _parallel_arm(zero, plane, centre)
-    above = _meeting(zero, 3, 4)
+    parallel = _parallel(h[1], h[3])
+    above = centre if parallel else _meeting(zero, 3, 4)
     if above is None or np.linalg.norm(above - centre) > ALIKE:
         return None
-    return _spherical_arm(zero, plane, centre)
-
-
-def _plane_frame(zero: Zero) -> Poses:
-    """(4, 4) T_base_plane: its origin on axis 1."""
-    frame = np.eye(4)
-    y = zero.axes[0]
-    z = zero.axes[1] - (zero.axes[1] @ y) * y
+    plane = np.eye(4)
+    y, z = h[0], h[1] - (h[1] @ h[0]) * h[0]
     z /= np.linalg.norm(z)
-    frame[:3, :3] = np.stack((np.cross(y, z), y, z), axis=1)
-    frame[:3, 3] = zero.points[0]
-    return frame
+    plane[:3, :3], plane[:3, 3] = np.stack((np.cross(y, z), y, z), axis=1), zero.points[0]
+    return _fit(zero, plane, centre, parallel=parallel)
 
 
-def _spherical_arm(zero: Zero, plane: Poses, centre: NDArray[np.float64]) -> SphericalArm | None:
-    axes, points, goal = _seen(zero, plane, centre)
-    bend = _bend(points[1], points[2], goal)
+def _fit(zero: Zero, T_base_plane: Poses, centre: NDArray[np.float64], *, parallel: bool) -> SixAxis | None:
+    """Give the numbers of the closed form, or ``None`` if a link has no length."""
+    turn, origin = T_base_plane[:3, :3], T_base_plane[:3, 3]
+    axes, points, goal = zero.axes @ turn, (zero.points - origin) @ turn, (centre - origin) @ turn
+    bend = _bend(points[1], points[2], points[3] if parallel else goal)
     if bend is None:
         return None
-    y, z = axes[4], axes[3]
+    y, z = axes[4], np.array([0.0, 0.0, 1.0]) if parallel else axes[3]
     wrist = np.stack((np.cross(y, z), y, z), axis=1)
     along = wrist.T @ axes[5]
-    lean = float(np.arctan2(along[0], along[2]))
-    signs = np.array([1.0, 1.0, np.sign(axes[2, 2]), 1.0, 1.0, 1.0])
-    inverse = np.linalg.inv(plane).astype(np.float64)
-    tip = _tip(zero, plane, goal, wrist, lean)
-    return SphericalArm(inverse, tip, float(goal[2]), bend, signs, wrist, lean)
-
-
-def _parallel_arm(zero: Zero, plane: Poses, centre: NDArray[np.float64]) -> ParallelArm | None:
-    axes, points, goal = _seen(zero, plane, centre)
-    bend = _bend(points[1], points[2], points[3])
-    if bend is None:
-        return None
-    y, z = axes[4], np.array([0.0, 0.0, 1.0])
-    wrist = np.stack((np.cross(y, z), y, z), axis=1)
-    along = wrist.T @ axes[5]
-    lean = float(np.arctan2(along[0], along[2]))
-    turn = float(np.arctan2(-y[0], y[1]))
-    signs = np.array([1.0, 1.0, np.sign(axes[2, 2]), np.sign(axes[3, 2]), 1.0, 1.0])
+    tilt = float(np.arctan2(along[0], along[2]))
+    c, s = np.cos(tilt), np.sin(tilt)
+    T_plane_wrist = np.eye(4)  # its rotation at zero is that of the wrist, tilted about its y
+    T_plane_wrist[:3, :3] = wrist @ np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    T_plane_wrist[:3, 3] = goal
+    T_flange_wrist = np.linalg.inv(zero.flange) @ T_base_plane @ T_plane_wrist
+    T_plane_base, aside = np.linalg.inv(T_base_plane).astype(np.float64), float(goal[2])
+    signs = np.array([1.0, 1.0, np.sign(axes[2, 2]), np.sign(axes[3, 2]) if parallel else 1.0, 1.0, 1.0])
+    if not parallel:
+        return SphericalArm(T_plane_base, T_flange_wrist, aside, bend, signs, wrist, tilt)
     last = (float(goal[0] - points[3, 0]), float(goal[1] - points[3, 1]))
-    inverse = np.linalg.inv(plane).astype(np.float64)
-    tip = _tip(zero, plane, goal, wrist, lean)
-    return ParallelArm(inverse, tip, float(goal[2]), bend, signs, last, turn, lean)
-
-
-def _seen(
-    zero: Zero, plane: Poses, centre: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Axes, points and the wrist's centre in the plane frame."""
-    turn, origin = plane[:3, :3], plane[:3, 3]
-    return zero.axes @ turn, (zero.points - origin) @ turn, (centre - origin) @ turn
+    azimuth = float(np.arctan2(-y[0], y[1]))
+    return ParallelArm(T_plane_base, T_flange_wrist, aside, bend, signs, last, azimuth, tilt)
 
 
 def _bend(first: NDArray[np.float64], second: NDArray[np.float64], end: NDArray[np.float64]) -> Bend | None:
@@ -145,15 +121,6 @@ def _bend(first: NDArray[np.float64], second: NDArray[np.float64], end: NDArray[
         return None
     angles = float(np.arctan2(links[0][1], links[0][0])), float(np.arctan2(links[1][1], links[1][0]))
     return Bend((float(first[0]), float(first[1])), lengths, angles)
-
-
-def _tip(zero: Zero, plane: Poses, goal: NDArray[np.float64], wrist: NDArray[np.float64], lean: float) -> Poses:
-    """T_flange_wrist: the frame whose rotation at zero is ``wrist`` leaned about its y."""
-    c, s = np.cos(lean), np.sin(lean)
-    frame = np.eye(4)
-    frame[:3, :3] = wrist @ np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    frame[:3, 3] = goal
-    return np.linalg.inv(zero.flange) @ plane @ frame
 
 
 def _parallel(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:

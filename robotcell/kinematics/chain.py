@@ -6,15 +6,16 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.arrays import Scalars
 from geometry.coverage.compiled import compiled
-from robotcell.robot.robot import Poses, Robot, flange_poses, link_poses
+from robotcell.robot.robot import Joints, Poses, Robot, flange_poses, link_poses
 
 Row: TypeAlias = NDArray[np.float64]  # (dof,)
-Matrix: TypeAlias = NDArray[np.float64]  # (3, 3), or what is said
+Matrix: TypeAlias = NDArray[np.float64]  # (3, 3) unless stated
 
 
 class Chain(NamedTuple):
-    """What a compiled loop must know of a robot. Metres, base frame."""
+    """A robot for compiled loops. Metres, base frame."""
 
     steps: Poses
     """(dof + 1, 4, 4) from one joint's frame to the next, the first from the base, the last to the flange."""
@@ -43,7 +44,7 @@ def chain_of(robot: Robot) -> Chain:
         steps[index] = onto @ joint.T_parent_joint @ away
         onto = away.T
     steps[-1] = onto @ robot.T_link_flange
-    return Chain(steps, np.array([joint.kind == "revolute" for joint in robot.joints]))
+    return Chain(steps, robot.turning)
 
 
 def zero_of(robot: Robot) -> Zero:
@@ -55,7 +56,7 @@ def zero_of(robot: Robot) -> Zero:
 
 
 def frame_along(axis: Row) -> Matrix:
-    """Give a rotation (3, 3) that takes z to a unit vector; x is where it is easiest told."""
+    """Give a rotation (3, 3) that takes z to a unit vector; its x is arbitrary."""
     helper = np.zeros(3)
     helper[np.argmin(np.abs(axis))] = 1.0
     x = np.cross(helper, axis)
@@ -98,3 +99,32 @@ def add_step(pose: Poses, step: Poses, moved: NDArray[np.float64]) -> None:
     for row in range(3):
         for column in range(4):
             pose[row, column] = moved[row, column]
+
+
+@compiled
+def manipulability(steps: Poses, turns: NDArray[np.bool_], q: Joints) -> Scalars:
+    """Give |det J| (m,) of six-axis configurations (m, 6); it does not depend on where the tool's tip is.
+
+    Yoshikawa, "Manipulability of robotic mechanisms" (1985), for a square Jacobian.
+    """
+    dof = len(turns)
+    result = np.empty(len(q))
+    pose, moved = np.eye(4), np.empty((3, 4))
+    axes, places, jacobian = np.empty((dof, 3)), np.empty((dof, 3)), np.empty((6, dof))
+    for row in range(len(q)):
+        pose[:] = steps[0]
+        for joint in range(dof):
+            axes[joint], places[joint] = pose[:3, 2], pose[:3, 3]
+            step_over(pose, turns[joint], q[row, joint])
+            add_step(pose, steps[joint + 1], moved)
+        for joint in range(dof):
+            x, y, z = axes[joint]
+            if turns[joint]:
+                a, b, c = pose[:3, 3] - places[joint]
+                jacobian[0, joint], jacobian[1, joint], jacobian[2, joint] = y * c - z * b, z * a - x * c, x * b - y * a
+                jacobian[3:, joint] = axes[joint]
+            else:
+                jacobian[:3, joint] = axes[joint]
+                jacobian[3:, joint] = 0.0
+        result[row] = abs(np.linalg.det(jacobian))
+    return result

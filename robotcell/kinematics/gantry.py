@@ -27,7 +27,7 @@ class Gantry(NamedTuple):
 
 
 def recognise_gantry(zero: Zero) -> Gantry | None:
-    """Tell whether three straight axes span space and two others turn about different directions."""
+    """Give the gantry if three straight axes span space and two others turn about different directions."""
     along = zero.axes[:3].T
     tilting = float(np.linalg.norm(np.cross(zero.axes[3], zero.axes[4])))
     if abs(np.linalg.det(along)) < 1e-3 or tilting < 1e-3:
@@ -43,13 +43,13 @@ def solve_gantry(
 ) -> tuple[Joints, Values]:
     """Give the joints (n, 2, 5), tilted one way and the other, and the azimuths (n, 2) that come of it.
 
-    Where the jet lies along the first turning axis, that axis turns freely: the first branch takes the azimuth that was
-    asked, the second the opposite one.
+    Where the jet lies along the first turning axis, that axis turns freely: the first branch takes the
+    requested azimuth, the second the opposite one.
 
     Raises:
         CellError: the jet lies along the last axis, which then cannot tilt it.
     """
-    asked = poses @ T_flange_tcp
+    requested = poses @ T_flange_tcp
     tip = gantry.zero.flange @ T_flange_tcp
     swing, tilt = gantry.zero.axes[3:]
     if np.linalg.norm(np.cross(tilt, tip[:3, 2])) < 1e-3:
@@ -58,47 +58,47 @@ def solve_gantry(
         )
     rows = np.full((len(poses), 2, 5), np.nan)
     for side in range(2):
-        second = _tilts(swing, tilt, tip[:3, 2], asked[:, :3, 2], 1.0 - 2.0 * side)
-        first = _swings(gantry.zero, tip, asked, second) + _opposite(swing, asked[:, :3, 2], side)
+        second = _tilts(swing, tilt, tip[:3, 2], requested[:, :3, 2], 1.0 - 2.0 * side)
+        first = _swings(gantry.zero, tip, requested, second)
+        first += np.where(_is_along(swing, requested[:, :3, 2]), side * np.pi, 0.0)
         rows[:, side, 3], rows[:, side, 4] = _wrapped(first), _wrapped(second)
         turned = _turned(tilt, second, tip[:3, 3] - gantry.zero.points[4]) + gantry.zero.points[4]
         turned = _turned(swing, first, turned - gantry.zero.points[3]) + gantry.zero.points[3]
-        rows[:, side, :3] = (asked[:, :3, 3] - turned) @ gantry.straight.T
-    _drop_same(rows)
-    return rows, _azimuths(robot, rows, asked, T_flange_tcp)
+        rows[:, side, :3] = (requested[:, :3, 3] - turned) @ gantry.straight.T
+    apart = np.abs(rows[:, 0] - rows[:, 1])
+    apart[:, 3:] = np.minimum(apart[:, 3:], 2.0 * np.pi - apart[:, 3:])
+    rows[np.all(apart < 1e-6, axis=1), 1] = np.nan  # the second branch is the first
+    x = (flange_poses(robot, rows.reshape(-1, 5)) @ T_flange_tcp)[:, :3, 0].reshape(len(rows), 2, 3)
+    along, across = (np.einsum("nbi,ni->nb", x, requested[:, :3, axis]) for axis in (0, 1))
+    return rows, np.arctan2(across, along)
 
 
-def _tilts(swing: Values, tilt: Values, jet: Values, wanted: Vectors, sign: float) -> Values:
+def _tilts(swing: Values, tilt: Values, jet: Values, jets: Vectors, sign: float) -> Values:
     """Angles (n,) of the last axis, NaN where the jet cannot be tilted so far."""
     level, across = (swing @ tilt) * (tilt @ jet), swing @ np.cross(tilt, jet)
     even = swing @ jet - level
     most = float(np.hypot(even, across))
-    share = wanted @ swing - level
+    share = jets @ swing - level
     left = (most - np.abs(share)) * (most + np.abs(share))
     if most > 1.0 - SLACK:  # the jet can lie along the first axis: there the difference would lose its digits
-        left = np.sum(np.cross(wanted, swing) ** 2, axis=1)
+        left = np.sum(np.cross(jets, swing) ** 2, axis=1)
     left = np.where(left < -SLACK, np.nan, np.maximum(left, 0.0))
     return np.arctan2(across, even) + sign * np.arctan2(np.sqrt(left), share)
 
 
-def _swings(zero: Zero, tip: Poses, asked: Poses, second: Values) -> Values:
+def _swings(zero: Zero, tip: Poses, requested: Poses, second: Values) -> Values:
     """Angles (n,) of the first turning axis: from the jet, or from the azimuth where the jet lies along the axis."""
     axis = zero.axes[3]
     now = _turned(zero.axes[4], second, tip[:3, 2])
-    loose = _is_along(axis, asked[:, :3, 2])
-    now = np.where(loose[:, None], _turned(zero.axes[4], second, tip[:3, 0]), now)
-    goal = np.where(loose[:, None], asked[:, :3, 0], asked[:, :3, 2])
+    free = _is_along(axis, requested[:, :3, 2])
+    now = np.where(free[:, None], _turned(zero.axes[4], second, tip[:3, 0]), now)
+    goal = np.where(free[:, None], requested[:, :3, 0], requested[:, :3, 2])
     now, goal = np.cross(axis, now), np.cross(axis, goal)  # what lies across the axis, however little it is
     return np.arctan2(np.cross(now, goal) @ axis, np.sum(now * goal, axis=1))
 
 
-def _opposite(axis: Values, wanted: Vectors, side: int) -> Values:
-    """Half a turn for the second branch where the axis turns freely."""
-    return np.where(_is_along(axis, wanted), side * np.pi, 0.0)
-
-
-def _is_along(axis: Values, wanted: Vectors) -> NDArray[np.bool_]:
-    return np.linalg.norm(np.cross(wanted, axis), axis=1) < FREE
+def _is_along(axis: Values, jets: Vectors) -> NDArray[np.bool_]:
+    return np.linalg.norm(np.cross(jets, axis), axis=1) < FREE
 
 
 def _turned(axis: Values, angles: Values, vectors: Vectors | Values) -> Vectors:
@@ -111,17 +111,3 @@ def _turned(axis: Values, angles: Values, vectors: Vectors | Values) -> Vectors:
 def _wrapped(angles: Values) -> Values:
     """The same angles in (-pi, pi]."""
     return angles - 2.0 * np.pi * np.ceil((angles - np.pi) / (2.0 * np.pi))
-
-
-def _drop_same(rows: Joints) -> None:
-    """Make the second branch NaN where it is the first."""
-    apart = np.abs(rows[:, 0] - rows[:, 1])
-    apart[:, 3:] = np.minimum(apart[:, 3:], 2.0 * np.pi - apart[:, 3:])
-    rows[np.all(apart < 1e-6, axis=1), 1] = np.nan
-
-
-def _azimuths(robot: Robot, rows: Joints, asked: Poses, T_flange_tcp: Poses) -> Values:
-    """By how much the reached azimuths (n, 2) are beyond the asked ones, about the jet."""
-    tips = flange_poses(robot, rows.reshape(-1, 5)) @ T_flange_tcp
-    x = tips[:, :3, 0].reshape(len(rows), 2, 3)
-    return np.arctan2(np.einsum("nbi,ni->nb", x, asked[:, :3, 1]), np.einsum("nbi,ni->nb", x, asked[:, :3, 0]))

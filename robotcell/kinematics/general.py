@@ -1,7 +1,7 @@
 """Every configuration of any other arm of six turning joints, by libraries.
 
-EAIK knows three parallel axes and wrists whose axes meet, at any angles, and solves in bulk; at singular poses it loses
-configurations. ssik knows every arm, a hundred times slower. It is asked where EAIK knows no way or may have lost some.
+EAIK solves three parallel axes and wrists whose axes meet, at any angles, in bulk; at singular poses it loses
+configurations. ssik solves every arm, a hundred times slower: where EAIK has no solution or may have lost some.
 """
 
 from typing import Any, NamedTuple, cast
@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from robotcell.errors import CellError
 from robotcell.kinematics.chain import Chain
-from robotcell.kinematics.polish import settle
-from robotcell.robot.conditioning import singularity
-from robotcell.robot.robot import Joints, Poses, Robot
+from robotcell.kinematics.polish import polish_rows
+from robotcell.robot.robot import Joints, Poses, Robot, singularity
 
 MOST_BRANCHES = 16
 """No arm of six turning joints has more configurations (Raghavan and Roth 1990)"""
@@ -22,17 +21,17 @@ NEARLY_SINGULAR = 1e-3
 
 
 class GeneralArm(NamedTuple):
-    """An arm whose axes stand as they like."""
+    """An arm whose axes fit no closed form of our own."""
 
     robot: Robot
     bulk: Any
-    """An eaik HomogeneousRobot, or None where EAIK knows no way."""
+    """An eaik HomogeneousRobot, or None where EAIK has no decomposition."""
     sure: Any
     """An ssik.Manipulator."""
 
 
 def prepare_general(robot: Robot, chain: Chain) -> GeneralArm:
-    """Let EAIK and ssik find a way; for the most general arms this takes ssik a minute, once in a user's cache.
+    """Prepare EAIK and ssik; for the most general arms this takes ssik a minute, once in a user's cache.
 
     Raises:
         CellError: they are missing, or know no closed form.
@@ -51,8 +50,8 @@ def prepare_general(robot: Robot, chain: Chain) -> GeneralArm:
     try:
         sure = cast(Any, ssik.Manipulator).from_transforms(chain.steps)
         sure.prepare()
-    except (ValueError, NotImplementedError, RuntimeError) as said:
-        raise CellError(f"There is no closed form for the joints of {robot.name}: ssik said: {said}") from said
+    except (ValueError, NotImplementedError, RuntimeError) as error:
+        raise CellError(f"There is no closed form for the joints of {robot.name}: ssik reports: {error}") from error
     return GeneralArm(robot, bulk if bulk.hasKnownDecomposition() else None, sure)
 
 
@@ -66,24 +65,24 @@ def solve_general(arm: GeneralArm, chain: Chain, poses: Poses, rows: Joints) -> 
     if arm.bulk is not None:
         known = np.flatnonzero(doubtful)
         for index, found in zip(known, arm.bulk.IK_batched(poses[known], 1), strict=True):
-            _settle_found(chain, poses[index], found.Q, rows[index])
+            _polish_found(chain, poses[index], found.Q, rows[index])
         doubtful[known] = _is_doubtful(arm.robot, rows[known])
     for index in np.flatnonzero(doubtful):
         found = arm.sure.solve(poses[index], respect_limits=False, enumerate_windings=False)
-        _settle_found(chain, poses[index], [one.q for one in found], rows[index])
+        _polish_found(chain, poses[index], [one.q for one in found], rows[index])
 
 
-def _settle_found(chain: Chain, pose: Poses, found: Any, rows: Joints) -> None:
+def _polish_found(chain: Chain, pose: Poses, found: Any, rows: Joints) -> None:
     """Write what was found for a pose and is true, in order."""
     rows[:] = np.nan
     joints = np.array(found, dtype=np.float64).reshape(-1, 6)[:MOST_BRANCHES]
     rows[: len(joints)] = joints
-    settle(chain, pose, rows)
+    polish_rows(chain, pose, rows)
     rows[:] = rows[np.lexsort(np.round(rows, 6).T[::-1])]
 
 
 def _is_doubtful(robot: Robot, rows: Joints) -> NDArray[np.bool_]:
-    """Tell (n,) where configurations may be lost: none, an odd number, or one that is nearly singular."""
+    """Give (n,) where configurations may be lost: none, an odd number, or one that is nearly singular."""
     real = ~np.isnan(rows[:, :, 0])
     inverse_condition = np.ones(real.shape)
     if np.any(real):

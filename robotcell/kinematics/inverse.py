@@ -1,4 +1,4 @@
-"""From where the flange has to be to the joints that bring it there: every configuration, in bulk. Metres, radians."""
+"""Inverse kinematics: every configuration that brings the flange to a pose, in bulk. Metres, radians."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,18 +15,14 @@ from robotcell.kinematics.gantry import Gantry, recognise_gantry, solve_gantry
 from robotcell.kinematics.general import MOST_BRANCHES, GeneralArm, prepare_general, solve_general
 from robotcell.kinematics.parallel_axes import solve_parallel
 from robotcell.kinematics.spherical_wrist import solve_spherical
-from robotcell.robot.full_turns import is_inside
 from robotcell.robot.robot import Joints, Poses, Robot
 
 Form: TypeAlias = SphericalArm | ParallelArm | Gantry | GeneralArm
 
-AT_ONCE = 50_000
-"""Poses of a map whose configurations are held in memory together"""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kinematics:
-    """How the joints of a robot are found; told once from where its axes stand."""
+    """The closed form of a robot, recognised once by its axes."""
 
     robot: Robot
     chain: Chain
@@ -37,7 +33,7 @@ class Kinematics:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solutions:
-    """All configurations that bring the flange to n poses; joint limits are not asked."""
+    """All configurations that bring the flange to n poses, whatever the joint limits."""
 
     q: Joints
     """(n, branches, dof) turning joints in (-pi, pi]; NaN where a branch has none.
@@ -47,12 +43,12 @@ class Solutions:
     count: Indices
     """(n,) how many there are."""
     azimuth: NDArray[np.float64]
-    """(n, branches) by how much the tool is turned about its jet beyond what was asked; 0 but for gantries."""
+    """(n, branches) by how much the tool is turned about its jet beyond the requested azimuth; 0 but for gantries."""
 
 
 @lru_cache(maxsize=16)
 def kinematics_of(robot: Robot) -> Kinematics:
-    """Tell how the joints of a robot are found; asked again for the same robot, the answer is remembered.
+    """Give the closed form of a robot; it is cached by robot.
 
     Raises:
         CellError: no closed form is known for such a robot.
@@ -65,9 +61,16 @@ def kinematics_of(robot: Robot) -> Kinematics:
             return Kinematics(robot, chain, arm, 8)
         return Kinematics(robot, chain, prepare_general(robot, chain), MOST_BRANCHES)
     gantry = recognise_gantry(zero_of(robot)) if kinds == "SSSTT" else None
-    if gantry is None:
-        raise CellError(_why_not(robot, kinds))
-    return Kinematics(robot, chain, gantry, 2)
+    if gantry is not None:
+        return Kinematics(robot, chain, gantry, 2)
+    known = "Known are arms of six turning joints, and gantries of three straight joints followed by two turning ones."
+    if kinds == "SSSTT":
+        reason = f"{robot.name}: its straight joints do not span space, or its turning joints are parallel."
+    else:
+        joints = f"{kinds.count('T')} turning and {kinds.count('S')} straight joints"
+        free = " More than six leave the pose undetermined." if len(kinds) > 6 else ""
+        reason = f"There is no closed form for {robot.name} with its {joints}.{free}"
+    raise CellError(f"{reason} {known}")
 
 
 def solve(
@@ -86,7 +89,7 @@ def solve(
     Args:
         robot: The robot.
         T_base_flange: (n, 4, 4) or (4, 4).
-        T_flange_tcp: (4, 4) the tool, of which gantries must know; the flange itself if left out.
+        T_flange_tcp: (4, 4) the tool, needed for gantries; the flange itself if left out.
         preferred: (dof,) or (n, dof) angles for joints that turn freely; if left out 0, or the limit nearest to it.
 
     Raises:
@@ -111,32 +114,8 @@ def solve(
     return Solutions(rows, np.sum(~np.isnan(rows[:, :, 0]), axis=1), azimuth)
 
 
-def reachable(robot: Robot, T_base_flange: Poses, *, T_flange_tcp: Poses | None = None) -> NDArray[np.bool_]:
-    """Tell (n,) which poses (n, 4, 4) some configuration reaches within the joints' limits.
-
-    Raises:
-        CellError: no closed form is known for such a robot.
-    """
-    answer = np.zeros(len(T_base_flange), dtype=np.bool_)
-    for begin in range(0, len(answer), AT_ONCE):
-        part = slice(begin, begin + AT_ONCE)
-        found = solve(robot, T_base_flange[part], T_flange_tcp=T_flange_tcp)
-        answer[part] = np.any(is_inside(robot, found.q), axis=1)
-    return answer
-
-
 def _preferred(robot: Robot, preferred: Joints | None, count: int) -> Joints:
     """(count, dof) angles for joints that turn freely."""
     if preferred is None:
         preferred = np.array([min(max(0.0, joint.lowest), joint.highest) for joint in robot.joints])
     return np.ascontiguousarray(np.broadcast_to(preferred, (count, robot.dof)), dtype=np.float64)
-
-
-def _why_not(robot: Robot, kinds: str) -> str:
-    """Say what is the matter with a robot that no closed form fits."""
-    known = "Known are arms of six turning joints, and gantries of three straight joints followed by two turning ones."
-    if kinds == "SSSTT":
-        return f"{robot.name}: its straight joints do not span space, or its turning joints are parallel. {known}"
-    told = f"{kinds.count('T')} turning and {kinds.count('S')} straight joints"
-    free = " More than six leave the pose undetermined." if len(kinds) > 6 else ""
-    return f"There is no closed form for {robot.name} with its {told}.{free} {known}"

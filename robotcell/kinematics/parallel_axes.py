@@ -1,6 +1,6 @@
 """Every configuration of an arm with three parallel axes, compiled.
 
-The order of the steps is that of the Cairo paper, and of what is known for Universal Robots: joint 1 from the place
+The order of the steps is that of the Cairo paper, and the usual one for Universal Robots: joint 1 from the place
 where axes 5 and 6 meet, joints 5 and 6 and the sum of 2, 3 and 4 from the orientation, joints 2 and 3 from what is left
 in the plane.
 
@@ -18,16 +18,16 @@ from geometry.arrays import Indices
 from geometry.coverage.compiled import compiled
 from robotcell.kinematics.arm_types import ParallelArm
 from robotcell.kinematics.chain import Chain, Matrix, Row, add_step
-from robotcell.kinematics.free_link import choose_total
-from robotcell.kinematics.polish import settle
+from robotcell.kinematics.polish import polish_rows
 from robotcell.kinematics.subproblems import (
-    LOOSE,
-    NOWHERE,
+    FREE_ANGLE,
+    NO_ANGLE,
+    SLACK,
     bend_to,
     first_from_last,
     first_turn,
     last_turn,
-    lean_of,
+    tilt_of,
     turn_back,
     turn_to_plane,
 )
@@ -47,7 +47,7 @@ def solve_parallel(arm: ParallelArm, chain: Chain, poses: Poses, preferred: Join
         add_step(wrist, poses[index], moved)
         add_step(wrist, arm.T_flange_wrist, moved)
         parallel_branches(arm, wrist, preferred[index], rows[index])
-        count[index] = settle(chain, poses[index], rows[index])
+        count[index] = polish_rows(chain, poses[index], rows[index])
     return count
 
 
@@ -55,16 +55,16 @@ def solve_parallel(arm: ParallelArm, chain: Chain, poses: Poses, preferred: Join
 def parallel_branches(arm: ParallelArm, wrist: Poses, preferred: Row, rows: Joints) -> None:
     """Write the rows (8, 6) that bring the wrist frame to a pose (4, 4) of the plane frame, NaN where there is none.
 
-    The order is shoulder (before, behind), elbow (left, right), wrist (axis 6 leaned forth, back), the last fastest.
+    The order is shoulder (before, behind), elbow (left, right), wrist (axis 6 tilted forth, back), the last fastest.
     """
     rows[:] = np.nan
     turned = np.empty((3, 3))
     for side in range(2):
         found, shoulder, forward = turn_to_plane(wrist[0, 3], wrist[2, 3], arm.aside, side)
-        if found == NOWHERE:
+        if found == NO_ANGLE:
             continue
         mine = rows[4 * side : 4 * side + 4]
-        if found == LOOSE:
+        if found == FREE_ANGLE:
             _choose_shoulder(arm, wrist, preferred[0] + side * math.pi, preferred, mine)
             continue
         turn_back(wrist[:3, :3], shoulder, 0.0, turned)
@@ -78,7 +78,8 @@ def _choose_shoulder(arm: ParallelArm, wrist: Poses, middle: float, preferred: R
     turned, tried = np.empty((3, 3)), np.empty_like(rows)
     most = 0
     for number in range(TRIES):
-        shoulder = _tried(middle, number)
+        step = (number + 1) // 2 * (math.pi / TRIES)  # farther and farther out on both sides
+        shoulder = middle + step if number % 2 else middle - step
         turn_back(wrist[:3, :3], shoulder, 0.0, turned)
         tried[:] = np.nan
         count = _below_shoulder(arm, turned, (0.0, wrist[1, 3]), preferred, tried)
@@ -93,14 +94,14 @@ def _below_shoulder(arm: ParallelArm, turned: Matrix, place: tuple[float, float]
     """Write joints 2 to 6 of up to four rows (4, 6), seen from joint 1; give how many there are."""
     count = 0
     for side in range(2):
-        found, lean = lean_of(turned, side)
-        if found == LOOSE:
+        found, tilt = tilt_of(turned, side)
+        if found == FREE_ANGLE:
             middle = first_from_last(turned, preferred[5] + side * math.pi) - arm.turn
             first = choose_total(arm, place, middle) + arm.turn
         else:
             first = first_turn(turned, side)
         count += _bend(arm, first - arm.turn, place, preferred[1], rows[side::2])
-        rows[side::2, 4] = lean - arm.lean
+        rows[side::2, 4] = tilt - arm.tilt
         rows[side::2, 5] = last_turn(turned, first)
     return count
 
@@ -114,7 +115,7 @@ def _bend(arm: ParallelArm, total: float, place: tuple[float, float], preferred:
     count = 0
     for elbow in range(2):
         found, first, second = bend_to(arm.bend, x, y, elbow, preferred)
-        if found != NOWHERE:
+        if found != NO_ANGLE:
             rows[elbow, 1] = first
             rows[elbow, 2] = arm.signs[2] * second
             rows[elbow, 3] = arm.signs[3] * (total - first - second)
@@ -125,7 +126,53 @@ def _bend(arm: ParallelArm, total: float, place: tuple[float, float], preferred:
 
 
 @compiled
-def _tried(middle: float, number: int) -> float:
-    """Angles around a middle, farther and farther out, within a half turn."""
-    step = (number + 1) // 2 * (math.pi / TRIES)
-    return middle + step if number % 2 else middle - step
+def choose_total(arm: ParallelArm, place: tuple[float, float], middle: float) -> float:
+    """Choose the sum of joints 2 to 4 where any keeps the orientation.
+
+    The distance that joints 2 and 3 have to span grows steadily as the last link turns from pointing away from axis 2
+    to pointing at it: what they reach is two arcs, each the other's mirror image.
+
+    Args:
+        arm: the arm.
+        place: where axes 5 and 6 meet, in the plane.
+        middle: the preferred sum.
+
+    Returns:
+        The middle if it can be reached. Else the middle of the nearer arc, as far as it lies within a quarter turn of
+        the preferred sum. If there is none the middle nevertheless, which then is not reached.
+    """
+    x, y = place[0] - arm.bend.first[0], place[1] - arm.bend.first[1]
+    offset = math.atan2(y, x) - math.atan2(arm.last[1], arm.last[0])
+    least, most = _arc(arm, math.hypot(x, y))
+    preferred = middle - offset
+    preferred -= 2.0 * math.pi * math.ceil((preferred - math.pi) / (2.0 * math.pi))
+    if least <= abs(preferred) <= most or least > most:
+        return middle
+    best, nearest = preferred, math.inf
+    for mirrored in range(2):
+        begin, end = (-most, -least) if mirrored else (least, most)
+        for turns in range(-1, 2):
+            low = max(begin + turns * 2.0 * math.pi, preferred - math.pi / 2.0)
+            high = min(end + turns * 2.0 * math.pi, preferred + math.pi / 2.0)
+            away = abs((low + high) / 2.0 - preferred)
+            # a hair's breadth, so that a rounding does not choose between an arc and its mirror image
+            if low <= high and away < nearest - 1e-9:
+                best, nearest = (low + high) / 2.0, away
+    return middle + best - preferred
+
+
+@compiled
+def _arc(arm: ParallelArm, far: float) -> tuple[float, float]:
+    """Give between which turns of the last link, from pointing away, its beginning is reached; nothing if reversed."""
+    a, b = arm.bend.lengths
+    last = math.hypot(arm.last[0], arm.last[1])
+    least, most = abs(a - b) - SLACK, a + b + SLACK
+    twice = 2.0 * far * last
+    square = far * far + last * last
+    if twice < SLACK * SLACK:
+        return (0.0, math.pi) if least <= math.sqrt(square) <= most else (1.0, 0.0)
+    nearest = (square - max(0.0, least) ** 2) / twice
+    farthest = (square - most * most) / twice
+    if nearest < -1.0 or farthest > 1.0:
+        return 1.0, 0.0
+    return math.acos(min(1.0, nearest)), math.acos(max(-1.0, farthest))

@@ -1,4 +1,4 @@
-"""Keep what truly brings the flange to its pose, compiled: checked by the robot's own joints, sharpened, told apart."""
+"""Polishing of closed-form solutions, compiled: checked by forward kinematics, Newton's steps, duplicates dropped."""
 
 import math
 
@@ -21,8 +21,8 @@ MOST_STEPS = 8
 
 
 @compiled
-def settle(chain: Chain, pose: Poses, rows: Joints) -> int:
-    """Sharpen rows (b, dof) in place and drop (NaN) what misses the pose (4, 4) or is there already.
+def polish_rows(chain: Chain, pose: Poses, rows: Joints) -> int:
+    """Improve rows (b, dof) in place and drop (NaN) what misses the pose (4, 4) or is there already.
 
     Turning joints come to lie in (-pi, pi].
 
@@ -35,7 +35,7 @@ def settle(chain: Chain, pose: Poses, rows: Joints) -> int:
         if math.isnan(q[0]):
             continue
         # "not <=" so that a pose of NaN is no pose
-        if not _sharpen(chain, pose, q) <= ACCEPTED:
+        if not _improve(chain, pose, q) <= ACCEPTED:
             q[:] = np.nan
             continue
         for joint in range(len(q)):
@@ -65,7 +65,7 @@ def _is_known(turns: NDArray[np.bool_], rows: Joints, q: Row) -> bool:
 
 
 @compiled
-def _sharpen(chain: Chain, pose: Poses, q: Row) -> float:
+def _improve(chain: Chain, pose: Poses, q: Row) -> float:
     """Give by how much a row misses; improve it in place by Newton's steps if need be, never for the worse."""
     here = np.empty((4, 4))
     flange_at(chain.steps, chain.turns, q, here)
@@ -102,19 +102,19 @@ def _miss(here: Poses, pose: Poses) -> float:
 @compiled
 def _newton(chain: Chain, pose: Poses, here: Poses, q: Row) -> Row:
     """Give the damped Newton step (dof,) that brings the flange from where it is towards a pose."""
-    wanted = np.zeros(6)
+    twist = np.zeros(6)
     for axis in range(3):
-        wanted[axis] = pose[axis, 3] - here[axis, 3]
+        twist[axis] = pose[axis, 3] - here[axis, 3]
     for column in range(3):
         for axis in range(3):
             one, two = (axis + 1) % 3, (axis + 2) % 3
-            wanted[3 + axis] += (here[one, column] * pose[two, column] - here[two, column] * pose[one, column]) / 2.0
+            twist[3 + axis] += (here[one, column] * pose[two, column] - here[two, column] * pose[one, column]) / 2.0
     slopes = _slopes(chain, here, q)
     dof = len(q)
     square, right = np.zeros((dof, dof)), np.zeros(dof)
     for one in range(dof):
         for axis in range(6):
-            right[one] += slopes[axis, one] * wanted[axis]
+            right[one] += slopes[axis, one] * twist[axis]
             for two in range(dof):
                 square[one, two] += slopes[axis, one] * slopes[axis, two]
         square[one, one] += DAMPING

@@ -13,14 +13,14 @@ from geometry.arrays import Indices
 from geometry.coverage.compiled import compiled
 from robotcell.kinematics.arm_types import SphericalArm
 from robotcell.kinematics.chain import Chain, Matrix, Row, add_step
-from robotcell.kinematics.polish import settle
+from robotcell.kinematics.polish import polish_rows
 from robotcell.kinematics.subproblems import (
-    LOOSE,
-    NOWHERE,
+    FREE_ANGLE,
+    NO_ANGLE,
     bend_to,
     first_turn,
     last_turn,
-    lean_of,
+    tilt_of,
     turn_back,
     turn_to_plane,
 )
@@ -37,7 +37,7 @@ def solve_spherical(arm: SphericalArm, chain: Chain, poses: Poses, preferred: Jo
         add_step(wrist, poses[index], moved)
         add_step(wrist, arm.T_flange_wrist, moved)
         spherical_branches(arm, wrist, preferred[index], rows[index])
-        count[index] = settle(chain, poses[index], rows[index])
+        count[index] = polish_rows(chain, poses[index], rows[index])
     return count
 
 
@@ -45,19 +45,19 @@ def solve_spherical(arm: SphericalArm, chain: Chain, poses: Poses, preferred: Jo
 def spherical_branches(arm: SphericalArm, wrist: Poses, preferred: Row, rows: Joints) -> None:
     """Write the rows (8, 6) that bring the wrist frame to a pose (4, 4) of the plane frame, NaN where there is none.
 
-    The order is shoulder (before, behind), elbow (left, right), wrist (axis 6 leaned forth, back), the last fastest.
+    The order is shoulder (before, behind), elbow (left, right), wrist (axis 6 tilted forth, back), the last fastest.
     """
     rows[:] = np.nan
     arm_end, turned = np.empty((3, 3)), np.empty((3, 3))
     for side in range(2):
         found, shoulder, forward = turn_to_plane(wrist[0, 3], wrist[2, 3], arm.aside, side)
-        if found == NOWHERE:
+        if found == NO_ANGLE:
             continue
-        if found == LOOSE:
+        if found == FREE_ANGLE:
             shoulder = preferred[0] + side * math.pi
         for elbow in range(2):
             found, first, second = bend_to(arm.bend, forward, wrist[1, 3], elbow, preferred[1])
-            if found == NOWHERE:
+            if found == NO_ANGLE:
                 continue
             turn_back(wrist[:3, :3], shoulder, first + second, arm_end)
             _seen_from(arm.wrist, arm_end, turned)
@@ -72,10 +72,10 @@ def spherical_branches(arm: SphericalArm, wrist: Poses, preferred: Row, rows: Jo
 def _turn_wrist(arm: SphericalArm, turned: Matrix, preferred: float, rows: Joints) -> None:
     """Write joints 4 to 6 of both ways (2, 6) to turn the wrist."""
     for side in range(2):
-        found, lean = lean_of(turned, side)
-        first = preferred + side * math.pi if found == LOOSE else first_turn(turned, side)
+        found, tilt = tilt_of(turned, side)
+        first = preferred + side * math.pi if found == FREE_ANGLE else first_turn(turned, side)
         rows[side, 3] = first
-        rows[side, 4] = lean - arm.lean
+        rows[side, 4] = tilt - arm.tilt
         rows[side, 5] = last_turn(turned, first)
 
 

@@ -1,7 +1,7 @@
 """The steps that closed forms of six-axis arms are made of, compiled. The plane frame of the forms, metres, radians.
 
 Every root is taken of a product, not of a difference of squares, and every angle of two arguments: small angles keep
-their digits where branches meet. What was found is given to the next step, so that an angle that a nearly singular
+their digits where branches meet. The result of a step enters the next one, so that an angle that a nearly singular
 pose leaves undetermined costs no accuracy of the pose.
 """
 
@@ -17,8 +17,8 @@ MERGED = 1e-13
 """m: so near the border of reach two branches are one; they would differ by 1e-6 rad at most, for rounding alone"""
 FREE = 1e-9
 """m or rad: nearer than so to a singular pose a joint turns freely"""
-NOWHERE, FIXED, LOOSE = 0, 1, 2
-"""What a step found: no angle, one angle, or that any angle will do"""
+NO_ANGLE, ONE_ANGLE, FREE_ANGLE = 0, 1, 2
+"""Results of a step: no angle, one angle, or any angle"""
 
 
 @compiled
@@ -42,16 +42,16 @@ def turn_to_plane(x: float, z: float, aside: float, side: int) -> tuple[int, flo
     """
     radius, away = math.hypot(x, z), abs(aside)
     if radius < FREE and away < FREE:
-        return LOOSE, 0.0, 0.0
+        return FREE_ANGLE, 0.0, 0.0
     if away > radius + SLACK:
-        return NOWHERE, 0.0, 0.0
+        return NO_ANGLE, 0.0, 0.0
     root = math.sqrt(_room(away, radius) * (radius + away))
     sign = 1.0 - 2.0 * side
-    return FIXED, math.atan2(x, z) + sign * math.atan2(root, aside), -sign * root
+    return ONE_ANGLE, math.atan2(x, z) + sign * math.atan2(root, aside), -sign * root
 
 
 @compiled
-def bend_to(bend: Bend, x: float, y: float, side: int, loose: float) -> tuple[int, float, float]:
+def bend_to(bend: Bend, x: float, y: float, side: int, preferred_first: float) -> tuple[int, float, float]:
     """Turn two links so that their end comes to a point of the plane: the law of cosines, with half the angle.
 
     Args:
@@ -59,7 +59,7 @@ def bend_to(bend: Bend, x: float, y: float, side: int, loose: float) -> tuple[in
         x: of the point.
         y: of the point.
         side: 0 or 1, the elbow to the left or to the right.
-        loose: the first angle where any will do: the end lies on the first axis.
+        preferred_first: the first angle where any will do: the end lies on the first axis.
 
     Returns:
         What was found, and both angles from zero on.
@@ -69,15 +69,15 @@ def bend_to(bend: Bend, x: float, y: float, side: int, loose: float) -> tuple[in
     reach = math.hypot(x, y)
     least = abs(a - b)
     if reach > a + b + SLACK or reach < least - SLACK:
-        return NOWHERE, 0.0, 0.0
+        return NO_ANGLE, 0.0, 0.0
     outer = _room(reach, a + b) * (a + b + reach)
     inner = _room(least, reach) * (reach + least)
     between = (1.0 - 2.0 * side) * 2.0 * math.atan2(math.sqrt(outer), math.sqrt(inner))
     second = between - (bend.angles[1] - bend.angles[0])
     if reach < FREE:
-        return LOOSE, loose + side * math.pi, second
+        return FREE_ANGLE, preferred_first + side * math.pi, second
     first = math.atan2(y, x) - math.atan2(b * math.sin(between), a + b * math.cos(between))
-    return FIXED, first - bend.angles[0], second
+    return ONE_ANGLE, first - bend.angles[0], second
 
 
 @compiled
@@ -92,14 +92,14 @@ def turn_back(matrix: Matrix, y_angle: float, z_angle: float, out: Matrix) -> No
 
 
 @compiled
-def lean_of(turned: Matrix, side: int) -> tuple[int, float]:
+def tilt_of(turned: Matrix, side: int) -> tuple[int, float]:
     """Give b of Rz(a) Ry(b) Rz(c), 0 <= b <= pi for side 0, its negative for side 1.
 
     LOOSE where b is 0 or pi: a and c then turn about the same axis.
     """
     across = math.hypot(turned[0, 2], turned[1, 2])
-    lean = (1.0 - 2.0 * side) * math.atan2(across, turned[2, 2])
-    return (LOOSE if across < FREE else FIXED), lean
+    tilt = (1.0 - 2.0 * side) * math.atan2(across, turned[2, 2])
+    return (FREE_ANGLE if across < FREE else ONE_ANGLE), tilt
 
 
 @compiled

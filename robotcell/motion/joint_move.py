@@ -1,4 +1,4 @@
-"""Moves from joints to joints, with the jet off: to another configuration, another tool, home. Metres, radians."""
+"""Joint moves with the jet off: to another configuration, another tool, home. Metres, radians."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,11 +12,11 @@ from robotcell.motion.sampled_path import Flags
 from robotcell.robot.robot import Joints, Robot
 
 SHARE = 0.5
-"""Of the joints' greatest speeds and accelerations that such moves take."""
+"""Share of the joints' greatest speeds and accelerations that such moves take."""
 _SAMPLE_S = 0.04
 
-Blocked: TypeAlias = Callable[[Joints, Joints, int], Flags]
-"""Takes (k, dof) joints before and after and the tool's index; says (k,) whether the straight way between collides."""
+IsBlocked: TypeAlias = Callable[[Joints, Joints, int], Flags]
+"""Takes (k, dof) joints before and after and the tool's index; gives (k,) whether the straight way between collides."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,18 +27,31 @@ class JointMove:
     """(k, dof) k >= 2"""
 
 
-def find_move(cell: Cell, begin: Joints, end: Joints, tools: tuple[int, int], blocked: Blocked) -> JointMove | None:
-    """Find a move that collides with nothing: straight, over lifted postures, by way of home; else ``None``.
+@dataclass(frozen=True, slots=True, eq=False)
+class Reconfiguration:
+    """A joint move in place of a piece of the path."""
+
+    begin: int
+    """Sample before it,"""
+    end: int
+    """and after it."""
+    move: JointMove
+
+
+def find_move(
+    cell: Cell, begin: Joints, end: Joints, tools: tuple[int, int], is_blocked: IsBlocked
+) -> JointMove | None:
+    """Find a move that collides with nothing: straight, over lifted configurations, by way of home; else ``None``.
 
     Args:
         cell: Whose home.
         begin: (k, dof) where it begins, and how it may be lifted from there.
         end: (k, dof) where it ends, and how it may be lifted from there.
         tools: Index of the tool before and after: it is changed at the beginning, or at home if the way leads there.
-        blocked: Tells what collides.
+        is_blocked: Checks straight ways for collisions.
     """
     for way, carried in _ways(cell, begin, end, tools):
-        legs = (blocked(way[at : at + 1], way[at + 1 : at + 2], tool)[0] for at, tool in enumerate(carried))
+        legs = (is_blocked(way[at : at + 1], way[at + 1 : at + 2], tool)[0] for at, tool in enumerate(carried))
         if not any(legs):
             return JointMove(way)
     return None
@@ -71,10 +84,9 @@ def time_move(robot: Robot, move: JointMove) -> tuple[Scalars, Joints]:
         far = np.abs(end - begin)
         if far.max() < 1e-9:
             continue
-        speed = min(SHARE * joint.speed / way for joint, way in zip(robot.joints, far.tolist(), strict=True) if way > 0)
-        push = min(
-            SHARE * joint.acceleration / way for joint, way in zip(robot.joints, far.tolist(), strict=True) if way > 0
-        )
+        ways = [(joint, way) for joint, way in zip(robot.joints, far.tolist(), strict=True) if way > 0]
+        speed = min(SHARE * joint.speed / way for joint, way in ways)
+        push = min(SHARE * joint.acceleration / way for joint, way in ways)
         at, share = _trapezoid(speed, push)
         times.append(clock + at[1:])
         rows.append(begin + share[1:, None] * (end - begin))

@@ -1,4 +1,7 @@
-"""The motion of the joints along a course: searched, followed, looked at, and searched anew until nothing is wrong."""
+"""Planning of the joint motion along a path: ladder search, tracking, checks, and search anew until nothing is wrong.
+
+Collisions are checked lazily: only what was chosen is looked at; what collides is priced out and the search done anew.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -6,210 +9,257 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices
-from robotcell.motion.attempt import Motion, Search, attempt, widened
-from robotcell.motion.avoid_collisions import HITS, Knowledge, Problem, nothing_known, resolve
-from robotcell.motion.cell_queries import Questions
+from robotcell.motion.cell_queries import CellQueries
 from robotcell.motion.ladder_graph import (
-    Asked,
+    NodePoses,
     Nodes,
     States,
-    asked_at,
-    near_home,
-    nodes_of,
-    paces_of,
-    states_of,
-    steps_of,
-    with_windings,
+    choose_nodes,
+    joint_speeds,
+    ladder_steps,
+    node_poses,
+    solve_states,
+    with_full_turns,
+    with_home_costs,
 )
-from robotcell.motion.ladder_search import FOLLOW, MAY_LEAP, Choice
-from robotcell.motion.sampled_path import Course
-from robotcell.motion.track_branch import chosen_postures, overwound
+from robotcell.motion.ladder_search import FOLLOW, MAY_RECONFIGURE, Choice, cheapest
+from robotcell.motion.sampled_path import SampledPath
+from robotcell.motion.track_attempt import (
+    CLEAR,
+    HITS,
+    UNKNOWN,
+    Knowledge,
+    Motion,
+    Search,
+    attempt_motion,
+    chosen_configurations,
+    nothing_known,
+    widened,
+)
 from specs.progress import Progress
 
-_ROUNDS = 12
-_PATIENCE = 2
-"""How often a leap is tried at one place, with other postures each time."""
+_ATTEMPTS = 12
+_MOST_REFUSALS = 2
+"""How often a reconfiguration is tried at one place, with other configurations each time."""
 _ALIKE = 0.05
 """rad or m"""
-_TRANSFER_LEANS = np.radians([20.0, 40.0])
-"""How far the jet may lean while it is off, where nothing else is clear."""
-_LEANT_AZIMUTHS = 6
-"""Tried about the jet where it may lean: a third of ``AZIMUTHS``, as there are seventeen leans to each."""
+_TRANSFER_TILTS = np.radians([20.0, 40.0])
+"""Largest tilts of the jet while it is off, where nothing else is clear."""
+_TILTED_AZIMUTHS = 6
+"""Tried about the jet where it may be tilted: a third of ``AZIMUTHS``, as there are seventeen tilts to each."""
 _STRAIGHT = np.zeros((1, 2))
+_HIT_COST_S = 1e3
+"""Cost of a configuration that collides: more than all that is free, less than leaving the path."""
+_SUSPECT_COST_S = 1.0
+"""Cost of a configuration of which a neighbour collides."""
+_CLEAR_ROUNDS = 60
+_MOST_AT_ONCE = 20_000
+"""States checked in a round beyond the chosen ones."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OutOfReach:
-    """Nodes that no posture reaches within the joints' limits."""
+    """Nodes that no configuration reaches within the joints' limits."""
 
     nodes: Nodes
     empty: Indices
 
 
-def find_motion(ask: Questions, course: Course, lean: float, progress: Progress) -> Motion | OutOfReach:
-    """Find how the joints move along a course.
+def plan_motion(queries: CellQueries, path: SampledPath, tilt: float, progress: Progress) -> Motion | OutOfReach:
+    """Plan how the joints move along a path.
 
     Args:
-        ask: What can be asked about the cell.
-        course: Where the TCP is to go.
-        lean: rad that the jet may lean while it sprays, where nothing else is clear.
+        queries: Queries to the cell.
+        path: The path of the TCP.
+        tilt: rad that the jet may be tilted while it sprays, where nothing else is clear.
         progress: Receives the stage and the share done.
     """
-    nodes = nodes_of(course, ask.cell.robot.dof)
-    progress("solving postures", 0.05)
-    everywhere = asked_at(nodes, np.arange(len(nodes.sample)), _STRAIGHT)
-    states = states_of(ask.cell.robot, course, nodes, everywhere, ask.postures)
-    empty = np.flatnonzero(np.diff(states.layers.first) == 0)
-    if len(empty) and not course.wet[nodes.sample[empty]].any():
-        states = _with_leans(ask, course, nodes, empty, lean)
-        empty = np.flatnonzero(np.diff(states.layers.first) == 0)
+    nodes = choose_nodes(path, queries.cell.robot.dof)
+    progress("solving configurations", 0.05)
+    everywhere = node_poses(nodes, np.arange(len(nodes.sample)), _STRAIGHT)
+    states = solve_states(queries.cell.robot, path, nodes, everywhere, queries.configurations)
+    empty = np.flatnonzero(np.diff(states.ladder.first) == 0)
+    if len(empty) and not path.jet_on[nodes.sample[empty]].any():
+        states = _with_tilts(queries, path, nodes, empty, tilt)
+        empty = np.flatnonzero(np.diff(states.ladder.first) == 0)
     if len(empty):
         return OutOfReach(nodes, empty)
-    states = near_home(ask.cell, states)
-    search = Search(ask, course, nodes, states, nothing_known(states), nodes.azimuths == 1)
-    choice = _first_choice(search, lean, progress)
-    return _settle_all(search, choice, progress)
+    states = with_home_costs(queries.cell, states)
+    search = Search(queries, path, nodes, states, nothing_known(states), nodes.azimuths == 1)
+    choice = _first_choice(search, tilt, progress)
+    motion = attempt_motion(search, choice)
+    for number in range(_ATTEMPTS):
+        progress("tracking the path", 0.4 + 0.5 * number / _ATTEMPTS)
+        if not _note_flaws(search, choice, motion):
+            break
+        choice = _choose(search)
+        motion = attempt_motion(search, choice)
+    return motion
 
 
-def _first_choice(search: Search, lean: float, progress: Progress) -> Choice:
-    """Search; let the jet lean where nothing else is clear; close loops."""
-    progress("searching postures", 0.2)
-    choice = _resolve(search)
+def _first_choice(search: Search, tilt: float, progress: Progress) -> Choice:
+    """Search; tilt the jet where nothing else is clear; separate whole turns; close repeats."""
+    progress("searching configurations", 0.2)
+    choice = _choose(search)
     hit = np.flatnonzero(search.known.verdict[choice.state] == HITS)
-    wet = search.course.wet[search.nodes.sample]
-    if lean <= 0.0:
-        hit = hit[~wet[hit]]
+    jet_on = search.path.jet_on[search.nodes.sample]
+    if tilt <= 0.0:
+        hit = hit[~jet_on[hit]]
     if len(hit):
-        progress("leaning where nothing else is clear", 0.35)
-        near = np.unique(np.clip(hit[:, None] + np.arange(-2, 3), 0, len(wet) - 1))
-        search.states = near_home(search.ask.cell, _with_leans(search.ask, search.course, search.nodes, near, lean))
+        progress("tilting the jet where nothing else is clear", 0.35)
+        near = np.unique(np.clip(hit[:, None] + np.arange(-2, 3), 0, len(jet_on) - 1))
+        states = _with_tilts(search.queries, search.path, search.nodes, near, tilt)
+        search.states = with_home_costs(search.queries.cell, states)
         search.known = nothing_known(search.states)
-        choice = _resolve(search)
-    while _unwind(search, choice):
-        progress("unwinding joints", 0.38)
-        choice = _resolve(search)
-    if _close_loops(search, choice):
-        choice = _resolve(search)
-    return choice
+        choice = _choose(search)
+    while _separate_turns(search, choice):
+        progress("separating whole turns of joints", 0.38)
+        choice = _choose(search)
+    return _choose(search) if _close_repeats(search, choice) else choice
 
 
-def _unwind(search: Search, choice: Choice) -> bool:
-    """Tell whole turns of joints apart that a choice winds up beyond their limits; say whether there are any."""
-    robot = search.ask.cell.robot
-    wraps = paces_of(robot, search.wound).wraps
-    wanted = chosen_postures(robot, search.states.layers, choice, search.nodes, wraps)
-    fresh = np.setdiff1d(overwound(robot, wanted), search.wound).tolist()
+def _separate_turns(search: Search, choice: Choice) -> bool:
+    """Give joints that a choice turns beyond their limits states for each whole turn; tell whether there are any."""
+    robot = search.queries.cell.robot
+    wraps = joint_speeds(robot, search.multi_turn).wraps
+    q = chosen_configurations(robot, search.states.ladder, choice, search.nodes, wraps).q
+    beyond = np.flatnonzero(((q < robot.lowest - 1e-6) | (q > robot.highest + 1e-6)).any(axis=0))
+    fresh = np.setdiff1d(beyond, search.multi_turn).tolist()
     if not fresh:
         return False
-    search.wound += fresh
-    search.states, parent = with_windings(robot, search.states, fresh)
+    search.multi_turn += fresh
+    search.states, parent = with_full_turns(robot, search.states, fresh)
     known = search.known
-    search.known = Knowledge(known.verdict[parent], known.suspect[parent], known.barred[parent])
+    search.known = Knowledge(known.verdict[parent], known.suspect[parent], known.excluded[parent])
     return True
 
 
-def _resolve(search: Search) -> Choice:
-    steps = steps_of(search.course, search.nodes, search.ask.cell)
-    hopeless = [node for node, times in search.refused.items() if times >= _PATIENCE and steps.kind[node] == MAY_LEAP]
-    steps.kind[hopeless] = FOLLOW
-    paces = paces_of(search.ask.cell.robot, search.wound)
-    problem = Problem(search.course, search.nodes, steps, paces, search.ask.touches)
-    return resolve(problem, search.states, search.known, np.array(search.banned, dtype=np.int64).reshape(-1, 2))
+def _choose(search: Search) -> Choice:
+    """Choose a state of every node; one that collides only where all that could be chosen do."""
+    steps = ladder_steps(search.path, search.nodes, search.queries.cell)
+    counts = search.refused.items()
+    steps.kind[[at for at, times in counts if times >= _MOST_REFUSALS and steps.kind[at] == MAY_RECONFIGURE]] = FOLLOW
+    speeds = joint_speeds(search.queries.cell.robot, search.multi_turn)
+    forbidden = np.array(search.forbidden, dtype=np.int64).reshape(-1, 2)
+    ladder, known = search.states.ladder, search.known
+    rounds = 0
+    while True:
+        doubtful = known.suspect & (known.verdict == UNKNOWN)
+        price = _HIT_COST_S * (known.verdict == HITS) + 10.0 * _HIT_COST_S * known.excluded + _SUSPECT_COST_S * doubtful
+        choice = cheapest(ladder._replace(cost=ladder.cost + price), steps, speeds, forbidden)
+        fresh = choice.state[known.verdict[choice.state] == UNKNOWN]
+        if rounds == _CLEAR_ROUNDS or len(fresh) == 0:
+            return choice
+        _check_states(search, fresh)
+        bad = np.unique(search.states.node[fresh[known.verdict[fresh] == HITS]])
+        if len(bad) == 0:
+            return choice
+        _check_rungs(search, bad)
+        rounds += 1
 
 
-def _with_leans(ask: Questions, course: Course, nodes: Nodes, where: Indices, lean: float) -> States:
-    """Ask at some nodes for leaning poses too: within the band while spraying, further while the jet is off."""
-    wet = course.wet[nodes.sample[where]]
-    rest = np.setdiff1d(np.arange(len(nodes.sample)), where)
-    fewer = replace(nodes, azimuths=np.minimum(nodes.azimuths, _LEANT_AZIMUTHS))
-    parts = [asked_at(nodes, rest, _STRAIGHT), asked_at(fewer, where[~wet], _fan(_TRANSFER_LEANS))]
-    if lean > 0.0:
-        parts.append(asked_at(fewer, where[wet], _fan(np.array([0.5 * lean, lean]))))
-    else:
-        parts.append(asked_at(nodes, where[wet], _STRAIGHT))
-    node = np.concatenate([part.node for part in parts])
-    order = np.argsort(node, kind="stable")
-    asked = Asked(
-        node[order],
-        np.concatenate([part.azimuth for part in parts])[order],
-        np.concatenate([part.lean for part in parts])[order],
-        np.concatenate([part.label for part in parts])[order],
+def _check_states(search: Search, which: Indices) -> None:
+    """Find out whether states collide."""
+    path, sample = search.path, search.nodes.sample[search.states.node[which]]
+    hits = search.queries.collide(search.states.ladder.q[which], path.tool[sample], path.placement[sample])
+    search.known.verdict[which] = np.where(hits, HITS, CLEAR)
+
+
+def _check_rungs(search: Search, bad: Indices) -> None:
+    """Check all states of some of the nodes whose choice collides, and suspect those that are alike at the others."""
+    states, known, first = search.states, search.known, search.states.ladder.first
+    sizes = np.diff(first)[bad]
+    stride = max(1, int(np.ceil(sizes.sum() / _MOST_AT_ONCE)))
+    seen = bad[::stride]
+    members = np.concatenate([np.arange(*first[node : node + 2]) for node in seen.tolist()])
+    _check_states(search, members[known.verdict[members] == UNKNOWN])
+    if stride == 1:
+        return
+    width = int(states.label.max()) + 1
+    hits = members[known.verdict[members] == HITS]
+    nearest = seen[np.minimum(np.arange(len(bad)) // stride, len(seen) - 1)]
+    others = np.concatenate([np.arange(*first[node : node + 2]) for node in bad.tolist()])
+    model = np.repeat(nearest, sizes)
+    known.suspect[others] |= np.isin(
+        model * width + states.label[others], states.node[hits] * width + states.label[hits]
     )
-    return states_of(ask.cell.robot, course, nodes, asked, ask.postures)
+
+
+def _with_tilts(queries: CellQueries, path: SampledPath, nodes: Nodes, where: Indices, tilt: float) -> States:
+    """Solve tilted poses too at some nodes: within the band while spraying, further while the jet is off."""
+    jet_on = path.jet_on[nodes.sample[where]]
+    rest = np.setdiff1d(np.arange(len(nodes.sample)), where)
+    fewer = replace(nodes, azimuths=np.minimum(nodes.azimuths, _TILTED_AZIMUTHS))
+    parts = [node_poses(nodes, rest, _STRAIGHT), node_poses(fewer, where[~jet_on], _fan(_TRANSFER_TILTS))]
+    if tilt > 0.0:
+        parts.append(node_poses(fewer, where[jet_on], _fan(np.array([0.5 * tilt, tilt]))))
+    else:
+        parts.append(node_poses(nodes, where[jet_on], _STRAIGHT))
+    order = np.argsort(np.concatenate([part.node for part in parts]), kind="stable")
+    fields = (np.concatenate([getattr(part, name) for part in parts]) for name in NodePoses.__slots__)
+    poses = NodePoses(*(field[order] for field in fields))
+    return solve_states(queries.cell.robot, path, nodes, poses, queries.configurations)
 
 
 def _fan(angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give no lean, and each angle in eight directions."""
+    """Give no tilt, and each angle in eight directions."""
     turns = np.radians(np.arange(0.0, 360.0, 45.0))
     return np.concatenate([_STRAIGHT, *(angle * np.column_stack((np.cos(turns), np.sin(turns))) for angle in angles)])
 
 
-def _close_loops(search: Search, choice: Choice) -> bool:
-    """Let each repeated part end in the posture in which it begins; say whether anything had to be changed."""
+def _close_repeats(search: Search, choice: Choice) -> bool:
+    """Let each repeated part end in the configuration in which it begins; tell whether anything had to be changed."""
     changed = False
-    for begin, end in search.ask.loops(search.course):
+    ladder, path = search.states.ladder, search.path
+    for begin, end in search.queries.repeats(path):
         first, last = (int(np.searchsorted(search.nodes.sample, at, side="right")) - 1 for at in (begin, end))
-        search.pinned[[first, last]] = True
-        low, high = search.states.layers.first[last : last + 2]
-        q = search.states.layers.q
-        alike = np.abs(q[low:high] - q[choice.state[first]]).max(axis=1) < 1e-6
-        same = np.abs(search.course.T_base_tcp[begin] - search.course.T_base_tcp[end]).max() < 1e-6
+        search.fixed_azimuth[[first, last]] = True
+        low, high = ladder.first[last : last + 2]
+        alike = np.abs(ladder.q[low:high] - ladder.q[choice.state[first]]).max(axis=1) < 1e-6
+        same = np.abs(path.T_base_tcp[begin] - path.T_base_tcp[end]).max() < 1e-6
         if same and alike.any():
-            search.known.barred[low:high] = ~alike
+            search.known.excluded[low:high] = ~alike
             changed |= not alike[choice.state[last] - low]
-            others = np.arange(*search.states.layers.first[first : first + 2])
-            search.known.barred[others] = others != choice.state[first]
+            others = np.arange(*ladder.first[first : first + 2])
+            search.known.excluded[others] = others != choice.state[first]
     return changed
 
 
-def _settle_all(search: Search, choice: Choice, progress: Progress) -> Motion:
-    """Follow the choice, look for what is wrong, and choose anew until nothing is or nothing helps."""
-    motion = attempt(search, choice)
-    for number in range(_ROUNDS):
-        progress("following the course", 0.4 + 0.5 * number / _ROUNDS)
-        if not _note(search, choice, motion):
-            break
-        choice = _resolve(search)
-        motion = attempt(search, choice)
-    return motion
-
-
-def _note(search: Search, choice: Choice, motion: Motion) -> bool:
-    """Note what is wrong with an attempt for the next search; say whether there was anything that it may mend."""
-    noted = _blame(search, choice, motion.nodes, motion.lost, banning=True)
-    noted |= _blame(search, choice, motion.nodes, motion.hits, banning=False)
+def _note_flaws(search: Search, choice: Choice, motion: Motion) -> bool:
+    """Note what is wrong with an attempt for the next search; tell whether there was anything that it may mend."""
+    noted = _blame(search, choice, motion, forbid_pairs=True)
+    noted |= _blame(search, choice, motion, forbid_pairs=False)
     for node in motion.blocked.tolist():
         search.refused[node] = search.refused.get(node, 0) + 1
         pair = (int(choice.state[node]), int(choice.state[node + 1]))
-        if not motion.done.course.changed[motion.nodes.sample[node + 1]] and pair not in search.banned:
-            search.banned.append(pair)
+        if not motion.tracked.path.changed[motion.nodes.sample[node + 1]] and pair not in search.forbidden:
+            search.forbidden.append(pair)
             noted = True
     return noted
 
 
-def _blame(search: Search, choice: Choice, nodes: Nodes, wrong: Indices, *, banning: bool) -> bool:
-    """Pin the nodes around wrong samples; where they are pinned already, forbid the step or the postures there."""
-    count = len(nodes.sample)
-    node = np.unique(np.searchsorted(nodes.sample, wrong, side="right") - 1)
-    node = node[~np.append(choice.torn, False)[node]]
-    hit = search.known.verdict[choice.state] == HITS
+def _blame(search: Search, choice: Choice, motion: Motion, *, forbid_pairs: bool) -> bool:
+    """Fix the azimuths around lost or colliding samples; where they are fixed, forbid the pairs or states there.
+
+    With a state are forbidden those of its node whose arm stands alike, whatever the last joint does.
+    """
+    wrong, count = motion.lost if forbid_pairs else motion.hits, len(motion.nodes.sample)
+    node = np.unique(np.searchsorted(motion.nodes.sample, wrong, side="right") - 1)
+    node = node[~np.append(choice.discontinuities, False)[node]]
     around = np.stack((node, np.minimum(node + 1, count - 1)), axis=1)
-    node, around = node[~hit[around].any(axis=1)], around[~hit[around].any(axis=1)]
-    if len(node) == 0:
+    around = around[~(search.known.verdict[choice.state] == HITS)[around].any(axis=1)]
+    if len(around) == 0:
         return False
-    fixed = search.pinned[around].all(axis=1)
-    search.pinned |= widened(np.isin(np.arange(count), around[~fixed]), 3)
-    if banning:
-        pairs = [(int(a), int(b)) for a, b in choice.state[around[fixed]].tolist()]
-        search.banned += [pair for pair in pairs if pair not in search.banned]
-    else:
-        for state in np.unique(choice.state[around[fixed]]).tolist():
-            search.known.verdict[_alike(search.states, state)] = HITS
+    fixed = search.fixed_azimuth[around].all(axis=1)
+    search.fixed_azimuth |= widened(np.isin(np.arange(count), around[~fixed]), 3)
+    states = choice.state[around[fixed]]
+    if forbid_pairs:
+        pairs = [(int(a), int(b)) for a, b in states.tolist()]
+        search.forbidden += [pair for pair in pairs if pair not in search.forbidden]
+        return True
+    ladder = search.states.ladder
+    for state in np.unique(states).tolist():
+        low, high = ladder.first[search.states.node[state] : search.states.node[state] + 2]
+        off = np.abs(ladder.q[low:high] - ladder.q[state])[:, :-1].max(axis=1)
+        search.known.verdict[low + np.flatnonzero(off < _ALIKE)] = HITS
     return True
-
-
-def _alike(states: States, state: int) -> Indices:
-    """States of the same node whose arm stands alike, whatever the last joint does: what hits in one hits in all."""
-    low, high = states.layers.first[states.node[state] : states.node[state] + 2]
-    off = np.abs(states.layers.q[low:high] - states.layers.q[state])[:, :-1]
-    return low + np.flatnonzero(off.max(axis=1) < _ALIKE)

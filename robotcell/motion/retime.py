@@ -1,11 +1,11 @@
-"""How fast the robot can follow: the program's own timing where the joints hold it, else the fastest that they do.
+"""Retiming: the program's own timing where the joints keep to their limits, else the fastest within these.
 
 The path parameter is the program's own clock c, in s; the robot's clock runs no faster: x = (dc/dt)^2 <= 1. With p the
 joints' change for a second of c between two samples and d the change of p at a sample,
 
     x p^2 <= speed^2        |p u + d x| <= acceleration,    u = d(dc/dt)/dt
 
-where x grows by 2 u for each second of c. At a rest p is 0, so that x may begin with what it likes.
+where x grows by 2 u for each second of c. At a rest p is 0, so that x is free there.
 """
 
 import logging
@@ -16,33 +16,70 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
-from robotcell.motion.sampled_path import Flags
-from robotcell.robot.rates import differences
+from programs.program import MoveTo, TimedProgram
+from robotcell.motion.sampled_path import Flags, runs_of
 from robotcell.robot.robot import Joints, Robot
 
 _LEAST_S = 1e-6
 """Samples closer than this are at the same time."""
 _ROUNDING = 1.02
-"""By how much a program's own timing may seem to break a limit: its positions are rounded to a micrometre."""
+"""By how much a program's own timing may seem to exceed a limit: its positions are rounded to a micrometre."""
 _GAP_S = 1.0
 _TURN_S = 0.02
 """s of the program for which a joint that turns back, or begins to move, hardly moves."""
 _TIGHTENED = 12
 """How often a run is timed anew at most."""
 _TOLERATED = 1.05
-"""By how much the differences of a new timing may seem to break a limit: a kink of the path lies between samples."""
+"""By how much the differences of a new timing may seem to exceed a limit: a kink of the path lies between samples."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pace:
+class Rates:
+    """Joints, speeds and accelerations at the k moments at which a program states a pose."""
+
+    times: Scalars
+    """(k,) ascending"""
+    q: Joints
+    """(k, dof)"""
+    speed: NDArray[np.float64]
+    """(k - 1, dof) mean of each interval."""
+    acceleration: NDArray[np.float64]
+    """(k, dof) change of the mean speeds before and after; from rest and to rest at the ends."""
+
+
+def rates_of(program: TimedProgram, joints: Joints) -> Rates:
+    """Give the rates of joints (moves, dof), one row for each move of the program; at least one move."""
+    times = np.array([item.time_s for item in program.instructions if isinstance(item, MoveTo)], dtype=np.float64)
+    kept = np.concatenate(([True], np.diff(times) > _LEAST_S))
+    times, q = times[kept], joints[kept]
+    return Rates(times, q, *differences(np.diff(times), q))
+
+
+def differences(lasting: Scalars, q: Joints) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Give speeds and accelerations of rows of joints (k + 1, dof) that are ``lasting`` (k,) seconds apart.
+
+    Returns:
+        (k, dof) mean speeds of the intervals, and (k + 1, dof) their changes at the rows: from rest at the first and to
+        rest at the last, over half of the time to each side.
+    """
+    seconds = lasting[:, None]
+    speed = np.diff(q, axis=0) / seconds
+    still, none = np.zeros((1, q.shape[1])), np.ones((1, 1))
+    before, after = np.concatenate((none, seconds)), np.concatenate((seconds, none))
+    before[0], after[-1] = after[0], before[-1]
+    return speed, np.diff(np.concatenate((still, speed, still)), axis=0) / (0.5 * (before + after))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Retiming:
     """The time that the robot takes from sample to sample."""
 
     lasting: Scalars
     """(n - 1,) s"""
     share: Scalars
-    """(n - 1,) of the program's speed that is reached, 0 to 1; 1 where nothing moves."""
+    """(n - 1,) of the programmed speed that is reached, 0 to 1; 1 where nothing moves."""
     joint: Indices
-    """(n - 1,) the joint that holds it up, where the share is below 1."""
+    """(n - 1,) the joint that limits it, where the share is below 1."""
     by_speed: Flags
     """(n - 1,) whether it is that joint's greatest speed; else its acceleration."""
 
@@ -53,47 +90,43 @@ class _Limits:
     acceleration: Scalars
 
 
-def pace(robot: Robot, times: Scalars, q: Joints, cuts: Flags) -> Pace:
+def retime(robot: Robot, times: Scalars, q: Joints, cuts: Flags) -> Retiming:
     """Find the fastest timing that keeps to the joints' limits and is nowhere faster than the program.
 
     Args:
         robot: Whose limits.
         times: (n,) the program's clock.
         q: (n, dof)
-        cuts: (n - 1,) intervals that are not followed: the robot stands still before and after.
+        cuts: (n - 1,) intervals that are not tracked: the robot stands still before and after.
     """
     limits = _Limits(
         np.array([joint.speed for joint in robot.joints]), np.array([joint.acceleration for joint in robot.joints])
     )
     lasting = np.diff(times)
     moving = (lasting > _LEAST_S) & (np.abs(np.diff(q, axis=0)).max(axis=1) > 1e-9) & ~cuts
-    runs = _runs(moving)
     changed = lasting.copy()
-    slow = [run for run in runs if _breaks(times, q, cuts, run, limits)]
+    slow = [run for run in runs_of(moving) if _exceeds(times, q, cuts, run, limits)]
     if slow:
-        for (a, b), seconds in zip(slow, _settle(times, q, cuts, slow, limits), strict=True):
+        for (a, b), seconds in zip(slow, _retime_runs(times, q, cuts, slow, limits), strict=True):
             changed[a:b] = seconds
     share = np.where(moving & (changed > _LEAST_S), lasting / np.maximum(changed, _LEAST_S), 1.0)
-    joint, by_speed = _causes(q, changed, limits)
-    return Pace(changed, np.minimum(share, 1.0), joint, by_speed)
+    rates, changes = differences(np.maximum(changed, _LEAST_S), q)
+    changes = np.abs(changes) / limits.acceleration
+    hard, fast = np.maximum(changes[:-1], changes[1:]), np.abs(rates) / limits.speed
+    row = np.arange(len(lasting))
+    hardest, fastest = np.argmax(hard, axis=1), np.argmax(fast, axis=1)
+    by_speed = fast[row, fastest] >= hard[row, hardest]
+    return Retiming(changed, np.minimum(share, 1.0), np.where(by_speed, fastest, hardest), by_speed)
 
 
-def _runs(moving: Flags) -> list[tuple[int, int]]:
-    """First interval, and the one after the last, of each stretch between rests."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], moving, [False])).astype(np.int8)))
-    return list(zip(edges[0::2].tolist(), edges[1::2].tolist(), strict=True))
-
-
-def _breaks(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], limits: _Limits) -> bool:
-    """Whether the program's own timing of a run asks too much of a joint."""
+def _exceeds(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], limits: _Limits) -> bool:
+    """Whether the program's own timing of a run exceeds a joint's limits."""
     a, b = run
     rates, changes = differences(np.diff(times[a : b + 1]), q[a : b + 1])
     if np.any(np.abs(rates) > limits.speed * _ROUNDING) or np.any(np.abs(changes) > limits.acceleration * _ROUNDING):
         return True
     stops = _stops(cuts, run)
-    return bool(stops[0] and np.any(rates[0] != 0.0) and not _rests(rates[0])) or bool(
-        stops[1] and not _rests(rates[-1])
-    )
+    return (stops[0] and not _rests(rates[0])) or (stops[1] and not _rests(rates[-1]))
 
 
 def _rests(rate: Scalars) -> bool:
@@ -106,8 +139,8 @@ def _stops(cuts: Flags, run: tuple[int, int]) -> tuple[bool, bool]:
     return bool(a > 0 and cuts[a - 1]), bool(b < len(cuts) and cuts[b])
 
 
-def _settle(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]], limits: _Limits) -> list[Scalars]:
-    """Seconds of the intervals of each run.
+def _retime_runs(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]], limits: _Limits) -> list[Scalars]:
+    """Give the seconds of the intervals of each run.
 
     A stage takes its changes of rate as if the clock ran evenly about a sample. Where it slows down within one sample
     the same change happens in less time: there the clock is held back until the joints' own differences are right.
@@ -120,8 +153,10 @@ def _settle(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]],
         again: list[int] = []
         for at, x in zip(todo, squared, strict=True):
             a, b = runs[at]
-            found[at] = _seconds(np.diff(times[a : b + 1]), x)
-            excess = _excess(found[at], q[a : b + 1], limits)
+            root = np.sqrt(np.maximum(x, 0.0))
+            found[at] = 2.0 * np.diff(times[a : b + 1]) / np.maximum(root[:-1] + root[1:], 1e-9)
+            _, changes = differences(found[at], q[a : b + 1])
+            excess = np.max(np.abs(changes) / limits.acceleration, axis=1)
             if excess.max() > _TOLERATED:
                 again.append(at)
                 worst = np.maximum(excess, np.maximum(np.append(excess[1:], 0.0), np.append(0.0, excess[:-1])))
@@ -133,14 +168,8 @@ def _settle(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]],
     return found
 
 
-def _excess(seconds: Scalars, q: Joints, limits: _Limits) -> Scalars:
-    """(k + 1,) greatest share of its acceleration that a joint (k + 1, dof) needs at each end of k intervals."""
-    _, changes = differences(seconds, q)
-    return np.max(np.abs(changes) / limits.acceleration, axis=1)
-
-
-def _slow_down(parts: list["_Rows"]) -> list[Scalars]:
-    """Squared rates of the clock at the samples of each run; all go to toppra in one call, apart where that fails."""
+def _slow_down(parts: list["_Stages"]) -> list[Scalars]:
+    """Give the squared rates of the clock at the samples of each run: by toppra at once, one by one if that fails."""
     lengths = np.concatenate([part.length for part in parts])
     squared = _call_toppra(
         np.concatenate([part.a for part in parts]),
@@ -156,13 +185,8 @@ def _slow_down(parts: list["_Rows"]) -> list[Scalars]:
     return [inner[1:] for inner in np.split(squared, ends[:-1])]
 
 
-def _seconds(lasting: Scalars, squared: Scalars) -> Scalars:
-    root = np.sqrt(np.maximum(squared, 0.0))
-    return 2.0 * lasting / np.maximum(root[:-1] + root[1:], 1e-9)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class _Rows:
+class _Stages:
     """Stages of a run with one more before and after it, during which nothing moves and x is free to change."""
 
     length: Scalars
@@ -170,10 +194,10 @@ class _Rows:
     b: NDArray[np.float64]
     highest: Scalars
     even: Scalars
-    """Squared rates (k + 1,) of a clock that runs evenly, so slowly that nothing is broken: where there is no other."""
+    """Squared rates (k + 1,) of a clock that runs evenly and so slowly that no limit is exceeded: the last resort."""
 
 
-def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], limits: _Limits, ceiling: Scalars) -> _Rows:
+def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], limits: _Limits, ceiling: Scalars) -> _Stages:
     """Rows ``a u + b x <= 1`` (m, 4 dof) that hold at both ends of each stage, and bounds (m,) of x."""
     a, b = run
     lasting = np.diff(times[a : b + 1])
@@ -189,23 +213,25 @@ def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], limits
     with np.errstate(divide="ignore"):
         cap = np.minimum(1.0, ((limits.speed / np.abs(rates)) ** 2).min(axis=1))
     highest = np.minimum(np.concatenate((cap[:1], cap)), np.concatenate((cap, cap[-1:])))
-    highest = np.minimum(highest, _where_a_joint_turns_back(rates, changes, limits))
+    highest = np.minimum(highest, _zero_inertia_caps(rates, changes, limits))
     stops = _stops(cuts, run)
     if stops[0] and not _rests(rates[0]):
         highest[0] = 0.0
     if stops[1] and not _rests(rates[-1]):
         highest[-1] = 0.0
+    too_fast = float(np.max(np.abs(rates) / limits.speed))
+    too_hard = float(np.max(np.abs(changes) / limits.acceleration))
     idle = np.zeros((1, of_u.shape[1]))
-    return _Rows(
+    return _Stages(
         length=np.concatenate(([_GAP_S], lasting, [_GAP_S])),
         a=np.concatenate((idle, of_u, idle)),
         b=np.concatenate((idle, of_x, idle)),
         highest=np.concatenate(([0.0], np.minimum(highest, ceiling))),
-        even=np.full(len(highest), _even(rates, changes, limits)),
+        even=np.full(len(highest), 1.0 / max(1.0, too_fast**2, too_hard)),
     )
 
 
-def _where_a_joint_turns_back(rates: NDArray[np.float64], changes: NDArray[np.float64], limits: _Limits) -> Scalars:
+def _zero_inertia_caps(rates: NDArray[np.float64], changes: NDArray[np.float64], limits: _Limits) -> Scalars:
     """Give the highest x (k + 1,) at samples where a joint hardly moves, so that u cannot help it: d x <= acceleration.
 
     Without it toppra may begin such a place too fast and then has to creep: Pham, "A general, fast, and robust
@@ -223,7 +249,7 @@ def _call_toppra(a: NDArray[np.float64], b: NDArray[np.float64], highest: Scalar
     from toppra.algorithm import TOPPRA
     from toppra.constraint.linear_constraint import LinearConstraint
 
-    # toppra also says what went wrong through its result; that is what we look at.
+    # toppra also reports failures through its result; that is what counts here.
     logging.getLogger("toppra").addHandler(logging.NullHandler())
 
     class StageLimits(LinearConstraint):
@@ -245,7 +271,7 @@ def _call_toppra(a: NDArray[np.float64], b: NDArray[np.float64], highest: Scalar
             return a, b, np.zeros_like(a), np.eye(rows), np.ones(rows), None, bounds
 
     class Line:
-        """The path parameter itself, which is all that toppra needs to know of the path."""
+        """The path parameter itself, which is all that toppra needs of the path."""
 
         dof = 1
         path_interval = np.array([0.0, grid[-1]])
@@ -256,21 +282,3 @@ def _call_toppra(a: NDArray[np.float64], b: NDArray[np.float64], highest: Scalar
     solver.compute_parameterization(0.0, 0.0)
     speeds = solver.problem_data.sd_vec
     return np.full(len(grid), np.nan) if speeds is None else np.asarray(speeds, dtype=np.float64) ** 2
-
-
-def _even(rates: NDArray[np.float64], changes: NDArray[np.float64], limits: _Limits) -> float:
-    """Squared rate of a clock that runs evenly, so slowly that nothing is broken anywhere."""
-    too_fast = float(np.max(np.abs(rates) / limits.speed))
-    too_hard = float(np.max(np.abs(changes) / limits.acceleration))
-    return 1.0 / max(1.0, too_fast**2, too_hard)
-
-
-def _causes(q: Joints, lasting: Scalars, limits: _Limits) -> tuple[Indices, Flags]:
-    """The joint that is used most in each interval (n - 1,) and whether that is its speed."""
-    rates, changes = differences(np.maximum(lasting, _LEAST_S), q)
-    changes = np.abs(changes) / limits.acceleration
-    hard, fast = np.maximum(changes[:-1], changes[1:]), np.abs(rates) / limits.speed
-    row = np.arange(len(lasting))
-    hardest, fastest = np.argmax(hard, axis=1), np.argmax(fast, axis=1)
-    by_speed = fast[row, fastest] >= hard[row, hardest]
-    return np.where(by_speed, fastest, hardest), by_speed

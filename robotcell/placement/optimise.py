@@ -1,9 +1,9 @@
-"""Where a board is held best: the place from which the worst point, or the mean, is reached best. Metres, radians.
+"""Optimal placement of a board: the pose from which the worst point, or the mean, is reached best. Metres, radians.
 
 The value of a place does not change when it is turned about the base's axis with all that belongs to it (unless joint
 limits or bodies break the symmetry): the search goes over the distance from that axis, the board's own yaw and its
 height, and keeps the direction in which the board lies. The paper of Maribor maximises the mean manipulability; the
-mean hides single bad points, so that the least is what is maximised if nothing else is asked.
+mean hides single bad points, so that by default the least is maximised.
 """
 
 import heapq
@@ -16,32 +16,32 @@ from numpy.typing import NDArray
 
 from robotcell.cell.cell import Cell
 from robotcell.collision.collision import Collider, with_board_at
-from robotcell.placement.reachability import Metric, Targets, clear_of, measure, postures_at
+from robotcell.placement.reachability import Metric, Targets, clear_of, configurations_at, measure
 from robotcell.robot.poses import inverse, pose
 from robotcell.robot.robot import Poses
 from specs.progress import Progress, no_progress, subprogress
 
 Criterion: TypeAlias = Literal["least", "mean"]
 
-Room: TypeAlias = Callable[[Poses], bool]
+HasRoom: TypeAlias = Callable[[Poses], bool]
 
 _AZIMUTHS = 8
 _COUNTS = np.array([8, 12, 4])
 """Places of the grid along distance, yaw, height."""
 _STARTS = 3
-"""Places of the grid from which the search goes on."""
+"""Places of the grid from which the local search starts."""
 _FINEST = np.array([1e-3, np.radians(0.5), 1e-3])
 """Steps at which the search ends: distance, yaw, height."""
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
-    """What is looked for, and where."""
+class PlacementGoal:
+    """What is maximised, and where."""
 
     metric: Metric = "manipulability"
     criterion: Criterion = "least"
     floor: float = 0.0
-    """No point may be worse than this."""
+    """Least value allowed at any point."""
     distance: tuple[float, float] = (0.2, 0.9)
     """m from the base's axis to the middle of the targets."""
     height: tuple[float, float] = (0.0, 0.0)
@@ -61,13 +61,13 @@ class Placement:
     least: float
     mean: float
     branch: int
-    """The configuration in which every point is reached so."""
+    """The IK branch in which every point is reached so."""
     distance: float
     """m from the base's axis to the middle of the targets."""
     yaw: float
     """rad, from how the board lay."""
     tried: int
-    """Places that were looked at."""
+    """Places that were evaluated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,52 +82,45 @@ class _Score:
 class _Task:
     cell: Cell
     targets: Targets
-    wish: Wish
+    goal: PlacementGoal
     collider: Collider | None
-    room: Room | None = None
+    has_room: HasRoom | None = None
 
 
 _NO_ROOM = _Score(-3.0, -np.inf, -np.inf, 0)
 
 
-def find_placement(
-    cell: Cell, targets: Targets, wish: Wish | None = None, collider: Collider | None = None
-) -> Placement:
-    """Search a place for the board; see ``find_placements``, of which it is the first."""
-    return find_placements(cell, targets, wish, collider)[0]
-
-
 def find_placements(
     cell: Cell,
     targets: Targets,
-    wish: Wish | None = None,
+    goal: PlacementGoal | None = None,
     collider: Collider | None = None,
     *,
-    room: Room | None = None,
+    has_room: HasRoom | None = None,
     progress: Progress = no_progress,
 ) -> tuple[Placement, ...]:
     """Search places for the board: a grid, then ever smaller steps from its best places. Nothing is random.
 
-    The place where the cell holds the board is one that is begun with, if it is as wished.
+    The place where the cell holds the board is one of the starts, if it is within the goal's bounds.
 
     Args:
         cell: The cell; its board lies in the direction that is kept.
-        targets: What is to be reached, all of it in one configuration.
-        wish: What is looked for.
-        collider: If given, postures that collide do not count.
-        room: Says of a T_cell_board (4, 4) whether the board has room there; everywhere if left out.
+        targets: What is to be reached, all of it in one IK branch.
+        goal: What is maximised, and where.
+        collider: If given, configurations that collide do not count.
+        has_room: Whether the board has room at a T_cell_board (4, 4); everywhere if left out.
         progress: Receives the stage and the share done.
 
     Returns:
         One to four, best first, none twice.
     """
-    task = _Task(cell, targets, wish or Wish(), collider, room)
-    low, high = _bounds(task.wish)
+    task = _Task(cell, targets, goal or PlacementGoal(), collider, has_room)
+    low, high = _bounds(task.goal)
     counts = np.where(high > low, _COUNTS, 1)
     starts, tried = _starts(task, counts, subprogress(progress, 0.0, 0.4))
     found: list[tuple[_Score, NDArray[np.float64]]] = []
     for number, (score, start) in enumerate(starts):
-        progress("looking for better places nearby", 0.4 + 0.6 * number / len(starts))
+        progress("improving places", 0.4 + 0.6 * number / len(starts))
         better, at, more = _descend(task, start, score, (high - low) / counts)
         tried += more
         if not any(np.all(np.abs(at - other) <= 4.0 * _FINEST) for _, other in found):
@@ -138,10 +131,10 @@ def find_placements(
 
 
 def judge_placement(
-    cell: Cell, targets: Targets, wish: Wish | None = None, collider: Collider | None = None
+    cell: Cell, targets: Targets, goal: PlacementGoal | None = None, collider: Collider | None = None
 ) -> Placement:
-    """Judge the place where the cell holds the board; arguments as for ``find_placements``."""
-    task = _Task(cell, targets, wish or Wish(), collider)
+    """Evaluate the place where the cell holds the board; arguments as for ``find_placements``."""
+    task = _Task(cell, targets, goal or PlacementGoal(), collider)
     here = _here(task)
     return _placement(task, here, _score(task, here), 1)
 
@@ -167,19 +160,19 @@ def _here(task: _Task) -> NDArray[np.float64]:
 def _starts(
     task: _Task, counts: NDArray[np.int64], progress: Progress
 ) -> tuple[list[tuple[_Score, NDArray[np.float64]]], int]:
-    """Give the place of now and the best of a grid that are no neighbours, and how many places were looked at.
+    """Give the present place and the best of a grid that are no neighbours, and how many places were evaluated.
 
-    Collisions only take postures away: what a place is worth without looking for them is a bound, and only the places
-    whose bound is best are looked at again.
+    Collisions only remove configurations: the value without checking for them is a bound, and only the places with the
+    best bounds are evaluated again.
     """
-    low, high = _bounds(task.wish)
+    low, high = _bounds(task.goal)
     # The middles of equal spans: a whole turn of yaw does not meet its own beginning.
     axes = [a + (b - a) * (np.arange(count) + 0.5) / count for a, b, count in zip(low, high, counts, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     steps = np.stack(np.unravel_index(np.arange(len(grid)), counts), axis=-1)
     queue: list[tuple[float, int, _Score | None]] = []
     for index, place in enumerate(grid):
-        progress("looking at places for the board", index / len(grid))
+        progress("evaluating places of the board", index / len(grid))
         queue.append((-round(_bound(task, place).value, 9), index, None))
     heapq.heapify(queue)
     here = _here(task)
@@ -187,7 +180,9 @@ def _starts(
     starts = [(_score(task, here), here)] if np.all((here >= low) & (here <= high)) else []
     while queue and len(chosen) < _STARTS:
         _, index, score = heapq.heappop(queue)
-        if any(_are_neighbours(steps[index], steps[other], counts) for other in chosen):
+        apart = np.abs(steps[index] - steps[chosen])
+        apart[:, 1] = np.minimum(apart[:, 1], counts[1] - apart[:, 1])
+        if np.any(np.all(apart <= 1, axis=1)):
             continue
         if score is None:
             score = _score(task, grid[index])
@@ -198,23 +193,17 @@ def _starts(
     return starts, len(grid) + len(starts) - len(chosen)
 
 
-def _are_neighbours(one: NDArray[np.int64], other: NDArray[np.int64], counts: NDArray[np.int64]) -> bool:
-    apart = np.abs(one - other)
-    apart[1] = min(apart[1], counts[1] - apart[1])
-    return bool(np.all(apart <= 1))
-
-
-def _bounds(wish: Wish) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _bounds(goal: PlacementGoal) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Lowest and highest distance, yaw and height."""
-    spans = np.array([wish.distance, wish.yaw, wish.height])
+    spans = np.array([goal.distance, goal.yaw, goal.height])
     return spans[:, 0], spans[:, 1]
 
 
 def _descend(
     task: _Task, place: NDArray[np.float64], score: _Score, step: NDArray[np.float64]
 ) -> tuple[_Score, NDArray[np.float64], int]:
-    """Walk uphill along the axes; halve the steps where no neighbour is better."""
-    low, high = _bounds(task.wish)
+    """Coordinate ascent: walk uphill along the axes; halve the steps where no neighbour is better."""
+    low, high = _bounds(task.goal)
     tried = 0
     while np.any(step > _FINEST):
         moved = False
@@ -240,9 +229,9 @@ def _placed(task: _Task, place: NDArray[np.float64]) -> Poses:
     away = np.array([middle[0], middle[1], 0.0])
     length = float(np.linalg.norm(away))
     away = away / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
-    goal = away * place[0] + np.array([0.0, 0.0, middle[2] + place[2]])
+    target = away * place[0] + np.array([0.0, 0.0, middle[2] + place[2]])
     turned = T_base_board @ pose((0, 0, 0), (0, 0, float(place[1])))
-    turned[:3, 3] += goal - (turned @ np.append(_centre(task), 1.0))[:3]
+    turned[:3, 3] += target - (turned @ np.append(_centre(task), 1.0))[:3]
     return task.cell.T_cell_base @ turned
 
 
@@ -258,36 +247,31 @@ def _middle(task: _Task) -> NDArray[np.float64]:
 
 
 def _bound(task: _Task, place: NDArray[np.float64]) -> _Score:
-    """Give a score that the place does not surpass: collisions are not looked for where that can be left out."""
-    return _score(task if task.wish.metric == "clearance" else replace(task, collider=None), place)
+    """Give an upper bound of the score: collisions are not checked where that can be left out."""
+    return _score(task if task.goal.metric == "clearance" else replace(task, collider=None), place)
 
 
 def _score(task: _Task, place: NDArray[np.float64]) -> _Score:
-    """Judge a place by the best single configuration."""
+    """Evaluate a place by the best single branch."""
     T_cell_board = _placed(task, place)
-    if task.room is not None and not task.room(T_cell_board):
+    if task.has_room is not None and not task.has_room(T_cell_board):
         return _NO_ROOM
-    found = postures_at(task.cell, T_cell_board, task.targets, _AZIMUTHS)
+    found = configurations_at(task.cell, T_cell_board, task.targets, _AZIMUTHS)
     collider = None if task.collider is None else with_board_at(task.collider, T_cell_board)
     if collider is not None:
         found = clear_of(task.cell, collider, task.targets, found)
     count = len(task.targets.tool)
-    values = measure(task.cell, found.q, task.targets.tool[found.target], task.wish.metric, collider)
+    values = measure(task.cell, found.q, task.targets.tool[found.target], task.goal.metric, collider)
     branches = int(found.branch.max(initial=0)) + 1
     best = np.full((branches, count), -np.inf)
     np.maximum.at(best, (found.branch, found.target), values)
     reached = np.isfinite(best)
-    scores = [
-        _Score(_value(row, task.wish), float(row.min()), float(row.mean()), branch)
-        if there.all()
-        else _Score(-1.0 - float(np.mean(~there)), -np.inf, -np.inf, branch)
-        for branch, (row, there) in enumerate(zip(best, reached, strict=True))
-    ]
+    scores: list[_Score] = []
+    for branch, (row, there) in enumerate(zip(best, reached, strict=True)):
+        if not there.all():
+            scores.append(_Score(-1.0 - float(np.mean(~there)), -np.inf, -np.inf, branch))
+            continue
+        least, mean = float(row.min()), float(row.mean())
+        value = least if task.goal.criterion == "least" else mean
+        scores.append(_Score(least - task.goal.floor - 1e-9 if least < task.goal.floor else value, least, mean, branch))
     return max(scores, key=lambda score: (round(score.value, 12), -score.branch))
-
-
-def _value(row: NDArray[np.float64], wish: Wish) -> float:
-    """Value of a place that reaches everything; negative, but above -1, where a point is worse than the floor."""
-    if row.min() < wish.floor:
-        return float(row.min() - wish.floor) - 1e-9
-    return float(row.min() if wish.criterion == "least" else row.mean())

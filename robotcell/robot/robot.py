@@ -15,10 +15,15 @@ Joints: TypeAlias = NDArray[np.float64]  # (..., dof) radians or metres
 Jacobians: TypeAlias = NDArray[np.float64]  # (..., 6, dof) linear (m), then angular, in the base frame
 JointKind: TypeAlias = Literal["revolute", "prismatic"]
 
+CHARACTERISTIC_LENGTH = 0.25
+"""m that count as much as a radian in the inverse condition: about the size of a board.
+
+One length for all robots, so that they can be compared at the same work."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Joint:
-    """One moving joint and what it may do."""
+    """One moving joint and its limits."""
 
     name: str
     kind: JointKind
@@ -87,6 +92,27 @@ class Robot:
         """How many joints move."""
         return len(self.joints)
 
+    @property
+    def lowest(self) -> NDArray[np.float64]:
+        """(dof,) rad or m."""
+        return np.array([joint.lowest for joint in self.joints])
+
+    @property
+    def highest(self) -> NDArray[np.float64]:
+        """(dof,) rad or m."""
+        return np.array([joint.highest for joint in self.joints])
+
+    @property
+    def middle(self) -> NDArray[np.float64]:
+        """(dof,) middle of the limits, rad or m; 0 where a joint turns without end."""
+        limits = [(joint.lowest, joint.highest) for joint in self.joints]
+        return np.array([0.5 * (low + high) if np.isfinite(high - low) else 0.0 for low, high in limits])
+
+    @property
+    def turning(self) -> NDArray[np.bool_]:
+        """(dof,) whether a joint is revolute."""
+        return np.array([joint.kind == "revolute" for joint in self.joints])
+
 
 def link_poses(robot: Robot, q: Joints) -> Poses:
     """Give where the links are: (n, dof + 1, 4, 4) in the base frame, for (n, dof) joint rows."""
@@ -123,6 +149,48 @@ def jacobians(robot: Robot, q: Joints, T_flange_tcp: Poses | None = None) -> Jac
             columns[:, :3, index] = np.cross(axis, at - frame[:, :3, 3])
             columns[:, 3:, index] = axis
     return columns
+
+
+def singularity(
+    robot: Robot,
+    q: Joints,
+    T_flange_tcp: Poses | None = None,
+    *,
+    length: float = CHARACTERISTIC_LENGTH,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Measure how well a point of the flange can be moved in every direction.
+
+    Args:
+        robot: The robot.
+        q: (n, dof) joint rows.
+        T_flange_tcp: (4, 4) the point; the flange's own origin if left out.
+        length: m, the characteristic length of the inverse condition.
+
+    Returns:
+        w (n,), Yoshikawa's manipulability sqrt(det(J J^T)) in m and rad, for five axes sqrt(det(J^T J)); with six axes
+        it does not depend on the point. And the inverse condition (n,), between 0 where singular and 1 where all
+        directions are alike, of the Jacobian with lengths divided by the characteristic length.
+    """
+    slopes = jacobians(robot, q, T_flange_tcp)
+    if robot.dof == 6:
+        w = np.abs(np.linalg.det(slopes))
+    else:
+        w = np.sqrt(np.maximum(0.0, np.linalg.det(np.swapaxes(slopes, 1, 2) @ slopes)))
+    even = slopes.copy()
+    even[:, :3] /= length
+    even[:, :, ~robot.turning] *= length
+    sizes = np.linalg.svd(even, compute_uv=False)
+    return w, sizes[:, -1] / sizes[:, 0]
+
+
+def limit_share(robot: Robot, q: Joints) -> NDArray[np.float64]:
+    """Give how far (n,) the nearest joint is from its nearer limit: 0 at the limit, 1 in the middle of its range."""
+    low, high = robot.lowest, robot.highest
+    bounded = np.isfinite(low) & np.isfinite(high)
+    if not bounded.any():
+        return np.ones(len(q))
+    near = np.minimum(q - low, high - q)[:, bounded] / (0.5 * (high - low)[bounded])
+    return np.clip(near.min(axis=1), 0.0, 1.0)
 
 
 def _moved(joint: Joint, values: NDArray[np.float64]) -> Poses:

@@ -1,24 +1,112 @@
-"""Robots from URDF files: the chain of joints from a base link to a flange link, and what can collide.
+"""Robots from URDF files: the chain of joints from a base link to a flange link, and the collision bodies.
 
 Fixed joints are folded. A moving joint that is not on the chain, such as a finger's, stands at zero. Inertias,
-transmissions and what is only for the eye are not read. A URDF knows no accelerations: those of the joints are
-infinite until something else states them.
+transmissions and visual shapes are not read. A URDF states no accelerations: those of the joints are infinite until
+something else states them.
 """
 
 import math
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from xml.parsers import expat
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robotcell.errors import CellError
-from robotcell.robot.poses import inverse
-from robotcell.robot.robot import Body, Joint, Poses, Robot
-from robotcell.robot.urdf_shapes import read_bodies, read_numbers, read_origin
-from robotcell.robot.xml_tree import Element, read_xml
+from robotcell.robot.meshes import cylinder_triangles, read_mesh
+from robotcell.robot.poses import inverse, pose
+from robotcell.robot.robot import Body, Box, Capsule, Joint, Mesh, Poses, Robot, Shape
 
 _MOVING = ("revolute", "continuous", "prismatic")
+_LARGEST_TEXT = 5_000_000
+_DEEPEST = 100
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Element:
+    """An element of an XML file, with its line."""
+
+    tag: str
+    attributes: dict[str, str]
+    file: Path
+    line: int
+    children: "list[Element]" = field(default_factory=list["Element"])
+
+    def all(self, tag: str) -> "list[Element]":
+        """Give the children with a tag, in the order of the file."""
+        return [child for child in self.children if child.tag == tag]
+
+    def first(self, tag: str) -> "Element | None":
+        """Give the first child with a tag, ``None`` if there is none."""
+        return next(iter(self.all(tag)), None)
+
+    def need(self, tag: str) -> "Element":
+        """Give the first child with a tag.
+
+        Raises:
+            CellError: there is none.
+        """
+        child = self.first(tag)
+        if child is None:
+            raise self.error(f"has no <{tag}>; add one")
+        return child
+
+    def text(self, name: str) -> str:
+        """Give an attribute.
+
+        Raises:
+            CellError: it is missing.
+        """
+        if name not in self.attributes:
+            raise self.error(f"has no {name}; add {name}=...")
+        return self.attributes[name]
+
+    def error(self, message: str) -> CellError:
+        """Give the error of this element: file, line, tag and name, then the message."""
+        named = self.attributes.get("name")
+        label = f"<{self.tag} name={named!r}>" if named else f"<{self.tag}>"
+        return CellError(f"{label} {message}", file=self.file, line=self.line)
+
+
+def read_xml(file: Path) -> Element:
+    """Read an XML file as a tree of elements; a document type, and with it every entity, is refused.
+
+    Raises:
+        CellError: it cannot be read, is too large, too deep or no XML.
+    """
+    try:
+        text = file.read_bytes()
+    except FileNotFoundError:
+        raise CellError("no such file; give the path of a URDF", file=file) from None
+    except (OSError, ValueError) as error:
+        raise CellError(f"cannot be read: {getattr(error, 'strerror', None) or error}", file=file) from None
+    if len(text) > _LARGEST_TEXT:
+        raise CellError(f"{len(text):,} bytes are too many; at most {_LARGEST_TEXT:,}", file=file)
+    parser = expat.ParserCreate()
+    top = Element("", {}, file, 1)
+    opened = [top]
+
+    def begin(tag: str, attributes: dict[str, str]) -> None:
+        if len(opened) > _DEEPEST:
+            raise CellError(f"nested more than {_DEEPEST} deep", file=file, line=parser.CurrentLineNumber)
+        element = Element(tag, attributes, file, parser.CurrentLineNumber)
+        opened[-1].children.append(element)
+        opened.append(element)
+
+    def end(_: str) -> None:
+        opened.pop()
+
+    def refuse(*_: object) -> None:
+        raise CellError("a <!DOCTYPE ...> is not allowed; remove it", file=file, line=parser.CurrentLineNumber)
+
+    parser.StartElementHandler, parser.EndElementHandler, parser.StartDoctypeDeclHandler = begin, end, refuse
+    try:
+        parser.Parse(text, True)
+    except expat.ExpatError as error:
+        raise CellError(f"not valid XML: {expat.errors.messages[error.code]}", file=file, line=error.lineno) from None
+    return top.children[0]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +115,7 @@ class _Tree:
 
     links: dict[str, Element]
     above: dict[str, Element]
-    """The joint that each link hangs on, by the link's name."""
+    """The parent joint of each link, by the link's name."""
     root: str
 
     def joints_to(self, link: str) -> list[Element]:
@@ -37,6 +125,16 @@ class _Tree:
             found.append(self.above[link])
             link = found[-1].need("parent").text("link")
         return found[::-1]
+
+    def carrier(self, link: str, moving: list[Element]) -> tuple[int, Poses]:
+        """Give the number of the moving joint that carries a link (0: none), and the link's (4, 4) pose on it."""
+        carrier, T_carrier_link = 0, np.eye(4)
+        for joint in self.joints_to(link):
+            if joint in moving:
+                carrier, T_carrier_link = moving.index(joint) + 1, np.eye(4)
+            else:
+                T_carrier_link = T_carrier_link @ read_origin(joint)
+        return carrier, T_carrier_link
 
 
 def read_urdf(file: Path, *, base_link: str | None = None, flange_link: str | None = None) -> Robot:
@@ -50,18 +148,22 @@ def read_urdf(file: Path, *, base_link: str | None = None, flange_link: str | No
     Raises:
         CellError: it cannot be read, or holds no such chain; the message names file, line and element.
     """
-    top = read_xml(_read(file), file)
+    top = read_xml(file)
     if top.tag != "robot":
         raise top.error("is not what a URDF begins with: <robot name=...>")
     tree = _read_tree(top)
-    base, flange = base_link or tree.root, flange_link or _only_end(top, tree)
+    parents = {joint.need("parent").text("link") for joint in tree.above.values()}
+    ends = [name for name in tree.links if name not in parents]
+    if not flange_link and len(ends) != 1:
+        raise top.error(f"ends in several links; state flange_link, one of {', '.join(ends)}")
+    base, flange = base_link or tree.root, flange_link or ends[0]
     for name in (base, flange):
         if name not in tree.links:
             raise top.error(f"has no link {name!r}; it has {', '.join(tree.links)}")
     moving = [joint for joint in tree.joints_to(flange) if joint.text("type") in _MOVING]
     if not moving:
         raise tree.links[flange].error(f"is not moved by any joint: no chain from {base} to {flange}")
-    carried = {name: _carrier(tree, name, moving) for name in tree.links}
+    carried = {name: tree.carrier(name, moving) for name in tree.links}
     carrier, T_carrier_base = carried[base]
     if carrier != 0:
         raise tree.links[base].error(f"moves with joint {moving[carrier - 1].text('name')}; a base stands still")
@@ -76,17 +178,11 @@ def read_urdf(file: Path, *, base_link: str | None = None, flange_link: str | No
     return Robot(name, tuple(joints), carried[flange][1], tuple(tuple(each) for each in bodies))
 
 
-def _read(file: Path) -> bytes:
-    try:
-        return file.read_bytes()
-    except FileNotFoundError:
-        raise CellError("no such file; give the path of a URDF", file=file) from None
-    except (OSError, ValueError) as error:
-        raise CellError(f"cannot be read: {getattr(error, 'strerror', None) or error}", file=file) from None
-
-
 def _read_tree(top: Element) -> _Tree:
-    _refuse_twins(top)
+    for kind in ("link", "joint"):
+        for name, count in Counter(each.text("name") for each in top.all(kind)).items():
+            if count > 1:
+                raise top.error(f"has {count} {kind}s named {name!r}; names are unique")
     links = {link.text("name"): link for link in top.all("link")}
     above: dict[str, Element] = {}
     for joint in top.all("joint"):
@@ -95,21 +191,14 @@ def _read_tree(top: Element) -> _Tree:
                 raise joint.need(end).error(f"names a link {joint.need(end).text('link')!r} that is not there")
         child = joint.need("child").text("link")
         if child in above:
-            raise joint.error(f"moves link {child!r}, which hangs on joint {above[child].text('name')!r} already")
+            raise joint.error(f"moves link {child!r}, the child of joint {above[child].text('name')!r} already")
         above[child] = joint
     roots = [name for name in links if name not in above]
     if len(roots) != 1:
         found = ", ".join(roots) if roots else "none: the joints go in a circle"
-        raise top.error(f"needs exactly one link that hangs on nothing; found {found}")
+        raise top.error(f"needs exactly one root link; found {found}")
     _refuse_circles(roots[0], above)
     return _Tree(links, above, roots[0])
-
-
-def _refuse_twins(top: Element) -> None:
-    for kind in ("link", "joint"):
-        for name, count in Counter(each.text("name") for each in top.all(kind)).items():
-            if count > 1:
-                raise top.error(f"has {count} {kind}s named {name!r}; names are unique")
 
 
 def _refuse_circles(root: str, above: dict[str, Element]) -> None:
@@ -120,25 +209,6 @@ def _refuse_circles(root: str, above: dict[str, Element]) -> None:
             del waiting[name]
     if waiting:
         raise next(iter(waiting.values())).error("is part of a circle of joints; a robot is a tree")
-
-
-def _only_end(top: Element, tree: _Tree) -> str:
-    parents = {joint.need("parent").text("link") for joint in tree.above.values()}
-    ends = [name for name in tree.links if name not in parents]
-    if len(ends) != 1:
-        raise top.error(f"ends in several links; state flange_link, one of {', '.join(ends)}")
-    return ends[0]
-
-
-def _carrier(tree: _Tree, link: str, moving: list[Element]) -> tuple[int, Poses]:
-    """Give which joint of the chain carries a link (0: none does, it stands), and the link's (4, 4) pose on that."""
-    carrier, T_carrier_link = 0, np.eye(4)
-    for joint in tree.joints_to(link):
-        if joint in moving:
-            carrier, T_carrier_link = moving.index(joint) + 1, np.eye(4)
-        else:
-            T_carrier_link = T_carrier_link @ read_origin(joint)
-    return carrier, T_carrier_link
 
 
 def _read_joint(element: Element, T_carrier_parent: Poses) -> Joint:
@@ -169,3 +239,92 @@ def _read_joint(element: Element, T_carrier_parent: Poses) -> Joint:
         speed=speed,
         acceleration=math.inf,
     )
+
+
+def read_bodies(link: Element, T_carrier_link: Poses) -> list[Body]:
+    """Read the collision bodies of a link; each is named after the link unless it has a name of its own.
+
+    Raises:
+        CellError: a shape is not known, or its mesh cannot be read.
+    """
+    return [
+        Body(
+            each.attributes.get("name", link.text("name")),
+            _read_shape(each.need("geometry")),
+            T_carrier_link @ read_origin(each),
+        )
+        for each in link.all("collision")
+    ]
+
+
+def read_origin(element: Element) -> Poses:
+    """Read the (4, 4) pose of an element's <origin>; the identity if it has none."""
+    origin = element.first("origin")
+    if origin is None:
+        return np.eye(4)
+    xyz, rpy = (read_numbers(origin, name, 3) if name in origin.attributes else np.zeros(3) for name in ("xyz", "rpy"))
+    return pose(xyz.tolist(), rpy.tolist())
+
+
+def read_numbers(element: Element, name: str, count: int) -> NDArray[np.float64]:
+    """Read an attribute of ``count`` numbers.
+
+    Raises:
+        CellError: it is missing, or holds something else.
+    """
+    text = element.text(name)
+    try:
+        numbers = np.array([float(word) for word in text.split()])
+    except ValueError:
+        numbers = np.empty(0)
+    if len(numbers) != count or not np.isfinite(numbers).all():
+        raise element.error(f"has {name}={text[:40]!r}; it takes {count} finite numbers")
+    return numbers
+
+
+def _read_shape(geometry: Element) -> Shape:
+    if len(geometry.children) != 1:
+        raise geometry.error(f"holds {len(geometry.children)} shapes; it takes one")
+    shape = geometry.children[0]
+    match shape.tag:
+        case "box":
+            x, y, z = _sizes(shape, "size", 3)
+            return Box((x, y, z))
+        case "sphere":
+            return Capsule(_sizes(shape, "radius", 1)[0], 0.0)
+        case "cylinder":
+            return Mesh(cylinder_triangles(_sizes(shape, "radius", 1)[0], _sizes(shape, "length", 1)[0]))
+        case "mesh":
+            scale = read_numbers(shape, "scale", 3) if "scale" in shape.attributes else np.ones(3)
+            return Mesh(read_mesh(_find_mesh(shape)) * scale)
+        case _:
+            raise shape.error("is not a shape that is known: box, sphere, cylinder, mesh")
+
+
+def _sizes(shape: Element, name: str, count: int) -> list[float]:
+    numbers = read_numbers(shape, name, count)
+    if (numbers <= 0).any():
+        raise shape.error(f"has {name}={shape.text(name)!r}; sizes are above 0")
+    return numbers.tolist()
+
+
+def _find_mesh(shape: Element) -> Path:
+    """Find a mesh beside the URDF; ``package://`` means the URDF's folder or the one that holds it."""
+    name = shape.text("filename")
+    folder = shape.file.parent.resolve()
+    folders, inside = [folder], name
+    if name.startswith("package://"):
+        inside = name.removeprefix("package://").partition("/")[2]
+        folders.append(folder.parent)
+    elif "://" in name or Path(name).is_absolute():
+        raise shape.error(f"names {name!r}; give a path from the URDF's folder, or package://...")
+    if "\0" in inside:
+        raise shape.error(f"names {name!r}, which cannot be a file")
+    for each in folders:
+        file = (each / inside).resolve()
+        if not file.is_relative_to(each):
+            raise shape.error(f"names {name!r}, which is outside the URDF's folder; copy it there")
+        if file.is_file():
+            return file
+    looked = " or ".join(str(each / inside) for each in folders)
+    raise shape.error(f"names {name!r}, which is not there: no file {looked}")

@@ -12,13 +12,13 @@ from tracked import line_program
 import robotcell.search_placement
 from boards.load import board_library, load_board
 from robotcell.cell.load import read_cell_text
-from robotcell.cell.shape_spec import Place
 from robotcell.cell.shapes import place_pose
+from robotcell.cell.spec import Place
 from robotcell.errors import CellError
-from robotcell.motion.sampled_path import course_of
+from robotcell.motion.sampled_path import sample_path
 from robotcell.robot.poses import pose, roll_pitch_yaw
 from robotcell.robot.robot import flange_poses
-from robotcell.search_placement import find_place, place_of, room_of, spell_place, targets_of, with_place
+from robotcell.search_placement import find_place, format_place, place_of, room_of, targets_of, with_place
 from robotcell.track import CellReport, track
 
 _FILE = Path("cell.yaml")
@@ -37,7 +37,7 @@ def test_a_better_place_is_found_and_confirmed_as_it_is_written() -> None:
     loaded = read_cell_text(CELL)
     found = find_place(line_program(), loaded, None)
     assert found.best is not None
-    assert found.best.placement.least > found.now.placement.least
+    assert found.best.placement.least > found.present.placement.least
     assert not found.best.stopped_by
     report = found.best.report
     written = place_pose(place_of(found.best.placement.T_cell_board))
@@ -72,8 +72,8 @@ def test_turning_the_whole_cell_turns_the_place_and_nothing_else() -> None:
 def test_a_board_out_of_reach_is_brought_into_it() -> None:
     loaded = read_cell_text(CELL.replace("[400, -50, 150]}", "[1900, -50, 150]}"))
     found = find_place(line_program(), loaded, None)
-    assert set(found.now.stopped_by) == {"board-out-of-reach", "out-of-reach"}
-    assert found.now.placement.value == -2.0
+    assert set(found.present.stopped_by) == {"board-out-of-reach", "out-of-reach"}
+    assert found.present.placement.value == -2.0
     assert found.best is not None
     assert found.best.placement.distance < 1.0
 
@@ -110,8 +110,8 @@ def test_no_more_than_three_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_outermost_points_of_a_program_are_among_the_targets() -> None:
     cell = read_cell_text(CELL).cell
-    course = course_of(line_program(length=90.0), cell, frozenset(), {})
-    targets = targets_of(course)
+    path = sample_path(line_program(length=90.0), cell, frozenset(), {})
+    targets = targets_of(path)
     assert len(targets.tool) <= 40
     for axis, low, high in ((0, 0.02, 0.11), (1, 0.02, 0.04), (2, 0.06, 0.11)):
         along = targets.T_board_tcp[:, axis, 3]
@@ -121,9 +121,9 @@ def test_the_outermost_points_of_a_program_are_among_the_targets() -> None:
 
 
 def test_a_program_that_never_has_the_board_there_is_refused() -> None:
-    course = course_of(line_program(), read_cell_text(CELL).cell, frozenset(), {})
+    path = sample_path(line_program(), read_cell_text(CELL).cell, frozenset(), {})
     with pytest.raises(CellError, match="never used"):
-        targets_of(dataclasses.replace(course, placement=np.ones_like(course.placement)))
+        targets_of(dataclasses.replace(path, placement=np.ones_like(path.placement)))
 
 
 def test_a_board_has_no_room_in_the_table_or_in_the_robot() -> None:
@@ -155,7 +155,7 @@ def test_three_measured_points_give_way_to_the_place() -> None:
     text = CELL.replace("  pose: {xyz_mm: [400, -50, 150]}\n", f"  points:\n{points}  largest_residual_mm: 0.2\n")
     place = Place(xyz_mm=(410, -50, 150.5))
     changed = with_place(text, place, file=_FILE)
-    assert spell_place(place) in changed
+    assert format_place(place) in changed
     assert read_cell_text(changed).spec.board.pose == place
     assert changed.partition("tools:")[2] == text.partition("tools:")[2]
 

@@ -111,7 +111,7 @@ def test_what_the_robot_does_is_a_sound_program() -> None:
     text = native.render(report.program)
     assert native.render(native.parse(text)) == text
     litres = dict(report.program.totals.liquid_l)["clean"]
-    assert litres == pytest.approx(report.program.totals.spray_s / report.asked.totals.spray_s)
+    assert litres == pytest.approx(report.program.totals.spray_s / report.requested.totals.spray_s)
 
 
 def test_the_same_input_gives_the_same_result() -> None:
@@ -174,7 +174,7 @@ def test_a_change_of_tool_is_a_joint_move_at_rest() -> None:
 def test_too_far_says_how_far_and_where_the_board_would_have_to_be() -> None:
     report = track(line_program(), with_board(cell_of("ur5e-bench"), 0.5, 0.0, 0.0), None, terms=ROUND)
     assert not report.possible
-    assert report.program is report.asked
+    assert report.program is report.requested
     worst = next(finding for finding in report.findings if finding.rule.id == "out-of-reach")
     assert worst.severity == "error"
     assert worst.where is not None
@@ -244,7 +244,7 @@ def test_joint_limits_are_told_apart_from_reach() -> None:
 
 
 def test_a_tool_that_the_cell_does_not_have_is_an_error() -> None:
-    with pytest.raises(CellError, match="asks for tool 7"):
+    with pytest.raises(CellError, match="needs tool 7"):
         track(line_program(tool=7), cell_of("ur5e-bench"), None)
 
 
@@ -257,10 +257,10 @@ def test_a_board_that_is_turned_over_needs_a_place() -> None:
 
 def test_terms_come_from_the_cells_file() -> None:
     loaded = read_cell("ur5e-bench")
-    terms = terms_of(loaded, lean=0.1)
+    terms = terms_of(loaded, tilt_band=0.1)
     assert "ring60" in terms.round_nozzles
     assert "knife" not in terms.round_nozzles
-    assert terms.lean == 0.1
+    assert terms.tilt_band == 0.1
 
 
 def test_without_a_board_the_report_says_so() -> None:

@@ -19,7 +19,7 @@ from robotcell.track import Terms, track
 ROUND = Terms(round_nozzles=frozenset({"ring60"}))
 
 
-def leaning(azimuth: float, tilt: float = math.radians(35)) -> tuple[float, float, float, float]:
+def tilting(azimuth: float, tilt: float = math.radians(35)) -> tuple[float, float, float, float]:
     """Jet leaning towards a direction, the tool's azimuth kept: down, then tipped about a level axis."""
     x, y = -math.sin(azimuth), math.cos(azimuth)  # axis of the tip: at right angles to the direction
     half = -tilt / 2
@@ -30,28 +30,28 @@ def leaning(azimuth: float, tilt: float = math.radians(35)) -> tuple[float, floa
 
 def laps(count: int, strokes: int = 1) -> TimedProgram:
     """Round a circle with the jet leaning inwards, lap after lap with the jet on, in one stroke or several."""
-    told: list[Instruction] = [Command(0.0, "NOZZLE", ("ring60", "TOOL", "1"), "sequence[0]")]
+    found: list[Instruction] = [Command(0.0, "NOZZLE", ("ring60", "TOOL", "1"), "sequence[0]")]
     now = 0.0
     for stroke in range(strokes):
         if stroke:
-            told.append(SetNozzle(now, False, "sequence[0]/around/U1"))
-            top = next(item for item in reversed(told) if isinstance(item, MoveTo))
+            found.append(SetNozzle(now, False, "sequence[0]/around/U1"))
+            top = next(item for item in reversed(found) if isinstance(item, MoveTo))
             for height in (*np.linspace(0, 30, 16)[1:], *np.linspace(30, 0, 16)[1:]):
                 now += 0.05
                 x, y, z = top.position
-                told.append(
+                found.append(
                     MoveTo(now, (x, y, z + float(height)), top.quaternion, 40.0, "sequence[0]/around/U1/transfer")
                 )
         for step in range(count * 120 + 1):
             angle = 2 * math.pi * step / 120
             place = (80 + 20 * math.cos(angle), 50 + 20 * math.sin(angle), 50.0)
-            told.append(MoveTo(now, place, leaning(angle + math.pi), 21.0, "sequence[0]/around/U1"))
+            found.append(MoveTo(now, place, tilting(angle + math.pi), 21.0, "sequence[0]/around/U1"))
             if step == 0:
-                told.append(SetNozzle(now, True, "sequence[0]/around/U1"))
+                found.append(SetNozzle(now, True, "sequence[0]/around/U1"))
             now += 0.05
         now -= 0.05
-    told.append(SetNozzle(now, False, "sequence[0]/around/U1"))
-    return program_of(*told)
+    found.append(SetNozzle(now, False, "sequence[0]/around/U1"))
+    return program_of(*found)
 
 
 def limited(cell: Cell, name: str, turns: float) -> Cell:
@@ -65,7 +65,7 @@ def limited(cell: Cell, name: str, turns: float) -> Cell:
 
 
 def test_the_helper_leans_the_jet_where_it_says() -> None:
-    w, x, y, z = leaning(0.3)
+    w, x, y, z = tilting(0.3)
     jet = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
     across = math.sin(math.radians(35))
     assert jet == pytest.approx((across * math.cos(0.3), across * math.sin(0.3), -math.cos(math.radians(35))))
@@ -109,16 +109,16 @@ def test_a_limited_head_unwinds_while_the_jet_is_off() -> None:
 
 def moves_with_jet(program: TimedProgram) -> list[bool]:
     """Whether the jet is on after each move."""
-    told: list[bool] = []
+    found: list[bool] = []
     on = False
     for item in program.instructions:
         if isinstance(item, SetNozzle):
             on = item.spraying
-            if told:
-                told[-1] = on
+            if found:
+                found[-1] = on
         elif isinstance(item, MoveTo):
-            told.append(on)
-    return told
+            found.append(on)
+    return found
 
 
 def test_a_repeated_part_ends_in_the_posture_in_which_it_begins() -> None:
@@ -208,13 +208,13 @@ def test_the_jet_leans_within_the_band_only_where_it_must() -> None:
     cell = with_straight_lance(dataclasses.replace(cell, fixtures=(*cell.fixtures, blocked)))
     straight = track(line_program(), cell, None, terms=ROUND)
     assert any(finding.rule.id == "collision" for finding in straight.findings)
-    leaning_ = track(line_program(), cell, None, terms=dataclasses.replace(ROUND, lean=math.radians(20)))
-    assert not any(finding.rule.id == "collision" for finding in leaning_.findings), leaning_.findings
+    tilted_ = track(line_program(), cell, None, terms=dataclasses.replace(ROUND, tilt_band=math.radians(20)))
+    assert not any(finding.rule.id == "collision" for finding in tilted_.findings), tilted_.findings
     granted = granting(line_program(), "20.000")
-    np.testing.assert_array_equal(track(granted, cell, None, terms=ROUND).joints, leaning_.joints)
-    told = next(finding for finding in leaning_.findings if finding.rule.id == "jet-leant")
-    assert "degrees" in told.message
-    jets = np.array([move.quaternion for move in moves_of(leaning_.program)])
+    np.testing.assert_array_equal(track(granted, cell, None, terms=ROUND).joints, tilted_.joints)
+    found = next(finding for finding in tilted_.findings if finding.rule.id == "jet-leant")
+    assert "degrees" in found.message
+    jets = np.array([move.quaternion for move in moves_of(tilted_.program)])
     tilt = np.degrees(np.arccos(np.clip(2 * (jets[:, 1] ** 2 + jets[:, 2] ** 2) - 1, -1, 1)))
     assert tilt.max() <= 41.0
     assert (tilt < 0.1).any()

@@ -8,7 +8,7 @@ from programs.program import TimedProgram
 from reports.pictures.joint_picture import Quantity, joint_curves
 from reports.tables.summary import clock
 from robotcell.cell.load import LoadedCell
-from robotcell.robot.rates import rates_of
+from robotcell.motion.retime import rates_of
 from rulesengine.planning.pipeline import Run
 from specs.finding import Finding
 from specs.progress import Progress
@@ -64,7 +64,7 @@ def facts_of(checked: Checked) -> dict[str, str]:
     if motion is None:
         return {}
     return {
-        "Time": _time(report.asked.totals.duration_s, report.program.totals.duration_s),
+        "Time": _time(report.requested.totals.duration_s, report.program.totals.duration_s),
         "Speed": _hardest(report, "speed"),
         "Acceleration": _hardest(report, "acceleration"),
         "Nearest": _nearest(nearest_of(report, motion)),
@@ -87,7 +87,7 @@ def _hardest(report: "CellReport", quantity: Quantity) -> str:
 
 
 def _nearest(near: Near | None) -> str:
-    from robotcell.collision.clearance import FARTHEST
+    from robotcell.collision.collision import FARTHEST
 
     if near is None:
         return f"nothing within {1000 * FARTHEST:g} mm"

@@ -10,8 +10,7 @@ from geometry.arrays import Scalars
 from programs.playback import build_timeline, play
 from programs.program import MoveTo, TimedProgram
 from robotcell.cell.cell import Cell
-from robotcell.robot.conditioning import singularity
-from robotcell.robot.robot import Joints, Robot
+from robotcell.robot.robot import limit_share, singularity
 from webui.glb.glb import flat_triangles_glb
 from webui.glb.ribbons import bars
 from webui.layers.robot.proximity import clearances_mm
@@ -118,7 +117,7 @@ def measure(metric: Metric, cell: Cell, motion: JointMotion, rows: NDArray[np.in
     """
     joints = motion.joints[rows]
     if metric == "limits":
-        return limit_shares(cell.robot, joints)
+        return limit_share(cell.robot, joints)
     carried = {tool.number: tool.T_flange_tcp for tool in cell.tools}
     numbers = np.array([tool_at(motion, float(time_s)) for time_s in motion.times[rows]])
     values = np.zeros(len(rows))
@@ -127,15 +126,6 @@ def measure(metric: Metric, cell: Cell, motion: JointMotion, rows: NDArray[np.in
         w, condition = singularity(cell.robot, joints[mine], carried.get(number))
         values[mine] = w if metric == "manipulability" else condition
     return values
-
-
-def limit_shares(robot: Robot, joints: Joints) -> Scalars:
-    """(n,) how far the nearest joint is from its limits: 0 at a limit, 1 with every joint in its middle."""
-    low = np.array([joint.lowest for joint in robot.joints])
-    high = np.array([joint.highest for joint in robot.joints])
-    bounded = np.isfinite(low) & np.isfinite(high)
-    room = np.minimum(joints - low, high - joints)[:, bounded] / ((high - low)[bounded] / 2)
-    return room.min(axis=1) if bounded.any() else np.ones(len(joints))
 
 
 def reach_glb(reached: Reached, values: Scalars, scale: tuple[float, float], width_mm: float) -> tuple[bytes, Tints]:

@@ -11,7 +11,7 @@ from shown_cell import shown_cell
 
 from programs.program import MoveTo
 from reports.pictures.joint_picture import QUANTITIES, envelope, joint_curves
-from robotcell.robot.rates import rates_of
+from robotcell.motion.retime import rates_of
 
 JOINT = shown_cell().robot.joints[0]
 

@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from robotcell.cell.measured_place import PlacingError, board_pose
+from robotcell.cell.measured_place import board_pose
 from robotcell.cell.spec import Hold
+from robotcell.errors import CellError
 
 CORNERS = [(0.0, 0.0, 0.0), (157.48, 0.0, 0.0), (0.0, 91.44, 0.0)]
 
@@ -64,7 +65,7 @@ def test_small_errors_are_shared_out_and_leave_a_rigid_pose() -> None:
 )
 def test_points_that_do_not_fit_are_named_with_both_distances(factor: float, shift: float, message: str) -> None:
     there = factor * (np.array(CORNERS) + np.array([[0, 0, 0], [shift, 0, 0], [0, 0, 0]])) + 500.0
-    with pytest.raises(PlacingError, match=message):
+    with pytest.raises(CellError, match=message):
         board_pose(measured(there))
 
 
@@ -75,12 +76,12 @@ def test_a_coarser_measurement_may_be_allowed() -> None:
 
 def test_points_on_a_line_tell_no_plane() -> None:
     line = [(0.0, 0.0, 0.0), (50.0, 0.0, 0.0), (100.0, 0.0, 0.0)]
-    with pytest.raises(PlacingError, match="on one line on the board"):
+    with pytest.raises(CellError, match="on one line on the board"):
         board_pose(measured(np.array(CORNERS), line))
-    with pytest.raises(PlacingError, match="on one line in the cell"):
+    with pytest.raises(CellError, match="on one line in the cell"):
         board_pose(measured(np.array(line)))
-    with pytest.raises(PlacingError, match="on one line"):
+    with pytest.raises(CellError, match="on one line"):
         board_pose(measured(np.zeros((3, 3))))
     touched = {"origin_mm": (0, 0, 0), "on_x_mm": (50, 0, 0), "on_xy_mm": (80, 0, 0)}
-    with pytest.raises(PlacingError, match="on one line"):
+    with pytest.raises(CellError, match="on one line"):
         board_pose(Hold.model_validate({"touched": touched}))

@@ -9,7 +9,7 @@ from small_cells import CELL
 from boards.board import Board
 from boards.load import board_library, load_board
 from robotcell.cell.load import cell_library, load_cell, read_cell_text
-from robotcell.diagnosis.frame_table import frame_card, say_direction
+from robotcell.diagnosis.frame_table import describe_direction, frame_card
 from robotcell.diagnosis.plausibility import check_cell, longest_reach
 from robotcell.robot.robot import flange_poses
 
@@ -49,7 +49,7 @@ def test_a_jet_that_hits_its_own_lance() -> None:
 
 def test_a_board_that_lies_upside_down() -> None:
     text = CELL.replace("[400, -50, 150]}", "[400, 50, 150], rpy_deg: [180, 0, 0]}")
-    assert "top looks down" in rules(text)["board-upside-down"]
+    assert "top faces down" in rules(text)["board-upside-down"]
     assert not rules(CELL.replace("[400, -50, 150]}", "[400, 50, 150], rpy_deg: [40, 0, 0]}"))
 
 
@@ -88,8 +88,8 @@ def test_the_frame_card_says_where_things_are_and_look() -> None:
 
 
 def test_directions_in_words() -> None:
-    assert say_direction(np.array([0.0, 0.0, -1.0])) == "down"
-    assert say_direction(np.array([np.cos(0.2), np.sin(0.2), 0.0])) == "+x, 11.5 degrees off"
+    assert describe_direction(np.array([0.0, 0.0, -1.0])) == "down"
+    assert describe_direction(np.array([np.cos(0.2), np.sin(0.2), 0.0])) == "+x, 11.5 degrees off"
 
 
 def test_a_word_that_sets_a_channel_beyond_its_full_scale() -> None:

@@ -28,7 +28,7 @@ def elbow_at(robot: Robot, bent: float) -> float:
 
 def singular_rows(robot: Robot, posture: str, count: int) -> Joints:
     q = random_rows(robot, count, len(posture))
-    straight_wrist = -form_of(robot).lean
+    straight_wrist = -form_of(robot).tilt
     if "wrist" in posture:
         q[:, 4] = straight_wrist + (np.pi if "turned" in posture else 0.0)
     if "elbow" in posture:
@@ -124,7 +124,7 @@ def test_a_free_wrist_takes_the_preferred_angle_and_its_opposite(name: str) -> N
     poses = flange_poses(robot, q)
     found = solve(robot, poses, preferred=q)
     assert np.all(np.min(apart(robot, found.q, q[:, None]), axis=1) < 1e-6)
-    straight = np.abs(np.sin(found.q[:, :, 4] + form_of(robot).lean)) < 1e-6
+    straight = np.abs(np.sin(found.q[:, :, 4] + form_of(robot).tilt)) < 1e-6
     away = np.abs(np.sin(found.q[:, :, free] - q[:, None, free]))
     mine = straight & (apart(robot, found.q[:, :, :1], q[:, None, :1]) < 1e-6) if free == 3 else straight
     share = np.mean(away[mine] < 1e-6)
@@ -153,11 +153,11 @@ def test_an_elbow_that_folds_onto_itself_leaves_the_shoulder_free() -> None:
     assert np.all(np.any(np.abs(found.q[:, :, 1] - 0.3) < 1e-9, axis=1))
 
 
-@pytest.mark.parametrize("lean", [1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 0.0])
-def test_hardly_singular_poses_lose_no_digits(lean: float) -> None:
+@pytest.mark.parametrize("tilt", [1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 0.0])
+def test_hardly_singular_poses_lose_no_digits(tilt: float) -> None:
     robot = dh_arm("ur5", *UR5)
     q = random_rows(robot, 200, 2)
-    q[:, 4] = lean
+    q[:, 4] = tilt
     poses = flange_poses(robot, q)
     found = solve(robot, poses)
     real = ~np.isnan(found.q[:, :, 0])

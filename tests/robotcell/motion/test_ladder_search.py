@@ -4,17 +4,26 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotcell.motion.ladder_search import FOLLOW, MAY_LEAP, MUST_LEAP, TORN_S, Layers, Paces, Steps, cheapest
+from robotcell.motion.ladder_search import (
+    DISCONTINUITY_COST_S,
+    FOLLOW,
+    MAY_RECONFIGURE,
+    MUST_RECONFIGURE,
+    JointSpeeds,
+    Ladder,
+    Steps,
+    cheapest,
+)
 
 NEVER = np.zeros((0, 2), dtype=np.int64)
 
 
-def layers(rows: list[list[float]], costs: list[list[float]] | None = None) -> Layers:
+def ladder(rows: list[list[float]], costs: list[list[float]] | None = None) -> Ladder:
     """States of one joint."""
     first = np.concatenate(([0], np.cumsum([len(row) for row in rows])))
     q = np.array([value for row in rows for value in row])[:, None]
     cost = np.zeros(len(q)) if costs is None else np.array([value for row in costs for value in row])
-    return Layers(first, q, np.zeros(len(q)), np.zeros((len(q), 2)), cost)
+    return Ladder(first, q, np.zeros(len(q)), np.zeros((len(q), 2)), cost)
 
 
 def steps(count: int, kind: int = FOLLOW, lasting: float = 1.0) -> Steps:
@@ -22,12 +31,12 @@ def steps(count: int, kind: int = FOLLOW, lasting: float = 1.0) -> Steps:
     return Steps(lasting * ones, np.full(count, kind), 0.5 * ones, ones, ones)
 
 
-def paces(*, wraps: bool = False) -> Paces:
-    return Paces(np.array([1.0]), np.array([wraps]), np.array([True]))
+def speeds(*, wraps: bool = False) -> JointSpeeds:
+    return JointSpeeds(np.array([1.0]), np.array([wraps]), np.array([True]))
 
 
-def price(table: Layers, way: tuple[int, ...]) -> float:
-    """What a way costs where it follows everywhere."""
+def price(table: Ladder, way: tuple[int, ...]) -> float:
+    """Cost of a way that tracks the path everywhere."""
     q = table.q[list(way), 0]
     far = np.abs(np.diff(q))
     return float(table.cost[list(way)].sum() + np.sum(far**2 + 4.0 * np.maximum(0.0, far - 0.8)))
@@ -38,42 +47,42 @@ def price(table: Layers, way: tuple[int, ...]) -> float:
 def test_it_finds_what_trying_all_ways_finds(seed: int) -> None:
     rng = np.random.default_rng(seed)
     rows = [list(rng.uniform(0.0, 0.45, rng.integers(1, 5))) for _ in range(5)]
-    table = layers(rows, [list(rng.uniform(0.0, 0.2, len(row))) for row in rows])
-    found = cheapest(table, steps(4), paces(), NEVER)
+    table = ladder(rows, [list(rng.uniform(0.0, 0.2, len(row))) for row in rows])
+    found = cheapest(table, steps(4), speeds(), NEVER)
     every = itertools.product(*(range(table.first[node], table.first[node + 1]) for node in range(5)))
     assert price(table, tuple(found.state.tolist())) == min(price(table, way) for way in every)
-    assert not found.leaps.any()
+    assert not found.reconfigurations.any()
 
 
-def test_a_jump_is_a_leap_where_it_may_be_and_torn_where_not() -> None:
-    table = layers([[0.0], [2.0]])
-    assert cheapest(table, steps(1, MAY_LEAP), paces(), NEVER).leaps.all()
-    assert not cheapest(table, steps(1, MAY_LEAP), paces(), NEVER).torn.any()
-    assert cheapest(table, steps(1, FOLLOW), paces(), NEVER).torn.all()
-    assert cheapest(layers([[0.0], [0.0]]), steps(1, MUST_LEAP), paces(), NEVER).leaps.all()
+def test_a_jump_is_a_reconfiguration_where_allowed_and_a_discontinuity_where_not() -> None:
+    table = ladder([[0.0], [2.0]])
+    assert cheapest(table, steps(1, MAY_RECONFIGURE), speeds(), NEVER).reconfigurations.all()
+    assert not cheapest(table, steps(1, MAY_RECONFIGURE), speeds(), NEVER).discontinuities.any()
+    assert cheapest(table, steps(1, FOLLOW), speeds(), NEVER).discontinuities.all()
+    assert cheapest(ladder([[0.0], [0.0]]), steps(1, MUST_RECONFIGURE), speeds(), NEVER).reconfigurations.all()
 
 
-def test_it_leaps_early_rather_than_tears_late() -> None:
-    table = layers([[0.0, 3.0], [0.1, 3.1], [0.2, 3.2], [3.3]], [[0.0, 50.0], [0, 0], [0, 0], [0]])
-    between = steps(3)._replace(kind=np.array([MAY_LEAP, FOLLOW, FOLLOW]))
-    found = cheapest(table, between, paces(), NEVER)
+def test_it_reconfigures_early_rather_than_break_the_path_late() -> None:
+    table = ladder([[0.0, 3.0], [0.1, 3.1], [0.2, 3.2], [3.3]], [[0.0, 50.0], [0, 0], [0, 0], [0]])
+    between = steps(3)._replace(kind=np.array([MAY_RECONFIGURE, FOLLOW, FOLLOW]))
+    found = cheapest(table, between, speeds(), NEVER)
     assert found.state.tolist() == [0, 3, 5, 6]
-    assert found.leaps.tolist() == [True, False, False]
-    assert TORN_S > 50.0
+    assert found.reconfigurations.tolist() == [True, False, False]
+    assert DISCONTINUITY_COST_S > 50.0
 
 
 def test_a_joint_that_wraps_goes_the_short_way_round() -> None:
-    table = layers([[3.1], [-3.1]])
-    assert not cheapest(table, steps(1), paces(wraps=True), NEVER).leaps.any()
-    assert cheapest(table, steps(1), paces(), NEVER).torn.all()
+    table = ladder([[3.1], [-3.1]])
+    assert not cheapest(table, steps(1), speeds(wraps=True), NEVER).reconfigurations.any()
+    assert cheapest(table, steps(1), speeds(), NEVER).discontinuities.all()
 
 
-def test_a_banned_step_is_not_taken() -> None:
-    table = layers([[0.0], [0.1, 0.3], [0.2]])
-    assert cheapest(table, steps(2), paces(), NEVER).state.tolist() == [0, 1, 3]
-    assert cheapest(table, steps(2), paces(), np.array([[0, 1]])).state.tolist() == [0, 2, 3]
+def test_a_forbidden_pair_is_not_taken() -> None:
+    table = ladder([[0.0], [0.1, 0.3], [0.2]])
+    assert cheapest(table, steps(2), speeds(), NEVER).state.tolist() == [0, 1, 3]
+    assert cheapest(table, steps(2), speeds(), np.array([[0, 1]])).state.tolist() == [0, 2, 3]
 
 
 def test_of_equals_the_first_is_taken() -> None:
-    table = layers([[0.0], [0.2, 0.2, 0.2], [0.4, 0.4]])
-    assert cheapest(table, steps(2), paces(), NEVER).state.tolist() == [0, 1, 4]
+    table = ladder([[0.0], [0.2, 0.2, 0.2], [0.4, 0.4]])
+    assert cheapest(table, steps(2), speeds(), NEVER).state.tolist() == [0, 1, 4]

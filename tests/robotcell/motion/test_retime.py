@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robotcell.motion.joint_move import JointMove, time_move
-from robotcell.motion.retime import pace
+from robotcell.motion.retime import retime
 from robotcell.robot.robot import Joint, Robot
 
 
@@ -29,14 +29,14 @@ def uncut(times: np.ndarray) -> np.ndarray:
 
 def test_a_timing_that_the_joints_hold_is_kept_to_the_bit() -> None:
     times, q = trapezoid(2.0, 1.0, 4.0)
-    found = pace(robot(1.2, 5.0), times, q, uncut(times))
+    found = retime(robot(1.2, 5.0), times, q, uncut(times))
     np.testing.assert_array_equal(found.lasting, np.diff(times))
     assert (found.share == 1.0).all()
 
 
 def test_half_the_speed_takes_as_long_as_the_slower_trapezoid() -> None:
     times, q = trapezoid(2.0, 1.0, 4.0)
-    found = pace(robot(0.5, 50.0), times, q, uncut(times))
+    found = retime(robot(0.5, 50.0), times, q, uncut(times))
     # At half the speed no ramp is slower than before: the program's own ramps are kept up to where it matters.
     assert found.lasting.sum() == pytest.approx(2.0 / 0.5, rel=0.05)
     speed = np.abs(np.diff(q, axis=0)[:, 0] / found.lasting)
@@ -48,7 +48,7 @@ def test_half_the_speed_takes_as_long_as_the_slower_trapezoid() -> None:
 
 def test_less_acceleration_gives_the_longer_ramps() -> None:
     times, q = trapezoid(2.0, 1.0, 10.0)
-    found = pace(robot(5.0, 2.0), times, q, uncut(times))
+    found = retime(robot(5.0, 2.0), times, q, uncut(times))
     assert found.lasting.sum() == pytest.approx(2.0 / 1.0 + 1.0 / 2.0, rel=0.03)  # L / v + v / a
     assert not found.by_speed[0]
 
@@ -60,7 +60,7 @@ def test_limits_hold_and_nothing_is_faster_than_the_program(speed: float, accele
     times, way = trapezoid(1.0, 0.8, 3.0)
     q = np.sin(way * rng.uniform(0.5, 3.0, 3)) * rng.uniform(0.2, 1.0, 3)
     arm = robot(speed, acceleration, 3)
-    found = pace(arm, times, q, uncut(times))
+    found = retime(arm, times, q, uncut(times))
     assert (found.lasting >= np.diff(times) * (1 - 1e-6)).all()
     rate = np.diff(q, axis=0) / found.lasting[:, None]
     assert np.abs(rate).max() <= speed * 1.025
@@ -72,11 +72,11 @@ def test_pauses_last_as_long_as_before_and_cuts_are_stops() -> None:
     times, way = trapezoid(1.0, 0.5, 2.0)
     both = np.concatenate((times, times[-1] + 0.7 + times))
     q = np.concatenate((way, way[-1] - way))
-    found = pace(robot(0.2, 1.0), both, q, uncut(both))
+    found = retime(robot(0.2, 1.0), both, q, uncut(both))
     assert found.lasting[len(times) - 1] == pytest.approx(0.7)
     cuts = uncut(times)
     cuts[len(cuts) // 2] = True  # in full motion
-    stopped = pace(robot(5.0, 4.0), times, way, cuts)
+    stopped = retime(robot(5.0, 4.0), times, way, cuts)
     rate = np.diff(way[:, 0]) / stopped.lasting
     assert rate[len(cuts) // 2 - 1] < 0.25
     assert stopped.lasting.sum() > np.diff(times).sum() + 0.05

@@ -125,7 +125,7 @@ def test_a_cylinder_is_never_thinner_than_it_is(tmp_path: Path) -> None:
         ('<parent link="foot"/>', "", "has no <parent>"),
         ('<link name="hand"/>', '<link name="hand"/><link name="hand"/>', "2 links named 'hand'"),
         ('<parent link="foot"/>', '<parent link="hand"/>', "circle"),
-        ('<link name="hand"/>', '<link name="hand"/><link name="lost"/>', "exactly one link that hangs on nothing"),
+        ('<link name="hand"/>', '<link name="hand"/><link name="lost"/>', "exactly one root link"),
         ('<limit lower="-1"', '<mimic joint="S"/><limit lower="-1"', "mimics"),
         ('type="revolute"', 'type="floating"', "is not moved"),
     ],

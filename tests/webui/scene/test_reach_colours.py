@@ -6,9 +6,9 @@ from shown_cell import shown_cell, sway
 from tiny_session import tiny_session
 
 from programs.playback import playback
-from robotcell.robot.robot import jacobians
+from robotcell.robot.robot import jacobians, limit_share
 from webui.layers.robot.robot import joint_motion
-from webui.scene.reach_colours import METRICS, limit_shares, measure, reach_glb, reached_path
+from webui.scene.reach_colours import METRICS, measure, reach_glb, reached_path
 
 
 def swaying():
@@ -52,7 +52,7 @@ def test_a_joint_at_its_limit_counts_nothing_and_free_ones_do_not_count():
             replace(robot.joints[1], lowest=-np.inf, highest=np.inf),
         ),
     )
-    shares = limit_shares(pair, np.array([[1.0, 9.0], [3.0, 0.0], [-1.0, 0.0], [2.0, 0.0]]))
+    shares = limit_share(pair, np.array([[1.0, 9.0], [3.0, 0.0], [-1.0, 0.0], [2.0, 0.0]]))
     assert shares == pytest.approx([1.0, 0.0, 0.0, 0.5])
 
 

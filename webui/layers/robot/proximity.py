@@ -60,7 +60,7 @@ def clearances_mm(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[n
     Raises:
         CellError: what ``washboard[robot]`` installs is missing.
     """
-    from robotcell.collision.clearance import FARTHEST, clearance
+    from robotcell.collision.collision import FARTHEST, clearance
 
     collider = _collider(cell, board)
     tools = np.array([tool_at(motion, float(time_s)) for time_s in motion.times[rows]], dtype=np.int64)
@@ -77,8 +77,7 @@ def near_at(cell: Cell, board: Board, motion: JointMotion, time_s: float) -> Nea
     Raises:
         CellError: what ``washboard[robot]`` installs is missing.
     """
-    from robotcell.collision.clearance import clearance
-    from robotcell.collision.collision import first_pairs
+    from robotcell.collision.collision import clearance, first_pairs
 
     collider, joints, tool = _collider(cell, board), joints_at(motion, np.array([time_s])), tool_at(motion, time_s)
     touch = first_pairs(collider, joints, tool)[0] or clearance(collider, joints, tool).touches[0]

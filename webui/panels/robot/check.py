@@ -44,7 +44,7 @@ class CheckCard:
                 min=0.0,
                 max=45.0,
                 step=1.0,
-                hint="The jet may lean so far while it sprays, where nothing else is clear.",
+                hint="Largest jet tilt the robot may add to avoid collisions or limits.",
             )
             self._run: RunButton[Checked] = RunButton(
                 page, "Check", self._begin, "Finds how the joints move, and what keeps the robot from it."

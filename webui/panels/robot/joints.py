@@ -1,7 +1,7 @@
 """What the joints do over time, against their limits."""
 
 from reports.pictures.joint_picture import QUANTITIES, Curve, Quantity, joint_curves
-from robotcell.robot.rates import rates_of
+from robotcell.motion.retime import rates_of
 from webui.layers.robot.joint_plots import curves_html, plot_cursor_html
 from webui.page.page import Page
 from webui.page.session import Session

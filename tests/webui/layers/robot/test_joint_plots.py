@@ -4,7 +4,7 @@ from shown_cell import shown_cell, sway
 from tiny_session import tiny_session
 
 from reports.pictures.joint_picture import QUANTITIES, joint_curves
-from robotcell.robot.rates import rates_of
+from robotcell.motion.retime import rates_of
 from webui.layers.robot.joint_plots import curves_html, plot_cursor_html
 
 

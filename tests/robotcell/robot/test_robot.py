@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from robotcell.kinematics.inverse import solve
-from robotcell.robot.conditioning import CHARACTERISTIC_LENGTH, singularity
-from robotcell.robot.robot import flange_poses
+from robotcell.robot.robot import CHARACTERISTIC_LENGTH, flange_poses, singularity
 
 A2, A3, D5 = -0.425, -0.39225, 0.09465
 

@@ -1,0 +1,284 @@
+"""A track attempt: from the chosen configurations at the nodes to the joints at every sample, and its flaws."""
+
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.arrays import Indices, Scalars
+from robotcell.motion.cell_queries import CellQueries
+from robotcell.motion.joint_move import JointMove, Reconfiguration, find_move
+from robotcell.motion.ladder_graph import (
+    ConfigurationSolver,
+    Nodes,
+    States,
+    joint_speeds,
+    solve_by_tool,
+    tilted,
+)
+from robotcell.motion.ladder_search import Choice, Ladder
+from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, refine_path
+from robotcell.robot.full_turns import TURN, nearest_turns
+from robotcell.robot.robot import Joints, Poses, Robot
+
+_SMOOTHING_S = 0.5
+"""Turns about the jet are spread over about twice this time."""
+_FIXED_WEIGHT = 1e6
+"""Weight of a fixed azimuth against smoothness."""
+_SMOOTH_ROUNDS = 4
+_WIDEST = 0.12
+"""rad that a joint may turn from sample to sample; else more samples are taken."""
+_MOST_PARTS = 40
+
+UNKNOWN, CLEAR, HITS = 0, 1, 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Knowledge:
+    """Collision verdicts on m states; they grow while the search goes on."""
+
+    verdict: NDArray[np.int8]
+    """(m,) UNKNOWN, CLEAR or HITS"""
+    suspect: Flags
+    """(m,) whether a state of a neighbouring node that is alike collides."""
+    excluded: Flags
+    """(m,) whether it must not be chosen for another reason, if there is a choice."""
+
+
+def nothing_known(states: States) -> Knowledge:
+    """Give the verdicts of states that were not looked at yet."""
+    count = len(states.node)
+    return Knowledge(np.zeros(count, dtype=np.int8), np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_))
+
+
+@dataclass(slots=True, eq=False)
+class Search:
+    """The state of the search."""
+
+    queries: CellQueries
+    path: SampledPath
+    nodes: Nodes
+    states: States
+    known: Knowledge
+    fixed_azimuth: Flags
+    """(nodes,) whether the azimuth is left out of smoothing."""
+    multi_turn: list[int] = field(default_factory=list[int])
+    """Joints whose whole turns are states of their own."""
+    forbidden: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
+    """Pairs of states that must not follow each other."""
+    refused: dict[int, int] = field(default_factory=dict[int, int])
+    """How often no way was found for a reconfiguration move after a node."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """The motion of an attempt, and what is wrong with it."""
+
+    nodes: Nodes
+    tracked: TrackedPath
+    reconfigurations: tuple[Reconfiguration, ...]
+    hits: Indices
+    """Samples at which something collides whatever was chosen."""
+    lost: Indices
+    """Samples at which no configuration continues the one before."""
+    discontinuities: Indices
+    """Nodes after which the configuration would have to change while the jet is on."""
+    blocked: Indices
+    """Nodes after which a joint move is needed, and every way that was tried collides."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NodeTargets:
+    """Configurations at k nodes, with the azimuths made smooth."""
+
+    sample: Indices
+    """(k,) the first of each node"""
+    until: Indices
+    """(k,) the last of each node: the TCP dwells till then"""
+    q: Joints
+    """(k, dof)"""
+    azimuth: Scalars
+    """(k,) rad, going on from node to node"""
+    tilt: NDArray[np.float64]
+    reconfigurations: Flags
+    """(k - 1,)"""
+
+
+def attempt_motion(search: Search, choice: Choice) -> Motion:
+    """Track a choice at every sample, and look for what is wrong with it."""
+    nodes, tracked = _track_choice(search, choice)
+    moves = _joint_moves(search, choice, nodes, tracked)
+    queries, path = search.queries, tracked.path
+    lost = tracked.lost | np.append(_joint_turns(queries.cell.robot, tracked) > 2.0 * _WIDEST, False)
+    hits = queries.collide(tracked.q, path.tool, path.placement)
+    expected = search.known.verdict[choice.state] == HITS
+    if not lost.any() and not (hits.any() and not expected.any()):
+        same = np.flatnonzero(np.diff(tracked.piece) == 0)
+        hits[same] |= queries.collide_between(tracked.q, path.tool, path.placement, same)
+    found = [(node, move) for node, move in moves if move is not None]
+    return Motion(
+        nodes=nodes,
+        tracked=tracked,
+        reconfigurations=tuple(
+            Reconfiguration(int(nodes.until[node]), int(nodes.sample[node + 1]), move) for node, move in found
+        ),
+        hits=np.flatnonzero(hits),
+        lost=np.flatnonzero(lost),
+        discontinuities=np.flatnonzero(choice.discontinuities),
+        blocked=np.array([node for node, move in moves if move is None], dtype=np.int64),
+    )
+
+
+def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
+    """Give the joints at every sample, taking more samples where the joints turn far between two.
+
+    Azimuths are made smooth, but for those at which the branch would be lost.
+    """
+    queries, path, nodes = search.queries, search.path, search.nodes
+    robot, fixed = queries.cell.robot, search.fixed_azimuth.copy()
+    wraps = joint_speeds(robot, search.multi_turn).wraps
+    raw = chosen_configurations(robot, search.states.ladder, choice, nodes, wraps)
+    targets, lost = _solve_nodes(robot, smooth(raw, path, fixed), path, queries.configurations)
+    for _ in range(_SMOOTH_ROUNDS):
+        if not lost.any():
+            break
+        fixed |= widened(lost, 3)
+        targets, lost = _solve_nodes(robot, smooth(raw, path, fixed), path, queries.configurations)
+    tracked = track_path(robot, targets, path, queries.configurations)
+    wide = _joint_turns(robot, tracked)
+    for node in np.flatnonzero(choice.discontinuities).tolist():
+        wide[nodes.until[node] : nodes.sample[node + 1]] = 0.0
+    if wide.max(initial=0.0) > _WIDEST:
+        parts = np.clip(np.ceil(wide / _WIDEST), 1, _MOST_PARTS).astype(np.int64)
+        path, place = refine_path(path, parts)
+        nodes = replace(nodes, sample=place[nodes.sample], until=place[nodes.until])
+        targets = replace(targets, sample=nodes.sample, until=nodes.until)
+        tracked = track_path(robot, targets, path, queries.configurations)
+    return nodes, tracked
+
+
+def _joint_turns(robot: Robot, tracked: TrackedPath) -> NDArray[np.float64]:
+    """Give how far a joint turns in each interval (n - 1,) that is tracked, rad."""
+    far = np.max(np.abs(np.diff(tracked.q, axis=0)), axis=1, where=robot.turning, initial=0.0)
+    return np.where(np.diff(tracked.piece) == 0, far, 0.0)
+
+
+def _joint_moves(
+    search: Search, choice: Choice, nodes: Nodes, tracked: TrackedPath
+) -> list[tuple[int, JointMove | None]]:
+    """Find a joint move for each reconfiguration of a choice; ``None`` where every way collides."""
+    moves: list[tuple[int, JointMove | None]] = []
+    queries, path = search.queries, tracked.path
+    for node in np.flatnonzero(choice.reconfigurations & ~choice.discontinuities).tolist():
+        begin, end = int(nodes.until[node]), int(nodes.sample[node + 1])
+        tools = int(path.tool[begin]), int(path.tool[end])
+        is_blocked = queries.blocked_at(int(path.placement[end]))
+        ends = [queries.lifted(tracked.q[at], tracked.T_base_tcp[at], int(path.tool[at])) for at in (begin, end)]
+        moves.append((node, find_move(queries.cell, ends[0], ends[1], tools, is_blocked)))
+    return moves
+
+
+def widened(flags: Flags, by: int) -> Flags:
+    """Set what is no farther from something set than so many places."""
+    return np.convolve(flags.astype(np.int64), np.ones(2 * by + 1, dtype=np.int64), mode="same") > 0
+
+
+def chosen_configurations(robot: Robot, ladder: Ladder, choice: Choice, nodes: Nodes, wraps: Flags) -> NodeTargets:
+    """Give the configurations of a choice.
+
+    Joints that wrap (dof,) go on past whole turns from one reconfiguration to the next, and begin each such piece where
+    it stays within the limits, of several whole turns with the one next to where the joint comes from.
+    """
+    azimuth = ladder.azimuth[choice.state]
+    steps = np.diff(azimuth)
+    steps -= TURN * np.round(steps / TURN - 1e-9)
+    q = ladder.q[choice.state]
+    unwrapped, before = q.copy(), robot.middle[wraps]
+    for a, b in pairwise([0, *(np.flatnonzero(choice.reconfigurations) + 1).tolist(), len(q)]):
+        going = np.unwrap(q[a:b, wraps], axis=0)
+        least = np.ceil((robot.lowest[wraps] - going.min(axis=0)) / TURN - 1e-9)
+        most = np.floor((robot.highest[wraps] - going.max(axis=0)) / TURN + 1e-9)
+        near = np.round((before - going[0]) / TURN - 1e-9)
+        unwrapped[a:b, wraps] = going + TURN * np.where(least <= most, np.clip(near, least, most), near)
+        before = unwrapped[b - 1, wraps]
+    return NodeTargets(
+        sample=nodes.sample,
+        until=nodes.until,
+        q=unwrapped,
+        azimuth=np.concatenate((azimuth[:1], azimuth[0] + np.cumsum(steps))),
+        tilt=ladder.tilt[choice.state],
+        reconfigurations=choice.reconfigurations,
+    )
+
+
+def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags) -> NodeTargets:
+    """Spread the turns about the jet over time where the azimuth is free.
+
+    Minimises the integral of (a - chosen)^2 + T^2 (da/dt)^2, a tridiagonal system; nothing crosses a reconfiguration.
+    """
+    from scipy.linalg import solveh_banded
+
+    if len(targets.sample) == 1:
+        return targets
+    gaps = np.maximum(path.times[targets.sample[1:]] - path.times[targets.until[:-1]], 1e-3)
+    weight = np.zeros(len(targets.sample))
+    weight[:-1] += 0.5 * gaps
+    weight[1:] += 0.5 * gaps
+    weight = np.where(fixed, weight * _FIXED_WEIGHT + _FIXED_WEIGHT, weight)
+    stiff = np.where(targets.reconfigurations, 0.0, _SMOOTHING_S**2 / gaps)
+    band = np.zeros((2, len(weight)))
+    band[0, 1:] = -stiff
+    band[1] = weight
+    band[1, :-1] += stiff
+    band[1, 1:] += stiff
+    return replace(targets, azimuth=np.asarray(solveh_banded(band, weight * targets.azimuth)))
+
+
+def _solve_nodes(
+    robot: Robot, targets: NodeTargets, path: SampledPath, configurations: ConfigurationSolver
+) -> tuple[NodeTargets, Flags]:
+    """Solve the nodes anew at their smooth azimuths, next to the chosen configurations; give where that failed."""
+    poses = tilted(path.T_base_tcp[targets.sample], targets.azimuth, targets.tilt)
+    q, lost = _nearest_branch(robot, poses, path.tool[targets.sample], targets.q, configurations)
+    lost |= np.max(np.abs(q - targets.q) * robot.turning, axis=1, initial=0.0) > np.radians(40.0)
+    return replace(targets, q=np.where(lost[:, None], targets.q, q)), lost
+
+
+def track_path(
+    robot: Robot, targets: NodeTargets, path: SampledPath, configurations: ConfigurationSolver
+) -> TrackedPath:
+    """Give the joints at every sample, nearest to what lies between the nodes' configurations."""
+    number = np.arange(len(path.times))
+    before = np.searchsorted(targets.sample, number, side="right") - 1
+    after = np.minimum(before + 1, len(targets.sample) - 1)
+    begin, end = path.times[targets.until[before]], path.times[targets.sample[after]]
+    inner = (number > targets.until[before]) & (end > begin)
+    share = np.where(inner, (path.times - begin) / np.where(end > begin, end - begin, 1.0), 0.0)
+    skipped = inner & np.append(targets.reconfigurations, False)[before]
+    share[skipped] = 0.0
+    reference = targets.q[before] + share[:, None] * (targets.q[after] - targets.q[before])
+    azimuth = targets.azimuth[before] + share * (targets.azimuth[after] - targets.azimuth[before])
+    azimuth = np.where(path.free, azimuth, 0.0)
+    tilt = targets.tilt[before] + share[:, None] * (targets.tilt[after] - targets.tilt[before])
+    poses = tilted(path.T_base_tcp, azimuth, tilt)
+    poses[skipped] = poses[targets.until[before]][skipped]
+    q, lost = _nearest_branch(robot, poses, path.tool, reference, configurations)
+    q[skipped] = targets.q[before][skipped]
+    begins = np.zeros(len(number), dtype=np.int64)
+    begins[targets.sample[1:][targets.reconfigurations]] = 1
+    return TrackedPath(path, q, poses, azimuth, tilt, np.cumsum(begins), lost & ~skipped)
+
+
+def _nearest_branch(
+    robot: Robot, poses: Poses, tool: Indices, reference: Joints, configurations: ConfigurationSolver
+) -> tuple[Joints, Flags]:
+    """Solve poses (k, 4, 4); give the branch next to a reference row, and where there is none within the limits."""
+    found, _ = solve_by_tool(poses, tool, configurations)
+    fitted = nearest_turns(robot, found, reference[:, None])
+    far = np.max(np.abs(fitted - reference[:, None]), axis=2)
+    far = np.where(np.isfinite(far), far, np.inf)
+    row = np.arange(len(poses))
+    best = np.argmin(np.round(far, 9), axis=1)
+    lost = ~np.isfinite(far[row, best])
+    return np.where(lost[:, None], reference, fitted[row, best]), lost
