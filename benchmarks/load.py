@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from boards.formats.tri.text import read_text
 from boards.formats.tri.tri import read_tri, write_tri
-from boards.formats.tri.tri_text import read_text
 from boards.understand import understand
 
 

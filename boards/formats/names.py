@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from specs.finding import Finding
+from specs.finding import Finding, FindingRule
 from specs.finding_rules import REPEATED_NAME
 
 _LISTED = 20
@@ -14,30 +14,40 @@ def some(names: Sequence[str]) -> str:
     return ", ".join(names[:_LISTED]) + more
 
 
+def listed(rule: FindingRule, names: Sequence[str], text: str) -> list[Finding]:
+    """One finding about all of the names, none if there is no name.
+
+    Args:
+        rule: Of the finding.
+        names: What it is about.
+        text: What follows the number of names; ``{}`` stands for the names.
+    """
+    return [Finding(rule, f"{len(names)} {text.format(some(names))}")] if names else []
+
+
 def cause(reason: Exception) -> str:
-    """Say what a library stumbled over, on one short line: some exceptions carry the whole file."""
+    """Cause of a library's exception on one short line: some carry the whole file."""
     text = " ".join(str(reason)[:200].split())
     return f"{type(reason).__name__}: {text[:100]}" if text else type(reason).__name__
 
 
-def distinct_names(wishes: Sequence[str]) -> tuple[list[str], list[Finding]]:
+def distinct_names(names: Sequence[str]) -> tuple[list[str], list[Finding]]:
     """Make names unique in file order: a second ``R1`` becomes ``R1-2``.
 
     Returns:
         The names, and one warning if any had to change.
     """
-    taken = set(wishes) | {"board"}
+    stated = set(names) | {"board"}
     used: set[str] = {"board"}
-    names: list[str] = []
+    result: list[str] = []
     changed: list[str] = []
-    for wish in wishes:
-        name, count = wish, 1
-        while name in used or (name in taken and name != wish):
+    for base in names:
+        name, count = base, 1
+        while name in used or (name in stated and name != base):
             count += 1
-            name = f"{wish}-{count}"
-        if name != wish:
+            name = f"{base}-{count}"
+        if name != base:
             changed.append(name)
         used.add(name)
-        names.append(name)
-    message = f"{len(changed)} components share a reference designator and were renamed: {some(changed)}."
-    return names, [Finding(REPEATED_NAME, message)] if changed else []
+        result.append(name)
+    return result, listed(REPEATED_NAME, changed, "components share a reference designator and were renamed: {}.")

@@ -9,11 +9,16 @@ from numpy.typing import NDArray
 
 from boards.board import Body, Role, Surface
 from boards.errors import BoardError
-from boards.formats.flat import UNITS_MM, Flatness, guess_unit, measure_flatness, turn_flat
 from boards.formats.gltf import read_gltf
-from boards.formats.loose import join_touching, split_bodies
 from boards.formats.meshes import read_mesh
-from boards.formats.placing import drop_layers, join_repeated, name_parts, split_roles
+from boards.formats.parts import (
+    drop_layers,
+    join_repeated,
+    join_touching,
+    name_parts,
+    split_bodies,
+    split_roles,
+)
 from boards.formats.step import read_step
 from boards.formats.tree import Node, Part, has_refdes, is_called_board, label_of, refdes_of, split_parts
 from boards.formats.tri.tri import SMALLEST_AREA_MM2
@@ -28,6 +33,31 @@ _GLTF = (".glb", ".gltf")
 _FARTHEST = 1e9  # whatever the unit
 _FARTHEST_MM = 1e6  # what a board file may hold
 _SMALLEST_NAMED_BOARD = 0.1  # of the largest plate; smaller ones are adapters, or parts with a board of their own
+_SAME_WAY = 0.999
+_THICKNESS_TO_SIDE = 0.35
+_NO_AREA = 1e-30
+_SMALLEST_TURN_RAD = 1e-4
+
+_UNITS_MM = {"mm": 1.0, "inches": 25.4, "metres": 1000.0, "micrometres": 0.001}
+"""Units a board file may be in, the most likely first."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Flatness:
+    """The direction in which most of a body's surface looks, and its size along and across it (units of the file)."""
+
+    normal: NDArray[np.float64]
+    """(3,) unit vector; its largest coordinate is positive."""
+    area: float
+    """Area of one side."""
+    thickness: float
+    length: float
+    """Diameter of the circle about the middle that holds it, across the normal."""
+
+    @property
+    def is_plate(self) -> bool:
+        """Much wider than thick, and not just a face."""
+        return 0.0 < self.thickness < _THICKNESS_TO_SIDE * self.area**0.5
 
 
 def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
@@ -55,9 +85,18 @@ def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body
     frame, turned = _find_frame(flatness, path)
     slab = frame.move(Part("board", None, board.patches, is_named=False))
     moved = [frame.move(part) for part in split_parts(tree, board)]
-    _check_reach([slab, *moved], path)
+    for part in [slab, *moved]:
+        if any(float(np.abs(patches).max()) > _FARTHEST_MM for patches in part.geometry):
+            message = f"{part.name or 'a body'} lies more than 1 km away. Check its place, and the unit of the file."
+            raise BoardError(message, file=path)
     parts, layers = drop_layers(slab.patches(), moved)
-    parts, joined = (join_touching(parts), _alone(parts)) if loose else join_repeated(parts)
+    if not loose:
+        parts, joined = join_repeated(parts)
+    elif parts:
+        parts, joined = join_touching(parts), []
+    else:
+        text = "nothing but the board was found: components must be bodies of their own, not fused with the board."
+        joined = [Finding(NO_COMPONENTS, text)]
     placed, around = split_roles(slab.patches(), parts)
     placed, renamed = name_parts(placed)
     progress("finding parts", 1.0)
@@ -89,24 +128,17 @@ def _check_geometry(tree: Node, path: Path) -> None:
         raise BoardError("holds no triangles or surfaces. Export the board with its solids.", file=path)
 
 
-def _check_reach(parts: list[Part], path: Path) -> None:
-    for part in parts:
-        if any(float(np.abs(patches).max()) > _FARTHEST_MM for patches in part.geometry):
-            message = f"{part.name or 'a body'} lies more than 1 km away. Check its place, and the unit of the file."
-            raise BoardError(message, file=path)
-
-
 def _is_loose(tree: Node, path: Path) -> bool:
-    """Tell whether names are of no help: one mesh, or a mesh file that names nothing like a component."""
+    """Whether names are of no help: one mesh, or a mesh file that names nothing like a component."""
     several = sum(1 for node in tree.walk() if node.patches) > 1
     return not several or (path.suffix.lower() not in _STEP and not has_refdes(tree))
 
 
-def _find_board(tree: Node, path: Path) -> tuple[Node, Flatness]:
+def _find_board(tree: Node, path: Path) -> tuple[Node, _Flatness]:
     """Choose the bare board: the largest plate that is named like one, else the largest plate."""
-    plates: list[tuple[Node, Flatness, bool]] = []
+    plates: list[tuple[Node, _Flatness, bool]] = []
     for node, named in _bare_leaves(tree, path.stem, is_root=True):
-        flatness = measure_flatness(np.concatenate(node.patches))
+        flatness = _measure_flatness(np.concatenate(node.patches))
         if flatness.is_plate:
             plates.append((node, flatness, named))
     if not plates:
@@ -139,30 +171,33 @@ class _Frame:
 
     def move(self, part: Part) -> Part:
         """Move a part; coordinates come out in steps of 0.0001 mm, patches that shrink to nothing are left out."""
-        moved = (self._move(patches) for patches in part.geometry)
-        return replace(part, geometry=tuple(patches for patches in moved if len(patches)))
+        geometry: list[Triangles] = []
+        for patches in part.geometry:
+            scaled = patches * self.scale
+            turned = scaled if self.turn is None else scaled @ self.turn.T
+            steps = np.round(turned, 4) + 0.0
+            steps = steps[areas_and_normals(steps)[0] > SMALLEST_AREA_MM2]
+            geometry += [steps] * bool(len(steps))
+        return replace(part, geometry=tuple(geometry))
 
-    def _move(self, patches: Triangles) -> Triangles:
-        scaled = patches * self.scale
-        turned = scaled if self.turn is None else scaled @ self.turn.T
-        steps = np.round(turned, 4) + 0.0
-        areas, _ = areas_and_normals(steps)
-        return steps[areas > SMALLEST_AREA_MM2]
 
-
-def _find_frame(board: Flatness, path: Path) -> tuple[_Frame, list[Finding]]:
+def _find_frame(board: _Flatness, path: Path) -> tuple[_Frame, list[Finding]]:
     findings: list[Finding] = []
     suffix = path.suffix.lower()
     default = "metres" if suffix in (*_STEP, *_GLTF) else "mm"
-    unit = default
-    if suffix not in _STEP:  # a STEP file states its unit
-        likely = sorted(UNITS_MM, key=lambda name: name != default)
-        unit = guess_unit(board, likely) or default
+    likely = [default] if suffix in _STEP else sorted(_UNITS_MM, key=lambda name: name != default)
+    # Length and thickness decide together: 4 x 0.063 is a board in inches, 0.1 x 0.0016 one in metres.
+    fitting = (
+        name
+        for name in likely
+        if 3.0 <= board.length * _UNITS_MM[name] <= 1500.0 and 0.1 <= board.thickness * _UNITS_MM[name] <= 12.0
+    )
+    unit = next(fitting, default)
     if unit != default:
         size = f"{board.length:.3g} across and {board.thickness:.3g} thick"
         message = f"the board is {size} in the units of the file: looks like {unit}, taken as such (not {default})."
         findings.append(Finding(UNIT_GUESSED, message))
-    turn = turn_flat(board.normal)
+    turn = _turn_flat(board.normal)
     if turn is not None:
         x, y, z = (round(float(value), 3) + 0.0 for value in board.normal)
         message = (
@@ -170,18 +205,45 @@ def _find_frame(board: Flatness, path: Path) -> tuple[_Frame, list[Finding]]:
         )
         findings.append(Finding(BOARD_TURNED, message))
     elif suffix in _GLTF:
-        findings.append(Finding(BOARD_NOT_TURNED, "glTF says y is up, but the board lies in x/y: not turned."))
-    return _Frame(UNITS_MM[unit], turn), findings
-
-
-def _alone(parts: list[Part]) -> list[Finding]:
-    if parts:
-        return []
-    message = "nothing but the board was found: components must be bodies of their own, not fused with the board."
-    return [Finding(NO_COMPONENTS, message)]
+        findings.append(Finding(BOARD_NOT_TURNED, "glTF states that y is up, but the board lies in x/y: not turned."))
+    return _Frame(_UNITS_MM[unit], turn), findings
 
 
 def _make_body(role: Role, part: Part) -> Body:
     patches = part.patches()
     surfaces = tuple(Surface(f"surface-{n}", len(own)) for n, own in enumerate(part.geometry, start=1))
     return Body(part.name, role, patches, areas_and_normals(patches)[1], surfaces, package=part.package)
+
+
+def _measure_flatness(patches: Triangles) -> _Flatness:
+    """Find the direction most of the surface looks in. Does not depend on how the body lies in the frame."""
+    areas, unit = areas_and_normals(patches)
+    if not areas.sum() > _NO_AREA:
+        return _Flatness(np.array([0.0, 0.0, 1.0]), 0.0, 0.0, 0.0)
+    steps = np.rint(unit * 500.0).astype(np.int64)  # neighbouring directions share a cell
+    key = (steps[:, 2] * 2048 + steps[:, 1]) * 2048 + steps[:, 0]
+    flip = np.where(key < 0, -1.0, 1.0)
+    _, cell = np.unique(np.abs(key), return_inverse=True)
+    best = int(np.argmax(np.round(np.bincount(cell, weights=areas) / areas.sum(), 9)))
+    chosen = cell == best
+    normal = (unit[chosen] * (flip * areas)[chosen, None]).sum(axis=0)
+    normal /= np.linalg.norm(normal)
+    if normal[int(np.argmax(np.round(np.abs(normal), 6)))] < 0.0:
+        normal = -normal
+    along = patches.reshape(-1, 3) @ normal
+    flat = patches.reshape(-1, 3) - along[:, None] * normal
+    middle = (flat.max(axis=0) + flat.min(axis=0)) / 2.0
+    area = float(areas[np.abs(unit @ normal) > _SAME_WAY].sum()) / 2.0
+    length = 2.0 * float(np.linalg.norm(flat - middle, axis=1).max())
+    return _Flatness(normal, area, float(np.ptp(along)), length)
+
+
+def _turn_flat(normal: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return the smallest rotation that takes ``normal`` to z (Rodrigues), or ``None`` if it is there already."""
+    axis = np.eye(3)[int(np.argmax(np.abs(normal)))]
+    towards = axis if np.linalg.norm(normal - axis) < _SMALLEST_TURN_RAD else normal
+    x, y, z = towards
+    if z == 1.0:
+        return None
+    cross = np.array([[0.0, 0.0, -x], [0.0, 0.0, -y], [x, y, 0.0]])
+    return np.eye(3) + cross + cross @ cross / (1.0 + z)

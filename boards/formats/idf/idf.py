@@ -10,10 +10,10 @@ from shapely import MultiPolygon, Polygon
 
 from boards.board import Body, Side
 from boards.errors import BoardError
-from boards.formats.idf.idf_library import Package, find_packages
-from boards.formats.idf.idf_text import Record, Section, read_loops, read_sections, spot_mm, unit_mm
+from boards.formats.idf.library import Package, find_packages
+from boards.formats.idf.text import Record, Section, read_loops, read_sections, spot_mm, unit_mm
 from boards.formats.loops import DRILL_MM, outline_of, slot
-from boards.formats.names import distinct_names, some
+from boards.formats.names import distinct_names, listed
 from boards.formats.prism import prism
 from specs.finding import Finding
 from specs.finding_rules import DOUBTFUL_HEIGHT, IDF_UNPLACED, NO_BODY, SMALL_DRILLS
@@ -22,6 +22,7 @@ _PARTNERS = {
     "board": (".emn", ".brd", ".idb", ".bdf", ".idf"),
     "library": (".emp", ".lib", ".idl", ".ldf", ".pro"),
 }
+_HIGH = "The library's heights were taken; correct them there, or the nozzle keeps far above the board."
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,50 +59,68 @@ def read_idf(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     Raises:
         BoardError: A file is missing or broken, or a package has no height or is not in the library.
     """
-    board_path, library_path = _pair(path)
-    sections = read_sections(board_path)
+    sections, library = _read_files(path)
     scale_mm = _read_header(sections[0])
-    edge = [section for section in sections if section.name == "BOARD_OUTLINE"]
-    if not edge:
-        raise BoardError("there is no .BOARD_OUTLINE section. Export the board, not the panel.", file=board_path)
-    board = _read_board(edge[0], sections, scale_mm)
-    bottom_z, top_z = 0.0, _thickness_mm(edge[0], scale_mm)
-    placements = [
-        placement
+    edge = next((section for section in sections if section.name == "BOARD_OUTLINE"), None)
+    if edge is None:
+        where = sections[0].opening.file
+        raise BoardError("there is no .BOARD_OUTLINE section. Export the board, not the panel.", file=where)
+    drills = [
+        tuple(record.number(place, name) * scale_mm for place, name in enumerate(("hole diameter", "x", "y")))
         for section in sections
-        if section.name == "PLACEMENT"
-        for placement in _read_placements(section, scale_mm)
+        if section.name == "DRILLED_HOLES"
+        for record in section.records
     ]
+    outline, top_z = _read_board(edge, drills, scale_mm)
+    placements = [item for section in sections if section.name == "PLACEMENT" for item in _read(section, scale_mm)]
     placed = [item for item in placements if item.placed]
-    packages = find_packages([(item.first, item.package, item.part) for item in placed], library_path)
-    stand = [(item, package) for item, package in zip(placed, packages, strict=True) if not package.flat]
-    patches, normals, surfaces = prism(board, bottom_z, top_z)
-    bodies = [Body("board", "board", patches, normals, surfaces)]
-    names, notes = distinct_names([_wish(item) for item, _ in stand])
-    for (item, package), name in zip(stand, names, strict=True):
-        bodies.append(_place(item, package, name, bottom_z if item.side == "bottom" else top_z))
-    flat = [item.refdes for item, package in zip(placed, packages, strict=True) if package.flat]
-    absent = [item.refdes for item in placements if not item.placed]
+    packages = find_packages([(item.first, item.package, item.part) for item in placed], library)
+    found = list(zip(placed, packages, strict=True))
+    stand = [(item, package) for item, package in found if not package.flat]
+    bodies = [Body("board", "board", *prism(outline, 0.0, top_z))]
+    # A mechanical part has no reference designator and is called after its package.
+    unnamed = ("NOREFDES", "BOARD")
+    names, renamed = distinct_names(
+        [item.package if item.refdes.upper() in unnamed else item.refdes for item, _ in stand]
+    )
+    bodies += [_place(item, package, name, top_z) for (item, package), name in zip(stand, names, strict=True)]
     high = [
-        f"{name} ({package.height_mm:g} mm)"
-        for (_, package), name in zip(stand, names, strict=True)
+        f"{body.name} ({package.height_mm:g} mm)"
+        for body, (_, package) in zip(bodies[1:], stand, strict=True)
         if package.doubtful
     ]
-    return tuple(bodies), (*_doubts(high), *notes, *_notes(absent, flat, _read_drills(sections, scale_mm)))
+    small = sum(1 for diameter, _, _ in drills if diameter < DRILL_MM)
+    text = f"{small} drilled holes below {DRILL_MM:g} mm are left out of the board's outline."
+    return tuple(bodies), (
+        *listed(
+            DOUBTFUL_HEIGHT, high, f"components are far higher in the library than their packages are: {{}}. {_HIGH}"
+        ),
+        *renamed,
+        *listed(
+            IDF_UNPLACED,
+            [item.refdes for item in placements if not item.placed],
+            "components are not placed yet and left out: {}.",
+        ),
+        *listed(
+            NO_BODY,
+            [item.refdes for item, package in found if package.flat],
+            "objects without a body are left out: {}.",
+        ),
+        *([Finding(SMALL_DRILLS, text)] if small else []),
+    )
 
 
-def _pair(path: Path) -> tuple[Path, Path | None]:
-    """Find the other file; the header, not the suffix, says which of the two was named."""
-    header = read_sections(path)[0]
-    header.need(1)
-    if header.records[0].fields[0].upper() == "LIBRARY_FILE":
-        board = _beside(path, _PARTNERS["board"])
-        if board is None:
-            raise BoardError(
-                f"this is the library; the board file {path.stem}.emn is not beside it. Put it there.", file=path
-            )
-        return board, path
-    return path, _beside(path, _PARTNERS["library"])
+def _read_files(path: Path) -> tuple[tuple[Section, ...], Path | None]:
+    """Read the sections of the board file and find the library; the header, not the suffix, states which was named."""
+    sections = read_sections(path)
+    sections[0].need(1)
+    if sections[0].records[0].fields[0].upper() != "LIBRARY_FILE":
+        return sections, _beside(path, _PARTNERS["library"])
+    board = _beside(path, _PARTNERS["board"])
+    if board is None:
+        missing = f"the board file {path.stem}.emn is not beside it"
+        raise BoardError(f"this is the library; {missing}. Put it there.", file=path)
+    return read_sections(board), path
 
 
 def _beside(path: Path, suffixes: Sequence[str]) -> Path | None:
@@ -124,117 +143,64 @@ def _read_header(header: Section) -> float:
     return unit_mm(second, len(second.fields) - 1)
 
 
-def _thickness_mm(edge: Section, scale_mm: float) -> float:
+def _read_board(
+    edge: Section, drills: Sequence[tuple[float, ...]], scale_mm: float
+) -> tuple[Polygon | MultiPolygon, float]:
+    """Read the outline, with drilled holes cut out, and the thickness, mm."""
     edge.need(2)
     thickness_mm = edge.records[0].number(0, "board thickness") * scale_mm
     if thickness_mm <= 0.0:
         raise edge.records[0].error("the board has no thickness. State it in the board outline.")
-    return thickness_mm
-
-
-def _read_board(edge: Section, sections: Sequence[Section], scale_mm: float) -> Polygon | MultiPolygon:
-    _thickness_mm(edge, scale_mm)
     loops = [ring for _, ring in read_loops(edge.records[1:], scale_mm)]
     along = loops[0][1] - loops[0][0]
     along = along / math.hypot(along[0], along[1])
-    drills = [
-        slot(np.array([x, y]), along, 0.0, diameter / 2.0)
-        for diameter, x, y in _read_drills(sections, scale_mm)
-        if diameter >= DRILL_MM
-    ]
-    return outline_of(loops, drills, file=edge.opening.file, spot=spot_mm)
+    holes = [slot(np.array([x, y]), along, 0.0, diameter / 2.0) for diameter, x, y in drills if diameter >= DRILL_MM]
+    return outline_of(loops, holes, file=edge.opening.file, spot=spot_mm), thickness_mm
 
 
-def _read_drills(sections: Sequence[Section], scale_mm: float) -> list[tuple[float, float, float]]:
-    """Diameter, x and y of every drilled hole, mm."""
-    return [
-        (
-            record.number(0, "hole diameter") * scale_mm,
-            record.number(1, "x") * scale_mm,
-            record.number(2, "y") * scale_mm,
-        )
-        for section in sections
-        if section.name == "DRILLED_HOLES"
-        for record in section.records
-    ]
-
-
-def _read_placements(section: Section, scale_mm: float) -> list[_Placement]:
+def _read(section: Section, scale_mm: float) -> list[_Placement]:
+    """Read placements: package, part, reference; then x, y, offset (not in IDF 2.0), rotation, side, status."""
     if len(section.records) % 2:
         raise section.records[-1].error("a placement has two lines; the second one is missing.")
-    return [
-        _read_placement(first, second, scale_mm)
-        for first, second in zip(section.records[::2], section.records[1::2], strict=True)
-    ]
+    placements: list[_Placement] = []
+    for first, second in zip(section.records[::2], section.records[1::2], strict=True):
+        if len(first.fields) != 3:
+            raise first.error("a placement begins with package, part number and reference designator; quote blanks.")
+        if len(second.fields) not in (5, 6):
+            raise second.error("the second line of a placement is x, y, offset, rotation, side and status.")
+        late = len(second.fields) - 6
+        side, status = second.fields[4 + late].upper(), second.fields[5 + late].upper()
+        if side not in ("TOP", "BOTTOM"):
+            raise second.error(f"the side is TOP or BOTTOM, not {side[:40]!r}.")
+        placement = _Placement(
+            first,
+            *first.fields,
+            x_mm=second.number(0, "x") * scale_mm,
+            y_mm=second.number(1, "y") * scale_mm,
+            offset_mm=second.number(2, "mounting offset") * scale_mm if late == 0 else 0.0,
+            rotation_rad=math.radians(second.number(3 + late, "rotation")),
+            side="top" if side == "TOP" else "bottom",
+            placed=status != "UNPLACED",
+        )
+        placements.append(placement)
+    return placements
 
 
-def _read_placement(first: Record, second: Record, scale_mm: float) -> _Placement:
-    """Package, part, reference; then x, y, offset (not in IDF 2.0), rotation, side, status."""
-    if len(first.fields) != 3:
-        raise first.error("a placement begins with package, part number and reference designator; quote blanks.")
-    if len(second.fields) not in (5, 6):
-        raise second.error("the second line of a placement is x, y, offset, rotation, side and status.")
-    late = len(second.fields) - 6
-    offset_mm = second.number(2, "mounting offset") * scale_mm if late == 0 else 0.0
-    side, status = second.fields[4 + late].upper(), second.fields[5 + late].upper()
-    if side not in ("TOP", "BOTTOM"):
-        raise second.error(f"the side is TOP or BOTTOM, not {side[:40]!r}.")
-    return _Placement(
-        first,
-        *first.fields,
-        second.number(0, "x") * scale_mm,
-        second.number(1, "y") * scale_mm,
-        offset_mm,
-        math.radians(second.number(3 + late, "rotation")),
-        "top" if side == "TOP" else "bottom",
-        status != "UNPLACED",
-    )
-
-
-def _wish(item: _Placement) -> str:
-    """Name of a component; a mechanical part has no reference designator and is called after its package."""
-    return item.package if item.refdes.upper() in ("NOREFDES", "BOARD") else item.refdes
-
-
-def _place(item: _Placement, package: Package, name: str, surface_z_mm: float) -> Body:
+def _place(item: _Placement, package: Package, name: str, top_z_mm: float) -> Body:
     """Stand a package on its side of the board."""
     cos, sin = math.cos(item.rotation_rad), math.sin(item.rotation_rad)
     ring = package.ring @ np.array([[cos, sin], [-sin, cos]])
-    up = 1.0
+    surface_z_mm, up = top_z_mm, 1.0
     if item.side == "bottom":
-        ring, up = ring * np.array([-1.0, 1.0]), -1.0
+        ring, surface_z_mm, up = ring * np.array([-1.0, 1.0]), 0.0, -1.0
     # The offset lifts the whole package: its height is counted from its own underside.
     near, far = surface_z_mm + up * item.offset_mm, surface_z_mm + up * (item.offset_mm + package.height_mm)
-    patches, normals, surfaces = prism(Polygon(ring + np.array([item.x_mm, item.y_mm])), min(near, far), max(near, far))
     return Body(
         name,
         "component",
-        patches,
-        normals,
-        surfaces,
+        *prism(Polygon(ring + np.array([item.x_mm, item.y_mm])), min(near, far), max(near, far)),
         package=package.name,
         part=item.part or None,
         side=item.side,
         gap_height_mm=item.offset_mm if item.offset_mm > 0.0 else None,
     )
-
-
-def _doubts(high: Sequence[str]) -> list[Finding]:
-    if not high:
-        return []
-    message = (
-        f"{len(high)} components are far higher in the library than their packages are: {some(high)}. The library's "
-        "heights were taken; correct them there, or the nozzle keeps far above the board."
-    )
-    return [Finding(DOUBTFUL_HEIGHT, message)]
-
-
-def _notes(absent: Sequence[str], flat: Sequence[str], drills: Sequence[tuple[float, float, float]]) -> list[Finding]:
-    """Say what was left out."""
-    small = sum(1 for diameter, _, _ in drills if diameter < DRILL_MM)
-    stated = (
-        (IDF_UNPLACED, len(absent), f"components are not placed yet and left out: {some(absent)}."),
-        (NO_BODY, len(flat), f"objects without a body are left out: {some(flat)}."),
-        (SMALL_DRILLS, small, f"drilled holes below {DRILL_MM:g} mm are left out of the board's outline."),
-    )
-    return [Finding(rule, f"{count} {text}") for rule, count, text in stated if count]

@@ -1,7 +1,7 @@
 """KiCad boards, versions 5 to 9: ``.kicad_pcb``."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,12 +9,10 @@ from shapely import LineString, MultiPolygon, Polygon
 
 from boards.board import Body
 from boards.errors import BoardError
-from boards.formats.kicad.kicad_footprint import Footprint, body_outline, drawn, drill_loops, is_copper, read_footprint
-from boards.formats.kicad.kicad_items import Item, read_items
-from boards.formats.kicad.kicad_pads import flat_pads
-from boards.formats.kicad.kicad_shapes import polyline
+from boards.formats.kicad.footprint import Footprint, body_outline, drill_loops, flat_pads, is_copper, read_footprint
+from boards.formats.kicad.items import Item, drawn, read_items
 from boards.formats.loops import CHAIN_MM, Point2, chain, outline_of
-from boards.formats.names import distinct_names, some
+from boards.formats.names import distinct_names, listed
 from boards.formats.prism import NOMINAL_HEIGHT, prism
 from boards.packages.gap_height import gap_height
 from boards.packages.package_families import package_family
@@ -47,6 +45,7 @@ class _Notes:
     assumed: list[str] = field(default_factory=list[str])
     from_pads: list[str] = field(default_factory=list[str])
     opened: list[str] = field(default_factory=list[str])
+    renamed: list[Finding] = field(default_factory=list[Finding])
 
 
 def read_kicad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
@@ -67,33 +66,26 @@ def read_kicad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     """
     board, items = read_items(path)
     footprints = [read_footprint(item) for item in items if item.head in ("footprint", "module")]
-    thickness_mm = _thickness_mm(items)
+    general = next((item for item in items if item.head == "general"), None)
+    thickness = None if general is None else general.first("thickness")
+    thickness_mm = _DEFAULT_THICKNESS_MM if thickness is None else thickness.number(0)
+    if thickness is not None and thickness_mm <= 0.0:
+        raise thickness.error("the board's thickness must be above 0. Correct it in the board setup.")
     notes = _Notes()
-    patches, normals, surfaces = prism(_read_outline(items, footprints, path, notes), 0.0, thickness_mm)
-    bodies = [Body("board", "board", patches, normals, surfaces)]
+    bodies = [Body("board", "board", *prism(_read_outline(items, footprints, path, notes), 0.0, thickness_mm))]
     parts = [(part, *body_outline(part)) for part in footprints if _is_part(part, notes)]
-    notes.left_out += [_wish(part) for part, outline, _ in parts if outline is None]
+    notes.left_out += [_name_of(part) for part, outline, _ in parts if outline is None]
     solid = [(part, outline, source) for part, outline, source in parts if outline is not None]
-    names, findings = distinct_names([_wish(part) for part, _, _ in solid])
+    names, notes.renamed = distinct_names([_name_of(part) for part, _, _ in solid])
     for (part, outline, source), name in zip(solid, names, strict=True):
         if source == "pads":
             notes.from_pads.append(name)
         bodies.append(_build_body(part, outline, name, thickness_mm, notes))
-    return tuple(bodies), (*_check_version(board), *findings, *_findings(notes))
+    return tuple(bodies), tuple(_findings(notes, int(board.atoms[0]) if board.atoms else 0))
 
 
-def _wish(part: Footprint) -> str:
+def _name_of(part: Footprint) -> str:
     return "".join(part.reference.split()) or part.package or "unnamed"
-
-
-def _thickness_mm(items: Sequence[Item]) -> float:
-    general = next((item for item in items if item.head == "general"), None)
-    thickness = None if general is None else general.first("thickness")
-    if thickness is None:
-        return _DEFAULT_THICKNESS_MM
-    if thickness.number(0) <= 0.0:
-        raise thickness.error("the board's thickness must be above 0. Correct it in the board setup.")
-    return thickness.number(0)
 
 
 def _read_outline(
@@ -103,35 +95,23 @@ def _read_outline(
 
     Lines that enclose nothing are noted where a closed edge lies around them: breaking and scoring lines.
     """
-    edges = [
-        line
-        for item in items
-        if item.head.startswith("gr_") and item.word("layer") == _EDGE and (line := polyline(item)) is not None
-    ]
+    edges = drawn(items, "gr_", _EDGE)
     drills: list[Points2] = []
     for footprint in footprints:
-        edges.extend(footprint.place(line) for line in drawn(footprint, _EDGE))
+        edges.extend(footprint.place(line) for line in footprint.drawn(_EDGE))
         drills.extend(drill_loops(footprint))
     loops, opened = chain(edges)
-    if opened and not _lie_within(opened, loops):
-        raise BoardError(
-            f"the board outline on {_EDGE} is open between {_spot(opened[0][0])} and {_spot(opened[0][-1])}"
-            + (f" and in {len(opened) - 1} more places" if len(opened) > 1 else "")
-            + f" (KiCad's coordinates). Close it within {CHAIN_MM:g} mm in KiCad.",
-            file=path,
-        )
+    largest = max((Polygon(loop) for loop in loops), key=lambda loop: round(loop.area, 4), default=Polygon())
+    if opened and not (largest.is_valid and all(largest.buffer(CHAIN_MM).covers(LineString(line)) for line in opened)):
+        more = f" and in {len(opened) - 1} more places" if len(opened) > 1 else ""
+        gap = f"is open between {_spot(opened[0][0])} and {_spot(opened[0][-1])}{more} (KiCad's coordinates)"
+        raise BoardError(f"the board outline on {_EDGE} {gap}. Close it within {CHAIN_MM:g} mm in KiCad.", file=path)
     notes.opened += [_spot(line[0]) for line in opened]
     return outline_of(loops, drills, file=path, spot=_spot)
 
 
-def _lie_within(lines: Sequence[Points2], loops: Sequence[Points2]) -> bool:
-    """Whether the largest loop lies around all of the lines."""
-    edge = max((Polygon(loop) for loop in loops), key=lambda loop: round(loop.area, 4), default=Polygon())
-    return edge.is_valid and all(edge.buffer(CHAIN_MM).covers(LineString(line)) for line in lines)
-
-
 def _spot(point: Point2) -> str:
-    """Say a point as KiCad shows it, y down."""
+    """Describe a point as KiCad shows it, y down."""
     return f"x {point[0]:.3f}, y {-point[1] + 0.0:.3f} mm"
 
 
@@ -139,12 +119,12 @@ def _is_part(part: Footprint, notes: _Notes) -> bool:
     """Whether a footprint carries a body; what does not is noted."""
     family = package_family(part.package)
     flat = family is not None and family.source == "no body"
-    bare = not part.pads and not any(drawn(part, layer) for layer in ("F.Fab", "B.Fab", "F.CrtYd", "B.CrtYd"))
+    bare = not part.pads and not part.is_drawn
     # Real connectors are marked virtual, too: what has two pins or more stays in the nozzle's way.
     virtual = family is None and (part.pins or 0) < 2 and bool(part.attributes & _VIRTUAL)
     copper = family is None and (is_copper(part) or _NO_PART.search(part.package) is not None)
     if flat or bare or virtual or copper or "dnp" in part.attributes:
-        notes.left_out.append(_wish(part))
+        notes.left_out.append(_name_of(part))
         return False
     return True
 
@@ -158,13 +138,10 @@ def _build_body(part: Footprint, outline: Polygon | MultiPolygon, name: str, top
     gap_mm = gap_height(part.package, None).nominal_mm or 0.0
     gap_mm = gap_mm if gap_mm < height_mm else 0.0
     low, high = (-height_mm, -gap_mm) if part.side == "bottom" else (top_z_mm + gap_mm, top_z_mm + height_mm)
-    patches, normals, surfaces = prism(part.place_outline(outline), low, high)
     return Body(
         name,
         "component",
-        patches,
-        normals,
-        surfaces,
+        *prism(part.place_outline(outline), low, high),
         package=part.package or None,
         part=part.part or None,
         value=part.value or None,
@@ -175,37 +152,15 @@ def _build_body(part: Footprint, outline: Polygon | MultiPolygon, name: str, top
     )
 
 
-def _check_version(board: Item) -> list[Finding]:
-    version = int(board.atoms[0]) if board.atoms else 0
-    if _FIRST_VERSION <= version <= _LAST_VERSION:
-        return []
-    message = f"The file is of format version {version}; versions 5 to 9 of KiCad are known. Check what was read."
-    return [Finding(KICAD_VERSION, message)]
-
-
-def _findings(notes: _Notes) -> list[Finding]:
-    findings: list[Finding] = []
-    if notes.left_out:
-        message = (
-            f"{len(notes.left_out)} footprints without a body or not mounted are left out: {some(notes.left_out)}."
-        )
-        findings.append(Finding(NO_BODY, message))
-    if notes.opened:
-        message = (
-            f"{len(notes.opened)} lines on {_EDGE} enclose nothing and were left out; they start at "
-            f"{some(notes.opened)} (KiCad's coordinates). Close them if they are cut-outs."
-        )
-        findings.append(Finding(OPEN_EDGE, message))
-    if notes.assumed:
-        message = (
-            f"{len(notes.assumed)} components are of no known package family and were given a height of "
-            f"{_ASSUMED_MM:g} mm: {some(notes.assumed)}. Give a parts table with a height column."
-        )
-        findings.append(Finding(ASSUMED_HEIGHT, message))
-    if notes.from_pads:
-        message = (
-            f"{len(notes.from_pads)} footprints have neither a fabrication drawing nor a courtyard; the box around "
-            f"their pads was taken for the body: {some(notes.from_pads)}. Draw F.Fab where the body is larger."
-        )
-        findings.append(Finding(OUTLINE_FROM_PADS, message))
-    return findings
+def _findings(notes: _Notes, version: int) -> Iterator[Finding]:
+    if not _FIRST_VERSION <= version <= _LAST_VERSION:
+        known = "versions 5 to 9 of KiCad are known"
+        yield Finding(KICAD_VERSION, f"The file is of format version {version}; {known}. Check what was read.")
+    yield from notes.renamed
+    yield from listed(NO_BODY, notes.left_out, "footprints without a body or not mounted are left out: {}.")
+    text = f"lines on {_EDGE} enclose nothing and were left out; they start at {{}} (KiCad's coordinates). "
+    yield from listed(OPEN_EDGE, notes.opened, f"{text}Close them if they are cut-outs.")
+    text = f"components are of no known package family and were given a height of {_ASSUMED_MM:g} mm: {{}}. "
+    yield from listed(ASSUMED_HEIGHT, notes.assumed, f"{text}Give a parts table with a height column.")
+    text = "footprints have neither a fabrication drawing nor a courtyard; the box around their pads was taken for the "
+    yield from listed(OUTLINE_FROM_PADS, notes.from_pads, f"{text}body: {{}}. Draw F.Fab where the body is larger.")

@@ -1,5 +1,6 @@
 """The triangulated board file ``.tri``: read with its numbers in bulk, written the same way every time."""
 
+import math
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import cast, get_args
@@ -7,12 +8,10 @@ from typing import cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Body, Role, Side, Surface
-from boards.errors import BoardError
-from boards.formats.tri.tri_legacy import read_legacy_layout
-from boards.formats.tri.tri_pads import read_pads, write_pads
-from boards.formats.tri.tri_records import MILLIMETRES, Item, Layout, read_count, read_layout
-from boards.formats.tri.tri_text import cut, is_number, read_text
+from boards.board import Body, Pad, Role, Side, Surface
+from boards.errors import BoardError, Line
+from boards.formats.tri.layout import MILLIMETRES, Item, Layout, read_count, read_layout, read_legacy_layout
+from boards.formats.tri.text import cut, is_number, read_text
 from geometry.arrays import Directions, Triangles
 from geometry.mesh import areas_and_normals, cross_products
 from specs.finding import Finding
@@ -24,6 +23,7 @@ SMALLEST_AREA_MM2 = 2.5e-9
 _FARTHEST_MM = 1e6
 _PATCH = "%.4f " * 9 + "%.5f %.5f %.5f\n"
 _ROWS = 4096
+_PAD_SHAPES = ("rect", "round")
 
 
 def read_tri(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
@@ -39,40 +39,24 @@ def read_tri(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     layout = read_layout(content, path) if content.records else read_legacy_layout(content, path)
     values = content.numbers.values
     may_be_far = values.size and max(values.max(), -values.min()) * MILLIMETRES[layout.units] > _FARTHEST_MM
-    patches, normals = _gather(values, layout)
+    stated = layout.widths == 12
+    if stated.all() and len(stated) * 12 == len(values):
+        table = values.reshape(-1, 12)
+        patches, normals = table[:, :9].reshape(-1, 3, 3), table[:, 9:].copy()
+    else:
+        patches, normals = values[layout.offsets[:, None] + np.arange(9)].reshape(-1, 3, 3), np.zeros((len(stated), 3))
+        normals[stated] = values[layout.offsets[stated, None] + np.arange(9, 12)]
     if layout.units != "mm":
         patches *= MILLIMETRES[layout.units]
     if may_be_far:
-        _check_distance(patches, layout, path)
+        for far in np.flatnonzero((np.abs(patches) > _FARTHEST_MM).any(axis=(1, 2)))[:1].tolist():
+            raise Line(path, int(layout.lines[far])).error("a vertex lies more than 1 km away. Check the units.")
     keep, notes = _check_patches(patches, normals, layout)
     roles = _legacy_roles(layout.items, patches) if layout.legacy else _read_roles(layout.items, path)
     if layout.legacy:
-        message = (
-            "The file holds numbers only and states no units: mm taken, the board is the object of largest plan area."
-        )
-        notes.append(Finding(TRI_LEGACY, message))
-    return tuple(_build(layout, roles, patches, normals, keep, path)), tuple(notes)
-
-
-def _gather(values: NDArray[np.float64], layout: Layout) -> tuple[Triangles, Directions]:
-    """Sort the numbers into patches and normals; a normal that is not stated is zero for now."""
-    count = len(layout.offsets)
-    if (layout.widths == 12).all() and count * 12 == len(values):
-        table = values.reshape(-1, 12)
-        return table[:, :9].reshape(-1, 3, 3), table[:, 9:].copy()
-    patches = values[layout.offsets[:, None] + np.arange(9)].reshape(-1, 3, 3)
-    normals = np.zeros((count, 3))
-    stated = layout.widths == 12
-    normals[stated] = values[layout.offsets[stated, None] + np.arange(9, 12)]
-    return patches, normals
-
-
-def _check_distance(patches: Triangles, layout: Layout, path: Path) -> None:
-    far = np.flatnonzero((np.abs(patches) > _FARTHEST_MM).any(axis=(1, 2)))
-    if far.size:
-        raise BoardError(
-            "a vertex lies more than 1 km away. Check the units.", file=path, line=int(layout.lines[far[0]])
-        )
+        taken = "mm taken, the board is the object of largest plan area"
+        notes.append(Finding(TRI_LEGACY, f"The file holds numbers only and states no units: {taken}."))
+    return tuple(_build(layout, roles, patches, normals, keep)), tuple(notes)
 
 
 def _check_patches(patches: Triangles, normals: Directions, layout: Layout) -> tuple[NDArray[np.bool_], list[Finding]]:
@@ -117,13 +101,13 @@ def _read_roles(items: Iterable[Item], path: Path) -> list[Role]:
     roles: list[Role] = []
     board: Item | None = None
     for item in items:
-        role = cast(Role | None, _choice(item, "role", get_args(Role), path))
+        role = cast(Role | None, _choice(item, "role", get_args(Role)))
         if role is None:
-            raise BoardError(f"object {item.name} has no role=board, component or fixture.", file=path, line=item.line)
+            raise item.error(f"object {item.name} has no role=board, component or fixture.")
         if role == "board":
             if board is not None:
-                message = f"a second board, {item.name}; line {board.line} has one already. Give one another role."
-                raise BoardError(message, file=path, line=item.line)
+                already = f"a second board, {item.name}; line {board.line} has one already"
+                raise item.error(f"{already}. Give one another role.")
             board = item
         roles.append(role)
     if board is None:
@@ -131,19 +115,20 @@ def _read_roles(items: Iterable[Item], path: Path) -> list[Role]:
     return roles
 
 
-def _choice(item: Item, key: str, words: tuple[str, ...], path: Path) -> str | None:
+def _choice(item: Item, key: str, words: tuple[str, ...]) -> str | None:
     value = item.attributes.get(key)
     if value is not None and value not in words:
-        raise BoardError(f"{key}={value[:40]!r} of {item.name}: write {' or '.join(words)}.", file=path, line=item.line)
+        raise item.error(f"{key}={value[:40]!r} of {item.name}: write {' or '.join(words)}.")
     return value
 
 
 def _build(
-    layout: Layout, roles: list[Role], patches: Triangles, normals: Directions, keep: NDArray[np.bool_], path: Path
+    layout: Layout, roles: list[Role], patches: Triangles, normals: Directions, keep: NDArray[np.bool_]
 ) -> Iterator[Body]:
     patches, normals = (patches, normals) if keep.all() else (patches[keep], normals[keep])
     counts = [count for item in layout.items for _, count in item.surfaces]
     left = iter(np.diff(np.concatenate(([0], np.cumsum(keep)))[np.cumsum([0, *counts])]).tolist())
+    scale_mm = MILLIMETRES[layout.units]
     last = 0
     for item, role in zip(layout.items, roles, strict=True):
         first = last
@@ -151,34 +136,42 @@ def _build(
         surfaces = tuple(surface for surface in kept if surface.patches)
         last = first + sum(surface.patches for surface in surfaces)
         if first == last:
-            raise BoardError(f"object {item.name} has no patch with an area.", file=path, line=item.line)
-        attributes = item.attributes
+            raise item.error(f"object {item.name} has no patch with an area.")
+        stated = item.attributes
         yield Body(
             name=item.name,
             role=role,
             patches=patches[first:last],
             normals=normals[first:last],
             surfaces=surfaces,
-            package=attributes.get("package"),
-            part=attributes.get("part"),
-            value=attributes.get("value"),
-            pins=read_count(attributes["pins"], f"pins of {item.name}", item.line, path)
-            if "pins" in attributes
-            else None,
-            side=cast(Side | None, _choice(item, "side", get_args(Side), path)),
-            gap_height_mm=_read_gap_height(item, layout.units, path),
-            extra=tuple((key, value) for key, value in attributes.items() if key.startswith("x-")),
-            pads=read_pads(item, layout.units, path),
+            package=stated.get("package"),
+            part=stated.get("part"),
+            value=stated.get("value"),
+            pins=read_count(stated["pins"], f"pins of {item.name}", item) if "pins" in stated else None,
+            side=cast(Side | None, _choice(item, "side", get_args(Side))),
+            gap_height_mm=_read_gap_height(item, stated["standoff"], scale_mm) if "standoff" in stated else None,
+            extra=tuple((key, value) for key, value in stated.items() if key.startswith("x-")),
+            pads=tuple(_read_pad(word, item, scale_mm) for word in stated["pads"].split(";"))
+            if stated.get("pads")
+            else (),
         )
 
 
-def _read_gap_height(item: Item, units: str, path: Path) -> float | None:
-    word = item.attributes.get("standoff")
-    if word is None:
-        return None
-    if is_number(word) and 0.0 <= float(word) * MILLIMETRES[units] <= _FARTHEST_MM:
-        return float(word) * MILLIMETRES[units] + 0.0
-    raise BoardError(f"standoff={word[:40]!r} of {item.name}: write a length ≥ 0.", file=path, line=item.line)
+def _read_gap_height(item: Item, word: str, scale_mm: float) -> float:
+    if is_number(word) and 0.0 <= float(word) * scale_mm <= _FARTHEST_MM:
+        return float(word) * scale_mm + 0.0
+    raise item.error(f"standoff={word[:40]!r} of {item.name}: write a length ≥ 0.")
+
+
+def _read_pad(word: str, item: Item, scale_mm: float) -> Pad:
+    """Read one of an object's ``pads``: ``x,y,length,width,degrees,rect`` or ``round``, ``;`` between pads."""
+    fields = [field.strip() for field in word.split(",")]
+    if len(fields) == 6 and fields[5] in _PAD_SHAPES and all(map(is_number, fields[:5])):
+        x, y, length, width = (float(field) * scale_mm + 0.0 for field in fields[:4])
+        if round(min(length, width), 4) > 0.0 and max(abs(x), abs(y), length, width) <= _FARTHEST_MM:
+            return Pad(x, y, length, width, math.radians(float(fields[4])), fields[5] == "round")
+    form = "write x,y,length,width,degrees,rect (or round), pads with ';' between"
+    raise item.error(f"pad {word[:60]!r} of {item.name}: {form}.")
 
 
 def write_tri(bodies: Iterable[Body]) -> str:
@@ -224,10 +217,15 @@ def _attributes(body: Body) -> str:
         ("pins", body.pins),
         ("side", body.side),
         ("standoff", None if body.gap_height_mm is None else f"{body.gap_height_mm:.4f}"),
-        ("pads", write_pads(body.pads)),
+        ("pads", ";".join(map(_write_pad, body.pads)) or None),
         *body.extra,
     ]
     return "".join(f" {key}={_word(str(value))}" for key, value in stated if value is not None)
+
+
+def _write_pad(pad: Pad) -> str:
+    numbers = (pad.x_mm, pad.y_mm, pad.length_mm, pad.width_mm, math.degrees(pad.turn_rad))
+    return ",".join([*(f"{round(number, 4) + 0.0:.4f}" for number in numbers), _PAD_SHAPES[pad.round]])
 
 
 def _word(text: str) -> str:

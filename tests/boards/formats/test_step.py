@@ -8,7 +8,7 @@ from step_writer import HEAD, Placed, StepWriter
 from boards.board import Body
 from boards.errors import BoardError
 from boards.formats.scene import read_scene
-from boards.formats.step_products import Structure, name_products, read_structure
+from boards.formats.step import Structure, name_products, read_structure
 from boards.formats.tree import Node
 from specs.finding import Finding
 

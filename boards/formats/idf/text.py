@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from boards.errors import BoardError
+from boards.errors import BoardError, Line, read_bytes
 from boards.formats.loops import CHAIN_MM, arc, arc_between
 from geometry.arrays import Points2
 
@@ -21,11 +21,9 @@ _UNITS_MM = {"MM": 1.0, "THOU": 0.0254, "TNM": 1e-5}
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
-    """One line: its fields, and where it stands."""
+class Record(Line):
+    """One line and its fields."""
 
-    file: Path
-    line: int
     fields: tuple[str, ...]
 
     def number(self, place: int, name: str) -> float:
@@ -42,10 +40,6 @@ class Record:
             stated = self.fields[place] if place < len(self.fields) else "nothing"
             raise self.error(f"{name} must be a number, not {stated[:40]!r}. Correct it or export the board again.")
         return value
-
-    def error(self, message: str) -> BoardError:
-        """Build the error that names this line."""
-        return BoardError(message, file=self.file, line=self.line)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +64,7 @@ def read_sections(path: Path) -> tuple[Section, ...]:
     """
     records = _records(path)
     if not records or records[0].fields[0].upper() != ".HEADER":
-        raise BoardError("not an IDF file: it must begin with .HEADER. Export it again as IDF 3.0.", file=path, line=1)
+        raise Line(path, 1).error("not an IDF file: it must begin with .HEADER. Export it again as IDF 3.0.")
     sections: list[Section] = []
     opening: Record | None = None
     start = 0
@@ -84,9 +78,8 @@ def read_sections(path: Path) -> tuple[Section, ...]:
             sections.append(Section(_name(opening), opening, tuple(records[start:number])))
             opening = None
         elif word.startswith("."):
-            raise record.error(
-                f".END_{_name(opening)} is expected before {word[:40]!r} (opened in line {opening.line})."
-            )
+            before = f"before {word[:40]!r} (opened in line {opening.line})"
+            raise record.error(f".END_{_name(opening)} is expected {before}.")
     if opening is not None:
         raise opening.error(f".END_{_name(opening)} is missing. The file is incomplete: export or copy it again.")
     return tuple(sections)
@@ -97,10 +90,7 @@ def _name(opening: Record) -> str:
 
 
 def _records(path: Path) -> list[Record]:
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise BoardError(f"cannot be read ({error.strerror}).", file=path) from None
+    data = read_bytes(path)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -111,7 +101,7 @@ def _records(path: Path) -> list[Record]:
         if line.lstrip()[:1] not in ("", "#"):
             fields = tuple(quoted or plain for quoted, plain in _TOKEN.findall(line))
             if "\0" in line or not fields:
-                raise BoardError("not a text file. Export it again as IDF 3.0.", file=path, line=number)
+                raise Line(path, number).error("not a text file. Export it again as IDF 3.0.")
             records.append(Record(path, number, fields))
     return records
 
@@ -147,44 +137,33 @@ def read_loops(records: Sequence[Record], scale_mm: float) -> list[tuple[int, Po
             raise _unclosed(run)
         x, y = record.number(1, "x") * scale_mm, record.number(2, "y") * scale_mm
         run.append((record, x, y, math.radians(record.number(3, "included angle"))))
-        ring = _circle(run) if abs(run[-1][3]) > _FULL_RAD else _ring(run)
+        ring = _ring(run)
         if ring is not None:
-            loops.append((int(label), _distinct(ring, run)))
+            ring = ring[np.hypot(*(ring - np.roll(ring, 1, axis=0)).T) > _SAME_MM]  # no point repeats the one before
+            if len(ring) < 3:
+                start = f"the loop that starts in line {run[0][0].line} encloses nothing"
+                raise record.error(f"{start}. Correct it or export the board again.")
+            loops.append((int(label), ring))
             run = []
     if run:
         raise _unclosed(run)
     return loops
 
 
-def _distinct(ring: Points2, run: list[tuple[Record, float, float, float]]) -> Points2:
-    """Leave out points that repeat the one before."""
-    ring = ring[np.hypot(*(ring - np.roll(ring, 1, axis=0)).T) > _SAME_MM]
-    if len(ring) < 3:
-        raise run[-1][0].error(
-            f"the loop that starts in line {run[0][0].line} encloses nothing. Correct it or export the board again."
-        )
-    return ring
-
-
 def _unclosed(run: list[tuple[Record, float, float, float]]) -> BoardError:
-    _, x, y, _ = run[0]
-    return run[-1][0].error(
-        f"the loop that starts in line {run[0][0].line} at ({x:.3f}, {y:.3f}) mm does not return to its start. "
-        "Close it or export the board again."
-    )
-
-
-def _circle(run: list[tuple[Record, float, float, float]]) -> Points2:
-    if len(run) != 2:
-        raise run[-1][0].error("a full circle must be a loop of two points: its centre, then a point on it.")
-    (_, cx, cy, _), (_, x, y, turn) = run
-    turn = math.copysign(2.0 * math.pi, turn)
-    return arc(np.array([x, y]), np.array([cx, cy]), turn)[:-1]
+    first, x, y, _ = run[0]
+    start = f"the loop that starts in line {first.line} at {spot_mm(np.array([x, y]))} does not return to its start"
+    return run[-1][0].error(f"{start}. Close it or export the board again.")
 
 
 def _ring(run: list[tuple[Record, float, float, float]]) -> Points2 | None:
-    """Return the loop if its last point is its first one again."""
-    if len(run) < 3 or math.hypot(run[-1][1] - run[0][1], run[-1][2] - run[0][2]) > CHAIN_MM:
+    """Return the loop if it is a circle, or if its last point is its first one again."""
+    record, x, y, turn = run[-1]
+    if abs(turn) > _FULL_RAD:
+        if len(run) != 2:
+            raise record.error("a full circle must be a loop of two points: its centre, then a point on it.")
+        return arc(np.array([x, y]), np.array(run[0][1:3]), math.copysign(2.0 * math.pi, turn))[:-1]
+    if len(run) < 3 or math.hypot(x - run[0][1], y - run[0][2]) > CHAIN_MM:
         return None
     pieces = [
         arc_between(np.array([ax, ay]), np.array([bx, by]), turn)[:-1]
@@ -194,5 +173,5 @@ def _ring(run: list[tuple[Record, float, float, float]]) -> Points2 | None:
 
 
 def spot_mm(point: Points2) -> str:
-    """Say a point for a message."""
+    """Describe a point in a message."""
     return f"({point[0]:.3f}, {point[1]:.3f}) mm"

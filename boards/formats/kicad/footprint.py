@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,15 +10,15 @@ import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.affinity import affine_transform
 
-from boards.board import Side
-from boards.formats.kicad.kicad_items import Item
-from boards.formats.kicad.kicad_shapes import polyline
+from boards.board import Pad, Side
+from boards.formats.kicad.items import Item, drawn, polyline
 from boards.formats.loops import DRILL_MM, Point2, slot
 from geometry.arrays import Points2
 
 _COURTYARD_MM = 0.25
 """Usual distance of KiCad's courtyard from the body (KiCad library convention F5.3)."""
 
+_LEAST_PAD_MM = 1e-3
 _PART_KEYS = ("mpn", "manufacturerpartnumber", "mfrpartnumber", "mfrpn", "partnumber", "manufacturerpn", "pn", "part")
 
 
@@ -53,6 +53,15 @@ class Footprint:
         """Every pad, plain holes included."""
         return tuple(self.item.all("pad"))
 
+    def drawn(self, layer: str) -> list[Points2]:
+        """Polylines on one layer, in the footprint's frame."""
+        return drawn(self.item.items, "fp_", layer)
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether a body or a courtyard is drawn on either side."""
+        return any(self.drawn(layer) for layer in ("F.Fab", "B.Fab", "F.CrtYd", "B.CrtYd"))
+
     @property
     def pins(self) -> int | None:
         """Number of different pad numbers; ``None`` without any."""
@@ -69,7 +78,8 @@ def read_footprint(item: Item) -> Footprint:
     at = item.first("at")
     if at is None:
         raise item.error(f"the footprint {item.atoms[:1]} has no (at x y). Save the board in KiCad again.")
-    properties = {_plain(entry.atoms[0]): entry.atoms[1] for entry in item.all("property") if len(entry.atoms) > 1}
+    stated = [entry.atoms for entry in item.all("property") if len(entry.atoms) > 1]
+    properties = {re.sub(r"[^a-z0-9]", "", atoms[0].lower()): atoms[1] for atoms in stated}
     texts = {entry.atoms[0]: entry.atoms[1] for entry in item.all("fp_text") if len(entry.atoms) > 1}
     attributes = [atom for entry in item.all("attr") for atom in entry.atoms]
     return Footprint(
@@ -78,25 +88,11 @@ def read_footprint(item: Item) -> Footprint:
         package=(item.atoms[0] if item.atoms else "").rpartition(":")[2].strip(),
         side="bottom" if item.word("layer").startswith("B.") else "top",
         origin=at.here(),
-        turn_rad=math.radians(at.number(2)) if len(at.atoms) > 2 else 0.0,
+        turn_rad=item.angle(),
         attributes=frozenset(attributes),
         value=(properties.get("value") or texts.get("value") or "").strip(),
         part=next((properties[key].strip() for key in _PART_KEYS if properties.get(key, "").strip()), ""),
     )
-
-
-def _plain(key: str) -> str:
-    return re.sub(r"[^a-z0-9]", "", key.lower())
-
-
-def drawn(footprint: Footprint, layer: str) -> list[Points2]:
-    """Polylines on one layer, in the footprint's frame."""
-    lines = [
-        polyline(entry)
-        for entry in footprint.item.items
-        if entry.head.startswith("fp_") and entry.word("layer") == layer
-    ]
-    return [line for line in lines if line is not None]
 
 
 def body_outline(footprint: Footprint) -> tuple[Polygon | MultiPolygon | None, str]:
@@ -108,11 +104,16 @@ def body_outline(footprint: Footprint) -> tuple[Polygon | MultiPolygon | None, s
         The outline (``None`` if nothing has an area) and its source: ``fab``, ``courtyard`` or ``pads``.
     """
     front = "B." if footprint.side == "bottom" else "F."
-    pads = _pads_box(footprint)
-    fabricated = _filled(drawn(footprint, f"{front}Fab"))
+    pads = None
+    corners = [_pad_corners(pad, footprint) for pad in footprint.pads if "np_thru_hole" not in pad.atoms]
+    if corners:
+        points = np.concatenate(corners)
+        (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
+        pads = shapely.box(x0, y0, x1, y1) if x1 - x0 > 0.01 and y1 - y0 > 0.01 else None
+    fabricated = _filled(footprint.drawn(f"{front}Fab"))
     if fabricated is not None and (pads is None or fabricated.area >= 0.1 * pads.area):
         return fabricated, "fab"
-    courtyard = _filled(drawn(footprint, f"{front}CrtYd"))
+    courtyard = _filled(footprint.drawn(f"{front}CrtYd"))
     if courtyard is not None:
         shrunk = courtyard.buffer(-_COURTYARD_MM, join_style="mitre")
         return (courtyard if shrunk.is_empty else shrunk), "courtyard"
@@ -122,8 +123,7 @@ def body_outline(footprint: Footprint) -> tuple[Polygon | MultiPolygon | None, s
 def is_copper(footprint: Footprint) -> bool:
     """Whether nothing but one pad is there: a via, a hole or a wire pad that was made a footprint."""
     pads = [pad for pad in footprint.pads if "np_thru_hole" not in pad.atoms]
-    shown = any(drawn(footprint, layer) for layer in ("F.Fab", "B.Fab", "F.CrtYd", "B.CrtYd"))
-    return len(pads) < 2 and not shown and footprint.item.first("model") is None
+    return len(pads) < 2 and not footprint.is_drawn and footprint.item.first("model") is None
 
 
 def _filled(lines: Sequence[Points2]) -> Polygon | MultiPolygon | None:
@@ -144,29 +144,12 @@ def _filled(lines: Sequence[Points2]) -> Polygon | MultiPolygon | None:
     return kept[0] if len(kept) == 1 else MultiPolygon(kept)
 
 
-def _pads_box(footprint: Footprint) -> Polygon | None:
-    """Box around the pads in the footprint's frame; ``None`` if there is no copper."""
-    corners = [_pad_corners(pad, footprint) for pad in footprint.pads if "np_thru_hole" not in pad.atoms]
-    if not corners:
-        return None
-    points = np.concatenate(corners)
-    (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
-    return shapely.box(x0, y0, x1, y1) if x1 - x0 > 0.01 and y1 - y0 > 0.01 else None
-
-
-def _pad_turn(pad: Item, footprint: Footprint) -> float:
-    """Angle of a pad in its footprint; the file states it on the board."""
-    at = pad.first("at")
-    stated = math.radians(at.number(2)) if at is not None and len(at.atoms) > 2 else 0.0
-    return stated - footprint.turn_rad
-
-
 def _pad_corners(pad: Item, footprint: Footprint) -> Points2:
     size = pad.first("size")
     if size is None:
         raise pad.error(f"a pad of {footprint.reference} has no size. Save the board in KiCad again.")
     half = np.array([size.number(0), size.number(1)]) / 2.0
-    turn = _pad_turn(pad, footprint)
+    turn = pad.angle() - footprint.turn_rad  # the file states a pad's angle on the board, its place in the footprint
     cos, sin = math.cos(turn), math.sin(turn)
     corners = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]]) * half
     return corners @ np.array([[cos, sin], [-sin, cos]]) + pad.point("at")
@@ -177,13 +160,13 @@ def drill_loops(footprint: Footprint) -> list[Points2]:
     loops: list[Points2] = []
     for pad in footprint.pads:
         drill = pad.first("drill")
+        # Of (drill oval 1 2) the word counts as zero.
         sizes = [number for number in map(_size, drill.atoms) if number > 0.0] if drill is not None else []
-        if not sizes or min(sizes) < DRILL_MM or drill is None:
+        if not sizes or min(sizes) < DRILL_MM:
             continue
         width, height = sizes[0], sizes[-1]
-        turn = _pad_turn(pad, footprint) + footprint.turn_rad + (math.pi / 2.0 if height > width else 0.0)
-        offset = drill.first("offset")
-        centre = pad.point("at") + (offset.here() if offset is not None else 0.0)
+        turn = pad.angle() + (math.pi / 2.0 if height > width else 0.0)
+        centre = pad.point("at") + _drill_offset(pad)
         along = np.array([math.cos(turn), math.sin(turn)])
         half = abs(width - height) / 2.0
         loops.append(slot(footprint.place(centre[None, :])[0], along, half, min(width, height) / 2.0))
@@ -191,9 +174,54 @@ def drill_loops(footprint: Footprint) -> list[Points2]:
 
 
 def _size(atom: str) -> float:
-    """Number of an atom of ``(drill oval 1 2)``; the word counts as zero."""
     try:
         value = float(atom)
     except ValueError:
         return 0.0
     return value if math.isfinite(value) else 0.0
+
+
+def flat_pads(footprint: Footprint) -> tuple[Pad, ...]:
+    """Read the surface-mount pads on the footprint's own side, in file order. Board frame, mm.
+
+    Plated holes, edge contacts and openings for paste alone are left out. Whatever is not round is taken for the
+    rectangle around it: ovals, rounded and free shapes as well.
+
+    Raises:
+        BoardError: A number of a pad cannot be read.
+    """
+    copper = {"B.Cu" if footprint.side == "bottom" else "F.Cu", "*.Cu", "F&B.Cu"}
+    mounted = (item for item in footprint.pads if "smd" in item.atoms[1:2])
+    items = (item for item in mounted if (layers := item.first("layers")) is not None and copper & set(layers.atoms))
+    return tuple(pad for item in items for pad in _flat_pad(item, footprint))
+
+
+def _flat_pad(pad: Item, footprint: Footprint) -> Iterator[Pad]:
+    at = pad.first("at")
+    size = pad.first("size")
+    if at is None or size is None:
+        raise pad.error(f"a pad of {footprint.reference} has no place or no size. Save the board in KiCad again.")
+    half = np.array([size.number(0), size.number(1)]) / 2.0
+    low, high = -half, half
+    primitives = pad.first("primitives")  # free shapes are drawn beside their anchor
+    for line in map(polyline, primitives.items if primitives is not None else ()):
+        if line is not None:
+            low, high = np.minimum(low, line.min(axis=0)), np.maximum(high, line.max(axis=0))
+    length, width = (high - low).tolist()
+    if min(length, width) < _LEAST_PAD_MM:
+        return
+    turn = pad.angle()
+    inside = turn - footprint.turn_rad
+    middle = (low + high) / 2.0 + _drill_offset(pad)
+    cos, sin = math.cos(inside), math.sin(inside)
+    x, y = footprint.place((at.here() + middle @ np.array([[cos, sin], [-sin, cos]]))[None, :])[0].tolist()
+    shape = pad.atoms[2] if len(pad.atoms) > 2 else "rect"
+    is_round = shape in ("circle", "oval") and abs(length - width) < _LEAST_PAD_MM
+    yield Pad(x, y, length, width, math.remainder(turn, 2.0 * math.pi), is_round)
+
+
+def _drill_offset(pad: Item) -> Points2:
+    """How far the copper lies beside the drill, in the pad's frame."""
+    drill = pad.first("drill")
+    offset = drill.first("offset") if drill is not None else None
+    return offset.here() if offset is not None else np.zeros(2)

@@ -1,18 +1,19 @@
 """The text of a ``.tri`` file: its bytes, its record lines, and its numbers in bulk."""
 
 import gzip
+import io
 import math
 import re
 import warnings
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.errors import BoardError
+from boards.errors import BoardError, Line, read_bytes
 from geometry.arrays import Indices, Scalars
 
 MAX_BYTES = 2_000_000_000
@@ -30,11 +31,9 @@ _POINTS = _DECIMALS + 1  # from a point to the blank behind its number
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class Record(Line):
     """A line that begins with a word."""
 
-    line: int
-    """Line number, from 1."""
     tokens: tuple[str, ...]
     """Words, quotes still in place."""
     rows_before: int
@@ -59,7 +58,7 @@ class Content:
 
     records: tuple[Record, ...]
     numbers: Numbers
-    last_line: int
+    last: Line
 
 
 def read_text(file: Path) -> bytes:
@@ -68,37 +67,27 @@ def read_text(file: Path) -> bytes:
     Raises:
         BoardError: The file cannot be read, is empty, too large, truncated or not UTF-8.
     """
-    try:
-        if file.suffix.lower() == ".gz":
-            with gzip.open(file, "rb") as packed:
+    text = read_bytes(file)
+    if file.suffix.lower() == ".gz":
+        try:
+            with gzip.open(io.BytesIO(text)) as packed:
                 text = packed.read(MAX_BYTES + 1)
-        else:
-            text = file.read_bytes()
-    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-        raise BoardError(f"damaged gzip file ({error}). Pack or copy it again.", file=file) from None
-    except IsADirectoryError:
-        raise BoardError("is a directory. Name the board file inside it.", file=file) from None
-    except OSError as error:
-        raise BoardError(f"cannot be read ({error.strerror}).", file=file) from None
+        except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+            raise BoardError(f"damaged gzip file ({error}). Pack or copy it again.", file=file) from None
     if len(text) > MAX_BYTES:
         raise BoardError(f"holds more than {MAX_BYTES:,} bytes. Tessellate the board more coarsely.", file=file)
     if not text.isascii():
-        text = _check_encoding(text, file)
+        text = text.removeprefix(b"\xef\xbb\xbf")
+        try:
+            text.decode()
+        except UnicodeDecodeError as error:
+            line = text.count(b"\n", 0, error.start) + 1
+            raise BoardError("is not UTF-8 text. Save the board as UTF-8.", file=file, line=line) from None
     if b"\r" in text:
         text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if not text or text.isspace():
         raise BoardError("is empty. A board file begins with 'board-tri 1'.", file=file)
     return text if text.endswith(b"\n") else text + b"\n"
-
-
-def _check_encoding(text: bytes, file: Path) -> bytes:
-    text = text.removeprefix(b"\xef\xbb\xbf")
-    try:
-        text.decode()
-    except UnicodeDecodeError as error:
-        line = text.count(b"\n", 0, error.start) + 1
-        raise BoardError("is not UTF-8 text. Save the board as UTF-8.", file=file, line=line) from None
-    return text
 
 
 def cut(text: bytes, file: Path) -> Content:
@@ -108,7 +97,9 @@ def cut(text: bytes, file: Path) -> Content:
         BoardError: A quote is not closed, or something that is not a finite number stands in a line of numbers.
     """
     letters = np.frombuffer(text, np.uint8)
-    ends = _line_ends(letters)
+    step = 1 << 18  # what fits the cache is searched several times faster
+    blocks = range(0, len(letters), step)
+    ends = np.concatenate([np.flatnonzero(letters[begin : begin + step] == ord("\n")) + begin for begin in blocks])
     starts = np.concatenate(([0], ends[:-1] + 1))
     first = starts.copy()
     while (blank := _BLANK_STARTS[letters[first]]).any():
@@ -121,22 +112,15 @@ def cut(text: bytes, file: Path) -> Content:
     )
     records: list[Record] = []
     for line, begin, end, rows_before in places:
-        tokens = _split(text[begin:end].decode(), file, line + 1)
+        tokens = _split(text[begin:end].decode(), Line(file, line + 1))
         if tokens:
-            records.append(Record(line + 1, tokens, rows_before))
+            records.append(Record(file, line + 1, tokens, rows_before))
     if not records and not len(rows):
         raise BoardError("holds comments only. A board file begins with 'board-tri 1'.", file=file)
-    return Content(tuple(records), _read_rows(text, starts, ends, rows, file), len(ends))
+    return Content(tuple(records), _read_rows(text, starts, ends, rows, file), Line(file, len(ends)))
 
 
-def _line_ends(letters: NDArray[np.uint8]) -> Indices:
-    step = 1 << 18  # what fits the cache is searched several times faster
-    return np.concatenate(
-        [np.flatnonzero(letters[begin : begin + step] == ord("\n")) + begin for begin in range(0, len(letters), step)]
-    )
-
-
-def _split(line: str, file: Path, number: int) -> tuple[str, ...]:
+def _split(line: str, where: Line) -> tuple[str, ...]:
     if '"' not in line:
         return tuple(line.partition("#")[0].split())
     tokens: list[str] = []
@@ -144,9 +128,7 @@ def _split(line: str, file: Path, number: int) -> tuple[str, ...]:
     while place < len(line):
         match = _TOKEN.match(line, place)
         if match is None:
-            raise BoardError(
-                f"a quote is not closed, or stands inside a word: {line[place:][:40]}", file=file, line=number
-            )
+            raise where.error(f"a quote is not closed, or stands inside a word: {line[place:][:40]}")
         if match[1]:
             tokens.append(match[1])
         place = match.end()
@@ -159,12 +141,12 @@ def _read_rows(text: bytes, starts: Indices, ends: Indices, rows: Indices, file:
     place = 0
     for begin in range(0, len(rows), _CHUNK_LINES):
         some = rows[begin : begin + _CHUNK_LINES]
+        lengths = ends[some] - starts[some] + 1
         block = _join_rows(text, starts[some], ends[some] + 1)
         room = values[place : place + 12 * len(some)]
-        if len(room) == 12 * len(some) and _parse_fixed(block, ends[some] - starts[some] + 1, room):
+        if len(room) == 12 * len(some) and _parse_fixed(block, lengths, room):
             place += len(room)
             continue
-        lengths = ends[some] - starts[some] + 1
         chunk, counts[begin : begin + len(some)] = _parse_free(block, np.cumsum(lengths) - lengths, some, file)
         if place + len(chunk) > len(values):
             values = np.concatenate((values[:place], np.empty(len(chunk) + len(values))))
@@ -219,7 +201,13 @@ def _parse_free(block: bytes, starts: Indices, rows: Indices, file: Path) -> tup
     counts = np.add.reduceat(begins, starts, dtype=np.int64)
     values = _parse(block, np.float64)
     if values is None or len(values) != counts.sum() or not np.isfinite(values).all():
-        _refuse(block, rows, file)
+        texts = (line for line in block.split(b"\n") if line.strip())
+        for row, line in zip(rows.tolist(), texts, strict=True):
+            for word in line.decode(errors="replace").split():
+                if not is_number(word):
+                    message = f"{word[:40]!r} stands where a finite number is expected. "
+                    raise Line(file, row + 1).error(f"{message}Correct it or export the board again.")
+        raise Line(file, int(rows[0]) + 1).error("its numbers cannot be told apart. Put spaces between them.")
     return values + 0.0, counts  # + 0.0 turns -0.0 into 0.0
 
 
@@ -235,15 +223,3 @@ def _parse(block: bytes, kind: type[np.generic]) -> NDArray[Any] | None:
 def is_number(word: str) -> bool:
     """Whether a word is a finite decimal number."""
     return _NUMBER.fullmatch(word) is not None and math.isfinite(float(word))
-
-
-def _refuse(block: bytes, rows: Indices, file: Path) -> NoReturn:
-    texts = (line for line in block.split(b"\n") if not (line == b"" or line.isspace()))
-    for row, line in zip(rows.tolist(), texts, strict=True):
-        for word in line.decode(errors="replace").split():
-            if not is_number(word):
-                message = (
-                    f"{word[:40]!r} stands where a finite number is expected. Correct it or export the board again."
-                )
-                raise BoardError(message, file=file, line=row + 1)
-    raise BoardError("its numbers cannot be told apart. Put spaces between them.", file=file, line=int(rows[0]) + 1)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from shapely import Polygon
 
-from boards.formats.idf.idf_text import Record, Section, read_loops, read_sections, unit_mm
+from boards.formats.idf.text import Record, Section, read_loops, read_sections, unit_mm
 from boards.formats.names import some
 from boards.packages.package_families import package_family
 from geometry.arrays import Points2
@@ -17,7 +17,7 @@ _FLAT = re.compile(r"(?:^|[^a-z])(?:fid|tp\d|art_tp|test|mtg|hole|logo|label|mar
 
 _FLAT_MM = 0.3
 _FAR_TOO_HIGH = 5.0
-"""Times the height that the package's name speaks of; layout tools give what was never measured a large height."""
+"""Times the height that the package's name states; layout tools give what was never measured a large height."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,27 +38,27 @@ class Package:
 
     @property
     def doubtful(self) -> bool:
-        """Whether its height is far from what its name speaks of."""
+        """Whether its height is far from what its name states."""
         family = package_family(self.name)
         return family is not None and self.height_mm > _FAR_TOO_HIGH * family.height_mm and family.source != "no body"
 
 
-def find_packages(wanted: Sequence[tuple[Record, str, str]], library: Path | None) -> list[Package]:
+def find_packages(placed: Sequence[tuple[Record, str, str]], library: Path | None) -> list[Package]:
     """Find the outline of each placement: by package and part number, else by package alone.
 
     Several outlines of one package that differ in the part number only: the highest is taken, to stay clear of it.
 
     Args:
-        wanted: Record of the placement, package and part number.
+        placed: Record of the placement, package and part number.
         library: The ``.emp``, if there is one.
 
     Raises:
         BoardError: There is no library, a package is not in it, or one that is placed has no height.
     """
-    if not wanted:
+    if not placed:
         return []
     if library is None:
-        record = wanted[0][0]
+        record = placed[0][0]
         raise record.error(f"the library {record.file.stem}.emp is not beside the board file. Put it there.")
     packages = [
         _read_package(section) for section in read_sections(library) if section.name in ("ELECTRICAL", "MECHANICAL")
@@ -68,11 +68,11 @@ def find_packages(wanted: Sequence[tuple[Record, str, str]], library: Path | Non
     for package in packages:
         if package.name not in loose or package.height_mm > loose[package.name].height_mm:
             loose[package.name] = package
-    missing = [record for record, name, _ in wanted if name not in loose]
+    missing = [record for record, name, _ in placed if name not in loose]
     if missing:
         names = list(dict.fromkeys(record.fields[0] for record in missing))
         raise missing[0].error(f"not in the library {library.name}: {some(names)}. Export board and library together.")
-    found = [exact.get((name, part), loose[name]) for _, name, part in wanted]
+    found = [exact.get((name, part), loose[name]) for _, name, part in placed]
     for package in found:
         if package.height_mm <= 0.0 and not package.flat:
             raise package.head.error(f"package {package.name} has no height. State it in the library.")
