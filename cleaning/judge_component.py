@@ -10,7 +10,7 @@ from boards.undersides.underside import Underside
 from cleaning.exposure.exposure import Exposure
 from cleaning.exposure.occlusion import occluder
 from cleaning.jet.jet import Jet
-from cleaning.parameters.model import PartOverride, Use
+from cleaning.parameters.model import PartOverride
 from cleaning.prepared_board import PreparedBoard
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult
@@ -20,6 +20,7 @@ from cleaning.verdicts.exposed_area import BARE, cells_of, exposed_part, togethe
 from cleaning.verdicts.judge import judge_part
 from cleaning.verdicts.results import Part
 from geometry.arrays import Indices
+from recipes.recipe import Use
 
 _MOST_MAKERS = 12
 _LIQUIDS: tuple[Use, ...] = ("wash", "rinse")

@@ -6,13 +6,14 @@ from collections.abc import Iterator
 from recipes.classes import ComponentClass
 from recipes.nozzles import HollowCone
 from recipes.paths import ComponentPerimeter
-from recipes.recipe import Recipe
+from recipes.recipe import Recipe, use_of
 from specs.finding import Finding
 from specs.finding_rules import (
     CLASS_OUT_OF_REACH,
     NEAR_WITHIN_MERGE_GAP,
     NO_CLASS_FOR_THE_REST,
     RING_CONTRADICTS_HALF_ANGLE,
+    RINSE_BEFORE_CLEAN,
     UNUSED_FUNCTION,
     UNUSED_NOZZLE,
     UNUSED_TEMPLATE,
@@ -24,7 +25,8 @@ _TAKES_ALL = ComponentClass()
 
 def check_recipe(recipe: Recipe) -> tuple[Finding, ...]:
     """Find what a recipe states in vain: parts without use, classes that cannot match, rings that contradict."""
-    return (*_find_unused(recipe), *_find_idle_classes(recipe), *_find_idle_near(recipe), *_find_odd_rings(recipe))
+    checks = (_find_unused, _find_idle_classes, _find_idle_near, _find_odd_rings, _find_early_rinses)
+    return tuple(finding for check in checks for finding in check(recipe))
 
 
 def _find_unused(recipe: Recipe) -> Iterator[Finding]:
@@ -78,3 +80,19 @@ def _find_odd_rings(recipe: Recipe) -> Iterator[Finding]:
                 f"{nozzle.half_angle_deg:g}; check height_mm and the radii, or correct half_angle_deg"
             )
             yield Finding(RING_CONTRADICTS_HALF_ANGLE, message, f"nozzles.{name}.wavefront")
+
+
+def _find_early_rinses(recipe: Recipe) -> Iterator[Finding]:
+    """Nothing has come loose yet where a rinse precedes all washing."""
+    steps = [(index, step) for index, step in enumerate(recipe.sequence) if step.enabled]
+    uses = [use_of(step.function, recipe.functions[step.function], recipe.nozzles[step.nozzle]) for _, step in steps]
+    if "wash" not in uses:
+        return
+    first = uses.index("wash")
+    for (index, step), use in zip(steps[:first], uses, strict=False):
+        if use == "rinse":
+            message = (
+                f"{step.function} rinses before {steps[first][1].function} washes for the first time; "
+                f"put it after sequence[{steps[first][0]}]"
+            )
+            yield Finding(RINSE_BEFORE_CLEAN, message, f"sequence[{index}]")

@@ -5,12 +5,14 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field, model_validator
 
 from recipes.classes import ComponentClass, Mask
-from recipes.nozzles import Nozzle
+from recipes.nozzles import AirKnife, Nozzle
 from recipes.paths import PathSpec
 from specs.spec import NonNegativeFloat, PositiveFloat, Spec
 
 Name: TypeAlias = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")]
 """A word that can stand in a program file and in a robot's program."""
+Use: TypeAlias = Literal["wash", "rinse", "dry"]
+"""What a solution is for."""
 
 
 class Function(Spec):
@@ -24,6 +26,13 @@ class Function(Spec):
         default=None,
         description="Counted in litres if liquid; left out, an air knife sprays gas and all others liquid.",
     )
+
+
+def use_of(name: str, function: Function, nozzle: Nozzle) -> Use:
+    """Use of a function, judged by the names: ``rinse`` or ``water`` in its own or its solution's rinse, gases dry."""
+    kind = function.solution_kind or ("gas" if isinstance(nozzle, AirKnife) else "liquid")
+    names = f"{name} {function.solution}".lower()
+    return "dry" if kind == "gas" else "rinse" if "rinse" in names or "water" in names else "wash"
 
 
 class Until(Spec):

@@ -109,6 +109,10 @@ RING_CONTRADICTS_HALF_ANGLE = FindingRule(
     _RECIPE,
 )
 
+RINSE_BEFORE_CLEAN = FindingRule(
+    "rinse-before-clean", "warning", "a step rinses before the first step that washes the board", _RECIPE
+)
+
 # Planning.
 CLASS_EMPTY = FindingRule("class-empty", "info", "a class has no member on this board", _PLANNING)
 MASK_EMPTY = FindingRule("mask-empty", "warning", "a mask's pattern matches nothing", _PLANNING)
@@ -119,7 +123,12 @@ NOT_SERVED = FindingRule(
     "a component that must be cleaned is on a side that no step sprays, or no pass goes around it",
     _PLANNING,
 )
-SIDE_NOT_SPRAYED = FindingRule("side-not-sprayed", "info", "components are on a side that no step sprays", _PLANNING)
+SIDE_NOT_SPRAYED = FindingRule(
+    "side-not-sprayed",
+    "warning",
+    "most components of a side are not sprayed: no step has this side, or paths around components alone leave them out",
+    _PLANNING,
+)
 WAVEFRONT_BEHIND_NOZZLE = FindingRule(
     "wavefront-behind-nozzle", "warning", "the tilt is smaller than the half angle", _PLANNING
 )

@@ -4,6 +4,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
+from recipes.recipe import Use
 from specs.spec import NonNegativeFloat, PositiveFloat, Spec
 
 Word: TypeAlias = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")]
@@ -12,7 +13,6 @@ Percent: TypeAlias = Annotated[float, Field(ge=0, le=100)]
 Celsius: TypeAlias = Annotated[float, Field(gt=-273.15, lt=1000)]
 Contact: TypeAlias = Annotated[float, Field(ge=0, le=180)]
 Known: TypeAlias = Literal["source", "derived", "literature", "proposed", "calibrated", "synthetic"]
-Use: TypeAlias = Literal["wash", "rinse", "dry"]
 
 
 class Provenance(Spec):

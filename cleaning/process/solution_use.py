@@ -1,10 +1,8 @@
 """Which liquid or gas a step sprays, and what it is for."""
 
-from cleaning.parameters.model import Liquid, Parameters, Use
-from recipes.nozzles import AirKnife, Nozzle
-from recipes.recipe import Function
-
-_RINSES = ("rinse", "water")
+from cleaning.parameters.model import Liquid, Parameters
+from recipes.nozzles import Nozzle
+from recipes.recipe import Function, use_of
 
 
 def choose_liquid(name: str, function: Function, nozzle: Nozzle, parameters: Parameters) -> tuple[Liquid, str]:
@@ -23,9 +21,7 @@ def choose_liquid(name: str, function: Function, nozzle: Nozzle, parameters: Par
     """
     if function.solution in parameters.liquids:
         return parameters.liquids[function.solution], ""
-    kind = function.solution_kind or ("gas" if isinstance(nozzle, AirKnife) else "liquid")
-    names = f"{name} {function.solution}".lower()
-    use: Use = "dry" if kind == "gas" else "rinse" if any(word in names for word in _RINSES) else "wash"
+    use = use_of(name, function, nozzle)
     like = next((known for known, liquid in parameters.liquids.items() if liquid.use == use), "")
     values = f"the values of {like}" if like else "the values of air" if use == "dry" else "the values of pure water"
     known = ", ".join(parameters.liquids)

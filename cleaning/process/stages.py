@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Side
-from cleaning.parameters.model import Liquid, Use
+from cleaning.parameters.model import Liquid
 from geometry.arrays import Indices, Points, Scalars
 from recipes.nozzles import Nozzle
+from recipes.recipe import Use
 
 
 @dataclass(frozen=True, slots=True, eq=False)

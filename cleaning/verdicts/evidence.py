@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from boards.undersides.underside import Underside
-from cleaning.parameters.model import Parameters, PartOverride, Use
+from cleaning.parameters.model import Parameters, PartOverride
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult
 from cleaning.verdicts.results import ExposedPart
+from recipes.recipe import Use
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from boards.board import Board
+from boards.board import Board, Side
 from programs.plan import PlanItem, SprayPass
 from recipes.paths import ComponentPerimeter
 from recipes.recipe import Recipe, Step
@@ -25,7 +25,7 @@ def served_by(items: Iterable[PlanItem]) -> dict[str, list[str]]:
 def find_unserved(
     recipe: Recipe, board: Board, service: Service, steps: Sequence[Step], items: Iterable[PlanItem]
 ) -> list[Finding]:
-    """One finding for each component that must be cleaned and is not, one for a side that no step sprays.
+    """One finding for each component that must be cleaned and is not, one for a side most of which is not sprayed.
 
     Where a step follows components, a component is cleaned by a pass of its own; where none does, by what goes
     across the whole side.
@@ -51,9 +51,20 @@ def find_unserved(
             message = f"{component.name} must be cleaned, but {reason}."
             where = (place.x, place.y, board.surface_z_mm(component.side))
             findings.append(Finding(NOT_SERVED, message, "masks", where))
-    left = [component for component in board.components if component.side not in sprayed]
-    if left:
-        side = left[0].side
-        message = f"No step sprays the {side} side, where {len(left)} components are. Add steps with side: {side}."
-        findings.append(Finding(SIDE_NOT_SPRAYED, message, "sequence"))
-    return findings
+    return findings + [found for side in ("top", "bottom") for found in _side(board, side, service, list(items))]
+
+
+def _side(board: Board, side: Side, service: Service, items: Sequence[PlanItem]) -> list[Finding]:
+    """Whether most components of a side are neither followed by a pass of their own nor swept across."""
+    passes = [each for each in items if isinstance(each, SprayPass) and (each.approach[0, 2] < 0) == (side == "top")]
+    served, masked = served_by(passes), {*dict(service.avoided), *service.ignored}
+    here = [each.name for each in board.components if each.side == side and each.name not in masked]
+    left = [name for name in here if name not in served]
+    if 2 * len(left) <= len(here) or any(each.made_by.count("/") == 1 for each in passes):
+        return []
+    advice = f"Add steps with side: {side}"
+    message = f"No step sprays the {side} side, where {len(left)} components are. {advice}."
+    if passes:
+        advice = "Add a template that goes across it, such as a raster, or give more classes passes"
+        message = f"The steps on the {side} side spray {len(here) - len(left)} of its {len(here)} components. {advice}."
+    return [Finding(SIDE_NOT_SPRAYED, message, "sequence")]

@@ -1,5 +1,7 @@
 """What is allowed but probably not meant is found and said."""
 
+import pytest
+
 from recipes.check import check_recipe
 from recipes.load import parse_recipe
 from specs.finding import Finding
@@ -41,6 +43,34 @@ def test_near_that_is_merged_away() -> None:
     (found,) = findings("templates: {around: {near: {within_mm: 2, speed_mm_s: 20}}}\n")
     assert found.rule.id == "near-within-merge-gap"
     assert findings("templates: {around: {near: {within_mm: 2.1, speed_mm_s: 20}}}\n") == ()
+
+
+@pytest.mark.parametrize(
+    ("order", "early"),
+    [
+        ("clean rinse dry", []),
+        ("rinse clean dry", [0]),
+        ("dry rinse rinse clean rinse", [1, 2]),
+        ("rinse dry", []),
+        ("clean rinse clean", []),
+    ],
+)
+def test_a_rinse_before_anything_is_washed(order: str, early: list[int]) -> None:
+    found = [each for each in findings(sequence(*order.split())) if each.rule.id == "rinse-before-clean"]
+    assert [(each.severity, each.made_by) for each in found] == [("warning", f"sequence[{index}]") for index in early]
+
+
+def test_a_step_that_is_not_enabled_washes_nothing() -> None:
+    text = sequence("rinse", "clean").replace("clean,", "clean, enabled: false,")
+    assert "rinse-before-clean" not in {each.rule.id for each in findings(text)}
+
+
+def sequence(*functions: str) -> str:
+    steps = [
+        f"  - {{function: {each}, nozzle: {'knife' if each == 'dry' else 'ring60'}, paths: [flush]}}\n"
+        for each in functions
+    ]
+    return f"sequence:\n{''.join(steps)}"
 
 
 def test_a_measured_ring_that_contradicts_the_half_angle() -> None:

@@ -122,7 +122,32 @@ def test_what_is_not_done_is_said():
     found = {each.rule.id: each for each in make_plan(recipe, board).findings}
     assert "Not followed all around: U1" in found["cut-by-mask"].message
     assert found["not-served"].severity == "error"
-    assert found["side-not-sprayed"].severity == "info"
+    assert found["side-not-sprayed"].severity == "warning"
+    assert "No step sprays the bottom side, where 1 components are" in found["side-not-sprayed"].message
+
+
+@pytest.mark.parametrize(
+    ("steps", "message"),
+    [
+        ([step("around")], "The steps on the top side spray 1 of its 3 components. Add a template that goes"),
+        ([step("around", "sweep")], ""),
+        (
+            [step("sweep", side="bottom")],
+            "No step sprays the top side, where 3 components are. Add steps with side",
+        ),
+        ([step("around"), step("around", "sweep", side="bottom")], "The steps on the top side spray 1 of its 3"),
+        ([step("sweep"), step("around", side="bottom")], ""),
+    ],
+)
+def test_a_side_whose_components_are_mostly_not_sprayed(steps, message):
+    chips = [part(f"C{index}", 20 + 20 * index, 20, 2, 1) for index in (1, 2, 3)]
+    board = board_of(part("U1", 10, 20, 10, 10), *chips)
+    masks = [Mask(ignore=["C3"])]
+    some = AROUND.model_copy(update={"passes": {"small": 0, "default": 1}})
+    found = make_plan(recipe_of(*steps, masks=masks, templates={"around": some}), board).findings
+    said = [each for each in found if each.rule.id == "side-not-sprayed"]
+    assert [each.severity for each in said] == ["warning"] * bool(message)
+    assert all(each.message.startswith(message) for each in said)
 
 
 def test_what_must_be_cleaned_but_is_kept_out_by_a_mask_is_said():
