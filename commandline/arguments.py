@@ -1,7 +1,9 @@
 """Arguments and options that several commands share, and what the shell completes for them."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from types import ModuleType
+from typing import Annotated, Literal, TypeAlias
 
 import typer
 
@@ -11,30 +13,21 @@ import recipes
 import robotcell
 
 
-def complete_board(incomplete: str) -> list[str]:
-    """Names of the sample boards; the shell itself offers files. Listed without loading what reads boards."""
-    library = Path(boards.__path__[0]) / "library"
-    names = sorted(file.name.split(".")[0] for file in library.iterdir() if ".tri" in file.suffixes)
-    return [name for name in names if name.startswith(incomplete)]
+def _completer(package: ModuleType, *folders: str, suffix: str = ".yaml") -> Callable[[str], list[str]]:
+    """Complete names of a library; the shell itself offers files. They are listed without loading what reads them."""
+
+    def complete(incomplete: str) -> list[str]:
+        library = Path(package.__path__[0]).joinpath(*folders)
+        names = sorted(file.name.split(".")[0] for file in library.iterdir() if suffix in file.suffixes)
+        return [name for name in names if name.startswith(incomplete)]
+
+    return complete
 
 
-def complete_recipe(incomplete: str) -> list[str]:
-    """Names of the library's recipes; the shell itself offers files."""
-    library = Path(recipes.__path__[0]) / "library"
-    return sorted(file.stem for file in library.glob("*.yaml") if file.stem.startswith(incomplete))
-
-
-def complete_cell(incomplete: str) -> list[str]:
-    """Names of the library's cells; the shell itself offers files."""
-    library = Path(robotcell.__path__[0]) / "library" / "cells"
-    return sorted(file.stem for file in library.glob("*.yaml") if file.stem.startswith(incomplete))
-
-
-def complete_parameters(incomplete: str) -> list[str]:
-    """Names of the library's parameter sets; the shell itself offers files."""
-    library = Path(cleaning.__path__[0]) / "library"
-    return sorted(file.stem for file in library.glob("*.yaml") if file.stem.startswith(incomplete))
-
+complete_board = _completer(boards, "library", suffix=".tri")
+complete_recipe = _completer(recipes, "library")
+complete_cell = _completer(robotcell, "library", "cells")
+complete_parameters = _completer(cleaning, "library")
 
 BoardSource = Annotated[
     str,
@@ -62,15 +55,29 @@ ParametersSource = Annotated[
         autocompletion=complete_parameters,
     ),
 ]
-MadeFor = Annotated[
+ParametersOption = Annotated[
+    str,
+    typer.Option(
+        "--parameters",
+        help="Parameter set of the cleaning model: a name or a file.",
+        metavar="PARAMETERS",
+        autocompletion=complete_parameters,
+    ),
+]
+ProgramSource = Annotated[Path, typer.Argument(help="Native program.", metavar="PROGRAM.wash")]
+ProgramBoard = Annotated[
     str | None,
     typer.Option(
         "--board",
-        help="Board the program was made for, to look for collisions; found by itself among the samples and beside the "
+        help="Board of the program, for collisions; left out, it is looked for among the samples and beside the "
         "program.",
         metavar="BOARD",
         autocompletion=complete_board,
     ),
+]
+Effort: TypeAlias = Literal["fast", "full"]
+EffortOption = Annotated[
+    Effort, typer.Option("--effort", help="fast: 64 rays a sample; full: 256 rays, and samples twice as dense.")
 ]
 Parts = Annotated[
     Path | None, typer.Option("--parts", help="Placement or BOM table (CSV) to join to the board.", metavar="CSV")

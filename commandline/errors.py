@@ -1,4 +1,4 @@
-"""The one way in which a command ends when something stops its job."""
+"""How every command ends when something stops its job: one line on stderr, and an exit code."""
 
 import os
 import sys
@@ -11,13 +11,13 @@ import typer
 from specs.errors import JobError
 
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
-"""What typer raises over words on the command line that it cannot place; it exports no name for it."""
+"""What typer raises for arguments that it cannot place; it exports no name for it."""
 _REFUSED = 2
 _INTERRUPTED = 130  # what a shell expects after Ctrl-C: 128 + SIGINT
 _INTERNAL = 70  # EX_SOFTWARE of sysexits.h
 _LONGEST_LINE = 1000
 DEBUG_VARIABLE = "WASHBOARD_DEBUG"
-"""Set to 1 in the environment, it has a defect of ours print its traceback."""
+"""Set to 1 in the environment, it makes an internal error print its traceback."""
 
 
 @contextmanager
@@ -25,15 +25,15 @@ def job_errors() -> Generator[None, None, None]:
     """Turn what stops a job into one line on stderr and an exit code.
 
     Raises:
-        typer.Exit: 2 after a ``JobError`` or a file that cannot be read or written, 130 after Ctrl-C, 1 when whoever
-            read our output has stopped reading, 70 after a defect of ours.
+        typer.Exit: 2 after a ``JobError`` or a file that cannot be read or written, 130 after Ctrl-C, 1 when the
+            reader of the output has stopped reading, 70 after an internal error.
     """
     try:
         yield
     except typer.Exit:
         raise
     except JobError as error:
-        _say(f"error: {error}")
+        _print_error(f"error: {error}")
         raise typer.Exit(_REFUSED) from None
     except BrokenPipeError:
         _discard_unwritten()
@@ -41,50 +41,48 @@ def job_errors() -> Generator[None, None, None]:
     except OSError as error:
         _discard_unwritten()
         place = f"{error.filename}: " if error.filename else ""
-        _say(f"error: {place}{error.strerror or error}")
+        _print_error(f"error: {place}{error.strerror or error}")
         raise typer.Exit(_REFUSED) from None
     except MemoryError:
-        _say("error: not enough memory for this job; close other programs or use a smaller board")
+        _print_error("error: not enough memory for this job; close other programs or use a smaller board")
         raise typer.Exit(_REFUSED) from None
     except KeyboardInterrupt:
-        _say("error: interrupted; nothing was left half written")
+        _print_error("error: interrupted; nothing was left half written")
         raise typer.Exit(_INTERRUPTED) from None
     except Exception as error:
-        _say_internal(error)
+        _print_internal(error)
         raise typer.Exit(_INTERNAL) from None
 
 
-def say_misused(error: Exception) -> int:
-    """Say what is wrong with the words on the command line and where they are explained; return the exit code.
+def report_usage(error: Exception) -> int:
+    """Print what is wrong with the arguments and where they are explained; return the exit code.
 
     Args:
-        error: A ``UsageError``. It says nothing if there were no words at all: then help has been printed.
+        error: A ``UsageError``. Nothing is printed where there were no arguments at all: help has been printed then.
     """
     message = str(getattr(error, "format_message", error.__str__)())
     command = getattr(getattr(error, "ctx", None), "command_path", "washboard")
     if message:
         end = "" if message.endswith((".", "?")) else "."
-        _say(f"error: {message}{end} `{command} --help` shows how it is used.")
+        _print_error(f"error: {message}{end} `{command} --help` shows how it is used.")
     return _REFUSED
 
 
-def _say(message: str) -> None:
+def _print_error(message: str) -> None:
+    """Print lines on stderr; of a very long one, which quotes its input, the middle is left out."""
+    half = _LONGEST_LINE // 2
+    lines = [f"{line[:half]} … {line[-half:]}" if len(line) > 2 * half else line for line in message.splitlines()]
     with suppress(BrokenPipeError):
-        typer.echo("\n".join(map(_cut, message.splitlines())), err=True)
+        typer.echo("\n".join(lines), err=True)
 
 
-def _cut(line: str) -> str:
-    """Leave out the middle of a line that drags in the input it complains about; what to do stands at its end."""
-    return line if len(line) <= _LONGEST_LINE else f"{line[: _LONGEST_LINE // 2]} … {line[-_LONGEST_LINE // 2 :]}"
-
-
-def _say_internal(error: Exception) -> None:
-    """Ask for a report of a defect; its traceback is for those who ask for it."""
+def _print_internal(error: Exception) -> None:
+    """Ask for a report of an internal error; its traceback is printed on request."""
     if os.environ.get(DEBUG_VARIABLE, "") not in ("", "0"):
-        _say("".join(traceback.format_exception(error)).rstrip())
+        _print_error("".join(traceback.format_exception(error)).rstrip())
     text = " ".join(str(error).split())[:300]
     command = " ".join(["washboard", *sys.argv[1:]])
-    _say(
+    _print_error(
         f"internal error: {type(error).__name__}: {text}. This is a defect of washboard: please report it with the "
         f"command `{command}` and its input; {DEBUG_VARIABLE}=1 in the environment shows more."
     )

@@ -1,4 +1,4 @@
-"""Reading boards and recipes for a command, with a progress bar while it lasts."""
+"""Inputs of a command, read with a progress bar."""
 
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -35,7 +35,7 @@ def progress_bar() -> Generator[Progress]:
 
 
 def read_board(board: str, parts: Path | None) -> Board:
-    """Load a board by name or file, showing progress.
+    """Load a board by name or file.
 
     Raises:
         BoardError: it cannot be used.
@@ -44,25 +44,34 @@ def read_board(board: str, parts: Path | None) -> Board:
         return load_board(Path(board), parts, progress)
 
 
-def read_board_of(program: "TimedProgram", file: Path, board: str | None, parts: Path | None) -> Board | None:
-    """Load the board that was named, or look for the one that a program was made for; ``None`` if it is not at hand.
+def read_program_board(
+    program: "TimedProgram", file: Path, board: str | None, parts: Path | None, *, warn: bool = True
+) -> Board | None:
+    """Load the board that was named, or look for the board of a program; ``None`` where it is not found.
+
+    Args:
+        program: States its board.
+        file: Where the program was read.
+        board: Name or file; ``None`` to look for it.
+        parts: A table that is joined to the board.
+        warn: Print a warning where the board that was named differs from that of the program.
 
     Raises:
-        BoardError: the one that was named cannot be used.
+        BoardError: the board that was named cannot be used.
     """
-    from reports.files.find_board import find_board
+    from reports.files.inputs import find_board, find_differences
 
     if board is None:
         with progress_bar() as progress:
             return find_board(program, file, progress, parts)
     found = read_board(board, parts)
-    if found.sha256 != program.origin.board_sha256:
-        typer.echo(f"warning: {found.name} is not quite the board this program was made for. Plan it again.", err=True)
+    for each in find_differences(program, found) if warn else ():
+        typer.echo(f"warning: {each.message}", err=True)
     return found
 
 
 def read_and_run(board: str, recipe: str, parts: Path | None) -> "Run":
-    """Load both and plan, showing progress.
+    """Load board and recipe, and plan.
 
     Raises:
         JobError: one of them cannot be used.
@@ -74,3 +83,10 @@ def read_and_run(board: str, recipe: str, parts: Path | None) -> "Run":
     with progress_bar() as progress:
         loaded = load_board(Path(board), parts, subprogress(progress, 0.0, 0.4))
         return run(loaded_recipe, loaded, subprogress(progress, 0.4, 1.0))
+
+
+def print_library(entries: dict[str, str], indent: str = "", width: int = 0) -> None:
+    """Print names with their descriptions, aligned."""
+    width = max(width, *map(len, entries), 0)
+    for name, description in entries.items():
+        typer.echo(f"{indent}{name:<{width}}  {description}")

@@ -23,7 +23,7 @@ from commandline.commands import (
 )
 from commandline.commands import show as program
 from commandline.commands import tune as tuning
-from commandline.errors import UsageError, job_errors, say_misused
+from commandline.errors import UsageError, job_errors, report_usage
 
 app = typer.Typer(
     name="washboard",
@@ -50,27 +50,23 @@ app.add_typer(calibrate.app, name="calibrate")
 app.command("ui")(ui.ui)
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
-        from importlib.metadata import version
-
-        typer.echo(f"washboard {version('washboard')}")
-        raise typer.Exit
-
-
-@app.callback()
+@app.callback(invoke_without_command=True)
 def _options(
-    _: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and stop.")
-    ] = False,
+    version: Annotated[bool, typer.Option("--version", is_eager=True, help="Print the version and stop.")] = False,
 ) -> None:
     """Options of the whole command."""
+    if version:
+        from importlib.metadata import version as version_of
+
+        typer.echo(f"washboard {version_of('washboard')}")
+        raise typer.Exit
 
 
 def main() -> None:
     """Run ``washboard``: whatever happens, it ends in an exit code and not in a traceback."""
-    _write_any_text()
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it talks about its cache where no home can be written
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal that knows only ASCII gets a mark in place of a letter
+        sys.stdout.reconfigure(errors="replace")
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it logs where its cache is if no home can be written
     try:
         with job_errors():
             sys.exit(_run())
@@ -82,14 +78,8 @@ def _run() -> int:
     try:
         return app(standalone_mode=False) or 0  # None unless something raised typer.Exit
     except UsageError as error:
-        return say_misused(error)
+        return report_usage(error)
     finally:
         stdout = cast("TextIO | None", sys.stdout)
         if stdout is not None:  # a shell may have closed it: washboard >&-
-            stdout.flush()  # here a closed pipe can still be told from a defect; at exit it could not
-
-
-def _write_any_text() -> None:
-    """A terminal that knows only ASCII gets a mark in place of a letter, not an error."""
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")
+            stdout.flush()  # here a closed pipe is distinct from a defect; at exit it would not be

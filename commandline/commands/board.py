@@ -59,16 +59,15 @@ def show(
     """
     with job_errors():
         from commandline.loading import read_board
+        from reports.files.atomic_write import write_bytes_atomically
         from reports.files.write_run import check_places
+        from reports.pictures.board_picture import draw_board
         from reports.terminal.board_card import print_board
         from reports.terminal.console import open_console, print_files
 
-        check_places(read=(source, parts), picture=picture)
+        check_places((source, parts), {"a picture": picture})
         board = read_board(source, parts)
         if picture is not None:
-            from reports.files.atomic_write import write_bytes_atomically
-            from reports.pictures.plan_picture import draw_board
-
             write_bytes_atomically(picture, draw_board(board, picture.suffix))
         console = open_console()
         print_board(console, board, rows=None if all_ else _ROWS)

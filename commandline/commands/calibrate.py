@@ -55,19 +55,18 @@ def ring(
     with job_errors():
         from cleaning.calibration.fit_ring import calibrate_ring
         from cleaning.calibration.nozzle_yaml import choose_nozzle, nozzle_text, recipe_with_ring
+        from reports.files.atomic_write import write_outputs
+        from reports.files.write_run import check_places
+        from reports.pictures.calibration_picture import draw_ring
         from reports.terminal.calibrate_card import print_ring
         from reports.terminal.console import open_console, print_files
 
-        _check(data, recipe, output, picture)
+        check_places((data, recipe), {"a YAML file": output, "a picture": picture})
         name, _ = choose_nozzle(recipe, nozzle)
         fit = calibrate_ring(data, quantity)
         text = None if output is None else recipe_with_ring(fit, recipe, name, output)
-        drawn = b""
-        if picture is not None:
-            from reports.pictures.calibration_picture import draw_ring
-
-            drawn = draw_ring(fit, picture.suffix)
-        _write({output: None if text is None else text.encode(), picture: drawn})
+        drawn = None if picture is None else draw_ring(fit, picture.suffix)
+        write_outputs({output: text, picture: drawn})
         console = open_console()
         print_ring(console, fit)
         if text is None:
@@ -115,41 +114,21 @@ def gap(
         from cleaning.calibration.fitted_parameters import calibrated_set
         from cleaning.calibration.nozzle_yaml import choose_nozzle
         from cleaning.parameters.load import load_parameters
+        from reports.files.atomic_write import write_outputs
+        from reports.files.write_run import check_places
+        from reports.pictures.calibration_picture import draw_gap
         from reports.terminal.calibrate_card import choose_solution, print_gap
         from reports.terminal.console import open_console, print_files
 
-        _check(data, recipe, output, picture, parameters)
+        check_places((data, recipe, parameters), {"a YAML file": output, "a picture": picture})
         known = load_parameters(parameters)
         setup = CouponSetup(choose_nozzle(recipe, nozzle)[1], choose_solution(known, solution), known)
         fit = calibrate_gap(data, setup)
         text = calibrated_set(fit, parameters, output or Path("calibrated.yaml"), date)
-        drawn = b""
-        if picture is not None:
-            from reports.pictures.calibration_picture import draw_gap
-
-            drawn = draw_gap(fit, picture.suffix)
-        _write({output: text.encode(), picture: drawn})
+        drawn = None if picture is None else draw_gap(fit, picture.suffix)
+        write_outputs({output: text, picture: drawn})
         console = open_console()
         print_gap(console, fit)
         if output is None:
             typer.echo(text, nl=False)
         print_files(console, parameters=output, picture=picture)
-
-
-def _check(data: Path, recipe: str, output: Path | None, picture: Path | None, *read: str) -> None:
-    """Refuse places that cannot be meant or written, before the work begins."""
-    from reports.files.write_run import check_apart, check_named
-    from reports.pictures.sheet import check_suffix
-
-    if picture is not None:
-        check_suffix(picture.suffix)
-    check_apart((data, recipe, *read), [path for path in (output, picture) if path is not None])
-    check_named({"a YAML file": output})
-
-
-def _write(contents: dict[Path | None, bytes | None]) -> None:
-    from reports.files.atomic_write import write_bytes_atomically
-
-    for path, content in contents.items():
-        if path is not None and content is not None:
-            write_bytes_atomically(path, content)

@@ -1,13 +1,12 @@
 """``washboard check``: whether the robot of a cell can carry out a program."""
 
-import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commandline.arguments import CellSource, MadeFor, Parts
+from commandline.arguments import CellSource, Parts, ProgramBoard, ProgramSource
 from commandline.errors import job_errors
 
 if TYPE_CHECKING:
@@ -15,33 +14,31 @@ if TYPE_CHECKING:
 
 _FOUND = 1
 """Exit code where a finding of severity error was not allowed."""
-_PICTURES = (".png", ".svg")
 
 
 def check(
-    program: Annotated[Path, typer.Argument(help="Native program.", metavar="PROGRAM.wash")],
+    program: ProgramSource,
     cell: CellSource,
-    board: MadeFor = None,
+    board: ProgramBoard = None,
     parts: Parts = None,
     report: Annotated[
         list[Path] | None,
         typer.Option(
             "--report",
-            help="What came out: as data (.json), or joints against their limits as a picture (.png, .svg); may be "
-            "repeated.",
+            help="Result: as data (.json), or joints against their limits as a picture (.png, .svg); may be repeated.",
             metavar="JSON|PNG|SVG",
         ),
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Program as the robot does it, in its own time.", metavar="OUT.wash"),
+        typer.Option("--output", "-o", help="Program as the robot does it, with its own times.", metavar="OUT.wash"),
     ] = None,
     tilt_band: Annotated[
         float,
         typer.Option(
             "--tilt-band",
-            help="Largest jet tilt, degrees, the robot may add to avoid collisions or limits, if the recipe grants "
-            "less.",
+            help="Largest jet tilt, in degrees, that the robot may add to avoid collisions or limits, if the recipe "
+            "grants less.",
             min=0,
             max=45,
         ),
@@ -59,12 +56,12 @@ def check(
     washboard check demo.wash cell.yaml --board board.step --report check.json --report joints.png[/dim]
     """
     with job_errors():
-        from commandline.loading import progress_bar, read_board_of
+        from commandline.loading import progress_bar, read_program_board
         from programs.load import load_program
         from reports.files.write_run import check_apart
         from reports.pictures.sheet import check_suffix
         from reports.terminal.cell_report import print_cell_report
-        from reports.terminal.console import open_console
+        from reports.terminal.console import open_console, print_files
         from robotcell.cell.load import read_cell
         from robotcell.track import terms_of, track
         from specs.finding import blocking
@@ -74,18 +71,17 @@ def check(
         for path in reports:
             if path.suffix.lower() != ".json":
                 check_suffix(path.suffix)
-        check_apart((program, cell, board, parts), [*reports, *([] if output is None else [output])])
-        loaded, asked = read_cell(cell), load_program(program)
-        made_for = read_board_of(asked, program, board, parts)
+        check_apart((program, cell, board, parts), [*reports, output])
+        loaded, planned = read_cell(cell), load_program(program)
+        placed = read_program_board(planned, program, board, parts)
         with progress_bar() as progress:
             terms = terms_of(loaded, tilt_band=math.radians(tilt_band))
-            done = track(asked, loaded.cell, made_for, terms=terms, progress=progress)
+            done = track(planned, loaded.cell, placed, terms=terms, progress=progress)
         stops = blocking(done.findings, allowed)
-        written = _write(done, reports, output if not stops else None)
+        written = _write(done, reports, None if stops else output)
         console = open_console()
         print_cell_report(console, done)
-        for path in written:
-            console.print(f"Written  {path}", markup=False, soft_wrap=True)
+        print_files(console, *written)
         if stops:
             raise typer.Exit(_FOUND)
 
@@ -93,21 +89,18 @@ def check(
 def _write(done: "CellReport", reports: list[Path], output: Path | None) -> list[Path]:
     """Render everything, then write it; a picture of joints is left out where there is no motion."""
     from programs.native import write as native
-    from reports.files.atomic_write import write_bytes_atomically
+    from reports.files.atomic_write import write_outputs
+    from reports.files.write_run import json_bytes
+    from reports.pictures.joint_picture import draw_joints
     from robotcell.report import cell_report
 
-    contents: list[tuple[Path, bytes]] = []
+    contents: dict[Path | None, str | bytes | None] = {}
     for path in reports:
-        if path.suffix.lower() in _PICTURES:
-            from reports.pictures.joint_picture import draw_joints
-
-            if done.possible:
-                contents.append((path, draw_joints(done, path.suffix)))
-        else:
-            text = json.dumps(cell_report(done), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-            contents.append((path, text.encode("utf-8", errors="replace")))
+        if path.suffix.lower() == ".json":
+            contents[path] = json_bytes(cell_report(done))
+        elif done.possible:
+            contents[path] = draw_joints(done, path.suffix)
     if output is not None and done.possible:
-        contents.append((output, native.render(done.program).encode("utf-8", errors="replace")))
-    for path, content in contents:
-        write_bytes_atomically(path, content)
-    return [path for path, _ in contents]
+        contents[output] = native.render(done.program)
+    write_outputs(contents)
+    return [path for path in contents if path is not None]

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commandline.arguments import BoardSource, Parts, complete_recipe
-from commandline.commands.analyse import Effort, EffortOption, ParametersOption, check_files
+from commandline.arguments import BoardSource, Effort, EffortOption, ParametersOption, Parts, complete_recipe
 from commandline.errors import job_errors
 
 if TYPE_CHECKING:
@@ -15,7 +14,6 @@ if TYPE_CHECKING:
     from cleaning.verdicts.results import CleaningReport
     from programs.program import TimedProgram
     from recipes.recipe import Recipe
-    from reports.tables.comparison import Row
     from rulesengine.planning.pipeline import Run
     from specs.progress import Progress
 
@@ -50,33 +48,51 @@ def compare(
     washboard compare smt-demo old.wash new.wash[/dim]
     """
     with job_errors():
-        from reports.tables.comparison import compare_cleaning
+        from reports.files.atomic_write import write_outputs
+        from reports.files.write_run import check_places, json_bytes
+        from reports.html.comparison_page import comparison_page
+        from reports.tables import comparison
         from reports.terminal.cleaning_card import print_comparison
         from reports.terminal.console import open_console, print_files
 
-        check_files((board, one, other, parameters, parts), {"a page": html, "a report": data})
-        asked = (_read(one), _read(other))
-        (here, cleaned), (there, cleaned_there) = _carry_out((board, parts), asked, parameters, effort)
-        rows = [*compare_cleaning(cleaned, cleaned_there), *_compare(here, there)]
-        names = _names(*asked)
-        _write(rows, (cleaned, cleaned_there), names, html, data)
+        check_places((board, one, other, parameters, parts), {"a page": html, "a report": data})
+        subjects = (_read(one), _read(other))
+        (here, cleaned), (there, cleaned_there) = _analyse_both((board, parts), subjects, parameters, effort)
+        rows = comparison.compare_cleaning(cleaned, cleaned_there)
+        if here.run is None or there.run is None:
+            rows += comparison.compare_programs(here.program, there.program)
+        else:
+            rows += comparison.compare(here.run, there.run)
+        names = subjects[0].name, subjects[1].name
+        if names[0] == names[1]:
+            names = one, other
+        reports = cleaned, cleaned_there
+        write_outputs({
+            html: None if html is None else comparison_page(rows, reports, names),
+            data: None if data is None else json_bytes(comparison.comparison_data(rows, *reports)),
+        })  # fmt: skip
         console = open_console()
         print_comparison(console, rows, cleaned, names)
         print_files(console, html=html, data=data)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Asked:
-    """What is to be compared, as it was read."""
+class _Subject:
+    """What is compared, as it was read."""
 
     source: str
     recipe: "Recipe"
     program: "TimedProgram | None"
     """``None`` where the recipe is to be planned."""
 
+    @property
+    def name(self) -> str:
+        """Of a recipe its own, of a program that of its file."""
+        return self.recipe.recipe if self.program is None else Path(self.source).name
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Carried:
+class _Planned:
     """A program on the board."""
 
     recipe: "Recipe"
@@ -85,27 +101,27 @@ class _Carried:
     """``None`` where it was not planned here."""
 
 
-def _read(source: str) -> _Asked:
-    """Read a recipe, or a program with the recipe that it was made with.
+def _read(source: str) -> _Subject:
+    """Read a recipe, or a program with its recipe.
 
     Raises:
         JobError: it cannot be used.
     """
     from programs.load import load_program
     from recipes.load import load_recipe
-    from reports.files.find_recipe import find_recipe_of
+    from reports.files.inputs import find_recipe
 
     file = Path(source)
     if file.suffix.lower() != _PROGRAM:
-        return _Asked(source, load_recipe(source), None)
+        return _Subject(source, load_recipe(source), None)
     program = load_program(file)
-    return _Asked(source, find_recipe_of(program, file, "Put it beside the program, or plan the board again."), program)
+    return _Subject(source, find_recipe(program, file, "Put it beside the program, or plan the board again."), program)
 
 
-def _carry_out(
-    source: tuple[str, Path | None], asked: tuple[_Asked, _Asked], parameters: str, effort: Effort
-) -> "list[tuple[_Carried, CleaningReport]]":
-    """Plan what is to be planned and analyse both, on a board that is made ready once.
+def _analyse_both(
+    source: tuple[str, Path | None], subjects: tuple[_Subject, _Subject], parameters: str, effort: Effort
+) -> "list[tuple[_Planned, CleaningReport]]":
+    """Plan recipes and analyse both subjects, on a board that is prepared once.
 
     Raises:
         JobError: something cannot be used.
@@ -120,68 +136,29 @@ def _carry_out(
     known = load_parameters(parameters)
     with progress_bar() as progress:
         board = load_board(Path(source[0]), source[1], subprogress(progress, 0.0, 0.1))
-        one, other = asked
-        carried = (
-            _carry(one, board, subprogress(progress, 0.1, 0.2)),
-            _carry(other, board, subprogress(progress, 0.2, 0.3)),
-        )
+        planned = [
+            _plan(each, board, subprogress(progress, 0.1 * index, 0.1 * index + 0.1))
+            for index, each in enumerate(subjects, start=1)
+        ]
         prepared = prepare(board, known, subprogress(progress, 0.3, 0.4))
         spans = (subprogress(progress, 0.4, 0.7), subprogress(progress, 0.7, 1.0))
         return [
             (each, analyse_on(prepared, each.program, each.recipe, effort, span))
-            for each, span in zip(carried, spans, strict=True)
+            for each, span in zip(planned, spans, strict=True)
         ]
 
 
-def _carry(asked: _Asked, board: "Board", progress: "Progress") -> _Carried:
+def _plan(subject: _Subject, board: "Board", progress: "Progress") -> _Planned:
     """Plan a recipe; a program is there already.
 
     Raises:
         JobError: the recipe cannot be planned, or the program was made for another board.
     """
-    from reports.files.fingerprints import refuse_other_version
+    from reports.files.inputs import require_board
     from rulesengine.planning.pipeline import run
 
-    if asked.program is not None:
-        refuse_other_version(asked.program, Path(asked.source), board)
-        return _Carried(asked.recipe, asked.program, None)
-    planned = run(asked.recipe, board, progress)
-    return _Carried(planned.recipe, planned.program, planned)
-
-
-def _compare(here: _Carried, there: _Carried) -> "list[Row]":
-    from reports.tables.comparison import compare, compare_programs
-
-    if here.run is None or there.run is None:
-        return compare_programs(here.program, there.program)
-    return compare(here.run, there.run)
-
-
-def _names(here: _Asked, there: _Asked) -> tuple[str, str]:
-    """Call recipes by their names and programs by their files; what would be called the same, as it was asked for."""
-    one, other = (each.recipe.recipe if each.program is None else Path(each.source).name for each in (here, there))
-    return (one, other) if one != other else (here.source, there.source)
-
-
-def _write(
-    rows: "list[Row]",
-    reports: "tuple[CleaningReport, CleaningReport]",
-    names: tuple[str, str],
-    html: Path | None,
-    data: Path | None,
-) -> None:
-    """Render everything, then write it."""
-    from reports.files.atomic_write import write_bytes_atomically
-    from reports.files.write_run import json_bytes
-
-    contents: list[tuple[Path, bytes]] = []
-    if html is not None:
-        from reports.html.comparison_page import comparison_page
-
-        contents.append((html, comparison_page(rows, reports, names).encode("utf-8", errors="replace")))
-    if data is not None:
-        from reports.tables.comparison import comparison_data
-
-        contents.append((data, json_bytes(comparison_data(rows, *reports))))
-    for path, content in contents:
-        write_bytes_atomically(path, content)
+    if subject.program is not None:
+        require_board(subject.program, Path(subject.source), board, exactly=True)
+        return _Planned(subject.recipe, subject.program, None)
+    planned = run(subject.recipe, board, progress)
+    return _Planned(planned.recipe, planned.program, planned)

@@ -2,6 +2,7 @@
 
 from importlib.util import find_spec
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -20,17 +21,17 @@ def demo(
     ),
     board: Annotated[
         str,
-        typer.Option("--board", help="Another board than the sample.", metavar="BOARD", autocompletion=complete_board),
+        typer.Option("--board", help="Board; left out, the sample.", metavar="BOARD", autocompletion=complete_board),
     ] = "smt-demo",
     recipe: Annotated[
         str,
         typer.Option(
-            "--recipe", help="Another recipe than the default.", metavar="RECIPE", autocompletion=complete_recipe
+            "--recipe", help="Recipe; left out, the default.", metavar="RECIPE", autocompletion=complete_recipe
         ),
     ] = "smt-aqueous",
     cell: Annotated[
         str,
-        typer.Option("--cell", help="Another cell than the sample.", metavar="CELL", autocompletion=complete_cell),
+        typer.Option("--cell", help="Cell; left out, the sample.", metavar="CELL", autocompletion=complete_cell),
     ] = "ur5e-bench",
     dialect: Annotated[str, typer.Option("--dialect", help="Language of the cell's robot.")] = "ur",
 ) -> None:
@@ -42,25 +43,22 @@ def demo(
     washboard demo --into /tmp/demo --board tiny[/dim]
     """
     with job_errors():
-        from commandline.commands.demo_cleaning import clean_for_demo
         from commandline.loading import read_and_run
         from programs.export import find_dialect
-        from reports.files.atomic_write import OutputError, write_bytes_atomically
+        from reports.files.atomic_write import output_errors, write_bytes_atomically
         from reports.files.write_run import check_folder, write_run
-        from reports.pictures.plan_picture import draw_board
-        from reports.tables.summary import print_run
+        from reports.pictures.board_picture import draw_board
         from reports.terminal.console import open_console, print_files
+        from reports.terminal.program_card import print_run
         from robotcell.cell.load import read_cell
 
         check_folder(folder)
         find_dialect(dialect)
-        lies_in = read_cell(cell)
+        loaded_cell = read_cell(cell)
         done = read_and_run(board, recipe, None)
         card = draw_board(done.board, ".png")
-        try:
+        with output_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError(folder, error.strerror or str(error)) from None
         program, report, paths, picture = (
             folder / f"{done.board.name}{end}" for end in (".wash", ".json", "-paths.png", "-board.png")
         )
@@ -69,15 +67,14 @@ def demo(
         console = open_console()
         print_run(console, done)
         print_files(console, program=program, report=report, paths=paths, board=picture)
-        _carry_out(done, lies_in, dialect, folder)
-        clean_for_demo(done, folder)
+        _export(done, loaded_cell, dialect, folder)
+        _analyse(done, folder)
 
 
-def _carry_out(run: "Run", lies_in: "LoadedCell", dialect: str, folder: Path) -> None:
-    """Have a robot carry out what was planned, and write its program."""
+def _export(run: "Run", cell: "LoadedCell", dialect: str, folder: Path) -> None:
+    """Track the program in a cell, and write it in the language of the robot."""
     from commandline.loading import progress_bar
-    from reports.files.atomic_folder import write_files
-    from reports.files.atomic_write import write_bytes_atomically
+    from reports.files.atomic_write import write_bytes_atomically, write_files
     from reports.files.export_robot import export_in_cell
     from reports.pictures.joint_picture import draw_joints
     from reports.terminal.cell_report import print_cell_report
@@ -89,7 +86,7 @@ def _carry_out(run: "Run", lies_in: "LoadedCell", dialect: str, folder: Path) ->
         console.print("Robot    not checked: `pip install washboard[robot]` adds what that takes.", markup=False)
         return
     with progress_bar() as progress:
-        exported = export_in_cell(run.program, lies_in, dialect, run.board, progress)
+        exported = export_in_cell(run.program, cell, dialect, run.board, progress)
     print_cell_report(console, exported.report)
     if blocking(exported.findings, []) or not exported.report.possible:
         return
@@ -99,3 +96,33 @@ def _carry_out(run: "Run", lies_in: "LoadedCell", dialect: str, folder: Path) ->
     place = folder / (f"{run.board.name}-{dialect}" if len(files) > 1 else next(iter(files)))
     write_files(place, files)
     print_files(console, joints=joints, robot=place)
+
+
+def _analyse(run: "Run", folder: Path) -> None:
+    """Predict what the program cleans, with the default parameter set; write the page and its data.
+
+    Raises:
+        JobError: it cannot be done, or not be written.
+    """
+    from cleaning.analyse import analyse
+    from cleaning.parameters.load import load_parameters
+    from cleaning.report import Traceability
+    from commandline.loading import progress_bar
+    from reports.files.atomic_write import write_outputs
+    from reports.files.write_run import cleaning_bytes
+    from reports.html.cleaning_page import cleaning_page
+    from reports.tables.report_header import this_producer
+    from reports.terminal.cleaning_card import print_worst
+    from reports.terminal.console import open_console, print_files
+
+    begun = perf_counter()
+    with progress_bar() as progress:
+        report = analyse(run.program, run.board, run.recipe, load_parameters(), "fast", progress)
+    seconds = perf_counter() - begun
+    page, data = (folder / f"{run.board.name}-cleaning{end}" for end in (".html", ".json"))
+    producer = this_producer("fast")
+    html = cleaning_page(report, Traceability(), producer=producer)
+    write_outputs({page: html, data: cleaning_bytes(report, producer, Traceability())})
+    console = open_console()
+    print_worst(console, report, seconds)
+    print_files(console, cleaning=page, data=data)

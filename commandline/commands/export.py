@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commandline.arguments import MadeFor, Parts, complete_cell
+from commandline.arguments import Parts, ProgramBoard, complete_cell
 from commandline.errors import job_errors
 from specs.errors import JobError
 
 if TYPE_CHECKING:
     from reports.files.export_robot import CellExport
+    from reports.tables.table import Facts
 
 
 def complete_dialect(incomplete: str) -> list[str]:
@@ -35,7 +36,7 @@ def export(
         Path | None,
         typer.Option("--output", "-o", help="File to write; a folder where there are several.", metavar="OUT"),
     ] = None,
-    board: MadeFor = None,
+    board: ProgramBoard = None,
     parts: Parts = None,
     allow: Annotated[
         list[str] | None,
@@ -49,43 +50,46 @@ def export(
     washboard export demo.wash --cell ur5e-bench --dialect abb -o demo.mod[/dim]
     """
     with job_errors():
-        if list_dialects:
-            _list()
-            return
-        from commandline.loading import progress_bar, read_board_of
+        from commandline.loading import print_library, progress_bar, read_program_board
         from programs.export import find_dialect
         from programs.load import load_program
+        from programs.posts.dialects import DIALECTS
         from reports.files.export_robot import export_in_cell
         from reports.files.write_run import check_apart, check_folder
         from robotcell.cell.load import read_cell
         from specs.finding_rules import check_allowed
 
+        if list_dialects:
+            print_library({
+                name: f"{each.title}, class {each.capability.controller_class}. {each.notes}"
+                for name, each in DIALECTS.items()
+            })  # fmt: skip
+            return
         if program is None or cell is None:
             raise JobError("a program and --cell CELL are needed, or --list; `washboard export --help` shows how.")
         find_dialect(dialect)
         allowed = check_allowed(allow or [])
         if output is not None and output.is_dir():
             check_folder(output)
-        elif output is not None:
+        else:
             check_apart((program, cell, board, parts), [output])
-        lies_in, asked = read_cell(cell), load_program(program)
-        made_for = read_board_of(asked, program, board, parts)
+        loaded, planned = read_cell(cell), load_program(program)
+        placed = read_program_board(planned, program, board, parts)
         with progress_bar() as progress:
-            done = export_in_cell(asked, lies_in, dialect, made_for, progress)
+            done = export_in_cell(planned, loaded, dialect, placed, progress)
         _write(done, dialect, output, allowed)
 
 
 def _write(done: "CellExport", dialect: str, output: Path | None, allowed: list[str]) -> None:
-    """Write the files unless a finding forbids it, and say what was found in any case.
+    """Write the files unless a finding forbids it, and print what was found in any case.
 
     Raises:
         ProgramError: a finding forbids it.
     """
     from programs.errors import ProgramError
-    from reports.files.atomic_folder import write_files
-    from reports.files.write_run import reason_not_to
-    from reports.tables.summary import print_facts, print_findings
-    from reports.terminal.console import open_console
+    from reports.files.atomic_write import write_files
+    from reports.files.write_run import export_refusal
+    from reports.terminal.console import open_console, print_facts, print_files, print_findings, print_line
     from specs.finding import blocking
 
     console = open_console()
@@ -93,26 +97,25 @@ def _write(done: "CellExport", dialect: str, output: Path | None, allowed: list[
     stops = blocking(done.findings, allowed)
     try:
         if output is not None and stops:
-            raise ProgramError(reason_not_to(stops), file=output)
+            raise ProgramError(export_refusal(stops), file=output)
         if output is not None:
             written = write_files(output, done.exported.files)
     finally:
         print_facts(console, _facts(done, dialect))
         print_findings(console, done.findings)
-    for path in written:
-        console.print(f"Written  {path}", markup=False, soft_wrap=True)
+    print_files(console, *written)
     if output is None:
-        console.print("[dim]Nothing was written; -o OUT writes it.[/dim]")
+        print_line(console, ("Nothing was written; -o OUT writes it.", "dim"))
 
 
-def _facts(done: "CellExport", dialect: str) -> list[tuple[str, str]]:
+def _facts(done: "CellExport", dialect: str) -> "Facts":
     from programs.posts.dialects import DIALECTS
-    from reports.tables.summary import clock
+    from reports.tables.wording import clock
 
     language, error = DIALECTS[dialect], done.exported.error
     files, text = done.exported.files, "".join(done.exported.files.values())
-    asked_s, takes_s = done.report.requested.totals.duration_s, done.report.program.totals.duration_s
-    longer = f", {clock(asked_s)} asked for" if abs(takes_s - asked_s) >= 0.5 else ""
+    planned_s, takes_s = done.report.requested.totals.duration_s, done.report.program.totals.duration_s
+    longer = f", {clock(planned_s)} programmed" if abs(takes_s - planned_s) >= 0.5 else ""
     return [
         ("language", f"{language.title}, class {language.capability.controller_class}"),
         ("files", f"{len(files)}, {text.count(chr(10))} lines, {len(text) / 1000:.0f} kB"),
@@ -120,11 +123,3 @@ def _facts(done: "CellExport", dialect: str) -> list[tuple[str, str]]:
         ("events", f"wrong by at most {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"),
         ("note", language.notes),
     ]
-
-
-def _list() -> None:
-    from programs.posts.dialects import DIALECTS
-
-    width = max(map(len, DIALECTS))
-    for name, language in DIALECTS.items():
-        typer.echo(f"{name:<{width}}  {language.title}, class {language.capability.controller_class}. {language.notes}")

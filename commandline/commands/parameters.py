@@ -13,11 +13,9 @@ def list_parameters() -> None:
     """List the parameter sets that come with Washboard."""
     with job_errors():
         from cleaning.parameters.load import load_parameters, parameter_library
+        from commandline.loading import print_library
 
-        names = parameter_library()
-        width = max(map(len, names), default=0)
-        for name in names:
-            typer.echo(f"{name:<{width}}  {load_parameters(name).description}")
+        print_library({name: load_parameters(name).description for name in parameter_library()})
 
 
 @app.command()

@@ -17,9 +17,8 @@ def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Pa
     with job_errors():
         from commandline.loading import read_board
         from recipes.load import load_recipe
-        from reports.tables.summary import print_findings
         from reports.terminal.board_card import print_classes
-        from reports.terminal.console import open_console
+        from reports.terminal.console import open_console, print_findings
         from rulesengine.strokes import classify as rules
 
         loaded_recipe = load_recipe(recipe)
@@ -37,7 +36,7 @@ def plan(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Program to write.", metavar="OUT.wash")] = None,
     picture: Picture = None,
     report: Annotated[
-        Path | None, typer.Option("--report", help="Everything the summary says, and more, as data.", metavar="JSON")
+        Path | None, typer.Option("--report", help="All of the summary, and more, as data.", metavar="JSON")
     ] = None,
     parts: Parts = None,
     allow: Annotated[
@@ -47,7 +46,7 @@ def plan(
         ),
     ] = None,
 ) -> None:
-    """Plan a board: follow the recipe over it, write the timed program, say what came out.
+    """Plan a board: follow the recipe over it, write the timed program, print a summary.
 
     [dim]washboard plan smt-demo
     washboard plan smt-demo smt-aqueous -o demo.wash --picture demo.png
@@ -56,12 +55,12 @@ def plan(
     with job_errors():
         from commandline.loading import read_and_run
         from reports.files.write_run import check_places, write_run
-        from reports.tables.summary import print_run
-        from reports.terminal.console import open_console, print_files
+        from reports.terminal.console import open_console, print_files, print_line
+        from reports.terminal.program_card import print_run
         from specs.finding_rules import check_allowed
 
+        check_places((board, recipe, parts), {"a program": output, "a picture": picture, "a report": report})
         allowed = check_allowed(allow or [])
-        check_places(read=(board, recipe, parts), program=output, picture=picture, report_file=report)
         done = read_and_run(board, recipe, parts)
         console = open_console()
         try:  # files first: who reads the summary may close the pipe after one line
@@ -70,4 +69,4 @@ def plan(
             print_run(console, done)
         print_files(console, program=output, picture=picture, report=report)
         if output is None:
-            console.print("[dim]No program was written; -o OUT.wash writes it.[/dim]")
+            print_line(console, ("No program was written; -o OUT.wash writes it.", "dim"))

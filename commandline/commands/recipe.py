@@ -15,12 +15,10 @@ app = typer.Typer(help="Begin a recipe, check it, look at it.", no_args_is_help=
 def list_recipes() -> None:
     """List the recipes that come with Washboard."""
     with job_errors():
+        from commandline.loading import print_library
         from recipes.load import load_recipe, recipe_library
 
-        names = recipe_library()
-        width = max(map(len, names), default=0)
-        for name in names:
-            typer.echo(f"{name:<{width}}  {load_recipe(name).description}")
+        print_library({name: load_recipe(name).description for name in recipe_library()})
 
 
 @app.command()
@@ -52,26 +50,26 @@ def new(
 
 @app.command()
 def check(source: RecipeSource) -> None:
-    """Check a recipe: the first mistake with its file, line and YAML path; then what is probably not meant.
+    """Check a recipe: the first mistake with its file, line and YAML path; then what is probably a mistake.
 
     [dim]washboard recipe check my-board.yaml[/dim]
     """
     with job_errors():
         from recipes.check import check_recipe
         from recipes.load import load_recipe
-        from reports.tables.summary import amount
+        from reports.tables.wording import amount
 
         recipe = load_recipe(source)
         findings = check_recipe(recipe)
         for finding in findings:
             typer.echo(f"{finding.severity}: {finding.made_by}: {finding.message} [{finding.rule.id}]")
-        told = [
+        counts = [
             amount(sum(step.enabled for step in recipe.sequence), "step"),
             amount(len(recipe.templates), "template"),
             amount(len(recipe.classes), "class", "classes"),
             amount(len(findings), "finding"),
         ]
-        typer.echo(f"{recipe.recipe}: can be used; {', '.join(told)}")
+        typer.echo(f"{recipe.recipe}: can be used; {', '.join(counts)}")
 
 
 @app.command()

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commandline.arguments import Parts, Picture, complete_board
+from commandline.arguments import Parts, Picture, ProgramSource, complete_board
 from commandline.errors import job_errors
 
 if TYPE_CHECKING:
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 
 def show(
-    program: Annotated[Path, typer.Argument(help="Native program.", metavar="OUT.wash")],
+    program: ProgramSource,
     picture: Picture = None,
     board: Annotated[
         str | None,
         typer.Option(
             "--board",
-            help="Board the program was made for: file, or name of a sample. Needed for a picture, unless it is a "
+            help="Board of the program: file, or name of a sample. Needed for a picture, unless it is a "
             "sample; without a picture it is only compared.",
             metavar="BOARD",
             autocompletion=complete_board,
@@ -28,51 +28,43 @@ def show(
     ] = None,
     parts: Parts = None,
 ) -> None:
-    """Read a program back and say what it does: functions, totals, room it needs, commands to the cell.
+    """Read a program back and print its functions, totals, extent and commands to the cell.
 
     [dim]washboard show demo.wash
     washboard show demo.wash --board smt-demo --picture demo.png[/dim]
     """
     with job_errors():
         from programs.load import load_program
+        from reports.files.atomic_write import write_bytes_atomically
         from reports.files.write_run import check_places
-        from reports.tables.summary import print_commands, print_program, print_room
+        from reports.pictures.plan_picture import draw_plan
         from reports.terminal.console import open_console, print_files
+        from reports.terminal.program_card import print_commands, print_extent, print_program
 
-        check_places(read=(program, board, parts), picture=picture)
+        check_places((program, board, parts), {"a picture": picture})
         loaded = load_program(program)
-        drawn_on = None if picture is None and board is None else _board_of(loaded, program, board, parts)
+        drawn_on = None if picture is None and board is None else _read_board(loaded, program, board, parts)
         if picture is not None and drawn_on is not None:
-            from reports.files.atomic_write import write_bytes_atomically
-            from reports.pictures.plan_picture import draw_plan
-
             write_bytes_atomically(picture, draw_plan(drawn_on, loaded, picture.suffix))
         console = open_console()
         print_program(console, loaded)
-        print_room(console, loaded)
+        print_extent(console, loaded)
         print_commands(console, loaded)
         print_files(console, picture=picture)
 
 
-def _board_of(loaded: "TimedProgram", program: Path, board: str | None, parts: Path | None) -> "Board":
-    """Read the board that was named, or the sample that the program names; say so if it is another board.
+def _read_board(program: "TimedProgram", file: Path, board: str | None, parts: Path | None) -> "Board | None":
+    """Read the board that was named, or the sample that the program names.
 
     Raises:
         ProgramError: no board was named, and the program was not made for a sample.
         BoardError: the board cannot be used.
     """
     from boards.load import board_library
-    from commandline.loading import read_board
+    from commandline.loading import read_program_board
     from programs.errors import ProgramError
 
-    named = loaded.origin.board
+    named = program.origin.board
     if board is None and named not in board_library():
-        raise ProgramError(f"made for {named}, which is no sample; say with --board where that board is.", file=program)
-    found = read_board(board or named, parts)
-    if found.sha256 != loaded.origin.board_sha256:
-        made_for = f"{named}, sha256 {loaded.origin.board_sha256[:16]}"
-        text = (
-            f"{found.name}, sha256 {found.sha256[:16]}, is not quite the board this program was made for ({made_for})"
-        )
-        typer.echo(f"warning: {text}. Plan again if it has changed.", err=True)
-    return found
+        raise ProgramError(f"made for {named}, which is no sample; name its board with --board.", file=file)
+    return read_program_board(program, file, board or named, parts)

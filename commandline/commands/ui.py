@@ -18,7 +18,7 @@ def ui(
         str,
         typer.Option(
             "--cell",
-            help="Robot cell to begin with: a file, or a name of the library.",
+            help="Robot cell at the start: a file, or a name of the library.",
             metavar="CELL",
             autocompletion=complete_cell,
         ),
@@ -27,13 +27,14 @@ def ui(
         Path, typer.Option("--folder", help="Project folder: the page reads and writes nothing outside.", metavar="DIR")
     ] = Path(),
     host: Annotated[
-        str, typer.Option("--host", help="Address to listen at; others than this machine's are open to all.")
+        str,
+        typer.Option("--host", help="Address to listen on; any but this machine's own is open to all."),
     ] = "127.0.0.1",
     port: Annotated[
-        int, typer.Option("--port", help="Port to listen at; the next free one is taken.", min=1, max=65535)
+        int, typer.Option("--port", help="Port to listen on; the next free one is taken.", min=1, max=65535)
     ] = 8080,
 ) -> None:
-    """Open the page in which recipes are edited and paths are looked at.
+    """Open the page in which recipes are edited and paths are shown.
 
     [dim]washboard ui
     washboard ui board.step my-recipe.yaml --cell ur5e-bench --port 9000[/dim]

@@ -1,18 +1,47 @@
-"""Writing files whole or not at all."""
+"""Writing files whole or not at all, and folders of several files as one."""
 
 import os
+import re
+import shutil
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from specs.errors import JobError
 
 
 class OutputError(JobError):
-    """A result cannot be written where it was asked for."""
+    """A result cannot be written at the place that was given."""
 
     def __init__(self, path: Path, reason: str, advice: str = "Name another place.") -> None:
-        """Say which file, why, and what to do."""
+        """State which file, why, and what to do."""
         super().__init__(f"{path}: cannot be written: {reason}. {advice}")
         self.path = path
+
+
+@contextmanager
+def output_errors(path: Path) -> Generator[None]:
+    """Turn what the system refuses at a path into an ``OutputError``.
+
+    Raises:
+        OutputError: the path cannot be used.
+    """
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        raise OutputError(path, getattr(error, "strerror", None) or str(error)) from None
+
+
+def write_outputs(contents: Mapping[Path | None, str | bytes | None]) -> None:
+    """Write the results of a command, once all of them are rendered; those without path or content are left out.
+
+    Raises:
+        OutputError: one of them cannot be written.
+    """
+    for path, content in contents.items():
+        if path is not None and content is not None:
+            data = content.encode("utf-8", errors="replace") if isinstance(content, str) else content
+            write_bytes_atomically(path, data)
 
 
 def write_text_atomically(path: Path, text: str) -> None:
@@ -33,26 +62,84 @@ def write_bytes_atomically(path: Path, content: bytes) -> None:
     Raises:
         OutputError: the file cannot be written; what stood there before still does.
     """
-    try:
+    with output_errors(path):
         target = Path(os.path.realpath(path))
         if target.exists() and not target.is_file():
             target.write_bytes(content)
             return
-        _replace(target, content)
-    except (OSError, ValueError) as error:
-        raise OutputError(path, getattr(error, "strerror", None) or str(error)) from None
+        temporary = target.with_name(f".{target.name[:200]}.{os.getpid()}.tmp")
+        try:
+            _write_flushed(temporary, content)
+            if target.exists():
+                temporary.chmod(target.stat().st_mode & 0o7777)
+            temporary.replace(target)
+        except BaseException:
+            temporary.unlink(missing_ok=True)
+            raise
 
 
-def _replace(target: Path, content: bytes) -> None:
-    temporary = target.with_name(f".{target.name[:200]}.{os.getpid()}.tmp")
+def write_files(out: Path, files: Mapping[str, str]) -> list[Path]:
+    """Write ASCII files so that after any failure what stood there before still does; give their paths.
+
+    A single file goes to ``out``, or into it where that is a folder; several go into the folder ``out``. A folder that
+    holds an earlier set of the same files is replaced as a whole.
+
+    Raises:
+        OutputError: they cannot be written there, or something else is there.
+    """
+    if len(files) == 1:
+        ((name, text),) = files.items()
+        place = out / name if out.is_dir() else out
+        write_bytes_atomically(place, text.encode("ascii"))
+        return [place]
+    with output_errors(out):
+        _check_folder(out, files)
+        _replace_folder(Path(os.path.realpath(out)), files)
+    return [out / name for name in files]
+
+
+def _check_folder(out: Path, files: Mapping[str, str]) -> None:
+    """Refuse a place that is no folder, or one that holds anything but earlier versions of the files."""
+    if not out.exists():
+        if not out.parent.is_dir():
+            raise OutputError(out, f"there is no folder {out.parent}", "Make it, or name another place.")
+        return
+    if not out.is_dir():
+        raise OutputError(out, f"{len(files)} files are to be written and this is one", "Name a folder.")
+    known = {_family(name) for name in files}
+    for entry in sorted(out.iterdir()):
+        if entry.is_symlink() or not entry.is_file() or _family(entry.name) not in known:
+            raise OutputError(out, f"the folder holds something else, {entry.name}", "Name a folder of its own.")
+
+
+def _family(name: str) -> str:
+    """A file's name without the numbers that count the parts of a program."""
+    return re.sub(r"\d+", "#", name.lower())
+
+
+def _replace_folder(target: Path, files: Mapping[str, str]) -> None:
+    fresh = target.with_name(f".{target.name[:200]}.{os.getpid()}.new")
+    stale = target.with_name(f".{target.name[:200]}.{os.getpid()}.old")
     try:
-        with temporary.open("xb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
+        fresh.mkdir()
+        for name, text in files.items():
+            _write_flushed(fresh / name, text.encode("ascii"))
         if target.exists():
-            temporary.chmod(target.stat().st_mode & 0o7777)
-        temporary.replace(target)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+            target.rename(stale)
+        try:
+            fresh.rename(target)
+        except OSError:
+            if stale.exists():
+                stale.rename(target)
+            raise
+    finally:
+        shutil.rmtree(fresh, ignore_errors=True)
+        shutil.rmtree(stale, ignore_errors=True)
+
+
+def _write_flushed(path: Path, content: bytes) -> None:
+    """Write a file that is not there yet, down to the disk."""
+    with path.open("xb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())

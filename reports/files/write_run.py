@@ -1,4 +1,4 @@
-"""Writing what a command made: all of it or none of it."""
+"""Files of a command: their places are checked before the work begins, and written when all of them are rendered."""
 
 import json
 import os
@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from boards.load import SUFFIXES
 from programs.errors import ProgramError
 from programs.native import write as native
-from reports.files.atomic_write import OutputError, write_bytes_atomically
+from reports.files.atomic_write import OutputError, output_errors, write_outputs
 from reports.pictures.sheet import check_suffix
 from reports.tables.run_report import report
-from reports.tables.summary import amount
+from reports.tables.wording import amount
 from specs.errors import JobError
 from specs.finding import Finding, blocking
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cleaning.report import Traceability
     from cleaning.verdicts.results import CleaningReport
     from cleaning.verify import Verified
-    from reports.tables.report_header import Made
+    from reports.tables.report_header import Producer
     from rulesengine.planning.pipeline import Run
 
 _KINDS = {
@@ -30,64 +30,54 @@ _KINDS = {
 } | dict.fromkeys(SUFFIXES, "a board")  # fmt: skip
 
 
-def check_places(
-    *,
-    read: Sequence[str | Path | None],
-    program: Path | None = None,
-    picture: Path | None = None,
-    report_file: Path | None = None,
-) -> None:
+def check_places(read: Sequence[str | Path | None], written: Mapping[str, Path | None]) -> None:
     """Refuse places that cannot be meant or written, before the long work begins.
 
     Args:
         read: What the command reads; names of samples do no harm here.
-        program: Where the program is to be written.
-        picture: Where the picture is to be written.
-        report_file: Where the report is to be written.
+        written: Where each kind is to be written: ``"a program"``, ``"a picture"``, ``"a report"``, ``"a page"``,
+            ``"a YAML file"``.
 
     Raises:
-        JobError: a place is read from, used twice, in no folder, not writable, or bears the name of another thing.
+        JobError: a place is read from, used twice, in no folder, not writable, or bears the name of another kind.
     """
+    picture = written.get("a picture")
     if picture is not None:
         try:
             check_suffix(picture.suffix)
         except JobError as error:
             raise JobError(f"{picture}: {error}") from None
-    wanted = {"a program": program, "a picture": picture, "a report": report_file}
-    check_apart(read, [path for path in wanted.values() if path is not None])
-    check_named(wanted)
-
-
-def check_named(wanted: Mapping[str, Path | None]) -> None:
-    """Refuse a place that bears the name of another thing than is to be written there.
-
-    Args:
-        wanted: Where each kind is to be written: ``"a program"``, ``"a picture"``, ``"a report"``, ``"a page"``,
-            ``"a YAML file"``.
-
-    Raises:
-        OutputError: its suffix is that of another kind.
-    """
-    for kind, path in wanted.items():
+    check_apart(read, written.values())
+    for kind, path in written.items():
         named = kind if path is None else _KINDS.get(path.suffix.lower(), kind)
         if path is not None and named != kind:
             reason = f"its name is that of {named}, and {kind} is to be written"
             raise OutputError(path, reason, "Name another file.")
 
 
-def check_apart(read: Sequence[str | Path | None], written: Iterable[Path]) -> None:
+def check_apart(read: Sequence[str | Path | None], written: Iterable[Path | None]) -> None:
     """Refuse places where no file can be written, and files that are read or written by the same command.
 
     Raises:
-        OutputError: a place is read from, used twice, in no folder or not writable.
+        OutputError: a place is read from, used twice, a folder or in none, not writable, or stands for stdout.
     """
     taken = {os.path.realpath(each): "it is read by this command" for each in read if each is not None}
     for path in written:
-        _check_place(path)
-        real = os.path.realpath(path)
-        if real in taken:
-            raise OutputError(path, taken[real], "Name another file.")
-        taken[real] = "it is to be written twice"
+        if path is None:
+            continue
+        if path == Path("-"):
+            raise OutputError(path, "stdout has the summary", "Name a file.")
+        with output_errors(path):
+            real = Path(os.path.realpath(path))
+            if real.is_dir():
+                raise OutputError(path, "it is a folder", "Name a file in it.")
+            if not real.parent.is_dir():
+                raise OutputError(path, f"there is no folder {path.parent}", "Make it, or name another place.")
+            if not os.access(real if real.exists() and not real.is_file() else real.parent, os.W_OK):
+                raise OutputError(path, "permission denied")
+        if str(real) in taken:
+            raise OutputError(path, taken[str(real)], "Name another file.")
+        taken[str(real)] = "it is to be written twice"
 
 
 def check_folder(folder: Path) -> None:
@@ -103,51 +93,25 @@ def check_folder(folder: Path) -> None:
         raise OutputError(folder, "permission denied")
 
 
-def _check_place(path: Path) -> None:
-    """Refuse a place where no file can be written.
-
-    Raises:
-        OutputError: it is a folder, in no folder, or not writable, or it is to be no file.
-    """
-    if path == Path("-"):
-        raise OutputError(path, "stdout has the summary", "Name a file.")
-    try:
-        real = Path(os.path.realpath(path))
-        if real.is_dir():
-            raise OutputError(path, "it is a folder", "Name a file in it.")
-        if not real.parent.is_dir():
-            raise OutputError(path, f"there is no folder {path.parent}", "Make it, or name another place.")
-        if not os.access(real if real.exists() and not real.is_file() else real.parent, os.W_OK):
-            raise OutputError(path, "permission denied")
-    except (OSError, ValueError) as error:
-        raise OutputError(path, getattr(error, "strerror", None) or str(error)) from None
-
-
 def write_run(
     run: "Run", *, output: Path | None, picture: Path | None, report_file: Path | None, allowed: Sequence[str]
 ) -> None:
     """Write program, picture and report; nothing is written before everything is rendered.
 
     Raises:
-        ProgramError: a finding forbids the export; nothing is written but the report, which says why.
+        ProgramError: a finding forbids the export; nothing is written but the report, which states why.
     """
-    told = report_bytes(run)
-    stops = blocking(run.findings, allowed)
-    if output is not None and stops:
-        if report_file is not None:
-            write_bytes_atomically(report_file, told)
-        raise ProgramError(reason_not_to(stops), file=output)
-    contents: list[tuple[Path, bytes]] = []
-    if output is not None:
-        contents.append((output, program_bytes(run)))
-    if picture is not None:
-        from reports.pictures.plan_picture import draw_plan
+    from reports.pictures.plan_picture import draw_plan
 
-        contents.append((picture, draw_plan(run.board, run.program, picture.suffix)))
-    if report_file is not None:
-        contents.append((report_file, told))
-    for path, content in contents:
-        write_bytes_atomically(path, content)
+    stops = blocking(run.findings, allowed) if output is not None else ()
+    drawn = None if picture is None or stops else draw_plan(run.board, run.program, picture.suffix)
+    write_outputs({
+        output: None if output is None or stops else program_bytes(run),
+        picture: drawn,
+        report_file: None if report_file is None else report_bytes(run),
+    })  # fmt: skip
+    if stops:
+        raise ProgramError(export_refusal(stops), file=output)
 
 
 def program_bytes(run: "Run") -> bytes:
@@ -161,13 +125,12 @@ def report_bytes(run: "Run") -> bytes:
 
 
 def cleaning_bytes(
-    found: "CleaningReport", made: "Made", trace: "Traceability", verified: "Sequence[Verified]" = ()
+    found: "CleaningReport", producer: "Producer", trace: "Traceability", verified: "Sequence[Verified]" = ()
 ) -> bytes:
-    """Write as JSON what an analysis found and by what, what was entered, and what was worked out exactly besides."""
+    """Write an analysis as JSON: its producer, the entries, the results, what was worked out exactly besides."""
     from cleaning.report import cleaning_report
-    from reports.tables.report_header import tell_made
 
-    return json_bytes(tell_made(cleaning_report(found, verified, trace), made))
+    return json_bytes(producer.add_to(cleaning_report(found, verified, trace)))
 
 
 def json_bytes(data: Mapping[str, object]) -> bytes:
@@ -176,12 +139,12 @@ def json_bytes(data: Mapping[str, object]) -> bytes:
     return text.encode("utf-8", errors="replace")
 
 
-def reason_not_to(stops: Sequence[Finding]) -> str:
-    """Say which findings forbid that something is written, and what can be done."""
+def export_refusal(stops: Sequence[Finding]) -> str:
+    """Message that names the findings which forbid an export, and how to override them."""
     rules = list(dict.fromkeys(finding.rule.id for finding in stops))
     first = stops[0]
     return (
         f"not written: {amount(len(stops), 'finding')} of severity error forbid{'s' if len(stops) == 1 else ''} it. "
         f"First {first.rule.id} at {first.made_by or 'the board'}: {first.message} "
-        f"Mend it, or override with {' '.join(f'--allow {rule}' for rule in rules)}."
+        f"Correct it, or override with {' '.join(f'--allow {rule}' for rule in rules)}."
     )

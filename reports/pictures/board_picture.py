@@ -51,9 +51,11 @@ def draw_board(board: Board, suffix: str) -> bytes:
     """
     check_suffix(suffix)
     sides: list[Side] = [side for side in SIDES if components_of(board, side)] or ["top"]
+    tallest = max((component.height_mm for component in board.components), default=1.0)
     view = view_of(board)
     width_mm = SHEET_MM[0] - LEFT_MM - _SCALE_MM
-    foot_mm = 16.0 + 3.6 * len(_listed(board.findings))
+    lines, places = _list_findings(board.findings)
+    foot_mm = 16.0 + 3.6 * len(lines)
     layout = arrange(len(sides), view, width_mm, SHEET_MM[1] - TOP_MM - foot_mm)
     height_mm = TOP_MM + layout.height_mm + foot_mm
     with sheet(height_mm) as figure:
@@ -73,20 +75,22 @@ def draw_board(board: Board, suffix: str) -> bytes:
         for number, side in enumerate(sides):
             axes = figure.add_subplot(grid[number // layout.columns, number % layout.columns])
             frame_board(axes, view)
-            _draw_side(axes, board, side)
-            _mark_findings(axes, board.findings)
-        _draw_height_scale(figure.add_axes((1 - 0.7 * _SCALE_MM / SHEET_MM[0], bottom, 0.010, top - bottom)), board)
-        lines = "\n".join(_listed(board.findings))
-        figure.text(LEFT_MM / SHEET_MM[0], foot_mm / height_mm, lines, fontsize=7, va="top", linespacing=1.35)
+            _draw_side(axes, board, side, tallest)
+            for number, (x, y, _) in enumerate(places, start=1):
+                axes.plot(x, y, marker="o", markersize=11, markerfacecolor="none", markeredgecolor=ACCENT, zorder=8)
+                axes.text(x, y, f"   {number}", color=ACCENT, fontsize=7, va="center", zorder=8, clip_on=True)
+        scale = figure.add_axes((1 - 0.7 * _SCALE_MM / SHEET_MM[0], bottom, 0.010, top - bottom))
+        _draw_height_scale(scale, tallest)
+        place = (LEFT_MM / SHEET_MM[0], foot_mm / height_mm)
+        figure.text(*place, "\n".join(lines), fontsize=7, va="top", linespacing=1.35)
         write_foot(figure, f"board sha256 {board.sha256[:16]}    both sides as seen from the top")
         return to_bytes(figure, suffix)
 
 
-def _draw_side(axes: Axes, board: Board, side: Side) -> None:
+def _draw_side(axes: Axes, board: Board, side: Side, tallest: float) -> None:
     from matplotlib import colormaps
 
     components = components_of(board, side)
-    tallest = _tallest(board)
     shade = colormaps["YlGnBu"]
     levels = [0.08 + 0.80 * component.height_mm / tallest for component in components]
     draw_outlines(axes, board, side, [shade(level) for level in levels])
@@ -95,41 +99,27 @@ def _draw_side(axes: Axes, board: Board, side: Side) -> None:
     axes.set_title(f"{side}, {len(components)} components", loc="left", fontsize=11, fontweight="bold")
 
 
-def _tallest(board: Board) -> float:
-    return max((component.height_mm for component in board.components), default=1.0)
-
-
-def _draw_height_scale(axes: Axes, board: Board) -> None:
+def _draw_height_scale(axes: Axes, tallest: float) -> None:
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
 
     used = ListedColormap(colormaps["YlGnBu"](np.linspace(0.08, 0.88, 256)))
-    scale = axes.figure.colorbar(ScalarMappable(Normalize(0, _tallest(board)), used), cax=axes)
+    scale = axes.figure.colorbar(ScalarMappable(Normalize(0, tallest), used), cax=axes)
     scale.set_label("height, mm")
     axes.spines[:].set_visible(False)
 
 
-def _placed(findings: Sequence[Finding]) -> list[Finding]:
-    """Findings that are numbered on the board."""
-    return [finding for finding in worst_first(findings)[:_LISTED_FINDINGS] if finding.where is not None]
-
-
-def _mark_findings(axes: Axes, findings: Sequence[Finding]) -> None:
-    for number, finding in enumerate(_placed(findings), start=1):
-        if finding.where is not None:
-            x, y, _ = finding.where
-            axes.plot(x, y, marker="o", markersize=11, markerfacecolor="none", markeredgecolor=ACCENT, zorder=8)
-            axes.text(x, y, f"   {number}", color=ACCENT, fontsize=7, va="center", zorder=8, clip_on=True)
-
-
-def _listed(findings: Sequence[Finding]) -> list[str]:
-    """Lines that list the findings, worst first; those with a place begin with their number."""
-    numbers = {id(finding): number for number, finding in enumerate(_placed(findings), start=1)}
+def _list_findings(findings: Sequence[Finding]) -> tuple[list[str], list[tuple[float, float, float]]]:
+    """Lines that list the findings, worst first, those with a place numbered; and these places."""
     lines: list[str] = []
+    places: list[tuple[float, float, float]] = []
     for finding in worst_first(findings)[:_LISTED_FINDINGS]:
-        number = f"({numbers[id(finding)]}) " if id(finding) in numbers else ""
+        number = ""
+        if finding.where is not None:
+            places.append(finding.where)
+            number = f"({len(places)}) "
         lines += wrap(f"{number}{finding.severity}: {finding.message}", 230, subsequent_indent="      ")
     if len(findings) > _LISTED_FINDINGS:
         lines.append(f"and {len(findings) - _LISTED_FINDINGS} more")
-    return lines
+    return lines, places

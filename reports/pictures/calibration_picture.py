@@ -1,4 +1,4 @@
-"""Pictures of calibrations: what was measured against what was fitted. Bytes out; nothing is written here."""
+"""Pictures of calibrations: what was measured against what was fitted."""
 
 from __future__ import annotations
 
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 _PANEL_MM = 95.0
 _BOTTOM_MM = 20.0
 _COLUMNS = 4
+_SYNTHETIC = "SYNTHETIC data. "
 
 
 def draw_ring(fit: RingFit, suffix: str) -> bytes:
@@ -44,10 +45,14 @@ def draw_ring(fit: RingFit, suffix: str) -> bytes:
         suffix: ``.png`` or ``.svg``.
     """
     keys, sheets = sheet_of(fit.measurements)
+    azimuth = np.linspace(0.0, 2 * np.pi, 181)
     with sheet(_height_mm(len(keys))) as figure:
         for index, (axes, key) in enumerate(zip(_panels(figure, len(keys)), keys, strict=True)):
             _draw_sheet(axes, fit, np.flatnonzero(sheets == index))
-            _draw_fitted(axes, fit, *key)
+            for sigmas, width in ((-RING_EDGE_SIGMAS, 0.8), (0.0, 0.4), (RING_EDGE_SIGMAS, 0.8)):
+                polar = fit.middle(azimuth) + sigmas * math.radians(fit.sigma_deg.value)
+                x, y = meet(key[0], math.radians(key[1]), polar, azimuth)
+                axes.plot(x, y, color=ACCENT, linewidth=width)
             axes.set_title(f"{key[0]:g} mm, tilted {key[1]:g}°", fontsize=8, loc="left")
             axes.set_aspect("equal", adjustable="datalim")
             axes.invert_yaxis()  # azimuths grow clockwise as seen from the nozzle
@@ -55,7 +60,7 @@ def draw_ring(fit: RingFit, suffix: str) -> bytes:
         write_title(
             figure,
             f"Half angle {angle.value:.2f}°, sigma {sigma.value:.2f}°",
-            f"{_told(fit.measurements.synthetic)}{len(fit.measurements)} rows, rms {fit.rms:.3g} {fit.unit}; "
+            f"{_SYNTHETIC * fit.measurements.synthetic}{len(fit.measurements)} rows, rms {fit.rms:.3g} {fit.unit}; "
             f"half angle {angle.low:.2f}° to {angle.high:.2f}°, sigma {sigma.low:.2f}° to {sigma.high:.2f}° (95 %)",
         )
         write_foot(
@@ -76,14 +81,6 @@ def _draw_sheet(axes: Axes, fit: RingFit, rows: Indices) -> None:
         axes.plot(x[rows], y[rows], "o", color=INK, markersize=2.2)
 
 
-def _draw_fitted(axes: Axes, fit: RingFit, height_mm: float, tilt_deg: float) -> None:
-    azimuth = np.linspace(0.0, 2 * np.pi, 181)
-    for sigmas, width in ((-RING_EDGE_SIGMAS, 0.8), (0.0, 0.4), (RING_EDGE_SIGMAS, 0.8)):
-        polar = fit.middle(azimuth) + sigmas * math.radians(fit.sigma_deg.value)
-        x, y = meet(height_mm, math.radians(tilt_deg), polar, azimuth)
-        axes.plot(x, y, color=ACCENT, linewidth=width)
-
-
 def draw_gap(fit: GapFit, suffix: str) -> bytes:
     """Draw what was cleaned over the time, a panel for each temperature and pressure, a colour for each standoff.
 
@@ -100,27 +97,21 @@ def draw_gap(fit: GapFit, suffix: str) -> bytes:
             for index, standoff in enumerate(standoffs):
                 rows = np.flatnonzero(here & (columns["standoff_um"] == standoff))
                 colour = FUNCTION_COLOURS[index % len(FUNCTION_COLOURS)]
-                _draw_coupons(axes, fit, rows, (colour, f"{standoff:g} µm"))
+                times = columns["time_s"][rows]
+                order = np.argsort(times, kind="stable")
+                axes.plot(times[order], fit.predicted[rows][order], color=colour, linewidth=0.9)
+                label = f"{standoff:g} µm"
+                axes.plot(times, fit.coupons.cleaned[rows], "o", color=colour, markersize=3.0, label=label)
             axes.set_ylim(-0.04, 1.04)
             axes.set_title(f"{celsius:g} °C, {bar:g} bar", fontsize=8, loc="left")
             axes.legend(fontsize=6, frameon=False)
-        told = ", ".join(f"{name.partition('.')[2]} {each.value:.3g}" for name, each in fit.estimates.items())
-        synthetic = _told(fit.coupons.measurements.synthetic)
-        write_title(figure, "Cleaned under coupons", f"{synthetic}{len(fit.predicted)} rows, rms {fit.rms:.3g}; {told}")
+        fitted = ", ".join(f"{name.partition('.')[2]} {each.value:.3g}" for name, each in fit.estimates.items())
+        synthetic = _SYNTHETIC * fit.coupons.measurements.synthetic
+        write_title(
+            figure, "Cleaned under coupons", f"{synthetic}{len(fit.predicted)} rows, rms {fit.rms:.3g}; {fitted}"
+        )
         write_foot(figure, f"{fit.coupons.measurements.source}; share that was cleaned over time in s; lines: fitted")
         return to_bytes(figure, suffix)
-
-
-def _draw_coupons(axes: Axes, fit: GapFit, rows: Indices, key: tuple[str, str]) -> None:
-    colour, name = key
-    times = fit.coupons.measurements.columns["time_s"][rows]
-    order = np.argsort(times, kind="stable")
-    axes.plot(times[order], fit.predicted[rows][order], color=colour, linewidth=0.9)
-    axes.plot(times, fit.coupons.cleaned[rows], "o", color=colour, markersize=3.0, label=name)
-
-
-def _told(synthetic: bool) -> str:
-    return "SYNTHETIC data. " if synthetic else ""
 
 
 def _height_mm(panels: int) -> float:

@@ -13,8 +13,7 @@ from cleaning.verdicts.exposed_area import percentile, shown_on_side
 from cleaning.verdicts.results import CleaningReport, Part
 from geometry.arrays import Scalars
 from reports.pictures.cleaning_pictures import WIDTH_MM
-from reports.pictures.html_page import Picture
-from reports.pictures.sheet import ACCENT, FUNCTION_COLOURS, INK, QUIET, sheet, to_bytes
+from reports.pictures.sheet import ACCENT, FUNCTION_COLOURS, INK, QUIET, Picture, sheet, to_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from boards.board import Side
 from cleaning.exposure.exposure import Exposure
 from cleaning.process.stages import Stage
+from cleaning.surface.facets import Facets
 from cleaning.verdicts.cleanliness import Outcome, outcome
 from cleaning.verdicts.exposed_area import shown_on_side
 from cleaning.verdicts.results import CleaningReport
-from geometry.arrays import Scalars
-from reports.pictures.cell_pixels import CellPixels, see_cells
-from reports.pictures.html_page import Picture
+from geometry.arrays import Indices, Scalars
 from reports.pictures.sheet import (
     ACCENT,
     BOARD,
     INK,
     SIDES,
+    Picture,
     View,
     components_of,
     draw_outlines,
@@ -42,17 +44,66 @@ VERDICT_COLOURS: dict[Outcome, str] = {
     "no verdict": "#aab2b8",
     "clean": "#a9cbe3",
 }
-"""Told apart by those who see no red or green, and in grey on paper: what is clean is blue, and deep where wet."""
+"""Distinct for those who see no red or green, and in grey on paper: what is clean is blue, and deep where wet."""
 _DARK: tuple[Outcome, ...] = ("dirty", "clean, wet")
 """Names on these are white."""
 WIDTH_MM = 180.0
 """Of all pictures on the page: A4 within its margins."""
 _TITLE_MM = 9.0
 _LARGEST_PANEL_MM = 150.0
+_FLAT = 0.2
+"""Facets whose normal rises less than this are walls: from above one would see a line."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CellPixels:
+    """A view of one side from the top, pixel by pixel. Row 0 is at the back (highest y)."""
+
+    view: View
+    cell: Indices
+    """(rows, columns) index of the cell, -1 where there is none."""
+
+    def filled(self, values: Scalars) -> NDArray[np.float64]:
+        """(rows, columns) value of each pixel's cell; NaN where there is none."""
+        return np.where(self.cell >= 0, np.append(values, np.nan)[self.cell], np.nan)
+
+
+def see_cells(facets: Facets, side: Side, view: View, most_pixels: int = 900) -> CellPixels:
+    """Draw the exposed facets that face a side, the outermost last, each in a colour that is its cell's number.
+
+    Args:
+        facets: The surface.
+        side: The side to look at; x and y stay as seen from the top.
+        view: The part of the plane.
+        most_pixels: Along the longer side of the picture.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.collections import PolyCollection
+    from matplotlib.figure import Figure
+
+    outward = 1.0 if side == "top" else -1.0
+    seen = np.flatnonzero(facets.exposed & (outward * facets.normals[:, 2] > _FLAT))
+    seen = seen[np.argsort(outward * facets.triangles[seen, :, 2].mean(axis=1), kind="stable")]
+    size = np.array(view.high) - np.array(view.low)
+    columns, rows = np.maximum(np.round(size / size.max() * most_pixels).astype(int), 1).tolist()
+    figure = Figure(figsize=(columns / 100, rows / 100), dpi=100, facecolor="black")
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set_axis_off()
+    axes.set_xlim(view.low[0], view.high[0])
+    axes.set_ylim(view.low[1], view.high[1])
+    number = facets.cell[seen] + 1  # a colour for each cell; black is left for where there is none
+    colours = np.column_stack([number >> 16 & 255, number >> 8 & 255, number & 255]) / 255.0
+    corners = cast("Sequence[Any]", facets.triangles[seen, :, :2])
+    triangles = PolyCollection(corners, facecolors=colours, edgecolors=colours, linewidths=0.4, antialiaseds=False)
+    axes.add_collection(triangles, autolim=False)
+    canvas.draw()
+    red, green, blue = np.moveaxis(np.asarray(canvas.buffer_rgba())[:, :, :3].astype(np.int64), 2, 0)
+    return CellPixels(view, (red << 16 | green << 8 | blue) - 1)
 
 
 def draw_verdicts(report: CleaningReport) -> list[Picture]:
-    """Draw each side that has components, each component in the colour of what becomes of it."""
+    """Draw each side that has components, each component in the colour of what results for it."""
     sides: list[Side] = [side for side in SIDES if components_of(report.board, side)] or ["top"]
     return [_draw_side(report, side) for side in sides]
 
@@ -61,14 +112,14 @@ def _draw_side(report: CleaningReport, side: Side) -> Picture:
     view = view_of(report.board)
     height_mm = min(_LARGEST_PANEL_MM, WIDTH_MM * view.aspect)
     components = components_of(report.board, side)
-    told: list[Outcome] = [
+    outcomes: list[Outcome] = [
         outcome(part) for part, each in zip(report.parts, report.board.components, strict=True) if each.side == side
     ]
     with sheet(height_mm + _TITLE_MM, WIDTH_MM) as figure:
         axes = figure.add_axes((0.0, 0.03, 1.0, height_mm / (height_mm + _TITLE_MM) - 0.03))
         frame_board(axes, view)
-        draw_outlines(axes, report.board, side, [VERDICT_COLOURS[each] for each in told])
-        write_names(axes, components, ["white" if each in _DARK else INK for each in told])
+        draw_outlines(axes, report.board, side, [VERDICT_COLOURS[each] for each in outcomes])
+        write_names(axes, components, ["white" if each in _DARK else INK for each in outcomes])
         draw_scale_bar(axes)
         axes.set_title(f"{side} side, as seen from the top", loc="left", fontsize=9)
         return Picture(".svg", to_bytes(figure, ".svg"), f"Verdicts on the {side} side of {report.board.name}")
@@ -128,7 +179,9 @@ def _draw_map(axes: Axes, pixels: CellPixels, values: Scalars, shown: _Map) -> N
     """Draw one quantity; what nothing reached stands out in the accent."""
     from matplotlib import colormaps
 
-    _show_plane(axes, pixels.view)
+    frame_board(axes, pixels.view)
+    axes.set_aspect("equal", anchor="W")
+    axes.set_facecolor(BOARD)
     image = pixels.filled(values)
     wet = image[image > 0]
     top = float(np.percentile(wet, 99)) if wet.size else 1.0
@@ -146,9 +199,3 @@ def _draw_map(axes: Axes, pixels: CellPixels, values: Scalars, shown: _Map) -> N
         bar.ax.axhline(shown.limit, color=INK, linewidth=0.8, linestyle=(0, (2, 1)))
     least = "" if shown.limit is None else f", least {shown.limit:g}"
     axes.set_title(f"{shown.title}, {shown.unit}{least}", loc="left", fontsize=8)
-
-
-def _show_plane(axes: Axes, view: View) -> None:
-    frame_board(axes, view)
-    axes.set_aspect("equal", anchor="W")
-    axes.set_facecolor(BOARD)

@@ -14,8 +14,7 @@ from cleaning.undersides.gap_result import GapResult, GapStage
 from cleaning.verdicts.results import CleaningReport, Part
 from geometry.arrays import Points2, Scalars
 from reports.pictures.cleaning_pictures import WIDTH_MM
-from reports.pictures.html_page import Picture
-from reports.pictures.sheet import ACCENT, FAINT, INK, sheet, to_bytes
+from reports.pictures.sheet import ACCENT, FAINT, INK, Picture, sheet, to_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

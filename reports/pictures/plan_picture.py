@@ -1,4 +1,4 @@
-"""Pictures of a plan and of a board, for the wall and for the report. Bytes out; nothing is written here."""
+"""A picture of a program on its board, for the wall and for the report."""
 
 from __future__ import annotations
 
@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Board, Side
-from geometry.arrays import Indices, Scalars
 from programs.playback import ToolStates, build_timeline, play
-from programs.program import TimedProgram, Totals, Wait
-from reports.pictures.board_picture import draw_board
+from programs.program import TimedProgram, Wait
 from reports.pictures.sheet import (
     ACCENT,
     FAINT,
@@ -38,12 +36,11 @@ from reports.pictures.sheet import (
     write_names,
     write_title,
 )
+from reports.tables.wording import clock
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-__all__ = ["draw_board", "draw_plan"]
 
 _DOT_PT2_PER_S = 30.0
 _STRIP_MM = 82.0
@@ -78,7 +75,10 @@ def draw_plan(board: Board, program: TimedProgram, suffix: str) -> bytes:
         ProgramError: the program has no move.
     """
     check_suffix(suffix)
-    motion = _motion(program)
+    timeline = build_timeline(program)
+    times = np.unique(np.concatenate([timeline.times, timeline.switch_times]))
+    span = play(timeline, (times[:-1] + times[1:]) / 2)
+    motion = _Motion(play(timeline, times), span, span.approach[:, 2] > 0)
     panels: list[tuple[int, Side]] = [
         (function, side)
         for function in dict.fromkeys(motion.span.function.tolist())
@@ -94,7 +94,14 @@ def draw_plan(board: Board, program: TimedProgram, suffix: str) -> bytes:
             layout.rows, layout.columns, left=LEFT_MM / SHEET_MM[0], right=1 - RIGHT_MM / SHEET_MM[0],
             bottom=(_STRIP_MM + 6) / height_mm, top=1 - TOP_MM / height_mm, hspace=0.20, wspace=0.03,
         )  # fmt: skip
-        write_title(figure, f"{board.name}  ·  {program.origin.recipe}", _totals_line(program.totals))
+        totals = program.totals
+        litres = "    ".join(f"{name} {amount:.2f} l" for name, amount in totals.liquid_l)
+        write_title(
+            figure,
+            f"{board.name}  ·  {program.origin.recipe}",
+            f"{clock(totals.duration_s)} in all    {clock(totals.spray_s)} sprayed    "
+            f"{totals.travel_mm / 1000:.2f} m    {totals.moves} moves    {litres}",
+        )
         for number, panel in enumerate(panels):
             axes = figure.add_subplot(grid[number // layout.columns, number % layout.columns])
             frame_board(axes, view)
@@ -105,13 +112,6 @@ def draw_plan(board: Board, program: TimedProgram, suffix: str) -> bytes:
         origin = program.origin
         write_foot(figure, f"board sha256 {origin.board_sha256[:16]}    recipe sha256 {origin.recipe_sha256[:16]}")
         return to_bytes(figure, suffix)
-
-
-def _motion(program: TimedProgram) -> _Motion:
-    timeline = build_timeline(program)
-    times = np.unique(np.concatenate([timeline.times, timeline.switch_times]))
-    span = play(timeline, (times[:-1] + times[1:]) / 2)
-    return _Motion(play(timeline, times), span, span.approach[:, 2] > 0)
 
 
 def _draw_panel(axes: Axes, board: Board, program: TimedProgram, motion: _Motion, panel: tuple[int, Side]) -> None:
@@ -125,8 +125,9 @@ def _draw_panel(axes: Axes, board: Board, program: TimedProgram, motion: _Motion
     colour = _colour(function)
     _draw_spans(axes, plan, dry, color=FAINT, linewidth=0.45, zorder=3)
     _draw_spans(axes, plan, wet, color=colour, linewidth=0.75, alpha=0.75, zorder=4)
-    dwells = _dwells(program, motion, here)
-    places, seconds = motion.span.tcp[dwells[0], :2], dwells[1]
+    waits = np.array([isinstance(item, Wait) for item in program.instructions])
+    dwells = np.flatnonzero(wet & waits[motion.span.instruction])
+    places, seconds = motion.span.tcp[dwells, :2], np.diff(motion.key.times)[dwells]
     axes.scatter(places[:, 0], places[:, 1], s=_DOT_PT2_PER_S * seconds, c=colour, alpha=0.55, linewidths=0, zorder=5)
     spans = np.flatnonzero(wet)
     if len(spans):
@@ -138,31 +139,17 @@ def _draw_panel(axes: Axes, board: Board, program: TimedProgram, motion: _Motion
     sprayed_s = float(np.diff(motion.key.times)[wet].sum())
     where = "" if side == "top" else "  ·  bottom, as seen from the top"
     axes.set_title(f"{name}{where}", loc="left", fontsize=11, color=colour, fontweight="bold")
-    axes.set_title(f"{_clock(sprayed_s)} sprayed", loc="right", fontsize=8, color=QUIET)
+    axes.set_title(f"{clock(sprayed_s)} sprayed", loc="right", fontsize=8, color=QUIET)
 
 
-def _draw_spans(axes: Axes, line: NDArray[np.float64], wanted: NDArray[np.bool_], **style: Any) -> None:
-    """Draw the wanted spans of an (n + 1, 2) line as one broken curve."""
-    x, y = _broken(line, wanted).T
-    axes.plot(x, y, solid_joinstyle="round", solid_capstyle="round", **style)
-
-
-def _broken(line: NDArray[np.float64], wanted: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """The wanted spans of an (n + 1, 2) line, with a row of NaN where it is interrupted."""
-    if not wanted.any():
-        return np.empty((0, 2))
-    edges = np.diff(np.concatenate([[False], wanted, [False]]).astype(np.int8))
-    pieces: list[NDArray[np.float64]] = []
+def _draw_spans(axes: Axes, line: NDArray[np.float64], chosen: NDArray[np.bool_], **style: Any) -> None:
+    """Draw the chosen spans of an (n + 1, 2) line as one broken curve."""
+    edges = np.diff(np.concatenate([[False], chosen, [False]]).astype(np.int8))
+    pieces: list[NDArray[np.float64]] = [np.empty((0, 2))]
     for begin, end in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True):
         pieces += [line[begin : end + 1], np.full((1, 2), np.nan)]
-    return np.vstack(pieces[:-1])
-
-
-def _dwells(program: TimedProgram, motion: _Motion, here: NDArray[np.bool_]) -> tuple[Indices, Scalars]:
-    """Spans in which the open nozzle is held, and for how long."""
-    waits = np.array([isinstance(item, Wait) for item in program.instructions])
-    held = np.flatnonzero(here & motion.span.spraying & waits[motion.span.instruction])
-    return held, np.diff(motion.key.times)[held]
+    x, y = np.vstack(pieces)[:-1].T
+    axes.plot(x, y, solid_joinstyle="round", solid_capstyle="round", **style)
 
 
 def _draw_heights(axes: Axes, board: Board, motion: _Motion) -> None:
@@ -213,19 +200,6 @@ def _write_legend(figure: Figure, height_mm: float) -> None:
         bbox_to_anchor=(1 - RIGHT_MM / SHEET_MM[0], 1 - 21.5 / height_mm),
         frameon=False, fontsize=8, handletextpad=0.5, columnspacing=1.4,
     )  # fmt: skip
-
-
-def _totals_line(totals: Totals) -> str:
-    litres = "    ".join(f"{name} {amount:.2f} l" for name, amount in totals.liquid_l)
-    return (
-        f"{_clock(totals.duration_s)} in all    {_clock(totals.spray_s)} sprayed    {totals.travel_mm / 1000:.2f} m    "
-        f"{totals.moves} moves    {litres}"
-    )
-
-
-def _clock(seconds: float) -> str:
-    whole = round(seconds)
-    return f"{whole // 60} min {whole % 60:02d} s" if whole >= 60 else f"{seconds:.1f} s"
 
 
 def _colour(function: int) -> str:

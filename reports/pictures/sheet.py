@@ -43,6 +43,17 @@ _LARGEST_LETTER_PT = 7.0
 
 
 @dataclass(frozen=True, slots=True)
+class Picture:
+    """A drawn picture of a page."""
+
+    suffix: str
+    """``.png`` or ``.svg``."""
+    content: bytes
+    alt: str
+    """Text for those who cannot see it."""
+
+
+@dataclass(frozen=True, slots=True)
 class View:
     """The part of the plane that a panel shows, mm."""
 
@@ -88,7 +99,7 @@ def arrange(count: int, view: View, width_mm: float, height_mm: float) -> Layout
 
 @contextmanager
 def sheet(height_mm: float, width_mm: float = SHEET_MM[0]) -> Generator[Figure]:
-    """Give an empty sheet, as wide as A3 unless told, drawn with matplotlib's own settings whatever the user's are."""
+    """Give an empty sheet, as wide as A3 by default, drawn with matplotlib's own settings whatever the user's are."""
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -205,12 +216,15 @@ def greys(components: Sequence[Component]) -> list[tuple[float, float, float]]:
 
 def write_names(axes: Axes, components: Sequence[Component], colours: Sequence[str]) -> None:
     """Write each name into its component where it fits; along the longer side."""
+    axes.apply_aspect()
+    x0, x1 = axes.get_xlim()
+    points_per_mm = 72.0 * axes.get_window_extent().width / axes.figure.dpi / (x1 - x0)
     for component, colour in zip(components, colours, strict=True):
         x0, y0, x1, y1 = component.outline.bounds
         upright = y1 - y0 > 1.3 * (x1 - x0)
         along, across = ((y1 - y0), (x1 - x0)) if upright else ((x1 - x0), (y1 - y0))
         letter_mm = min(along * 0.9 / (0.62 * len(component.name)), across * 0.7)
-        size = min(letter_mm * _points_per_mm(axes), _LARGEST_LETTER_PT)
+        size = min(letter_mm * points_per_mm, _LARGEST_LETTER_PT)
         if size >= _LEAST_LETTER_PT:
             turn = 90 if upright else 0
             place = ((x0 + x1) / 2, (y0 + y1) / 2)
@@ -228,13 +242,6 @@ def draw_scale_bar(axes: Axes) -> None:
     axes.text(x0 + length, below, f"  {length} mm", fontsize=7, color=QUIET, va="center", clip_on=False)
     axes.set_xlim(x0, x1)
     axes.set_ylim(y0, y1)
-
-
-def _points_per_mm(axes: Axes) -> float:
-    axes.apply_aspect()
-    width_in = axes.get_window_extent().width / axes.figure.dpi
-    x0, x1 = axes.get_xlim()
-    return 72.0 * width_in / (x1 - x0)
 
 
 def _curve(shape: Polygon | MultiPolygon) -> Curve:

@@ -1,15 +1,16 @@
 """Two runs on the same board, quantity by quantity; and what each of them cleans."""
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 from cleaning.report import summarise_part, summarise_report
 from cleaning.verdicts.cleanliness import cleanliness, count_cleanliness, report_cleanliness, stays_wet
 from cleaning.verdicts.results import CleaningReport, Part
 from cleaning.verdicts.rules import VERDICTS
 from programs.program import TimedProgram
-from reports.tables.summary import clock
+from reports.tables.table import Table, Text
+from reports.tables.wording import clock
 from rulesengine.planning.pipeline import Run
 from rulesengine.planning.spray_runs import sprayed_in
 from specs.finding import Severity
@@ -32,23 +33,75 @@ class Row:
 
     @property
     def differs(self) -> bool:
-        """Say whether the runs differ in it."""
+        """Whether the runs differ in it."""
         return self.here != self.there
 
 
 def compare(here: Run, there: Run) -> list[Row]:
     """Compare totals, litres by function, strokes by template, and findings by severity."""
-    return [*compare_programs(here.program, there.program), *_templates(here, there), *_findings(here, there)]
+    one, other = (Counter(finding.severity for finding in run.findings) for run in (here, there))
+    return [
+        *compare_programs(here.program, there.program),
+        *_compare_strokes(here, there),
+        *(Row("Findings", word, str(one[each]), str(other[each])) for each, word in SEVERITY_WORDS.items()),
+    ]
 
 
 def compare_programs(here: TimedProgram, there: TimedProgram) -> list[Row]:
-    """Compare totals, and litres by function: what a program itself says."""
-    return [*_totals(here, there), *_litres(here, there)]
+    """Compare totals, and litres by function: what a program itself states."""
+    one, other = here.totals, there.totals
+    litres = dict(one.liquid_l), dict(other.liquid_l)
+    return [
+        _row("Program", "Total time", (one.duration_s, other.duration_s), clock),
+        _row("Program", "Spraying", (one.spray_s, other.spray_s), clock),
+        _row("Program", "Travel", (one.travel_mm, other.travel_mm), _metres),
+        _row("Program", "Moves", (one.moves, other.moves), "{:,}".format),
+        *(
+            _row("Liquid", name, (litres[0].get(name), litres[1].get(name)), "{:.2f} l".format)
+            for name in dict.fromkeys([*litres[0], *litres[1]])
+        ),
+    ]
 
 
 def compare_cleaning(here: CleaningReport, there: CleaningReport) -> list[Row]:
     """Compare verdicts, the worst residue, and every component of which the verdicts differ, the worst first."""
-    return [*_verdicts(here, there), _residue(here, there), *_components(here, there)]
+    one, other = (count_cleanliness(report.parts) for report in (here, there))
+    wet, others_wet = (str(sum(map(stays_wet, report.parts))) for report in (here, there))
+    outcomes = {
+        name: [_NONE if part is None else cleanliness(part) + ", wet" * stays_wet(part) for part in both]
+        for name, both in _by_component(here, there).items()
+    }
+    return [
+        Row("Cleaning", "Predicted verdict", report_cleanliness(here), report_cleanliness(there)),
+        *(Row("Cleaning", f"Components {each}", str(one.get(each, 0)), str(other.get(each, 0))) for each in VERDICTS),
+        Row("Cleaning", "Components that stay wet underneath", wet, others_wet),
+        Row("Cleaning", "Bare board", cleanliness(here.bare), cleanliness(there.bare)),
+        Row("Cleaning", "Worst residue under a part", _worst_residue(here), _worst_residue(there)),
+        *(Row("Verdicts that differ", name, one, other) for name, (one, other) in outcomes.items() if one != other),
+    ]
+
+
+def comparison_tables(rows: Sequence[Row], names: tuple[str, str], change: str) -> list[Table]:
+    """Lay out rows, a table for each group; values that do not differ are quiet.
+
+    Args:
+        rows: What is compared.
+        names: Headings of both columns.
+        change: Heading of the changes.
+    """
+    headings = ("", *(f">{name}" for name in names), f">{change}")
+    return [
+        Table.of(
+            headings,
+            [
+                (row.name, *(Text(text, "" if row.differs else "quiet") for text in (row.here, row.there)), row.change)
+                for row in rows
+                if row.group == group
+            ],
+            group,
+        )
+        for group in dict.fromkeys(row.group for row in rows)
+    ]
 
 
 def comparison_data(rows: Sequence[Row], here: CleaningReport, there: CleaningReport) -> dict[str, Json]:
@@ -74,126 +127,43 @@ def _by_component(here: CleaningReport, there: CleaningReport) -> dict[str, tupl
     return {name: (one.get(name), other.get(name)) for name in worst}
 
 
-def _totals(here: TimedProgram, there: TimedProgram) -> list[Row]:
-    one, other = here.totals, there.totals
-    group = "Program"
-    return [
-        Row(
-            group, "Total time", clock(one.duration_s), clock(other.duration_s), _part(one.duration_s, other.duration_s)
-        ),
-        Row(group, "Spraying", clock(one.spray_s), clock(other.spray_s), _part(one.spray_s, other.spray_s)),
-        Row(group, "Travel", _metres(one.travel_mm), _metres(other.travel_mm), _part(one.travel_mm, other.travel_mm)),
-        Row(group, "Moves", f"{one.moves:,}", f"{other.moves:,}", _part(one.moves, other.moves)),
-    ]
-
-
-def _litres(here: TimedProgram, there: TimedProgram) -> list[Row]:
-    one, other = dict(here.totals.liquid_l), dict(there.totals.liquid_l)
-    return [
-        Row(
-            "Liquid",
-            name,
-            _litre(one.get(name)),
-            _litre(other.get(name)),
-            _part(one.get(name), other.get(name)),
-        )
-        for name in dict.fromkeys([*one, *other])
-    ]
-
-
-def _templates(here: Run, there: Run) -> list[Row]:
+def _compare_strokes(here: Run, there: Run) -> list[Row]:
+    """Compare the strokes of each template in each step: their count, and the way that they spray."""
     one, other = _strokes_by_template(here), _strokes_by_template(there)
-    return [
-        Row("Strokes", name, *_stroke_values(one.get(name), other.get(name))) for name in dict.fromkeys([*one, *other])
-    ]
+    rows: list[Row] = []
+    for name in dict.fromkeys([*one, *other]):
+        ways = one.get(name, ()), other.get(name, ())
+        counts = [f"{len(each)}, " if each else "" for each in ways]
+        row = _row("Strokes", name, (sum(ways[0]) if ways[0] else None, sum(ways[1]) if ways[1] else None), _metres)
+        rows.append(replace(row, here=counts[0] + row.here, there=counts[1] + row.there))
+    return rows
 
 
-def _stroke_values(one: "_Strokes | None", other: "_Strokes | None") -> tuple[str, str, str]:
-    change = _part(one.way_mm, other.way_mm) if one is not None and other is not None else ""
-    return str(one or _NONE), str(other or _NONE), change
-
-
-@dataclass(slots=True)
-class _Strokes:
-    """What one template sprays in one step."""
-
-    count: int = 0
-    way_mm: float = 0.0
-
-    def __str__(self) -> str:
-        return f"{self.count}, {_metres(self.way_mm)}"
-
-
-def _strokes_by_template(run: Run) -> dict[str, _Strokes]:
-    found: dict[str, _Strokes] = {}
+def _strokes_by_template(run: Run) -> dict[str, list[float]]:
+    """Sprayed ways, mm, by function and template, the name that the paths panel gives them."""
+    found: dict[str, list[float]] = {}
     for sprayed in sprayed_in(run.plan):
-        strokes = found.setdefault(_place_name(run, sprayed.place), _Strokes())
-        strokes.count += 1
-        strokes.way_mm += sprayed.way_mm
+        step, _, template = sprayed.place.partition("/")
+        number = int(step.removeprefix("sequence[").removesuffix("]"))
+        found.setdefault(f"{run.recipe.sequence[number].function} {template}", []).append(sprayed.way_mm)
     return found
 
 
-def _place_name(run: Run, place: str) -> str:
-    """Name a template in its step as the paths panel does: its function and itself."""
-    step, _, template = place.partition("/")
-    number = int(step.removeprefix("sequence[").removesuffix("]"))
-    return f"{run.recipe.sequence[number].function} {template}"
-
-
-def _findings(here: Run, there: Run) -> list[Row]:
-    one, other = (Counter(finding.severity for finding in run.findings) for run in (here, there))
-    return [
-        Row("Findings", word, str(one[severity]), str(other[severity])) for severity, word in SEVERITY_WORDS.items()
-    ]
-
-
-def _verdicts(here: CleaningReport, there: CleaningReport) -> list[Row]:
-    one, other = (count_cleanliness(report.parts) for report in (here, there))
-    wet, others_wet = (str(sum(map(stays_wet, report.parts))) for report in (here, there))
-    return [
-        Row("Cleaning", "Predicted verdict", report_cleanliness(here), report_cleanliness(there)),
-        *(Row("Cleaning", f"Components {each}", str(one.get(each, 0)), str(other.get(each, 0))) for each in VERDICTS),
-        Row("Cleaning", "Components that stay wet underneath", wet, others_wet),
-        Row("Cleaning", "Bare board", cleanliness(here.bare), cleanliness(there.bare)),
-    ]
-
-
-def _residue(here: CleaningReport, there: CleaningReport) -> Row:
-    one, other = (_worst_residue(report) for report in (here, there))
-    return Row("Cleaning", "Worst residue under a part", one, other)
-
-
 def _worst_residue(report: CleaningReport) -> str:
-    """Write the highest residue and where it is; what has no gap has none."""
+    """Write the highest residue and where it is; a part without a gap has none."""
     known = [(part.residue, part.component) for part in report.parts if part.residue is not None]
     residue, component = max(known, key=lambda each: each[0], default=(0.0, ""))
     percent = "under 0.01" if 0 < residue < 1e-4 else f"{100 * residue:.3g}"
     return f"{percent} % ({component})" if component else _NONE
 
 
-def _components(here: CleaningReport, there: CleaningReport) -> list[Row]:
-    told = {
-        name: [_NONE if part is None else _outcome(part) for part in both]
-        for name, both in _by_component(here, there).items()
-    }
-    return [Row("Verdicts that differ", name, one, other) for name, (one, other) in told.items() if one != other]
-
-
-def _outcome(part: Part) -> str:
-    """Write how clean a component comes out, and whether it stays wet."""
-    return f"{cleanliness(part)}, wet" if stays_wet(part) else cleanliness(part)
-
-
-def _part(one: float | None, other: float | None) -> str:
-    """Write a change in percent; nothing where there is none, or nothing to take it of."""
-    if one is None or other is None or one == 0:
-        return ""
-    change = 100 * (other - one) / one
-    return "" if abs(change) < 0.05 else f"{change:+.0f} %" if abs(change) >= 10 else f"{change:+.1f} %"
-
-
-def _litre(value: float | None) -> str:
-    return _NONE if value is None else f"{value:.2f} l"
+def _row(group: str, name: str, values: tuple[float | None, float | None], write: Callable[[float], str]) -> Row:
+    """Write two values, which may be missing, with the change in percent where there is any."""
+    one, other = values
+    here, there = (_NONE if each is None else write(each) for each in values)
+    percent = 100 * (other - one) / one if one and other is not None else 0.0
+    change = f"{percent:+.0f} %" if abs(percent) >= 10 else f"{percent:+.1f} %" if abs(percent) >= 0.05 else ""
+    return Row(group, name, here, there, change)
 
 
 def _metres(travel_mm: float) -> str:

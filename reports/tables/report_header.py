@@ -1,4 +1,4 @@
-"""By what a cleaning report was made: which version of Washboard, and how thoroughly it looked."""
+"""By what a cleaning report was made: which version of Washboard, and with which effort."""
 
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -11,24 +11,22 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
-    """By what a report was made."""
+class Producer:
+    """Version of Washboard and effort of an analysis."""
 
     version: str
-    """Of Washboard."""
     effort: "Effort"
 
     def __str__(self) -> str:
         """Write both as a person reads them."""
         return f"Washboard {self.version}, effort {self.effort}"
 
+    def add_to(self, report: dict[str, Json]) -> dict[str, Json]:
+        """Add both to a report as plain data, after its first key, which is the version of the data."""
+        (first, of_data), *rest = report.items()
+        return {first: of_data, "washboard": self.version, "effort": self.effort, **dict(rest)}
 
-def made_here(effort: "Effort") -> Made:
-    """Say that the Washboard that runs makes a report."""
-    return Made(version("washboard"), effort)
 
-
-def tell_made(told: dict[str, Json], made: Made) -> dict[str, Json]:
-    """Add to a report as plain data by what it was made, next to the version of the data, which comes first."""
-    (first, of_data), *rest = told.items()
-    return {first: of_data, "washboard": made.version, "effort": made.effort, **dict(rest)}
+def this_producer(effort: "Effort") -> Producer:
+    """Give the running Washboard as the producer."""
+    return Producer(version("washboard"), effort)

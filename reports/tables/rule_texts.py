@@ -25,7 +25,7 @@ KNOWN_WORDS: dict[Known, str] = {
     "synthetic": "fitted to made-up data",
 }
 
-HONESTY = (
+CAVEAT = (
     "This is a prediction and no proof of cleanliness. Qualify the process by surface insulation resistance (SIR) or "
     "ion chromatography (IC) on coupons that stand for the board."
 )

@@ -1,4 +1,4 @@
-"""Components of which a cleaning report says the same, put together: their numbers become ranges."""
+"""Components on which a cleaning report has the same findings, put together: their numbers become ranges."""
 
 import re
 from collections.abc import Callable, Iterable, Sequence
@@ -15,8 +15,8 @@ _SPAN = 2.0 / 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
-    """What one rule says of all components of a group."""
+class Description:
+    """Judgements of one rule on all components of a group, as one."""
 
     rule: Rule
     name: str
@@ -31,10 +31,10 @@ class Told:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
-    """Components of which much the same is said, in the order in which they were given."""
+    """Components with much the same judgements, in the order in which they were given."""
 
     parts: tuple[Part, ...]
-    told: tuple[Told, ...]
+    descriptions: tuple[Description, ...]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -61,46 +61,47 @@ class _Open:
 
 
 def group_alike(parts: Iterable[Part], judgements_of: Callable[[Part], Sequence[Judgement]]) -> list[Group]:
-    """Put components together of which the same is said, up to numbers that differ by a factor of three at most.
+    """Put components with the same judgements together; numbers may differ by a factor of three at most.
 
     A group stands where its first component does.
 
     Args:
         parts: Components, the worst first.
-        judgements_of: What is to be told of one of them.
+        judgements_of: The judgements on one of them that are described.
     """
     groups: list[_Open] = []
     alike: dict[tuple[object, ...], list[_Open]] = {}
     for part in parts:
         judgements = judgements_of(part)
-        numbers = [float(found) for text in _sentences(judgements) for found in _NUMBER.findall(text)]
-        of_kind = alike.setdefault((outcome(part), *map(_kind, judgements)), [])
+        sentences = [text for each in judgements for text in (each.because, each.advice)]
+        numbers = [float(found) for text in sentences for found in _NUMBER.findall(text)]
+        kinds = [  # what must be the same in a group: all but the numbers
+            (
+                each.rule, each.name, each.verdict, each.grade, each.stage,
+                *((number.name, number.unit, number.limit is None) for number in each.numbers),
+            )
+            for each in judgements
+        ]  # fmt: skip
+        texts = (_NUMBER.sub("#", text) for text in sentences)
+        of_kind = alike.setdefault((outcome(part), tuple(kinds), *texts), [])
         group = next((each for each in of_kind if each.fits(numbers)), None)
         if group is None:
             group = _Open([], numbers, numbers)
             groups.append(group)
             of_kind.append(group)
         group.take(part, numbers)
-    return [Group(tuple(each.parts), _tell([judgements_of(part) for part in each.parts])) for each in groups]
+    return [Group(tuple(each.parts), _describe([judgements_of(part) for part in each.parts])) for each in groups]
 
 
-def _sentences(judgements: Sequence[Judgement]) -> list[str]:
-    return [text for each in judgements for text in (each.because, each.advice)]
+def describe(judgement: Judgement) -> Description:
+    """Describe a single judgement."""
+    return _describe([[judgement]])[0]
 
 
-def _kind(judgement: Judgement) -> tuple[object, ...]:
-    """What must be the same in a group: all but the numbers."""
-    return (
-        judgement.rule, judgement.name, judgement.verdict, judgement.grade, judgement.stage,
-        _NUMBER.sub("#", judgement.because), _NUMBER.sub("#", judgement.advice),
-        *((number.name, number.unit, number.limit is None) for number in judgement.numbers),
-    )  # fmt: skip
-
-
-def _tell(judgements: Sequence[Sequence[Judgement]]) -> tuple[Told, ...]:
-    """Say once what is said of several components: each rule with its ranges."""
+def _describe(judgements: Sequence[Sequence[Judgement]]) -> tuple[Description, ...]:
+    """Describe the judgements on several components as one: each rule once, with its ranges."""
     return tuple(
-        Told(
+        Description(
             rule=of_rule[0].rule,
             name=of_rule[0].name,
             verdict=of_rule[0].verdict,
@@ -115,14 +116,11 @@ def _tell(judgements: Sequence[Sequence[Judgement]]) -> tuple[Told, ...]:
 
 def _span(sentences: Sequence[str]) -> str:
     """Write sentences that differ in numbers only as one."""
-    columns = zip(*map(_NUMBER.findall, sentences), strict=True)
-    between = _NUMBER.split(sentences[0])
-    return between[0] + "".join(_range_text(column) + rest for column, rest in zip(columns, between[1:], strict=True))
-
-
-def _range_text(numbers: Sequence[str]) -> str:
-    low, high = min(numbers, key=float), max(numbers, key=float)
-    return low if float(low) == float(high) else f"{low} to {high}"
+    text, *rest = _NUMBER.split(sentences[0])
+    for column, after in zip(zip(*map(_NUMBER.findall, sentences), strict=True), rest, strict=True):
+        low, high = min(column, key=float), max(column, key=float)
+        text += (low if float(low) == float(high) else f"{low} to {high}") + after
+    return text
 
 
 def _bounds(numbers: Sequence[Number]) -> tuple[Number, Number]:
@@ -135,23 +133,12 @@ def _bounds(numbers: Sequence[Number]) -> tuple[Number, Number]:
     )
 
 
-def tell_one(judgement: Judgement) -> Told:
-    """Say what one judgement says."""
-    return _tell([[judgement]])[0]
-
-
 def deciding(part: Part) -> Sequence[Judgement]:
-    """Give the judgement that decides what becomes of a component."""
+    """Give the judgement that decides the outcome of a component."""
     return [deciding_judgement(part)]
 
 
 def unclean(part: Part) -> Sequence[Judgement]:
-    """Give the judgement that decides, then all others that find something."""
+    """Give the judgement that decides, then all others that are not clean."""
     first = deciding_judgement(part)
     return [first, *(each for each in part.judgements if each.verdict != "clean" and each is not first)]
-
-
-def name_some(names: Sequence[str], most: int) -> str:
-    """List names; those beyond a number are counted."""
-    more = len(names) - most
-    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")

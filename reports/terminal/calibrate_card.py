@@ -1,10 +1,9 @@
-"""What a calibration found, on the terminal."""
+"""Result of a calibration on the terminal."""
 
 import math
 
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
+from rich.text import Text
 
 from cleaning.calibration.confidence import Estimate
 from cleaning.calibration.fit_kinetics import FITTED, GapFit
@@ -12,7 +11,9 @@ from cleaning.calibration.fit_ring import RingFit
 from cleaning.calibration.measurements import Measurements
 from cleaning.errors import CleaningError
 from cleaning.parameters.model import Liquid, Parameters
-from reports.tables.summary import amount
+from reports.tables.table import Table
+from reports.tables.wording import amount
+from reports.terminal.console import print_table
 from specs.yaml.schema import name_nearest
 
 
@@ -33,82 +34,73 @@ def choose_solution(parameters: Parameters, name: str | None) -> Liquid:
 def print_ring(console: Console, fit: RingFit) -> None:
     """Print the ring, and how well it meets each sheet."""
     _print_source(console, fit.measurements, f"rms {fit.rms:.3g} {fit.unit}")
-    table = _table("", ">fitted", ">95 %", "")
-    _row(table, "half_angle_deg", fit.half_angle_deg, "degrees", "")
-    _row(table, "ring_sigma_deg", fit.sigma_deg, "degrees", "")
-    console.print(table)
+    rows = [
+        ("half_angle_deg", *_estimate(fit.half_angle_deg), "degrees"),
+        ("ring_sigma_deg", *_estimate(fit.sigma_deg), "degrees"),
+    ]
+    print_table(console, Table.of(("", ">fitted", ">95 %", ""), rows))
     if fit.waves_deg:
         console.print(f"The half angle varies about the axis: {_waves(fit.waves_deg, ' degrees')}.")
     else:
-        console.print("The ring is a circle, as far as the measurements tell.")
+        console.print("Within the scatter of the measurements, the ring is a circle.")
     if fit.gain:
-        console.print(f"Its strength varies, which a recipe cannot say: {_waves(fit.gain, '')}.")
-    sheets = _table("sheet", ">rows", ">rms", f">mean, {fit.unit}")
-    for sheet in fit.sheets:
-        name = f"{sheet.height_mm:g} mm, tilted {sheet.tilt_deg:g} degrees"
-        sheets.add_row(name, str(sheet.samples), f"{sheet.rms:.3g}", f"{sheet.bias:+.3g}")
-    console.print(sheets)
+        console.print(f"Its strength varies, for which a recipe has no key: {_waves(fit.gain, '')}.")
+    sheets = [
+        (
+            f"{sheet.height_mm:g} mm, tilted {sheet.tilt_deg:g} degrees", str(sheet.samples), f"{sheet.rms:.3g}",
+            f"{sheet.bias:+.3g}",
+        )
+        for sheet in fit.sheets
+    ]  # fmt: skip
+    print_table(console, Table.of(("sheet", ">rows", ">rms", f">mean, {fit.unit}"), sheets))
     if len({sheet.tilt_deg for sheet in fit.sheets}) == 1:
         console.print("All sheets have one tilt: a nozzle that points askew cannot be told from an irregular ring.")
 
 
 def print_gap(console: Console, fit: GapFit) -> None:
-    """Print the kinetics, and what the coupons do not tell."""
+    """Print the kinetics, and what the coupons do not determine."""
     measurements = fit.coupons.measurements
     _print_source(console, measurements, f"rms {fit.rms:.3g} of the cleaned fraction")
-    table = _table("", ">fitted", ">95 %", ">before", "")
     before = fit.coupons.setup.parameters
+    rows: list[tuple[str, ...]] = []
     for name in FITTED:
         block, _, key = name.partition(".")
         known = f"{getattr(before.soil if block == 'soil' else before.film, key):g}"
         if name in fit.estimates:
-            _row(table, name, fit.estimates[name], known, "")
+            rows.append((name, *_estimate(fit.estimates[name]), known, ""))
             continue
-        undetermined = fit.undetermined[name]
-        table.add_row(name, "not told", _bounds(undetermined.low, undetermined.high), known, "stays as it was")
-    console.print(table)
+        low, high = fit.undetermined[name].low, fit.undetermined[name].high
+        bounds = f"at most {high:.3g}" if low <= 0.0 else f"{low:.3g} to {high:.3g}"
+        if math.isinf(high):
+            bounds = f"at least {low:.3g}" if low > 0.0 else "any"
+        rows.append((name, "undetermined", bounds, known, "stays as it was"))
+    print_table(console, Table.of(("", ">fitted", ">95 %", ">before", ""), rows))
     if measurements.synthetic:
         console.print("The table is marked as synthetic: verdicts keep their grade.")
 
 
+def _estimate(estimate: Estimate) -> tuple[str, str]:
+    return f"{estimate.value:.4g}", f"{estimate.low:.4g} to {estimate.high:.4g}"
+
+
 def _print_source(console: Console, measurements: Measurements, how_well: str) -> None:
     made_up = "  SYNTHETIC" if measurements.synthetic else ""
-    told = f"{measurements.source}: {len(measurements)} rows, {how_well}{made_up}"
-    console.print(escape(told), soft_wrap=True, highlight=False)
+    console.print(Text(f"{measurements.source}: {len(measurements)} rows, {how_well}{made_up}"), soft_wrap=True)
     repeated = measurements.repeated
     if repeated:
         line, earlier = repeated[0]
-        says = "says" if len(repeated) == 1 else "say"
+        verb = "repeats" if len(repeated) == 1 else "repeat"
         console.print(
-            f"{amount(len(repeated), 'row')} {says} the same as an earlier one, first line {line} as line {earlier}: "
-            "what was pasted twice makes intervals too narrow."
+            f"{amount(len(repeated), 'row')} {verb} an earlier one, first line {line} as line {earlier}: what was "
+            "pasted twice makes intervals too narrow."
         )
 
 
 def _waves(amplitudes: tuple[float, ...], unit: str) -> str:
     """Size and direction of each harmonic."""
-    told: list[str] = []
+    waves: list[str] = []
     for order, (cosine, sine) in enumerate(zip(amplitudes[::2], amplitudes[1::2], strict=True), 1):
         most = math.degrees(math.atan2(sine, cosine)) / order % (360 / order)
         times = "once" if order == 1 else "twice"
-        told.append(f"{math.hypot(cosine, sine):.2g}{unit} {times} around, most at {most:.0f} degrees")
-    return ", ".join(told)
-
-
-def _bounds(low: float, high: float) -> str:
-    if low > 0.0 and math.isinf(high):
-        return f"at least {low:.3g}"
-    if math.isinf(high):
-        return "any"
-    return f"at most {high:.3g}" if low <= 0.0 else f"{low:.3g} to {high:.3g}"
-
-
-def _table(*columns: str) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
-    for column in columns:
-        table.add_column(column.removeprefix(">"), justify="right" if column.startswith(">") else "left")
-    return table
-
-
-def _row(table: Table, name: str, estimate: Estimate, third: str, fourth: str) -> None:
-    table.add_row(name, f"{estimate.value:.4g}", f"{estimate.low:.4g} to {estimate.high:.4g}", third, fourth)
+        waves.append(f"{math.hypot(cosine, sine):.2g}{unit} {times} around, most at {most:.0f} degrees")
+    return ", ".join(waves)

@@ -1,71 +1,120 @@
-"""What a robot does with a program, as a person wants to read it in a terminal."""
+"""What a robot does with a program, and where it holds the board best, on the terminal."""
+
+import math
 
 import numpy as np
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
-from reports.tables.summary import clock, print_facts, print_findings
+from reports.tables.table import Facts, Table
+from reports.tables.wording import amount, clock
+from reports.terminal.console import print_facts, print_findings, print_line, print_table
 from robotcell.motion.retime import rates_of
-from robotcell.robot.robot import Joint
+from robotcell.placement.optimise import Placement, PlacementGoal
+from robotcell.placement.reachability import Metric
+from robotcell.search_placement import Relocation, format_place, place_of
 from robotcell.track import CellReport
+
+_METRICS: dict[Metric, str] = {
+    "manipulability": "manipulability w",
+    "condition": "inverse condition",
+    "limits": "distance from limits",
+    "clearance": "clearance",
+}
 
 
 def print_cell_report(console: Console, report: CellReport) -> None:
-    """Head line, the use of every joint, what is nearest to trouble, findings worst first."""
-    origin = report.requested.origin
-    verdict = "can be done" if not any(each.severity == "error" for each in report.findings) else "cannot be done"
-    console.print(
-        f"[bold]{escape(origin.board)}[/bold] with [bold]{escape(origin.recipe)}[/bold] in "
-        f"[bold]{escape(report.cell.name)}[/bold] ({escape(report.cell.robot.name)}): {verdict}"
-    )
+    """Print head line, the use of every joint, what is nearest to trouble, findings worst first."""
+    stopped = any(each.severity == "error" for each in report.findings)
+    _print_head(console, report, "cannot be done" if stopped else "can be done")
     if report.possible:
-        console.print(_joints(report))
+        print_table(console, _joints(report))
         print_facts(console, _facts(report))
     print_findings(console, report.findings)
 
 
+def _print_head(console: Console, report: CellReport, result: str) -> None:
+    origin, cell = report.requested.origin, report.cell
+    names = ((origin.board, "bold"), " with ", (origin.recipe, "bold"), " in ", (cell.name, "bold"))
+    print_line(console, *names, f" ({cell.robot.name}): {result}")
+
+
 def _joints(report: CellReport) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="dim")
-    table.add_column("joint")
-    for heading in ("from", "to", "limits", "speed", "of", "acceleration", "of"):
-        table.add_column(heading, justify="right", no_wrap=True)
     rates = rates_of(report.program, report.joints)
+    rows: list[tuple[str, ...]] = []
     for index, joint in enumerate(report.cell.robot.joints):
         scale, unit = (180.0 / np.pi, "deg") if joint.kind == "revolute" else (1e3, "mm")
         speed = float(np.abs(rates.speed[:, index]).max(initial=0.0))
         push = float(np.abs(rates.acceleration[:, index]).max(initial=0.0))
-        table.add_row(
-            escape(joint.name),
-            f"{scale * rates.q[:, index].min():.1f}",
-            f"{scale * rates.q[:, index].max():.1f} {unit}",
-            _limits(joint, scale),
-            f"{scale * speed:.0f} {unit}/s",
-            f"{speed / joint.speed:.0%}",
-            f"{scale * push:.0f} {unit}/s²",
-            f"{push / joint.acceleration:.0%}",
-        )
-    return table
+        limits = [f"{scale * each:.0f}" if np.isfinite(each) else "endless" for each in (joint.lowest, joint.highest)]
+        rows.append((
+            joint.name, f"{scale * rates.q[:, index].min():.1f}", f"{scale * rates.q[:, index].max():.1f} {unit}",
+            " to ".join(limits), f"{scale * speed:.0f} {unit}/s", f"{speed / joint.speed:.0%}",
+            f"{scale * push:.0f} {unit}/s²", f"{push / joint.acceleration:.0%}",
+        ))  # fmt: skip
+    return Table.of(("joint", ">from", ">to", ">limits", ">speed", ">of", ">acceleration", ">of"), rows)
 
 
-def _limits(joint: Joint, scale: float) -> str:
-    return " to ".join(
-        f"{scale * each:.0f}" if np.isfinite(each) else "endless" for each in (joint.lowest, joint.highest)
-    )
-
-
-def _facts(report: CellReport) -> list[tuple[str, str]]:
-    asked, done = report.requested.totals.duration_s, report.program.totals.duration_s
-    took = clock(done) if abs(done - asked) < 0.05 else f"{clock(done)}, asked for {clock(asked)}"
-    facts = [
-        ("time", took),
-        (
-            "singular",
-            f"w at least {report.singularity.min():.4f}, inverse condition at least {report.condition.min():.4f}",
-        ),
-    ]
+def _facts(report: CellReport) -> Facts:
+    planned, done = report.requested.totals.duration_s, report.program.totals.duration_s
     least = int(np.argmin(report.clearance.distances))
     touch = report.clearance.touches[least]
     near = 1e3 * report.clearance.distances[least]
-    pair = f"nothing within {near:.0f} mm" if touch is None else f"{touch.body} to {touch.other}, {near:.1f} mm"
-    return [*facts, ("nearest", pair)]
+    w, condition = report.singularity.min(), report.condition.min()
+    return [
+        ("time", clock(done) if abs(done - planned) < 0.05 else f"{clock(done)}, programmed {clock(planned)}"),
+        ("singular", f"w at least {w:.4f}, inverse condition at least {condition:.4f}"),
+        (
+            "nearest",
+            f"nothing within {near:.0f} mm" if touch is None else f"{touch.body} to {touch.other}, {near:.1f} mm",
+        ),
+    ]
+
+
+def print_relocation(console: Console, found: Relocation, goal: PlacementGoal) -> None:
+    """Print head line, a row for each place that was checked, what was found at the best, and its YAML."""
+    best = found.best
+    _print_head(console, found.present.report, f"{_METRICS[goal.metric]}, {amount(found.evaluated, 'place')} looked at")
+    print_table(console, _places(found, goal))
+    if best is not None:
+        print_findings(console, best.report.findings)
+        if found.present.report.cell.fixtures:
+            console.print(
+                "Fixtures stay where they are: a holder that goes with the board has to be moved, then check."
+            )
+        console.print(format_place(place_of(best.placement.T_cell_board)), markup=False, soft_wrap=True, end="")
+    elif found.present.stopped_by:
+        print_findings(console, (found.tried[-1] if found.tried else found.present).report.findings)
+        console.print("No place was found where the robot can do the program.")
+    else:
+        console.print("No better place was found: the board stays where it is.")
+
+
+def _places(found: Relocation, goal: PlacementGoal) -> Table:
+    trials = [("as it is", found.present)]
+    trials += [("best" if each is found.best else "refused", each) for each in found.tried]
+    rows: list[tuple[str, ...]] = []
+    for name, trial in trials:
+        placement, place = trial.placement, place_of(trial.placement.T_cell_board)
+        rows.append((
+            name, *_values(placement, goal.metric), f"{1e3 * placement.distance:.0f} mm",
+            f"{math.degrees(placement.yaw):.1f} deg", *(f"{value:.1f}" for value in place.xyz_mm),
+            f"{place.rpy_deg[2]:.2f} deg",
+            f"refused: {', '.join(trial.stopped_by)}"
+            if trial.stopped_by
+            else clock(trial.report.program.totals.duration_s),
+        ))  # fmt: skip
+    headings = (">least", ">mean", ">radius", ">turned", ">x", ">y", ">z", ">yaw", ">the robot takes")
+    return Table.of(("", *headings), rows)
+
+
+def _values(placement: Placement, metric: Metric) -> tuple[str, str]:
+    """Give the least and the mean; the share of points that are reached where it is not all."""
+    if not math.isfinite(placement.least):
+        return f"{2.0 + placement.value:.0%} reached", ""
+    match metric:
+        case "limits":
+            return f"{placement.least:.1%}", f"{placement.mean:.1%}"
+        case "clearance":
+            return f"{1e3 * placement.least:.1f} mm", f"{1e3 * placement.mean:.1f} mm"
+        case "manipulability" | "condition":
+            return f"{placement.least:.4f}", f"{placement.mean:.4f}"

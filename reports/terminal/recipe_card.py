@@ -5,14 +5,14 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from recipes.classes import ComponentClass, Range
 from recipes.load import LoadedRecipe
 from recipes.nozzles import HollowCone, Nozzle
 from recipes.paths import PathSpec
-from recipes.recipe import Step, Until
+from recipes.recipe import Step
+from reports.tables.table import Column, Table
+from reports.terminal.console import print_line, print_source, print_table
 from specs.spec import Spec
 from specs.yaml.located import Located, Mark
 
@@ -21,38 +21,66 @@ _COMMON = ("path", "from_mm", "to_mm", "height_mm", "speed_mm_s", "tilt_deg", "t
 
 def print_recipe(console: Console, loaded: LoadedRecipe) -> None:
     """Print the functions, nozzles, classes, masks, templates, limits and the sequence of a recipe."""
-    recipe = loaded.recipe
-    console.print(f"[bold]{escape(recipe.recipe)}[/bold]  {escape(recipe.description)}")
-    files = _files(loaded.root)
+    recipe, root = loaded.recipe, loaded.root
+    files = [file for file in dict.fromkeys(mark.file for mark in _marks(root)) if file != root.mark.file]
     inherits = f", with values from {', '.join(Path(file).stem for file in files)}" if files else ""
-    console.print(f"{escape(loaded.root.mark.file)}{escape(inherits)}", style="dim", soft_wrap=True, highlight=False)
-    for table in (_functions(loaded), _nozzles(loaded), _classes(loaded), _masks(loaded), _templates(loaded)):
-        if table.row_count:
+    print_source(console, recipe.recipe, recipe.description, f"{root.mark.file}{inherits}")
+    for (name, *headings), rows in _elements(loaded).items():
+        if rows:
+            first, *others = Column(name, emphasis="strong"), *headings
+            last = [Column("written in", emphasis="quiet")] if name != "sequence" else []
             console.print()
-            console.print(table)
-    console.print()
-    console.print(_sequence(loaded))
+            print_table(console, Table.of((first, *others, *last), rows))
     limits = ", ".join(f"{field} {_number(value)}" for field, value in recipe.limits if value is not None)
-    console.print(f"\n[bold]limits[/bold]  {escape(limits)}", highlight=False)
+    print_line(console, ("\nlimits", "bold"), f"  {limits}")
 
 
-def _functions(loaded: LoadedRecipe) -> Table:
-    table = _table("functions", "solution", ">°C", ">bar", ">max mm/s", "written in")
-    for name, function in loaded.recipe.functions.items():
-        heat = "" if function.temperature_c is None else _number(function.temperature_c)
-        speed = _number(function.max_speed_mm_s)
-        pressure, origin = _number(function.pressure_bar), _origin(loaded, "functions", name)
-        _row(table, name, function.solution, heat, pressure, speed, origin)
-    return table
-
-
-def _nozzles(loaded: LoadedRecipe) -> Table:
-    table = _table("nozzles", "pattern", "shape", ">L/min", ">at bar", ">tool", "written in")
-    for name, nozzle in loaded.recipe.nozzles.items():
-        flow, pressure = _number(nozzle.flow_lpm), _number(nozzle.at_bar)
-        cells = (nozzle.pattern, _shape(nozzle), flow, pressure, str(nozzle.tool), _origin(loaded, "nozzles", name))
-        _row(table, name, *cells)
-    return table
+def _elements(loaded: LoadedRecipe) -> dict[tuple[str, ...], list[tuple[str, ...]]]:
+    """Rows of each element of a recipe by their headings."""
+    recipe = loaded.recipe
+    functions = [
+        (
+            name, each.solution, "" if each.temperature_c is None else _number(each.temperature_c),
+            _number(each.pressure_bar), _number(each.max_speed_mm_s), _origin(loaded, "functions", name),
+        )
+        for name, each in recipe.functions.items()
+    ]  # fmt: skip
+    nozzles = [
+        (
+            name, each.pattern, _shape(each), _number(each.flow_lpm), _number(each.at_bar), str(each.tool),
+            _origin(loaded, "nozzles", name),
+        )
+        for name, each in recipe.nozzles.items()
+    ]  # fmt: skip
+    classes = [
+        (name, ", ".join(_conditions(each)) or "what is left", _origin(loaded, "classes", name))
+        for name, each in recipe.classes.items()
+    ]
+    masks: list[tuple[str, ...]] = []
+    for index, mask in enumerate(recipe.masks):
+        kind = "avoid" if mask.avoid else "clean" if mask.clean else "ignore"
+        margin = _number(mask.margin_mm) if mask.avoid else ""
+        masks.append((kind, ", ".join(getattr(mask, kind)), margin, _origin(loaded, "masks", index)))
+    templates = [
+        (
+            name, each.path, _value(each.height_mm), _value(each.speed_mm_s),
+            f"{_value(each.tilt_deg)}° {each.toward}" if each.tilt_deg else "0°", _others(each),
+            _origin(loaded, "templates", name),
+        )
+        for name, each in recipe.templates.items()
+    ]  # fmt: skip
+    sequence = [
+        (str(index), step.function, step.nozzle, step.side, ", ".join(step.paths), _how_often(step))
+        for index, step in enumerate(recipe.sequence)
+    ]
+    return {
+        ("functions", "solution", ">°C", ">bar", ">max mm/s"): functions,
+        ("nozzles", "pattern", "shape", ">L/min", ">at bar", ">tool"): nozzles,
+        ("classes", "takes (the first that matches)"): classes,
+        ("masks", "components", ">margin mm"): masks,
+        ("templates", "path", ">height mm", ">mm/s", ">tilt", "more"): templates,
+        ("sequence", "function", "nozzle", "side", "paths", "how often"): sequence,
+    }
 
 
 def _shape(nozzle: Nozzle) -> str:
@@ -66,13 +94,6 @@ def _shape(nozzle: Nozzle) -> str:
     return shape
 
 
-def _classes(loaded: LoadedRecipe) -> Table:
-    table = _table("classes", "takes (the first that matches)", "written in")
-    for name, component_class in loaded.recipe.classes.items():
-        _row(table, name, ", ".join(_conditions(component_class)) or "what is left", _origin(loaded, "classes", name))
-    return table
-
-
 def _conditions(component_class: ComponentClass) -> Iterator[str]:
     for field, value in component_class:
         if isinstance(value, Range):
@@ -83,65 +104,25 @@ def _conditions(component_class: ComponentClass) -> Iterator[str]:
             yield f"{field} {' | '.join(value) if isinstance(value, list) else value}"
 
 
-def _masks(loaded: LoadedRecipe) -> Table:
-    table = _table("masks", "components", ">margin mm", "written in")
-    for index, mask in enumerate(loaded.recipe.masks):
-        kind = "avoid" if mask.avoid else "clean" if mask.clean else "ignore"
-        margin = _number(mask.margin_mm) if mask.avoid else ""
-        _row(table, kind, ", ".join(getattr(mask, kind)), margin, _origin(loaded, "masks", index))
-    return table
-
-
-def _templates(loaded: LoadedRecipe) -> Table:
-    table = _table("templates", "path", ">height mm", ">mm/s", ">tilt", "more", "written in")
-    for name, spec in loaded.recipe.templates.items():
-        tilt = f"{_value(spec.tilt_deg)}° {spec.toward}" if spec.tilt_deg else "0°"
-        height, speed = _value(spec.height_mm), _value(spec.speed_mm_s)
-        _row(table, name, spec.path, height, speed, tilt, _more(spec), _origin(loaded, "templates", name))
-    return table
-
-
-def _more(spec: PathSpec) -> str:
-    """Name what a template sets beside height, speed and tilt; what is left at its default is not worth the room."""
+def _others(spec: PathSpec) -> str:
+    """Values of a template beside height, speed and tilt that are not their defaults."""
     stated = {field: value for field, value in spec if field not in _COMMON}
     line = f"{spec.from_mm} to {spec.to_mm}, " if spec.path == "straight_line" else ""
     defaults = {key: field.default for key, field in type(spec).model_fields.items()}
     return line + ", ".join(f"{key} {_value(value)}" for key, value in stated.items() if value != defaults[key])
 
 
-def _sequence(loaded: LoadedRecipe) -> Table:
-    table = _table("sequence", "function", "nozzle", "side", "paths", "how often")
-    for index, step in enumerate(loaded.recipe.sequence):
-        _row(table, str(index), step.function, step.nozzle, step.side, ", ".join(step.paths), _how_often(step))
-    return table
-
-
 def _how_often(step: Step) -> str:
     if not step.enabled:
         return "not enabled"
-    return f"{step.repeat} x" if step.until is None else _until(step.until)
-
-
-def _until(until: Until) -> str:
-    goals = [f"{key} ≥ {value:g}" for key, value in until if key != "max_repeats" and value is not None]
-    return f"until {goals[0]}, at most {until.max_repeats} x"
-
-
-def _table(*columns: str) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
-    for index, column in enumerate(columns):
-        right = column.startswith(">")
-        style = "bold" if index == 0 else "dim" if column == "written in" else ""
-        table.add_column(column.removeprefix(">"), justify="right" if right else "left", style=style, overflow="fold")
-    return table
-
-
-def _row(table: Table, *cells: str) -> None:
-    table.add_row(*(escape(cell) for cell in cells))
+    if step.until is None:
+        return f"{step.repeat} x"
+    goals = [f"{key} ≥ {value:g}" for key, value in step.until if key != "max_repeats" and value is not None]
+    return f"until {goals[0]}, at most {step.until.max_repeats} x"
 
 
 def _value(value: Any) -> str:
-    """Write one value or one for each class."""
+    """One value, or one for each class."""
     if isinstance(value, Spec):
         return " ".join(f"{key} {_value(inner)}" for key, inner in value if inner is not None)
     if isinstance(value, dict):
@@ -153,13 +134,8 @@ def _number(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _files(root: Located) -> list[str]:
-    """Give the files that values were inherited from, in the order in which they first appear."""
-    return [file for file in dict.fromkeys(mark.file for mark in _marks(root)) if file != root.mark.file]
-
-
 def _origin(loaded: LoadedRecipe, *path: str | int) -> str:
-    """Say which lines of which files a part was written on."""
+    """Lines of the files on which a part was written."""
     node = loaded.root.at(path)
     lines: dict[str, int] = {}
     for mark in _marks(node):

@@ -1,30 +1,32 @@
-"""Result of tuning in the terminal."""
+"""Result of tuning on the terminal."""
 
 from collections.abc import Sequence
 
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 from rich.text import Text
 
-from reports.tables.summary import amount, clock, print_facts
+from reports.tables.table import Facts, Table
+from reports.tables.table import Text as Cell
+from reports.tables.wording import amount, clock
+from reports.terminal.console import print_facts, print_line, print_table
 from rulesengine.tuning.report import Reason, is_unfinished
 from rulesengine.tuning.trial.outcome import Figures
 from rulesengine.tuning.trial.result import TuningResult
 
 _MOST_REASONS = 12
 _STYLES = {"+": "green", "-": "red", "@": "dim"}
+_HEADINGS = ("change", ">clean components", ">open requirements", ">worst residue", ">time", ">litres")
 
 
 def print_tuned(console: Console, tuned: TuningResult, reasons: Sequence[Reason], diff: str) -> None:
-    """Print the headline, each change with effect and cost, the open requirements with reasons, and the diff."""
-    console.print(escape(_headline(tuned)), style="green" if tuned.last.clean and tuned.within_limits else "yellow")
-    console.print("It is a prediction for comparing recipes, no proof of cleanliness.", style="dim")
-    console.print(_changes(tuned))
+    """Print the result, each change with its effect and cost, unmet requirements and why, the difference."""
+    print_line(console, (_headline(tuned), "green" if tuned.last.clean and tuned.within_limits else "yellow"))
+    print_line(console, ("It is a prediction for comparing recipes, no proof of cleanliness.", "dim"))
+    print_table(console, _changes(tuned))
     print_facts(console, _facts(tuned))
     for reason in reasons[:_MOST_REASONS]:
-        console.print(f"[yellow]{escape(reason.component)}[/]  {reason.rule} {escape(reason.name)}: ", end="")
-        console.print(escape(f"{reason.because} {reason.why}"))
+        text = f"  {reason.rule} {reason.name}: {reason.because} {reason.why}"
+        print_line(console, (reason.component, "yellow"), text)
     if len(reasons) > _MOST_REASONS:
         console.print(f"and {amount(len(reasons) - _MOST_REASONS, 'more component')}; --report has all of them")
     if is_unfinished(tuned):
@@ -32,7 +34,7 @@ def print_tuned(console: Console, tuned: TuningResult, reasons: Sequence[Reason]
     for line in diff.splitlines():
         console.print(Text(line, style=_STYLES.get(line[:1], "")), soft_wrap=True)
     if not diff:
-        console.print("[dim]The recipe stays as it is.[/dim]")
+        print_line(console, ("The recipe stays as it is.", "dim"))
 
 
 def _headline(tuned: TuningResult) -> str:
@@ -47,43 +49,33 @@ def _headline(tuned: TuningResult) -> str:
 
 
 def _changes(tuned: TuningResult) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="dim")
-    table.add_column("change", overflow="fold")
-    for heading in ("clean components", "open requirements", "worst residue", "time", "litres"):
-        table.add_column(heading, justify="right", no_wrap=False)
-    first = tuned.first.figures
-    table.add_row("[dim]as it was[/dim]", *_totals(first, tuned.last.total))
+    def totals(name: str, figures: Figures) -> tuple[str | Cell, ...]:
+        counts = (
+            f"{figures.clean_components} of {tuned.last.total}",
+            str(figures.open_requirements),
+            f"{figures.worst_residue:.2%}",
+        )
+        return (Cell(name, "quiet"), *counts, clock(figures.seconds), f"{figures.litres:.2f}")
+
+    rows = [totals("as it was", tuned.first.figures)]
     for change in tuned.changes:
         before, after = change.before, change.after
-        for what in change.what[:-1]:  # made at once: the last of them has the numbers of all
-            table.add_row(escape(what))
-        table.add_row(
-            escape(change.what[-1]),
-            _difference(before.clean_components, after.clean_components),
-            _difference(before.open_requirements, after.open_requirements),
+        differences = (
+            after.clean_components - before.clean_components,
+            after.open_requirements - before.open_requirements,
+        )
+        rows += [(what, "", "", "", "", "") for what in change.what[:-1]]  # made at once: the last has the numbers
+        rows.append((
+            change.what[-1],
+            *(f"{count:+d}" if count else "" for count in differences),
             f"{before.worst_residue:.2%} -> {after.worst_residue:.2%}",
             f"{after.seconds - before.seconds:+.1f} s",
             f"{after.litres - before.litres:+.2f}",
-        )
-    table.add_row("[dim]as it is now[/dim]", *_totals(tuned.last.figures, tuned.last.total))
-    return table
+        ))  # fmt: skip
+    return Table.of(_HEADINGS, [*rows, totals("as it is now", tuned.last.figures)])
 
 
-def _difference(before: int, after: int) -> str:
-    return f"{after - before:+d}" if after != before else ""
-
-
-def _totals(figures: Figures, total: int) -> tuple[str, str, str, str, str]:
-    return (
-        f"{figures.clean_components} of {total}",
-        str(figures.open_requirements),
-        f"{figures.worst_residue:.2%}",
-        clock(figures.seconds),
-        f"{figures.litres:.2f}",
-    )
-
-
-def _facts(tuned: TuningResult) -> list[tuple[str, str]]:
+def _facts(tuned: TuningResult) -> Facts:
     facts = [("analyses", f"{tuned.used} of at most {tuned.request.max_analyses}")]
     loops = [f"sequence[{at}]" for at, step in enumerate(tuned.last.recipe.sequence) if step.enabled and step.until]
     if loops:

@@ -111,7 +111,7 @@ def test_a_program_is_told_from_one_for_another_board(place: Path) -> None:
     (place / "tiny.tri").write_bytes(board_library()["tiny"].read_bytes().replace(b"QFN-16", b"QFN-17"))
     outcome = washboard("show", "a.wash", "--board", "tiny.tri", "--picture", "a.png")
     assert outcome.code == 0
-    assert outcome.err.startswith("warning: tiny, sha256 ")
+    assert outcome.err.startswith("warning: tiny (sha256 ")
     assert (place / "a.png").exists()
 
 

@@ -6,7 +6,7 @@ from html import escape
 from cleaning.process.stages import Stage
 from cleaning.verdicts.cleanliness import deciding_judgement, outcome
 from cleaning.verdicts.results import CleaningReport, ExposedPart, Part
-from reports.tables.summary import shorten
+from reports.tables.wording import shorten
 from webui.cards.boxes import box_html
 from webui.cards.cleaning_list import judgement_html
 from webui.theme.palette import ACCENT, QUIET, to_hex

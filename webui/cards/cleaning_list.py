@@ -5,19 +5,20 @@ from html import escape
 
 from cleaning.verdicts.cleanliness import count_cleanliness, deciding_judgement, outcome, report_outcome
 from cleaning.verdicts.results import CleaningReport, Judgement, Part
-from reports.html.cleaning_page import headline, honesty
-from reports.tables.summary import clock
+from reports.tables.cleaning_tables import caveat, headline
+from reports.tables.table import Column, Table, Text
+from reports.tables.wording import clock
 from webui.cards.boxes import box_html, quiet_html
 from webui.cards.component_card import facts_html
-from webui.cards.table import Cell, Column, listing_html
+from webui.cards.table import listing_html
 from webui.theme.palette import QUIET, to_hex
 from webui.theme.verdict_colours import VERDICT_COLOURS
 
 _COLUMNS = (
-    Column("Part", "18%"),
-    Column("Verdict", "28%"),
-    Column("Because", "34%"),
-    Column("Residue", "20%", "right"),
+    Column("Part", width="18%"),
+    Column("Verdict", width="28%"),
+    Column("Because", width="34%"),
+    Column("Residue", "right", width="20%"),
 )
 
 
@@ -33,7 +34,7 @@ def headline_html(report: CleaningReport) -> str:
     process = "".join(judgement_html(each) for each in report.process if each.verdict != "clean")
     return box_html(
         f'<div style="font-weight:600;font-size:14px;color:{to_hex(colour)}">{headline(report)}</div>'
-        f'<div style="color:{to_hex(QUIET)};font-size:11px;margin-bottom:3px">{escape(honesty(report))}</div>'
+        f'<div style="color:{to_hex(QUIET)};font-size:11px;margin-bottom:3px">{escape(caveat(report))}</div>'
         f"{facts_html(facts.items())}{process}"
     )
 
@@ -47,7 +48,16 @@ def parts_html(parts: Sequence[Part], selected: str) -> str:
     """Write parts as a table, the selected one marked; a long one says how many more there are."""
     if not parts:
         return quiet_html("The board has no parts.")
-    return listing_html(_COLUMNS, [_cells(part) for part in parts], selected, height="26vh", more="better ones")
+    rows = [
+        (
+            part.component,
+            Text(outcome(part), tone=outcome(part)),
+            deciding_judgement(part).name,
+            "" if part.residue is None else f"{100 * part.residue:.1f} %",
+        )
+        for part in parts
+    ]
+    return listing_html(Table(_COLUMNS, tuple(rows)), selected, height="26vh", more="better ones")
 
 
 def judgement_html(judgement: Judgement, stage: str = "") -> str:
@@ -73,10 +83,3 @@ def judgement_html(judgement: Judgement, stage: str = "") -> str:
 def _number(name: str, value: float, unit: str, limit: float | None) -> str:
     against = "" if limit is None else f" (limit {limit:.3g})"
     return f"{name} {value:.3g}{' ' if unit else ''}{unit}{against}"
-
-
-def _cells(part: Part) -> tuple[Cell, ...]:
-    residue = "" if part.residue is None else f"{100 * part.residue:.1f} %"
-    told = outcome(part)
-    dot = f'<span style="color:{to_hex(VERDICT_COLOURS[told])}">\N{BLACK CIRCLE}</span> '
-    return Cell(part.component), Cell(told, mark=dot), Cell(deciding_judgement(part).name), Cell(residue)

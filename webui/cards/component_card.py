@@ -11,11 +11,12 @@ from reports.tables.run_report import board_facts
 from rulesengine.strokes.classify import Classified
 from specs.finding import Finding, worst_first
 from webui.cards.component_list import findings_about
-from webui.cards.finding_list import SEVERITY_COLOURS, tally
+from webui.cards.finding_list import tally
 from webui.cards.recipe_location import yaml_path
 from webui.layers.paths.strokes import StrokeLine
 from webui.page.session import Session
 from webui.theme.palette import ACCENT, INK, QUIET, to_hex
+from webui.theme.verdict_colours import SEVERITY_COLOURS
 
 _MOST_FINDINGS = 5
 _UNSAID = "sha256"

@@ -6,15 +6,20 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 from boards.board import Component
+from reports.tables.table import Column, Table, Text
 from specs.finding import Finding, Severity
 from webui.cards.boxes import quiet_html
-from webui.cards.finding_list import SEVERITY_COLOURS
-from webui.cards.table import Cell, Column, listing_html
+from webui.cards.table import listing_html
 from webui.page.session import Session
 
 _WILD = "*?["
 _WORD = re.compile(r"[^\s+/,;:()'\"]+")
-_COLUMNS = (Column("Part", "18%"), Column("Package", "37%"), Column("Class", "24%"), Column("Height", "21%", "right"))
+_COLUMNS = (
+    Column("Part", width="18%"),
+    Column("Package", width="37%"),
+    Column("Class", width="24%"),
+    Column("Height", "right", width="21%"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +64,16 @@ def rows_html(rows: Sequence[Row], selected: str) -> str:
     """Write the list as a table; a long one says how many more there are."""
     if not rows:
         return quiet_html("No component fits. Clear the filter to see all.")
-    cells = [_cells(row) for row in rows]
-    return listing_html(_COLUMNS, cells, selected, height="34vh", more="more; filter to see them")
+    cells = [
+        (
+            Text(row.component.name, tone=row.worst),
+            row.component.package,
+            row.component_class,
+            f"{row.component.height_mm:.2f} mm",
+        )
+        for row in rows
+    ]
+    return listing_html(Table(_COLUMNS, tuple(cells)), selected, height="34vh", more="more; filter to see them")
 
 
 _RANK: dict[Severity | None, int] = {"error": 0, "warning": 1, "info": 2, None: 2}
@@ -68,13 +81,6 @@ _RANK: dict[Severity | None, int] = {"error": 0, "warning": 1, "info": 2, None: 
 
 def _worst(findings: Sequence[Finding]) -> Severity | None:
     return min((finding.severity for finding in findings), key=lambda severity: _RANK[severity], default=None)
-
-
-def _cells(row: Row) -> tuple[Cell, ...]:
-    component = row.component
-    style = f"font-weight:600;color:{SEVERITY_COLOURS[row.worst]}" if row.worst else ""
-    others = (component.package, row.component_class, f"{component.height_mm:.2f} mm")
-    return Cell(component.name, style), *map(Cell, others)
 
 
 def _fits(row: Row, wanted: str) -> bool:

@@ -7,13 +7,13 @@ from html import escape
 from boards.board import Board
 from recipes.load import LoadedRecipe
 from reports.tables.comparison import SEVERITY_WORDS
-from reports.tables.summary import shorten
+from reports.tables.wording import shorten
 from specs.finding import Finding, Severity, worst_first
 from webui.cards.recipe_location import recipe_line
 from webui.page.session import Session
 from webui.theme.palette import ACCENT, INK, QUIET, to_hex
+from webui.theme.verdict_colours import SEVERITY_COLOURS
 
-SEVERITY_COLOURS: dict[Severity, str] = {"error": "#a3202a", "warning": "#8a5a00", "info": to_hex(QUIET)}
 ALL: str = "All"
 PLANNING, CLEANING = "Planning", "Cleaning"
 """Who found it."""

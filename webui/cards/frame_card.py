@@ -5,8 +5,8 @@ from html import escape
 
 from robotcell.diagnosis.frame_table import Frame
 from specs.finding import Finding, worst_first
-from webui.cards.finding_list import SEVERITY_COLOURS
 from webui.theme.palette import INK, QUIET, to_hex
+from webui.theme.verdict_colours import SEVERITY_COLOURS
 
 _BOX = f"margin:0 12px;font-size:12px;line-height:1.4;color:{to_hex(INK)}"
 

@@ -1,59 +1,33 @@
-"""A list that somebody can choose from: a table with one row marked, which rolls, and says how many more there are."""
+"""A list to choose from: a table with one row marked, which scrolls, and states how many more rows there are."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
-from typing import Literal
 
+from reports.tables.table import Cell, Column, Table, lines_of
 from webui.cards.boxes import quiet_html
 from webui.theme.palette import ACCENT, INK, QUIET, to_hex
+from webui.theme.verdict_colours import SEVERITY_COLOURS, VERDICT_COLOURS
 
 MOST_ROWS = 200
 _CELL = "padding:1px 8px 1px 0;white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
 _FLUSH = {"left": "", "right": "text-align:right;font-variant-numeric:tabular-nums"}
 
 
-@dataclass(frozen=True, slots=True)
-class Column:
-    """One column of a list."""
-
-    name: str
-    width: str
-    """CSS, such as ``"20%"``."""
-    side: Literal["left", "right"] = "left"
-    """On which its cells are flush."""
-
-
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """What stands at one place of a list."""
-
-    text: str
-    style: str = ""
-    """CSS."""
-    mark: str = ""
-    """HTML before the text."""
-
-
-def listing_html(
-    columns: Sequence[Column], rows: Sequence[Sequence[Cell]], selected: str, *, height: str, more: str
-) -> str:
+def listing_html(table: Table, selected: str, *, height: str, more: str) -> str:
     """Write a list.
 
     Args:
-        columns: Its columns.
-        rows: A cell for each column; the first has the row's name.
+        table: Columns with their widths, and rows; the first cell has the row's name.
         selected: Name of the row that is marked; empty for none.
-        height: CSS; a longer list rolls.
-        more: What the rows beyond ``MOST_ROWS`` are called, of which only the number is said.
+        height: CSS; a longer list scrolls.
+        more: Name of the rows beyond ``MOST_ROWS``, of which only the number is given.
     """
     head = "".join(
-        f'<th style="{_CELL};color:{to_hex(QUIET)};text-align:{each.side};font-weight:400;width:{each.width}">'
-        f"{each.name}</th>"
-        for each in columns
+        f'<th style="{_CELL};color:{to_hex(QUIET)};text-align:{each.align};font-weight:400;width:{each.width}">'
+        f"{each.heading}</th>"
+        for each in table.columns
     )
-    body = "".join(_row(columns, row, marked=row[0].text == selected) for row in rows[:MOST_ROWS])
-    beyond = len(rows) - MOST_ROWS
+    body = "".join(_row_html(table.columns, row, selected) for row in table.rows[:MOST_ROWS])
+    beyond = len(table.rows) - MOST_ROWS
     return (
         f'<div style="max-height:{height};overflow-y:auto;margin:0 12px">'
         f'<table style="border-collapse:collapse;table-layout:fixed;width:100%;font-size:12px;color:{to_hex(INK)}">'
@@ -61,11 +35,17 @@ def listing_html(
     )
 
 
-def _row(columns: Sequence[Column], row: Sequence[Cell], *, marked: bool) -> str:
-    cells = "".join(
-        f'<td style="{_CELL};{_FLUSH[column.side]};{cell.style}" title="{escape(cell.text)}">'
-        f"{cell.mark}{escape(cell.text)}</td>"
-        for column, cell in zip(columns, row, strict=True)
-    )
+def _row_html(columns: tuple[Column, ...], row: tuple[Cell, ...], selected: str) -> str:
+    cells = ""
+    for column, cell in zip(columns, row, strict=True):
+        (run,) = lines_of(cell)[0]
+        style, mark = "", ""
+        if run.tone in SEVERITY_COLOURS:
+            style = f"font-weight:600;color:{SEVERITY_COLOURS[run.tone]}"
+        elif run.tone in VERDICT_COLOURS:
+            mark = f'<span style="color:{to_hex(VERDICT_COLOURS[run.tone])}">\N{BLACK CIRCLE}</span> '
+        text = escape(run.text)
+        cells += f'<td style="{_CELL};{_FLUSH[column.align]};{style}" title="{text}">{mark}{text}</td>'
+    marked = lines_of(row[0])[0][0].text == selected
     ground = f' style="background:#fbf1ee;box-shadow:inset 3px 0 0 {to_hex(ACCENT)}"' if marked else ""
     return f"<tr{ground}>{cells}</tr>"

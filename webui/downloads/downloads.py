@@ -9,7 +9,7 @@ from hashlib import sha256
 
 from programs.errors import ProgramError
 from reports.files.write_run import cleaning_bytes, program_bytes, report_bytes
-from reports.tables.summary import amount, shorten
+from reports.tables.wording import amount, shorten
 from rulesengine.planning.pipeline import Run
 from specs.finding import Finding, blocking
 from specs.progress import Progress
@@ -84,16 +84,17 @@ def _cleaning(session: Session, suffix: str) -> bytes:
         ProgramError: the program was not analysed.
     """
     from reports.html.cleaning_page import Traceability, cleaning_page
-    from reports.tables.report_header import made_here
+    from reports.tables.report_header import this_producer
 
     analysis, run = session.analysis, session.run
     if analysis is None or run is None:
         raise ProgramError("this program was not analysed with these parameters; press Analyse in the tab Cleaning.")
-    made, trace = made_here(analysis.effort), Traceability(program_sha256=sha256(program_bytes(run)).hexdigest())
+    producer = this_producer(analysis.effort)
+    trace = Traceability(program_sha256=sha256(program_bytes(run)).hexdigest())
     if suffix.endswith(".json"):
-        return cleaning_bytes(analysis.report, made, trace)
+        return cleaning_bytes(analysis.report, producer, trace)
     with _ONE_DRAWS:
-        return cleaning_page(analysis.report, trace, made=made).encode()
+        return cleaning_page(analysis.report, trace, producer=producer).encode()
 
 
 def _content(suffix: str, run: Run, allowed: Collection[str]) -> bytes:

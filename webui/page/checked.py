@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from geometry.arrays import Scalars
 from programs.program import TimedProgram
 from reports.pictures.joint_picture import Quantity, joint_curves
-from reports.tables.summary import clock
+from reports.tables.wording import clock
 from robotcell.cell.load import LoadedCell
 from robotcell.motion.retime import rates_of
 from rulesengine.planning.pipeline import Run

@@ -1,12 +1,13 @@
 """Two runs on the same board, side by side on the page."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from html import escape
 
 import numpy as np
 
 from geometry.arrays import Points
-from reports.tables.comparison import Row
+from reports.tables.comparison import Row, comparison_tables
+from reports.tables.table import lines_of
 from rulesengine.planning.pipeline import Run
 from webui.layers.paths.strokes import StrokeLine, stroke_lines
 from webui.theme.palette import ACCENT, INK, QUIET, to_hex
@@ -27,21 +28,21 @@ def unlike_strokes(here: Run, there: Run) -> list[StrokeLine]:
     ]
 
 
-def comparison_html(rows: Iterable[Row], here: str, there: str) -> str:
+def comparison_html(rows: Sequence[Row], here: str, there: str) -> str:
     """Lay rows out as a table, what differs in ink and with its change, what does not in grey."""
     lines: list[str] = []
-    group = ""
-    for row in rows:
-        if row.group != group:
-            group = row.group
-            lines.append(f'<tr><td colspan="4" style="padding-top:8px;font-weight:600">{escape(group)}</td></tr>')
-        ink = to_hex(INK) if row.differs else to_hex(QUIET)
-        values = "".join(f'<td style="{_RIGHT}color:{ink}">{escape(text)}</td>' for text in (row.here, row.there))
-        name = f'<td style="overflow-wrap:anywhere">{escape(row.name)}</td>'
-        lines.append(
-            f'<tr style="vertical-align:top">{name}{values}'
-            f'<td style="{_RIGHT}color:{to_hex(ACCENT)}">{escape(row.change)}</td></tr>'
-        )
+    for table in comparison_tables(rows, (here, there), ""):
+        lines.append(f'<tr><td colspan="4" style="padding-top:8px;font-weight:600">{escape(table.title)}</td></tr>')
+        for row in table.rows:
+            (name,), *values, (change,) = (lines_of(cell)[0] for cell in row)
+            texts = "".join(
+                f'<td style="{_RIGHT}color:{to_hex(QUIET if run.emphasis else INK)}">{escape(run.text)}</td>'
+                for (run,) in values
+            )
+            lines.append(
+                f'<tr style="vertical-align:top"><td style="overflow-wrap:anywhere">{escape(name.text)}</td>{texts}'
+                f'<td style="{_RIGHT}color:{to_hex(ACCENT)}">{escape(change.text)}</td></tr>'
+            )
     heads = "".join(
         f'<th style="{_RIGHT}font-weight:600;{_CUT}" title="{escape(text)}">{escape(text)}</th>'
         for text in (here, there)

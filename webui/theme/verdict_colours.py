@@ -1,6 +1,8 @@
-"""Colours and words of what becomes of parts, worst first."""
+"""Colours and words of outcomes and severities, worst first."""
 
 from cleaning.verdicts.cleanliness import Outcome
+from specs.finding import Severity
+from webui.theme.palette import QUIET, to_hex
 
 VERDICT_COLOURS: dict[Outcome, tuple[int, int, int]] = {
     "dirty": (163, 32, 42),
@@ -17,3 +19,4 @@ VERDICT_WORDS: dict[Outcome, str] = {
     "no verdict": "No verdict",
     "clean": "Clean",
 }
+SEVERITY_COLOURS: dict[Severity, str] = {"error": "#a3202a", "warning": "#8a5a00", "info": to_hex(QUIET)}

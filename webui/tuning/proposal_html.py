@@ -2,7 +2,7 @@
 
 from html import escape
 
-from reports.tables.summary import clock
+from reports.tables.wording import clock
 from rulesengine.tuning.report import Reason, explain, is_unfinished
 from rulesengine.tuning.trial.outcome import Figures
 from rulesengine.tuning.trial.result import AcceptedChange, TuningResult

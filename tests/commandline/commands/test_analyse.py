@@ -150,7 +150,7 @@ def test_a_recipe_that_is_not_quite_the_one_is_used_with_a_warning(
     report_instead(monkeypatch)
     done = washboard("analyse", program, "tiny", "--recipe", "smt-aqueous")
     assert done.code == 1
-    assert re.search(r"warning: smt-aqueous \(sha256 [0-9a-f]{16}\) is not quite the recipe", done.err)
+    assert re.search(r"warning: smt-aqueous \(sha256 [0-9a-f]{16}\) differs from the recipe", done.err)
     assert "noted       smt-aqueous" in done.out, "a report that is kept says it too"
 
 
@@ -165,7 +165,7 @@ def test_another_version_of_the_board_is_analysed_with_a_warning_and_the_report_
     data = tmp_path / "t.json"
     done = washboard("analyse", older, "tiny", "--json", data)
     assert done.code == 1
-    assert "warning: tiny is not quite the board this program was made for (sha256 0000000000000000)" in done.err
+    assert "differs from the board of this program, tiny (sha256 0000000000000000)" in done.err
     told = json.loads(data.read_text("utf-8"))
     assert told["board"] == {"name": "tiny", "sha256": sha}
     assert told["findings"][0]["rule"] == "board-differs"

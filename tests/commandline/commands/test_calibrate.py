@@ -94,7 +94,7 @@ def test_rings_of_all_kinds_are_drawn(tmp_path: Path) -> None:
     result = washboard("calibrate", "ring", data, "--quantity", "pressure", "--picture", picture)
     assert result.code == 0
     assert "All sheets have one tilt" in result.out
-    assert "The ring is a circle" in result.out
+    assert "the ring is a circle" in result.out
     assert "60 mm, tilted 0" in picture.read_text("utf-8")
 
 
@@ -103,7 +103,7 @@ def test_rows_that_were_pasted_twice_are_noticed(tmp_path: Path) -> None:
     data = tmp_path / "ring.csv"
     data.write_text("\n".join([*lines, lines[3], lines[7]]), "utf-8")
     told = washboard("calibrate", "ring", data).out
-    assert f"2 rows say the same as an earlier one, first line {len(lines) + 1} as line 4" in told
+    assert f"2 rows repeat an earlier one, first line {len(lines) + 1} as line 4" in told
     assert "as an earlier one" not in washboard("calibrate", "ring", RING).out
 
 

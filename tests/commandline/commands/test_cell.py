@@ -1,8 +1,10 @@
 """``washboard cell``, as a person at a terminal uses it."""
 
+import math
 from pathlib import Path
 
 import pytest
+from command import washboard
 from small_cells import CELL
 from typer.testing import CliRunner, Result
 
@@ -61,3 +63,85 @@ def test_schema_and_keys_are_printed_as_they_are() -> None:
 def test_the_shell_completes_names_of_cells() -> None:
     assert complete_cell("ur5e") == ["ur5e-bench"]
     assert complete_cell("") == list(cell_library())
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("planned") / "tiny.wash"
+    assert washboard("plan", "tiny", "rinse-only", "-o", path).code == 0
+    return path
+
+
+@pytest.mark.slow
+def test_the_cell_is_written_with_the_board_elsewhere_and_all_else_as_it_was(program: Path, tmp_path: Path) -> None:
+    output = tmp_path / "moved.yaml"
+    done = washboard("cell", "place", program, "ur5e-bench", "-o", output)
+    assert (done.code, done.err) == (0, "")
+    for word in ("as it is", "best", "manipulability w", "holder", f"Written  {output}\n"):
+        assert word in done.out
+    old, new = cell_library()["ur5e-bench"].read_text("utf-8").splitlines(), output.read_text("utf-8").splitlines()
+    changed = [(one, other) for one, other in zip(old, new, strict=True) if one != other]
+    assert [one for one, _ in changed] == ["  pose: {xyz_mm: [400, -50, 150]}"]
+    assert f"board:\n{changed[0][1]}\n" in done.out  # to paste
+    hold = read_cell(output).spec.board
+    assert hold.pose is not None
+    assert hold.pose.xyz_mm[2] == 150
+    assert washboard("check", program, output).code == 0
+
+
+@pytest.mark.slow
+def test_a_board_out_of_reach_is_placed_over_its_own_file_where_that_is_named(program: Path, tmp_path: Path) -> None:
+    cell = tmp_path / "far.yaml"
+    text = CELL.replace("[400, -50, 150]}", "[1900, -50, 150]}  # far")
+    cell.write_text(text, "utf-8")
+    looked = washboard("cell", "place", program, cell, "--metric", "limits", "--of", "mean")
+    assert looked.code == 0
+    assert cell.read_text("utf-8") == text
+    assert "0% reached" in looked.out
+    assert "refused: board-out-of-reach" in looked.out
+    assert washboard("cell", "place", program, cell, "--metric", "limits", "--of", "mean", "-o", cell).code == 0
+    hold = read_cell(cell).spec.board
+    assert hold.pose is not None
+    assert math.hypot(*hold.pose.xyz_mm[:2]) < 1200
+    assert " # far\n" in cell.read_text("utf-8")
+
+
+@pytest.mark.slow
+def test_a_cell_where_no_place_helps_ends_with_one_and_writes_nothing(program: Path, tmp_path: Path) -> None:
+    cell = tmp_path / "stiff.yaml"
+    limits = "".join(
+        f"  {joint}: {{position_deg: [{home - 1}, {home + 1}]}}\n" for joint, home in (("elbow", 97), ("wrist_1", -93))
+    )
+    cell.write_text(CELL.replace("home_deg_mm", f"joints:\n{limits}home_deg_mm"), "utf-8")
+    done = washboard("cell", "place", program, cell, "-o", tmp_path / "moved.yaml")
+    assert done.code == 1
+    assert "No place was found" in done.out
+    assert not (tmp_path / "moved.yaml").exists()
+
+
+@pytest.mark.slow
+def test_a_board_that_lies_best_already_stays(program: Path, tmp_path: Path) -> None:
+    done = washboard("cell", "place", program, "gantry", "-o", tmp_path / "same.yaml")
+    assert done.code == 0
+    assert "the board stays where it is" in done.out
+    assert (tmp_path / "same.yaml").read_bytes() == cell_library()["gantry"].read_bytes()
+
+
+def test_what_cannot_be_is_one_line_before_the_search(program: Path, tmp_path: Path) -> None:
+    cell = tmp_path / "meshes.yaml"
+    cell.write_text(CELL.replace("kind: box, size_mm: [900, 900, 40]", "kind: mesh, file: table.stl"), "utf-8")
+    corner = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 900 0 0\nvertex 0 900 0\nendloop\nendfacet\n"
+    (tmp_path / "table.stl").write_text(f"solid table\n{corner}endsolid table\n", "utf-8")
+    (tmp_path / "else").mkdir()
+    refusals = {
+        (cell, "-o", tmp_path / "else" / "moved.yaml"): f"write the new one into {tmp_path}",
+        ("ur5e-bench", "-o", program): "it is read by this command",
+        ("ur5x-bench",): "Did you mean",
+        ("ur5e-bench", "--metric", "luck"): "luck",
+    }
+    for words, told in refusals.items():
+        refused = washboard("cell", "place", program, *words)
+        assert (refused.code, refused.out) == (2, "")
+        assert refused.err.startswith("error: ")
+        assert refused.err.count("\n") == 1
+        assert told in refused.err

@@ -9,7 +9,7 @@ from tracked import line_program
 import recipes
 from programs.load import load_program
 from programs.native import write as native
-from reports.files.find_board import find_board
+from reports.files.inputs import find_board
 
 
 @pytest.fixture

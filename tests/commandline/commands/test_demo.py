@@ -10,8 +10,8 @@ from command import contents, washboard
 from rich.console import Console
 
 from cleaning.verdicts.results import CleaningReport
-from commandline.commands.demo_cleaning import print_worst
 from reports.html.cleaning_page import headline
+from reports.terminal.cleaning_card import print_worst
 
 
 def told(report: CleaningReport) -> str:

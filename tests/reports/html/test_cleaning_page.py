@@ -11,18 +11,18 @@ from cleaning.verdicts.results import Judgement, Number, Part
 from cleaning.verdicts.rules import RULES, VERDICTS, WET_GAP
 from cleaning.verify import Verified
 from reports.html import cleaning_page as cleaning_page_module
-from reports.html.cleaning_page import cleaning_page, headline, honesty
-from reports.html.cleaning_tables import (
-    MOST_TOLD,
-    amount_text,
+from reports.html.cleaning_page import MOST_DESCRIBED, cleaning_page, components_html, head_html
+from reports.html.page import table_html
+from reports.pictures.cleaning_pictures import VERDICT_COLOURS
+from reports.pictures.sheet import Picture
+from reports.tables.cleaning_tables import (
     assumptions_table,
-    number_text,
-    parts_table,
+    caveat,
+    headline,
     remarks,
     renewals,
 )
-from reports.pictures.cleaning_pictures import VERDICT_COLOURS
-from reports.pictures.html_page import Picture
+from reports.tables.wording import number_text, short_number
 
 VOID = {"meta", "img", "br", "link"}
 
@@ -88,7 +88,7 @@ def test_names_cannot_become_markup() -> None:
     report = small_report()
     wicked = replace(report.parts[0].judgements[0], because="<script>alert(1)</script>", advice="<b>x")
     part = replace(report.parts[0], judgements=(wicked,))
-    told = parts_table(replace(report, parts=(part, *report.parts[1:])))
+    told = components_html(replace(report, parts=(part, *report.parts[1:])))
     assert "<script" not in told
     assert "<b>x" not in told
     assert "&lt;script&gt;" in told
@@ -113,11 +113,11 @@ def test_calibration_and_made_up_data_are_said() -> None:
     report = small_report()
     fitted = {f"soil.{name}": Provenance(known="calibrated", source="coupons") for name in ("k1_per_s", "k_m_per_s")}
     known = {**report.parameters.provenance, **fitted}
-    assert "uncalibrated" not in honesty(
+    assert "uncalibrated" not in caveat(
         replace(report, parameters=report.parameters.model_copy(update={"provenance": known}))
     )
     made_up = {**known, "film": Provenance(known="synthetic", source="demo")}
-    told = honesty(replace(report, parameters=report.parameters.model_copy(update={"provenance": made_up})))
+    told = caveat(replace(report, parameters=report.parameters.model_copy(update={"provenance": made_up})))
     assert "made-up" in told
 
 
@@ -144,16 +144,16 @@ def test_what_stays_wet_does_not_hide_what_is_clean() -> None:
     clean = tuple(map(wet, only("clean")))
     soaked = replace(report, parts=clean, verdict="marginal")
     assert headline(soaked) == "Predicted: all of 2 components clean; 2 stay wet underneath"
-    told = cleaning_page_module._head(soaked)
+    told = head_html(soaked)
     assert "<b>2</b><span>predicted to be clean</span>" in told
     assert "<b>2</b><span>stay wet underneath: bake, or blow harder</span>" in told
     assert "near a limit" not in told
     one = replace(report, parts=(wet(report.parts[0]), *report.parts[1:]))
-    assert "Predicted clean and dry (2):" in parts_table(one)
+    assert "Predicted clean and dry (2):" in components_html(one)
     assert headline(one) == "Predicted: 1 of 5 components dirty; 1 stays wet underneath"
-    assert "R12 wet under part" in parts_table(soaked)
-    assert "</span>clean, wet<" in parts_table(soaked)
-    assert "</span>marginal<" not in parts_table(soaked)
+    assert "R12 wet under part" in components_html(soaked)
+    assert "</span>clean, wet<" in components_html(soaked)
+    assert "</span>marginal<" not in components_html(soaked)
     assert "</span>clean, wet" in cleaning_page_module.legend()
     assert f'<h1 style="border-color:{VERDICT_COLOURS["clean, wet"]}">' in told
 
@@ -162,11 +162,11 @@ def test_components_of_which_the_same_is_said_share_a_row_that_names_them_all() 
     report = small_report()
     names = [f"U{number}" for number in range(90)]
     dirty = tuple(replace(report.parts[0], component=name) for name in names)
-    told = parts_table(replace(report, parts=dirty))
+    told = components_html(replace(report, parts=dirty))
     assert told.count("R7 residue</b>") == told.count("R8 one-sided flow</b>") == 1
     assert "<b>90 components</b>" in told
     assert ", ".join(names) in told
-    assert "<b>U0, U1, U2</b>" in parts_table(replace(report, parts=dirty[:3]))
+    assert "<b>U0, U1, U2</b>" in components_html(replace(report, parts=dirty[:3]))
 
 
 def test_a_list_that_is_too_long_still_names_all() -> None:
@@ -176,11 +176,11 @@ def test_a_list_that_is_too_long_still_names_all() -> None:
         replace(
             report.parts[0], component=f"U{number}", judgements=(replace(first, advice=f"Ask engineer E{number}."),)
         )
-        for number in range(MOST_TOLD + 10)
+        for number in range(MOST_DESCRIBED + 10)
     )
-    told = parts_table(replace(report, parts=unlike))
-    assert told.count("R7 residue</b>") == MOST_TOLD
-    assert "Neither are these clean (10):</b> " + ", ".join(f"U{MOST_TOLD + more}" for more in range(10)) in told
+    told = components_html(replace(report, parts=unlike))
+    assert told.count("R7 residue</b>") == MOST_DESCRIBED
+    assert "Neither are these clean (10):</b> " + ", ".join(f"U{MOST_DESCRIBED + more}" for more in range(10)) in told
 
 
 @pytest.mark.slow
@@ -224,7 +224,7 @@ def test_what_was_noticed_on_the_way_is_told_and_judgements_are_not_told_twice()
 def test_numbers_are_short() -> None:
     low, high = Number("gap", 25.0, "um", 100.0), Number("gap", 50.0, "um", 100.0)
     assert (number_text(low), number_text(low, high)) == ("gap 25 um (limit 100)", "gap 25 to 50 um (limit 100)")
-    assert [amount_text(value) for value in (0.0, 0.0312, 12.34, 12345.6, float("inf"))] == [
+    assert [short_number(value) for value in (0.0, 0.0312, 12.34, 12345.6, float("inf"))] == [
         "0", "0.0312", "12.3", "12,346", "∞",
     ]  # fmt: skip
     assert number_text(Number("volume", 6.1e-06, "mm")) == "volume under 0.001 mm"
@@ -239,7 +239,8 @@ def test_a_fitted_value_is_told_with_how_well_it_was_fitted() -> None:
         known="calibrated", source="c.csv", date="2026-11-21", samples=48, rms=0.02, interval=(4e-4, 5e-4)
     )
     known = {**report.parameters.provenance, "soil.k1_per_s": fitted}
-    told = assumptions_table(replace(report, parameters=report.parameters.model_copy(update={"provenance": known})))
+    fitted_report = replace(report, parameters=report.parameters.model_copy(update={"provenance": known}))
+    told = table_html(assumptions_table(fitted_report))
     assert "c.csv (2026-11-21); 48 samples, rms 0.02, 95 % 0.0004 to 0.0005" in told
 
 

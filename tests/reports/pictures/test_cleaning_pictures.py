@@ -10,9 +10,9 @@ from PIL import Image
 from cleaning.undersides.gap_result import GapStage
 from cleaning.verdicts.exposed_area import shown_on_side
 from reports.pictures.cleaning_curves import draw_limiting, draw_volumes, growth_of
-from reports.pictures.cleaning_pictures import VERDICT_COLOURS, draw_exposures, draw_verdicts
+from reports.pictures.cleaning_pictures import VERDICT_COLOURS, draw_exposures, draw_verdicts, see_cells
 from reports.pictures.gap_picture import draw_gaps, gap_drawing, pressed_side, strongest_stage
-from reports.pictures.sheet import ACCENT
+from reports.pictures.sheet import ACCENT, view_of
 
 
 def has_colour(png: bytes, colour: str) -> bool:
@@ -68,7 +68,7 @@ def test_the_side_that_is_sprayed_is_the_one_that_is_drawn():
     report = small_report()
     below = upside_down(report.stages[0])
     told = draw_exposures(replace(report, stages=(report.stages[0], below)))
-    assert [picture.says.split(", ")[1] for _, picture in told] == ["top side", "bottom side"]
+    assert [picture.alt.split(", ")[1] for _, picture in told] == ["top side", "bottom side"]
 
 
 def test_what_does_not_belong_to_the_side_is_left_out_of_its_pictures():
@@ -137,3 +137,41 @@ def test_a_curve_needs_a_liquid_and_bars_need_an_elasticity():
     assert draw_volumes(report) is not None
     assert draw_volumes(replace(report, stages=dry)) is None
     assert draw_limiting([part for part in report.parts if not part.limiting]) is None
+
+
+@pytest.fixture(scope="module")
+def seen():
+    report = small_report()
+    return see_cells(report.facets, "top", view_of(report.board), 300)
+
+
+def pixel_of(seen, x, y):
+    rows, columns = seen.cell.shape
+    (x0, y0), (x1, y1) = seen.view.low, seen.view.high
+    return int((y1 - y) / (y1 - y0) * rows), int((x - x0) / (x1 - x0) * columns)
+
+
+def test_each_pixel_shows_the_cell_that_lies_there(seen):
+    centres = small_report().facets.cell_centres
+    for x, y in ((3.5, 2.5), (20.5, 17.5), (12.5, 8.5)):
+        cell = seen.cell[pixel_of(seen, x, y)]
+        assert np.abs(centres[cell][:2] - (x, y)).max() < 1e-6
+
+
+def test_a_component_hides_the_board_beneath_it(seen):
+    facets = small_report().facets
+    top = seen.cell[pixel_of(seen, 9.0, 12.0)]
+    assert small_report().board.components[facets.cell_component[top]].name == "U1"
+    assert facets.cell_centres[top][2] > 0.5
+
+
+def test_what_is_outside_of_the_board_has_no_value(seen):
+    values = seen.filled(np.ones(len(small_report().facets.cell_areas_mm2)))
+    assert np.isnan(values[0, 0])
+    assert np.nanmin(values) == np.nanmax(values) == 1.0
+
+
+def test_the_bottom_of_a_board_that_has_no_facets_there_is_empty():
+    report = small_report()
+    facing_down = see_cells(report.facets, "bottom", view_of(report.board), 100)
+    assert not np.isin(facing_down.cell, np.flatnonzero(report.facets.cell_normals[:, 2] > 0.9)).any()

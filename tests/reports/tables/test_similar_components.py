@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from cleaning.verdicts.results import Judgement, Number
 from cleaning.verdicts.rules import INCOMPLETE_RINSE, IONIC_RESIDUE, MODEL_LIMIT, WET_GAP
-from reports.tables.similar_components import deciding, group_alike, name_some, unclean
+from reports.tables.similar_components import deciding, group_alike, unclean
+from reports.tables.wording import name_some
 
 R1 = next(part for part in small_report().parts if part.component == "R1")
 
@@ -22,7 +23,7 @@ def wet(component, clear_um, gap_um, **changes):
 def test_numbers_that_differ_become_ranges():
     (group,) = group_alike([wet("R1", 57, 25), wet("R2", 133, 50), wet("R3", 60, 25)], deciding)
     assert group.names == ("R1", "R2", "R3")
-    (told,) = group.told
+    (told,) = group.descriptions
     assert told.because == "Drying blows clear gaps from 57 to 133 um on; this one is 25 to 50 um high."
     assert [(low.value, high.value) for low, high in told.numbers] == [(25, 50), (57, 133)]
     assert told.numbers[1][0].limit == told.numbers[1][1].limit == 10.0
@@ -31,7 +32,7 @@ def test_numbers_that_differ_become_ranges():
 def test_what_is_said_of_one_is_said_as_it_is():
     (group,) = group_alike([wet("R1", 57, 25)], deciding)
     judgement = group.parts[0].judgements[0]
-    assert (group.told[0].because, group.told[0].advice) == (judgement.because, judgement.advice)
+    assert (group.descriptions[0].because, group.descriptions[0].advice) == (judgement.because, judgement.advice)
 
 
 def test_what_differs_in_more_than_numbers_stands_apart():
@@ -48,7 +49,7 @@ def test_what_is_clean_and_stays_wet_stands_apart_from_what_lacks_more():
     unknown = replace(R1.judgements[0], rule=MODEL_LIMIT, verdict="no verdict")
     undecided = replace(wet_only, component="R3", judgements=(*wet_only.judgements, unknown))
     groups = group_alike([R1, wet_only, undecided], deciding)
-    assert [(group.names, group.told[0].rule.id) for group in groups] == [
+    assert [(group.names, group.descriptions[0].rule.id) for group in groups] == [
         (("R1",), "R10"), (("R2",), "R12"), (("R3",), "R14"),
     ]  # fmt: skip
     assert [each.rule.id for each in unclean(undecided)] == ["R14", "R12"], "what decides is said first"
@@ -69,7 +70,7 @@ def test_digits_of_names_are_no_numbers():
 def test_all_that_is_found_must_be_alike_where_all_is_told():
     more = replace(R1, component="R2", judgements=(*R1.judgements, *wet("R2", 57, 25).judgements))
     assert len(group_alike([R1, more], deciding)) == 1
-    assert [len(group.told) for group in group_alike([R1, more], unclean)] == [1, 2]
+    assert [len(group.descriptions) for group in group_alike([R1, more], unclean)] == [1, 2]
 
 
 @given(values=st.lists(st.tuples(st.floats(0, 500), st.floats(1, 500)), min_size=1, max_size=30))
@@ -83,7 +84,7 @@ def test_every_component_is_in_one_group_in_the_order_given_and_ranges_hold_its_
     for group in groups:
         assert [order[name] for name in group.names] == sorted(order[name] for name in group.names)
         for part in group.parts:
-            for number, (low, high) in zip(part.judgements[0].numbers, group.told[0].numbers, strict=True):
+            for number, (low, high) in zip(part.judgements[0].numbers, group.descriptions[0].numbers, strict=True):
                 assert low.value <= number.value <= high.value
 
 

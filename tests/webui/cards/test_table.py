@@ -1,22 +1,25 @@
 from types import SimpleNamespace
 
-from webui.cards.table import MOST_ROWS, Cell, Column, listing_html
+from reports.tables.table import Column, Table, Text
+from webui.cards.table import MOST_ROWS, listing_html
 from webui.forms.dropdown import offer
+from webui.theme.verdict_colours import SEVERITY_COLOURS
 
-COLUMNS = (Column("Part", "40%"), Column("Height", "60%", "right"))
+COLUMNS = (Column("Part", width="40%"), Column("Worst"), Column("Verdict", "right", width="60%"))
 
 
 def written(names, selected=""):
-    rows = [(Cell(name), Cell("1 mm", "color:red", "<b>!</b>")) for name in names]
-    return listing_html(COLUMNS, rows, selected, height="10vh", more="more")
+    rows = [(name, Text("late", tone="error"), Text("dirty", tone="dirty")) for name in names]
+    return listing_html(Table.of(COLUMNS, rows), selected, height="10vh", more="more")
 
 
 def test_text_is_text_and_marks_are_marks():
     html = written(["<i>"])
     assert "&lt;i&gt;" in html
     assert "<i>" not in html
-    assert "<b>!</b>1 mm" in html
-    assert ";color:red" in html
+    assert "\N{BLACK CIRCLE}</span> dirty" in html
+    assert f"font-weight:600;color:{SEVERITY_COLOURS['error']}" in html
+    assert "width:40%" in html
 
 
 def test_only_the_selected_row_is_marked():

@@ -1,6 +1,6 @@
 """Downloads: program, picture, a playback that opens without a server."""
 
-from reports.tables.summary import amount
+from reports.tables.wording import amount
 from webui.cards.boxes import box_html, quiet_html
 from webui.downloads.downloads import KINDS, Download, forbidding, make_download
 from webui.page.page import Page

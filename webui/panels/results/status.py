@@ -5,7 +5,7 @@ import time
 from collections import Counter
 from html import escape
 
-from reports.tables.summary import amount, clock
+from reports.tables.wording import amount, clock
 from rulesengine.planning.pipeline import Run
 from webui.page.page import Page
 from webui.page.session import Session

@@ -7,11 +7,10 @@ import pytest
 from cleaning_report import small_report
 from made_findings import made_finding
 
-from commandline.commands import analyse
 from programs.errors import ProgramError
-from reports.files.write_run import write_run
-from reports.html.cleaning_page import Traceability
-from reports.tables.report_header import made_here
+from reports.files.write_run import cleaning_bytes, write_run
+from reports.html.cleaning_page import Traceability, cleaning_page
+from reports.tables.report_header import this_producer
 from rulesengine.planning.pipeline import run
 from specs.progress import no_progress
 from webui.downloads.downloads import KINDS, forbidding, make_download
@@ -43,18 +42,17 @@ def test_the_page_gives_the_bytes_that_the_command_line_writes(session: Session,
 
 
 @pytest.mark.slow
-def test_the_cleaning_report_is_the_one_that_the_command_line_writes(session: Session, tmp_path: Path) -> None:
+def test_the_cleaning_report_is_the_one_that_the_command_line_writes(session: Session) -> None:
     assert session.run is not None
     with pytest.raises(ProgramError, match="tab Cleaning"):
         make_download(CLEANING_DATA, session, (), 10.0, no_progress)
     analysed = session.with_analysis(Analysed(session.run.program, "default", small_report()))
     program = sha256(make_download(PROGRAM, session, (), 10.0, no_progress).content).hexdigest()
-    written = [tmp_path / "a.html", tmp_path / "a.json"]
-    analyse._write(small_report(), (), Traceability(program_sha256=program), *written, made_here("fast"))
+    producer, trace = this_producer("fast"), Traceability(program_sha256=program)
     data, page = (make_download(kind, analysed, (), 10.0, no_progress) for kind in (CLEANING_DATA, CLEANING_PAGE))
-    assert data.content == (tmp_path / "a.json").read_bytes()
+    assert data.content == cleaning_bytes(small_report(), producer, trace)
     assert data.name == "smt-demo-rinse-only-cleaning.json"
-    assert page.content == (tmp_path / "a.html").read_bytes()
+    assert page.content == cleaning_page(small_report(), trace, producer=producer).encode()
     assert page.content.startswith(b"<!DOCTYPE html>")
     assert page.name == "smt-demo-rinse-only-cleaning.html"
 

@@ -1,22 +1,15 @@
-"""A page of HTML that needs nothing else: to look at, print and keep."""
+"""A page of HTML that needs nothing else, to look at, print and keep: sections, tables, pictures."""
 
 from base64 import b64encode
 from collections.abc import Iterable
-from dataclasses import dataclass
 from html import escape
 
-from reports.pictures.sheet import FAINT, INK, QUIET
+from cleaning.verdicts.cleanliness import Outcome
+from reports.pictures.cleaning_pictures import VERDICT_COLOURS
+from reports.pictures.sheet import FAINT, INK, QUIET, Picture
+from reports.tables.table import Cell, Table, Text, lines_of
 
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """One picture of a page."""
-
-    suffix: str
-    """``.png`` or ``.svg``."""
-    content: bytes
-    says: str
-    """For those who cannot see it."""
+_CLASSES = {"quiet": "q", "small": "names"}
 
 
 def whole_page(title: str, sections: Iterable[str]) -> str:
@@ -30,15 +23,61 @@ def whole_page(title: str, sections: Iterable[str]) -> str:
 
 def section(title: str, *content: str) -> str:
     """Put content under a heading; nothing at all where there is none."""
-    told = "".join(content)
-    return f"<section><h2>{escape(title)}</h2>{told}</section>" if told else ""
+    body = "".join(content)
+    return f"<section><h2>{escape(title)}</h2>{body}</section>" if body else ""
 
 
 def image(picture: Picture) -> str:
     """Put a picture into the page itself."""
     kind = {".png": "image/png", ".svg": "image/svg+xml"}[picture.suffix]
     data = b64encode(picture.content).decode("ascii")
-    return f'<img alt="{escape(picture.says)}" src="data:{kind};base64,{data}">'
+    return f'<img alt="{escape(picture.alt)}" src="data:{kind};base64,{data}">'
+
+
+def table_html(table: Table, kind: str = "") -> str:
+    """Lay out a table of a class of the page's style; nothing where it has no rows."""
+    if not table.rows:
+        return ""
+    flush = [' class="r"' * (column.align == "right") for column in table.columns]
+    head = "".join(
+        f"<th{each}>{escape(column.heading)}</th>" for column, each in zip(table.columns, flush, strict=True)
+    )
+    body = "".join(
+        "<tr>" + "".join(f"<td{each}>{_cell_html(cell)}</td>" for cell, each in zip(row, flush, strict=True)) + "</tr>"
+        for row in table.rows
+    )
+    return f'<table class="{kind}"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+
+
+def verdict_mark(verdict: Outcome) -> str:
+    """Write a verdict with its colour; the word alone is enough to read it."""
+    return f'<span class="mark" style="background:{VERDICT_COLOURS[verdict]}"></span>{verdict}'
+
+
+def _cell_html(cell: Cell) -> str:
+    first, *below = lines_of(cell)
+    html = "".join(map(_run_html, first))
+    for line in below:
+        if len(line) == 1 and line[0].emphasis in _CLASSES:
+            html += f'<div class="{_CLASSES[line[0].emphasis]}">{escape(line[0].text)}</div>'
+        else:
+            html += f"<div>{''.join(map(_run_html, line))}</div>"
+    return html
+
+
+def _run_html(run: Text) -> str:
+    if run.tone in VERDICT_COLOURS:
+        return verdict_mark(run.tone)
+    text = escape(run.text)
+    match run.emphasis:
+        case "strong":
+            return f"<b>{text}</b>"
+        case "code":
+            return f"<code>{text}</code>"
+        case "quiet" | "small":
+            return f'<span class="{_CLASSES[run.emphasis]}">{text}</span>'
+        case _:
+            return text
 
 
 _STYLE = f"""
@@ -55,7 +94,7 @@ img {{ display: block; width: 100%; margin: 6px 0; break-inside: avoid }}
 article, .facts, .blanks {{ break-inside: avoid }}
 .q {{ color: #5d6a73; font-size: 11.5px }}
 .legend, h2 + .q {{ break-after: avoid }}
-.honest {{ padding-left: 20px; max-width: 150mm }}
+.caveat {{ padding-left: 20px; max-width: 150mm }}
 .facts {{ display: flex; flex-wrap: wrap; gap: 8px 28px; margin-top: 14px }}
 .facts b {{ display: block; font-size: 18px; font-weight: 600 }}
 .facts span {{ color: #5d6a73; font-size: 11.5px }}

@@ -8,16 +8,9 @@ from rich.console import Console
 
 from boards.load import board_library, load_board
 from recipes.load import load_recipe
-from reports.tables.summary import (
-    amount,
-    clock,
-    print_commands,
-    print_findings,
-    print_program,
-    print_room,
-    print_run,
-    shorten,
-)
+from reports.tables.wording import amount, clock, shorten
+from reports.terminal.console import print_findings
+from reports.terminal.program_card import print_commands, print_extent, print_program, print_run
 from rulesengine.planning.pipeline import Run, run
 
 
@@ -72,7 +65,7 @@ def test_a_run_ends_in_classes_order_and_findings(done: Run) -> None:
 
 def test_the_room_holds_every_move(done: Run) -> None:
     console = paper()
-    print_room(console, done.program)
+    print_extent(console, done.program)
     text = printed(console)
     assert f" to {done.recipe.limits.park_height_mm:.1f} mm" in text
     assert "jet       opens 12 times; 66 pauses of " in text
@@ -94,7 +87,7 @@ def test_commands_of_one_moment_stand_on_one_line(done: Run) -> None:
 def test_nothing_is_wider_than_the_terminal(done: Run, width: int) -> None:
     console = paper(width)
     print_run(console, done)
-    print_room(console, done.program)
+    print_extent(console, done.program)
     print_commands(console, done.program)
     assert max(map(len, printed(console).splitlines())) <= width
 

@@ -1,0 +1,131 @@
+"""Board and recipe of a program: found again, and compared with those it was planned with, by fingerprint."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from boards.board import Board
+from boards.errors import BoardError
+from boards.load import SUFFIXES, board_library, load_board
+from cleaning.verdicts.results import CleaningReport
+from programs.program import TimedProgram
+from recipes.errors import RecipeError
+from recipes.load import load_recipe, recipe_library, recipe_sha256
+from recipes.recipe import Recipe
+from specs.finding import Finding, worst_first
+from specs.finding_rules import BOARD_DIFFERS, RECIPE_DIFFERS
+from specs.progress import Progress, no_progress
+
+_SHOWN = 16
+
+
+def find_board(
+    program: TimedProgram, file: Path, progress: Progress = no_progress, parts: Path | None = None
+) -> Board | None:
+    """Look for the board of a program among the samples and beside the program; its fingerprint must be the same.
+
+    Args:
+        program: States the board.
+        file: Where the program was read.
+        progress: Receives the stage and the share done.
+        parts: A table that is joined to the board, as it was when the program was planned.
+
+    Raises:
+        BoardError: the table cannot be used.
+    """
+    for place in _places(program.origin.board, file, board_library(), SUFFIXES):
+        try:
+            board = load_board(place, parts, progress)
+        except BoardError as error:
+            if parts is not None and error.file == parts:
+                raise
+            continue  # what cannot be read is not the board that was planned
+        if board.sha256 == program.origin.board_sha256:
+            return board
+    return None
+
+
+def find_recipe(
+    program: TimedProgram, file: Path, advice: str = "Name it with --recipe, or plan the board again."
+) -> Recipe:
+    """Look for the recipe of a program in the library and beside the program; its fingerprint must be the same.
+
+    Args:
+        program: States the recipe.
+        file: Where the program was read.
+        advice: What to do where it is not found.
+
+    Raises:
+        RecipeError: it is not there, cannot be used, or has been changed since.
+    """
+    name, sha256 = program.origin.recipe, program.origin.recipe_sha256
+    places = _places(name, file, recipe_library(), (".yaml", ".yml"))
+    for place in places:
+        try:
+            recipe = load_recipe(place)
+        except RecipeError:
+            continue  # what cannot be used is not the recipe that was planned
+        if recipe_sha256(recipe) == sha256:
+            return recipe
+    reason = f"{places[-1]} has changed since" if places else "it is neither in the library nor beside the program"
+    message = f"the recipe {name!r} of this program (sha256 {sha256[:_SHOWN]}) was not found: {reason}. {advice}"
+    raise RecipeError(message, file=file)
+
+
+def _places(name: str, file: Path, library: Mapping[str, Path], suffixes: tuple[str, ...]) -> list[Path]:
+    """Where an input of that name may be: in the library, or beside the program."""
+    beside = (file.parent / f"{name}{suffix}" for suffix in suffixes)
+    return [*([library[name]] if name in library else []), *(path for path in beside if path.is_file())]
+
+
+def require_board(program: TimedProgram, file: Path, board: Board, *, exactly: bool = False) -> None:
+    """Refuse a board of another name and content than the one that a program, read from a file, was planned on.
+
+    Args:
+        program: States its board.
+        file: Where the program was read.
+        board: The board.
+        exactly: Refuse other versions of the same board too.
+
+    Raises:
+        BoardError: it is another board.
+    """
+    origin = program.origin
+    planned, given = origin.board_sha256[:_SHOWN], board.sha256[:_SHOWN]
+    if board.sha256 == origin.board_sha256:
+        return
+    if board.name != origin.board:
+        raise BoardError(
+            f"{file}: this program was made for the board {origin.board} (sha256 {planned}), not for {board.name} "
+            f"(sha256 {given}). Give its own board, or plan {board.name}."
+        )
+    if exactly:
+        raise BoardError(
+            f"{file}: this program was made for another version of {board.name} (sha256 {planned}, not {given}). "
+            "Plan it again."
+        )
+
+
+def find_differences(program: TimedProgram, board: Board, recipe: Recipe | None = None) -> list[Finding]:
+    """Compare board and recipe with those that a program was planned with; a finding for each that differs."""
+    found: list[Finding] = []
+    origin = program.origin
+    if board.sha256 != origin.board_sha256:
+        message = (
+            f"{board.name} (sha256 {board.sha256[:_SHOWN]}) differs from the board of this program, {origin.board} "
+            f"(sha256 {origin.board_sha256[:_SHOWN]}), on which its paths were planned. Plan it again."
+        )
+        found.append(Finding(BOARD_DIFFERS, message))
+    if recipe is not None and recipe_sha256(recipe) != origin.recipe_sha256:
+        message = (
+            f"{recipe.recipe} (sha256 {recipe_sha256(recipe)[:_SHOWN]}) differs from the recipe of this program: its "
+            "nozzles and functions are used, its paths are not. Plan it again."
+        )
+        found.append(Finding(RECIPE_DIFFERS, message))
+    return found
+
+
+def with_differences(report: CleaningReport, differences: list[Finding]) -> CleaningReport:
+    """Have a report state the board that was analysed, and the differences from the inputs of the program."""
+    origin = replace(report.origin, board=report.board.name, board_sha256=report.board.sha256)
+    return replace(report, origin=origin, findings=worst_first((*differences, *report.findings)))

@@ -1,0 +1,206 @@
+"""A cleaning report in words and tables."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from cleaning.parameters.model import Provenance
+from cleaning.parameters.provenance import assumptions_of
+from cleaning.report import mean_residue
+from cleaning.undersides.rinse import film_exchanges
+from cleaning.verdicts.cleanliness import count_cleanliness, outcome, report_cleanliness, stays_wet
+from cleaning.verdicts.results import CleaningReport, Judgement, Part
+from cleaning.verdicts.rules import RULES, VERDICTS
+from cleaning.verify import Verified
+from reports.tables.rule_texts import CALIBRATED, CAVEAT, KNOWN_WORDS, SYNTHETIC, UNCALIBRATED
+from reports.tables.similar_components import Description, Group, describe
+from reports.tables.table import Cell, Line, Lines, Table, Text
+from reports.tables.wording import amount, clock, name_some, number_text, short_number
+
+_MOST_NAMES = 8
+"""In the narrow column; more stand in the wide one."""
+_MOST_PACKAGES = 3
+
+
+def headline(report: CleaningReport) -> str:
+    """One sentence: how clean the worst component is, never an average, and how many stay wet."""
+    wet = wet_count(report)
+    worst, components = report_cleanliness(report), amount(len(report.parts), "component")
+    count = count_cleanliness(report.parts).get(worst, 0)
+    verdict = "without verdict" if worst == "no verdict" else worst
+    if not report.parts:
+        clean = "no components to judge"
+    elif worst == "clean":
+        clean = f"all of {components} clean"
+    else:
+        clean = f"{count} of {components} {verdict}" if count else f"{verdict}, for the process or the bare board"
+    return f"Predicted: {clean}" + (f"; {wet} {_stay(wet)} wet underneath" if wet else "")
+
+
+def wet_count(report: CleaningReport) -> int:
+    """Count the components under which water stays."""
+    return sum(map(stays_wet, report.parts))
+
+
+def wet_words(count: int) -> str:
+    """What becomes of so many components that are not dried, and what helps."""
+    return f"{_stay(count)} wet underneath: bake, or blow harder"
+
+
+def _stay(count: int) -> str:
+    return "stays" if count == 1 else "stay"
+
+
+def caveat(report: CleaningReport) -> str:
+    """Limits of the prediction: no proof, calibrated or not, synthetic data."""
+    known = {each.known for each in assumptions_of(report.parameters)}
+    texts = [CAVEAT, CALIBRATED if report.parameters.calibrated else UNCALIBRATED]
+    return " ".join([*texts, *([SYNTHETIC] * ("synthetic" in known))])
+
+
+def remarks(report: CleaningReport) -> list[str]:
+    """Findings that are no judgement, such as a liquid that the parameter set does not have."""
+    return [
+        f"{finding.made_by}: {finding.message}" if finding.made_by else finding.message
+        for finding in report.findings
+        if not finding.rule.verdict
+    ]
+
+
+def renewals(report: CleaningReport) -> list[str]:
+    """How often each rinse renews the film on the bare board."""
+    texts: list[str] = []
+    for stage, bare in zip(report.stages, report.bare.exposed, strict=True):
+        if stage.use == "rinse" and bare is not None:
+            low, mean = (film_exchanges(report.parameters.rinse, volume) for volume in bare.volume_mm[1:])
+            texts.append(
+                f"{stage.made_by}: {stage.function} renews the film on the bare board {short_number(mean)} times on "
+                f"average, in the least wetted twentieth at most {short_number(low)} times."
+            )
+    return texts
+
+
+def board_judgements(report: CleaningReport) -> Iterator[tuple[str, Judgement]]:
+    """Judgements of the process as a whole and of the bare board, with the name of what is judged."""
+    yield from (("process", each) for each in report.process)
+    yield from (("bare board", each) for each in report.bare.judgements)
+
+
+def parts_table(report: CleaningReport, groups: Sequence[Group]) -> Table:
+    """List groups of components that are not clean, with what decides and what to do."""
+    packages = {component.name: component.package for component in report.board.components}
+    headings = ("Component", "Verdict", "What decides", "What to do")
+    return Table.of(headings, [_group_row(group, packages) for group in groups])
+
+
+def _group_row(group: Group, packages: Mapping[str, str]) -> tuple[Cell, ...]:
+    first, count = group.parts[0], len(group.parts)
+    advice: list[Line] = [text for text in dict.fromkeys(each.advice for each in group.descriptions) if text]
+    makers = ", ".join(f"{made_by} {share:.0%}" for made_by, share in first.makers[:2])
+    if makers and count == 1:
+        advice.append(Text(f"sprayed by {makers}", "quiet"))
+    kinds = list(dict.fromkeys(packages[name] for name in group.names if packages.get(name)))
+    names, many = ", ".join(group.names), count > _MOST_NAMES
+    decides = [line for each in group.descriptions for line in _description_lines(each)]
+    return (
+        Lines(
+            Text(amount(count, "component") if many else names, "strong"),
+            (Text(name_some(kinds, _MOST_PACKAGES), "quiet"),),
+        ),
+        Lines(Text(outcome(first), tone=outcome(first)), (Text(f"grade {group.descriptions[0].grade}", "quiet"),)),
+        Lines("", (*decides, *([Text(names, "small")] if many else []))),
+        Lines("", tuple(advice)),
+    )
+
+
+def _description_lines(description: Description) -> tuple[Line, Line]:
+    """What a rule found, and the numbers below it."""
+    title = Text(f"{description.rule} {description.name}", "strong")
+    numbers = "; ".join(number_text(low, high) for low, high in description.numbers)
+    found = f", {description.verdict}, {description.grade}: {description.because}"
+    return (title, found), Text(numbers, "quiet")
+
+
+def process_table(report: CleaningReport) -> Table:
+    """List what holds for the process as a whole, and for the bare board."""
+    rows = [
+        (name, Text(each.verdict, tone=each.verdict), Lines("", _description_lines(describe(each))), each.advice)
+        for name, each in board_judgements(report)
+    ]
+    return Table.of(("Of the", "Verdict", "What decides", "What to do"), rows)
+
+
+def stage_rows(report: CleaningReport) -> list[tuple[str, ...]]:
+    """Give a row for each stage in order.
+
+    Its cells: function, solution, nozzle, bar, °C, time, spraying, litres, share that lands on the board, and the
+    volume on the bare board in mm: least, 5th percentile, mean.
+    """
+    litres = dict(report.litres)
+    rows: list[tuple[str, ...]] = []
+    for stage, exposure, bare in zip(report.stages, report.exposures, report.bare.exposed, strict=True):
+        landed = exposure.landed_mm3 / exposure.sprayed_mm3 if exposure.sprayed_mm3 > 0 else 0.0
+        liquid = litres.pop(stage.function, None)  # litres are known by function: they stand where it comes first
+        rows.append((
+            stage.function, stage.solution, stage.nozzle_name, f"{stage.pressure_pa / 1e5:.3g}",
+            f"{stage.temperature_c:.3g}", clock(stage.end_s - stage.begin_s), clock(stage.spray_s),
+            "" if liquid is None else f"{liquid:.2f}", f"{landed:.0%}",
+            "" if bare is None or stage.use == "dry" else " / ".join(map(short_number, bare.volume_mm)),
+        ))  # fmt: skip
+    return rows
+
+
+def gap_table(report: CleaningReport, part: Part) -> Table:
+    """List the numbers of each case of a gap, stage by stage."""
+    rows: list[tuple[str, ...]] = []
+    for gap in part.gaps:
+        for stage, result in zip(report.stages, gap.stages, strict=True):
+            if result is not None:
+                needed = gap.exchanges_needed if stage.use == "wash" else report.parameters.limits.exchanges
+                rows.append((
+                    f"{1000 * gap.gap_height_mm:.0f}", stage.function, "yes" if result.entered else "no",
+                    short_number(result.margin_pa), short_number(result.exchanges), short_number(needed),
+                    f"{result.weak_share:.0%}", f"{short_number(100 * mean_residue(result, gap.field))}%",
+                    clock(result.wet_s),
+                ))  # fmt: skip
+    headings = (">Gap, µm", "Stage", "Entered", ">Margin, Pa", ">Renewals", ">needed", ">Weak area", ">Residue left",
+                ">Wet for")  # fmt: skip
+    return Table.of(headings, rows)
+
+
+def verified_rows(verified: Sequence[Verified]) -> list[tuple[str, ...]]:
+    """Give component, stage, volume by rays, by the exact sum, difference, and worst cell, mm, of chosen components."""
+    rows: list[tuple[str, ...]] = []
+    for each in verified:
+        off = (each.rays_mm - each.exact_mm) / each.exact_mm if each.exact_mm > 0 else 0.0
+        rays, exact, worst = map(short_number, (each.rays_mm, each.exact_mm, each.worst_mm))
+        rows.append((each.component, each.function, rays, exact, f"{off:+.1%}", worst))
+    return rows
+
+
+def rules_table(report: CleaningReport) -> Table:
+    """List all rules with what each found."""
+    judged = [each for part in (report.bare, *report.parts) for each in part.judgements] + list(report.process)
+    rows: list[tuple[Cell, ...]] = []
+    for rule in RULES:
+        of_rule = [each.verdict for each in judged if each.rule == rule]
+        tally = ", ".join(f"{of_rule.count(verdict)} {verdict}" for verdict in VERDICTS if verdict in of_rule)
+        rows.append((rule.id, rule.meaning, rule.grade, tally or Text("nothing", "quiet")))
+    return Table.of(("Rule", "Looks for", "Grade", "Found"), rows)
+
+
+def assumptions_table(report: CleaningReport) -> Table:
+    """List every parameter of the model with its value and its source."""
+    rows = [
+        (Text(each.path, "code"), each.value, KNOWN_WORDS[each.known], _source(each.provenance))
+        for each in assumptions_of(report.parameters)
+    ]
+    return Table.of(("Parameter", "Value", "Known how", "From"), rows)
+
+
+def _source(entry: Provenance) -> str:
+    """Source of a value; of a fitted one also how well it was fitted."""
+    source = f"{entry.source} ({entry.date})" if entry.date else entry.source
+    if entry.samples is not None:
+        source += f"; {amount(entry.samples, 'sample')}"
+    if entry.rms is not None:
+        source += f", rms {entry.rms:.3g}"
+    return source if entry.interval is None else f"{source}, 95 % {entry.interval[0]:.4g} to {entry.interval[1]:.4g}"
