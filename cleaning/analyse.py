@@ -15,10 +15,9 @@ from cleaning.process.split_stages import stages_of
 from cleaning.process.stages import Stage
 from cleaning.undersides_of_board import gaps_of
 from cleaning.verdicts.exposed_area import cells_of_side
-from cleaning.verdicts.process_rules import judge_process
+from cleaning.verdicts.process_rules import judge_process, judge_range
 from cleaning.verdicts.results import CleaningReport, Judgement, Part
 from cleaning.verdicts.rules import VERDICTS, Verdict
-from cleaning.verdicts.validity_rules import judge_range
 from programs.program import TimedProgram
 from recipes.recipe import Recipe
 from specs.finding import Finding, FindingRule, worst_first

@@ -15,9 +15,9 @@ from cleaning.prepared_board import PreparedBoard
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult
 from cleaning.undersides.sensitivity import limiting
+from cleaning.verdicts.component_rules import judge_part
 from cleaning.verdicts.evidence import Evidence, Reach
 from cleaning.verdicts.exposed_area import BARE, cells_of, exposed_part, together
-from cleaning.verdicts.judge import judge_part
 from cleaning.verdicts.results import Part
 from geometry.arrays import Indices
 from recipes.recipe import Use

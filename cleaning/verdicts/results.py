@@ -14,6 +14,9 @@ from cleaning.verdicts.rules import VERDICTS, Grade, Rule, Verdict
 from programs.plan import Origin
 from specs.finding import Finding
 
+_LEAST = 1e-4
+"""Below it a number would need an exponent, finer than sentences are."""
+
 
 @dataclass(frozen=True, slots=True)
 class Number:
@@ -23,6 +26,13 @@ class Number:
     value: float
     unit: str
     limit: float | None = None
+
+
+def two_digits(value: float) -> str:
+    """Write two digits of a number from 0 on, all before the point, and never an exponent: for sentences."""
+    if value < _LEAST:
+        return "0"
+    return f"{value:.0f}" if value >= 10.0 else f"{value:.2g}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias, cast, get_args
 
-from cleaning.verdicts.validity_rules import FARTHEST_MM, NEAREST_MM
+from cleaning.verdicts.process_rules import FARTHEST_MM, NEAREST_MM
 from recipes.consistency import half_spread_deg
 from recipes.paths import ComponentPerimeter, PathSpec, for_class
 from recipes.recipe import Recipe, Step

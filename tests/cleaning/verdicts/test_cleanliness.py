@@ -16,7 +16,7 @@ from cleaning.verdicts.cleanliness import (
     stays_wet,
     unclean_parts,
 )
-from cleaning.verdicts.judge import worst_first
+from cleaning.verdicts.component_rules import worst_first
 
 
 @pytest.mark.parametrize("part", small_report().parts, ids=lambda part: part.component)

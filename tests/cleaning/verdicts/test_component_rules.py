@@ -8,11 +8,11 @@ from judged import evidence, exposed, gap, stage, underside
 
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import PartOverride, Provenance
+from cleaning.verdicts.component_rules import judge_part
 from cleaning.verdicts.evidence import Reach
 from cleaning.verdicts.gap_rules import compass
-from cleaning.verdicts.judge import judge_part
 from cleaning.verdicts.process_rules import judge_process
-from cleaning.verdicts.rules import VERDICTS
+from cleaning.verdicts.rules import RULES, VERDICTS
 
 PARAMETERS = load_parameters()
 
@@ -304,3 +304,10 @@ def test_more_residue_less_liquid_and_fewer_exchanges_never_judge_better(residue
 )
 def test_residue_is_written_as_a_person_writes_percent(residue, worst, says):
     assert says in one(judge_part(evidence((gap(residue=residue, residue_worst=worst),))), "R7").because
+
+
+def test_what_a_part_does_not_bear_has_the_grade_of_its_rule():
+    grades = {rule.id: rule.grade for rule in RULES}
+    judged = judge_part(evidence(override=PartOverride(match=["U1"], most_kpa=0.2, window_c=(0, 50))))
+    found = {each.rule.id: each.grade for each in judged if each.verdict == "dirty"}
+    assert found == {"R3": grades["R3"], "R13": grades["R13"]}

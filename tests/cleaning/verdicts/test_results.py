@@ -1,6 +1,6 @@
 import pytest
 
-from cleaning.verdicts.rounding import two_digits
+from cleaning.verdicts.results import two_digits
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from analysed import board_of
 from jet_references import footprint
 from small_sprays import CONE, FAN, KNIFE, RING, downward, samples_of, stage_of
 
-from cleaning.verdicts.validity_rules import judge_range
+from cleaning.verdicts.process_rules import judge_range
 from recipes.nozzles import HollowCone
 
 BOARD = board_of("U1")

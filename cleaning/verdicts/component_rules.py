@@ -1,0 +1,136 @@
+"""Rules on one component: what reaches its exposed surface, what it bears, and the gap under it; the worst first."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from math import ceil
+
+from cleaning.process.stages import Stage
+from cleaning.verdicts.evidence import Evidence, Reach
+from cleaning.verdicts.gap_rules import judge_gaps
+from cleaning.verdicts.results import ExposedPart, Judgement, Number, two_digits
+from cleaning.verdicts.rules import DAMAGE_RISK, MISSED, MODEL_LIMIT, PROCESS_WINDOW, UNDER_EXPOSED, VERDICTS, Verdict
+
+_FEW = 0.01
+"""Share of an exposed surface that may be missed: less than the rays resolve."""
+_MANY = 0.05
+_HALF = 0.5
+"""Below this share of a limit it is missed by far."""
+_NOTHING = 0.01
+"""Below this share of a limit the digits of a volume mean nothing, and going slower does not help."""
+
+
+def judge_part(evidence: Evidence) -> tuple[Judgement, ...]:
+    """Judge a component by every rule that applies to it; at least one does. Worst first."""
+    return worst_first(
+        [each if each.where is not None else replace(each, where=evidence.place) for each in _judge(evidence)]
+    )
+
+
+def worst_first(judgements: list[Judgement]) -> tuple[Judgement, ...]:
+    """Dirty before marginal before no verdict before clean; within a verdict in the order in which they came.
+
+    Of what is clean, the least sure comes first: one rule is enough to make a part dirty, but clean it is only by all.
+    """
+
+    def rank(judgement: Judgement) -> tuple[int, int]:
+        sure = -ord(judgement.grade) if judgement.verdict == "clean" else 0
+        return VERDICTS.index(judgement.verdict), sure
+
+    return tuple(sorted(judgements, key=rank))
+
+
+def _judge(evidence: Evidence) -> list[Judgement]:
+    if not evidence.reached:
+        because = f"No step sprays liquid on the {evidence.side} side."
+        advice = f"Add a step to the sequence that sprays a liquid, with side: {evidence.side}."
+        return [Judgement(rule=MISSED, variant="not sprayed", verdict="dirty", because=because, advice=advice)]
+    found: list[Judgement] = []
+    for reach in evidence.reached:
+        if reach.exposed.area_mm2 > 0 and reach.exposed.missed_share > _FEW:
+            found.append(_missed(evidence, reach))
+        if reach.exposed.area_mm2 > 0 and reach.exposed.missed_share <= _MANY:
+            found.append(_amount(evidence, reach))
+    for stage, exposed in zip(evidence.stages, evidence.exposed, strict=True):
+        if exposed is not None:
+            found += _load(evidence, stage, exposed)
+    found += judge_gaps(evidence)
+    if not found:
+        because = "It shows no surface that spray can reach, and no gap under it is known."
+        found.append(Judgement(rule=MODEL_LIMIT, verdict="no verdict", because=because, advice="Inspect it."))
+    return found
+
+
+def _missed(evidence: Evidence, reach: Reach) -> Judgement:
+    percent = 100.0 * reach.exposed.missed_share
+    because = f"{percent:.1f} % of its exposed surface is never hit in {reach.functions}"
+    blocker = "the board" if evidence.occluder == "board" else evidence.occluder
+    if evidence.occluder == evidence.component:
+        blocker = "its own body" if evidence.component != "board" else "the board itself"
+    return Judgement(
+        rule=MISSED,
+        variant="shadowed" if evidence.occluder else "",
+        verdict="dirty" if reach.exposed.missed_share > _MANY else "marginal",
+        numbers=(Number("missed", percent, "%", 100.0 * _FEW),),
+        because=because + (f"; {blocker} stands in the way." if blocker else "."),
+        advice="Spray it from another side or tilt, or add a perimeter pass around it.",
+        stage=reach.made_by,
+    )
+
+
+def _amount(evidence: Evidence, reach: Reach) -> Judgement:
+    limits, (least, low, _) = evidence.parameters.limits, reach.exposed.volume_mm
+    limit = limits.wash_volume_mm if reach.use == "wash" else limits.rinse_volume_mm
+    numbers = [Number("volume, 5th percentile", low, "mm", limit), Number("volume, least", least, "mm")]
+    share = low / limit
+    most = f"at most {two_digits(low)} mm" if share >= _NOTHING else f"less than {_NOTHING * limit:g} mm"
+    because = (
+        f"The least wetted twentieth of its exposed surface gets {most} in {reach.functions} (limit {limit:g} mm)."
+    )
+    if reach.use == "wash" and limits.front_s > 0:
+        front = reach.exposed.front_s[1]
+        numbers.append(Number("time in the wave front, 5th percentile", front, "s", limits.front_s))
+        because += f" It is in the wave front for {two_digits(front)} s (limit {limits.front_s:g} s)."
+        share = min(share, front / limits.front_s)
+    if share < 1 and reach.repeats > 1:
+        share *= reach.repeats
+        often = ceil(reach.repeats / share) if share >= 1 else 0
+        because += f" It must be done {often} times" if often else " It is too little even if done"
+        because += f", of {reach.repeats} at most." if often else f" {reach.repeats} times, as often as it may be."
+    verdict: Verdict = "clean" if share >= 1 else "marginal" if share >= _HALF else "dirty"
+    advice = "Go slower or nearer, or add a pass."
+    if low / limit < _NOTHING:
+        advice = "Hardly any reaches it there: add a pass from another side, or tilt the jet."
+    return Judgement(
+        rule=UNDER_EXPOSED,
+        variant="exposed" if verdict == "clean" else "",
+        verdict=verdict,
+        numbers=tuple(numbers),
+        because=because,
+        advice="" if verdict == "clean" else advice,
+        stage=reach.made_by,
+    )
+
+
+def _load(evidence: Evidence, stage: Stage, exposed: ExposedPart) -> Iterator[Judgement]:
+    """What the component itself bears."""
+    bears, window = evidence.override.most_kpa, evidence.override.window_c
+    if bears is not None and exposed.peak_pa > 1000.0 * bears:
+        peak = Number("peak pressure", exposed.peak_pa / 1000.0, "kPa", bears)
+        yield Judgement(
+            rule=DAMAGE_RISK,
+            verdict="dirty",
+            numbers=(peak,),
+            because=f"{stage.function} presses with {two_digits(peak.value)} kPa on it; it bears {bears:g} kPa.",
+            advice="Avoid it with a mask, spray from further away, or lower the pressure.",
+            stage=stage.made_by,
+        )
+    if window is not None and not window[0] <= stage.temperature_c <= window[1]:
+        celsius = f"{stage.function} is at {stage.temperature_c:g} °C"
+        yield Judgement(
+            rule=PROCESS_WINDOW,
+            verdict="dirty",
+            numbers=(Number("temperature", stage.temperature_c, "°C", window[1]),),
+            because=f"{celsius}; it bears {window[0]:g} to {window[1]:g} °C.",
+            advice=f"Change temperature_c of {stage.function}.",
+            stage=stage.made_by,
+        )
