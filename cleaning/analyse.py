@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import Literal, TypeAlias
 
 from boards.board import Board
+from cleaning.exposure.exact import refine_sparse_cells
 from cleaning.exposure.exposure import expose
-from cleaning.exposure.refine import refine_sparse_cells
 from cleaning.jet.jet import jet_of
 from cleaning.judge_component import Sprayed, bare_part, component_part
 from cleaning.parameters.load import parameters_sha256

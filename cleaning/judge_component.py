@@ -7,8 +7,8 @@ import numpy as np
 
 from boards.board import Side
 from boards.undersides.underside import Underside
+from cleaning.exposure.exact import occluder
 from cleaning.exposure.exposure import Exposure
-from cleaning.exposure.occlusion import occluder
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import PartOverride
 from cleaning.prepared_board import PreparedBoard

@@ -1,30 +1,39 @@
-"""What reaches chosen cells, worked out exactly: the answer that ``expose`` estimates by following rays.
+"""What reaches chosen cells, summed exactly over all samples: the result that ``expose`` estimates by ray casting.
 
-Each facet is asked at three places inside it, a small one at its middle: what every sample of the stage sprays there,
-and whether anything stands in between.
+Each facet is evaluated at three places inside it, a small one at its middle: what every sample of the stage sprays
+there, and whether anything stands in between.
 """
 
 import math
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.exposure.accumulate import Poses
-from cleaning.exposure.trace import poses_of
+from cleaning.exposure.accumulate import Poses, poses_of
+from cleaning.exposure.exposure import Exposure
 from cleaning.jet.compiled_jet import JetForm, misses, profile, ray_to, stress_factor
 from cleaning.jet.jet import Jet
 from cleaning.jet.ray_samples import FRONT
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
-from cleaning.surface.ray_scene import Scene, are_blocked
+from cleaning.surface.ray_scene import Scene, are_blocked, cast
 from cleaning.surface.sky_view import SMALL_MM2, inner_points
 from geometry.arrays import Indices, Points, Scalars
 from geometry.coverage.compiled import quick
 
 _CONE, _FRONT, _VOLUME, _NORMAL, _TANGENTIAL, _PEAK, _COLUMNS = range(7)
 _RAYS = 200_000
+_PLACES = 12
+_MOMENTS = 24
+_LIFT_MM = 1e-3
+_WIDE = 2.0
+"""Sigmas beyond the half angle that still count as within the cone."""
+_ENOUGH = 30
+"""Rays that mean something for a component."""
+_REFINED = ("cone_s", "front_s", "volume_mm", "peak_pa", "impulse_n_pa_s", "impulse_t_pa_s")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +87,65 @@ def visible_flux(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: In
     found = _reached(stage, jet, scene, facets.triangles[chosen].mean(axis=1), facets.normals[chosen])
     cone, front, volume, normal, tangential, peak = found.T
     return ExactExposure(cells, cone, front, volume * (0.0 if jet.gas else 1.0), peak, normal, tangential)
+
+
+def refine_sparse_cells(
+    exposure: Exposure, stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices
+) -> Exposure:
+    """Put exact values in the place of estimates that rest on nothing, or on too little.
+
+    That is in cells that no ray hit, and in all cells of components that were hit by fewer than 30.
+
+    Args:
+        exposure: As the rays found it.
+        stage: Its stage.
+        jet: Its jet.
+        facets: The surface.
+        scene: What casts shadows.
+        cells: Of the surfaces that are judged in this stage.
+    """
+    component = facets.cell_component[cells] + 1
+    seldom = np.bincount(component, exposure.hits[cells]) < _ENOUGH
+    poor = cells[facets.cell_exposed[cells] & ((exposure.hits[cells] == 0) | seldom[component])]
+    if not len(poor):
+        return exposure
+    exact = visible_flux(stage, jet, facets, scene, poor)
+    changed = {name: getattr(exposure, name).copy() for name in _REFINED}
+    for name, values in changed.items():
+        values[poor] = getattr(exact, name)
+    return replace(exposure, **changed)
+
+
+def occluder(cells: Indices, stage: Stage, jet: Jet, facets: Facets, scene: Scene) -> int:
+    """Find the body that most often stands before cells that a stage misses.
+
+    Rays go from the largest of the cells to the nozzle at moments, evenly chosen, in which it points at them.
+
+    Args:
+        cells: (k,) cells that are missed.
+        stage: Has the nozzle's way.
+        jet: Its jet.
+        facets: The surface.
+        scene: What may stand in the way.
+
+    Returns:
+        Index of the body; -1 where nothing stands in the way: the jet never points there, or only from behind.
+    """
+    largest = cells[np.argsort(-facets.cell_areas_mm2[cells], kind="stable")[:_PLACES]]
+    least = np.cos(jet.half_angle + _WIDE * jet.sigma)
+    seen: Counter[int] = Counter()
+    for cell in largest.tolist():
+        place, normal = facets.cell_centres[cell], facets.cell_normals[cell]
+        away = stage.samples.tcp - place
+        distance = np.linalg.norm(away, axis=1)
+        along = -np.einsum("ij,ij->i", away, stage.samples.axes[:, :, 2]) / distance
+        pointing = np.flatnonzero((along > least) & (away @ normal > 0))
+        chosen = pointing[np.linspace(0, len(pointing) - 1, min(_MOMENTS, len(pointing))).astype(np.int64)]
+        ways = away[chosen] / distance[chosen, None]
+        faces, reach = cast(scene, place + _LIFT_MM * normal + np.zeros((len(chosen), 3)), ways)
+        blocked = (faces >= 0) & (reach < distance[chosen])
+        seen.update(scene.body[faces[blocked]].tolist())
+    return min(seen, key=lambda body: (-seen[body], body), default=-1)
 
 
 def _places(facets: Facets, chosen: Indices) -> tuple[Points, Indices, Scalars]:

@@ -6,9 +6,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.exposure import accumulate as scatter
-from cleaning.exposure.accumulate import CellSums, SurfaceLookup
-from cleaning.exposure.trace import poses_of, rays_of, trace_batches
+from cleaning.exposure import accumulate
+from cleaning.exposure.accumulate import CellSums, SurfaceLookup, accumulate_hits, poses_of, rays_of, trace_batches
 from cleaning.jet.jet import Jet
 from cleaning.process.stages import Samples, Stage
 from cleaning.surface.facets import Facets
@@ -81,25 +80,29 @@ def expose(
     """
     samples = stage.samples
     rays, poses = rays_of(jet, rays_per_sample), poses_of(samples)
-    # Of int64, a ground would need twice the memory that compiled code jumps about in.
+    # Of int64, the look-up would need twice the memory that compiled code jumps about in.
     components = int(facets.component.max(initial=-1)) + 1
     belongs = np.where(facets.cell_component < 0, components, facets.cell_component)
     surface = SurfaceLookup(scene.planes, facets.cell.astype(np.int32), belongs.astype(np.int32))
     totals = CellSums(
-        np.zeros((len(facets.cell_areas_mm2), scatter.SUMS)), np.zeros((len(samples.makers), components + 1))
+        np.zeros((len(facets.cell_areas_mm2), accumulate.SUMS)), np.zeros((len(samples.makers), components + 1))
     )
     blocks = _blocks(samples)
-    batches = _batches(blocks, rays_per_sample)
+    step = max(1, _BATCH_RAYS // rays_per_sample)
+    # Runs of samples whose rays fit a batch, none across the end of a block.
+    batches = [
+        (first, min(first + step, end)) for begin, end in pairwise(blocks.tolist()) for first in range(begin, end, step)
+    ]
     grown: list[tuple[Indices, Scalars]] = []
     before = np.zeros(len(totals.cells))
     for (first, last), faces in zip(batches, trace_batches(rays, poses, scene, batches), strict=True):
-        scatter.accumulate_hits(jet.form, rays, poses, surface, (first, faces, not jet.gas), totals)
+        accumulate_hits(jet.form, rays, poses, surface, (first, faces, not jet.gas), totals)
         if last in blocks:
-            cells = np.flatnonzero(totals.cells[:, scatter.VOLUME] > before)
-            grown.append((cells, totals.cells[cells, scatter.VOLUME] - before[cells]))
-            before = totals.cells[:, scatter.VOLUME].copy()
+            cells = np.flatnonzero(totals.cells[:, accumulate.VOLUME] > before)
+            grown.append((cells, totals.cells[cells, accumulate.VOLUME] - before[cells]))
+            before = totals.cells[:, accumulate.VOLUME].copy()
             progress(stage.made_by, last / len(samples.times))
-    growth = _growth(grown, _ends(stage, blocks), facets)
+    growth = _growth(grown, samples, blocks, facets)
     return _exposure_of(stage, jet, facets, rays_per_sample, totals, growth)
 
 
@@ -110,24 +113,9 @@ def _blocks(samples: Samples) -> Indices:
     return np.union1d(evenly, np.flatnonzero(templates[1:] != templates[:-1]) + 1)
 
 
-def _batches(blocks: Indices, rays_per_sample: int) -> list[tuple[int, int]]:
-    """Runs of samples whose rays fit a batch, none across the end of a block."""
-    step = max(1, _BATCH_RAYS // rays_per_sample)
-    return [
-        (first, min(first + step, end)) for begin, end in pairwise(blocks.tolist()) for first in range(begin, end, step)
-    ]
-
-
-def _ends(stage: Stage, blocks: Indices) -> Scalars:
-    """(b,) when each block of samples ends, s."""
-    samples = stage.samples
-    if len(blocks) < 2:
-        return np.empty(0)
+def _growth(grown: list[tuple[Indices, Scalars]], samples: Samples, blocks: Indices, facets: Facets) -> Growth:
     last = blocks[1:] - 1
-    return samples.times[last] + samples.seconds[last] / 2
-
-
-def _growth(grown: list[tuple[Indices, Scalars]], ends: Scalars, facets: Facets) -> Growth:
+    ends = samples.times[last] + samples.seconds[last] / 2
     cells = [cells for cells, _ in grown]
     start = np.cumsum([0, *(len(some) for some in cells)]).astype(np.int64)
     cell = np.concatenate([np.empty(0, dtype=np.int64), *cells])
@@ -141,15 +129,15 @@ def _exposure_of(
     sums = totals.cells
     means = sums / facets.cell_areas_mm2[:, None]
     return Exposure(
-        cone_s=means[:, scatter.CONE],
-        front_s=means[:, scatter.FRONT],
-        volume_mm=means[:, scatter.VOLUME],
-        peak_pa=sums[:, scatter.PEAK].copy(),
-        impulse_n_pa_s=means[:, scatter.NORMAL],
-        impulse_t_pa_s=means[:, scatter.TANGENTIAL],
-        hits=sums[:, scatter.HITS].astype(np.int64),
+        cone_s=means[:, accumulate.CONE],
+        front_s=means[:, accumulate.FRONT],
+        volume_mm=means[:, accumulate.VOLUME],
+        peak_pa=sums[:, accumulate.PEAK].copy(),
+        impulse_n_pa_s=means[:, accumulate.NORMAL],
+        impulse_t_pa_s=means[:, accumulate.TANGENTIAL],
+        hits=sums[:, accumulate.HITS].astype(np.int64),
         sprayed_mm3=jet.flow_m3_s * 1e9 * stage.spray_s,
-        landed_mm3=float(sums[:, scatter.VOLUME].sum()),
+        landed_mm3=float(sums[:, accumulate.VOLUME].sum()),
         rays=len(stage.samples.times) * rays_per_sample,
         growth=growth,
         by_maker_mm3=totals.makers.T.copy(),

@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.undersides.underside import Joint
-from cleaning.errors import CleaningError
+from cleaning.errors import CleaningError, require_not_negative, require_positive
 from cleaning.gap.edge_segments import SEGMENTS
 from cleaning.gap.hele_shaw import Flow, Grid, Rim, mobility_of, narrowed_grid, solve
 from cleaning.gap.joint_lattice import Lattice, apertures, cover, covered_share, outlines_of, quantised
 from cleaning.gap.pillars import ROUND_SKIN, STRAIGHT_SKIN, split_posts, tiles_of
-from cleaning.require import require_not_negative, require_positive
 from geometry.arrays import Indices, Points2
 
 RESOLVED = 16

@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.require import require_not_negative, require_positive
+from cleaning.errors import require_not_negative, require_positive
 from geometry.arrays import Scalars
 from geometry.coverage.compiled import compiled
 

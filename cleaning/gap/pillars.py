@@ -13,9 +13,9 @@ from scipy.interpolate import PchipInterpolator
 from scipy.spatial import KDTree
 
 from boards.undersides.underside import Joint
+from cleaning.errors import require_not_negative, require_positive
 from cleaning.gap.hele_shaw import Field2
 from cleaning.gap.joint_lattice import Lattice, cover, outlines_of
-from cleaning.require import require_not_negative, require_positive
 
 ROUND_SKIN = 0.28
 """A round post acts as if its outline lay this many gap heights further out, as long as there is room between such

@@ -6,12 +6,12 @@ from typing import assert_never
 
 import numpy as np
 
+from cleaning.errors import require_not_negative, require_positive
 from cleaning.jet.compiled_jet import CONE, DECAY, EDGE_SIGMAS, FAN, KNIFE, RING, JetForm
 from cleaning.jet.jet_coordinates import normalised, steepest
 from cleaning.parameters.liquid import density_kg_m3
 from cleaning.parameters.model import Spray
 from cleaning.process.stages import Stage
-from cleaning.require import require_not_negative, require_positive
 from geometry.arrays import Scalars
 from recipes.footprint import mid_angles
 from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle

@@ -2,6 +2,7 @@
 
 import math
 
+from cleaning.errors import require_positive, require_temperature
 from cleaning.parameters.model import Liquid
 from cleaning.parameters.water_and_air import (
     air_density_kg_m3,
@@ -9,7 +10,6 @@ from cleaning.parameters.water_and_air import (
     water_surface_tension_n_m,
     water_viscosity_pa_s,
 )
-from cleaning.require import require_positive, require_temperature
 
 _STATED_AT_C = 60.0
 

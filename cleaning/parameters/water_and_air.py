@@ -5,7 +5,7 @@ from typing import cast
 
 from scipy.optimize import brentq
 
-from cleaning.require import require_not_negative, require_temperature
+from cleaning.errors import require_not_negative, require_temperature
 
 _ZERO_C = 273.15
 _ATMOSPHERE_PA = 101325.0

@@ -1,4 +1,4 @@
-"""Timed program in, the stages of its process out."""
+"""Split a timed program into the stages of its process, each with its solution and sampled poses."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,14 +8,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from cleaning.errors import CleaningError
-from cleaning.parameters.model import Parameters
-from cleaning.process.solution_use import choose_liquid
+from cleaning.parameters.model import Liquid, Parameters
 from cleaning.process.stages import Samples, Stage
 from geometry.arrays import Scalars
 from geometry.frames import rotation_angles
 from programs.playback import Timeline, build_timeline, play
 from programs.program import Command, Instruction, TimedProgram
-from recipes.recipe import Recipe
+from recipes.nozzles import Nozzle
+from recipes.recipe import Function, Recipe, use_of
 from specs.finding import Finding
 from specs.finding_rules import LIQUID_UNKNOWN, LOOP_ONCE
 
@@ -60,7 +60,8 @@ def stages_of(program: TimedProgram, recipe: Recipe, parameters: Parameters, lon
         ProgramError: the program has no move.
     """
     timeline = build_timeline(program)
-    begins = [at for at, item in enumerate(program.instructions) if _is_function(item)]
+    commands = ((at, item) for at, item in enumerate(program.instructions) if isinstance(item, Command))
+    begins = [at for at, item in commands if item.keyword == "FUNCTION"]
     stages: list[Stage] = []
     findings: list[Finding] = []
     for begin, end in zip(begins, [*begins[1:], len(program.instructions)], strict=True):
@@ -75,8 +76,31 @@ def stages_of(program: TimedProgram, recipe: Recipe, parameters: Parameters, lon
     return Staged(tuple(stages), tuple(findings))
 
 
-def _is_function(item: Instruction) -> bool:
-    return isinstance(item, Command) and item.keyword == "FUNCTION"
+def choose_liquid(name: str, function: Function, nozzle: Nozzle, parameters: Parameters) -> tuple[Liquid, str]:
+    """Look a function's solution up by its name; an unknown one is taken for the first known one of the same use.
+
+    Gases dry. What has ``rinse`` or ``water`` in the name of its function or solution rinses; all else washes.
+
+    Args:
+        name: Of the function.
+        function: Names its solution.
+        nozzle: An air knife sprays gas unless the function says otherwise.
+        parameters: Hold the known liquids.
+
+    Returns:
+        The liquid, and a sentence on what was assumed; empty if nothing was.
+    """
+    if function.solution in parameters.liquids:
+        return parameters.liquids[function.solution], ""
+    use = use_of(name, function, nozzle)
+    like = next((known for known, liquid in parameters.liquids.items() if liquid.use == use), "")
+    values = f"the values of {like}" if like else "the values of air" if use == "dry" else "the values of pure water"
+    known = ", ".join(parameters.liquids)
+    return (
+        parameters.liquids[like] if like else Liquid(use=use, density_kg_m3=1.0 if use == "dry" else 1000.0),
+        f"{function.solution} is not in the parameter set {parameters.parameters}, so that it counts as a liquid for "
+        f"{use} with {values}. Add it under liquids, or use one of {known}.",
+    )
 
 
 def _read(

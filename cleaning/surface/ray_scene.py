@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Board
-from cleaning.surface.subdivide import split_patches
 from geometry.arrays import Directions, Indices, Points, Scalars, Triangles
 from geometry.mesh import areas_and_normals
 
 _GRAZING = 1e-9
+_ROUND_MM = 1e-6
 _SHY = 1.0 - 1e-4
 """A line of sight ends a little before its target, which is a surface itself."""
 
@@ -48,7 +48,10 @@ def build_scene(board: Board, longest_mm: float = 2.0) -> Scene:
     body = np.repeat(np.arange(len(board.bodies)), [len(each.patches) for each in board.bodies])
     patches = np.concatenate([each.patches for each in board.bodies])
     stated = np.concatenate([each.normals for each in board.bodies])
-    triangles, parent = split_patches(_wound(patches, stated), longest_mm)
+    _, normals = areas_and_normals(patches.copy())  # it spoils a lone last patch of what it is given
+    contradicts = np.einsum("ij,ij->i", normals, stated) < 0
+    patches = np.where(contradicts[:, None, None], patches[:, ::-1], patches)
+    triangles, parent = split_patches(patches, longest_mm)
     areas, normals = areas_and_normals(triangles.copy())
     solid = areas > 0
     triangles, areas, normals, body = triangles[solid], areas[solid], normals[solid], body[parent[solid]]
@@ -62,6 +65,37 @@ def build_scene(board: Board, longest_mm: float = 2.0) -> Scene:
         body=body,
         planes=np.column_stack([normals, np.einsum("ij,ij->i", normals, triangles[:, 0])]),
     )
+
+
+def split_patches(patches: Triangles, longest_mm: float) -> tuple[Triangles, Indices]:
+    """Halve the longest edge of triangles until no edge is longer than asked.
+
+    Args:
+        patches: (n, 3, 3) mm.
+        longest_mm: More than 0.
+
+    Returns:
+        (m, 3, 3) triangles wound as they were, and (m,) from which patch each is. Triangles of a patch follow each
+        other in the order of the patches.
+    """
+    triangles, parent = patches, np.arange(len(patches))
+    done: list[Triangles] = []
+    parents: list[Indices] = []
+    while len(triangles):
+        # Lengths are rounded: which of two equal edges is cut must not depend on where the board lies.
+        edges = np.round(np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2) / _ROUND_MM)
+        long = edges.max(axis=1) * _ROUND_MM > longest_mm
+        done.append(triangles[~long])
+        parents.append(parent[~long])
+        triangles, parent, first = triangles[long], parent[long], np.argmax(edges[long], axis=1)
+        rows = np.arange(len(triangles))
+        a, b, c = (triangles[rows, (first + corner) % 3] for corner in range(3))
+        middle = (a + b) / 2
+        halves = np.stack([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)], axis=1)
+        triangles, parent = halves.reshape(-1, 3, 3), np.repeat(parent, 2)
+    together = np.concatenate(parents) if parents else np.empty(0, dtype=np.int64)
+    order = np.argsort(together, kind="stable")
+    return (np.concatenate(done)[order] if done else patches), together[order]
 
 
 def cast_rays(scene: Scene, origins: NDArray[np.float32], directions: NDArray[np.float32]) -> NDArray[np.int32]:
@@ -100,13 +134,6 @@ def are_blocked(
 
 def _single(values: NDArray[np.float64]) -> NDArray[np.float32]:
     return np.ascontiguousarray(values, dtype=np.float32)
-
-
-def _wound(patches: Triangles, stated: Directions) -> Triangles:
-    """Turn patches over whose winding contradicts the stated normal."""
-    _, normals = areas_and_normals(patches.copy())  # it spoils a lone last patch of what it is given
-    wrong = np.einsum("ij,ij->i", normals, stated) < 0
-    return np.where(wrong[:, None, None], patches[:, ::-1], patches)
 
 
 def _embree(triangles: Triangles) -> Any:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from cleaning.errors import require_not_negative, require_positive, require_temperature
 from cleaning.gap.edge_segments import EdgePressure
 from cleaning.parameters.liquid import density_kg_m3, surface_tension_n_m
 from cleaning.parameters.model import Drying
@@ -15,7 +16,6 @@ from cleaning.parameters.water_and_air import (
     wet_surface_c,
 )
 from cleaning.process.stages import Stage
-from cleaning.require import require_not_negative, require_positive, require_temperature
 
 
 def dry_gap(

@@ -18,9 +18,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.errors import CleaningError
+from cleaning.errors import CleaningError, require_not_negative, require_temperature
 from cleaning.parameters.model import Gap, Soil
-from cleaning.require import require_not_negative, require_temperature
 
 GAS_CONSTANT = 8.314462618
 """J / (mol K)"""

@@ -3,9 +3,9 @@
 import math
 from collections.abc import Sequence
 
+from cleaning.errors import require_not_negative, require_positive
 from cleaning.parameters.model import Liquid, Rinse
 from cleaning.process.stages import Stage
-from cleaning.require import require_not_negative, require_positive
 from cleaning.undersides.gap_result import GapStage
 
 _PURE_WATER_US_CM = 0.055

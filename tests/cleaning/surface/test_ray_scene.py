@@ -10,8 +10,7 @@ from rigid import Motion
 from small_boards import part
 from small_sprays import moved_board, solid_board
 
-from cleaning.surface.ray_scene import are_blocked, build_scene, cast
-from cleaning.surface.subdivide import split_patches
+from cleaning.surface.ray_scene import are_blocked, build_scene, cast, split_patches
 from geometry.mesh import areas_and_normals
 
 BOARD = solid_board(part("U1", 40, 20, 20, 20, 5.0))

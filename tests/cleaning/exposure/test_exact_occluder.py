@@ -4,7 +4,7 @@ from shapely import box
 from small_boards import part
 from small_sprays import RING, downward, samples_of, solid_board, sprayed, stage_of
 
-from cleaning.exposure.occlusion import occluder
+from cleaning.exposure.exact import occluder
 from cleaning.surface.facets import build_facets
 from cleaning.surface.ray_scene import build_scene
 
