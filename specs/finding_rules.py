@@ -248,7 +248,7 @@ NO_CHANNEL = FindingRule("no-channel", "warning", "a word of the recipe has no c
 NO_SENSOR = FindingRule(
     "no-sensor",
     "warning",
-    "the cell or the language cannot look at the quantity of an `until`; the loop is done as often as allowed",
+    "the cell or the language cannot read the quantity of an `until`; the loop is done as often as allowed",
     _PROGRAMS,
 )
 NO_PLACEMENT = FindingRule(

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from programs.motion.installation import Channel, Sensor
-from programs.motion.steps_of_robot import Line, Repeat, Step, Switch
+from programs.motion.steps import Line, Repeat, Step, Switch
 from specs.finding import Finding
 from specs.finding_rules import ANALOG_OUT_OF_RANGE
 
@@ -15,7 +15,7 @@ _SLACK = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Counting:
-    """How a language counts an analog channel; as it stands, in the channel's own unit."""
+    """How a language counts an analog channel; by default in the channel's own unit."""
 
     full: float = 0.0
     """Its number at full scale; 0 where it counts in the channel's own unit. Where numbers are whole a channel may
@@ -25,35 +25,35 @@ class Counting:
     least: float = -math.inf
     """The lowest number it takes; none is lower than that of the full scale, reversed."""
     zero_ma: float = 0.0
-    """What its 0 is on a channel of mA: 4 where the controller counts from 4 to 20 mA."""
+    """Value of its 0 on a channel of mA: 4 where the controller counts from 4 to 20 mA."""
     reads_amperes: bool = False
     """Whether inputs are read in volts or amperes, whatever outputs count."""
 
     def count(self, channel: Channel | Sensor, value: float) -> float:
-        """Give the language's number for a value in the channel's own unit."""
+        """Convert a value in the channel's own unit to the language's number."""
         zero, gain = self._line(channel)
         return round((value - zero) * gain / self.step) * self.step
 
     def value(self, channel: Channel | Sensor, count: float) -> float:
-        """Give the value in the channel's own unit for the language's number."""
+        """Convert the language's number to a value in the channel's own unit."""
         zero, gain = self._line(channel)
         return zero + count / gain
 
     def reading(self, sensor: Sensor) -> tuple[float, float]:
-        """Give scale and offset such that ``scale * number + offset`` is the quantity that a sensor shows."""
+        """Scale and offset such that ``scale * number + offset`` is the quantity that a sensor shows."""
         zero, gain = self._line(sensor)
         return sensor.scale / gain, sensor.offset + sensor.scale * zero
 
     def lowest(self, channel: Channel | Sensor) -> float:
-        """Give the lowest value that the language can say of a channel, in the channel's own unit."""
+        """Lowest value that the language can express, in the channel's own unit."""
         return max(-channel.full_scale, self.value(channel, self.least))
 
     def tolerance(self, channel: Channel | Sensor) -> float:
-        """Give what rounding may change of a value, in the channel's own unit."""
+        """Largest error by rounding, in the channel's own unit."""
         return 0.5 * self.step / self._line(channel)[1] + _SLACK * channel.full_scale
 
     def describe(self, channel: Channel | Sensor) -> str:
-        """Say what the numbers mean, such as ``aoPressure: 0 V is 0, 10 V is 2000``."""
+        """Describe the numbers, such as ``aoPressure: 0 V is 0, 10 V is 2000``."""
         zero, full = self._line(channel)[0], channel.full_scale
         low, high = (f"{value:g} {channel.unit} is {self.count(channel, value):g}" for value in (zero, full))
         return f"{channel.name}: {low}, {high}"
@@ -74,7 +74,7 @@ IN_OWN_UNIT = Counting()
 
 
 def analog_channels(steps: Iterable[Step]) -> tuple[Channel | Sensor, ...]:
-    """Give the analog outputs and inputs in use, in the order in which they are first met."""
+    """Analog outputs and inputs in use, in the order of first use."""
     used: dict[Channel | Sensor, None] = {}
     for step in steps:
         match step:
@@ -90,7 +90,7 @@ def analog_channels(steps: Iterable[Step]) -> tuple[Channel | Sensor, ...]:
 
 
 def find_out_of_range(steps: Iterable[Step], counting: Counting) -> tuple[Finding, ...]:
-    """Find what no channel can carry or show: each quantity once, with its volts and the channel."""
+    """Find values beyond the range of their channel: each quantity once, with its volts and the channel."""
     found: dict[str, Finding] = {}
     for step in steps:
         for message in _out_of_range(step, counting):
@@ -101,13 +101,13 @@ def find_out_of_range(steps: Iterable[Step], counting: Counting) -> tuple[Findin
 def _out_of_range(step: Step, counting: Counting) -> Iterator[str]:
     match step:
         case Switch(channel=channel) if channel.kind == "analog" and not _holds(channel, step.value, counting):
-            said = f"{step.what or channel.name} is {_place(channel, step.value, counting)}"
-            yield f"{said}; change the value, or scale and offset in the cell's io."
+            quantity = f"{step.what or channel.name} is {_place(channel, step.value, counting)}"
+            yield f"{quantity}; change the value, or scale and offset in the cell's io."
         case Repeat(sensor=Sensor() as sensor) if sensor.scale:
             reading = (step.least - sensor.offset) / sensor.scale
             if not _holds(sensor, reading, counting):
-                said = f"{step.key} >= {step.least:g} is {_place(sensor, reading, counting)}"
-                yield f"{said}: it would not be seen; change the until, or scale and offset in the cell's io."
+                quantity = f"{step.key} >= {step.least:g} is {_place(sensor, reading, counting)}"
+                yield f"{quantity}: it would not be seen; change the until, or scale and offset in the cell's io."
         case _:
             pass
 
@@ -119,5 +119,5 @@ def _holds(channel: Channel | Sensor, value: float, counting: Counting) -> bool:
 
 def _place(channel: Channel | Sensor, value: float, counting: Counting) -> str:
     kind = "output" if isinstance(channel, Channel) else "input"
-    goes = f"goes from {counting.lowest(channel):g} to {channel.full_scale:g} {channel.unit}"
-    return f"{value:g} {channel.unit} on {channel.name} (analog {kind} {channel.number}), which {goes}"
+    limits = f"goes from {counting.lowest(channel):g} to {channel.full_scale:g} {channel.unit}"
+    return f"{value:g} {channel.unit} on {channel.name} (analog {kind} {channel.number}), which {limits}"

@@ -21,7 +21,7 @@ class Channel:
     number: int
     """For languages that number them, such as ``DO[3]``."""
     full_scale: float = 10.0
-    """The most that an analog channel carries, in its unit; how a language counts that is up to its post."""
+    """Largest value of an analog channel, in its unit; how a language counts that is up to its post."""
     unit: AnalogUnit = "V"
     """Of an analog channel."""
     counts: int = 0
@@ -54,7 +54,7 @@ class Sensor:
     scale: float = 1.0
     offset: float = 0.0
     full_scale: float = 10.0
-    """The most that it reads, in its unit."""
+    """Largest reading, in its unit."""
     unit: AnalogUnit = "V"
     counts: int = 0
     """As with an output."""
@@ -122,6 +122,10 @@ class Installation:
     home: tuple[float, ...] = ()
     """Joint values where a program begins and ends, radians or millimetres; empty if the cell has none."""
 
+    def joint_kinds(self, dof: int) -> list[JointKind]:
+        """Kinds of the joints; so many revolute ones where the cell describes none."""
+        return [joint.kind for joint in self.joints] or ["revolute"] * dof
+
     def tool(self, number: int) -> Tool:
-        """Give a tool; one that the cell lacks is the flange itself."""
+        """Tool by its number; one that the cell lacks is the flange itself."""
         return self.tools.get(number) or Tool(f"tool{number}", IDENTITY)

@@ -1,5 +1,6 @@
-"""A timed program cut where the robot has to stand: stretches of motion, pauses, commands, wishes for the jet."""
+"""Cuts a timed program where the robot has to stand: tracks, waits, commands, switching of the jet."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import dist, inf
 from typing import TypeAlias
@@ -7,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.arrays import Scalars
 from geometry.frames import align_signs, rotation_angles
 from programs.motion.tracks import Track
 from programs.playback import ToolStates, build_timeline, play
@@ -21,30 +23,13 @@ _JUMP_S = 1e-4
 """A move that takes no time is given this: nothing moves at once."""
 
 
-@dataclass(frozen=True, slots=True)
-class Hold:
-    """The pose is held: a WAIT, or the same pose twice."""
-
-    time_s: float
-    duration_s: float
-    made_by: str
-
-
-@dataclass(frozen=True, slots=True)
-class Wanted:
-    """The jet is wanted, or no longer, at this time; it stands after all that is done by then."""
-
-    time_s: float
-    spraying: bool
-    made_by: str
-
-
-Item: TypeAlias = Track | Hold | Wanted | Command
+Item: TypeAlias = Track | Wait | SetNozzle | Command
+"""A ``Wait`` stands for the same pose twice too; a ``SetNozzle`` that falls into a track or a wait follows it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Items in order. A ``Wanted`` that falls into a track or a hold stands right after it."""
+    """Items in order."""
 
     items: tuple[Item, ...]
     makers: tuple[str, ...]
@@ -65,24 +50,26 @@ def lay_out(program: TimedProgram, joints: NDArray[np.float64]) -> Layout:
     states = play(build_timeline(program), np.array([item.time_s for item in cuts]))
     moves = [item for item in program.instructions if isinstance(item, MoveTo)]
     targets, due = [(*move.position, *move.quaternion) for move in moves], [move.time_s for move in moves]
-    layer = _Layer(states, joints, targets, [*due, inf])
+    cutter = _Cutter(states, joints, targets, [*due, inf])
     for instruction in program.instructions:
         match instruction:
             case MoveTo():
-                layer.move(instruction)
+                cutter.move(instruction)
             case Wait():
-                layer.wait(instruction)
+                cutter.wait(instruction)
             case Command():
-                layer.command(instruction)
+                cutter.command(instruction)
             case SetNozzle():
-                layer.want(instruction)
-    layer.cut()
-    return Layout(tuple(layer.items), tuple(layer.makers))
+                cutter.switches.append(instruction)
+                if not cutter.times:
+                    cutter.cut()
+    cutter.cut()
+    return Layout(tuple(cutter.items), tuple(cutter.makers))
 
 
 @dataclass(slots=True)
-class _Layer:
-    """The samples of the stretch that is being laid, and what lies before it."""
+class _Cutter:
+    """The samples of the stretch so far, and the items before it."""
 
     states: ToolStates
     """At every wait and command, in order."""
@@ -98,16 +85,17 @@ class _Layer:
     maker: list[int] = field(default_factory=list[int])
     node: list[float] = field(default_factory=list[float])
     """Row of the joints that belongs to each sample; between two rows where it lies between two moves."""
-    wanted: list[Wanted] = field(default_factory=list[Wanted])
+    switches: list[SetNozzle] = field(default_factory=list[SetNozzle])
+    """Of the stretch."""
     tool: str = ""
     """Number of the tool that is carried."""
-    asked: int = 0
-    """How many waits and commands are behind."""
+    stopped: int = 0
+    """Waits and commands so far."""
     moved: int = 0
-    """How many moves are behind."""
+    """Moves so far."""
 
     def move(self, move: MoveTo) -> None:
-        """Lay the pose of a move."""
+        """Add the pose of a move."""
         self.moved += 1
         self.sample(move.time_s, (*move.position, *move.quaternion), move.made_by)
 
@@ -117,7 +105,7 @@ class _Layer:
         pose = self.arrive(wait.time_s, wait.made_by, self.targets[self.moved] if done else ())
         self.cut()
         if wait.duration_s > 0:
-            self.items.append(Hold(wait.time_s, wait.duration_s, wait.made_by))
+            self.items.append(wait)
         if pose:
             self.sample(wait.time_s + wait.duration_s, pose, wait.made_by)
 
@@ -125,7 +113,7 @@ class _Layer:
         """Stand while a command is carried out."""
         tool = command.arguments[2] if command.keyword == "NOZZLE" else self.tool
         done = self.is_due(command.time_s)
-        # Another orifice, or a board that was moved: where it is now, only a move at the same time says.
+        # Another orifice, or a board that was moved: only a move at the same time has its pose.
         elsewhere = done and (command.keyword == "CALL" or tool != self.tool)
         self.tool = tool
         pose = self.arrive(command.time_s, command.made_by, self.targets[self.moved] if done and not elsewhere else ())
@@ -134,26 +122,20 @@ class _Layer:
         if pose and not elsewhere:
             self.sample(command.time_s, pose, command.made_by)
 
-    def want(self, switch: SetNozzle) -> None:
-        """Remember what is wanted of the jet until the stretch is cut."""
-        self.wanted.append(Wanted(switch.time_s, switch.spraying, switch.made_by))
-        if not self.times:
-            self.cut()
-
     def is_due(self, time_s: float) -> bool:
-        """Whether the next move is done by then, but for less than a file can tell."""
+        """Whether the next move is done by then, but for less than a file resolves."""
         return self.due[self.moved] < time_s + 0.5 * TICK_S
 
     def arrive(self, time_s: float, made_by: str, target: tuple[float, ...]) -> tuple[float, ...]:
-        """Lay the pose at the time of a wait or a command; give it, empty where only the next move says it.
+        """Add the pose at the time of a wait or a command; give it, empty where only the next move has it.
 
         Args:
             time_s: When.
-            made_by: Who asked for it.
+            made_by: Its recipe path.
             target: Where the next move ends, if that is all but reached.
         """
-        at = self.asked
-        self.asked += 1
+        at = self.stopped
+        self.stopped += 1
         if not self.times:
             return ()
         if time_s > self.times[-1] + TICK_S:
@@ -169,18 +151,18 @@ class _Layer:
         self.node.append(self.row_of(pose))
 
     def row_of(self, pose: tuple[float, ...]) -> float:
-        """Say which row of the joints belongs to a pose between the last move and the next."""
+        """Row of the joints that belongs to a pose between the last move and the next."""
         before, after = self.targets[self.moved - 1], self.targets[min(self.moved, len(self.targets) - 1)]
         done, left = _apart(before, pose), _apart(pose, after)
         return self.moved - 1 + (done / (done + left) if done > _STILL_MM else 0.0)
 
     def cut(self) -> None:
-        """End the stretch; what was wanted during it follows it."""
+        """End the stretch; what was switched during it follows it."""
         if self.times:
             self.items += _stretch(self)
             self.times, self.poses, self.maker, self.node = [], [], [], []
-        self.items += self.wanted
-        self.wanted = []
+        self.items += self.switches
+        self.switches = []
 
 
 def _apart(one: tuple[float, ...], other: tuple[float, ...]) -> float:
@@ -189,39 +171,31 @@ def _apart(one: tuple[float, ...], other: tuple[float, ...]) -> float:
     return min(dist(one, other), dist(one, (x, y, z, *(-value for value in turn))))
 
 
-def _stretch(layer: _Layer) -> list[Item]:
-    """Tracks and holds of the samples laid; each track begins where the one before it ended."""
-    poses = np.array(layer.poses)
+def _stretch(cutter: _Cutter) -> Iterator[Item]:
+    """Tracks and waits of the samples; each track begins where the one before it ended."""
+    poses = np.array(cutter.poses)
     quaternion = align_signs(poses[:, 3:] / np.linalg.norm(poses[:, 3:], axis=1, keepdims=True))
-    times = np.array(layer.times)
+    times, maker, node = np.array(cutter.times), np.array(cutter.maker), np.array(cutter.node)
     still = np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1) <= _STILL_MM
     still &= rotation_angles(quaternion[:-1], quaternion[1:]) <= _STILL_RAD
     holds = still & (np.diff(times) >= _SHORTEST_HOLD_S)
-    makers = tuple(layer.makers)
-    items: list[Item] = []
+    makers = tuple(cutter.makers)
+    low = np.floor(node).astype(np.int64)
+    joints = cutter.joints[low]
+    joints = joints + (node - low)[:, None] * (cutter.joints[np.minimum(low + 1, len(cutter.joints) - 1)] - joints)
     first = 0
     for last in [*np.flatnonzero(holds).tolist(), len(times) - 1]:
         # Of samples with one pose the first is kept, so that the time they take belongs to the motion after them.
         rows = first + np.concatenate(([0], 1 + np.flatnonzero(~still[first:last])))
-        if len(rows) > 1 or not items:
+        if len(rows) > 1 or first == 0:
             clock = _rising(times[rows], ends=float(times[last]))
-            maker = np.array(layer.maker)[rows]
-            joints = _between_rows(layer.joints, np.array(layer.node)[rows])
-            items.append(Track(clock, poses[rows, :3], quaternion[rows], maker, joints))
+            yield Track(clock, poses[rows, :3], quaternion[rows], maker[rows], joints[rows])
         if last < len(times) - 1:
-            hold = Hold(float(times[last]), float(times[last + 1] - times[last]), makers[layer.maker[last + 1]])
-            items.append(hold)
+            yield Wait(float(times[last]), float(times[last + 1] - times[last]), makers[maker[last + 1]])
         first = last + 1
-    return items
 
 
-def _between_rows(joints: NDArray[np.float64], node: NDArray[np.float64]) -> NDArray[np.float64]:
-    low = np.floor(node).astype(np.int64)
-    high = np.minimum(low + 1, len(joints) - 1)
-    return joints[low] + (node - low)[:, None] * (joints[high] - joints[low])
-
-
-def _rising(times: NDArray[np.float64], ends: float) -> NDArray[np.float64]:
+def _rising(times: Scalars, ends: float) -> Scalars:
     """Give every segment some time, and the last the time of the still samples after it."""
     if len(times) < 2:
         return times

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.frames import rotation_angles
-from programs.motion.steps_of_robot import SAME_MM, Course, Line, split_line
+from programs.motion.steps import SAME_MM, Line, SampledLine, split_line
 from programs.motion.tracks import Track, find_vertices, shares_along
 from programs.pose import Pose
 
@@ -45,7 +45,7 @@ def _line(track: Track, first: int, last: int, rates: NDArray[np.float64], maker
     """Draw the line between two samples; it ends with a stop."""
     start, target = (pose_of(track, at) for at in (first, last))
     speed, turn = rates[first:last].max(axis=0).tolist()
-    course = Course(
+    samples = SampledLine(
         seconds=track.times[first : last + 1] - track.times[first],
         shares=shares_along(track, first, last),
         joints=track.joints[first : last + 1],
@@ -56,7 +56,7 @@ def _line(track: Track, first: int, last: int, rates: NDArray[np.float64], maker
         speed_mm_s=speed,
         turn_rad_s=turn,
         blend_mm=0.0,
-        course=course,
+        samples=samples,
         time_s=float(track.times[first]),
         made_by=makers[track.maker[last]],
     )

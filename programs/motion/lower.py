@@ -1,4 +1,4 @@
-"""What a controller can say about the moment of an output, and how wrong that is."""
+"""Expresses the events of a motion as one controller can time them, and how wrong that is."""
 
 import math
 from collections.abc import Iterator
@@ -7,16 +7,16 @@ from itertools import pairwise
 from typing import Literal, TypeAlias
 
 from programs.motion.analog import IN_OWN_UNIT, Counting, find_out_of_range
-from programs.motion.steps_of_robot import Event, Line, MotionProgram, Reference, Repeat, Step, Switch, split_line
+from programs.motion.steps import Event, Line, MotionProgram, Reference, Repeat, Step, Switch, split_line
 from specs.finding import Finding
 from specs.finding_rules import NO_SENSOR, STOPS_FOR_OUTPUT
 
-Saying: TypeAlias = Literal["distance and time", "distance", "time", "percent", "boundary", "stop"]
+EventTiming: TypeAlias = Literal["distance and time", "distance", "time", "percent", "boundary", "stop"]
 """How a language places an output on a line.
 
 ``distance and time``: so many mm from the reference, so many seconds earlier (class 1).
 ``distance``: so many mm from the reference (classes 1 and 4).
-``time``: so many seconds before the reference; the line is divided where the jet is wanted (class 1).
+``time``: so many seconds before the reference; the line is divided at the requested place of the jet (class 1).
 ``percent``: of the line (class 2).
 ``boundary``: where a line begins; it is divided there and passed (class 3).
 ``stop``: only where the robot stands; it is divided there and the robot stops (class 5).
@@ -37,11 +37,11 @@ class Capability:
     """What one controller can time on the path."""
 
     controller_class: Literal[1, 2, 3, 4, 5]
-    says: Saying
+    timing: EventTiming
     cycle_s: float
-    """What a signal may be late or early by in any case: the cycle of the controller's interpolator or poller."""
+    """Largest error of any signal: the cycle of the controller's interpolator or poller."""
     references: tuple[Reference, ...] = ("start", "end")
-    """What a distance or a time may count from, the preferred one first."""
+    """Origins of a distance or a time, the preferred one first."""
     step_mm: float = 1e-3
     """Smallest step of a distance."""
     step_s: float = 1e-3
@@ -51,18 +51,18 @@ class Capability:
     most_events: int = 8
     """On one line."""
     longest_lead_s: float = math.inf
-    """No signal can be told to leave earlier than this before its place; it is then placed where it leaves."""
+    """Longest time before its place; a signal that leaves earlier is placed where it leaves."""
     step_mm_s: float = 1e-3
     """Smallest step of a commanded speed."""
     reads_sensors: bool = True
-    """Whether a loop can look at an analog input."""
+    """Whether a loop can read an analog input."""
     analog: Counting = IN_OWN_UNIT
     """How it counts analog channels."""
 
 
 @dataclass(frozen=True, slots=True)
 class EventError:
-    """How far the jet may begin or end from where it is wanted: worst of a program, planned speeds assumed."""
+    """Largest deviation of the jet's begin or end from its requested place in a program, at planned speeds."""
 
     distance_mm: float
     time_s: float
@@ -71,7 +71,7 @@ class EventError:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lowered:
-    """A motion as one controller can say it."""
+    """A motion in one controller's terms."""
 
     motion: MotionProgram
     """Its findings include what the controller cannot do."""
@@ -79,10 +79,10 @@ class Lowered:
 
 
 def lower(motion: MotionProgram, capability: Capability) -> Lowered:
-    """Say a motion in one controller's terms: events in its manner, lines divided where that needs it.
+    """Express a motion in one controller's terms: events in its manner, lines divided where that needs it.
 
     Places and speeds are rounded to the controller's steps, speeds downwards. The offsets of the events that remain are
-    what the language is to print.
+    those that the language prints.
     """
     steps: list[Step] = []
     errors = [EventError(0.0, 0.0, "")]
@@ -92,9 +92,13 @@ def lower(motion: MotionProgram, capability: Capability) -> Lowered:
             lowered = list(_lower_line(step, capability))
             steps += lowered
             errors += _error_of(step, lowered, capability)
+        elif isinstance(step, Repeat) and step.sensor is not None and not capability.reads_sensors:
+            message = f"this language cannot read {step.key}; the loop is done {step.count} times."
+            findings.append(Finding(NO_SENSOR, message, step.made_by))
+            steps.append(replace(step, sensor=None))
         else:
-            steps.append(step if capability.reads_sensors else _without_sensor(step, findings))
-    if capability.says == "stop" and (count := sum(len(line.events) for line in motion.lines)):
+            steps.append(step)
+    if capability.timing == "stop" and (count := sum(len(line.events) for line in motion.lines)):
         message = f"this controller stops for an output: the robot stands {count} times where the jet begins or ends."
         findings.append(Finding(STOPS_FOR_OUTPUT, message))
     findings += find_out_of_range(steps, capability.analog)
@@ -102,29 +106,22 @@ def lower(motion: MotionProgram, capability: Capability) -> Lowered:
     return Lowered(replace(motion, steps=tuple(steps), findings=(*motion.findings, *findings)), worst)
 
 
-def _without_sensor(step: Step, findings: list[Finding]) -> Step:
-    """Let a loop count where the language reads no analog input."""
-    if not isinstance(step, Repeat) or step.sensor is None:
-        return step
-    message = f"this language cannot look at {step.key}; the loop is done {step.count} times."
-    findings.append(Finding(NO_SENSOR, message, step.made_by))
-    return replace(step, sensor=None)
-
-
 def _lower_line(line: Line, capability: Capability) -> Iterator[Step]:
-    line = replace(line, speed_mm_s=_stepped_down(line.speed_mm_s, capability.step_mm_s))
+    # A plateau of 40 mm/s reads 39.98 where its time was rounded up: what is nearly a step is one.
+    steps = max(math.floor(line.speed_mm_s / capability.step_mm_s + _NEARLY), 1)
+    line = replace(line, speed_mm_s=steps * capability.step_mm_s if line.speed_mm_s > 0.0 else 0.0)
     if not line.events:
         yield line
         return
-    match capability.says:
+    match capability.timing:
         case "distance" | "distance and time" if line.turns_on_the_spot and not _is_near_end(line, capability):
             yield from _divided_at_signals(line)
         case "percent" if not _is_fine_enough(line, capability):
             yield from _divided_at_signals(line)
         case "distance and time" | "distance" | "percent":
-            yield from _said_in_place(line, capability)
+            yield from _in_place(line, capability)
         case "time":
-            yield from _divided_where_wanted(line, capability)
+            yield from _divided_at_jets(line, capability)
         case "boundary":
             yield from _divided_at_signals(line)
         case "stop":
@@ -135,37 +132,37 @@ def _is_fine_enough(line: Line, capability: Capability) -> bool:
     """Whether whole percents of a line place its jets well."""
     step = capability.step_percent / 100.0
     for event in line.events:
-        share = line.course.share_at(event.signal_s)
-        late_s = abs(line.course.second_at(round(share / step) * step) - event.signal_s)
+        share = line.samples.share_at(event.signal_s)
+        late_s = abs(line.samples.second_at(round(share / step) * step) - event.signal_s)
         if late_s * event.speed_mm_s > _COARSE_MM and late_s > _COARSE_S:
             return False
     return True
 
 
 def _is_near_end(line: Line, capability: Capability) -> bool:
-    """Whether a time before the end can say all signals: a turn on the spot has no distances."""
-    longest = capability.longest_lead_s if capability.says == "distance and time" else 0.0
+    """Whether a time before the end can express all signals: a turn on the spot has no distances."""
+    longest = capability.longest_lead_s if capability.timing == "distance and time" else 0.0
     return all(line.duration_s - event.signal_s <= longest for event in line.events)
 
 
-def _said_in_place(line: Line, capability: Capability) -> Iterator[Line]:
+def _in_place(line: Line, capability: Capability) -> Iterator[Line]:
     """Keep the line whole unless it has more events than the language allows; then divide it between two signals."""
     most, events = capability.most_events, line.events
     if len(events) > most:
-        share = line.course.share_at(0.5 * (events[most - 1].signal_s + events[most].signal_s))
+        share = line.samples.share_at(0.5 * (events[most - 1].signal_s + events[most].signal_s))
         if _SHORTEST_SHARE < share < 1.0 - _SHORTEST_SHARE:
             first, rest = split_line(line, (share,), _division_blend(line, (share,)))
-            yield from _said_in_place(_holding(first, line, events[:most], share), capability)
-            yield from _said_in_place(_holding(rest, line, events[most:], share), capability)
+            yield from _in_place(_holding(first, line, events[:most], share), capability)
+            yield from _in_place(_holding(rest, line, events[most:], share), capability)
             return
-    yield replace(line, events=tuple(_said(line, event, capability) for event in events))
+    yield replace(line, events=tuple(_expressed(line, event, capability) for event in events))
 
 
 def _holding(part: Line, line: Line, events: tuple[Event, ...], cut: float) -> Line:
     """Give a part of a line its events, counted in time from its end where their places are not on it."""
     is_first = part.start is line.start
     begin, size = (0.0, cut) if is_first else (cut, 1.0 - cut)
-    begin_s = 0.0 if is_first else line.course.second_at(cut)
+    begin_s = 0.0 if is_first else line.samples.second_at(cut)
     held: list[Event] = []
     for event in events:
         share, signal_s = (event.share - begin) / size, event.signal_s - begin_s
@@ -178,55 +175,54 @@ def _holding(part: Line, line: Line, events: tuple[Event, ...], cut: float) -> L
     return replace(part, events=tuple(held))
 
 
-def _said(line: Line, event: Event, capability: Capability) -> Event:
-    """Put one event in the language's own terms on its line."""
+def _expressed(line: Line, event: Event, capability: Capability) -> Event:
+    """Express one event in the language's own terms on its line."""
     reference = event.reference if event.reference in capability.references else capability.references[0]
-    if capability.says == "percent":
+    if capability.timing == "percent":
         step = capability.step_percent / 100.0
-        share = min(max(round(line.course.share_at(event.signal_s) / step) * step, 0.0), 1.0)
+        share = min(max(round(line.samples.share_at(event.signal_s) / step) * step, 0.0), 1.0)
         return replace(event, reference="start", share=share, offset_mm=share * line.length_mm, offset_s=0.0)
-    if capability.says == "distance and time" and -event.offset_s <= capability.longest_lead_s:
+    if capability.timing == "distance and time" and -event.offset_s <= capability.longest_lead_s:
         share, offset_s = event.share, round(event.offset_s / capability.step_s) * capability.step_s
     else:
-        share, offset_s = line.course.share_at(event.signal_s), 0.0
+        share, offset_s = line.samples.share_at(event.signal_s), 0.0
     exact_mm = (share - (1.0 if reference == "end" else 0.0)) * line.length_mm
     offset_mm = round(exact_mm / capability.step_mm) * capability.step_mm
     return replace(event, reference=reference, share=share, offset_mm=offset_mm, offset_s=offset_s)
 
 
-def _divided_where_wanted(line: Line, capability: Capability) -> Iterator[Line]:
-    """Divide a line where its jets are wanted; each signal leaves so long before the end of a part."""
+def _divided_at_jets(line: Line, capability: Capability) -> Iterator[Line]:
+    """Divide a line at the requested places of its jets; each signal leaves so long before the end of a part."""
     shares = _inner({_part_end(line, number, capability) for number in range(len(line.events))})
-    left = list(line.events)
-    begin_s = 0.0
+    left, step, begin_s = list(line.events), capability.step_s, 0.0
     for part in split_line(line, shares, _division_blend(line, shares)):
         end_s = begin_s + part.duration_s
-        mine = [event for event in left if event.signal_s <= end_s + _MOMENT_S]
-        left = left[len(mine) :]
-        yield replace(part, events=tuple(_before_end(event, begin_s, end_s, capability) for event in mine))
+        own = [event for event in left if event.signal_s <= end_s + _MOMENT_S]
+        left = left[len(own) :]
+        events: list[Event] = []
+        for event in own:
+            offset_s = min(round((event.signal_s - end_s) / step) * step, 0.0)
+            timed = replace(event, offset_s=offset_s, signal_s=event.signal_s - begin_s)
+            events.append(replace(timed, reference="end", share=1.0, offset_mm=0.0))
+        yield replace(part, events=tuple(events))
         begin_s = end_s
 
 
 def _part_end(line: Line, number: int, capability: Capability) -> float:
     """Where the part ends whose end a signal counts from, as a share of the line.
 
-    That is where the jet is wanted, or near to it, whole steps after the signal. No part has more signals than allowed.
+    That is the requested place of the jet, or near to it, whole steps after the signal. No part has more signals than
+    allowed.
     """
     event, step = line.events[number], capability.step_s
-    lead = (line.course.second_at(event.share) - event.signal_s) / step
+    lead = (line.samples.second_at(event.share) - event.signal_s) / step
     after = line.events[number + capability.most_events :][:1]
     most = ((after[0].signal_s if after else line.duration_s) - event.signal_s - 2 * _MOMENT_S) / step
     late_s = abs(round(lead) - lead) * step
     is_near = event.share == 1.0 and min(late_s / _COARSE_S, late_s * event.speed_mm_s / _COARSE_MM) < 1.0
     if (late_s < _MOMENT_S or is_near) and (lead <= most or not after):
         return event.share
-    return line.course.share_at(event.signal_s + max(min(round(lead), math.floor(most)), 0) * step)
-
-
-def _before_end(event: Event, begin_s: float, end_s: float, capability: Capability) -> Event:
-    offset_s = min(round((event.signal_s - end_s) / capability.step_s) * capability.step_s, 0.0)
-    signal_s = event.signal_s - begin_s
-    return replace(event, reference="end", share=1.0, offset_mm=0.0, offset_s=offset_s, signal_s=signal_s)
+    return line.samples.share_at(event.signal_s + max(min(round(lead), math.floor(most)), 0) * step)
 
 
 def _divided_at_signals(line: Line) -> Iterator[Line]:
@@ -257,26 +253,24 @@ def _stopped_at_signals(line: Line) -> Iterator[Step]:
 
 def _cuts_of(line: Line) -> tuple[tuple[float, ...], list[tuple[Event, int]]]:
     """Shares at which a line is divided for its signals, both ends among them, and which of them each event takes."""
-    shares = [line.course.share_at(event.signal_s) for event in line.events]
+    shares = [line.samples.share_at(event.signal_s) for event in line.events]
     cuts = (0.0, *_inner(set(shares)), 1.0)
     nearest = [min(range(len(cuts)), key=lambda at: (abs(cuts[at] - share), at)) for share in shares]
     return cuts, list(zip(line.events, nearest, strict=True))
 
 
 def _error_of(line: Line, lowered: list[Step], capability: Capability) -> Iterator[EventError]:
-    """Compare the moments at which signals leave on the planned course with those at which they should."""
-    said = [(part, event) for part in lowered if isinstance(part, Line) for event in part.events]
-    if len(said) != len(line.events):  # the robot stands for each: they are late by the stop, not misplaced
-        said = []
-    for wanted, (part, event) in zip(line.events if said else (), said, strict=True):
-        place = event.share if part.turns_on_the_spot else _share_of(part, event)
-        leaves_s = part.time_s - line.time_s + part.course.second_at(place) + event.offset_s
-        late_s = abs(leaves_s - wanted.signal_s) + capability.cycle_s
-        yield EventError(late_s * wanted.speed_mm_s, late_s, wanted.made_by)
-
-
-def _share_of(part: Line, event: Event) -> float:
-    return event.offset_mm / part.length_mm + (1.0 if event.reference == "end" else 0.0)
+    """Compare the moments at which signals leave on the planned motion with those at which they should."""
+    placed = [(part, event) for part in lowered if isinstance(part, Line) for event in part.events]
+    if len(placed) != len(line.events):  # the robot stands for each: they are late by the stop, not misplaced
+        return
+    for requested, (part, event) in zip(line.events, placed, strict=True):
+        share = event.share
+        if not part.turns_on_the_spot:
+            share = event.offset_mm / part.length_mm + (1.0 if event.reference == "end" else 0.0)
+        leaves_s = part.time_s - line.time_s + part.samples.second_at(share) + event.offset_s
+        late_s = abs(leaves_s - requested.signal_s) + capability.cycle_s
+        yield EventError(late_s * requested.speed_mm_s, late_s, requested.made_by)
 
 
 def _inner(shares: set[float]) -> tuple[float, ...]:
@@ -291,11 +285,3 @@ def _inner(shares: set[float]) -> tuple[float, ...]:
 def _division_blend(line: Line, shares: tuple[float, ...]) -> float:
     shortest = min(b - a for a, b in pairwise((0.0, *shares, 1.0)))
     return max(min(_DIVISION_BLEND_MM, 0.4 * shortest * line.length_mm), 0.01)
-
-
-def _stepped_down(value: float, step: float) -> float:
-    """Round a speed down to what the language can say, but not to a standstill.
-
-    A plateau of 40 mm/s reads 39.98 where its time was rounded up: what is nearly a step is one.
-    """
-    return max(math.floor(value / step + _NEARLY), 1) * step if value > 0.0 else 0.0

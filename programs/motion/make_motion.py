@@ -1,4 +1,4 @@
-"""Timed program in, the controller's steps out."""
+"""Builds the controller's steps from a timed program."""
 
 from dataclasses import dataclass, field
 from math import degrees
@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from programs.errors import ProgramError
 from programs.motion.installation import Assignment, Installation
-from programs.motion.layout import Hold, Layout, Wanted, lay_out
+from programs.motion.layout import Layout, lay_out
 from programs.motion.line_fit import lines_of, pose_of
-from programs.motion.steps_of_robot import (
-    UNTOLD_MM,
+from programs.motion.steps import (
+    RESOLUTION_MM,
     Call,
     EndRepeat,
     Line,
@@ -26,9 +26,9 @@ from programs.motion.steps_of_robot import (
     UseTool,
 )
 from programs.motion.tracks import Track
-from programs.motion.valves import Wish, open_valves
+from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import Pose, angle, distance
-from programs.program import TILT_BAND, Command, MoveTo, TimedProgram
+from programs.program import TILT_BAND, Command, MoveTo, SetNozzle, TimedProgram, Wait
 from programs.soundness import TICK_S
 from specs.finding import Finding, FindingRule
 from specs.finding_rules import NO_CHANNEL, NO_PLACEMENT, NO_SENSOR, NO_TOOL
@@ -37,7 +37,7 @@ from specs.finding_rules import NO_CHANNEL, NO_PLACEMENT, NO_SENSOR, NO_TOOL
 def make_motion(
     program: TimedProgram, installation: Installation, joints: NDArray[np.float64] | None = None
 ) -> MotionProgram:
-    """Turn samples into the fewest straight lines, and wishes for the jet into signals for its valve.
+    """Turn samples into the fewest straight lines, and requests for the jet into signals for its valve.
 
     Every sample lies within 0.004 mm and 0.004 degrees of the lines.
 
@@ -56,20 +56,20 @@ def make_motion(
             f"the joint motion has {' x '.join(map(str, rows.shape))} numbers, the program {moves} moves and the cell "
             f"{len(installation.joints)} joints; track this program in this cell."
         )
-    teller = _Teller(installation, lay_out(program, rows))
-    teller.tell()
-    steps, found = open_valves(teller.steps, teller.wishes, installation)
-    return MotionProgram(program.origin, program.totals.duration_s, tuple(steps), (*teller.findings, *found))
+    builder = _Builder(installation, lay_out(program, rows))
+    builder.build()
+    steps, found = open_valves(builder.steps, builder.requests, installation)
+    return MotionProgram(program.origin, program.totals.duration_s, tuple(steps), (*builder.findings, *found))
 
 
 @dataclass(slots=True)
-class _Teller:
-    """What has been told so far, and what holds at the end of it."""
+class _Builder:
+    """The steps so far, and the state at their end."""
 
     installation: Installation
     layout: Layout
     steps: list[Step] = field(default_factory=list[Step])
-    wishes: list[Wish] = field(default_factory=list[Wish])
+    requests: list[SwitchRequest] = field(default_factory=list[SwitchRequest])
     findings: list[Finding] = field(default_factory=list[Finding])
     begins: list[float] = field(default_factory=list[float])
     """Program time at which each step begins."""
@@ -82,23 +82,23 @@ class _Teller:
     reached: bool = False
     """Whether the robot is at ``pose`` with this tool and this board."""
 
-    def tell(self) -> None:
-        """Tell all items."""
+    def build(self) -> None:
+        """Turn all items into steps."""
         self.add(UseBoard("", self.installation.T_base_board, ""))
         for item in self.layout.items:
             match item:
                 case Track():
                     self.drive(item)
-                case Hold():
+                case Wait():
                     self.now = item.time_s
                     self.reach(item.made_by)
                     self.add(Pause(item.duration_s, item.made_by))
                     self.now += item.duration_s
-                case Wanted():
-                    self.want(item)
+                case SetNozzle():
+                    self.request(item)
                 case Command():
                     self.now = item.time_s
-                    self.obey(item)
+                    self.execute(item)
 
     def add(self, *steps: Step) -> None:
         """Add steps that begin now."""
@@ -106,14 +106,14 @@ class _Teller:
         self.begins += [self.now] * len(steps)
 
     def warn(self, rule: FindingRule, message: str, made_by: str) -> None:
-        """Note a finding, once."""
+        """Add a finding, once."""
         if all((other.rule, other.message) != (rule, message) for other in self.findings):
             self.findings.append(Finding(rule, message, made_by))
 
     def reach(self, made_by: str) -> None:
         """Come to the pose by a joint motion if the robot is not there."""
         if self.tool < 0:
-            self.warn(NO_TOOL, "the program moves before it says NOZZLE; name the nozzle first.", made_by)
+            self.warn(NO_TOOL, "the program moves before its first NOZZLE; name the nozzle first.", made_by)
             self.tool = min(self.installation.tools, default=0)
             self.add(UseTool(self.tool, self.nozzle, made_by))
         if not self.reached and self.pose is not None:
@@ -121,58 +121,52 @@ class _Teller:
             self.reached = True
 
     def drive(self, track: Track) -> None:
-        """Tell the lines of a track."""
+        """Add the lines of a track."""
         makers, several = self.layout.makers, len(track.times) > 1
         self.now = float(track.times[0])
         before, self.pose, self.joints = self.pose, pose_of(track, 0), tuple(track.joints[0].tolist())
         # After a command a motion may begin elsewhere, also where the cell knows no other tool or place of the board.
-        self.reached &= before is not None and _is_at(before, self.pose)
+        self.reached &= (
+            before is not None
+            and distance(before, self.pose) <= RESOLUTION_MM
+            and degrees(angle(before, self.pose)) <= RESOLUTION_MM
+        )
         self.reach(makers[track.maker[int(several)]])
-        if several:
-            for line in lines_of(track, makers):
-                self.now = line.time_s
-                self.add(line)
+        for line in lines_of(track, makers) if several else ():
+            self.now = line.time_s
+            self.add(line)
         self.now = float(track.times[-1])
         self.pose, self.joints = pose_of(track, -1), tuple(track.joints[-1].tolist())
 
-    def want(self, wanted: Wanted) -> None:
-        """Find the step that runs at the time of a wish."""
-        if wanted.spraying == self.spraying:
+    def request(self, switch: SetNozzle) -> None:
+        """Request a switching of the jet in the step that runs at its time."""
+        if switch.spraying == self.spraying:
             return
-        self.spraying = wanted.spraying
+        self.spraying = switch.spraying
         step = len(self.steps)
-        while step > 0 and self.begins[step - 1] > wanted.time_s - 0.5 * TICK_S and self.moves(step - 1):
+        while step > 0 and self.begins[step - 1] > switch.time_s - 0.5 * TICK_S and self.duration(step - 1) is not None:
             step -= 1
         seconds = 0.0
-        if step > 0 and self.moves(step - 1):
+        if step > 0 and (duration_s := self.duration(step - 1)) is not None:
             step -= 1
-            seconds = min(max(wanted.time_s - self.begins[step], 0.0), self.lasting(step))
-        self.wishes.append(Wish(step, seconds, wanted.spraying, self.nozzle, wanted.made_by))
+            seconds = min(max(switch.time_s - self.begins[step], 0.0), duration_s)
+        self.requests.append(SwitchRequest(step, seconds, switch.spraying, self.nozzle, switch.made_by))
 
-    def moves(self, step: int) -> bool:
-        """Whether a step takes time."""
-        return isinstance(self.steps[step], Line | Pause)
-
-    def lasting(self, step: int) -> float:
-        """Seconds that a step takes."""
+    def duration(self, step: int) -> float | None:
+        """Seconds that a step takes; ``None`` for what is done at rest."""
         each = self.steps[step]
-        return each.duration_s if isinstance(each, Line | Pause) else 0.0
+        return each.duration_s if isinstance(each, Line | Pause) else None
 
-    def obey(self, command: Command) -> None:
-        """Tell a command."""
-        made_by, words = command.made_by, command.arguments
+    def execute(self, command: Command) -> None:
+        """Add the steps of a command."""
+        made_by, words, cell = command.made_by, command.arguments, self.installation
         match command.keyword:
-            case "FUNCTION":
-                self.add(Note(f"function {words[0]}", made_by))
-                self.assign(self.installation.functions.get(words[0]), f"FUNCTION {words[0]}", made_by)
-            case "SOLUTION":
-                self.add(Note(f"solution {words[0]}", made_by))
-                self.assign(self.installation.solutions.get(words[0]), f"SOLUTION {words[0]}", made_by)
+            case "FUNCTION" | "SOLUTION" | "GRIP":
+                outputs = {"FUNCTION": cell.functions, "SOLUTION": cell.solutions, "GRIP": cell.grips}
+                self.add(Note(f"{command.keyword.lower()} {words[0]}", made_by))
+                self.assign(outputs[command.keyword].get(words[0]), f"{command.keyword} {words[0]}", made_by)
             case "SET":
                 self.set(words[0], words[1], made_by)
-            case "GRIP":
-                self.add(Note(f"grip {words[0]}", made_by))
-                self.assign(self.installation.grips.get(words[0]), f"GRIP {words[0]}", made_by)
             case "NOZZLE":
                 self.mount(words[0], int(words[2]), made_by)
             case "CALL":
@@ -183,19 +177,15 @@ class _Teller:
                 self.add(EndRepeat(made_by))
 
     def assign(self, assignments: tuple[Assignment, ...] | None, what: str, made_by: str) -> None:
-        """Set the outputs that the cell gives to a word."""
+        """Set the outputs that the cell gives to a word; without any it stays a comment."""
         if assignments is None:
-            self.unmapped(what, made_by)
+            cell = self.installation.cell
+            self.warn(NO_CHANNEL, f"{what} has no channel in cell {cell}; it is a comment in the program.", made_by)
             return
         self.add(*(Switch(each.channel, each.value, made_by, what) for each in assignments))
 
-    def unmapped(self, what: str, made_by: str) -> None:
-        """Say that something stays a comment."""
-        cell = self.installation.cell
-        self.warn(NO_CHANNEL, f"{what} has no channel in cell {cell}; it is a comment in the program.", made_by)
-
     def set(self, key: str, value: str, made_by: str) -> None:
-        """Set the output that carries a quantity, or say what it should be."""
+        """Set the output that carries a quantity."""
         self.add(Note(f"{key} = {value}", made_by))
         if key == TILT_BAND:  # what the robot may do, not what the cell does
             return
@@ -205,7 +195,7 @@ class _Teller:
         except ValueError:
             setting, quantity = None, 0.0
         if setting is None:
-            self.unmapped(f"SET {key}", made_by)
+            self.assign(None, f"SET {key}", made_by)
             return
         given = round(setting.scale * quantity + setting.offset, 6)
         self.add(Switch(setting.channel, given, made_by, f"{key} = {quantity:g}"))
@@ -216,7 +206,7 @@ class _Teller:
         before, after = (valve.channel if valve is not None else None for valve in valves)
         passes = self.spraying and before != after
         if passes:
-            self.wishes.append(Wish(len(self.steps), 0.0, False, self.nozzle, made_by))
+            self.requests.append(SwitchRequest(len(self.steps), 0.0, False, self.nozzle, made_by))
         self.nozzle = nozzle
         self.add(Note(f"nozzle {nozzle}, tool {number}", made_by))
         if number != self.tool:
@@ -225,7 +215,7 @@ class _Teller:
             self.tool, self.reached = number, False
             self.add(UseTool(number, nozzle, made_by))
         if passes:
-            self.wishes.append(Wish(len(self.steps), 0.0, True, nozzle, made_by))
+            self.requests.append(SwitchRequest(len(self.steps), 0.0, True, nozzle, made_by))
 
     def call(self, name: str, made_by: str) -> None:
         """Run a routine of the cell, and find the board where it puts it."""
@@ -235,7 +225,7 @@ class _Teller:
             self.reached = False
             self.add(UseBoard(name, place, made_by))
         elif name.startswith("flip"):
-            message = f"the cell does not say where the board lies after CALL {name}; state it in its placements."
+            message = f"the cell has no place of the board after CALL {name}; state it in its placements."
             self.warn(NO_PLACEMENT, message, made_by)
 
     def repeat(self, count: int, key: str, least: float, made_by: str) -> None:
@@ -245,8 +235,3 @@ class _Teller:
             message = f"{key} has no input in cell {self.installation.cell}; the loop is done {count} times."
             self.warn(NO_SENSOR, message, made_by)
         self.add(Repeat(count, key, least, sensor, made_by))
-
-
-def _is_at(one: Pose, other: Pose) -> bool:
-    """Whether two poses are the same as far as a program tells them."""
-    return distance(one, other) <= UNTOLD_MM and degrees(angle(one, other)) <= UNTOLD_MM

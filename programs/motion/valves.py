@@ -1,11 +1,11 @@
-"""When the signal has to leave so that the jet begins and ends where it is wanted."""
+"""When a valve's signal has to leave so that the jet begins and ends at the requested moments."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
 
 from programs.motion.installation import Installation, Valve
-from programs.motion.steps_of_robot import Event, Line, Note, Pause, Step, Switch
+from programs.motion.steps import Event, Line, Note, Pause, Step, Switch
 from specs.finding import Finding
 from specs.finding_rules import NO_VALVE, VALVE_PULSE_LENGTHENED, VALVE_STAYS_OPEN, WAITS_FOR_VALVE
 
@@ -14,7 +14,7 @@ _MOMENT_S = 1e-7
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class SwitchRequest:
     """The jet is to begin or to end here."""
 
     step: int
@@ -28,18 +28,18 @@ class Wish:
 
 @dataclass(slots=True)
 class _Signal:
-    """A wish and when its signal leaves: ``shift_s`` later than wished, so mostly negative."""
+    """A request and when its signal leaves: ``shift_s`` later than requested, so mostly negative."""
 
-    wish: Wish
+    request: SwitchRequest
     valve: Valve
-    wished_s: float
+    requested_s: float
     shift_s: float
     rest_s: float = 0.0
-    """What has to be waited before it so that the valve has been shut long enough."""
+    """Pause before it so that the valve has been shut long enough."""
 
     @property
     def leaves_s(self) -> float:
-        return self.wished_s + self.shift_s
+        return self.requested_s + self.shift_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,31 +63,38 @@ class _Placed:
 
 
 def open_valves(
-    steps: Sequence[Step], wishes: Sequence[Wish], installation: Installation
+    steps: Sequence[Step], requests: Sequence[SwitchRequest], installation: Installation
 ) -> tuple[list[Step], list[Finding]]:
-    """Put the valves' signals into the steps, each earlier than its wish by the valve's lag.
+    """Put the valves' signals into the steps, each earlier than its request by the valve's lag.
 
     A signal that would leave before the robot stands ready, such as before a loop begins, leaves then, and the robot
     waits for the jet. A signal shorter than the valve follows is lengthened; two jets with less than that between
     them become one. Before anything else all valves are shut: what ran before may have been interrupted.
     """
     clock = [0.0, *accumulate(_duration(step) for step in steps)]
-    findings: list[Finding] = []
+    missing: dict[str, Finding] = {}
     signals: list[_Signal] = []
-    silent: dict[int, list[Step]] = {}
-    for wish in wishes:
-        valve = installation.valves.get(wish.nozzle)
+    placed = _Placed()
+    for request in requests:
+        valve, jet = installation.valves.get(request.nozzle), "on" if request.spraying else "off"
         if valve is None:
-            findings += _without_valve(wish, installation, findings)
-            silent.setdefault(wish.step, []).append(Note(f"spray {'on' if wish.spraying else 'off'}", wish.made_by))
+            name = request.nozzle or "(none)"
+            message = f"nozzle {name} has no valve in cell {installation.cell}; its jet is a comment."
+            missing.setdefault(name, Finding(NO_VALVE, message, request.made_by))
+            placed.at_rest.setdefault(request.step, []).append(Note(f"spray {jet}", request.made_by))
             continue
-        lag = valve.open_lag_s if wish.spraying else valve.close_lag_s
-        signals.append(_Signal(wish, valve, clock[wish.step] + wish.seconds, -lag))
+        lag = valve.open_lag_s if request.spraying else valve.close_lag_s
+        signals.append(_Signal(request, valve, clock[request.step] + request.seconds, -lag))
+    findings = list(missing.values())
     kept = _with_whole_pulses(steps, signals, findings)
-    placed = _Placed(at_rest=silent)
     for signal in kept:
         _place(steps, signal, placed)
-    findings += _waiting(placed.waits)
+    if placed.waits:
+        message = (
+            f"the robot waits {len(placed.waits)} times, {sum(placed.waits):.2f} s in all, for a valve that cannot be "
+            "switched earlier: something at rest comes right before."
+        )
+        findings.append(Finding(WAITS_FOR_VALVE, message))
     shut = (Switch(channel, 0.0, "") for channel in dict.fromkeys(signal.valve.channel for signal in kept))
     return [*shut, *_assemble(steps, placed)], findings
 
@@ -97,16 +104,21 @@ def _with_whole_pulses(steps: Sequence[Step], signals: list[_Signal], findings: 
     kept: list[_Signal] = []
     for signal in signals:
         last = kept[-1] if kept else None
-        if last is None or last.valve.channel != signal.valve.channel or last.wish.spraying == signal.wish.spraying:
+        if (
+            last is None
+            or last.valve.channel != signal.valve.channel
+            or last.request.spraying == signal.request.spraying
+        ):
             kept.append(signal)
             continue
         missing = signal.valve.min_pulse_s - (signal.leaves_s - last.leaves_s)
-        if not signal.wish.spraying:
+        between = steps[last.request.step : signal.request.step]
+        if not signal.request.spraying:
             if missing > _MOMENT_S:
                 signal.shift_s += missing
                 findings.append(_lengthened(signal, missing))
             kept.append(signal)
-        elif _stands_between(steps, last.wish.step, signal.wish.step):
+        elif not all(isinstance(step, Line | Pause) for step in between):  # something happens at rest
             signal.rest_s = max(missing, 0.0)
             kept.append(signal)
         elif max(missing, last.leaves_s - signal.leaves_s) > _MOMENT_S:
@@ -119,43 +131,41 @@ def _with_whole_pulses(steps: Sequence[Step], signals: list[_Signal], findings: 
 
 def _place(steps: Sequence[Step], signal: _Signal, placed: _Placed) -> None:
     """Put one signal where it leaves."""
-    wish, valve = signal.wish, signal.valve
-    switch = Switch(valve.channel, 1.0 if wish.spraying else 0.0, wish.made_by)
-    spot = _find_spot(steps, signal)
+    request, spot = signal.request, _find_spot(steps, signal)
+    switch = Switch(signal.valve.channel, 1.0 if request.spraying else 0.0, request.made_by)
     step = steps[spot.step] if spot.step < len(steps) else None
-    duration = _duration(step) if step is not None else 0.0
     if isinstance(step, Line) and spot.seconds > _MOMENT_S:
         placed.events.setdefault(spot.step, []).append(_event(step, spot, signal, steps))
         return
-    if spot.seconds > duration - _MOMENT_S and spot.seconds > _MOMENT_S:
+    if step is not None and spot.seconds > max(_duration(step) - _MOMENT_S, _MOMENT_S):
         spot = replace(spot, step=spot.step + 1, seconds=0.0)
     if spot.seconds > _MOMENT_S:
         placed.inside.setdefault(spot.step, []).append((spot.seconds, switch))
         return
-    around = (Pause(spot.hold_before_s, wish.made_by), switch, Pause(spot.hold_after_s, wish.made_by))
+    around = (Pause(spot.hold_before_s, request.made_by), switch, Pause(spot.hold_after_s, request.made_by))
     added = [each for each in around if isinstance(each, Switch) or each.duration_s > _MOMENT_S]
     placed.waits += [each.duration_s for each in added if isinstance(each, Pause)]
     placed.at_rest.setdefault(spot.step, []).extend(added)
 
 
 def _event(line: Line, spot: _Spot, signal: _Signal, steps: Sequence[Step]) -> Event:
-    """Say when a signal leaves by the place at which the jet is wanted, if that is on the same line; else by time."""
-    wish = signal.wish
-    wished = steps[wish.step] if wish.step < len(steps) else None
-    speed = wished.speed_at(wish.seconds) if isinstance(wished, Line) and wish.seconds > _MOMENT_S else 0.0
-    channel, value = signal.valve.channel, 1.0 if wish.spraying else 0.0
-    if spot.step != wish.step or line.turns_on_the_spot:
+    """Place a signal by the requested place of the jet, if that is on the same line; else by time."""
+    request = signal.request
+    step = steps[request.step] if request.step < len(steps) else None
+    speed = step.speed_at(request.seconds) if isinstance(step, Line) and request.seconds > _MOMENT_S else 0.0
+    channel, value = signal.valve.channel, 1.0 if request.spraying else 0.0
+    if spot.step != request.step or line.turns_on_the_spot:
         offset_s = spot.seconds - line.duration_s
-        return Event(channel, value, "end", 0.0, offset_s, 1.0, spot.seconds, speed, wish.made_by)
-    share = line.course.share_at(wish.seconds)
+        return Event(channel, value, "end", 0.0, offset_s, 1.0, spot.seconds, speed, request.made_by)
+    share = line.samples.share_at(request.seconds)
     reference, from_share = ("start", 0.0) if share <= 0.5 else ("end", 1.0)
     place_mm = (share - from_share) * line.length_mm
-    return Event(channel, value, reference, place_mm, signal.shift_s, share, spot.seconds, speed, wish.made_by)
+    return Event(channel, value, reference, place_mm, signal.shift_s, share, spot.seconds, speed, request.made_by)
 
 
 def _find_spot(steps: Sequence[Step], signal: _Signal) -> _Spot:
-    """Go from the place of the wish as far back, or on, along the program as the signal is shifted."""
-    step, seconds = signal.wish.step, signal.wish.seconds + signal.shift_s
+    """Go from the requested place as far back, or on, along the program as the signal is shifted."""
+    step, seconds = signal.request.step, signal.request.seconds + signal.shift_s
     while seconds < -_MOMENT_S:
         if step == 0 or not isinstance(steps[step - 1], Line | Pause):
             return _Spot(step, 0.0, hold_before_s=signal.rest_s, hold_after_s=-seconds)
@@ -166,15 +176,14 @@ def _find_spot(steps: Sequence[Step], signal: _Signal) -> _Spot:
         step += 1
     if step == len(steps) or not isinstance(steps[step], Line | Pause):
         return _Spot(step, 0.0, hold_before_s=max(seconds, 0.0))
-    seconds = max(seconds, 0.0)
     passes = step > 0 and isinstance(before := steps[step - 1], Line) and before.blend_mm > 0
     if seconds <= _MOMENT_S and passes:
         return _Spot(step - 1, _duration(steps[step - 1]))
-    return _Spot(step, seconds)
+    return _Spot(step, max(seconds, 0.0))
 
 
 def _assemble(steps: Sequence[Step], placed: _Placed) -> Iterator[Step]:
-    """Give the steps with what the signals add."""
+    """Add to the steps what the signals add."""
     for index, step in enumerate(steps):
         yield from placed.at_rest.get(index, ())
         if isinstance(step, Line) and index in placed.events:
@@ -191,46 +200,24 @@ def _assemble(steps: Sequence[Step], placed: _Placed) -> Iterator[Step]:
     yield from placed.at_rest.get(len(steps), ())
 
 
-def _stands_between(steps: Sequence[Step], first: int, last: int) -> bool:
-    """Whether something happens at rest between two wishes."""
-    return any(not isinstance(step, Line | Pause) for step in steps[first:last])
-
-
 def _duration(step: Step) -> float:
     return step.duration_s if isinstance(step, Line | Pause) else 0.0
 
 
-def _without_valve(wish: Wish, installation: Installation, known: list[Finding]) -> list[Finding]:
-    message = f"nozzle {wish.nozzle or '(none)'} has no valve in cell {installation.cell}; its jet is a comment."
-    if any(finding.message == message for finding in known):
-        return []
-    return [Finding(NO_VALVE, message, wish.made_by)]
-
-
 def _lengthened(signal: _Signal, missing: float) -> Finding:
     message = (
-        f"the valve of {signal.wish.nozzle} follows no signal shorter than {1e3 * signal.valve.min_pulse_s:g} ms: "
+        f"the valve of {signal.request.nozzle} follows no signal shorter than {1e3 * signal.valve.min_pulse_s:g} ms: "
         f"the jet ends {1e3 * missing:.0f} ms late. Spray for longer, or slower."
     )
-    return Finding(VALVE_PULSE_LENGTHENED, message, signal.wish.made_by)
+    return Finding(VALVE_PULSE_LENGTHENED, message, signal.request.made_by)
 
 
 def _joined(last: _Signal, signal: _Signal) -> Finding:
-    valve, shut_s = signal.valve, signal.wished_s - last.wished_s
+    valve, shut_s = signal.valve, signal.requested_s - last.requested_s
     message = (
-        f"the valve of {signal.wish.nozzle} cannot shut for the {1e3 * shut_s:.0f} ms before "
-        f"{signal.wish.made_by or 'this'} (shortest signal {1e3 * valve.min_pulse_s:g} ms, lags "
+        f"the valve of {signal.request.nozzle} cannot shut for the {1e3 * shut_s:.0f} ms before "
+        f"{signal.request.made_by or 'this'} (shortest signal {1e3 * valve.min_pulse_s:g} ms, lags "
         f"{1e3 * valve.open_lag_s:g} and {1e3 * valve.close_lag_s:g} ms): it stays open. "
         "Leave more way between the two, or go slower."
     )
-    return Finding(VALVE_STAYS_OPEN, message, last.wish.made_by)
-
-
-def _waiting(waits: Sequence[float]) -> list[Finding]:
-    if not waits:
-        return []
-    message = (
-        f"the robot waits {len(waits)} times, {sum(waits):.2f} s in all, for a valve that cannot be told earlier: "
-        "something at rest comes right before."
-    )
-    return [Finding(WAITS_FOR_VALVE, message)]
+    return Finding(VALVE_STAYS_OPEN, message, last.request.made_by)

@@ -13,7 +13,7 @@ from tracked import HEIGHT, line_program, moves_of
 from programs.motion.installation import Installation
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
-from programs.motion.steps_of_robot import Line, MotionProgram, Reach, UseTool
+from programs.motion.steps import Line, MotionProgram, Reach, UseTool
 from programs.native import write as native
 from programs.playback import playback
 from programs.pose import Pose, angle, distance
@@ -96,7 +96,7 @@ def test_what_the_controller_is_told_is_where_the_arm_is() -> None:
             reached += 1
             assert distance(seen(step.joints, tool), step.target) < 1e-3
         elif isinstance(step, Line):
-            for q, pose in ((step.course.joints[0], step.start), (step.course.joints[-1], step.target)):
+            for q, pose in ((step.samples.joints[0], step.start), (step.samples.joints[-1], step.target)):
                 assert distance(seen(tuple(q.tolist()), tool), pose) < 1e-3
     assert reached == 3
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from programs.motion.installation import Channel
-from programs.motion.steps_of_robot import Course, Event, Line, MotionProgram, Pause, Step, Switch
+from programs.motion.steps import Event, Line, MotionProgram, Pause, SampledLine, Step, Switch
 from programs.plan import Origin
 from programs.pose import Pose
 
@@ -19,8 +19,8 @@ def line(start: Pose, target: Pose, speed: float, *, blend_mm: float = 0.0, even
     """A line at an even speed."""
     length = float(np.linalg.norm(np.subtract(target.position, start.position)))
     shares = np.linspace(0.0, 1.0, 5)
-    course = Course(shares * length / speed, shares, np.empty((5, 0)))
-    return Line(start, target, speed, 0.0, blend_mm, course, 0.0, "s/line", events)
+    samples = SampledLine(shares * length / speed, shares, np.empty((5, 0)))
+    return Line(start, target, speed, 0.0, blend_mm, samples, 0.0, "s/line", events)
 
 
 def ramp(start: Pose, target: Pose, duration_s: float) -> Line:
@@ -28,8 +28,8 @@ def ramp(start: Pose, target: Pose, duration_s: float) -> Line:
     seconds = np.linspace(0.0, 1.0, 41)
     shares = np.where(seconds < 0.5, 2 * seconds**2, 1 - 2 * (1 - seconds) ** 2)
     length = float(np.linalg.norm(np.subtract(target.position, start.position)))
-    course = Course(seconds * duration_s, shares, np.empty((41, 0)))
-    return Line(start, target, 2 * length / duration_s, 0.0, 0.0, course, 0.0, "s/ramp")
+    samples = SampledLine(seconds * duration_s, shares, np.empty((41, 0)))
+    return Line(start, target, 2 * length / duration_s, 0.0, 0.0, samples, 0.0, "s/ramp")
 
 
 def turn(start: Pose, radians: float, duration_s: float) -> Line:
@@ -39,9 +39,9 @@ def turn(start: Pose, radians: float, duration_s: float) -> Line:
     c, s = np.cos(half), np.sin(half)
     turned = (float(c * w - s * z), float(c * x - s * y), float(c * y + s * x), float(c * z + s * w))
     shares = np.linspace(0.0, 1.0, 5)
-    course = Course(shares * duration_s, shares, np.empty((5, 0)))
+    samples = SampledLine(shares * duration_s, shares, np.empty((5, 0)))
     target = Pose(start.position, turned)
-    return Line(start, target, 0.0, radians / duration_s, 0.0, course, 0.0, "s/turn")
+    return Line(start, target, 0.0, radians / duration_s, 0.0, samples, 0.0, "s/turn")
 
 
 def program(*steps: Step) -> MotionProgram:
@@ -71,4 +71,4 @@ def leaves(line: Line, event: Event) -> float:
     if line.length_mm > 1e-6:
         share = event.offset_mm / line.length_mm + (1.0 if event.reference == "end" else 0.0)
         assert abs(share - event.share) * line.length_mm < 1e-3
-    return line.course.second_at(event.share) + event.offset_s
+    return line.samples.second_at(event.share) + event.offset_s

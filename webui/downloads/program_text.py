@@ -13,7 +13,7 @@ from programs.export import find_dialect
 from programs.motion.installation import Installation
 from programs.motion.lower import EventError, lower
 from programs.motion.make_motion import make_motion
-from programs.motion.steps_of_robot import Line, Reach
+from programs.motion.steps import Line, Reach
 from programs.program import TimedProgram
 from robotcell.robot.robot import Joints
 from specs.finding import Finding

@@ -14,7 +14,7 @@ DIALECT = Dialect(
     "Identify the tools' loads before running.",
     capability=Capability(
         controller_class=1,
-        says="distance and time",
+        timing="distance and time",
         cycle_s=0.002,
         most_events=8,  # TriggL takes Trigg_1 and \T2 to \T8
         longest_lead_s=0.5,  # assumed: what TriggIO \Time and EquipLag take without a change of Event Preset Time
@@ -32,7 +32,7 @@ PAINT_DIALECT = Dialect(
     "brush table so. Where the process controller leads the guns itself, give the cell's valves no lag.",
     capability=Capability(
         controller_class=3,
-        says="boundary",  # assumed: a SetBrush without a plane acts where the next PaintL begins
+        timing="boundary",  # assumed: a SetBrush without a plane acts where the next PaintL begins
         cycle_s=0.004,  # assumed, of the process controller
         step_mm_s=0.1,
     ),

@@ -7,7 +7,7 @@ from dataclasses import replace
 from programs.errors import ProgramError
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps_of_robot import Line, Step, Switch
+from programs.motion.steps import Line, Step, Switch
 from programs.posts.abb.read import RapidReader
 from programs.posts.abb.write import Rapid
 from programs.posts.dialect import Dialect, ProgramFiles

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps_of_robot import Event, Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import Event, Line, Reach, Repeat, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.driver import Routine, Syntax

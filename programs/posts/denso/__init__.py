@@ -15,7 +15,7 @@ DIALECT = Dialect(
     "Groups are IOB, analog channels IOW, 10000 at full scale.",
     capability=Capability(
         controller_class=2,
-        says="percent",
+        timing="percent",
         cycle_s=0.008,  # assumed: Arrive looks at the encoders, and a task runs every few milliseconds
         step_percent=1.0,
         most_events=8,  # assumed

@@ -13,7 +13,7 @@ DIALECT = Dialect(
     "AccelR are assumed, put the robot's own there. Analog outputs need the option board (AIO_Out).",
     capability=Capability(
         controller_class=2,
-        says="percent",
+        timing="percent",
         cycle_s=0.002,  # assumed
         step_percent=1.0,
         most_events=16,  # Dn may appear 16 times in one statement (SPEL+ reference for RC800)

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps_of_robot import Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import Line, Reach, Repeat, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import moving_zyx

@@ -14,7 +14,7 @@ DIALECT = Dialect(
     "your own UFRAME and UTOOL; the .txt says which. Analog channels count 2000 at full scale.",
     capability=Capability(
         controller_class=1,
-        says="time",
+        timing="time",
         cycle_s=0.008,  # assumed: the interpolator's period of an R-30iB
         references=("end",),
         step_s=0.01,  # TB has two decimals

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from programs.errors import ProgramError
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps_of_robot import Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import Line, Reach, Repeat, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
@@ -139,7 +139,7 @@ class Tp(Syntax):
     def joint_move(self, joints: tuple[float, ...]) -> str:
         """Move to joint values, and declare them; the third counts from level here, from the second in a cell."""
         values = list(in_controller_units(joints, self.installation))
-        kinds = [joint.kind for joint in self.installation.joints] or ["revolute"] * len(joints)
+        kinds = self.installation.joint_kinds(len(joints))
         if kinds[:3] == ["revolute"] * 3:
             values[2] -= values[1]
             self.configuration = _configuration(values)

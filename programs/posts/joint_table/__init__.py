@@ -10,7 +10,7 @@ DIALECT = Dialect(
     notes="CSV for a controller that plays joint values at times: degrees and mm, straight from row to row. "
     "Loops and calls are words in the column of events.",
     # Each signal has a row at its own time; times have four decimals.
-    capability=Capability(controller_class=1, says="distance and time", cycle_s=5e-5, most_events=10**6),
+    capability=Capability(controller_class=1, timing="distance and time", cycle_s=5e-5, most_events=10**6),
     longest_line=250,
     write=write,
     rebuild=rebuild,

@@ -10,7 +10,7 @@ import numpy as np
 from programs.errors import ProgramError
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps_of_robot import (
+from programs.motion.steps import (
     Call,
     EndRepeat,
     Line,
@@ -92,16 +92,16 @@ def _rows(steps: Sequence[Step]) -> Iterator[_Row]:
 
 def _samples(line: Line, begin_s: float) -> Iterator[_Row]:
     """Rows of a line: its samples, and each signal at its own time."""
-    course = line.course
+    samples = line.samples
     signals = [event.signal_s for event in line.events]
-    moments = np.unique(np.concatenate((course.seconds[1:], signals)))
+    moments = np.unique(np.concatenate((samples.seconds[1:], signals)))
     last = 0.0
     for seconds in moments.tolist():
         events = [event for event in line.events if event.signal_s == seconds]
-        share = course.share_at(seconds)
+        share = samples.share_at(seconds)
         if share - last < _SHARES_APART and not events and seconds < line.duration_s:
             continue
-        joints = tuple(float(np.interp(seconds, course.seconds, column)) for column in course.joints.T)
+        joints = tuple(float(np.interp(seconds, samples.seconds, column)) for column in samples.joints.T)
         words = "; ".join(f"{event.channel.name} = {short(event.value, 6)}" for event in events)
         yield _Row(begin_s + seconds, joints, line.pose_at(share), words, line.made_by)
         last = share

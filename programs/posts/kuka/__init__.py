@@ -14,7 +14,7 @@ DIALECT = Dialect(
     "from -1 to 1. LIN keeps the configuration of the first PTP.",
     capability=Capability(
         controller_class=1,
-        says="distance and time",
+        timing="distance and time",
         cycle_s=0.004,  # assumed: the interpolation cycle of a KR C4; integrators report 1 ms for triggers
         references=("end",),  # PATH counts from the end point; ONSTART needs a newer KSS
         step_mm=0.01,

@@ -12,7 +12,7 @@ DIALECT = Dialect(
     "few.",
     capability=Capability(
         controller_class=3,
-        says="boundary",
+        timing="boundary",
         cycle_s=0.001,  # the servo thread of the sample configurations
         step_mm_s=0.1 / 60.0,
     ),

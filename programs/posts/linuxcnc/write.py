@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from programs.errors import ProgramError
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps_of_robot import Line, MotionProgram, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import Line, MotionProgram, Reach, Repeat, UseBoard, UseTool
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.axes import in_controller_units, needed_samples, units_of
 from programs.posts.writing.chapters import Chapter
@@ -97,9 +97,9 @@ class GCode(Syntax):
         if not line.joints:
             raise ProgramError(_NO_JOINTS)
         done = 0.0
-        for sample in needed_samples(line.course, units_of(self.installation), _FINENESS):
-            share = float(line.course.shares[sample])
-            words = self.axes(tuple(line.course.joints[sample].tolist()))
+        for sample in needed_samples(line.samples, units_of(self.installation), _FINENESS):
+            share = float(line.samples.shares[sample])
+            words = self.axes(tuple(line.samples.joints[sample].tolist()))
             path = "G61.1" if share == 1.0 and line.blend_mm == 0.0 else f"G64 P{_BLEND_MM:g} Q0"
             feed_mode, feed = self.feed(line, share - done)
             modes = [each for key, mode in (("path", path), ("feed", feed_mode)) for each in self.mode(key, mode)]

@@ -15,7 +15,7 @@ DIALECT = Dialect(
     "M_Outw, 10000 at full scale. Where joints are not known structure flag 7 is assumed.",
     capability=Capability(
         controller_class=3,
-        says="boundary",
+        timing="boundary",
         cycle_s=0.0071,  # assumed: the motion cycle of CR750; CR800 has half of it
         step_mm_s=0.1,
         # Words of 16 bits; 10,000 at full scale is assumed: the module and its configuration decide.

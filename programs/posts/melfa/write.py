@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from programs.motion.steps_of_robot import Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import Line, Reach, Repeat, UseBoard, UseTool
 from programs.pose import Pose, inverse
 from programs.posts.dialect import ProgramFiles
 from programs.posts.writing.angles import fixed_xyz

@@ -1,4 +1,4 @@
-"""Whether a program's text does what was planned."""
+"""Compares what a program's text does with the motion it was made from."""
 
 from dataclasses import dataclass, field
 from itertools import zip_longest
@@ -6,12 +6,11 @@ from math import degrees
 from typing import TypeAlias
 
 from programs.motion.analog import Counting
-from programs.motion.installation import Installation
-from programs.motion.steps_of_robot import (
-    UNTOLD_MM,
+from programs.motion.installation import Channel, Installation
+from programs.motion.steps import (
+    RESOLUTION_MM,
     Call,
     EndRepeat,
-    Event,
     Line,
     MotionProgram,
     Note,
@@ -24,7 +23,6 @@ from programs.motion.steps_of_robot import (
     UseTool,
 )
 from programs.pose import Pose, angle, between, distance
-from programs.posts.reading.tolerances import apart, is_channel, same_axes, same_condition, same_pose, same_value
 from programs.posts.rebuilt import (
     Axes,
     ReadBoard,
@@ -40,9 +38,10 @@ from programs.posts.rebuilt import (
     ReadTool,
     Rebuilt,
 )
-from programs.posts.writing.axes import AXIS_DEG, AXIS_MM, place_on, units_of
+from programs.posts.writing.axes import AXIS_DEG, AXIS_MM, in_controller_units, place_on, units_of
 
-EVENT_MM, EVENT_S = 0.5, 0.002
+_POSE_MM, _POSE_DEG = 0.01, 0.01
+_EVENT_MM, _EVENT_S = 0.5, 0.002
 _DIGIT = 2e-3
 """mm and degrees that written digits may shift a pose by."""
 _PAUSE_S = 0.006
@@ -55,10 +54,10 @@ _Fired: TypeAlias = tuple[ReadSignal, float, float]
 
 
 def compare(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation) -> tuple[str, ...]:
-    """Say where a program that was read back differs from the motion it was made from; nothing if it does the same.
+    """List where a program that was read back differs from the motion it was made from; nothing if it does the same.
 
     Poses are to agree within 0.01 mm and 0.01 degrees at the end and in the middle of every line that was read, and
-    signals to leave within 2 ms, or within 0.5 mm of the jet's place. Where the text says axes instead of poses they
+    signals to leave within 2 ms, or within 0.5 mm of the jet's place. Where the text gives axes instead of poses they
     are to lie on the planned joint motion within 0.004 mm and 0.002 degrees, at those ends and middles.
 
     Args:
@@ -66,19 +65,20 @@ def compare(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
         motion: What ``make_motion`` gave, before it was lowered.
         installation: The cell.
     """
-    judge = _Judge(installation, rebuilt.analog, rebuilt.steps)
+    comparison = _Comparison(installation, rebuilt.analog, rebuilt.steps)
     steps = [step for step in motion.steps if not isinstance(step, Note)]
     for step, after in zip_longest(steps, steps[1:]):
-        judge.step(step, after)
-        if len(judge.differences) >= _MOST_DIFFERENCES:
-            return tuple(judge.differences)
-    if judge.next() is not None:
-        judge.differ(f"{len(rebuilt.steps) - judge.at} steps too many, the first {rebuilt.steps[judge.at]}", "")
-    return tuple(judge.differences)
+        comparison.match_step(step, after)
+        if len(comparison.differences) >= _MOST_DIFFERENCES:
+            return tuple(comparison.differences)
+    if comparison.next() is not None:
+        surplus = rebuilt.steps[comparison.at :]
+        comparison.differ(f"{len(surplus)} steps too many, the first {surplus[0]}", "")
+    return tuple(comparison.differences)
 
 
 @dataclass(slots=True)
-class _Judge:
+class _Comparison:
     """Two programs side by side."""
 
     installation: Installation
@@ -95,11 +95,11 @@ class _Judge:
     differences: list[str] = field(default_factory=list[str])
 
     def differ(self, message: str, made_by: str) -> None:
-        """Note a difference."""
+        """Add a difference."""
         self.differences.append(f"{made_by or 'program'}: {message} (read step {self.at})")
 
     def next(self) -> ReadStep | None:
-        """Look at the next step that was read, and note tools and boards on the way to it."""
+        """Give the next step that was read, past tools and boards, which are used from then on."""
         while self.at < len(self.read) and isinstance(found := self.read[self.at], ReadTool | ReadBoard):
             if isinstance(found, ReadTool):
                 self.read_tool = found
@@ -108,26 +108,66 @@ class _Judge:
             self.at += 1
         return self.read[self.at] if self.at < len(self.read) else None
 
-    def step(self, step: Step, after: Step | None) -> None:
-        """Match one step of the plan; what comes after it says whether a line goes on."""
+    def match_step(self, step: Step, after: Step | None) -> None:
+        """Match one step of the plan; a line after it may be what the next lines that were read belong to."""
         match step:
             case UseTool():
                 self.planned_tool = step
             case UseBoard():
                 self.planned_board = step
             case Line():
-                self.line(step, isinstance(after, Line))
+                self.match_line(step, isinstance(after, Line))
             case _:
                 found = self.next()
                 self.at += 1
                 if isinstance(found, ReadReach) and isinstance(found.target, Axes):
                     self.axes = found.target
-                if not _same_step(step, found, self.installation, self.analog):
+                if not self.is_same(step, found):
                     self.differ(f"planned {step}, read {found}", step.made_by)
                 if isinstance(step, Reach):
-                    self.frames(step)
+                    self.match_frames(step)
 
-    def frames(self, step: Reach) -> None:
+    def is_same(self, step: Step, found: ReadStep | None) -> bool:
+        """Whether a step other than a line was read as planned."""
+        match step, found:
+            case Reach(), ReadReach(target=Axes(values=axes)):
+                planned = in_controller_units(step.joints, self.installation)
+                return len(planned) == len(axes) and all(
+                    abs(a - b) <= 0.001 for a, b in zip(planned, axes, strict=True)
+                )
+            case Reach(), ReadReach(target=Pose() as target):
+                return _same_pose(step.target, target)
+            case Pause(), ReadPause():
+                return abs(step.duration_s - found.duration_s) <= _PAUSE_S
+            case Switch(), ReadSwitch():
+                return self.is_output(step.channel, step.value, found.channel, found.value)
+            case Call(), ReadCall():
+                return bool(found.label)
+            case Repeat(), ReadRepeat():
+                return step.count == found.count and self.is_condition(step, found)
+            case EndRepeat(), ReadEndRepeat():
+                return True
+            case _:
+                return False
+
+    def is_output(self, channel: Channel, planned: float, label: str, read: float) -> bool:
+        """Whether an output is the planned one and gets the planned value; an analog one as volts at its terminal."""
+        if label not in (channel.name, f"{channel.kind} {channel.number}"):
+            return False
+        if channel.kind != "analog":
+            return abs(planned - read) <= 1e-6
+        return abs(planned - self.analog.value(channel, read)) <= self.analog.tolerance(channel)
+
+    def is_condition(self, step: Repeat, found: ReadRepeat) -> bool:
+        """Whether a loop that reads an input ends at the same volts."""
+        if step.sensor is None or found.least is None:
+            return True
+        pairs = [(found.least, step.least)]
+        if found.reading is not None:
+            pairs += zip(found.reading, self.analog.reading(step.sensor), strict=True)
+        return all(abs(read - planned) <= 1e-6 * max(1.0, abs(planned)) for read, planned in pairs)
+
+    def match_frames(self, step: Reach) -> None:
         """Compare tool and board: the tool by where its orifice is, and by its name wherever it is used."""
         tool, board = self.planned_tool, self.planned_board
         if tool is not None and self.read_tool is not None:
@@ -136,13 +176,13 @@ class _Judge:
             if not known or (place is None and len(set(self.tools.values())) < len(self.tools)):
                 self.differ(f"tool {label} is used for another tool than before", step.made_by)
             planned = self.installation.tool(tool.number).T_flange_tcp
-            if place is not None and not same_pose(place, planned):
+            if place is not None and not _same_pose(place, planned):
                 self.differ(f"tool {label} is at {place}, planned {planned}", step.made_by)
         place = self.read_board.T_base_board if self.read_board is not None else None
-        if place is not None and board is not None and not same_pose(place, board.T_base_board):
+        if place is not None and board is not None and not _same_pose(place, board.T_base_board):
             self.differ(f"the board is at {place}, planned {board.T_base_board}", step.made_by)
 
-    def line(self, line: Line, another: bool) -> None:
+    def match_line(self, line: Line, another: bool) -> None:
         """Match one line with the lines that it was divided into; another one may come right after it."""
         done, begin, fired, stops = 0.0, line.start, list[_Fired](), None
         while done < 1.0 or self.ends_again(line, len(line.events) - len(fired)):
@@ -153,7 +193,7 @@ class _Judge:
                 fired.append((ReadSignal(found.channel, found.value, 0.0, 0.0), done, done))
             elif isinstance(found, ReadLine):
                 target, end = self.locate(line, found.target, done)
-                self.part(line, found, (begin, done, target, end))
+                self.match_part(line, found, (begin, done, target, end))
                 fired += [(signal, done, end) for signal in found.signals]
                 done, begin, stops = end, target, found.stops
             else:
@@ -165,7 +205,7 @@ class _Judge:
             self.at += 1
         if stops is not None and stops != (line.blend_mm == 0.0):
             self.differ(f"the line {'stops' if stops else 'does not stop'}", line.made_by)
-        self.signals(line, fired)
+        self.match_signals(line, fired)
 
     def ends_again(self, line: Line, due: int) -> bool:
         """Whether what is read next ends where a planned line does: it may be divided as near to its end as that.
@@ -176,71 +216,65 @@ class _Judge:
         """
         target = self.target_after(0) if due or not isinstance(self.next(), ReadSwitch) else None
         if isinstance(target, Axes):
-            share, off = place_on(line.course, units_of(self.installation), target.values, 0.0)
+            share, off = place_on(line.samples, units_of(self.installation), target.values, 0.0)
             return share == 1.0 and off <= 1.0
-        return target is not None and same_pose(target, line.target)
+        return target is not None and _same_pose(target, line.target)
 
     def target_after(self, steps: int) -> Pose | Axes | None:
-        """Look where a line ends that is read so many steps from here, or past an output from there."""
+        """End of a line that is read so many steps from here, or past an output from there."""
         after = (step for step in self.read[self.at + steps : self.at + steps + 2] if not isinstance(step, ReadSwitch))
         return found.target if isinstance(found := next(after, None), ReadLine) else None
 
     def locate(self, line: Line, target: Pose | Axes, done: float) -> tuple[Pose, float]:
         """Find how far along a planned line a target is; axes have to lie on the planned motion, half way too."""
         if isinstance(target, Pose):
-            reached = same_pose(target, line.target) and not self.goes_nearer(line, target)
+            # A division may lie so near to the end that it counts as the end; the line after it then ends nearer.
+            after = self.target_after(1)
+            nearer = isinstance(after, Pose) and _apart(after, line.target) + _DIGIT < _apart(target, line.target)
+            reached = _same_pose(target, line.target) and not nearer
             return target, 1.0 if reached else _share_of(line, target, done)
         units = units_of(self.installation)
-        share, off = place_on(line.course, units, target.values, done)
+        share, off = place_on(line.samples, units, target.values, done)
         before = self.axes.values if self.axes is not None else target.values
         half_way = tuple(0.5 * (a + b) for a, b in zip(before, target.values, strict=True))
-        off = max(off, place_on(line.course, units, half_way, done)[1])
+        off = max(off, place_on(line.samples, units, half_way, done)[1])
         if off > 1.0:
             allowed = f"{AXIS_MM:g} mm or {AXIS_DEG:g} degrees"
             self.differ(f"the axes are {off:.1f} times {allowed} off the planned motion at {target}", line.made_by)
         self.axes = target
         return line.pose_at(share), share
 
-    def goes_nearer(self, line: Line, target: Pose) -> bool:
-        """Whether a target just before a line's end is not yet the end: a division may lie that near to it."""
-        following = self.target_after(1)
-        return isinstance(following, Pose) and apart(following, line.target) + _DIGIT < apart(target, line.target)
-
-    def part(self, line: Line, found: ReadLine, way: tuple[Pose, float, Pose, float]) -> None:
-        """Check the end and the middle of a line that was read, and its speed."""
+    def match_part(self, line: Line, found: ReadLine, way: tuple[Pose, float, Pose, float]) -> None:
+        """Compare the end and the middle of a line that was read, and its speed."""
         begin, first, target, last = way
         for what, planned, actual in (
             ("ends", line.pose_at(last), target),
             ("is half way", line.pose_at(0.5 * (first + last)), between(begin, target, 0.5)),
         ):
-            if not same_pose(planned, actual):
+            if not _same_pose(planned, actual):
                 self.differ(f"the line {what} at {actual}, planned {planned}", line.made_by)
-        # Of a way that is hardly more than what its digits may shift it by, a language tells the turn's speed, or none.
-        is_told = distance(begin, target) > UNTOLD_MM + _DIGIT
-        asked, speed_mm_s = line.speed_mm_s if is_told else 0.0, found.speed_mm_s
+        # Of a way hardly longer than the rounding of its ends a language gives the speed of the turn, or none.
+        has_speed = distance(begin, target) > RESOLUTION_MM + _DIGIT
+        planned_mm_s, speed_mm_s = line.speed_mm_s if has_speed else 0.0, found.speed_mm_s
         if found.duration_s is not None:
             speed_mm_s = (last - first) * line.length_mm / found.duration_s
-        if asked and speed_mm_s is not None and abs(speed_mm_s - asked) > max(_SPEED_MM_S, _SPEED_SHARE * asked):
-            self.differ(f"speed {speed_mm_s:g}, planned {asked:g} mm/s", line.made_by)
+        allowed = max(_SPEED_MM_S, _SPEED_SHARE * planned_mm_s)
+        if planned_mm_s and speed_mm_s is not None and abs(speed_mm_s - planned_mm_s) > allowed:
+            self.differ(f"speed {speed_mm_s:g}, planned {planned_mm_s:g} mm/s", line.made_by)
 
-    def signals(self, line: Line, fired: list[_Fired]) -> None:
-        """Check what switches on a line, and when."""
+    def match_signals(self, line: Line, fired: list[_Fired]) -> None:
+        """Compare what switches on a line, and when."""
         if len(fired) != len(line.events):
             self.differ(f"{len(fired)} signals on the line, planned {len(line.events)}", line.made_by)
             return
         for (signal, first, last), event in zip(fired, line.events, strict=True):
-            if not is_channel(signal.channel, event.channel) or not same_value(
-                event.channel, event.value, signal.value, self.analog
-            ):
+            if not self.is_output(event.channel, event.value, signal.channel, signal.value):
                 self.differ(f"signal {signal}, planned {event}", event.made_by)
             place = first + signal.share * (last - first)
-            late_s = line.course.second_at(place) + signal.offset_s - event.signal_s
-            if not _in_time(late_s, event):
-                self.differ(f"signal {1e3 * late_s:.1f} ms late, {late_s * event.speed_mm_s:.2f} mm", event.made_by)
-
-
-def _in_time(late_s: float, event: Event) -> bool:
-    return abs(late_s) <= EVENT_S + 1e-6 or abs(late_s) * event.speed_mm_s <= EVENT_MM
+            late_s = line.samples.second_at(place) + signal.offset_s - event.signal_s
+            late_mm = late_s * event.speed_mm_s
+            if abs(late_s) > _EVENT_S + 1e-6 and abs(late_mm) > _EVENT_MM:
+                self.differ(f"signal {1e3 * late_s:.1f} ms late, {late_mm:.2f} mm", event.made_by)
 
 
 def _share_of(line: Line, target: Pose, done: float) -> float:
@@ -251,21 +285,10 @@ def _share_of(line: Line, target: Pose, done: float) -> float:
     return share if done < share < 1.0 else 1.0
 
 
-def _same_step(step: Step, found: ReadStep | None, installation: Installation, analog: Counting) -> bool:
-    match step, found:
-        case Reach(), ReadReach(target=Axes(values=axes)):
-            return same_axes(step.joints, axes, installation)
-        case Reach(), ReadReach(target=Pose() as target):
-            return same_pose(step.target, target)
-        case Pause(), ReadPause():
-            return abs(step.duration_s - found.duration_s) <= _PAUSE_S
-        case Switch(), ReadSwitch():
-            return is_channel(found.channel, step.channel) and same_value(step.channel, step.value, found.value, analog)
-        case Call(), ReadCall():
-            return bool(found.label)
-        case Repeat(), ReadRepeat():
-            return step.count == found.count and same_condition(step, found, analog)
-        case EndRepeat(), ReadEndRepeat():
-            return True
-        case _:
-            return False
+def _apart(one: Pose, other: Pose) -> float:
+    """Millimetres or degrees between two poses, whichever are more."""
+    return max(distance(one, other), degrees(angle(one, other)))
+
+
+def _same_pose(one: Pose, other: Pose) -> bool:
+    return distance(one, other) <= _POSE_MM and degrees(angle(one, other)) <= _POSE_DEG

@@ -15,7 +15,7 @@ DIALECT = Dialect(
     "main one.",
     capability=Capability(
         controller_class=4,
-        says="distance",
+        timing="distance",
         cycle_s=0.002,  # the thread runs once in each cycle of the controller, 500 Hz; the e-Series
         references=("start",),
         step_mm=0.001,

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
-from programs.motion.steps_of_robot import UNTOLD_MM, Event, Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import RESOLUTION_MM, Event, Line, Reach, Repeat, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.ur.watcher import KINDS, WATCHER
@@ -125,7 +125,7 @@ class UrScript(Syntax):
 
 def _written_way(line: Line) -> float:
     """Length of a line in mm; 0 where its ends may be written as one place, which has no direction to watch."""
-    return line.length_mm if line.length_mm > UNTOLD_MM else 0.0
+    return line.length_mm if line.length_mm > RESOLUTION_MM else 0.0
 
 
 def _m(millimetres: float) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps_of_robot import Call, Line, Pause, Reach, Repeat, Step, Switch, UseBoard, UseTool
+from programs.motion.steps import Call, Line, Pause, Reach, Repeat, Step, Switch, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.val3.project import (

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from itertools import count, pairwise
 from typing import TypeAlias
 
-from programs.motion.steps_of_robot import EndRepeat, Line, MotionProgram, Note, Reach, Repeat, Step, UseBoard, UseTool
+from programs.motion.steps import EndRepeat, Line, MotionProgram, Note, Reach, Repeat, Step, UseBoard, UseTool
 
 
 @dataclass(frozen=True, slots=True, eq=False)

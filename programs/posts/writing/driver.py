@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from programs.motion.installation import Channel, Installation, Tool
 from programs.motion.lower import Lowered
-from programs.motion.steps_of_robot import (
+from programs.motion.steps import (
     Call,
     EndRepeat,
     Line,

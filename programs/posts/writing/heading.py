@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from programs.motion.analog import analog_channels
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps_of_robot import Line, MotionProgram, Repeat, Switch
+from programs.motion.steps import Line, MotionProgram, Repeat, Switch
 from programs.posts.dialect import Dialect
 from programs.posts.writing.wording import cut, join_lines, plain, short
 

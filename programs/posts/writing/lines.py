@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from programs.motion.steps_of_robot import Event, Line, Step
+from programs.motion.steps import Event, Line, Step
 
 _STRAIGHT = 1e-3
 """Radians between two directions that count as one."""

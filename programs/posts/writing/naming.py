@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from programs.errors import ProgramError
 from programs.motion.installation import Installation
-from programs.motion.steps_of_robot import MotionProgram, UseBoard, UseTool
+from programs.motion.steps import MotionProgram, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.writing.angles import fixed_xyz
 from programs.posts.writing.wording import make_name, pose_words

@@ -14,7 +14,7 @@ DIALECT = Dialect(
     "the .TXT lists. The first motion is a MOVJ from wherever the robot is.",
     capability=Capability(
         controller_class=1,
-        says="time",
+        timing="time",
         cycle_s=0.004,  # assumed: the interpolation cycle of a YRC1000
         references=("end",),
         step_s=0.01,  # T has two decimals; DIS would be exact only where the robot does not slow down

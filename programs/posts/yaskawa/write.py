@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from programs.errors import ProgramError
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps_of_robot import Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import Line, Reach, Repeat, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
@@ -110,7 +110,7 @@ class Inform(Syntax):
 
     def position(self, pose: Pose, joints: tuple[float, ...]) -> str:
         """Declare a position under the headings it needs."""
-        kinds = [joint.kind for joint in self.installation.joints] or ["revolute"] * len(joints)
+        kinds = self.installation.joint_kinds(len(joints))
         if joints:  # of R, T and S: whether they are beyond half a turn
             beyond = ("1" if not -math.pi < joints[at] <= math.pi else "0" for at in (3, 5, 0))
             self.turns = ",".join(beyond) if kinds == ["revolute"] * 6 else "0,0,0"

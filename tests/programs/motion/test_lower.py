@@ -9,13 +9,13 @@ from robot_programs import PROGRAMS
 from robot_steps import line, pose, program, ramp, signals, turn
 
 from programs.motion.installation import Sensor
-from programs.motion.lower import Capability, Lowered, Saying, lower
+from programs.motion.lower import Capability, EventTiming, Lowered, lower
 from programs.motion.make_motion import make_motion
-from programs.motion.steps_of_robot import EndRepeat, Event, Line, MotionProgram, Pause, Reach, Repeat, Step, Switch
-from programs.motion.valves import Wish, open_valves
+from programs.motion.steps import EndRepeat, Event, Line, MotionProgram, Pause, Reach, Repeat, Step, Switch
+from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import angle, between, distance
 
-CLASSES: dict[Saying, Capability] = {
+CLASSES: dict[EventTiming, Capability] = {
     "distance and time": Capability(1, "distance and time", 0.002),
     "distance": Capability(1, "distance", 0.002, ("end",)),
     "time": Capability(1, "time", 0.004, ("end",), step_s=0.01),
@@ -29,8 +29,10 @@ START = Reach(pose(0), (), "s")
 
 def sprayed(*steps: Step, jets: tuple[tuple[int, float], ...]) -> MotionProgram:
     """Steps with a jet that changes at each (step, seconds); on first."""
-    wishes = [Wish(step, seconds, number % 2 == 0, "ring60", "s/pass") for number, (step, seconds) in enumerate(jets)]
-    made, _ = open_valves((START, *steps), wishes, small_cell())
+    requests = [
+        SwitchRequest(step, seconds, number % 2 == 0, "ring60", "s/pass") for number, (step, seconds) in enumerate(jets)
+    ]
+    made, _ = open_valves((START, *steps), requests, small_cell())
     return program(*made)
 
 
@@ -42,27 +44,27 @@ def events_of(lowered: Lowered) -> list[tuple[Line, Event]]:
     return [(line, event) for line in lowered.motion.lines for event in line.events]
 
 
-@pytest.mark.parametrize("says", PATH_TIMED)
+@pytest.mark.parametrize("timing", PATH_TIMED)
 @pytest.mark.parametrize("made", ["in_flight", "short_strokes", "three_speeds"])
-def test_lowering_keeps_the_path_the_time_and_every_signal(says: Saying, made: str) -> None:
+def test_lowering_keeps_the_path_the_time_and_every_signal(timing: EventTiming, made: str) -> None:
     motion = make_motion(PROGRAMS[made](), small_cell())
-    lowered = lower(motion, CLASSES[says]).motion
+    lowered = lower(motion, CLASSES[timing]).motion
     assert sum(each.length_mm for each in lowered.lines) == pytest.approx(sum(each.length_mm for each in motion.lines))
     assert sum(each.duration_s for each in lowered.lines) == pytest.approx(
         sum(each.duration_s for each in motion.lines)
     )
     before, after = signals(motion.steps, WASH), signals(lowered.steps, WASH)
     assert [value for _, value in after] == [value for _, value in before]
-    slack_s = 0.025 if says == "percent" else 5.1e-3  # the jet begins and ends at rest: no percent is too coarse there
+    slack_s = 0.025 if timing == "percent" else 5.1e-3  # at rest no percent is too coarse
     assert [time_s for time_s, _ in after] == pytest.approx([time_s for time_s, _ in before], abs=slack_s)
 
 
-@pytest.mark.parametrize("says", PATH_TIMED)
-def test_only_what_the_language_has_is_used(says: Saying) -> None:
-    capability = CLASSES[says]
+@pytest.mark.parametrize("timing", PATH_TIMED)
+def test_only_what_the_language_has_is_used(timing: EventTiming) -> None:
+    capability = CLASSES[timing]
     for each, event in events_of(lower(flown(8), capability)):
-        assert event.reference in (*capability.references, "start") if says == "percent" else capability.references
-        match says:
+        assert event.reference in (*capability.references, "start") if timing == "percent" else capability.references
+        match timing:
             case "distance":
                 assert event.offset_s == 0.0
                 assert -each.length_mm - 1e-6 <= event.offset_mm <= 0.0
@@ -132,10 +134,10 @@ def test_a_lead_that_is_too_long_becomes_a_place() -> None:
     assert (end.offset_mm, end.offset_s) == (pytest.approx(-25.0), pytest.approx(-0.02))
 
 
-@pytest.mark.parametrize("says", PATH_TIMED)
-def test_a_signal_during_a_turn_on_the_spot_is_not_lost(says: Saying) -> None:
+@pytest.mark.parametrize("timing", PATH_TIMED)
+def test_a_signal_during_a_turn_on_the_spot_is_not_lost(timing: EventTiming) -> None:
     motion = sprayed(turn(pose(0), 1.5, 2.0), line(pose(0), pose(50), 50.0), jets=((1, 0.7), (2, 0.5)))
-    lowered = lower(motion, CLASSES[says]).motion
+    lowered = lower(motion, CLASSES[timing]).motion
     told = signals(lowered.steps, WASH)
     assert told[1] == (pytest.approx(0.66, abs=0.011), 1.0)
     assert angle(lowered.lines[0].start, motion.lines[0].target) == pytest.approx(1.5)
@@ -178,17 +180,17 @@ def test_what_stands_between_lines_is_left_alone() -> None:
 
 
 @settings(deadline=None, max_examples=60)
-@given(moments=st.lists(st.floats(0.06, 5.9), min_size=1, max_size=6, unique=True), says=st.sampled_from(PATH_TIMED))
-def test_any_moments_keep_their_order_and_their_places(moments: list[float], says: Saying) -> None:
+@given(moments=st.lists(st.floats(0.06, 5.9), min_size=1, max_size=6, unique=True), timing=st.sampled_from(PATH_TIMED))
+def test_any_moments_keep_their_order_and_their_places(moments: list[float], timing: EventTiming) -> None:
     spread = [
         0.06 + 0.95 * moment * number / len(moments) + 0.05 * number for number, moment in enumerate(sorted(moments))
     ]
     motion = sprayed(ramp(pose(0), pose(300), 8.0), jets=tuple((1, moment) for moment in sorted(spread)))
-    lowered = lower(motion, CLASSES[says])
+    lowered = lower(motion, CLASSES[timing])
     assert [value for _, value in signals(lowered.motion.steps, WASH)] == [
         value for _, value in signals(motion.steps, WASH)
     ]
-    worst = lowered.error.time_s - CLASSES[says].cycle_s
+    worst = lowered.error.time_s - CLASSES[timing].cycle_s
     assert worst <= 0.0051 or lowered.error.distance_mm <= 0.6
     ends = [motion.lines[0].start, *(each.target for each in lowered.motion.lines)]
     total = distance(ends[0], ends[-1])

@@ -7,7 +7,7 @@ from small_programs import DOWN, program_of
 
 from programs.motion.installation import Channel
 from programs.motion.make_motion import make_motion
-from programs.motion.steps_of_robot import Call, Line, Reach, Step, Switch, UseTool
+from programs.motion.steps import Call, Line, Reach, Step, Switch, UseTool
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram
 
 UP, DOWN_THERE = (0.0, 0.0, 110.0), (0.0, 0.0, 50.0)

@@ -11,7 +11,7 @@ from small_programs import program_of
 
 from geometry.frames import rotation_angles
 from programs.motion.make_motion import make_motion
-from programs.motion.steps_of_robot import Line, MotionProgram
+from programs.motion.steps import Line, MotionProgram
 from programs.motion.tracks import Track, find_vertices
 from programs.plan import Plan
 from programs.playback import build_timeline, play
@@ -34,8 +34,8 @@ def worst_miss(program: TimedProgram, motion: MotionProgram) -> tuple[float, flo
     timeline = build_timeline(program)
     place, turn = [0.0], [0.0]
     for line in motion.lines:
-        states = play(timeline, line.time_s + line.course.seconds)
-        poses = [line.pose_at(share) for share in line.course.shares.tolist()]
+        states = play(timeline, line.time_s + line.samples.seconds)
+        poses = [line.pose_at(share) for share in line.samples.shares.tolist()]
         place.append(float(np.linalg.norm(states.tcp - [pose.position for pose in poses], axis=1).max()))
         aim = np.array([pose.quaternion for pose in poses])
         turn.append(float(np.degrees(rotation_angles(states.quaternion, aim)).max()))

@@ -6,26 +6,26 @@ from robot_programs import PROGRAMS
 from robot_steps import lasting, line, pose, ramp, signals
 
 from programs.motion.make_motion import make_motion
-from programs.motion.steps_of_robot import EndRepeat, Line, Note, Pause, Reach, Repeat, Step, Switch
-from programs.motion.valves import Wish, open_valves
+from programs.motion.steps import EndRepeat, Line, Note, Pause, Reach, Repeat, Step, Switch
+from programs.motion.valves import SwitchRequest, open_valves
 
 START = Reach(pose(0), (), "s")
 THERE = line(pose(0), pose(100), 100.0, blend_mm=0.3)
 ON, OFF = True, False
 
 
-def wish(step: int, seconds: float, spraying: bool, nozzle: str = "ring60") -> Wish:
-    return Wish(step, seconds, spraying, nozzle, "s/pass")
+def request(step: int, seconds: float, spraying: bool, nozzle: str = "ring60") -> SwitchRequest:
+    return SwitchRequest(step, seconds, spraying, nozzle, "s/pass")
 
 
-def opened(steps: list[Step], *wishes: Wish) -> tuple[list[Step], list[str]]:
-    made, findings = open_valves(steps, wishes, small_cell())
+def opened(steps: list[Step], *requests: SwitchRequest) -> tuple[list[Step], list[str]]:
+    made, findings = open_valves(steps, requests, small_cell())
     return made, [finding.rule.id for finding in findings]
 
 
 def test_the_signal_leaves_earlier_by_the_lag_and_names_the_place_of_the_jet() -> None:
     """The valve needs 40 ms to open and 20 ms to shut: 4 mm and 2 mm at 100 mm/s."""
-    steps, findings = opened([START, THERE], wish(1, 0.3, ON), wish(1, 0.8, OFF))
+    steps, findings = opened([START, THERE], request(1, 0.3, ON), request(1, 0.8, OFF))
     assert signals(steps, WASH)[1:] == [(pytest.approx(0.26), 1.0), (pytest.approx(0.78), 0.0)]
     assert not findings
     begin, end = next(step for step in steps if isinstance(step, Line)).events
@@ -35,13 +35,13 @@ def test_the_signal_leaves_earlier_by_the_lag_and_names_the_place_of_the_jet() -
 
 
 def test_a_valve_is_shut_before_anything_else() -> None:
-    steps, _ = opened([START, THERE], wish(1, 0.3, ON), wish(1, 0.8, OFF))
+    steps, _ = opened([START, THERE], request(1, 0.3, ON), request(1, 0.8, OFF))
     assert steps[0] == Switch(WASH, 0.0, "")
 
 
 def test_near_the_beginning_of_a_line_the_signal_leaves_on_the_line_before() -> None:
     after = line(pose(100), pose(200), 100.0)
-    steps, _ = opened([START, THERE, after], wish(2, 0.01, ON), wish(2, 0.9, OFF))
+    steps, _ = opened([START, THERE, after], request(2, 0.01, ON), request(2, 0.9, OFF))
     first, second = (step for step in steps if isinstance(step, Line))
     (event,) = first.events
     assert (event.reference, event.offset_mm) == ("end", 0.0)
@@ -51,7 +51,7 @@ def test_near_the_beginning_of_a_line_the_signal_leaves_on_the_line_before() -> 
 
 def test_a_pause_is_divided_where_the_signal_leaves() -> None:
     steps, _ = opened(
-        [START, THERE, Pause(0.2, "s"), line(pose(100), pose(0), 50.0)], wish(3, 0.0, ON), wish(3, 1, OFF)
+        [START, THERE, Pause(0.2, "s"), line(pose(100), pose(0), 50.0)], request(3, 0.0, ON), request(3, 1, OFF)
     )
     at = next(index for index, step in enumerate(steps) if isinstance(step, Switch) and step.value == 1.0)
     before, after = steps[at - 1], steps[at + 1]
@@ -62,14 +62,14 @@ def test_a_pause_is_divided_where_the_signal_leaves() -> None:
 
 def test_a_short_pause_is_looked_through() -> None:
     steps, _ = opened(
-        [START, THERE, Pause(0.01, "s"), line(pose(100), pose(0), 50.0)], wish(3, 0.0, ON), wish(3, 1, OFF)
+        [START, THERE, Pause(0.01, "s"), line(pose(100), pose(0), 50.0)], request(3, 0.0, ON), request(3, 1, OFF)
     )
     assert signals(steps, WASH)[1] == (pytest.approx(1.0 - 0.03), 1.0)
 
 
 def test_a_loop_waits_for_the_jet_in_every_turn_of_it() -> None:
     loop = Repeat(3, "clean", 1.0, None, "s")
-    steps, findings = opened([START, loop, THERE, EndRepeat("s")], wish(2, 0.0, ON), wish(2, 1.0, OFF))
+    steps, findings = opened([START, loop, THERE, EndRepeat("s")], request(2, 0.0, ON), request(2, 1.0, OFF))
     at = steps.index(loop)
     assert steps[at + 1] == Switch(WASH, 1.0, "s/pass")
     assert steps[at + 2] == Pause(pytest.approx(0.04), "s/pass")
@@ -79,39 +79,41 @@ def test_a_loop_waits_for_the_jet_in_every_turn_of_it() -> None:
 
 def test_a_pulse_too_short_for_the_valve_is_lengthened_and_said() -> None:
     """5 ms of jet ask for a signal of 5 + 40 - 20 = 25 ms; the valve follows 30 ms."""
-    steps, findings = opened([START, THERE], wish(1, 0.5, ON), wish(1, 0.505, OFF))
+    steps, findings = opened([START, THERE], request(1, 0.5, ON), request(1, 0.505, OFF))
     (_, (on_s, _), (off_s, _)) = signals(steps, WASH)
     assert off_s - on_s == pytest.approx(RING.min_pulse_s)
     assert findings == ["valve-pulse-lengthened"]
 
 
 def test_a_gap_too_short_for_the_valve_is_sprayed_through_and_said() -> None:
-    steps, findings = opened([START, THERE], wish(1, 0.2, ON), wish(1, 0.4, OFF), wish(1, 0.42, ON), wish(1, 0.8, OFF))
+    steps, findings = opened(
+        [START, THERE], request(1, 0.2, ON), request(1, 0.4, OFF), request(1, 0.42, ON), request(1, 0.8, OFF)
+    )
     assert [value for _, value in signals(steps, WASH)] == [0.0, 1.0, 0.0]
     assert findings == ["valve-stays-open"]
 
 
 def test_a_lengthened_signal_may_end_on_the_next_line_or_before_a_barrier() -> None:
     after = line(pose(100), pose(200), 100.0)
-    short = [wish(1, 0.999, ON), wish(1, 1.0, OFF)]
+    short = [request(1, 0.999, ON), request(1, 1.0, OFF)]
     steps, _ = opened([START, THERE, after], *short)
     assert signals(steps, WASH)[-1] == (pytest.approx(0.959 + 0.03), 0.0)
     never = Repeat(2, "x", 1.0, None, "s")
-    slow = [wish(1, 0.9999, ON, "knife"), wish(1, 1.0, OFF, "knife")]
+    slow = [request(1, 0.9999, ON, "knife"), request(1, 1.0, OFF, "knife")]
     steps, _ = opened([START, THERE, never, EndRepeat("s")], *slow)
     told = signals(steps, AIR)
     assert told[-1][0] - told[-2][0] == pytest.approx(0.0501)
 
 
 def test_a_nozzle_without_a_valve_leaves_comments_and_one_error() -> None:
-    steps, findings = opened([START, THERE], wish(1, 0.3, ON, "lance"), wish(1, 0.8, OFF, "lance"))
+    steps, findings = opened([START, THERE], request(1, 0.3, ON, "lance"), request(1, 0.8, OFF, "lance"))
     assert [step.text for step in steps if isinstance(step, Note)] == ["spray on", "spray off"]
     assert findings == ["no-valve"]
 
 
 def test_the_speed_at_the_jet_is_that_of_the_course() -> None:
     hill = ramp(pose(0), pose(100), 2.0)
-    steps, _ = opened([START, hill], wish(1, 0.5, ON), wish(1, 1.5, OFF))
+    steps, _ = opened([START, hill], request(1, 0.5, ON), request(1, 1.5, OFF))
     driven = next(step for step in steps if isinstance(step, Line))
     assert [event.speed_mm_s for event in driven.events] == [pytest.approx(50.0, rel=0.06)] * 2
 
@@ -143,15 +145,15 @@ def test_without_barriers_every_signal_leaves_exactly_a_lag_before_its_jet(
     journey: tuple[list[Step], list[tuple[float, bool]]],
 ) -> None:
     steps, moments = journey
-    wishes: list[Wish] = []
+    requests: list[SwitchRequest] = []
     for time_s, spraying in moments:
         now = 0.0
         for index, step in enumerate(steps):
             if lasting(step) and now <= time_s <= now + lasting(step):
-                wishes.append(wish(index, time_s - now, spraying))
+                requests.append(request(index, time_s - now, spraying))
                 break
             now += lasting(step)
-    made, _ = opened(steps, *wishes)
+    made, _ = opened(steps, *requests)
     expected = [time_s - (RING.open_lag_s if spraying else RING.close_lag_s) for time_s, spraying in moments]
     assert [time_s for time_s, _ in signals(made, WASH)[1:]] == pytest.approx(expected, abs=1e-6)
     assert sum(map(lasting, made)) == pytest.approx(sum(map(lasting, steps)))

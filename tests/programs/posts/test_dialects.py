@@ -14,7 +14,7 @@ from programs.export import Exported, export
 from programs.motion.installation import Installation
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
-from programs.motion.steps_of_robot import MotionProgram
+from programs.motion.steps import MotionProgram
 from programs.native import write as native
 from programs.posts.dialects import DIALECTS
 from programs.posts.reading.compare import compare

@@ -10,7 +10,7 @@ from small_scene import SmallScene
 from tiny_session import tiny_session
 
 from programs.errors import ProgramError
-from programs.motion.steps_of_robot import Line, Reach
+from programs.motion.steps import Line, Reach
 from programs.plan import SprayPass
 from programs.posts.dialects import DIALECTS
 from reports.files.export_robot import write_tracked

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from programs.motion.steps_of_robot import Line, Reach
+from programs.motion.steps import Line, Reach
 from webui.glb.glb import flat_triangles_glb
 from webui.glb.ribbons import bars
 from webui.layers.paths.nozzle import rotation

@@ -8,8 +8,8 @@ from robot_steps import line, pose, program
 from programs.errors import ProgramError
 from programs.export import export
 from programs.motion.lower import lower
-from programs.motion.steps_of_robot import MotionProgram, Reach, Step, Switch, UseBoard, UseTool
-from programs.motion.valves import Wish, open_valves
+from programs.motion.steps import MotionProgram, Reach, Step, Switch, UseBoard, UseTool
+from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.abb import PAINT_DIALECT
 
@@ -18,8 +18,8 @@ READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s")
 
 def sprayed() -> MotionProgram:
     stroke = line(pose(0), pose(100), 100.0, blend_mm=1.0)
-    wishes = [Wish(3, 0.08, True, "ring60", "s"), Wish(3, 0.92, False, "ring60", "s")]
-    return program(*open_valves((*READY, stroke), wishes, small_cell())[0])
+    requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
+    return program(*open_valves((*READY, stroke), requests, small_cell())[0])
 
 
 def written(motion: MotionProgram) -> list[str]:

@@ -10,8 +10,8 @@ from programs.errors import ProgramError
 from programs.export import export
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
-from programs.motion.steps_of_robot import Call, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
-from programs.motion.valves import Wish, open_valves
+from programs.motion.steps import Call, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
+from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.abb import DIALECT
 from programs.posts.reading.compare import compare
@@ -31,8 +31,8 @@ def statements(text: str, word: str) -> list[str]:
 def test_the_example_of_the_four_dialects() -> None:
     """On 8 mm after the start, off 8 mm before the end, 40 ms to open and 20 ms to shut, 100 mm/s."""
     stroke = line(pose(0), pose(100), 100.0, blend_mm=1.0)
-    wishes = [Wish(3, 0.08, True, "ring60", "s"), Wish(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), wishes, small_cell())
+    requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
+    steps, _ = open_valves((*READY, stroke), requests, small_cell())
     text = written(program(*steps))
     assert statements(text, "TriggEquip") == [
         "TriggEquip ev1,8.000\\Start,0.040\\DOp:=doWash,1;",

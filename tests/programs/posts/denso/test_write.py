@@ -9,8 +9,8 @@ from robot_steps import line, pose, program, turn
 from programs.errors import ProgramError
 from programs.export import export
 from programs.motion.lower import lower
-from programs.motion.steps_of_robot import Call, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
-from programs.motion.valves import Wish, open_valves
+from programs.motion.steps import Call, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
+from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.denso import DIALECT
 from programs.posts.reading.compare import compare
@@ -25,8 +25,8 @@ def written(motion: MotionProgram) -> list[str]:
 
 def sprayed(*lines: Line, on: float = 0.08, off: float = 0.92) -> list[str]:
     """The statements from the first line on."""
-    wishes = [Wish(3, on, True, "ring60", "s"), Wish(3, off, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, *lines), wishes, small_cell())
+    requests = [SwitchRequest(3, on, True, "ring60", "s"), SwitchRequest(3, off, False, "ring60", "s")]
+    steps, _ = open_valves((*READY, *lines), requests, small_cell())
     text = written(program(*steps))
     return text[text.index("' s/line") + 1 : text.index("End Sub", text.index("' s/line"))]
 

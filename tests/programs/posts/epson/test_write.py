@@ -10,8 +10,8 @@ from robot_steps import line, pose, program, turn
 from programs.errors import ProgramError
 from programs.export import export
 from programs.motion.lower import lower
-from programs.motion.steps_of_robot import Call, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
-from programs.motion.valves import Wish, open_valves
+from programs.motion.steps import Call, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
+from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.epson import DIALECT
 from programs.posts.reading.compare import compare
@@ -31,8 +31,8 @@ def moves(motion: MotionProgram) -> list[str]:
 def test_the_example_of_the_four_dialects() -> None:
     """On 8 mm after the start, off 8 mm before the end, 40 ms to open and 20 ms to shut, 100 mm/s, 100 mm."""
     stroke = line(pose(0), pose(100), 100.0, blend_mm=1.0)
-    wishes = [Wish(3, 0.08, True, "ring60", "s"), Wish(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), wishes, small_cell())
+    requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
+    steps, _ = open_valves((*READY, stroke), requests, small_cell())
     assert moves(program(*steps)) == [
         "Move XY(100.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1 CP !D4; On 1; D90; Off 1!"
     ]
@@ -40,8 +40,8 @@ def test_the_example_of_the_four_dialects() -> None:
 
 def test_a_line_too_long_for_whole_percents_is_divided_where_the_signal_leaves() -> None:
     stroke = line(pose(0), pose(900), 100.0, blend_mm=1.0)
-    wishes = [Wish(3, 2.085, True, "ring60", "s"), Wish(3, 6.485, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), wishes, small_cell())
+    requests = [SwitchRequest(3, 2.085, True, "ring60", "s"), SwitchRequest(3, 6.485, False, "ring60", "s")]
+    steps, _ = open_valves((*READY, stroke), requests, small_cell())
     text = moves(program(*steps))
     assert [move.partition("!")[2] for move in text] == ["", "D0; On 1!", "D0; Off 1!"]
     assert [move.split("(")[1].split(",")[0] for move in text] == ["204.500", "646.500", "900.000"]
@@ -50,10 +50,10 @@ def test_a_line_too_long_for_whole_percents_is_divided_where_the_signal_leaves()
 
 def test_no_move_has_more_than_16_percents() -> None:
     stroke = line(pose(0), pose(100), 100.0)
-    wishes = [Wish(3, 0.04 * (number + 1), number % 2 == 0, "ring60", "s") for number in range(24)]
+    requests = [SwitchRequest(3, 0.04 * (number + 1), number % 2 == 0, "ring60", "s") for number in range(24)]
     cell = small_cell()
     fast = {"ring60": replace(cell.valves["ring60"], open_lag_s=0.0, close_lag_s=0.0)}
-    steps, _ = open_valves((*READY, stroke), wishes, replace(cell, valves=fast))
+    steps, _ = open_valves((*READY, stroke), requests, replace(cell, valves=fast))
     said = [len(re.findall(r"\bD\d+;", move)) for move in moves(program(*steps))]
     assert max(said) <= 16
     assert sum(said) == 24

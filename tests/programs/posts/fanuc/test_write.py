@@ -11,8 +11,8 @@ from programs.errors import ProgramError
 from programs.export import export
 from programs.motion.installation import Installation
 from programs.motion.lower import lower
-from programs.motion.steps_of_robot import EndRepeat, Line, MotionProgram, Pause, Reach, Repeat, Step, UseBoard, UseTool
-from programs.motion.valves import Wish, open_valves
+from programs.motion.steps import EndRepeat, Line, MotionProgram, Pause, Reach, Repeat, Step, UseBoard, UseTool
+from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY, Pose
 from programs.posts.fanuc import DIALECT
 from programs.posts.reading.compare import compare
@@ -31,8 +31,8 @@ def instructions(text: str, word: str = "") -> list[str]:
 
 def sprayed(cell: Installation, *jets: tuple[float, bool]) -> MotionProgram:
     stroke = line(pose(0), pose(100), 100.0, blend_mm=1.0)
-    wishes = [Wish(3, seconds, spraying, "ring60", "s") for seconds, spraying in jets]
-    return program(*open_valves((*READY, stroke), wishes, cell)[0])
+    requests = [SwitchRequest(3, seconds, spraying, "ring60", "s") for seconds, spraying in jets]
+    return program(*open_valves((*READY, stroke), requests, cell)[0])
 
 
 def test_the_example_of_the_four_dialects_with_points_where_the_jet_is_wanted() -> None:

@@ -12,8 +12,8 @@ from programs.export import export
 from programs.motion.installation import Installation
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
-from programs.motion.steps_of_robot import Call, Line, MotionProgram, Note, Reach, Step, UseBoard, UseTool
-from programs.motion.valves import Wish, open_valves
+from programs.motion.steps import Call, Line, MotionProgram, Note, Reach, Step, UseBoard, UseTool
+from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY, Pose, Quaternion
 from programs.posts.kuka import DIALECT
 from programs.posts.reading.compare import compare
@@ -34,8 +34,8 @@ def source(motion: MotionProgram) -> list[str]:
 def test_the_example_of_the_four_dialects_without_a_division() -> None:
     """On 8 mm after the start, off 8 mm before the end, 40 ms to open and 20 ms to shut, 100 mm/s, 100 mm."""
     stroke = line(pose(0), pose(100), 100.0, blend_mm=1.0)
-    wishes = [Wish(3, 0.08, True, "ring60", "s"), Wish(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), wishes, small_cell())
+    requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
+    steps, _ = open_valves((*READY, stroke), requests, small_cell())
     lines = source(program(*steps))
     at = lines.index("LIN P2 C_DIS")
     assert lines[at - 3 : at] == [
@@ -51,12 +51,14 @@ def test_no_trigger_lies_before_the_motion_that_carries_it(made: str) -> None:
     """The controller would trim it without a word."""
     for each in lower(make_motion(PROGRAMS[made](), small_cell()), DIALECT.capability).motion.lines:
         for event in each.events:
-            leaves_s = each.course.second_at(event.share) + event.offset_s
+            leaves_s = each.samples.second_at(event.share) + event.offset_s
             assert -5.1e-4 <= leaves_s <= each.duration_s + 5.1e-4
 
 
 def test_a_turn_on_the_spot_goes_at_its_rate_and_counts_from_its_end() -> None:
-    steps, _ = open_valves((*READY, turn(pose(0), math.pi / 2, 1.0)), [Wish(3, 0.5, True, "ring60", "s")], small_cell())
+    steps, _ = open_valves(
+        (*READY, turn(pose(0), math.pi / 2, 1.0)), [SwitchRequest(3, 0.5, True, "ring60", "s")], small_cell()
+    )
     lines = source(program(*steps))
     at = lines.index("LIN P2")
     assert lines[at - 3 : at] == ["$VEL.ORI1=90", "$VEL.ORI2=90", "TRIGGER WHEN DISTANCE=1 DELAY=-540 DO $OUT[1]=TRUE"]

@@ -17,8 +17,8 @@ from programs.export import export
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
-from programs.motion.steps_of_robot import Course, Line, MotionProgram, Reach, Step, Switch, UseBoard, UseTool
-from programs.motion.valves import Wish, open_valves
+from programs.motion.steps import Line, MotionProgram, Reach, SampledLine, Step, Switch, UseBoard, UseTool
+from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import Pose, compose, inverse
 from programs.posts.linuxcnc import DIALECT
 from programs.posts.linuxcnc.write import GROUP_BASE
@@ -57,19 +57,22 @@ def stroke(begin: list[float], end: list[float], speed: float, *, blend_mm: floa
     length = float(np.linalg.norm(way[1, :3] - way[0, :3]))
     turn = math.radians(float(np.abs(way[1, 3:] - way[0, 3:]).sum()))
     seconds = length / speed if length else turn / math.radians(speed)
-    course = Course(shares * seconds, shares, axes * DEGREES)
-    return Line(*poses, speed if length else 0.0, turn / seconds, blend_mm, course, 0.0, "s/line")
+    samples = SampledLine(shares * seconds, shares, axes * DEGREES)
+    return Line(*poses, speed if length else 0.0, turn / seconds, blend_mm, samples, 0.0, "s/line")
 
 
 def begun(*lines: Line) -> MotionProgram:
-    joints = tuple(lines[0].course.joints[0].tolist())
+    joints = tuple(lines[0].samples.joints[0].tolist())
     ready: tuple[Step, ...] = (
         UseBoard("", GANTRY.T_base_board, ""),
         UseTool(1, "ring60", "s"),
         Reach(lines[0].start, joints, "s"),
     )
-    wishes = [Wish(3, 0.25 * lines[0].duration_s, True, "ring60", "s"), Wish(3, 0.6, False, "ring60", "s")]
-    return program(*open_valves((*ready, *lines), wishes, GANTRY)[0])
+    requests = [
+        SwitchRequest(3, 0.25 * lines[0].duration_s, True, "ring60", "s"),
+        SwitchRequest(3, 0.6, False, "ring60", "s"),
+    ]
+    return program(*open_valves((*ready, *lines), requests, GANTRY)[0])
 
 
 TILTED = [
@@ -121,7 +124,7 @@ def test_the_origin_of_the_board_is_the_zero_of_a_gantry() -> None:
     assert "G10 L2 P1 X-80 Y-50 Z60 C0 B0 R0" in text
     moved = replace(GANTRY, T_base_board=Pose((10.0, 20.0, 60.0), (1.0, 0.0, 0.0, 0.0)))
     shift = np.array([90.0, 70.0, 0.0, 0.0, 0.0])
-    line = replace(TILTED[0], course=replace(TILTED[0].course, joints=TILTED[0].course.joints + shift))
+    line = replace(TILTED[0], samples=replace(TILTED[0].samples, joints=TILTED[0].samples.joints + shift))
     board = UseBoard("", moved.T_base_board, "")
     steps = [board if isinstance(step, UseBoard) else step for step in begun(line).steps]
     other = text_of(program(*steps), moved)

@@ -10,8 +10,8 @@ from robot_steps import line, pose, program, turn
 from programs.errors import ProgramError
 from programs.export import export
 from programs.motion.lower import lower
-from programs.motion.steps_of_robot import Call, Event, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
-from programs.motion.valves import Wish, open_valves
+from programs.motion.steps import Call, Event, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
+from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY, Pose
 from programs.posts.melfa import DIALECT
 from programs.posts.reading.compare import compare
@@ -28,8 +28,8 @@ def written(motion: MotionProgram) -> dict[str, list[str]]:
 def test_the_example_of_the_four_dialects() -> None:
     """On 4 mm after the start, off 10 mm before the end: there the line is divided and passed."""
     stroke = line(pose(0), pose(100), 100.0)
-    wishes = [Wish(3, 0.08, True, "ring60", "s"), Wish(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), wishes, small_cell())
+    requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
+    steps, _ = open_valves((*READY, stroke), requests, small_cell())
     said = written(program(*steps))["START01.prg"]
     assert said[said.index("Spd 100") - 1 : -1] == [
         "Cnt 1,0.3,0.3",

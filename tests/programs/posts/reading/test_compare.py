@@ -11,7 +11,7 @@ from robot_programs import PROGRAMS
 
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
-from programs.motion.steps_of_robot import MotionProgram
+from programs.motion.steps import MotionProgram
 from programs.pose import Pose, compose
 from programs.posts.abb import DIALECT
 from programs.posts.reading.compare import compare

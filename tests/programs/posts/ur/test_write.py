@@ -13,8 +13,8 @@ from programs.export import export
 from programs.motion.installation import Installation
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
-from programs.motion.steps_of_robot import Event, Line, MotionProgram, Reach, Step, UseBoard, UseTool
-from programs.motion.valves import Wish, open_valves
+from programs.motion.steps import Event, Line, MotionProgram, Reach, Step, UseBoard, UseTool
+from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.reading.compare import compare
 from programs.posts.ur import DIALECT
@@ -35,8 +35,8 @@ def statements(lines: list[str], *words: str) -> list[str]:
 def test_the_example_of_the_four_dialects_in_metres_from_the_start() -> None:
     """On 8 mm after the start, off 8 mm before the end, 40 ms to open and 20 ms to shut, 100 mm/s, 100 mm."""
     stroke = line(pose(0), pose(100), 100.0)
-    wishes = [Wish(3, 0.08, True, "ring60", "s"), Wish(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), wishes, small_cell())
+    requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
+    steps, _ = open_valves((*READY, stroke), requests, small_cell())
     lines = written(program(*steps))
     ends = "p[0,0,0.05,3.141593,0,0], p[0.1,0,0.05,3.141593,0,0]"
     assert statements(lines, "arm(", "movel(", "settle()") == [
@@ -63,7 +63,7 @@ def test_no_output_waits_on_a_way_whose_ends_are_written_alike() -> None:
 
 def test_an_output_during_a_turn_on_the_spot_divides_it() -> None:
     steps, _ = open_valves(
-        (*READY, turn(pose(0), math.pi / 2, 1.0)), [Wish(3, 0.54, True, "ring60", "s")], small_cell()
+        (*READY, turn(pose(0), math.pi / 2, 1.0)), [SwitchRequest(3, 0.54, True, "ring60", "s")], small_cell()
     )
     moves = statements(written(program(*steps)), "movel(", "set_out(0")
     assert [each[:8] for each in moves] == ["set_out(", "movel(po", "set_out(", "movel(po"]

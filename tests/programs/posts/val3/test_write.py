@@ -11,8 +11,8 @@ from robot_steps import line, pose, program, turn
 from programs.errors import ProgramError
 from programs.export import export
 from programs.motion.lower import lower
-from programs.motion.steps_of_robot import Call, Event, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
-from programs.motion.valves import Wish, open_valves
+from programs.motion.steps import Call, Event, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
+from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.reading.compare import compare
 from programs.posts.val3 import DIALECT
@@ -33,8 +33,8 @@ def code(text: str) -> list[str]:
 def test_the_example_of_the_four_dialects() -> None:
     """On 4 mm after the start, off 10 mm before the end: there the line is divided; the task sets the outputs."""
     stroke = line(pose(0), pose(100), 100.0)
-    wishes = [Wish(3, 0.08, True, "ring60", "s"), Wish(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), wishes, small_cell())
+    requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
+    steps, _ = open_valves((*READY, stroke), requests, small_cell())
     said = code(files_of(program(*steps))["start_01.pgx"])
     assert said[said.index("movej(p_01[0],t_ring60,mReach)") + 1 :] == [
         "movel(p_01[1],t_ring60,m100_z0p30)",

@@ -8,18 +8,18 @@ from hypothesis import strategies as st
 from installations import small_cell
 
 from programs.motion.installation import Joint
-from programs.motion.steps_of_robot import Course
+from programs.motion.steps import SampledLine
 from programs.posts.writing.axes import allowed_of, in_controller_units, needed_samples, place_on, units_of
 
 CELL = replace(small_cell(), joints=(Joint("X", "prismatic"), Joint("C", "revolute")))
 UNITS = units_of(CELL)
 
 
-def arc(radius_mm: float, turn_rad: float, samples: int = 301) -> Course:
+def arc(radius_mm: float, turn_rad: float, samples: int = 301) -> SampledLine:
     """X follows what a lever does while C turns."""
     shares = np.linspace(0.0, 1.0, samples)
     joints = np.column_stack((radius_mm * np.cos(turn_rad * shares), turn_rad * shares))
-    return Course(shares * 2.0, shares, joints)
+    return SampledLine(shares * 2.0, shares, joints)
 
 
 def test_degrees_and_mm() -> None:
@@ -29,31 +29,31 @@ def test_degrees_and_mm() -> None:
 
 def test_a_straight_run_needs_its_end_only() -> None:
     shares = np.linspace(0.0, 1.0, 50)
-    course = Course(shares, shares, np.column_stack((80.0 * shares, 0.3 * shares)))
-    assert needed_samples(course, UNITS, 0.7) == (49,)
+    samples = SampledLine(shares, shares, np.column_stack((80.0 * shares, 0.3 * shares)))
+    assert needed_samples(samples, UNITS, 0.7) == (49,)
 
 
 @settings(deadline=None, max_examples=40)
 @given(st.floats(1.0, 400.0), st.floats(-3.0, 3.0))
 def test_between_the_samples_kept_the_axes_stay_within_what_is_allowed(radius: float, turn: float) -> None:
-    course = arc(radius, turn)
-    kept = [0, *needed_samples(course, UNITS, 1.0)]
-    assert kept[-1] == len(course.shares) - 1
+    samples = arc(radius, turn)
+    kept = [0, *needed_samples(samples, UNITS, 1.0)]
+    assert kept[-1] == len(samples.shares) - 1
     straight = np.column_stack(
-        [np.interp(course.shares, course.shares[kept], column[kept]) for column in course.joints.T]
+        [np.interp(samples.shares, samples.shares[kept], column[kept]) for column in samples.joints.T]
     )
-    off = np.abs(straight - course.joints) / UNITS / allowed_of(UNITS)
+    off = np.abs(straight - samples.joints) / UNITS / allowed_of(UNITS)
     assert off.max() <= 1.0 + 1e-9
     for at in range(len(kept) - 1):
-        middle = 0.5 * (course.joints[kept[at]] + course.joints[kept[at + 1]]) / UNITS
-        assert place_on(course, UNITS, tuple(middle.tolist()), 0.0)[1] <= 1.0 + 1e-6
+        middle = 0.5 * (samples.joints[kept[at]] + samples.joints[kept[at + 1]]) / UNITS
+        assert place_on(samples, UNITS, tuple(middle.tolist()), 0.0)[1] <= 1.0 + 1e-6
 
 
 @given(st.floats(0.05, 0.95))
 def test_axes_on_the_motion_are_found_where_they_are(share: float) -> None:
-    course = arc(200.0, 1.0, 2001)
-    axes = np.array([np.interp(share, course.shares, column) for column in course.joints.T]) / UNITS
-    found, off = place_on(course, UNITS, tuple(axes.tolist()), 0.0)
+    samples = arc(200.0, 1.0, 2001)
+    axes = np.array([np.interp(share, samples.shares, column) for column in samples.joints.T]) / UNITS
+    found, off = place_on(samples, UNITS, tuple(axes.tolist()), 0.0)
     assert found == pytest.approx(share, abs=1e-6)
     assert off < 1e-6
 
@@ -62,12 +62,12 @@ def test_what_lies_behind_is_not_looked_at() -> None:
     """There and back: the same axes twice."""
     shares = np.linspace(0.0, 1.0, 201)
     there = np.minimum(shares, 1.0 - shares)
-    course = Course(shares, shares, np.column_stack((100.0 * there, 0.0 * there)))
-    assert place_on(course, UNITS, (20.0, 0.0), 0.0)[0] == pytest.approx(0.2)
-    assert place_on(course, UNITS, (20.0, 0.0), 0.5)[0] == pytest.approx(0.8)
+    samples = SampledLine(shares, shares, np.column_stack((100.0 * there, 0.0 * there)))
+    assert place_on(samples, UNITS, (20.0, 0.0), 0.0)[0] == pytest.approx(0.2)
+    assert place_on(samples, UNITS, (20.0, 0.0), 0.5)[0] == pytest.approx(0.8)
 
 
 def test_axes_off_the_motion_are_off_in_units_of_what_is_allowed() -> None:
-    course = arc(200.0, 1.0)
-    assert place_on(course, UNITS, (200.0, -0.5), 0.0)[1] > 200
-    assert place_on(course, UNITS, (200.0,), 0.0)[1] == math.inf
+    samples = arc(200.0, 1.0)
+    assert place_on(samples, UNITS, (200.0, -0.5), 0.0)[1] > 200
+    assert place_on(samples, UNITS, (200.0,), 0.0)[1] == math.inf

@@ -6,7 +6,7 @@ from robot_programs import PROGRAMS
 from robot_steps import line, pose, program
 
 from programs.motion.make_motion import make_motion
-from programs.motion.steps_of_robot import EndRepeat, Line, Note, Pause, Reach, Repeat, Step, UseBoard, UseTool
+from programs.motion.steps import EndRepeat, Line, Note, Pause, Reach, Repeat, Step, UseBoard, UseTool
 from programs.posts.writing.chapters import Chapter, Part, divide
 
 
@@ -23,7 +23,7 @@ def test_nothing_is_lost_and_no_routine_is_too_long(made: str, most: int) -> Non
     assert len(told) == len(motion.steps)
     for step, planned in zip(told, motion.steps, strict=True):
         assert step is planned or (
-            isinstance(step, Line) and isinstance(planned, Line) and step.course is planned.course
+            isinstance(step, Line) and isinstance(planned, Line) and step.samples is planned.samples
         )
     chapters = [part for part in parts if isinstance(part, Chapter)]
     assert max(len(chapter.steps) for chapter in chapters) <= most

@@ -4,7 +4,7 @@ from installations import WASH, small_cell
 from robot_steps import line, pose, program
 
 from programs.motion.lower import lower
-from programs.motion.steps_of_robot import Call, Step, Switch
+from programs.motion.steps import Call, Step, Switch
 from programs.posts.denso import DIALECT
 from programs.posts.denso.write import PacScript
 from programs.posts.writing.chapters import Chapter

@@ -1,7 +1,7 @@
 from installations import WASH
 from robot_steps import line, pose, program
 
-from programs.motion.steps_of_robot import Event, Switch
+from programs.motion.steps import Event, Switch
 from programs.posts.writing.heading import list_outputs
 
 

@@ -1,7 +1,7 @@
 from installations import WASH
 from robot_steps import line, pose
 
-from programs.motion.steps_of_robot import Event, Pause
+from programs.motion.steps import Event, Pause
 from programs.posts.writing.lines import place_events
 
 

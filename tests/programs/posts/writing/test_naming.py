@@ -2,7 +2,7 @@ import pytest
 from robot_steps import program
 
 from programs.errors import ProgramError
-from programs.motion.steps_of_robot import UseBoard, UseTool
+from programs.motion.steps import UseBoard, UseTool
 from programs.pose import IDENTITY
 from programs.posts.writing.naming import Names, number_slots
 

@@ -10,8 +10,8 @@ from robot_steps import line, pose, program, turn
 from programs.errors import ProgramError
 from programs.export import export
 from programs.motion.lower import lower
-from programs.motion.steps_of_robot import Line, MotionProgram, Pause, Reach, Step, UseBoard, UseTool
-from programs.motion.valves import Wish, open_valves
+from programs.motion.steps import Line, MotionProgram, Pause, Reach, Step, UseBoard, UseTool
+from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.reading.compare import compare
 from programs.posts.yaskawa import DIALECT
@@ -30,8 +30,8 @@ def instructions(text: str, *words: str) -> list[str]:
 def test_the_example_of_the_four_dialects_with_points_where_the_jet_is_wanted() -> None:
     """On 8 mm after the start, off 8 mm before the end, 40 ms to open and 20 ms to shut, 100 mm/s, 100 mm."""
     stroke = line(pose(0), pose(100), 100.0, blend_mm=1.5)
-    wishes = [Wish(3, 0.08, True, "ring60", "s"), Wish(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), wishes, small_cell())
+    requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
+    steps, _ = open_valves((*READY, stroke), requests, small_cell())
     text = written(program(*steps))["TINY_01.JBI"]
     assert instructions(text, "MOVL", "DOUT") == [
         "DOUT OT#(1) OFF",

@@ -1,6 +1,6 @@
-"""What a robot's controller executes: lines with events on them, pauses, outputs, loops. Board frame, mm, s."""
+"""Steps of a robot's controller: lines with events on them, pauses, outputs, loops. Board frame, mm, s."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import degrees
 from typing import Literal, TypeAlias
@@ -17,7 +17,7 @@ from specs.finding import Finding
 Reference: TypeAlias = Literal["start", "end"]
 SAME_MM = 1e-6
 """A line shorter than this goes nowhere."""
-UNTOLD_MM = 2e-3
+RESOLUTION_MM = 2e-3
 """A shorter way may vanish in a robot's program: all languages are given places to 0.001 mm in each coordinate."""
 
 
@@ -36,15 +36,15 @@ class Event:
     share: float
     """The place of ``offset_mm`` as a share of the line; also where the line turns on the spot."""
     signal_s: float
-    """When it is to leave, seconds from the line's beginning on the planned course: what the offsets say in time."""
+    """When it is to leave, seconds from the line's beginning in the planned motion: the offsets as a time."""
     speed_mm_s: float
-    """Of the orifice at the moment for which the jet is wanted, or no longer wanted."""
+    """Of the orifice at the requested moment of the jet's begin or end."""
     made_by: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Course:
-    """The planned run along one line, at m moments from its beginning to its end."""
+class SampledLine:
+    """The planned motion along one line, at m moments from its beginning to its end."""
 
     seconds: Scalars
     """(m,) since the line's beginning, increasing from 0."""
@@ -54,11 +54,11 @@ class Course:
     """(m, dof) radians or mm; dof is 0 where the joint motion is not known."""
 
     def share_at(self, seconds: float) -> float:
-        """How much of the line is done by then."""
+        """Share of the line done by then."""
         return float(np.interp(seconds, self.seconds, self.shares))
 
     def second_at(self, share: float) -> float:
-        """When so much of the line is done."""
+        """Time at which this share of the line is done."""
         return float(np.interp(share, self.shares, self.seconds))
 
 
@@ -74,7 +74,7 @@ class Line:
     """The plateau of the turn; 0 if it does not turn."""
     blend_mm: float
     """The target is passed within this; 0 is a stop."""
-    course: Course
+    samples: SampledLine
     time_s: float
     """When it begins, in the program's own time."""
     made_by: str
@@ -83,44 +83,44 @@ class Line:
 
     @property
     def length_mm(self) -> float:
-        """How far the orifice goes."""
+        """Way of the orifice."""
         return distance(self.start, self.target)
 
     @property
     def angle_rad(self) -> float:
-        """How far the tool turns."""
+        """Angle of the tool's turn."""
         return angle(self.start, self.target)
 
     @property
     def turns_on_the_spot(self) -> bool:
-        """Whether only the orientation changes, as far as a program tells it: then its speed is that of the turn.
+        """Whether only the orientation changes, as far as a program resolves it: then its speed is that of the turn.
 
         Of a way that is lost in the last digit no speed can be kept, and it would leave the turn as fast as it can be.
         """
         way = self.length_mm
-        return way <= SAME_MM or (way <= UNTOLD_MM and degrees(self.angle_rad) > way)
+        return way <= SAME_MM or (way <= RESOLUTION_MM and degrees(self.angle_rad) > way)
 
     @property
     def duration_s(self) -> float:
-        """How long the plan takes for it."""
-        return float(self.course.seconds[-1])
+        """Planned time."""
+        return float(self.samples.seconds[-1])
 
     @property
     def joints(self) -> tuple[float, ...]:
         """At the target; empty if not known."""
-        return tuple(self.course.joints[-1].tolist())
+        return tuple(self.samples.joints[-1].tolist())
 
     def pose_at(self, share: float) -> Pose:
-        """Where the tool is when so much of the line is done."""
+        """Pose where this share of the line is done."""
         return between(self.start, self.target, share)
 
     def speed_at(self, seconds: float) -> float:
-        """Speed of the orifice on the planned course, mm/s."""
+        """Planned speed of the orifice, mm/s."""
         if self.turns_on_the_spot:
             return 0.0
-        times = self.course.seconds
+        times = self.samples.seconds
         at = int(np.clip(np.searchsorted(times, seconds, side="right"), 1, len(times) - 1))
-        rate = (self.course.shares[at] - self.course.shares[at - 1]) / (times[at] - times[at - 1])
+        rate = (self.samples.shares[at] - self.samples.shares[at - 1]) / (times[at] - times[at - 1])
         return float(rate) * self.length_mm
 
 
@@ -150,7 +150,7 @@ class Switch:
     value: float
     made_by: str
     what: str = ""
-    """The words that ask for it, such as ``pressure_bar = 3.500``; empty for a valve."""
+    """The command it comes from, such as ``pressure_bar = 3.500``; empty for a valve."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +201,7 @@ class EndRepeat:
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """What the person who reads the program should know: FUNCTION, SOLUTION, and what has no channel."""
+    """A comment for the reader of the program: FUNCTION, SOLUTION, and what has no channel."""
 
     text: str
     made_by: str
@@ -212,7 +212,7 @@ Step: TypeAlias = Line | Reach | Pause | Switch | UseTool | UseBoard | Call | Re
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionProgram:
-    """A program as steps, with what was noticed while it was made."""
+    """A program as steps, with the findings of its making."""
 
     origin: Origin
     duration_s: float
@@ -234,34 +234,27 @@ def split_line(line: Line, shares: tuple[float, ...], blend_mm: float) -> list[L
         shares: Where, increasing, each between 0 and 1 and none of them either.
         blend_mm: Zone at the new points.
     """
-    cuts = (0.0, *shares, 1.0)
     poses = [line.start, *(line.pose_at(share) for share in shares), line.target]
     parts: list[Line] = []
-    for number, (begin, end) in enumerate(pairwise(cuts)):
-        course = _part_of(line.course, begin, end)
-        parts.append(
-            Line(
-                start=poses[number],
-                target=poses[number + 1],
-                speed_mm_s=line.speed_mm_s,
-                turn_rad_s=line.turn_rad_s,
-                blend_mm=line.blend_mm if end == 1.0 else blend_mm,
-                course=course,
-                time_s=line.time_s + line.course.second_at(begin) if begin else line.time_s,
-                made_by=line.made_by,
-            )
-        )
+    for number, (begin, end) in enumerate(pairwise((0.0, *shares, 1.0))):
+        part = replace(line, start=poses[number], target=poses[number + 1], samples=_part_of(line.samples, begin, end))
+        if end < 1.0:
+            part = replace(part, blend_mm=blend_mm)
+        if begin > 0.0:
+            part = replace(part, time_s=line.time_s + line.samples.second_at(begin))
+        parts.append(replace(part, events=()))
     return parts
 
 
-def _part_of(course: Course, begin: float, end: float) -> Course:
-    """The stretch of a course between two shares, counted from its own beginning."""
-    first, last = course.second_at(begin) if begin else 0.0, course.second_at(end) if end < 1 else course.seconds[-1]
-    inside = (course.seconds > first + 1e-9) & (course.seconds < last - 1e-9)
-    seconds = np.concatenate(([first], course.seconds[inside], [last]))
-    shares = np.concatenate(([begin], course.shares[inside], [end]))
-    columns = [np.interp(seconds, course.seconds, column) for column in course.joints.T]
-    return Course(
+def _part_of(samples: SampledLine, begin: float, end: float) -> SampledLine:
+    """The stretch of a line between two shares, counted from its own beginning."""
+    first = samples.second_at(begin) if begin else 0.0
+    last = samples.second_at(end) if end < 1 else samples.seconds[-1]
+    inside = (samples.seconds > first + 1e-9) & (samples.seconds < last - 1e-9)
+    seconds = np.concatenate(([first], samples.seconds[inside], [last]))
+    shares = np.concatenate(([begin], samples.shares[inside], [end]))
+    columns = [np.interp(seconds, samples.seconds, column) for column in samples.joints.T]
+    return SampledLine(
         seconds=seconds - first,
         shares=np.clip((shares - begin) / (end - begin), 0.0, 1.0),
         joints=np.array(columns, dtype=np.float64).T.reshape(len(seconds), -1),
