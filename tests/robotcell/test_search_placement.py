@@ -32,6 +32,16 @@ def test_the_turns_of_a_pose_give_the_pose(roll: float, pitch: float, yaw: float
     np.testing.assert_allclose(pose((1, 2, 3), roll_pitch_yaw(turned)), turned, atol=1e-8)
 
 
+def test_a_turned_place_is_written_in_millimetres_and_degrees_and_read_back() -> None:
+    quarter = np.pi / 2
+    assert place_of(pose((0.4, -0.05, 0.15), (0, 0, quarter))) == Place(xyz_mm=(400, -50, 150), rpy_deg=(0, 0, 90))
+    assert place_of(pose((0, 0, 0), (np.pi, 0, 0.5))).rpy_deg == (180, 0, 28.65)
+    turned = pose((0.4, -0.05, 0.15), (0.1, -0.2, 2.5))
+    np.testing.assert_allclose(place_pose(place_of(turned)), turned, atol=2e-4)
+    text = CELL.replace("board:\n  pose: {xyz_mm: [400, -50, 150]}\n", format_place(place_of(turned)))
+    np.testing.assert_allclose(read_cell_text(text).cell.T_cell_board, turned, atol=2e-4)
+
+
 @pytest.mark.slow
 def test_a_better_place_is_found_and_confirmed_as_it_is_written() -> None:
     loaded = read_cell_text(CELL)

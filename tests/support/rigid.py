@@ -52,15 +52,16 @@ def moved_recipe(recipe, motion):
         change["park_mm"] = motion.place(limits.park_mm)
     if limits.tool_azimuth_deg is not None:
         change["tool_azimuth_deg"] = limits.tool_azimuth_deg + motion.turn_deg
-    templates = {name: _moved_template(spec, motion) for name, spec in recipe.templates.items()}
+    templates = {name: moved_template(spec, motion) for name, spec in recipe.templates.items()}
     return recipe.model_copy(update={"templates": templates, "limits": limits.model_copy(update=change)})
 
 
-def _moved_template(spec, motion):
+def moved_template(spec, motion):
+    """A template whose absolute direction and places are moved."""
     if isinstance(spec, StraightLine):
         ends = {"from_mm": motion.place(spec.from_mm), "to_mm": motion.place(spec.to_mm)}
         return spec.model_copy(update=ends)
-    if isinstance(getattr(spec, "direction_deg", None), float):
+    if isinstance(getattr(spec, "direction_deg", None), float | int):
         return spec.model_copy(update={"direction_deg": spec.direction_deg + motion.turn_deg})
     return spec
 

@@ -144,6 +144,17 @@ def test_a_stage_that_sprays_the_other_side_changes_nothing() -> None:
     assert only(missed).edge_pa == (0.0,) * SEGMENTS
 
 
+@pytest.mark.parametrize(("middles", "seconds"), [([5.0], 2.0), ([5.0], 0.1), ([5.0, 7.0, 9.5], 2.0)])
+def test_a_gap_is_wet_from_where_its_first_sample_begins_until_the_stage_ends(
+    middles: list[float], seconds: float
+) -> None:
+    stage = stage_of(SOAP, 60.0, np.array(middles), seconds, 20.0)
+    pressed = EdgePressure(np.arange(len(middles)), np.full((len(middles), SEGMENTS), FILM_PA))
+    act = only(simulate_gap(square_field(), 0.05, [stage], [pressed], PARAMETERS))
+    assert act.entered
+    assert act.wet_s == pytest.approx(20.0 - (middles[0] - seconds / 2))
+
+
 def test_soaking_alone_removes_nothing() -> None:
     left = wash(film_pa=1e-3)
     assert only(left).entered

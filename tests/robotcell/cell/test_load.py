@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
 from small_cells import CELL, urdf
 
 from robotcell.cell.load import cell_library, load_cell, read_cell, read_cell_text
@@ -80,6 +81,21 @@ def test_a_robot_of_ones_own_with_tighter_limits(tmp_path: Path) -> None:
         file.write_text(text.replace(before, after), "utf-8")
         with pytest.raises(CellError, match=message):
             load_cell(file)
+
+
+def test_every_place_of_a_cell_may_be_turned_by_degrees_about_each_axis() -> None:
+    turned = "{xyz_mm: [400, -50, 150], rpy_deg: [180, 20, -35]}"
+    text = CELL.replace("pose: {xyz_mm: [400, -50, 150]}", f"pose: {turned}")
+    text = text.replace("tcp: {xyz_mm: [0, 0, 180]}", f"tcp: {turned}").replace(
+        "at: {xyz_mm: [300, 0, -20]}", f"at: {turned}"
+    )
+    loaded = read_cell_text(f"{text}placements:\n  flip_to_bottom: {{pose: {turned}}}\n")
+    cell, expected = loaded.cell, np.eye(4)
+    expected[:3, :3] = Rotation.from_euler("xyz", [180, 20, -35], degrees=True).as_matrix()
+    expected[:3, 3] = 0.4, -0.05, 0.15
+    places = [cell.T_cell_board, cell.tools[0].T_flange_tcp, cell.fixtures[0].T_carrier_shape]
+    for place in (*places, loaded.placements["flip_to_bottom"]):
+        np.testing.assert_allclose(place, expected, atol=1e-12)
 
 
 def test_a_board_that_is_turned_over_has_a_place_of_its_own() -> None:

@@ -35,6 +35,19 @@ def test_over_a_flat_board_it_is_the_height(height, x, y, farthest):
         assert np.linalg.norm(touch.points[1] - touch.points[0]) == pytest.approx(touch.distance, abs=1e-6)
 
 
+@pytest.mark.parametrize("gap", [0.001, 0.004, 0.012, 0.019])
+@pytest.mark.parametrize("what", ["fixture", "board"])
+def test_past_a_corner_it_is_the_distance_and_not_that_of_the_boxes_around_the_bodies(what, gap):
+    size = np.array([0.1, 0.06, 0.04])
+    block = Body("block", Box(tuple(size.tolist())), at())
+    far_off = board_with(board=box_triangles((10.0, 10.0, 1.0), (900.0, 0.0, 0.0)))
+    board = board_with(board=box_triangles(tuple(1e3 * size))) if what == "board" else far_off
+    collider = build_collider(cell_of(flyer(), [block] if what == "fixture" else [], [BALL]), board)
+    aside = (0.01 + gap) / np.sqrt(2.0)  # less than the ball's radius for a small gap: its box overlaps the block's
+    q = np.array([[size[0] / 2 + aside, size[1] / 2 + aside, 0, 0, 0, 0]])
+    assert clearance(collider, q, 1).distances[0] == pytest.approx(gap, abs=EXACT)
+
+
 def test_the_nearest_of_several_is_named():
     board = board_with(
         board=box_triangles((100.0, 60.0, 1.6), (0, 0, -0.8)), C7=box_triangles((2.0, 2.0, 4.0), (0, 0, 2))

@@ -33,6 +33,21 @@ def test_near_wave_front_lies_on_the_edge():
     assert stroke.tcp[:, 2] == pytest.approx(40)
 
 
+@pytest.mark.parametrize("tilt", [35, 42])
+@pytest.mark.parametrize("distance", [0, 2])
+@pytest.mark.parametrize(("toward", "align"), [(a, b) for a in ("component", "away") for b in ("wavefront", "axis")])
+def test_what_is_aligned_meets_the_edge_whichever_way_the_jet_leans(toward, align, tilt, distance):
+    outline = box(20, 20, 80, 60)
+    spec = spec_with(height_mm=20, toward=toward, align=align, tilt_deg=tilt, distance_mm=distance)
+    (stroke,) = plan_component_perimeter(spec, site_on(board_of(part("U1", 20, 20, 60, 40)))).strokes
+    reach = 20 * np.tan(np.radians(tilt - 30 if align == "wavefront" else tilt))
+    aligned = LinearRing(outline.buffer(distance, join_style="mitre").exterior.coords)
+    for begin in range(0, len(stroke.tcp), 2):
+        middle, jet = stroke.tcp[begin : begin + 2].mean(axis=0), stroke.approach[begin]
+        meets = middle[:2] + reach * jet[:2] / np.linalg.norm(jet[:2])
+        assert aligned.distance(Point(meets)) < EXACT_MM
+
+
 def test_axis_alignment_and_distance_move_the_path_out():
     board = board_of(part("U1", 40, 20, 12, 8))
     (stroke,) = plan_component_perimeter(spec_with(align="axis", distance_mm=3), site_on(board)).strokes
