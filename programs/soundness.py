@@ -1,4 +1,4 @@
-"""What every timed program keeps to, in memory as in its file."""
+"""Conditions that every timed program meets, in memory as in its file."""
 
 import re
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ COMMANDS: dict[str, tuple[str, re.Pattern[str]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """What is wrong with a program, and where."""
+    """A violated condition, and where."""
 
     message: str
     index: int | None = None
@@ -38,22 +38,18 @@ class Fault:
 
 
 def first_fault(program: TimedProgram, columns: Columns) -> Fault | None:
-    """Find what a reader of the program would stumble over; the earliest instruction first.
+    """Find what makes a program unreadable; the earliest instruction first.
 
     Args:
         program: The program.
         columns: Its numbers, rounded as the file has them, so that a program that may be written may be read.
     """
-    numbers = next(_wild_numbers(columns), None)
-    if numbers is not None:
-        return numbers
-    faults = [
-        *_wrong_times(columns),
-        *_wrong_quaternions(columns),
-        *_wrong_words(program),
-        *_wrong_repeats(program),
-        *_wrong_end(columns),
-    ]
+    wild = next(_wild_numbers(columns), None)
+    if wild is not None:
+        return wild
+    faults = [*_wrong_times(columns), *_wrong_moves(columns), *_wrong_words(program), *_wrong_repeats(program)]
+    if len(columns.spray) and columns.spray[-1]:
+        faults.append(Fault("the program ends with the jet on; add SPRAY OFF.", len(columns.times) - 1))
     if faults:
         return min(faults, key=lambda fault: fault.index or 0)
     return next(_wrong_header(program), None) or next(_wrong_totals(program, columns), None)
@@ -65,9 +61,8 @@ def _wild_numbers(columns: Columns) -> Iterator[Fault]:
         (columns.move_at, columns.moves),
         (columns.wait_at, columns.waits[:, None]),
     ):
-        rows = np.flatnonzero(~(np.abs(table) <= LARGEST).all(axis=1))  # the negation catches NaN too
-        if len(rows):
-            yield Fault("a number is not finite or is beyond 1e9; give a finite one.", int(at[rows[0]]))
+        for row in np.flatnonzero(~(np.abs(table) <= LARGEST).all(axis=1))[:1]:  # the negation catches NaN too
+            yield Fault("a number is not finite or is beyond 1e9; give a finite one.", int(at[row]))
 
 
 def _wrong_times(columns: Columns) -> Iterator[Fault]:
@@ -82,15 +77,14 @@ def _wrong_times(columns: Columns) -> Iterator[Fault]:
     follows = columns.wait_at + 1 < len(times)
     at, ends = columns.wait_at[follows], (times[columns.wait_at] + columns.waits)[follows]
     for row in np.flatnonzero(times[at + 1] < ends - 1.5 * TICK_S)[:1]:  # three numbers rounded by half a tick each
-        message = (
-            f"the wait before it ends at {ends[row]:.4f} s; move this instruction from {times[at[row] + 1]:.4f} s."
-        )
+        begins_s = times[at[row] + 1]
+        message = f"the wait before it ends at {ends[row]:.4f} s; move this instruction from {begins_s:.4f} s."
         yield Fault(message, int(at[row]) + 1)
+
+
+def _wrong_moves(columns: Columns) -> Iterator[Fault]:
     for row in np.flatnonzero(columns.moves[:, 7] < 0)[:1]:
         yield Fault(f"the speed {columns.moves[row, 7]:.3f} is negative.", int(columns.move_at[row]))
-
-
-def _wrong_quaternions(columns: Columns) -> Iterator[Fault]:
     lengths = np.linalg.norm(columns.moves[:, 3:7], axis=1)
     for row in np.flatnonzero(np.abs(lengths - 1) > 1e-6)[:1]:
         message = f"the quaternion's length is {lengths[row]:.7f}, not 1 within 1e-6; normalise qw qx qy qz."
@@ -98,7 +92,7 @@ def _wrong_quaternions(columns: Columns) -> Iterator[Fault]:
 
 
 def wrong_arguments(keyword: str, arguments: tuple[str, ...]) -> str | None:
-    """Say how a command is written if this is not how; ``None`` if it is."""
+    """Describe how a command is written where this is not; ``None`` where it is."""
     usage, pattern = COMMANDS[keyword]
     text = " ".join(arguments)
     is_clean = text.split() == list(arguments) and ";" not in arguments and (text.isprintable())
@@ -137,12 +131,6 @@ def _wrong_repeats(program: TimedProgram) -> Iterator[Fault]:
             opened.pop()
     if opened:
         yield Fault("this REPEAT has no ENDREPEAT; add one.", opened[-1])
-
-
-def _wrong_end(columns: Columns) -> Iterator[Fault]:
-    if len(columns.spray) and columns.spray[-1]:
-        message = "the program ends with the jet on; add SPRAY OFF."
-        yield Fault(message, len(columns.times) - 1)
 
 
 def _wrong_header(program: TimedProgram) -> Iterator[Fault]:

@@ -16,6 +16,7 @@ BEGIN = "BEGIN"
 END = "END"
 
 _BOARD_AT, _RECIPE_AT, _TOTALS_AT = 3, 4, 5
+_NUMBERS = {"MOVE": (8, "numbers (x y z qw qx qy qz v)"), "WAIT": (1, "number (seconds)")}
 _KEYWORDS = ("MOVE", "SPRAY", "WAIT", *COMMANDS)
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _AMOUNT = r"(\d+(?:\.\d+)?)"
@@ -62,7 +63,7 @@ def parse(text: str, *, file: Path | str | None = None) -> TimedProgram:
 
 
 def _read_header(lines: list[str]) -> tuple[Origin, Totals, int]:
-    """Read up to BEGIN and say in which line that is."""
+    """Read up to BEGIN, and give its line."""
     if lines[0] != MAGIC:
         if lines[0].startswith("WASHBOARD "):
             raise _LineError(0, f"this is {lines[0][:40]!r}; only {MAGIC!r} can be read. Plan the board again.")
@@ -108,19 +109,15 @@ def _read_body(lines: list[str], start: int) -> dict[int, Instruction]:
                 raise _LineError(at, "a recipe path without an instruction before it; remove the line.")
             continue
         if words == [END]:
-            _refuse_text_after(lines, at)
+            rest = next((after for after in range(at + 1, len(lines)) if lines[after].strip()), None)
+            if rest is not None:
+                raise _LineError(rest, f"text after END: {lines[rest][:80]!r}; remove it.")
             return read
         try:
             read[at] = _read_instruction(words, made_by.strip())
         except ValueError as error:
             raise _LineError(at, str(error)) from None
     raise _LineError(len(lines) - 1, "the file ends without END: it is cut off. Write it again.")
-
-
-def _refuse_text_after(lines: list[str], end: int) -> None:
-    for at in range(end + 1, len(lines)):
-        if lines[at].strip():
-            raise _LineError(at, f"text after END: {lines[at][:80]!r}; remove it.")
 
 
 def _read_instruction(words: list[str], made_by: str) -> Instruction:
@@ -131,17 +128,16 @@ def _read_instruction(words: list[str], made_by: str) -> Instruction:
     """
     keyword = words[1] if len(words) > 1 else ""
     arguments = words[2:]
-    if keyword == "MOVE" and len(arguments) == 8:
-        time_s, x, y, z, qw, qx, qy, qz, speed = _numbers([words[0], *arguments])
-        return MoveTo(time_s, (x, y, z), (qw, qx, qy, qz), speed, made_by)
-    (time_s,) = _numbers(words[:1])
+    count, usage = _NUMBERS.get(keyword, (0, ""))
+    if count and len(arguments) != count:
+        raise ValueError(f"{keyword} needs {count} {usage}, found {len(arguments)}.")
+    time_s, *numbers = _numbers([words[0], *arguments[:count]])
     match keyword:
         case "MOVE":
-            raise ValueError(f"MOVE needs 8 numbers (x y z qw qx qy qz v), found {len(arguments)}.")
+            x, y, z, qw, qx, qy, qz, speed = numbers
+            return MoveTo(time_s, (x, y, z), (qw, qx, qy, qz), speed, made_by)
         case "WAIT":
-            if len(arguments) != 1:
-                raise ValueError(f"WAIT needs 1 number (seconds), found {len(arguments)}.")
-            return Wait(time_s, _numbers(arguments)[0], made_by)
+            return Wait(time_s, numbers[0], made_by)
         case "SPRAY":
             if arguments not in (["ON"], ["OFF"]):
                 raise ValueError(f"expected SPRAY ON or SPRAY OFF, found {' '.join(words[1:])!r}.")

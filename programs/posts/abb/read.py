@@ -5,8 +5,8 @@ import re
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, Reader, skip
-from programs.posts.rebuilt import ReadBoard, ReadSignal, ReadTool
+from programs.posts.reading.driver import Action, Reader, look_up, skip
+from programs.posts.rebuilt import ReadSignal
 
 _DATA = re.compile(r"(?:LOCAL )?(?:CONST|PERS|VAR) (\w+) (\w+)(?::=(.*))?;")
 _OUTPUT = r"\\[DGA]Op:=(\w+),([\d.-]+);"
@@ -31,8 +31,8 @@ class RapidReader(Reader):
 
     def __init__(self) -> None:
         super().__init__()
-        self.values: dict[str, tuple[str, str]] = {}
-        """Type and value by name."""
+        self.values: dict[tuple[str, str], str] = {}
+        """By type and name."""
         self.triggers: dict[str, tuple[float, bool, float, str, float]] = {}
         """Place in mm, whether it counts from the start, lead in seconds, channel and value by name."""
 
@@ -49,7 +49,7 @@ class RapidReader(Reader):
                 match = _DATA.fullmatch(line)
                 if match is None or _NUMBER.sub("0", match[3] or "") != _SHAPES.get(match[1]):
                     raise ProgramError(f"{line!r} declares nothing.")
-                self.values[match[2]] = (match[1], match[3] or "")
+                self.values[match[1], match[2]] = match[3] or ""
         return "main"
 
     def grammar(self) -> dict[str, Action]:
@@ -76,8 +76,8 @@ class RapidReader(Reader):
     def move(self, match: re.Match[str]) -> None:
         """Move in a line, or by joints."""
         kind, target, speed, triggers, zone, tool, board = match.groups()
-        self.tool = ReadTool(tool, self.pose_of(tool, "tooldata"))
-        self.board = ReadBoard(self.pose_of(board, "wobjdata"))
+        self.use_tool(tool, self.pose_of(tool, "tooldata"))
+        self.use_board(self.pose_of(board, "wobjdata"))
         pose = self.pose_of(target, "robtarget")
         if kind == "MoveJ":
             self.reach(pose)
@@ -89,18 +89,14 @@ class RapidReader(Reader):
 
     def signal(self, name: str, length_mm: float) -> ReadSignal:
         """Place a trigger on a line."""
-        if name not in self.triggers:
-            raise ProgramError(f"trigger {name} is not defined.")
-        place_mm, from_start, lead_s, channel, value = self.triggers[name]
+        place_mm, from_start, lead_s, channel, value = look_up(self.triggers, name, f"trigger {name}")
         share = place_mm / length_mm if length_mm else 0.0
         return ReadSignal(channel, value, share if from_start else 1.0 - share, -lead_s)
 
     def numbers(self, name: str, kind: str) -> list[float]:
         """Give the numbers of a declared value."""
-        found = self.values.get(name)
-        if found is None or found[0] != kind:
-            raise ProgramError(f"{name} is not declared as {kind}.")
-        return [float(word) for word in _NUMBER.findall(found[1])]
+        value = look_up(self.values, (kind, name), f"{kind} {name}")
+        return [float(word) for word in _NUMBER.findall(value)]
 
     def pose_of(self, name: str, kind: str) -> Pose:
         """Give the pose that a target, tool or work object begins with."""

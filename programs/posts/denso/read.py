@@ -6,8 +6,8 @@ from dataclasses import replace
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, read_pose, skip
-from programs.posts.rebuilt import ReadBoard, ReadLine, ReadPause, ReadSignal, ReadSwitch, ReadTool
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, skip
+from programs.posts.rebuilt import ReadBoard, ReadLine, ReadPause, ReadSignal, ReadSwitch
 from programs.posts.writing.angles import from_fixed_xyz
 
 _POSE = rf"P\(((?:{NUMBER}, ){{5}}{NUMBER})"
@@ -119,13 +119,11 @@ class PacScriptReader(Reader):
 
     def use_frame(self, match: re.Match[str]) -> None:
         """Use another tool or work from now on."""
-        pose = self.frames.get((match[1], match[2]))
-        if pose is None:
-            raise ProgramError(f"{match[0]}: it is not set.")
+        pose = look_up(self.frames, (match[1], match[2]), f"{match[1]} {match[2]}")
         if match[1] == "Tool":
-            self.tool = ReadTool(match[0], pose)
+            self.use_tool(match[0], pose)
         else:
-            self.board = ReadBoard(pose)
+            self.use_board(pose)
 
 
 def _pose(values: str) -> Pose:

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, read_pose, skip
-from programs.posts.rebuilt import ReadBoard, ReadSignal, ReadTool
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, skip
+from programs.posts.rebuilt import ReadSignal
 from programs.posts.writing.angles import from_moving_zyx
 
 _XY = rf"XY\(((?:{NUMBER}, ){{5}}{NUMBER})\)"
@@ -44,7 +44,7 @@ class SpelReader(Reader):
             r"Do": self.begin_loop,
             _WHILE: self.end_repeat,
             rf"(TLSet|Local) (\d+), {_XY}": self.set_frame,
-            r"Tool (\d+)": self.use_tool,
+            r"Tool (\d+)": lambda match: self.use_tool(match[0], look_up(self.frames, ("TLSet", match[1]), match[0])),
             rf"Go JA\({NUMBER}(?:, {NUMBER})*\)": self.move_joints,
             rf"nLoop(\d+) = (?:0|nLoop\1 \+ 1)|{settings}": skip,
         }
@@ -52,9 +52,7 @@ class SpelReader(Reader):
     def begin_loop(self, match: re.Match[str]) -> None:
         """Begin a loop whose counter is the first thing in it."""
         counter = next((found[1] for found in self.ahead(r"(nLoop\d+) = nLoop\d+ \+ 1")), "")
-        end = next((found for found in self.ahead(_WHILE) if found[1] == counter), None)
-        if end is None:
-            raise ProgramError("a Do has no Loop.")
+        end = self.find_end(_WHILE, counter)
         self.repeat(end[2], end.groups()[2:])
 
     def set_speed(self, match: re.Match[str]) -> None:
@@ -65,20 +63,10 @@ class SpelReader(Reader):
         """Set a tool or a local."""
         self.frames[match[1], match[2]] = read_pose(match[3].split(", "), from_moving_zyx)
 
-    def use_tool(self, match: re.Match[str]) -> None:
-        """Use another tool from now on."""
-        self.tool = ReadTool(match[0], self.frame("TLSet", match[1]))
-
-    def frame(self, word: str, number: str) -> Pose:
-        """Look up a tool or a local."""
-        if (word, number) not in self.frames:
-            raise ProgramError(f"{word} {number} is not set.")
-        return self.frames[word, number]
-
     def move(self, match: re.Match[str]) -> None:
         """Move in a line, or by joints."""
         word, values, local, turns, passes, parallel = match.groups()
-        self.board = ReadBoard(self.frame("Local", local))
+        self.use_board(look_up(self.frames, ("Local", local), f"Local {local}"))
         pose = read_pose(values.split(", "), from_moving_zyx)
         if word == "Go":
             self.reach(pose)

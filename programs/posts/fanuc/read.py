@@ -6,8 +6,8 @@ from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.fanuc.write import LONGEST_WAIT_S, READING
-from programs.posts.reading.driver import Action, Reader, read_pose, skip
-from programs.posts.rebuilt import ReadBoard, ReadSignal, ReadTool
+from programs.posts.reading.driver import Action, Reader, look_up, read_pose, skip
+from programs.posts.rebuilt import ReadSignal
 from programs.posts.writing.angles import from_fixed_xyz
 
 _N = r"(-?\d*\.?\d+)"
@@ -99,15 +99,13 @@ class TpReader(Reader):
         pose = self.tables.get((table, number))
         self.frames[table] = number
         if table == "UTOOL":
-            self.tool = ReadTool(number, pose)
+            self.use_tool(number, pose)
         else:
-            self.board = ReadBoard(pose)
+            self.use_board(pose)
 
     def position(self, number: str) -> Pose | None:
         """Look up a position, taught in the frames in use."""
-        if (self.routine, number) not in self.positions:
-            raise ProgramError(f"P[{number}] has no position.")
-        frame, tool, pose = self.positions[self.routine, number]
+        frame, tool, pose = look_up(self.positions, (self.routine, number), f"P[{number}]")
         if (frame, tool) != (self.frames.get("UFRAME"), self.frames.get("UTOOL")):
             raise ProgramError(f"P[{number}] is of frame {frame} and tool {tool}, which are not in use.")
         return pose

@@ -6,7 +6,7 @@ from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.driver import Action, N, Reader, read_pose, skip
-from programs.posts.rebuilt import ReadBoard, ReadSignal, ReadTool
+from programs.posts.rebuilt import ReadSignal
 from programs.posts.writing.angles import from_moving_zyx
 
 _FRAME = re.compile(rf"\{{X {N},Y {N},Z {N},A {N},B {N},C {N}\}}")
@@ -67,8 +67,8 @@ class KrlReader(Reader):
             rf"WAIT SEC {N}": self.pause,
             r"REPEAT": self.begin_loop,
             rf"{_COUNTED}|{_LOOKED}": self.end_repeat,
-            r"\$TOOL=(\w+)": self.use_tool,
-            r"\$BASE=\$ROBROOT:(\w+)": self.use_board,
+            r"\$TOOL=(\w+)": lambda match: self.use_tool(match[1], self.frame(match[1])),
+            r"\$BASE=\$ROBROOT:(\w+)": lambda match: self.use_board(self.frame(match[1])),
             _ASSIGNMENT: lambda match: self.switch(*_assigned(match.groups())),
             r"([A-Za-z]\w*)\( \)": self.call,
         }
@@ -79,14 +79,6 @@ class KrlReader(Reader):
             if match := _FRAME.fullmatch(values.get(name, "")):
                 return read_pose(match.groups(), from_moving_zyx)
         raise ProgramError(f"{name} is not declared as FRAME.")
-
-    def use_tool(self, match: re.Match[str]) -> None:
-        """Use another tool from now on."""
-        self.tool = ReadTool(match[1], self.frame(match[1]))
-
-    def use_board(self, match: re.Match[str]) -> None:
-        """Use another frame from now on."""
-        self.board = ReadBoard(self.frame(match[1]))
 
     def set_speed(self, match: re.Match[str]) -> None:
         """Set the speed of the TCP, m/s."""

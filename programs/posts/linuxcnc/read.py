@@ -5,7 +5,7 @@ import re
 from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
 from programs.posts.linuxcnc.write import GROUP_BASE, SYSTEMS
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, skip
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, skip
 from programs.posts.rebuilt import Axes, ReadBoard, ReadEndRepeat, ReadLine, ReadReach, ReadTool
 
 _AXES = rf"(?: [XYZABCUVW]{NUMBER})+"
@@ -86,8 +86,7 @@ class GCodeReader(Reader):
 
     def use_system(self, match: re.Match[str]) -> None:
         """Use another coordinate system from now on."""
-        if match[0] not in self.offsets:
-            raise ProgramError(f"{match[0]} is not set.")
+        look_up(self.offsets, match[0], match[0])
         self.system = match[0]
         self.steps.append(ReadBoard(None))
 
@@ -102,9 +101,7 @@ class GCodeReader(Reader):
 
     def begin_loop(self, match: re.Match[str]) -> None:
         """Begin a loop that reads an input where it ends."""
-        end = next((found for found in self.ahead(_WHILE) if found[1] == match[1]), None)
-        if end is None:
-            raise ProgramError(f"{match[0]} has no end.")
+        end = self.find_end(_WHILE, match[1])
         self.loops.append(end[0])
         self.repeat(end[2], end.groups()[2:])
 

@@ -5,14 +5,13 @@ import re
 from programs.errors import ProgramError
 from programs.pose import Pose, inverse
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, read_pose, skip
-from programs.posts.rebuilt import ReadBoard, ReadTool
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, skip
 from programs.posts.writing.angles import from_fixed_xyz
 
 _OUTPUT = rf"(M_Out|M_Outb|M_Outw)\((\d+)\)={N}"
 _POSITION = re.compile(rf"(P\w+)=\(((?:{NUMBER},){{5}}{NUMBER})\)\([07],0\)")
 _JOINTS = re.compile(rf"(J\d+)=\({NUMBER}(?:,{NUMBER})*\)")
-_BACK = rf"If M(\d+)<(\d+)(?: And \({N}\*M_Inw\(\d+\)\+{N}\)<{N})? Then GoTo \*LOOP(\d+)"
+_BACK = rf"If M(\d+)<(\d+)(?: And \({N}\*M_Inw\(\d+\)\+{N}\)<{N})? Then GoTo \*LOOP\1"
 _KINDS = {"M_Out": "digital", "M_Outb": "group", "M_Outw": "analog"}
 
 
@@ -75,9 +74,7 @@ class MelfaBasicReader(Reader):
 
     def position(self, name: str) -> Pose | None:
         """Look up a position of the program that runs."""
-        if (self.routine, name) not in self.positions:
-            raise ProgramError(f"position {name} is not in the program.")
-        return self.positions[self.routine, name]
+        return look_up(self.positions, (self.routine, name), f"position {name}")
 
     def point(self, name: str) -> Pose:
         """Look up a position that is a pose."""
@@ -100,15 +97,13 @@ class MelfaBasicReader(Reader):
 
     def begin_loop(self, match: re.Match[str]) -> None:
         """Find how a loop ends: the jump back to its label."""
-        end = next((found for found in self.ahead(_BACK) if found[6] == match[1]), None)
-        if end is None or end[1] != match[1]:
-            raise ProgramError(f"nothing goes back to {match[0]}.")
-        self.repeat(end[2], end.groups()[2:5])
+        end = self.find_end(_BACK, match[1])
+        self.repeat(end[2], end.groups()[2:])
 
     def use_frame(self, match: re.Match[str]) -> None:
         """Use another tool or base from now on."""
         pose = self.point(match[2])
         if match[1] == "Tool":
-            self.tool = ReadTool(match[2], pose)
+            self.use_tool(match[2], pose)
         else:
-            self.board = ReadBoard(inverse(pose))
+            self.use_board(inverse(pose))

@@ -3,7 +3,7 @@
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 from programs.errors import ProgramError
 from programs.pose import Pose, Quaternion, distance
@@ -28,6 +28,8 @@ N = rf"({NUMBER})"
 _SAME_PLACE_MM = 5e-4
 """Places nearer than this are written with the same three decimals."""
 
+_Key = TypeVar("_Key")
+_Value = TypeVar("_Value")
 Action: TypeAlias = Callable[[re.Match[str]], None]
 """What a statement does, by its match."""
 
@@ -102,6 +104,17 @@ class Reader(ABC):
         matches = re.compile(pattern).fullmatch
         return (found for statement in self.routines[self.routine][self.at :] if (found := matches(statement)))
 
+    def find_end(self, pattern: str, label: str, group: int = 1) -> re.Match[str]:
+        """Find the statement ahead that ends a loop: it has the loop's label in a group.
+
+        Raises:
+            ProgramError: there is none.
+        """
+        end = next((found for found in self.ahead(pattern) if found[group] == label), None)
+        if end is None:
+            raise ProgramError(f"the loop {label} has no end.")
+        return end
+
     def sort(self, lines: Iterable[str], begin: str, end: str) -> Iterator[str]:
         """Keep what stands in routines, and give what stands outside; empty lines count for nothing.
 
@@ -151,6 +164,14 @@ class Reader(ABC):
     def switch(self, channel: str, value: float) -> None:
         """Set an output."""
         self.steps.append(ReadSwitch(channel, value))
+
+    def use_tool(self, label: str, T_flange_tcp: Pose | None) -> None:  # noqa: N803
+        """Use another tool from now on; its pose is not known where it is in the controller's table."""
+        self.tool = ReadTool(label, T_flange_tcp)
+
+    def use_board(self, T_base_board: Pose | None) -> None:  # noqa: N803
+        """Use another frame from now on."""
+        self.board = ReadBoard(T_base_board)
 
     def move_joints(self, match: re.Match[str]) -> None:
         """Come to joint values."""
@@ -206,6 +227,17 @@ class Reader(ABC):
 
 def skip(match: re.Match[str]) -> None:
     """Pass over a statement that has no effect on motion and outputs."""
+
+
+def look_up(table: Mapping[_Key, _Value], key: _Key, what: str) -> _Value:
+    """Give what a program has declared.
+
+    Raises:
+        ProgramError: it has not.
+    """
+    if key not in table:
+        raise ProgramError(f"{what} is not declared.")
+    return table[key]
 
 
 def read_pose(numbers: Iterable[str], orientation: Callable[[float, float, float], Quaternion]) -> Pose:

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from programs.errors import ProgramError
 from programs.pose import Pose, distance
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, N, Reader, read_pose, skip
-from programs.posts.rebuilt import ReadBoard, ReadSignal, ReadTool
+from programs.posts.reading.driver import Action, N, Reader, look_up, read_pose, skip
+from programs.posts.rebuilt import ReadSignal
 from programs.posts.ur.watcher import KINDS, WATCHER
 from programs.posts.writing.angles import from_rotation_vector
 
@@ -66,8 +66,8 @@ class UrScriptReader(Reader):
             rf"sleep\({N}\)": self.pause,
             rf"while (\w+) < (\d+)(?:{looks})?:": lambda match: self.repeat(match[2], match.groups()[2:]),
             r"end": self.end_repeat,
-            r"set_tcp\((\w+)\)": self.use_tool,
-            r"board = (\w+)": self.use_board,
+            r"set_tcp\((\w+)\)": lambda match: self.use_tool(match[1], look_up(self.poses, match[1], match[1])),
+            r"board = (\w+)": lambda match: self.use_board(look_up(self.poses, match[1], match[1])),
             rf"global (\w+) = {_POSE}": self.declare,
             rf"set_payload\({N}, \[0,0,{N}\]\)|run_watch = run watch\(\)|kill run_watch|settle\(\)": skip,
             r"n_loop_\d+ = 0|n_loop_(\d+) = n_loop_\1 \+ 1": skip,
@@ -77,20 +77,6 @@ class UrScriptReader(Reader):
     def declare(self, match: re.Match[str]) -> None:
         """Declare a pose."""
         self.poses[match[1]] = _pose(match.groups()[1:])
-
-    def look_up(self, name: str) -> Pose:
-        """Give a pose that has been declared."""
-        if name not in self.poses:
-            raise ProgramError(f"{name} is not declared as a pose.")
-        return self.poses[name]
-
-    def use_tool(self, match: re.Match[str]) -> None:
-        """Use another tool from now on."""
-        self.tool = ReadTool(match[1], self.look_up(match[1]))
-
-    def use_board(self, match: re.Match[str]) -> None:
-        """Use another frame from now on."""
-        self.board = ReadBoard(self.look_up(match[1]))
 
     def arm(self, match: re.Match[str]) -> None:
         """Arm an output for the next move."""

@@ -6,8 +6,8 @@ from xml.etree import ElementTree
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, N, Reader, read_pose, skip
-from programs.posts.rebuilt import ReadBoard, ReadLine, ReadSwitch, ReadTool
+from programs.posts.reading.driver import Action, N, Reader, look_up, read_pose, skip
+from programs.posts.rebuilt import ReadLine, ReadSwitch
 from programs.posts.val3.project import OUTPUTS, TRIGGER, WATCH
 from programs.posts.writing.angles import from_moving_xyz
 
@@ -21,7 +21,8 @@ class Val3Reader(Reader):
 
     def __init__(self) -> None:
         super().__init__()
-        self.values: dict[str, list[dict[str, str]]] = {}
+        self.values: dict[tuple[str, int], dict[str, str]] = {}
+        """Attributes by variable and key."""
         self.outputs: dict[str, str] = {}
         """Variable, by the number that the task knows it by."""
         self.waits = True
@@ -39,8 +40,8 @@ class Val3Reader(Reader):
         for element in (element for tree in trees for element in tree.iter() if "name" in element.attrib):
             name, tag = element.attrib["name"], element.tag.rpartition("}")[2]
             if tag == "Data":
-                self.values[name] = [dict(value.attrib) for value in element]
-                if any(value["key"] != str(key) for key, value in enumerate(self.values[name])):
+                self.values |= {(name, key): dict(value.attrib) for key, value in enumerate(element)}
+                if any(value.attrib["key"] != str(key) for key, value in enumerate(element)):
                     raise ProgramError(f"the values of {name} are not in order.")
             elif tag == "Program":
                 text = "".join(element.itertext()).strip().removeprefix("begin").removesuffix("end")
@@ -97,9 +98,7 @@ class Val3Reader(Reader):
     def begin_loop(self, match: re.Match[str]) -> None:
         """Begin a loop whose counter is the first thing in it."""
         counter = next((found[1] for found in self.ahead(r"(nLoop\d+)=nLoop\d+\+1")), "")
-        end = next((found for found in self.ahead(_UNTIL) if found[1] == counter), None)
-        if end is None:
-            raise ProgramError("a do has no until.")
+        end = self.find_end(_UNTIL, counter)
         self.repeat(end[2], end.groups()[2:])
 
     def move(self, match: re.Match[str]) -> None:
@@ -111,8 +110,8 @@ class Val3Reader(Reader):
             self.by_joints = name != "jHome"
             return
         pose = _pose(target)
-        self.tool = ReadTool(tool, _pose(self.value(tool)))
-        self.board = ReadBoard(_pose(self.value(target["fatherId"].removesuffix("[0]"))))
+        self.use_tool(tool, _pose(self.value(tool)))
+        self.use_board(_pose(self.value(target["fatherId"].removesuffix("[0]"))))
         if word == "movej":
             self.reach(pose)
             return
@@ -124,15 +123,12 @@ class Val3Reader(Reader):
         """Set an output with the move that was just given."""
         if not self.steps or not isinstance(self.steps[-1], ReadLine):
             raise ProgramError("a trigger does not follow a line.")
-        if match[1] not in self.outputs:
-            raise ProgramError(f"the task has no output {match[1]}.")
-        self.steps.insert(-1, ReadSwitch(_channel(self.outputs[match[1]]), float(match[2])))
+        output = look_up(self.outputs, match[1], f"output {match[1]} of the task")
+        self.steps.insert(-1, ReadSwitch(_channel(output), float(match[2])))
 
     def value(self, name: str, key: int = 0) -> dict[str, str]:
         """Look up a value of the data file."""
-        if name not in self.values or key >= len(self.values[name]):
-            raise ProgramError(f"{name}[{key}] is not in the data file.")
-        return self.values[name][key]
+        return look_up(self.values, (name, key), f"{name}[{key}]")
 
 
 def _pose(value: dict[str, str]) -> Pose:

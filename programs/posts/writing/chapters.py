@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, pairwise
-from typing import TypeAlias
+from typing import TypeAlias, TypeGuard
 
 from programs.motion.steps import EndRepeat, Line, MotionProgram, Note, Reach, Repeat, Step, UseBoard, UseTool
 
@@ -20,47 +20,37 @@ class Chapter:
     tool: UseTool | None
     """In use when it begins; ``None`` before the first."""
     board: UseBoard | None
-    """Where the board lies when it begins; ``None`` before that is said."""
+    """Where the board lies when it begins; ``None`` before the first."""
 
 
 Part: TypeAlias = Chapter | Repeat | EndRepeat
-"""What main does: run a chapter, or begin or end a loop around some."""
+"""A part of main: run a chapter, or begin or end a loop around some."""
 
 
 @dataclass(frozen=True, slots=True)
-class Begin:
-    """Where a loop of main begins."""
+class LoopEnd:
+    """One end of a loop of main."""
 
     number: int
-    """From 1, in the order of the program."""
-    step: Repeat
+    """Of the loop, from 1 in the order of the program."""
+    loop: Repeat
+    begins: bool
 
 
-@dataclass(frozen=True, slots=True)
-class End:
-    """Where a loop of main ends."""
-
-    number: int
-    step: Repeat
-    """How it began."""
-
-
-def nest(parts: tuple[Part, ...]) -> Iterator[tuple[str, Chapter | Begin | End]]:
-    """Number the loops of main and tell each end its beginning; with the indentation at which each part stands."""
-    begun: list[Begin] = []
-    count = 0
+def nest(parts: tuple[Part, ...]) -> Iterator[tuple[str, Chapter | LoopEnd]]:
+    """Number the loops of main and match ends with beginnings; with the indentation at which each part stands."""
+    begun: list[LoopEnd] = []
+    numbers = count(1)
     for part in parts:
         indent = "  " * len(begun)
         match part:
             case Chapter():
                 yield indent, part
             case Repeat():
-                count += 1
-                begun.append(Begin(count, part))
+                begun.append(LoopEnd(next(numbers), part, begins=True))
                 yield indent, begun[-1]
             case EndRepeat():
-                loop = begun.pop()
-                yield indent[2:], End(loop.number, loop.step)
+                yield indent[2:], replace(begun.pop(), begins=False)
 
 
 def divide(motion: MotionProgram, most_steps: int) -> tuple[Part, ...]:
@@ -72,27 +62,25 @@ def divide(motion: MotionProgram, most_steps: int) -> tuple[Part, ...]:
         motion: The program.
         most_steps: Of one routine.
     """
-    return tuple(_parts(motion.steps, most_steps))
-
-
-def _parts(steps: tuple[Step, ...], most: int) -> Iterator[Part]:
-    number, title = 0, "start"
+    parts: list[Part] = []
+    numbers, title = count(1), "start"
     tool: UseTool | None = None
     board: UseBoard | None = None
-    for piece in _pieces(steps, most):
+    for piece in _pieces(motion.steps, most_steps):
         if isinstance(piece, Repeat | EndRepeat):
-            yield piece
+            parts.append(piece)
             continue
         title = next((name for name in map(_function, piece) if name), title)
-        number += 1
-        yield Chapter(number, title, tuple(piece), tool, board)
+        parts.append(Chapter(next(numbers), title, tuple(piece), tool, board))
         tool, board = _frames_after(piece, tool, board)
+    return tuple(parts)
 
 
 def _pieces(steps: tuple[Step, ...], most: int) -> Iterator[list[Step] | Repeat | EndRepeat]:
     piece: list[Step] = []
     for step in steps:
-        if piece and (isinstance(step, Repeat | EndRepeat) or (_function(step) and any(map(_moves, piece)))):
+        has_lines = any(isinstance(each, Line) for each in piece) if _function(step) else False
+        if piece and (isinstance(step, Repeat | EndRepeat) or has_lines):
             yield piece
             piece = []
         if isinstance(step, Repeat | EndRepeat):
@@ -100,31 +88,23 @@ def _pieces(steps: tuple[Step, ...], most: int) -> Iterator[list[Step] | Repeat 
             continue
         piece.append(step)
         if len(piece) >= most:
-            rest = _last_rest(piece)
-            if rest == 0:
-                rest, last = len(piece), piece[-1]
-                piece[-1] = replace(last, blend_mm=0.0) if isinstance(last, Line) else last
-            yield piece[:rest]
-            piece = piece[rest:]
+            stands = (at for at in range(len(piece), 0, -1) if not _passes(piece[at - 1]))
+            end = next(stands, len(piece))
+            if _passes(last := piece[end - 1]):
+                piece[-1] = replace(last, blend_mm=0.0)
+            yield piece[:end]
+            piece = piece[end:]
     if piece:
         yield piece
 
 
-def _last_rest(piece: list[Step]) -> int:
-    """How many steps there are up to the last one after which the robot stands."""
-    for index in range(len(piece), 0, -1):
-        step = piece[index - 1]
-        if not isinstance(step, Line) or step.blend_mm == 0.0:
-            return index
-    return 0
+def _passes(step: Step) -> TypeGuard[Line]:
+    """Whether the robot does not stand after a step."""
+    return isinstance(step, Line) and step.blend_mm > 0.0
 
 
 def _function(step: Step) -> str:
     return step.text.removeprefix("function ") if isinstance(step, Note) and step.text.startswith("function ") else ""
-
-
-def _moves(step: Step) -> bool:
-    return isinstance(step, Line)
 
 
 def part_at_boards(parts: tuple[Part, ...]) -> tuple[Part, ...]:

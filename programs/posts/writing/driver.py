@@ -24,7 +24,7 @@ from programs.motion.steps import (
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.axes import in_controller_units
-from programs.posts.writing.chapters import Begin, Chapter, End, Part, divide, nest
+from programs.posts.writing.chapters import Chapter, Part, divide, nest
 from programs.posts.writing.heading import heading
 from programs.posts.writing.lines import Placed, follow, place_events
 from programs.posts.writing.naming import Names
@@ -151,13 +151,11 @@ class Syntax(ABC):
         home = list(self.home())
         yield from home
         for indent, part in nest(self.parts):
-            match part:
-                case Chapter():
-                    lines = [self.call(self.routine_name(part))]
-                case Begin(number, loop):
-                    lines = self.begin_loop(number, loop)
-                case End(number, loop):
-                    lines = self.end_loop(number, loop)
+            if isinstance(part, Chapter):
+                lines = [self.call(self.routine_name(part))]
+            else:
+                write = self.begin_loop if part.begins else self.end_loop
+                lines = write(part.number, part.loop)
             yield from (f"{indent if self.indents_loops else ''}{line}" for line in lines)
         yield from home
         yield from self.finish()

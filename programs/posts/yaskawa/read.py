@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, N, Reader, read_pose, skip
-from programs.posts.rebuilt import ReadBoard, ReadSignal, ReadTool
+from programs.posts.reading.driver import Action, N, Reader, look_up, read_pose, skip
+from programs.posts.rebuilt import ReadSignal
 from programs.posts.writing.angles import from_fixed_xyz
 from programs.posts.yaskawa.write import LONGEST_WAIT_S
 
@@ -69,7 +69,7 @@ class InformReader(Reader):
             r"MOVJ (C\d{5}) VJ=[\d.]+ PL=0": lambda match: self.reach(self.position(match[1])),
             _OUTPUT: lambda match: self.switch(*_assigned(match)),
             rf"TIMER T={N}": lambda match: self.hold(float(match[1]), LONGEST_WAIT_S),
-            r"\*(LOOP\d+)": self.begin_loop,
+            r"\*(LOOP\d+)": lambda match: self.repeat(self.find_end(_AGAIN, match[1])[2]),
             _AGAIN: self.end_repeat,
             r"CALL JOB:(\w+)": self.call,
             r"'.*|NOP|SET I\d{3} 0|INC I\d{3}": skip,
@@ -77,10 +77,9 @@ class InformReader(Reader):
 
     def position(self, name: str) -> Pose:
         """Look up a position, and use its frames."""
-        if (self.routine, name) not in self.positions:
-            raise ProgramError(f"{name} has no position.")
-        tool, pose = self.positions[self.routine, name]
-        self.tool, self.board = ReadTool(tool, None), ReadBoard(None)
+        tool, pose = look_up(self.positions, (self.routine, name), f"position {name}")
+        self.use_tool(tool, None)
+        self.use_board(None)
         return pose
 
     def move(self, match: re.Match[str]) -> None:
@@ -95,13 +94,6 @@ class InformReader(Reader):
                 raise ProgramError(f"no output follows {match[0]!r}.")
             signals = (ReadSignal(*_assigned(output), 1.0, -float(ahead)),)
         self.line(pose, level == "PL=0", float(speed) if unit == "V" else 0.0, signals)
-
-    def begin_loop(self, match: re.Match[str]) -> None:
-        """Find how a loop ends: the jump back to its label."""
-        end = next((found for found in self.ahead(_AGAIN) if found[1] == match[1]), None)
-        if end is None:
-            raise ProgramError(f"nothing jumps to {match[0]}.")
-        self.repeat(end[2])
 
 
 def _assigned(match: re.Match[str]) -> tuple[str, float]:
