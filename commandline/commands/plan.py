@@ -24,7 +24,7 @@ def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Pa
         loaded_recipe = load_recipe(recipe)
         loaded = read_board(board, parts)
         classified, findings = rules.classify(loaded_recipe, loaded)
-        _, mask_findings = rules.service(loaded_recipe, loaded)
+        _, mask_findings = rules.read_masks(loaded_recipe, loaded)
         console = open_console()
         print_classes(console, loaded.components, classified)
         print_findings(console, (*findings, *mask_findings))

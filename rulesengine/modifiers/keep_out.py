@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 from shapely import MultiPolygon, Polygon, unary_union
 
 from boards.board import Board, Side
-from geometry.arrays import Points2
 from recipes.footprint import footprint
 from recipes.nozzles import Nozzle
-from rulesengine.strokes.classify import Service
+from rulesengine.strokes.classify import ComponentMasks
 from rulesengine.strokes.stroke import Stroke, StrokeSet, reference_axes
 from specs.finding import Finding
 from specs.finding_rules import CUT_BY_MASK
@@ -20,9 +19,9 @@ _STEP_MM = 0.5
 _SHORTEST_MM = 1.0  # a rest of a stroke shorter than this is not worth opening the valve
 
 
-def avoided_zone(board: Board, side: Side, service: Service) -> Polygon | MultiPolygon:
+def avoided_zone(board: Board, side: Side, masks: ComponentMasks) -> Polygon | MultiPolygon:
     """Outlines of what must not be sprayed on a side, grown by their margins."""
-    margins = dict(service.avoided)
+    margins = dict(masks.avoided)
     zones = [
         component.outline.buffer(margins[component.name] + _STEP_MM)
         for component in board.components
@@ -73,62 +72,35 @@ def _allowed(stroke: Stroke, zone: Polygon | MultiPolygon, nozzle: Nozzle) -> li
     if free.all():
         return None
     if stroke.closed:
-        first = int(np.argmin(free))
-        dense, free, vertex = _rolled(dense, first), np.roll(free, -first), np.roll(vertex, -first)
+        order = np.roll(np.arange(len(free)), -int(np.argmin(free)))
+        dense, free, vertex = dense.pick(order), free[order], vertex[order]
     edges = np.diff(np.concatenate([[0], free.astype(np.int8), [0]]))
-    runs = zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True)
-    return [piece for start, stop in runs if (piece := _piece(dense, vertex, int(start), int(stop))) is not None]
-
-
-def _piece(dense: Stroke, vertex: NDArray[np.bool_], start: int, stop: int) -> Stroke | None:
-    keep = vertex[start:stop].copy()
-    keep[[0, -1]] = True
-    index = start + np.flatnonzero(keep)
-    piece = dense.pick(index)
-    length = float(np.linalg.norm(np.diff(piece.tcp, axis=0), axis=1).sum())
-    return replace(piece, closed=False, laps=1, entries=(0,)) if length >= _SHORTEST_MM else None
+    pieces: list[Stroke] = []
+    for start, stop in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True):
+        kept = np.arange(start, stop)
+        piece = dense.pick(kept[vertex[kept] | (kept == start) | (kept == stop - 1)])
+        if np.linalg.norm(np.diff(piece.tcp, axis=0), axis=1).sum() >= _SHORTEST_MM:
+            pieces.append(replace(piece, closed=False, laps=1, entries=(0,)))
+    return pieces
 
 
 def _sampled(stroke: Stroke) -> tuple[Stroke, NDArray[np.bool_]]:
-    """Add points at most one step apart; say which were there before."""
+    """Add points at most one step apart; the flags mark those that were there before."""
     ahead = np.roll(stroke.tcp, -1, axis=0) if stroke.closed else np.vstack([stroke.tcp[1:], stroke.tcp[-1:]])
     counts = np.maximum(1, np.ceil(np.round(np.linalg.norm(ahead - stroke.tcp, axis=1) / _STEP_MM, 6))).astype(int)
-    segment = np.repeat(np.arange(len(counts)), counts)
-    first = np.cumsum(counts) - counts
-    share = ((np.arange(len(segment)) - first[segment]) / counts[segment])[:, None]
-    after = (segment + 1) % len(counts) if stroke.closed else np.minimum(segment + 1, len(counts) - 1)
-
-    def mixed(values: Points2) -> Points2:
-        return values[segment] * (1 - share) + values[after] * share
-
-    approach, azimuth = mixed(stroke.approach), mixed(stroke.azimuth)
-    original = share[:, 0] == 0
-    dense = replace(
-        stroke,
-        tcp=mixed(stroke.tcp),
-        approach=approach / np.linalg.norm(approach, axis=1, keepdims=True),
-        azimuth=azimuth / np.linalg.norm(azimuth, axis=1, keepdims=True),
-        delays=np.where(original, stroke.delays[segment], 0.0),
-        pauses=tuple(stroke.pauses[s] if o else "" for s, o in zip(segment, original, strict=True))
-        if stroke.pauses
-        else (),
-    )
-    return dense, original
+    segment = np.repeat(np.arange(len(counts)), counts - 1)
+    first = np.cumsum(counts - 1) - (counts - 1)
+    dense, order = stroke.insert(segment, (np.arange(len(segment)) - first[segment] + 1) / counts[segment])
+    return dense, order < len(counts)
 
 
 def _touches(dense: Stroke, zone: Polygon | MultiPolygon, nozzle: Nozzle) -> NDArray[np.bool_]:
     pose = np.round(np.hstack([dense.approach, dense.azimuth, dense.tcp[:, 2:]]), 6)
     poses, which = np.unique(pose, axis=0, return_inverse=True)
-    outlines = np.array([_outline(row, nozzle) for row in poses])
+    references = reference_axes(poses[:, :3], poses[:, 3:5])
+    outlines = np.array(
+        [footprint(nozzle, float(row[5]), row[:3], axis) for row, axis in zip(poses, references, strict=True)]
+    )
     shapely.prepare(zone)
     sprayed = shapely.polygons(outlines[which.ravel()] + dense.tcp[:, None, :2])
     return np.asarray(shapely.intersects(zone, sprayed), dtype=np.bool_)
-
-
-def _outline(pose: Points2, nozzle: Nozzle) -> Points2:
-    approach, azimuth, height = pose[:3], pose[3:5], float(pose[5])
-    return footprint(nozzle, height, approach, reference_axes(approach[None], azimuth[None])[0])
-
-
-def _rolled(stroke: Stroke, first: int) -> Stroke:
-    return stroke.pick(np.roll(np.arange(len(stroke.tcp)), -first))

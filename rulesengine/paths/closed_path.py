@@ -1,17 +1,15 @@
-"""Closed strokes around an outline: what board and component perimeters have in common."""
+"""Closed strokes around an outline, shared by board and component perimeters."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from shapely import Polygon
 
-from geometry.arrays import Directions2, Indices, Points2, Scalars
+from geometry.arrays import Directions2, Points2
 from geometry.gridframe import GridFrame
 from geometry.polygons import canonical
-from rulesengine.strokes.board_grid import into_frame, out_of_frame
-from rulesengine.strokes.stroke import Site, Stroke, tilted
+from rulesengine.strokes.stroke import Site, Stroke, into_frame, out_of_frame, tilted
 
 Lean: TypeAlias = Literal["inside", "outside", "travel", "against_travel"]
 _MITRE = 3.0  # corners sharper than about 39 degrees are cut off
@@ -35,8 +33,8 @@ class RingRule:
 def ring_stroke(ring: Points2, rule: RingRule, site: Site, made_by: str) -> Stroke:
     """Follow a ring at a constant height.
 
-    Bends of at least ``corner_deg`` are corners: there the nozzle stops, waits, and turns on the spot to lean as the
-    next edge wants; smaller bends are taken in passing with the direction in between.
+    Bends of at least ``corner_deg`` are corners: there the nozzle stops, waits, and turns on the spot to the
+    lean of the next edge; smaller bends are taken in passing with the direction in between.
 
     Args:
         ring: (n, 2) vertices in the sense of travel, the first not repeated.
@@ -49,7 +47,9 @@ def ring_stroke(ring: Points2, rule: RingRule, site: Site, made_by: str) -> Stro
     """
     along = _units(np.roll(ring, -1, axis=0) - ring)
     before = np.roll(along, 1, axis=0)
-    corner = np.round(np.degrees(np.abs(_turns(before, along))), 3) >= rule.corner_deg
+    cross = before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0]
+    bends = np.degrees(np.abs(np.arctan2(cross, np.sum(before * along, axis=1))))
+    corner = np.round(bends, 3) >= rule.corner_deg
     smooth = _units(along + before)
     turns_around = rule.tilt_deg > 0 or not np.allclose(site.azimuths(along), site.azimuths(before))
     vertices: list[int] = []
@@ -68,6 +68,9 @@ def ring_stroke(ring: Points2, rule: RingRule, site: Site, made_by: str) -> Stro
         delays.append(rule.delay_s if stops and not turns_around else 0.0)
     order = np.roll(np.arange(len(vertices)), -departures[0])
     directions = np.array(travel)[order]
+    # It may leave from its corners, thinned out evenly; a smooth ring from anywhere.
+    leaving = np.array(departures)[corner] if corner.any() else np.array(departures)
+    entries = tuple((leaving - departures[0])[:: -(-len(leaving) // _MOST_ENTRIES)].tolist())
     points = ring[np.array(vertices)[order]]
     return Stroke(
         tcp=np.column_stack([points, np.full(len(points), rule.height_mm)]),
@@ -78,19 +81,13 @@ def ring_stroke(ring: Points2, rule: RingRule, site: Site, made_by: str) -> Stro
         made_by=made_by,
         closed=True,
         laps=rule.laps,
-        entries=_entries(np.array(departures) - departures[0], corner),
+        entries=entries,
         lead_in_mm=rule.lead_in_mm,
     )
 
 
 def _units(vectors: Points2) -> Directions2:
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-
-
-def _turns(before: Directions2, after: Directions2) -> Scalars:
-    """Signed bends, rad."""
-    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    return np.asarray(np.arctan2(cross, np.sum(before * after, axis=1)), dtype=np.float64)
 
 
 def _sense(ring: Points2) -> float:
@@ -113,13 +110,6 @@ def leans(travel: Directions2, lean: Lean, sense: float) -> Directions2:
             return -travel
 
 
-def _entries(departures: Indices, corner: NDArray[np.bool_]) -> tuple[int, ...]:
-    """Points from which the stroke may leave: its corners, thinned out evenly; a smooth ring anywhere."""
-    candidates = departures[corner] if corner.any() else departures
-    step = -(-len(candidates) // _MOST_ENTRIES)
-    return tuple(int(index) for index in candidates[::step])
-
-
 def offset_rings(outline: Polygon, distance_mm: float, frame: GridFrame) -> list[Points2]:
     """Rings of an outline moved away from it, corners kept sharp: the outer one first, then those of its holes.
 
@@ -130,8 +120,5 @@ def offset_rings(outline: Polygon, distance_mm: float, frame: GridFrame) -> list
     if grown.is_empty or grown.geom_type != "Polygon":
         return []
     moved = out_of_frame(canonical(grown, np.array(own.exterior.coords)), frame)
-    return [_counterclockwise(np.array(ring.coords)[:-1]) for ring in (moved.exterior, *moved.interiors)]
-
-
-def _counterclockwise(ring: Points2) -> Points2:
-    return ring if _sense(ring) > 0 else np.concatenate([ring[:1], ring[:0:-1]])
+    rings = [np.array(ring.coords)[:-1] for ring in (moved.exterior, *moved.interiors)]
+    return [ring if _sense(ring) > 0 else np.concatenate([ring[:1], ring[:0:-1]]) for ring in rings]

@@ -1,4 +1,4 @@
-"""Straight strokes across a board: what raster, final flush, step function and straight line have in common."""
+"""Straight strokes across a board, shared by raster, final flush, step function and straight line."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -9,8 +9,8 @@ from shapely import MultiPolygon, Polygon
 from geometry.arrays import Directions, Directions2, Points2
 from geometry.coverage.stripes import Stripe, stripes
 from recipes.footprint import core_footprint
-from recipes.paths import FinalFlush, Raster, StepFunction
-from rulesengine.strokes.stroke import Site, Stroke, reference_axes, tilted
+from recipes.paths import FinalFlush, Raster, StepFunction, StraightLine
+from rulesengine.strokes.stroke import Site, Stroke, StrokeSet, reference_axes, tilted
 from specs.finding import Finding
 from specs.finding_rules import MARGIN_REDUCED, PITCH_TOO_WIDE
 
@@ -70,10 +70,10 @@ def travel_of(spec: Raster | FinalFlush | StepFunction, site: Site) -> Direction
 def lay_lines(
     spec: Raster | FinalFlush | StepFunction, site: Site, travel: Directions2
 ) -> tuple[list[Stripe], tuple[Finding, ...]]:
-    """Lay the lines of a template across the board, in terms of where they are served, not of the orifice.
+    """Lay the lines of a template across the board: where the jet serves them, not the orifice.
 
     Returns:
-        Stripes from right to left seen along the travel, and what was noticed.
+        Stripes from the first line to the last, and findings. The first is the rightmost, seen along the travel.
     """
     band = swath(site, spec.height_mm, spec.tilt_deg, spec.toward, travel)
     pitch = (1 - spec.overlap) * band.width_mm if spec.pitch_mm == "auto" else spec.pitch_mm
@@ -84,11 +84,12 @@ def lay_lines(
             "at this height and tilt. Lower pitch_mm or write auto."
         )
         findings = (*findings, Finding(PITCH_TOO_WIDE, message, site.made_by))
-    return stripes(region, travel, pitch, band.length_mm), findings
+    rows = stripes(region, travel, pitch, band.length_mm)
+    return rows[::-1] if spec.start == "last" else rows, findings
 
 
 def orifice_line(line: Points2, band: Swath, travel: Directions2) -> Points2:
-    """Where the orifice goes to serve a line: back by what the jet reaches ahead, aside by what it is off centre."""
+    """Line of the orifice that serves a line: back by what the jet reaches ahead, aside by what it is off centre."""
     left = np.array([-travel[1], travel[0]])
     return line - band.aim_mm * travel - (band.left_mm + band.right_mm) / 2 * left
 
@@ -110,17 +111,38 @@ def _region(spec: Raster | FinalFlush | StepFunction, site: Site) -> tuple[Polyg
     return region, (Finding(MARGIN_REDUCED, message, site.made_by),)
 
 
-def one_way_stroke(line: Points2, spec: FinalFlush | StepFunction, site: Site, travel: Directions2) -> Stroke:
-    """Serve one line in the direction of travel; a flush may pause at its end."""
+def one_way_lines(spec: FinalFlush | StepFunction, site: Site) -> StrokeSet:
+    """Lines across the board, all in the same direction; a flush may pause at their ends."""
+    travel = travel_of(spec, site)
+    rows, findings = lay_lines(spec, site, travel)
     band = swath(site, spec.height_mm, spec.tilt_deg, spec.toward, travel)
+    delay = spec.edge_delay_s if isinstance(spec, FinalFlush) else 0.0
+    strokes = tuple(
+        line_stroke(orifice_line(line, band, travel), spec, site, travel, delay)
+        for row in rows
+        for line in row.stretches
+    )
+    freedom = "either_end" if spec.start == "auto" else "fixed"
+    return StrokeSet(strokes * spec.repeats, freedom, "everything", findings)
+
+
+def line_stroke(
+    ends: Points2, spec: FinalFlush | StepFunction | StraightLine, site: Site, travel: Directions2, delay_s: float
+) -> Stroke:
+    """Stroke along one line of the orifice, with a pause at its end."""
     approach, azimuth = pose_of(site, travel, spec.tilt_deg, spec.toward)
-    ends = orifice_line(line, band, travel) + np.outer([-spec.overshoot_mm, spec.overshoot_mm], travel)
+    ends = run_on(ends, travel, spec.overshoot_mm)
     return Stroke(
         tcp=np.column_stack([ends, np.full(2, spec.height_mm)]),
         approach=np.tile(approach, (2, 1)),
         azimuth=np.tile(azimuth, (2, 1)),
-        delays=np.array([0.0, spec.edge_delay_s if isinstance(spec, FinalFlush) else 0.0]),
+        delays=np.array([0.0, delay_s]),
         speed_mm_s=spec.speed_mm_s,
         made_by=site.made_by,
         lead_in_mm=spec.lead_in_mm,
     )
+
+
+def run_on(line: Points2, travel: Directions2, overshoot_mm: float) -> Points2:
+    """Lengthen a line at both ends."""
+    return line + np.outer([-overshoot_mm, overshoot_mm], travel)

@@ -5,7 +5,7 @@ import numpy as np
 from geometry.arrays import Directions2, Points2
 from geometry.coverage.stripes import Stripe
 from recipes.paths import Raster
-from rulesengine.paths.parallel_lines import lay_lines, orifice_line, pose_of, swath, travel_of
+from rulesengine.paths.parallel_lines import lay_lines, orifice_line, pose_of, run_on, swath, travel_of
 from rulesengine.strokes.stroke import Site, Stroke, StrokeSet
 
 
@@ -17,8 +17,6 @@ def plan_raster(spec: Raster, site: Site) -> StrokeSet:
     """
     travel = travel_of(spec, site)
     rows, findings = lay_lines(spec, site, travel)
-    if spec.start == "last":
-        rows.reverse()
     if any(len(row.stretches) > 1 for row in rows):
         strokes = tuple(_joined([Stripe((line,))], spec, site, travel) for row in rows for line in row.stretches)
         return StrokeSet(strokes * spec.repeats, "free", findings=findings)
@@ -33,7 +31,7 @@ def _joined(rows: list[Stripe], spec: Raster, site: Site, travel: Directions2) -
         way = travel if index % 2 == 0 else -travel
         line = row.stretches[0] if index % 2 == 0 else row.stretches[0][::-1]
         band = swath(site, spec.height_mm, spec.tilt_deg, spec.toward, way)
-        points.append(_run_on(orifice_line(line, band, way), way, spec.overshoot_mm))
+        points.append(run_on(orifice_line(line, band, way), way, spec.overshoot_mm))
         travels += [way, way]
     poses = [pose_of(site, way, spec.tilt_deg, spec.toward) for way in travels]
     plan_view = np.concatenate(points)
@@ -49,7 +47,3 @@ def _joined(rows: list[Stripe], spec: Raster, site: Site, travel: Directions2) -
         sense="either" if turnable else "fixed",
         lead_in_mm=spec.lead_in_mm,
     )
-
-
-def _run_on(line: Points2, travel: Directions2, overshoot_mm: float) -> Points2:
-    return line + np.outer([-overshoot_mm, overshoot_mm], travel)

@@ -15,8 +15,8 @@ from recipes.load import recipe_sha256
 from recipes.nozzles import AirKnife
 from recipes.recipe import Recipe, Step
 from rulesengine.planning.assemble import Assembly
+from rulesengine.planning.stroke_cache import PlanningJob, StrokeCache, new_job
 from rulesengine.planning.stroke_order import order_strokes
-from rulesengine.planning.template_cache import Job, Parts, new_job
 from rulesengine.planning.transfers import parked
 from rulesengine.planning.unserved import find_unserved
 from rulesengine.strokes.classify import Classified
@@ -39,8 +39,8 @@ class Run:
     program: TimedProgram
     findings: tuple[Finding, ...]
     """Of the board, the recipe, the plan and the timing; worst first."""
-    parts: Parts = field(default_factory=Parts)
-    """What the next run need not make again."""
+    cache: StrokeCache = field(default_factory=StrokeCache)
+    """Floors and strokes for the next run."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,13 +71,13 @@ def run(
     Raises:
         RecipeError: a component matches no class, or nothing is left to do.
     """
-    job = new_job(recipe, board, before.parts if before is not None and before.board is board else Parts())
+    job = new_job(recipe, board, before.cache if before is not None and before.board is board else StrokeCache())
     plan = _plan(job, subprogress(progress, 0.0, 0.6), sketched)
     progress("timing", 0.6)
     program = time_plan(plan, recipe.limits)
     progress("done", 1.0)
     findings = worst_first((*board.findings, *check_recipe(recipe), *plan.findings, *program.findings))
-    return Run(recipe, board, job.classified, plan, program, findings, job.parts)
+    return Run(recipe, board, job.classified, plan, program, findings, job.cache)
 
 
 def make_plan(recipe: Recipe, board: Board, progress: Progress = no_progress) -> Plan:
@@ -86,10 +86,10 @@ def make_plan(recipe: Recipe, board: Board, progress: Progress = no_progress) ->
     Raises:
         RecipeError: a component matches no class, or nothing is left to do.
     """
-    return _plan(new_job(recipe, board, Parts()), progress, None)
+    return _plan(new_job(recipe, board, StrokeCache()), progress, None)
 
 
-def _plan(job: Job, progress: Progress, sketched: Callable[[Plan], None] | None) -> Plan:
+def _plan(job: PlanningJob, progress: Progress, sketched: Callable[[Plan], None] | None) -> Plan:
     if sketched is None:
         return _assemble(job, "full", progress).plan
     sketch = _assemble(job, "sketch", subprogress(progress, 0.0, _SKETCH_SHARE))
@@ -99,7 +99,7 @@ def _plan(job: Job, progress: Progress, sketched: Callable[[Plan], None] | None)
     return _assemble(job, "full", subprogress(progress, _SKETCH_SHARE, 1.0)).plan
 
 
-def _assemble(job: Job, effort: Effort, progress: Progress) -> _Assembled:
+def _assemble(job: PlanningJob, effort: Effort, progress: Progress) -> _Assembled:
     recipe, board = job.recipe, job.board
     steps = [(index, step) for index, step in enumerate(recipe.sequence) if step.enabled]
     first = steps[0][1].side
@@ -113,7 +113,7 @@ def _assemble(job: Job, effort: Effort, progress: Progress) -> _Assembled:
         _do_step(job, assembly, (index, step), effort, part)
     if not any(isinstance(item, SprayPass | Dwell) for item in assembly.items):
         raise RecipeError(_idle(board, steps), path="sequence")
-    assembly.findings += find_unserved(recipe, board, job.service, [step for _, step in steps], assembly.items)
+    assembly.findings += find_unserved(recipe, board, job.masks, [step for _, step in steps], assembly.items)
     origin = Origin(board.name, board.sha256, recipe.recipe, recipe_sha256(recipe))
     return _Assembled(Plan(origin, tuple(assembly.items), tuple(assembly.findings)), assembly.settled)
 
@@ -128,7 +128,9 @@ def _idle(board: Board, steps: list[tuple[int, Step]]) -> str:
     )
 
 
-def _do_step(job: Job, assembly: Assembly, numbered: tuple[int, Step], effort: Effort, progress: Progress) -> None:
+def _do_step(
+    job: PlanningJob, assembly: Assembly, numbered: tuple[int, Step], effort: Effort, progress: Progress
+) -> None:
     index, step = numbered
     made_by = f"sequence[{index}]"
     function = job.recipe.functions[step.function]
@@ -155,7 +157,7 @@ def _do_step(job: Job, assembly: Assembly, numbered: tuple[int, Step], effort: E
         assembly.command("ENDREPEAT", made_by=made_by)
 
 
-def _announce(job: Job, assembly: Assembly, step: Step, made_by: str) -> None:
+def _announce(job: PlanningJob, assembly: Assembly, step: Step, made_by: str) -> None:
     function, nozzle = job.recipe.functions[step.function], job.recipe.nozzles[step.nozzle]
     assembly.command("FUNCTION", step.function, made_by=made_by)
     assembly.command("NOZZLE", step.nozzle, "TOOL", str(nozzle.tool), made_by=made_by)

@@ -1,4 +1,4 @@
-"""Which passes serve which component, and what is said of those that none serves."""
+"""Passes that serve each component, and findings on components that none serves."""
 
 from collections.abc import Iterable, Sequence
 
@@ -6,7 +6,7 @@ from boards.board import Board, Side
 from programs.plan import PlanItem, SprayPass
 from recipes.paths import ComponentPerimeter
 from recipes.recipe import Recipe, Step
-from rulesengine.strokes.classify import Service
+from rulesengine.strokes.classify import ComponentMasks
 from specs.finding import Finding
 from specs.finding_rules import NOT_SERVED, SIDE_NOT_SPRAYED
 
@@ -23,7 +23,7 @@ def served_by(items: Iterable[PlanItem]) -> dict[str, list[str]]:
 
 
 def find_unserved(
-    recipe: Recipe, board: Board, service: Service, steps: Sequence[Step], items: Iterable[PlanItem]
+    recipe: Recipe, board: Board, masks: ComponentMasks, steps: Sequence[Step], items: Iterable[PlanItem]
 ) -> list[Finding]:
     """One finding for each component that must be cleaned and is not, one for a side most of which is not sprayed.
 
@@ -39,8 +39,8 @@ def find_unserved(
     served = served_by(items)
     findings: list[Finding] = []
     for component in board.components:
-        if component.name not in service.demanded or component.name in dict(service.avoided):
-            continue  # what is avoided too is a conflict, which is said where the masks are read
+        if component.name not in masks.required or component.name in dict(masks.avoided):
+            continue  # what is avoided too is a conflict, found where the masks are read
         reason = ""
         if component.side not in sprayed:
             reason = f"no step sprays the {component.side} side. Add one with side: {component.side}"
@@ -51,13 +51,13 @@ def find_unserved(
             message = f"{component.name} must be cleaned, but {reason}."
             where = (place.x, place.y, board.surface_z_mm(component.side))
             findings.append(Finding(NOT_SERVED, message, "masks", where))
-    return findings + [found for side in ("top", "bottom") for found in _side(board, side, service, list(items))]
+    return findings + [found for side in ("top", "bottom") for found in _side(board, side, masks, list(items))]
 
 
-def _side(board: Board, side: Side, service: Service, items: Sequence[PlanItem]) -> list[Finding]:
+def _side(board: Board, side: Side, masks: ComponentMasks, items: Sequence[PlanItem]) -> list[Finding]:
     """Whether most components of a side are neither followed by a pass of their own nor swept across."""
     passes = [each for each in items if isinstance(each, SprayPass) and (each.approach[0, 2] < 0) == (side == "top")]
-    served, masked = served_by(passes), {*dict(service.avoided), *service.ignored}
+    served, masked = served_by(passes), {*dict(masks.avoided), *masks.ignored}
     here = [each.name for each in board.components if each.side == side and each.name not in masked]
     left = [name for name in here if name not in served]
     if 2 * len(left) <= len(here) or any(each.made_by.count("/") == 1 for each in passes):

@@ -1,6 +1,6 @@
-"""Which class takes a component, and which components are served at all (Sandia 1993, rule 3)."""
+"""Classes of components, and those that masks treat apart (Sandia 1993, rule 3)."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
@@ -23,13 +23,14 @@ class Classified:
 
 
 @dataclass(frozen=True, slots=True)
-class Service:
-    """What the masks say about each component; whoever is in neither set is served like any other."""
+class ComponentMasks:
+    """Components that masks treat apart; those in no set are served like any other."""
 
     avoided: tuple[tuple[str, float], ...]
     """Name and margin, mm."""
     ignored: frozenset[str]
-    demanded: frozenset[str]
+    required: frozenset[str]
+    """Must be cleaned."""
 
 
 def classify(recipe: Recipe, board: Board) -> tuple[tuple[Classified, ...], tuple[Finding, ...]]:
@@ -38,22 +39,32 @@ def classify(recipe: Recipe, board: Board) -> tuple[tuple[Classified, ...], tupl
     Raises:
         RecipeError: a component matches no class.
     """
-    classified = tuple(_first_match(recipe, component) for component in board.components)
+    classified: list[Classified] = []
+    for component in board.components:
+        reasons = ((name, _reasons(conditions, component)) for name, conditions in recipe.classes.items())
+        name, because = next(((name, because) for name, because in reasons if because is not None), ("", ""))
+        if not name:
+            raise RecipeError(
+                f"no class takes {component.name} ({component.package or 'no package'}, {component.pins} pins, "
+                f"{component.area_mm2:.1f} mm2). Add a last class without conditions, such as `others: {{}}`.",
+                path="classes",
+            )
+        classified.append(Classified(component.name, name, because))
     members = {each.component_class for each in classified}
     findings = tuple(
         Finding(CLASS_EMPTY, f"Class {name!r} has no member on {board.name}.", f"classes/{name}")
         for name in recipe.classes
         if name not in members
     )
-    return classified, findings
+    return tuple(classified), findings
 
 
-def service(recipe: Recipe, board: Board) -> tuple[Service, tuple[Finding, ...]]:
-    """Read the masks against the board; a pattern that matches nothing is a finding."""
+def read_masks(recipe: Recipe, board: Board) -> tuple[ComponentMasks, tuple[Finding, ...]]:
+    """Match the masks against the board; a pattern that matches nothing is a finding."""
     names = [component.name for component in board.components]
     avoided: dict[str, float] = {}
     ignored: set[str] = set()
-    demanded: set[str] = set()
+    required: set[str] = set()
     findings: list[Finding] = []
     for index, mask in enumerate(recipe.masks):
         for pattern in (*mask.avoid, *mask.clean, *mask.ignore):
@@ -64,53 +75,33 @@ def service(recipe: Recipe, board: Board) -> tuple[Service, tuple[Finding, ...]]
             if mask.avoid:
                 avoided |= {name: max(mask.margin_mm, avoided.get(name, 0.0)) for name in hits}
             elif mask.clean:
-                demanded |= set(hits)
+                required |= set(hits)
             else:
                 ignored |= set(hits)
     findings += [
         Finding(MASK_CONFLICT, f"{name} is to be avoided and to be cleaned; decide which.", "masks")
         for name in names
-        if name in avoided and name in demanded
+        if name in avoided and name in required
     ]
-    return Service(tuple(avoided.items()), frozenset(ignored - demanded), frozenset(demanded)), tuple(findings)
+    return ComponentMasks(tuple(avoided.items()), frozenset(ignored - required), frozenset(required)), tuple(findings)
 
 
-def _first_match(recipe: Recipe, component: Component) -> Classified:
-    for name, wanted in recipe.classes.items():
-        because = _why(wanted, component)
-        if because is not None:
-            return Classified(component.name, name, because)
-    raise RecipeError(
-        f"no class takes {component.name} ({component.package or 'no package'}, {component.pins} pins, "
-        f"{component.area_mm2:.1f} mm2). Add a last class without conditions, such as `others: {{}}`.",
-        path="classes",
-    )
-
-
-def _why(wanted: ComponentClass, component: Component) -> str | None:
-    """Say why a component belongs to a class; None if it does not."""
-    reasons: list[str] = []
-    checks: list[Callable[[], str | None]] = [
-        lambda: _pattern("package", wanted.package, component.package),
-        lambda: _pattern("refdes", wanted.refdes, component.name),
-        lambda: _range("pins", wanted.pins, component.pins),
-        lambda: _range("area_mm2", wanted.area_mm2, component.area_mm2),
-        lambda: _range("height_mm", wanted.height_mm, component.height_mm),
-        lambda: _range("standoff_mm", wanted.standoff_mm, component.gap_height_mm),
-        lambda: _range("neighbour_mm", wanted.neighbour_mm, component.neighbour_mm),
-        lambda: _pattern("side", [wanted.side] if wanted.side else [], component.side),
+def _reasons(conditions: ComponentClass, component: Component) -> str | None:
+    """Conditions of a class that a component meets, with its numbers; ``None`` where it does not meet one."""
+    reasons = [
+        _pattern("package", conditions.package, component.package),
+        _pattern("refdes", conditions.refdes, component.name),
+        _range("pins", conditions.pins, component.pins),
+        _range("area_mm2", conditions.area_mm2, component.area_mm2),
+        _range("height_mm", conditions.height_mm, component.height_mm),
+        _range("standoff_mm", conditions.standoff_mm, component.gap_height_mm),
+        _range("neighbour_mm", conditions.neighbour_mm, component.neighbour_mm),
+        _pattern("side", [conditions.side] if conditions.side else [], component.side),
     ]
-    for check in checks:
-        reason = check()
-        if reason is None:
-            return None
-        if reason:
-            reasons.append(reason)
-    return ", ".join(reasons) or "takes all that is left"
+    return None if None in reasons else ", ".join(filter(None, reasons)) or "takes all that is left"
 
 
-def _pattern(what: str, patterns: Iterable[str], value: str) -> str | None:
-    patterns = list(patterns)
+def _pattern(what: str, patterns: Sequence[str], value: str) -> str | None:
     if not patterns:
         return ""
     hit = next((pattern for pattern in patterns if _matches(value, pattern)), None)
@@ -121,11 +112,11 @@ def _matches(value: str, pattern: str) -> bool:
     return fnmatchcase(value.upper(), pattern.upper())
 
 
-def _range(what: str, wanted: Range | None, value: float | None) -> str | None:
-    if wanted is None:
+def _range(what: str, conditions: Range | None, value: float | None) -> str | None:
+    if conditions is None:
         return ""
-    if value is None or not wanted.holds(value):
+    if value is None or not conditions.holds(value):
         return None
-    ends = [f">= {wanted.min:g}"] if wanted.min is not None else []
-    ends += [f"<= {wanted.max:g}"] if wanted.max is not None else []
+    ends = [f">= {conditions.min:g}"] if conditions.min is not None else []
+    ends += [f"<= {conditions.max:g}"] if conditions.max is not None else []
     return f"{what} {value:.4g} {' and '.join(ends)}"

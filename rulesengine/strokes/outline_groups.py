@@ -1,6 +1,5 @@
-"""Components that are followed as one outline, and how each group is to be followed."""
+"""Groups of components that are followed as one outline, and the values of a template for each."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import cast
@@ -22,8 +21,8 @@ from geometry.polygons import (
     simplify_within,
     to_grid,
 )
-from recipes.paths import ComponentPerimeter, Near, for_class
-from rulesengine.strokes.board_grid import into_frame, out_of_frame
+from recipes.paths import ComponentPerimeter, for_class
+from rulesengine.strokes.stroke import into_frame, out_of_frame
 
 _TOUCH_MM = 1e-4  # outlines are exact to about this; nearer is as good as touching
 _OUTLINE_MM = 0.05
@@ -45,8 +44,8 @@ class Group:
 
 
 @dataclass(frozen=True, slots=True)
-class Demand:
-    """What the classes and the neighbours of a group's members ask for; the most demanding member decides."""
+class GroupValues:
+    """Values of a template for a group, by the classes and neighbours of its members; the most demanding decides."""
 
     height_mm: float
     speed_mm_s: float
@@ -56,17 +55,13 @@ class Demand:
     edge_delay_s: float
 
 
-def grouped(components: list[Component], gap_mm: float, frame: GridFrame) -> list[Group]:
+@lru_cache(maxsize=8)
+def group_outlines(components: tuple[Component, ...], gap_mm: float, frame: GridFrame) -> tuple[Group, ...]:
     """Join components that are closer than the gap, directly or by way of others; groups by their first member.
 
-    Outlines are joined and made plain on the grid of the frame, which moves with the board. The last answers are
-    remembered: most edits of a recipe group the same components.
+    Outlines are joined and simplified on the grid of the frame, which moves with the board. The last results are
+    kept: most edits of a recipe group the same components.
     """
-    return list(_remembered(tuple(components), gap_mm, frame))
-
-
-@lru_cache(maxsize=8)
-def _remembered(components: tuple[Component, ...], gap_mm: float, frame: GridFrame) -> tuple[Group, ...]:
     if not components:
         return ()
     outlines = [component.outline for component in components]
@@ -77,13 +72,12 @@ def _remembered(components: tuple[Component, ...], gap_mm: float, frame: GridFra
     groups: dict[int, list[Component]] = {}
     for component, label in zip(components, labels, strict=True):
         groups.setdefault(int(label), []).append(component)
-    return tuple(_group(members, gap_mm, frame) for members in groups.values())
-
-
-def _group(members: list[Component], gap_mm: float, frame: GridFrame) -> Group:
-    followed = _outline([into_frame(member.outline, frame) for member in members], gap_mm)
-    on_grid = transform(followed, to_grid)
-    return Group(tuple(members), out_of_frame(on_grid if on_grid.is_valid else followed, frame))
+    found: list[Group] = []
+    for members in groups.values():
+        followed = _outline([into_frame(member.outline, frame) for member in members], gap_mm)
+        on_grid = transform(followed, to_grid)
+        found.append(Group(tuple(members), out_of_frame(on_grid if on_grid.is_valid else followed, frame)))
+    return tuple(found)
 
 
 def _outline(outlines: list[Polygon], gap_mm: float) -> Polygon:
@@ -109,27 +103,20 @@ def _plain(outline: Polygon, hull_share: float) -> Polygon:
     return outline
 
 
-def demand(group: Group, spec: ComponentPerimeter, classes: dict[str, str]) -> Demand:
-    """Ask every member; the slowest speed, the most passes, the longest pause win, the largest member sets the tilt."""
-    near = [member for member in group.members if spec.near and member.neighbour_mm <= spec.near.within_mm]
+def group_values(group: Group, spec: ComponentPerimeter, classes: dict[str, str]) -> GroupValues:
+    """Values of a group: slowest speed, most passes, longest pause; tilt and distance of the largest member."""
     largest = max(group.members, key=lambda member: round(member.area_mm2, 3))
 
-    def of(member: Component, value: float | int | dict[str, float] | dict[str, int], key: str) -> float:
-        instead = _instead(spec.near, key) if member in near else None
-        return float(for_class(value, classes[member.name])) if instead is None else instead
+    def of(member: Component, key: str) -> float:
+        near = spec.near is not None and member.neighbour_mm <= spec.near.within_mm
+        instead: float | None = getattr(spec.near, key, None) if near else None
+        return float(for_class(getattr(spec, key), classes[member.name])) if instead is None else instead
 
-    def over(value: float | int | dict[str, float] | dict[str, int], key: str, pick: Callable[..., float]) -> float:
-        return pick(of(member, value, key) for member in group.members)
-
-    return Demand(
-        height_mm=over(spec.height_mm, "height_mm", max),
-        speed_mm_s=over(spec.speed_mm_s, "speed_mm_s", min),
-        tilt_deg=of(largest, spec.tilt_deg, "tilt_deg"),
-        distance_mm=of(largest, spec.distance_mm, "distance_mm"),
-        passes=int(over(spec.passes, "passes", max)),
-        edge_delay_s=over(spec.edge_delay_s, "edge_delay_s", max),
+    return GroupValues(
+        height_mm=max(of(member, "height_mm") for member in group.members),
+        speed_mm_s=min(of(member, "speed_mm_s") for member in group.members),
+        tilt_deg=of(largest, "tilt_deg"),
+        distance_mm=of(largest, "distance_mm"),
+        passes=int(max(of(member, "passes") for member in group.members)),
+        edge_delay_s=max(of(member, "edge_delay_s") for member in group.members),
     )
-
-
-def _instead(near: Near | None, key: str) -> float | None:
-    return getattr(near, key, None)

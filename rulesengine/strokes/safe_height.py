@@ -10,12 +10,12 @@ from shapely import LineString, Polygon, STRtree, get_coordinates, get_parts
 
 from boards.board import Board, Side
 from geometry.arrays import Points2, Scalars
-from rulesengine.strokes.board_grid import into_frame, out_of_frame, own_frame
+from rulesengine.strokes.stroke import into_frame, out_of_frame, own_frame
 
 Span: TypeAlias = tuple[float, float, float]
 """From and to along a path, mm, and the least height there."""
 
-_ROUNDING_MM = 0.02  # outlines are simplified and programs rounded; never nearer than asked because of it
+_ROUNDING_MM = 0.02  # outlines are simplified and programs rounded; never nearer than required because of it
 _OUTLINE_MM = 0.05
 _CHORD_MM = 0.03  # the program cuts a rounded corner by this much more, from sample to sample
 _ARC = 8
@@ -45,7 +45,7 @@ class Floors:
         return float(self.heights[self.tree.query(LineString(line), predicate="intersects")].max(initial=0.0))
 
     def spans(self, path: Points2, above: float) -> list[Span]:
-        """Stretches of an open plan path over zones that ask for more than the height ``above``."""
+        """Stretches of an open plan path over zones that require more than the height ``above``."""
         if self.highest <= above + _SAME_MM or not self.zones:
             return []
         lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
@@ -86,15 +86,10 @@ def floors(board: Board, side: Side, clearance_mm: float, blend_mm: float = 0.0)
     frame = own_frame(board)
     own = [into_frame(outline, frame) for outline in (*(obstacle.outline for obstacle in obstacles), board.outline)]
     heights = np.array([obstacle.height_mm + clearance_mm + _ROUNDING_MM for obstacle in obstacles])
-    # The bare board is a body too.
-    grounds = [*_plain(own[:-1]), own[-1]]
+    # Hulls where they take little more room, because rows of pins make a buffer slow. The bare board is a body too.
+    hulls = shapely.convex_hull(own[:-1])
+    slim = shapely.area(hulls) <= _HULL_SHARE * shapely.area(own[:-1])
+    simple = np.where(slim, hulls, shapely.simplify(own[:-1], _OUTLINE_MM))
+    grounds = [*simple, own[-1]]
     zones = [out_of_frame(zone, frame) for zone in shapely.buffer(grounds, grown, quad_segs=_ARC)]
     return Floors(tuple(zones), np.append(heights, clearance_mm + _ROUNDING_MM), STRtree(zones), cut)
-
-
-def _plain(outlines: list[Polygon]) -> list[Polygon]:
-    """Replace outlines by their hulls where that takes little more room: rows of pins make a buffer slow."""
-    hulls = shapely.convex_hull(outlines)
-    slim = shapely.area(hulls) <= _HULL_SHARE * shapely.area(outlines)
-    simple = shapely.simplify(outlines, _OUTLINE_MM)
-    return list(np.where(slim, hulls, simple))

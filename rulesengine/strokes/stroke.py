@@ -1,12 +1,17 @@
-"""What the path planners make and the modifiers change, before it becomes a plan."""
+"""Strokes: what path planners make and modifiers change before it becomes a plan, and the site that they are for."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
+import shapely
+from shapely import Polygon
 
 from boards.board import Board, Side
 from geometry.arrays import Directions, Directions2, Indices, Points, Scalars
+from geometry.gridframe import GridFrame
+from geometry.polygons import join_pieces
 from programs.plan import Jet
 from recipes.nozzles import AirKnife, FlatFan, Nozzle
 from recipes.recipe import Limits
@@ -45,10 +50,10 @@ class Stroke:
     """Points at which a closed stroke may begin."""
     lead_in_mm: float = 0.0
     pauses: tuple[str, ...] = ()
-    """(n,) who asked for the delay at each point; empty where it is the stroke's own."""
+    """(n,) component at whose edge the delay at each point is; empty where it is the stroke's own."""
 
     def pick(self, index: Indices) -> "Stroke":
-        """Take points by index, in that order, again and again if asked; ``entries`` and ``laps`` stay as they are."""
+        """Take points by index, in that order, also repeatedly; ``entries`` and ``laps`` stay as they are."""
         return replace(
             self,
             tcp=self.tcp[index],
@@ -57,6 +62,34 @@ class Stroke:
             delays=self.delays[index],
             pauses=tuple(self.pauses[int(i)] for i in index) if self.pauses else (),
         )
+
+    def insert(self, segment: Indices, share: Scalars) -> tuple["Stroke", Indices]:
+        """Add points without delay on segments, at shares of their lengths; the last segment of a ring closes it.
+
+        Returns:
+            The stroke, and for each of its points the index of the point that it was; added ones count on from there.
+        """
+        count = len(self.tcp)
+        order = np.lexsort((np.concatenate([np.zeros(count), share]), np.concatenate([np.arange(count), segment])))
+        after = (segment + 1) % count
+
+        def mixed(values: Scalars) -> Scalars:
+            between = values[segment] * (1 - share[:, None]) + values[after] * share[:, None]
+            return np.concatenate([values, between])[order]
+
+        approach, azimuth = mixed(self.approach), mixed(self.azimuth)
+        position = np.argsort(order)
+        pauses = (*self.pauses, *[""] * len(share))
+        stroke = replace(
+            self,
+            tcp=mixed(self.tcp),
+            approach=approach / np.linalg.norm(approach, axis=1, keepdims=True),
+            azimuth=azimuth / np.linalg.norm(azimuth, axis=1, keepdims=True),
+            delays=np.concatenate([self.delays, np.zeros(len(share))])[order],
+            entries=tuple(int(position[entry]) for entry in self.entries),
+            pauses=tuple(pauses[index] for index in order.tolist()) if self.pauses else (),
+        )
+        return stroke, order
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,11 +103,13 @@ class StrokeSet:
     retract: Retract = "corridor"
     """What a transfer between them must clear: the bodies in its corridor, or everything on the side."""
     findings: tuple[Finding, ...] = ()
+    edge_pauses: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Seconds to pause where the jet's axis crosses the edge of a component, by component."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Site:
-    """Everything a path planner may look at: the board, the nozzle, and who is asking."""
+    """Everything a path planner may use: the board, the nozzle, and the recipe path of the template."""
 
     board: Board
     side: Side
@@ -117,3 +152,23 @@ def reference_axes(approach: Directions, azimuth: Directions2) -> Directions:
     flat = np.column_stack([azimuth, np.zeros(len(azimuth))])
     square = flat - approach * np.sum(flat * approach, axis=1, keepdims=True)
     return square / np.linalg.norm(square, axis=1, keepdims=True)
+
+
+def own_frame(board: Board) -> GridFrame:
+    """Frame of a board's outline: its first corner, and the direction of its longest edge.
+
+    What is decided on its grid is decided the same wherever the board lies.
+    """
+    x, y = board.outline.exterior.coords[0][:2]
+    return GridFrame((float(x), float(y)), board.axis)
+
+
+def into_frame(outline: Polygon, frame: GridFrame) -> Polygon:
+    """Transform an outline from the board frame onto the grid of a frame; pieces that this cuts off are rejoined."""
+    moved = shapely.transform(outline, frame.to_frame)
+    return moved if moved.is_valid else join_pieces(moved.buffer(0.0))
+
+
+def out_of_frame(outline: Polygon, frame: GridFrame) -> Polygon:
+    """Transform an outline back into the board frame."""
+    return shapely.transform(outline, frame.from_frame)

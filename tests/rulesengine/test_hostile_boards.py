@@ -16,7 +16,7 @@ from boards.understand import understand
 from programs.native import write as native
 from programs.native.read import parse
 from recipes.load import load_recipe
-from rulesengine.modifiers.slopes import needed_heights
+from rulesengine.modifiers.raise_over import lowest_profile
 from rulesengine.planning.pipeline import make_plan, run
 from rulesengine.strokes.safe_height import floors
 from specs.errors import JobError
@@ -71,7 +71,7 @@ def test_a_path_over_many_bodies_grows_with_their_number_and_not_its_square():
 @settings(deadline=None, max_examples=100)
 def test_the_lowest_profile_is_that_of_each_span_alone(spans, extra):
     spans = [(start, start + length, floor) for start, length, floor in spans]
-    needed = needed_heights(spans, extra)
+    needed = lowest_profile(spans, extra)
     where = np.concatenate([np.linspace(-60, 190, 701), needed.bends(5.0)[1:-1]])
     alone = [floor + extra - np.maximum(np.maximum(start - where, where - end), 0) for start, end, floor in spans]
     np.testing.assert_allclose(needed.at(where), np.max(alone, axis=0), atol=2e-4)

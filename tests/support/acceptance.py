@@ -14,7 +14,7 @@ from shapely import MultiPoint
 from programs.native import write as native
 from recipes.nozzles import FullCone, HollowCone
 from recipes.paths import ComponentPerimeter, Raster, StepFunction, for_class
-from rulesengine.strokes.classify import service
+from rulesengine.strokes.classify import read_masks
 
 _ROUNDING_TURNS = 2e-3
 
@@ -60,7 +60,7 @@ def _path_complaints(run, track):
 
 def _served(run, side):
     """Components of a side that are neither avoided nor ignored."""
-    read, _ = service(run.recipe, run.board)
+    read, _ = read_masks(run.recipe, run.board)
     apart = read.ignored | set(dict(read.avoided))
     return [each for each in run.board.components if each.side == side and each.name not in apart]
 

@@ -7,7 +7,7 @@ from cleaning.parameters.model import Use
 from cleaning.verdicts.results import CleaningReport
 from recipes.recipe import Recipe
 from rulesengine.planning.pipeline import Run
-from rulesengine.strokes.classify import service
+from rulesengine.strokes.classify import read_masks
 from rulesengine.tuning.trial.deposits import Deposits, deposits_of
 from rulesengine.tuning.trial.requirements import (
     BOARD,
@@ -102,7 +102,7 @@ class Outcome:
 
 def outcome_of(run: Run, report: CleaningReport, goal: Goal, text: str = "") -> Outcome:
     """Extract from an analysis what tuning works with."""
-    masks, _ = service(run.recipe, run.board)
+    masks, _ = read_masks(run.recipe, run.board)
     excluded = frozenset(masks.ignored) | {name for name, _ in masks.avoided}
     unmet = unmet_requirements(report, goal, excluded)
     return Outcome(

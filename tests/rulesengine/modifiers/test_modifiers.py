@@ -18,13 +18,19 @@ from rulesengine.modifiers.raise_over import raise_over
 from rulesengine.paths.board_perimeter import plan_board_perimeter
 from rulesengine.paths.component_perimeter import plan_component_perimeter
 from rulesengine.paths.straight_line import plan_straight_line
-from rulesengine.strokes.classify import service
+from rulesengine.strokes.classify import read_masks
 from rulesengine.strokes.safe_height import floors
+from rulesengine.strokes.stroke import StrokeSet
 
 
 def line_over(board, height=20.0, **changes):
     spec = StraightLine(**({"from_mm": (0, 30), "to_mm": (100, 30), "height_mm": height, "speed_mm_s": 40} | changes))
     return plan_straight_line(spec, site_on(board)).strokes[0]
+
+
+def raised(stroke, over):
+    done = raise_over(StrokeSet((stroke,), "fixed"), over)
+    return done.strokes[0], done.findings
 
 
 def distance_to_prism(points, outline, height):
@@ -52,7 +58,7 @@ def test_raised_line_keeps_its_clearance_everywhere(height, x, width, clearance,
     tall = part("J1", x, 25, width, 10, height)
     second = part("J2", x + width + gap, 32, 5, 5, height * 0.7)
     board = board_of(tall, second)
-    stroke, _ = raise_over(line_over(board), floors(board, "top", clearance))
+    stroke, _ = raised(line_over(board), floors(board, "top", clearance))
     points = dense(stroke.tcp)
     for body in (tall, second):
         assert distance_to_prism(points, body.outline, body.height_mm).min() >= clearance - 1e-6
@@ -61,7 +67,7 @@ def test_raised_line_keeps_its_clearance_everywhere(height, x, width, clearance,
 def test_raising_keeps_plan_view_slope_and_says_where():
     board = board_of(part("J1", 40, 25, 20, 10, 30))
     flat = line_over(board)
-    stroke, (finding,) = raise_over(flat, floors(board, "top", 5))
+    stroke, (finding,) = raised(flat, floors(board, "top", 5))
     assert stroke.tcp[:, 1] == pytest.approx(30)
     assert stroke.tcp[:, 2].max() == pytest.approx(35, abs=0.1)
     rise = np.abs(np.diff(stroke.tcp[:, 2]))
@@ -74,14 +80,16 @@ def test_raising_keeps_plan_view_slope_and_says_where():
 def test_what_is_clear_stays_the_same_object():
     board = board_of(part("J1", 40, 25, 20, 10, 10))
     flat = line_over(board)
-    assert raise_over(flat, floors(board, "top", 5)) == (flat, ())
+    stroke, findings = raised(flat, floors(board, "top", 5))
+    assert stroke is flat
+    assert findings == ()
 
 
 def test_ring_is_raised_across_its_beginning():
     board = board_of(part("J1", -2, -2, 6, 6, 80))
     spec = BoardPerimeter(height_mm=40, speed_mm_s=40, tilt_deg=20)
     (ring,) = plan_board_perimeter(spec, site_on(board)).strokes
-    stroke, findings = raise_over(ring, floors(board, "top", 5))
+    stroke, findings = raised(ring, floors(board, "top", 5))
     assert len(findings) == 1
     around = dense(np.vstack([stroke.tcp, stroke.tcp[:1]]))
     assert distance_to_prism(around, box(-2, -2, 4, 4), 80).min() >= 5 - 1e-6
@@ -92,7 +100,7 @@ def test_ring_is_raised_across_its_beginning():
 
 def masked(board, strokes, *masks):
     recipe = load_recipe("smt-aqueous").model_copy(update={"masks": list(masks)})
-    read, _ = service(recipe, board)
+    read, _ = read_masks(recipe, board)
     return keep_out(strokes, avoided_zone(board, "top", read), CONE, "sequence[0]/path")
 
 

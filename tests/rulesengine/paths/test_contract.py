@@ -22,7 +22,7 @@ from boards.board import Board, Side
 from geometry.arrays import Directions, Points
 from recipes.nozzles import FlatFan, Nozzle
 from recipes.paths import Near, PathSpec
-from rulesengine.planning.plan_path import plan_path
+from rulesengine.planning.stroke_cache import plan_path
 from rulesengine.planning.transfers import board_frame
 from rulesengine.strokes.stroke import Stroke, StrokeSet
 
@@ -196,7 +196,7 @@ def told(path: str, **changes: Any) -> Any:
 
 def fingerprint(strokes: StrokeSet) -> list[object]:
     """All that a plan takes over of strokes."""
-    shape: list[object] = [strokes.freedom, strokes.retract, strokes.findings]
+    shape: list[object] = [strokes.freedom, strokes.retract, strokes.findings, sorted(strokes.edge_pauses.items())]
     for each in strokes.strokes:
         shape += [array.round(9).tobytes() for array in (each.tcp, each.approach, each.azimuth, each.delays)]
         shape += [each.speed_mm_s, each.made_by, each.laps, each.sense, each.entries, each.lead_in_mm, each.pauses]

@@ -9,6 +9,7 @@ from small_boards import board_of, l_shape, part
 from recipes.footprint import core_footprint
 from recipes.nozzles import FlatFan
 from recipes.paths import FinalFlush, Raster, StepFunction, StraightLine
+from rulesengine.modifiers.pause_at_edges import pause_at_edges
 from rulesengine.paths.final_flush import plan_final_flush
 from rulesengine.paths.raster import plan_raster
 from rulesengine.paths.step_function import plan_step_function
@@ -99,11 +100,16 @@ def test_flush_begins_with_the_last_line_if_asked():
     assert first.freedom == last.freedom == "fixed"
 
 
+def stepped(spec, site):
+    """Strokes of a step function with their pauses."""
+    return pause_at_edges(plan_step_function(spec, site), site.board).strokes
+
+
 def test_step_pauses_once_at_each_edge_in_order():
     parts = [part("C1", 10, 28, 4, 4), part("U1", 30, 20, 20, 20, pins=48), part("C2", 70, 29, 3, 2)]
     site = site_on(board_of(*parts))
     spec = StepFunction(height_mm=60, speed_mm_s=50, delay_s={"any": 0.4}, overlap=0)
-    (stroke,) = plan_step_function(spec, site).strokes
+    (stroke,) = stepped(spec, site)
     assert stroke.tcp[:, 1] == pytest.approx(30)
     assert stroke.tcp[1:-1, 0] == pytest.approx([10, 14, 30, 50, 70, 73])
     assert stroke.pauses == ("", "C1", "C1", "U1", "U1", "C2", "C2", "")
@@ -117,21 +123,21 @@ def test_step_counts_every_edge_of_a_concave_part_and_shared_edges_twice():
     bent = replace(part("U1", 0, 0, 1, 1), outline=u_shape, footprint=u_shape)
     touching = part("C1", 60, 25, 5, 10)
     site = site_on(board_of(bent, touching))
-    (stroke,) = plan_step_function(StepFunction(height_mm=60, speed_mm_s=50, overlap=0), site).strokes
+    (stroke,) = stepped(StepFunction(height_mm=60, speed_mm_s=50, overlap=0), site)
     assert stroke.tcp[1:-1, 0] == pytest.approx([20, 30, 50, 60, 60, 65])
 
 
 def test_tilted_step_pauses_where_the_axis_crosses_the_edge():
     site = site_on(board_of(part("U1", 30, 20, 20, 20)))
     spec = StepFunction(height_mm=60, speed_mm_s=50, tilt_deg=20, overlap=0)
-    (stroke,) = plan_step_function(spec, site).strokes
+    (stroke,) = stepped(spec, site)
     axis = stroke.tcp[:, 0] + 60 * np.tan(np.radians(20))
     assert axis[1:-1] == pytest.approx([30, 50])
 
 
 def test_parts_that_are_not_served_get_no_pause():
     site = site_on(board_of(part("U1", 30, 20, 20, 20)), served=())
-    (stroke,) = plan_step_function(StepFunction(height_mm=60, speed_mm_s=50, overlap=0), site).strokes
+    (stroke,) = stepped(StepFunction(height_mm=60, speed_mm_s=50, overlap=0), site)
     assert len(stroke.tcp) == 2
 
 

@@ -12,7 +12,7 @@ from geometry.coverage.route import forget_routes
 from programs.native.write import render
 from recipes.load import load_recipe
 from recipes.recipe import Recipe
-from rulesengine.planning import template_cache as job
+from rulesengine.planning import stroke_cache as job
 from rulesengine.planning.pipeline import run
 
 BIG = "smt-demo"

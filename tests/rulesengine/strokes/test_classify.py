@@ -6,7 +6,7 @@ from small_boards import board_of, part
 from recipes.classes import ComponentClass, Mask, Range
 from recipes.errors import RecipeError
 from recipes.load import load_recipe
-from rulesengine.strokes.classify import classify, service
+from rulesengine.strokes.classify import classify, read_masks
 
 BOARD = board_of(
     part("U1", 10, 10, 7, 7, package="QFN-48", pins=48),
@@ -64,13 +64,13 @@ def test_component_that_no_class_takes_stops_the_job():
 
 def test_masks_name_components_by_pattern():
     masks = [Mask(avoid=["J*"], margin_mm=4), Mask(ignore=["C*"]), Mask(clean=["C2", "X9"])]
-    read, findings = service(recipe_with(masks=masks), BOARD)
+    read, findings = read_masks(recipe_with(masks=masks), BOARD)
     assert read.avoided == (("J1", 4.0),)
     assert read.ignored == {"C1"}
-    assert read.demanded == {"C2"}
+    assert read.required == {"C2"}
     assert [(finding.rule.id, finding.made_by) for finding in findings] == [("mask-empty", "masks[2]")]
 
 
 def test_avoiding_what_must_be_cleaned_is_an_error():
-    _, findings = service(recipe_with(masks=[Mask(avoid=["U1"]), Mask(clean=["U*"])]), BOARD)
+    _, findings = read_masks(recipe_with(masks=[Mask(avoid=["U1"]), Mask(clean=["U*"])]), BOARD)
     assert [(finding.rule.id, finding.severity) for finding in findings] == [("mask-conflict", "error")]

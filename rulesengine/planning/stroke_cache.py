@@ -1,0 +1,118 @@
+"""Strokes of the templates of a run, planned by path class; those of an earlier run are taken where nothing changed."""
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from typing import TypeVar, assert_never
+
+from boards.board import Board, Side
+from programs.plan import Jet
+from recipes.paths import (
+    BoardPerimeter,
+    ComponentPerimeter,
+    FinalFlush,
+    PathSpec,
+    Raster,
+    StepFunction,
+    StraightLine,
+)
+from recipes.recipe import Recipe, Step
+from rulesengine.modifiers.keep_out import avoided_zone, keep_out
+from rulesengine.modifiers.pause_at_edges import pause_at_edges
+from rulesengine.modifiers.raise_over import raise_over
+from rulesengine.paths.board_perimeter import plan_board_perimeter
+from rulesengine.paths.component_perimeter import plan_component_perimeter
+from rulesengine.paths.final_flush import plan_final_flush
+from rulesengine.paths.raster import plan_raster
+from rulesengine.paths.step_function import plan_step_function
+from rulesengine.paths.straight_line import plan_straight_line
+from rulesengine.strokes.classify import Classified, ComponentMasks, classify, read_masks
+from rulesengine.strokes.safe_height import Floors, floors
+from rulesengine.strokes.stroke import Site, StrokeSet
+from specs.finding import Finding
+
+T = TypeVar("T", Floors, StrokeSet)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StrokeCache:
+    """Floors and strokes of a run, by all that they depend on besides the board."""
+
+    floors: dict[Hashable, Floors] = field(default_factory=dict[Hashable, Floors])
+    strokes: dict[Hashable, StrokeSet] = field(default_factory=dict[Hashable, StrokeSet])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanningJob:
+    """Recipe and board with what does not change from step to step."""
+
+    recipe: Recipe
+    board: Board
+    classified: tuple[Classified, ...]
+    classes: dict[str, str]
+    """Component name to class name."""
+    masks: ComponentMasks
+    findings: tuple[Finding, ...]
+    """Of classes and masks."""
+    before: StrokeCache
+    """Of an earlier run on the same board."""
+    cache: StrokeCache = field(default_factory=StrokeCache)
+    """Of this run."""
+
+    def floors(self, side: Side) -> Floors:
+        """Least heights of the orifice over a side."""
+        limits = self.recipe.limits
+        reach = limits.clearance_mm, limits.blend_mm
+        return _cached(self.cache.floors, self.before.floors, (side, *reach), lambda: floors(self.board, side, *reach))
+
+    def strokes(self, step: Step, jet: Jet, template: str, made_by: str) -> StrokeSet:
+        """Plan one template in its step, raise it over what is in the way, and cut it where it must not spray."""
+        spec, nozzle = self.recipe.templates[template], self.recipe.nozzles[step.nozzle]
+        # All that planners and modifiers use besides the board, whose components come in one order.
+        texts = (each.model_dump_json() for each in (spec, nozzle, self.recipe.limits))
+        key = (step.side, jet, made_by, *texts, *self.classes.values(), self.masks)
+
+        def make() -> StrokeSet:
+            skipped = self.masks.ignored | dict(self.masks.avoided).keys()
+            here = frozenset(component.name for component in self.board.components if component.side == step.side)
+            site = Site(self.board, step.side, nozzle, self.recipe.limits, jet, self.classes, here - skipped, made_by)
+            paused = pause_at_edges(raise_over(plan_path(spec, site), self.floors(step.side)), self.board)
+            return keep_out(paused, avoided_zone(self.board, step.side, self.masks), nozzle, made_by)
+
+        return _cached(self.cache.strokes, self.before.strokes, key, make)
+
+
+def new_job(recipe: Recipe, board: Board, before: StrokeCache) -> PlanningJob:
+    """Classify the components and read the masks.
+
+    Raises:
+        RecipeError: a component matches no class.
+    """
+    classified, class_findings = classify(recipe, board)
+    masks, mask_findings = read_masks(recipe, board)
+    classes = {each.component: each.component_class for each in classified}
+    return PlanningJob(recipe, board, classified, classes, masks, (*class_findings, *mask_findings), before)
+
+
+def plan_path(spec: PathSpec, site: Site) -> StrokeSet:
+    """Plan one template: dispatch over the path classes."""
+    match spec:
+        case BoardPerimeter():
+            return plan_board_perimeter(spec, site)
+        case Raster():
+            return plan_raster(spec, site)
+        case ComponentPerimeter():
+            return plan_component_perimeter(spec, site)
+        case FinalFlush():
+            return plan_final_flush(spec, site)
+        case StepFunction():
+            return plan_step_function(spec, site)
+        case StraightLine():
+            return plan_straight_line(spec, site)
+        case _:
+            assert_never(spec)
+
+
+def _cached(known: dict[Hashable, T], before: dict[Hashable, T], key: Hashable, make: Callable[[], T]) -> T:
+    if key not in known:
+        known[key] = before[key] if key in before else make()
+    return known[key]
