@@ -29,10 +29,10 @@ from rulesengine.planning.pipeline import run
 from webui.glb.ribbons import board_size_mm, line_width_mm
 from webui.layers.paths.markers import find_markers, markers_glb
 from webui.layers.paths.strokes import stroke_lines, strokes_glb, tint_strokes, transfers_glb
+from webui.page.page import freeze_gc
 from webui.page.project import open_project
 from webui.page.session import Session
 from webui.server.server import open_session, serve
-from webui.threads.freeze_gc import set_aside
 
 FIELDS = {"speed_mm_s": "Speed (mm/s)", "height_mm": "Height (mm)", "tilt_deg": "Tilt (\N{DEGREE SIGN})"}
 REPEATS = 7
@@ -146,7 +146,7 @@ def main() -> None:
     first = run(session.recipe, session.board)
     session = replace(session, run=first)
     layers_of(session, first.plan)
-    set_aside()
+    freeze_gc()
     on_the_server(session, template)
     if CHROMIUM is None:
         print("no chromium in /usr/bin: the browser's side is not measured")

@@ -1,1 +1,1 @@
-"""Cards about one thing: a component, a stroke, a finding, a gap."""
+"""Cards about a component, a stroke, findings, the cleaning prediction of a part, and a gap."""

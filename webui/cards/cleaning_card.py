@@ -1,110 +1,155 @@
-"""The card of one part: its judgements, what reaches it in each stage, what limits it, who sprays it."""
+"""The cleaning prediction: the headline, the parts as a table, and the card of one part."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 
 from cleaning.process.stages import Stage
-from cleaning.verdicts.cleanliness import deciding_judgement, outcome
-from cleaning.verdicts.results import CleaningReport, ExposedPart, Part
-from reports.tables.wording import shorten
-from webui.cards.boxes import box_html
-from webui.cards.cleaning_list import judgement_html
-from webui.theme.palette import ACCENT, QUIET, to_hex
-from webui.theme.verdict_colours import VERDICT_COLOURS, VERDICT_WORDS
+from cleaning.verdicts.cleanliness import count_cleanliness, deciding_judgement, outcome, report_outcome
+from cleaning.verdicts.results import CleaningReport, ExposedPart, Judgement, Part
+from reports.tables.cleaning_tables import caveat, headline
+from reports.tables.table import Column, Table, Text
+from reports.tables.wording import clock, shorten
+from webui.theme.html import (
+    box_html,
+    edged_html,
+    facts_html,
+    grey_html,
+    heading_html,
+    listing_html,
+    more_html,
+    quiet_html,
+    small_html,
+    table_html,
+)
+from webui.theme.palette import ACCENT, QUIET, VERDICT_COLOURS, VERDICT_WORDS, to_hex
 
 _MOST_MAKERS = 6
-_HEAD = ("Stage", "Volume", "Front", "Cone", "Peak", "Missed")
-_FACTORS = {
-    "time": "Time",
-    "temperature": "Temperature",
-    "chemistry": "Chemistry",
-    "pressure": "Pressure",
-    "standoff": "Standoff",
-}
+_HEAD = ("Stage", ">Volume", ">Front", ">Cone", ">Peak", ">Missed")
+_COLUMNS = (
+    Column("Part", width="18%"),
+    Column("Verdict", width="28%"),
+    Column("Because", width="34%"),
+    Column("Residue", "right", width="20%"),
+)
 
 
 def stage_names(stages: tuple[Stage, ...]) -> tuple[str, ...]:
-    """Name stages by number and function, such as ``1 clean``."""
+    """Names of stages: number and function, such as ``1 clean``."""
     return tuple(f"{number} {stage.function}" for number, stage in enumerate(stages, start=1))
 
 
+def headline_html(report: CleaningReport) -> str:
+    """The worst verdict, how far it can be relied on, and what the process takes."""
+    colour = to_hex(VERDICT_COLOURS[report_outcome(report)])
+    counts = count_cleanliness(report.parts).items()
+    facts = {
+        "Parts": ", ".join(f"{count} {verdict}" for verdict, count in counts) or "none",
+        "Time": clock(report.duration_s),
+        "Sprayed": ", ".join(f"{name} {litres:.2f} l" for name, litres in report.litres) or "nothing",
+        "Parameters": f"{report.parameters.parameters}, {report.parameters_sha256[:8]}",
+    }
+    process = "".join(judgement_html(each) for each in report.process if each.verdict != "clean")
+    return box_html(
+        f'<div style="font-weight:600;font-size:14px;color:{colour}">{headline(report)}</div>'
+        f"{small_html(escape(caveat(report)))}{facts_html(facts)}{process}"
+    )
+
+
+def parts_html(parts: Sequence[Part], selected: str) -> str:
+    """The parts as a table, the selected one marked."""
+    if not parts:
+        return quiet_html("The board has no parts.")
+    rows = [
+        (
+            part.component,
+            Text(outcome(part), tone=outcome(part)),
+            deciding_judgement(part).name,
+            "" if part.residue is None else f"{100 * part.residue:.1f} %",
+        )
+        for part in parts
+    ]
+    return listing_html(Table(_COLUMNS, tuple(rows)), selected, height="26vh", more="better ones")
+
+
+def judgement_html(judgement: Judgement, stage: str = "") -> str:
+    """One judgement: the sentence, the numbers with their limits, the advice.
+
+    Args:
+        judgement: The judgement.
+        stage: Name of its stage; empty for one of all stages together.
+    """
+    colour = to_hex(VERDICT_COLOURS[judgement.verdict])
+    numbers = ", ".join(
+        f"{each.name} {each.value:.3g}{' ' if each.unit else ''}{each.unit}"
+        + ("" if each.limit is None else f" (limit {each.limit:.3g})")
+        for each in judgement.numbers
+    )
+    advice = f'<div style="font-weight:600">{escape(judgement.advice)}</div>' if judgement.advice else ""
+    verdict = f'<span style="color:{colour}">{judgement.verdict}</span>, grade {judgement.grade}'
+    title = f"{judgement.rule} {escape(judgement.name)}: {verdict}{f', {escape(stage)}' if stage else ''}"
+    return edged_html(small_html(title) + escape(judgement.because) + advice + small_html(escape(numbers)), colour)
+
+
 def part_html(report: CleaningReport, part: Part) -> str:
-    """Say all that was found of one part."""
+    """Card of one part: judgements, exposure by stage, limiting factors, strokes that spray it."""
     names = dict(zip((stage.made_by for stage in report.stages), stage_names(report.stages), strict=True))
     colour, first = to_hex(VERDICT_COLOURS[outcome(part)]), deciding_judgement(part)
     judgements = sorted(part.judgements, key=lambda each: each is not first)
-    said = "".join(judgement_html(each, names.get(each.stage, "")) for each in judgements)
+    found = "".join(judgement_html(each, names.get(each.stage, "")) for each in judgements)
     return box_html(
         f'<div style="font-weight:600"><span style="color:{to_hex(ACCENT)}">{escape(part.component)}</span> '
         f'<span style="color:{colour}">{VERDICT_WORDS[outcome(part)]}</span> '
         f'<span style="font-weight:400;color:{to_hex(QUIET)}">grade {first.grade}</span></div>'
-        f"{said}{exposed_html(part.exposed, stage_names(report.stages))}{factors_html(part.elasticity, part.limiting)}"
+        f"{found}{exposed_html(part.exposed, stage_names(report.stages))}{factors_html(part.elasticity, part.limiting)}"
         f"{makers_html(part.makers)}"
     )
 
 
 def exposed_html(exposed: tuple[ExposedPart | None, ...], names: tuple[str, ...]) -> str:
-    """Write what reaches the surface in each stage: 5th percentiles by area, peak pressure, share missed."""
-    rows = [_cells(_HEAD, f"color:{to_hex(QUIET)}")]
-    for name, part in zip(names, exposed, strict=True):
-        rows.append(_cells((name, "other side", "", "", "", "") if part is None else _numbers(name, part), ""))
-    return (
-        f'{_title("Surface, the least-served 5 %")}<table style="border-collapse:collapse;font-size:11px;width:100%;'
-        f'font-variant-numeric:tabular-nums">{"".join(rows)}</table>'
-    )
+    """Exposure of the surface by stage: 5th percentiles by area, peak pressure, share missed."""
+    rows = [
+        (name, "other side", "", "", "", "")
+        if part is None
+        else (
+            name,
+            f"{part.volume_mm[1]:.2f} mm",
+            f"{part.front_s[1]:.2f} s",
+            f"{part.cone_s[1]:.2f} s",
+            f"{part.peak_pa:.0f} Pa",
+            f"{100 * part.missed_share:.0f} %",
+        )
+        for name, part in zip(names, exposed, strict=True)
+    ]
+    table = f'<div style="font-size:11px;white-space:nowrap">{table_html(Table.of(_HEAD, rows))}</div>'
+    return heading_html("Surface, the least-served 5 %") + table
 
 
 def factors_html(elasticity: Mapping[str, float], limiting: str) -> str:
-    """Draw how much less residue is left where a factor is raised by one percent: bars, the longest limits most."""
+    """Bars of the change of residue for one percent more of each factor; the longest limits most."""
     if not elasticity:
         return ""
     longest = max(max(abs(value) for value in elasticity.values()), 1e-9)
     bars = "".join(
-        _bar(_FACTORS.get(name, name), value, abs(value) / longest, marked=name == limiting)
+        _bar(name.capitalize(), value, abs(value) / longest, marked=name == limiting)
         for name, value in sorted(elasticity.items(), key=lambda item: -abs(item[1]))
     )
     hint = f'<span style="color:{to_hex(QUIET)};font-weight:400"> residue for 1 % more of it</span>'
-    return f"{_title('What limits it', hint)}{bars}"
+    return heading_html("What limits it", hint) + bars
 
 
 def makers_html(makers: tuple[tuple[str, float], ...]) -> str:
-    """Say who sprays a part, and which share of the volume on it each gives."""
-    if not makers:
-        return f'{_title("Sprayed by")}<div style="color:{to_hex(QUIET)}">nobody</div>'
+    """Strokes that spray a part, each with its share of the volume on it."""
     rows = "".join(
         f'<div style="display:flex;justify-content:space-between;gap:8px"><span style="overflow:hidden;'
         f'text-overflow:ellipsis;white-space:nowrap">{escape(shorten(maker))}</span>'
         f"<span>{100 * share:.0f} %</span></div>"
         for maker, share in makers[:_MOST_MAKERS]
     )
-    more = len(makers) - _MOST_MAKERS
-    rest = f'<div style="color:{to_hex(QUIET)}">and {more} more</div>' if more > 0 else ""
-    return f"{_title('Sprayed by')}{rows}{rest}"
-
-
-def _numbers(name: str, part: ExposedPart) -> tuple[str, ...]:
-    return (
-        name,
-        f"{part.volume_mm[1]:.2f} mm",
-        f"{part.front_s[1]:.2f} s",
-        f"{part.cone_s[1]:.2f} s",
-        f"{part.peak_pa:.0f} Pa",
-        f"{100 * part.missed_share:.0f} %",
-    )
-
-
-def _cells(texts: tuple[str, ...], style: str) -> str:
-    cells = "".join(
-        f'<td style="padding:0 6px 0 0;white-space:nowrap;text-align:{"left" if at == 0 else "right"};{style}">'
-        f"{escape(text)}</td>"
-        for at, text in enumerate(texts)
-    )
-    return f"<tr>{cells}</tr>"
+    return heading_html("Sprayed by") + (rows or grey_html("nobody")) + more_html(len(makers) - _MOST_MAKERS)
 
 
 def _bar(name: str, value: float, share: float, *, marked: bool) -> str:
-    colour = to_hex(ACCENT) if marked else "#b8c2c9"
-    weight = "600" if marked else "400"
+    colour, weight = (to_hex(ACCENT), "600") if marked else ("#b8c2c9", "400")
     return (
         f'<div style="display:flex;align-items:center;gap:6px;font-weight:{weight}">'
         f'<span style="width:86px">{escape(name)}</span>'
@@ -113,7 +158,3 @@ def _bar(name: str, value: float, share: float, *, marked: bool) -> str:
         f'<span style="width:56px;white-space:nowrap;text-align:right;font-variant-numeric:tabular-nums">'
         f"{value:+.2f} %</span></div>"
     )
-
-
-def _title(text: str, rest: str = "") -> str:
-    return f'<div style="margin-top:7px;font-weight:600">{text}{rest}</div>'

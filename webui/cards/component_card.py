@@ -1,80 +1,122 @@
-"""What the page says of one component, and of a board: cards as HTML."""
+"""Components: the list, the card of one, and the card of the board."""
 
-from collections import Counter
+import re
 from collections.abc import Iterable, Sequence
-from html import escape
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
 
 from boards.board import Board, Component
-from programs.plan import Dwell, Plan
+from programs.plan import Dwell
 from recipes.recipe import Recipe
 from reports.tables.run_report import board_facts
+from reports.tables.table import Column, Table, Text
 from rulesengine.strokes.classify import Classified
-from specs.finding import Finding, worst_first
-from webui.cards.component_list import findings_about
-from webui.cards.finding_list import tally
-from webui.cards.recipe_location import yaml_path
+from specs.finding import Finding, Severity, worst_first
+from webui.cards.finding_list import messages_html, tally
+from webui.cards.recipe_location import components_of, yaml_path
 from webui.layers.paths.strokes import StrokeLine
 from webui.page.session import Session
-from webui.theme.palette import ACCENT, INK, QUIET, to_hex
-from webui.theme.verdict_colours import SEVERITY_COLOURS
+from webui.theme.html import box_html, facts_html, grey_html, listing_html, name_html, quiet_html
 
 _MOST_FINDINGS = 5
-_UNSAID = "sha256"
-"""A fingerprint tells an engineer nothing."""
 _LATER = "\N{HORIZONTAL ELLIPSIS}"
 _DOT = " \N{MIDDLE DOT} "
+_WORD = re.compile(r"[^\s+/,;:()'\"]+")
+_COLUMNS = (
+    Column("Part", width="18%"),
+    Column("Package", width="37%"),
+    Column("Class", width="24%"),
+    Column("Height", "right", width="21%"),
+)
+_RANK: dict[Severity | None, int] = {"error": 0, "warning": 1, "info": 2, None: 2}
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One component in the list."""
+
+    component: Component
+    component_class: str
+    """Empty before the first run."""
+    worst: Severity | None
+    """Of the errors and warnings about it."""
+
+
+def list_rows(session: Session, pattern: str) -> list[Row]:
+    """Components whose name, package or class contains a text or matches a shell pattern.
+
+    Components with errors come first, then those with warnings; otherwise they stay in the order of the file.
+    """
+    run = session.run
+    classes = {} if run is None else {each.component: each.component_class for each in run.classified}
+    findings = session.board.findings if run is None else run.findings
+    about = findings_about([each for each in findings if each.severity != "info"], session.board.components)
+    rows = [
+        Row(each, classes.get(each.name, ""), worst[0].severity if worst else None)
+        for each in session.board.components
+        for worst in [worst_first(about.get(each.name, []))]
+    ]
+    kept = [row for row in rows if _matches(row, pattern.strip().casefold())]
+    return sorted(kept, key=lambda row: _RANK[row.worst])
+
+
+def findings_about(findings: Iterable[Finding], components: Iterable[Component]) -> dict[str, list[Finding]]:
+    """Findings by the component they are about: a stroke around it caused them, or their message names it."""
+    names = {component.name for component in components}
+    about: dict[str, list[Finding]] = {}
+    for finding in findings:
+        words = {word.rstrip(".") for word in _WORD.findall(finding.message)}
+        named = {word for word in words if any(sign.isdigit() for sign in word)}  # a part called "side" is no word
+        for name in {*(components_of(finding.made_by) or named)} & names:
+            about.setdefault(name, []).append(finding)
+    return about
+
+
+def rows_html(rows: Sequence[Row], selected: str) -> str:
+    """The list as a table."""
+    if not rows:
+        return quiet_html("No component fits. Clear the filter to see all.")
+    cells = [
+        (
+            Text(row.component.name, tone=row.worst),
+            row.component.package,
+            row.component_class,
+            f"{row.component.height_mm:.2f} mm",
+        )
+        for row in rows
+    ]
+    return listing_html(Table(_COLUMNS, tuple(cells)), selected, height="34vh", more="more; filter to see them")
 
 
 def component_html(session: Session, lines: Sequence[StrokeLine]) -> str:
-    """Say what is known of the selected component; what to do where none is.
+    """Card of the selected component; what to do where none is selected.
 
     Args:
-        session: Says which one.
+        session: With the selection.
         lines: The strokes of its run.
     """
-    name = session.selection.component
-    component = next((each for each in session.board.components if each.name == name), None)
+    component, run = session.component, session.run
     if component is None:
-        return _box(f'<span style="color:{to_hex(QUIET)}">Click a part in the picture, or choose one above.</span>')
-    run = session.run
+        return box_html(grey_html("Click a part in the picture, or choose one above."))
+    name = component.name
     known = None if run is None else next((each for each in run.classified if each.component == name), None)
     facts = _facts(component, known)
     if run is not None:
         facts["Served by"] = "\n".join(_passes(name, lines, run.recipe)) or "no pass of its own"
-        pauses = _pauses(name, run.plan)
+        dwells = [item for item in run.plan.items if isinstance(item, Dwell)]
+        pauses = [item.duration_s for item in dwells if name in components_of(item.made_by)]
         facts |= {"Pauses": f"{len(pauses)}, together {sum(pauses):.1f} s"} if pauses else {}
     findings = session.board.findings if run is None else run.findings
-    said = findings_html(findings_about(findings, [component]).get(name, []))
-    return _box(_title(name) + facts_html(facts.items()) + said)
+    about = findings_about(findings, [component]).get(name, [])
+    return box_html(name_html(name) + facts_html(facts) + messages_html(about, _MOST_FINDINGS))
 
 
 def board_html(board: Board) -> str:
-    """Say what was understood of a board, and what was found on the way."""
-    facts = {name.capitalize(): value for name, value in board_facts(board).items() if name != _UNSAID}
+    """Card of a board: what was understood of it, and the findings of its import."""
+    facts = {name.capitalize(): value for name, value in board_facts(board).items() if name != "sha256"}
     facts["Findings"] = tally(board.findings)
-    return _box(_title(board.name) + facts_html(facts.items()) + findings_html(worst_first(board.findings)))
-
-
-def facts_html(facts: Iterable[tuple[str, str]]) -> str:
-    """Write two columns: what it is, and what there is to say, line by line."""
-    rows = "".join(
-        f'<tr style="vertical-align:top"><td style="color:{to_hex(QUIET)};padding-right:10px;white-space:nowrap">'
-        f'{escape(name)}</td><td style="overflow-wrap:anywhere">'
-        f"{'<br>'.join(map(escape, value.splitlines()))}</td></tr>"
-        for name, value in facts
-    )
-    return f'<table style="border-collapse:collapse;font-size:12px">{rows}</table>'
-
-
-def findings_html(findings: Sequence[Finding], most: int = _MOST_FINDINGS) -> str:
-    """Write the first findings, and how many more there are."""
-    shown = "".join(
-        f'<div style="margin-top:4px;padding-left:7px;border-left:3px solid {SEVERITY_COLOURS[finding.severity]};'
-        f'overflow-wrap:anywhere">{escape(finding.message)}</div>'
-        for finding in findings[:most]
-    )
-    more = len(findings) - most
-    return shown + (f'<div style="color:{to_hex(QUIET)}">and {more} more</div>' if more > 0 else "")
+    found = messages_html(worst_first(board.findings), _MOST_FINDINGS)
+    return box_html(name_html(board.name) + facts_html(facts) + found)
 
 
 def _facts(component: Component, known: Classified | None) -> dict[str, str]:
@@ -100,45 +142,27 @@ def _facts(component: Component, known: Classified | None) -> dict[str, str]:
 
 
 def _passes(name: str, lines: Sequence[StrokeLine], recipe: Recipe) -> list[str]:
-    """Say how often each maker of strokes goes around a component, in the order of the program."""
-    laps: Counter[str] = Counter()
+    """Step, template, passes and speed of each stroke around a component, in the order of the program."""
+    laps: dict[str, int] = {}
     speeds: dict[str, float] = {}
     for line in lines:
-        if name in _group(line.made_by):
-            laps[line.made_by] = max(laps[line.made_by], line.laps)
+        if name in components_of(line.made_by):
+            laps[line.made_by] = max(laps.get(line.made_by, 0), line.laps)
             speeds[line.made_by] = line.speed_mm_s
-    return [_pass(made_by, count, speeds[made_by], name, recipe) for made_by, count in laps.items()]
+    passes: list[str] = []
+    for made_by, count in laps.items():
+        step, template = made_by.split("/")[:2]
+        number = int(yaml_path(recipe, step)[1])
+        others = [each for each in components_of(made_by) if each != name]
+        along = f", with {', '.join(others[:3])}{' and more' if len(others) > 3 else ''}" if others else ""
+        times = f"{count} passes" if count > 1 else "1 pass"
+        place = f"{number + 1} {recipe.sequence[number].function}{_DOT}{template}"
+        passes.append(f"{place}{_DOT}{times} at {speeds[made_by]:g} mm/s{along}")
+    return passes
 
 
-def _pass(made_by: str, laps: int, speed_mm_s: float, name: str, recipe: Recipe) -> str:
-    others = [each for each in _group(made_by) if each != name]
-    along = f", with {', '.join(others[:3])}{' and more' if len(others) > 3 else ''}" if others else ""
-    count = f"{laps} passes" if laps > 1 else "1 pass"
-    return f"{_place(made_by, recipe)}{_DOT}{count} at {speed_mm_s:g} mm/s{along}"
-
-
-def _place(made_by: str, recipe: Recipe) -> str:
-    """Name step, function and template, such as ``1 clean · around``."""
-    step, template = made_by.split("/")[:2]
-    number = yaml_path(recipe, step)[1]
-    function = recipe.sequence[number].function if isinstance(number, int) else ""
-    return f"{int(number) + 1} {function}{_DOT}{template}"
-
-
-def _pauses(name: str, plan: Plan) -> list[float]:
-    """Seconds of each pause that was asked for at this component's edges."""
-    return [item.duration_s for item in plan.items if isinstance(item, Dwell) and name in _group(item.made_by)]
-
-
-def _group(made_by: str) -> list[str]:
-    """Components that a maker stands for, as in ``"sequence[0]/around/U12+U13"``."""
-    parts = made_by.split("/")
-    return parts[2].split("+") if len(parts) > 2 else []
-
-
-def _title(text: str) -> str:
-    return f'<div style="font-weight:600;color:{to_hex(ACCENT)};overflow-wrap:anywhere">{escape(text)}</div>'
-
-
-def _box(inner: str) -> str:
-    return f'<div style="margin:0 12px 4px;font-size:12px;color:{to_hex(INK)};line-height:1.45">{inner}</div>'
+def _matches(row: Row, pattern: str) -> bool:
+    texts = [text.casefold() for text in (row.component.name, row.component.package, row.component_class)]
+    if any(sign in pattern for sign in "*?["):
+        return any(fnmatchcase(text, pattern) for text in texts)
+    return any(pattern in text for text in texts)

@@ -11,10 +11,9 @@ from cleaning.undersides.gap_result import GapStage
 from cleaning.verdicts.results import Part
 from geometry.arrays import Scalars
 from reports.pictures.gap_picture import SIDES, GapDrawing, Quantity, gap_drawing
-from webui.cards.component_card import facts_html
-from webui.layers.surface.heat_scale import gradient_html, round_up
-from webui.layers.surface.heat_values import LEAST_RESIDUE_PCT
-from webui.theme.palette import ACCENT, INK, QUIET, of_values, to_hex
+from webui.layers.surface.heat_scale import LEAST_RESIDUE_PCT, gradient_html, round_up
+from webui.theme.html import box_html, facts_html, small_html
+from webui.theme.palette import ACCENT, INK, tints_of_values, to_hex
 
 SHOWN: dict[str, Quantity] = {"Residue": "residue", "Pressure": "pressure", "Wall shear": "shear"}
 """Names of the quantities on the page."""
@@ -25,13 +24,13 @@ _MM = 1000.0
 
 
 def drawing_of(part: Part, case: int, stage: int, side: str) -> GapDrawing | None:
-    """Choose what is drawn; nothing where the stage does not act on the gap.
+    """Drawing of a gap; nothing where the stage does not act on it.
 
     Args:
-        part: One with an underside.
+        part: A part with an underside.
         case: Which of its gaps, the harder first.
         stage: Counted from 0.
-        side: Where the jet is, as seen on the board; another word for where it drives the most flow.
+        side: Side of the jet on the board; any other word is the side with the most flow.
     """
     drawing = gap_drawing(part, case, stage)
     words = () if drawing is None else side_words(drawing.underside.turn_rad)
@@ -56,7 +55,7 @@ def top_of(shown: Quantity, values: Scalars) -> float:
 
 
 def gap_svg(drawing: GapDrawing, shown: Quantity) -> str:
-    """Draw the gap as it is turned on the board, seen from above."""
+    """The gap in plan, turned as on the board, seen from above."""
     underside, values = drawing.underside, drawing.values(shown)
     x, y = underside.length_mm / 2, underside.width_mm / 2
     reach = 1.02 * np.hypot(x, y)
@@ -89,15 +88,12 @@ def gap_svg(drawing: GapDrawing, shown: Quantity) -> str:
 
 
 def gap_html(drawing: GapDrawing, shown: Quantity) -> str:
-    """Draw a gap with a scale of its colours, and list its numbers."""
+    """The gap in plan, the scale of its colours, and its numbers."""
     bar = gradient_html(top_of(shown, drawing.values(shown)), UNITS[shown], ends=True)
     ring = " Ring: the worst tenth." if shown == "residue" else ""
-    return (
-        f'<div style="margin:4px 12px">{gap_svg(drawing, shown)}</div>{bar}'
-        f'<div style="margin:4px 12px;font-size:12px;color:{to_hex(INK)}">{facts_html(gap_facts(drawing).items())}'
-        f'<div style="color:{to_hex(QUIET)};font-size:11px;margin-top:2px">Arrows: the flow while the jet presses at '
-        f"the marked side alone. Grey: joints.{ring}</div></div>"
-    )
+    hint = f"Arrows: the flow while the jet presses at the marked side alone. Grey: joints.{ring}"
+    numbers = box_html(facts_html(gap_facts(drawing)) + small_html(hint))
+    return f'<div style="margin:4px 12px">{gap_svg(drawing, shown)}</div>{bar}{numbers}'
 
 
 def gap_facts(drawing: GapDrawing) -> dict[str, str]:
@@ -124,7 +120,7 @@ def _cells_svg(field: GapField, values: Scalars, top: float) -> str:
     rows, columns = field.shape
     wide, high = _MM * field.length_m / columns, _MM * field.width_m / rows
     level = np.clip(np.round(values / top * (_LEVELS - 1)), 0, _LEVELS - 1).astype(int)
-    colours = of_values(np.arange(_LEVELS, dtype=np.float64), 0.0, _LEVELS - 1.0)
+    colours = tints_of_values(np.arange(_LEVELS, dtype=np.float64), 0.0, _LEVELS - 1.0)
     row, column = np.divmod(field.cells, columns)
     x, y = column * wide - _MM * field.length_m / 2, row * high - _MM * field.width_m / 2
     paths: list[str] = []
@@ -132,8 +128,7 @@ def _cells_svg(field: GapField, values: Scalars, top: float) -> str:
         mine = level == each
         corners = zip(x[mine].tolist(), y[mine].tolist(), strict=True)
         squares = "".join(f"M{a:.3f} {b:.3f}h{wide:.3f}v{high:.3f}h{-wide:.3f}z" for a, b in corners)
-        red, green, blue = colours[each].tolist()
-        paths.append(f'<path fill="{to_hex((red, green, blue))}" shape-rendering="crispEdges" d="{squares}"/>')
+        paths.append(f'<path fill="{to_hex(colours[each])}" shape-rendering="crispEdges" d="{squares}"/>')
     return "".join(paths)
 
 

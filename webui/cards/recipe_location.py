@@ -1,4 +1,4 @@
-"""From the recipe path that something was made by to the place where the recipe says so."""
+"""The recipe entry that caused a stroke or a finding, and its place in the file."""
 
 import re
 from pathlib import Path
@@ -11,10 +11,10 @@ _STEP = re.compile(r"sequence\[(\d+)\]")
 
 
 def yaml_path(recipe: Recipe, made_by: str) -> YamlPath:
-    """Find what to edit to change what a maker does: the template of a stroke, else its step; empty for neither.
+    """Path of the entry to edit: the template of a stroke, else its step; empty for neither.
 
     Args:
-        recipe: Knows the templates.
+        recipe: The recipe with the templates.
         made_by: Such as ``"sequence[0]/around/U12"`` or ``"classes/small"``.
     """
     first, *rest = made_by.split("/")
@@ -27,9 +27,15 @@ def yaml_path(recipe: Recipe, made_by: str) -> YamlPath:
 
 
 def recipe_line(loaded: LoadedRecipe, made_by: str) -> str:
-    """Say where that is written, such as ``smt-aqueous.yaml, line 104``; nothing for what no recipe asked for."""
+    """File and line of that entry, such as ``smt-aqueous.yaml, line 104``; empty where no entry caused it."""
     path = yaml_path(loaded.recipe, made_by)
     if not path or loaded.root.get(path[0]) is None:
         return ""
     mark = loaded.root.at(path).mark
     return f"{Path(mark.file).name}, line {mark.line}"
+
+
+def components_of(made_by: str) -> list[str]:
+    """Components of a stroke, such as those of ``"sequence[0]/around/U12+U13"``."""
+    parts = made_by.split("/")
+    return parts[2].split("+") if len(parts) > 2 else []

@@ -22,7 +22,7 @@ from webui.layers.robot.robot import joints_at, tool_at
 from webui.layers.surface.ground import ground_glb
 from webui.page.checked import Checked
 from webui.scene.lighting import light_scene
-from webui.scene.nozzle_view import ToolView
+from webui.scene.nozzle_view import NozzleView
 from webui.scene.robot_view import RobotView
 
 _ONE_AT_A_TIME = threading.Lock()
@@ -71,7 +71,7 @@ def frame_times(end_s: float, rate: float) -> Scalars:
 def _play(api: viser.SceneApi, run: Run, times: Scalars, progress: Progress) -> Iterator[tuple[float, float]]:
     """Draw moment after moment; after each, say when it is and how long it stays."""
     timeline = build_timeline(run.program)
-    tool = ToolView(api, tint_functions(run.recipe))
+    tool = NozzleView(api, tint_functions(run.recipe))
     low_x, low_y, _, _ = run.board.outline.bounds
     stamp = api.add_label("/time", "", position=(low_x * _M, low_y * _M, run.board.top_z_mm * _M))
     every = max(1, len(times) // _STAMPS)

@@ -1,14 +1,19 @@
-"""What a recipe consists of, section by section, and what can be done to an entry as a whole."""
+"""Entries of a recipe, section by section: listed, added, copied, renamed, moved, removed, and their first values."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from itertools import count
-from typing import cast
+from typing import cast, get_args
 
+from boards.board import Board
 from recipes import rewrite
 from recipes.classes import ComponentClass, Mask
 from recipes.errors import RecipeError
+from recipes.load import read_recipe, recipe_library
+from recipes.nozzles import Nozzle
+from recipes.paths import PathSpec
 from recipes.recipe import Function, Limits, Recipe, Step
 from specs.spec import Spec
 from specs.yaml.located import Located, YamlPath, spell_path
@@ -20,43 +25,51 @@ GENERAL = ("recipe", "description", "extends")
 """Keys of the recipe itself that are no section of their own."""
 _NAMED = ("functions", "nozzles", "classes", "templates")
 _ORDERED = ("classes", "masks", "sequence")
+_KIND = {"templates": ("path", PathSpec), "nozzles": ("pattern", Nozzle)}
+"""Sections whose entries have kinds: the key of the kind, and the union of the specifications."""
+_NOT_IN_LIBRARY: dict[str, dict[str, Tree]] = {
+    "straight_line": {"path": "straight_line", "height_mm": 50, "speed_mm_s": 40},
+    "full_cone": {"pattern": "full_cone", "half_angle_deg": 30, "flow_lpm": 2, "at_bar": 3},
+    "flat_fan": {"pattern": "flat_fan", "half_angle_deg": 40, "flow_lpm": 2, "at_bar": 3},
+}
+"""First values of kinds that no recipe of the library has."""
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One thing of a section, such as a template."""
+    """An entry of a section, such as a template."""
 
     path: YamlPath
     label: str
 
     @property
     def section(self) -> str:
-        """Section it stands in, such as ``"Templates"``."""
+        """Its section, such as ``"Templates"``."""
         return str(self.path[0]).capitalize() if self.path else "General"
 
     @property
     def name(self) -> str:
-        """Name under which others refer to it; empty if it has none."""
+        """Name by which other entries refer to it; empty if it has none."""
         return str(self.path[1]) if self.named else ""
 
     @property
     def named(self) -> bool:
-        """Say whether it has a name."""
+        """Whether it has a name."""
         return len(self.path) == 2 and self.path[0] in _NAMED
 
     @property
     def many(self) -> bool:
-        """Say whether there may be more of its kind, so that it can be copied and removed."""
+        """Whether there may be more of its kind, so that it can be copied and removed."""
         return len(self.path) == 2
 
     @property
     def ordered(self) -> bool:
-        """Say whether its place among its neighbours means something."""
+        """Whether its place among its neighbours matters."""
         return bool(self.path) and self.path[0] in _ORDERED
 
 
 def entries(recipe: Recipe, section: str) -> list[Entry]:
-    """List what stands in a section, in the order of the recipe."""
+    """Entries of a section, in the order of the recipe."""
     key = section.lower()
     match key:
         case "general":
@@ -64,17 +77,21 @@ def entries(recipe: Recipe, section: str) -> list[Entry]:
         case "limits":
             return [Entry((key,), "Limits")]
         case "masks":
-            return [Entry((key, place), f"{place + 1}  {_tell_mask(mask)}") for place, mask in enumerate(recipe.masks)]
+            kinds = [{"avoid": mask.avoid, "clean": mask.clean, "ignore": mask.ignore} for mask in recipe.masks]
+            labels = [next(f"{kind} {', '.join(each)}" for kind, each in mask.items() if each) for mask in kinds]
+            return [Entry((key, place), f"{place + 1}  {label}") for place, label in enumerate(labels)]
         case "sequence":
-            return [
-                Entry((key, place), f"{place + 1}  {_tell_step(each)}") for place, each in enumerate(recipe.sequence)
+            labels = [
+                f"{step.function} with {step.nozzle}, {step.side}{'' if step.enabled else ' (off)'}"
+                for step in recipe.sequence
             ]
+            return [Entry((key, place), f"{place + 1}  {label}") for place, label in enumerate(labels)]
         case _:
             return [Entry((key, name), name) for name in cast("dict[str, Spec]", getattr(recipe, key))]
 
 
 def spec_at(recipe: Recipe, path: YamlPath) -> type[Spec]:
-    """Give the specification that an entry follows."""
+    """Specification of an entry."""
     match path:
         case ("limits",):
             return Limits
@@ -93,7 +110,7 @@ def spec_at(recipe: Recipe, path: YamlPath) -> type[Spec]:
 
 
 def stated_at(root: Located, path: YamlPath) -> Mapping[str, Tree]:
-    """Give what a resolved recipe states at a path; nothing where it states nothing."""
+    """Values that a resolved recipe states at a path."""
     node: Located | None = root
     for key in path:
         node = None if node is None else node.get(key)
@@ -102,12 +119,12 @@ def stated_at(root: Located, path: YamlPath) -> Mapping[str, Tree]:
 
 
 def names_of(recipe: Recipe) -> dict[str, tuple[str, ...]]:
-    """Give the names that exist, by section."""
+    """Names that exist, by section."""
     return {section: tuple(cast("dict[str, Spec]", getattr(recipe, section))) for section in _NAMED}
 
 
 def users_of(recipe: Recipe, path: YamlPath) -> list[YamlPath]:
-    """Find where a named entry is referred to."""
+    """Places that refer to a named entry."""
     section, name = path
     kept = {"functions": "function", "nozzles": "nozzle"}.get(str(section))
     if kept is not None:
@@ -119,24 +136,39 @@ def users_of(recipe: Recipe, path: YamlPath) -> list[YamlPath]:
             for index, used in enumerate(step.paths)
             if used == name
         ]
-    return list(_uses_of_class(recipe, str(name)))
+    found: list[YamlPath] = []
+    for template, spec in recipe.templates.items():
+        values = ((field, getattr(spec, field)) for field in type(spec).model_fields)
+        found += [
+            ("templates", template, key, name) for key, value in values if isinstance(value, dict) and name in value
+        ]
+        only = cast("list[str]", getattr(spec, "only", []))
+        found += [("templates", template, "only", index) for index, each in enumerate(only) if each == name]
+    return found
 
 
 def removed(session: Session, entry: Entry) -> Session:
-    """Take an entry out.
+    """Session without an entry.
 
     Raises:
-        RecipeError: something still needs it.
+        RecipeError: another entry refers to it.
     """
     users = users_of(session.recipe, entry.path) if entry.named else []
     if users:
-        places = ", ".join(dict.fromkeys(_tell_place(session.recipe, path) for path in users))
+        steps = session.recipe.sequence
+        named = [
+            f"step {int(path[1]) + 1} ({steps[int(path[1])].function})"
+            if path[0] == "sequence"
+            else spell_path(path[:3])
+            for path in users
+        ]
+        places = ", ".join(dict.fromkeys(named))
         raise RecipeError(f"{entry.name} is used by {places}; take it out there first", path=spell_path(entry.path))
     return session.remove(entry.path)
 
 
 def renamed(session: Session, entry: Entry, name: str) -> Session:
-    """Give an entry another name, there and wherever it is referred to.
+    """Session with another name for an entry, there and wherever it is referred to.
 
     Raises:
         RecipeError: it is inherited, or the name is taken or cannot be one.
@@ -214,7 +246,7 @@ def copied(session: Session, entry: Entry) -> tuple[Session, YamlPath]:
 
 
 def entry_at(recipe: Recipe, made_by: str) -> YamlPath | None:
-    """Find the entry that a stroke or a finding comes from: the template of a stroke, else what its path names."""
+    """Entry that caused a stroke or a finding: the template of a stroke, else what its path names."""
     step, _, rest = made_by.partition("/")
     template = rest.partition("/")[0]
     if template in recipe.templates:
@@ -225,28 +257,59 @@ def entry_at(recipe: Recipe, made_by: str) -> YamlPath | None:
     return spelt[max(near, key=len)] if near else None
 
 
-def _uses_of_class(recipe: Recipe, name: str) -> Iterator[YamlPath]:
-    for template, spec in recipe.templates.items():
-        for field in type(spec).model_fields:
-            value = getattr(spec, field)
-            if isinstance(value, dict) and name in value:
-                yield ("templates", template, field, name)
-        for index, only in enumerate(cast("list[str]", getattr(spec, "only", []))):
-            if only == name:
-                yield ("templates", template, "only", index)
+def kinds_of(section: str) -> tuple[str, ...]:
+    """Kinds of entries that a section can have, such as the path classes of templates; most have one."""
+    if section in _KIND:
+        key, union = _KIND[section]
+        return tuple(str(each.model_fields[key].default) for each in get_args(get_args(union)[0]))
+    return ("avoid", "clean", "ignore") if section == "masks" else ()
 
 
-def _tell_place(recipe: Recipe, path: YamlPath) -> str:
-    if path[0] == "sequence":
-        return f"step {int(path[1]) + 1} ({recipe.sequence[int(path[1])].function})"
-    return spell_path(path[:3])
+def default_entry(recipe: Recipe, board: Board, section: str, kind: str, name: str) -> Tree:
+    """First values of a new entry, taken from the library where it has such an entry.
+
+    Args:
+        recipe: The recipe of the new entry.
+        board: A straight line runs across the middle of it; a mask names its first component.
+        section: Key of the section, such as ``"templates"``.
+        kind: One of ``kinds_of`` the section.
+        name: Of the new entry; a class takes packages of that name.
+    """
+    match section:
+        case "templates" | "nozzles":
+            value = dict(_library_entries(section).get(kind) or _NOT_IN_LIBRARY[kind])
+            if kind == "straight_line":
+                left, front, right, back = (float(bound) for bound in board.outline.bounds)
+                middle = round((front + back) / 2, 2)
+                value |= {"from": [round(left, 2), middle], "to": [round(right, 2), middle]}
+            return value
+        case "functions":
+            return dict(_library_entries(section)["clean"])
+        case "classes":
+            return {"package": [f"*{name.upper()}*"]}
+        case "masks":
+            return {kind: [board.components[0].name if board.components else "J*"]}
+        case _:
+            function, nozzle, template = (
+                next(iter(names_of(recipe)[key])) for key in ("functions", "nozzles", "templates")
+            )
+            return {"function": function, "nozzle": nozzle, "paths": [template]}
 
 
-def _tell_mask(mask: Mask) -> str:
-    kinds = {"avoid": mask.avoid, "clean": mask.clean, "ignore": mask.ignore}
-    return next(f"{kind} {', '.join(patterns)}" for kind, patterns in kinds.items() if patterns)
+@cache
+def _library_entries(section: str) -> dict[str, dict[str, Tree]]:
+    """First entry of each kind in the library; by name where a section has one kind.
 
-
-def _tell_step(step: Step) -> str:
-    off = "" if step.enabled else " (off)"
-    return f"{step.function} with {step.nozzle}, {step.side}{off}"
+    Classes differ from recipe to recipe: a value by class becomes the one for all others.
+    """
+    found: dict[str, dict[str, Tree]] = {}
+    names = sorted(recipe_library(), key=lambda name: (name != "smt-aqueous", name))
+    for name in names:
+        for entry, values in cast("dict[str, dict[str, Tree]]", read_recipe(name).root.plain()[section]).items():
+            plain: dict[str, Tree] = {
+                key: cast("dict[str, Tree]", value).get("default", value) if isinstance(value, dict) else value
+                for key, value in values.items()
+                if key != "wavefront"  # measured with one nozzle, and true for no other
+            }
+            found.setdefault(str(plain[_KIND[section][0]]) if section in _KIND else entry, plain)
+    return found

@@ -1,20 +1,21 @@
-"""A specification as a form: what can be typed and what stands there."""
+"""A specification as a form: its inputs, and what their values change in the recipe."""
 
+import math
 import re
 import types
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal, TypeAlias, Union, cast, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
 from specs.spec import Spec
-from specs.yaml.located import YamlPath
+from specs.yaml.located import YamlPath, spell_path
 from specs.yaml.tree import Tree
 
 Kind: TypeAlias = Literal["number", "integer", "text", "boolean", "choice", "list", "pair", "table"]
-Shown: TypeAlias = str | bool
-"""What stands in an input: a mark or a text; an empty text states nothing."""
+InputValue: TypeAlias = str | bool
+"""Value of an input: a tick or a text; an empty text states nothing."""
 Names: TypeAlias = Mapping[str, tuple[str, ...]]
 """What exists in a recipe: names by section, such as ``{"nozzles": ("ring60", "knife")}``."""
 
@@ -25,7 +26,10 @@ _UNITS = {
     "_mm": "mm", "_deg": "°", "_bar": "bar", "_lpm": "l/min", "_c": "°C", "_s": "s",
 }  # fmt: skip
 _SECTION = {"function": "functions", "nozzle": "nozzles", "paths": "templates", "only": "classes"}
-"""Fields that name something of the recipe, and the section it stands in."""
+"""Fields that name an entry of the recipe, and the section of that entry."""
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+_COMMA = re.compile(r",(?![^\[]*\])")  # a comma in brackets belongs to a shell pattern
+_GAP = re.compile(r"[,;\s]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,109 +37,103 @@ class Field:
     """One input of a form."""
 
     path: YamlPath
-    """From the part of the recipe that the form is about."""
+    """Relative to the part of the recipe that the form edits."""
     label: str
     kind: Kind
-    value: Shown
-    """What stands in it; for what is not stated the default."""
+    value: InputValue
+    """Value that the recipe states, else the default."""
     hint: str
     options: tuple[str, ...] = ()
-    """What can be chosen, or the words that are allowed besides a number; an empty one states nothing."""
+    """Choices, or the words that are allowed besides a number; an empty one states nothing."""
     unit: str = ""
     group: str = ""
-    """Folder it stands in; empty for the form itself."""
+    """Folder of the input; empty for the form itself."""
 
 
 def describe(
     spec: type[Spec], stated: Mapping[str, Tree], names: Names, keys: Collection[str] = ()
 ) -> tuple[Field, ...]:
-    """Describe the form of a specification, what must be stated first and folders last.
+    """Inputs of a specification, required ones first and folders last.
 
     Args:
-        spec: Which one.
-        stated: What the recipe states, as plain YAML values; aliases as keys.
-        names: What the recipe has to choose from.
+        spec: The specification.
+        stated: Values that the recipe states, as plain YAML values; aliases as keys.
+        names: Names that the recipe has to choose from.
         keys: Which keys of the specification; all of them if none is named.
     """
+    lineage = [each for each in spec.__mro__ if issubclass(each, Spec)]
+
+    def rank(item: tuple[str, FieldInfo]) -> tuple[bool, int]:
+        """Required keys, then those of the class itself, then those it shares with others."""
+        depth = next(index for index, each in enumerate(lineage) if item[0] in each.__annotations__)
+        return not item[1].is_required(), depth
+
     found = [
         each
-        for name, info in _in_order(spec)
+        for name, info in sorted(spec.model_fields.items(), key=rank)
         if not keys or name in keys
         for each in _describe_field(name, info, stated.get(info.alias or name), names)
     ]
     return (*(each for each in found if not each.group), *(each for each in found if each.group))
 
 
-def entitle(name: str) -> tuple[str, str]:
+def label_and_unit(name: str) -> tuple[str, str]:
     """Split the name of a key into words for a label and its unit, which may be empty."""
     for suffix, unit in _UNITS.items():
         if name.endswith(suffix) and name != suffix:
-            name = name.removesuffix(suffix)
-            return name.replace("_", " ").capitalize(), unit
+            return name.removesuffix(suffix).replace("_", " ").capitalize(), unit
     return name.replace("_", " ").capitalize(), ""
-
-
-def _in_order(spec: type[Spec]) -> list[tuple[str, FieldInfo]]:
-    """What must be stated, then what the class itself adds, then what it shares with others."""
-    line = [each for each in spec.__mro__ if issubclass(each, Spec)]
-
-    def rank(item: tuple[str, FieldInfo]) -> tuple[bool, int]:
-        depth = next(index for index, each in enumerate(line) if item[0] in each.__annotations__)
-        return not item[1].is_required(), depth
-
-    return sorted(spec.model_fields.items(), key=rank)
 
 
 def _describe_field(name: str, info: FieldInfo, stated: Tree, names: Names) -> list[Field]:
     members = _members(info.annotation)
-    key, default = info.alias or name, _default(info)
-    title, unit = entitle(name)
+    key, default = info.alias or name, None if info.is_required() else info.get_default(call_default_factory=False)
+    title, unit = label_and_unit(name)
     nested = next((each for each in members if isinstance(each, type) and issubclass(each, Spec)), None)
     if nested is not None:
         return _describe_nested(key, nested, (title, unit), info, cast("Mapping[str, Tree]", stated or {}))
     label = f"{title} ({unit})" if unit else title
     kind, options = _kind(name, members, info, names)
-    by_class = any(get_origin(each) is dict for each in members)
     if kind == "choice" and len(options) == 1 and name in ("path", "pattern"):
-        return []  # what kind of specification it is, which no form changes
-    value = cast("dict[str, Tree]", stated).get(DEFAULT) if isinstance(stated, dict) else stated
-    first_value = value if value is not None or isinstance(stated, dict) else default
-    hint = _hint(info, default, kind, options)
-    first = Field((key,), label, kind, _show(kind, first_value), hint, options, unit)
-    if not by_class:
-        return [first]
+        return []  # the kind of a specification, which no form changes
     rows = cast("dict[str, Tree]", stated) if isinstance(stated, dict) else {}
-    return [first, *(_class_row(first, each, rows.get(each)) for each in names.get("classes", ()))]
+    value = rows.get(DEFAULT) if isinstance(stated, dict) else default if stated is None else stated
+    first = Field((key,), label, kind, _spell(kind, value), _hint(info, default, kind, options), options, unit)
+    if not any(get_origin(each) is dict for each in members):
+        return [first]
+    by_class = [
+        Field(
+            path=(key, each),
+            label=each,
+            kind=kind,
+            value=_spell(kind, rows.get(each)),
+            hint=f"{label} for the class {each}; empty: as for all others.",
+            unit=unit,
+            group=f"{label} by class",
+        )
+        for each in names.get("classes", ())
+    ]
+    return [first, *by_class]
 
 
 def _describe_nested(
     key: str, nested: type[Spec], title: tuple[str, str], info: FieldInfo, stated: Mapping[str, Tree]
 ) -> list[Field]:
-    """Put the fields of a part into a folder; an interval is two fields beside the others."""
-    inner = describe(nested, stated, {})
+    """Fields of a nested specification in a folder; an interval is two fields beside the others."""
     words, unit = title
-    if set(nested.model_fields) == {"min", "max"}:
-        return [
-            Field(
-                path=(key, *each.path),
-                label=f"{words} {each.label.lower()}" + (f" ({unit})" if unit else ""),
-                kind=each.kind,
-                value=each.value,
-                hint=f"{info.description} {each.hint}",
-                unit=unit,
-            )
-            for each in inner
-        ]
+    if set(nested.model_fields) != {"min", "max"}:
+        return [replace(each, path=(key, *each.path), group=words) for each in describe(nested, stated, {})]
     return [
-        Field((key, *each.path), each.label, each.kind, each.value, each.hint, each.options, each.unit, words)
-        for each in inner
+        Field(
+            path=(key, *each.path),
+            label=f"{words} {each.label.lower()}" + (f" ({unit})" if unit else ""),
+            kind=each.kind,
+            value=each.value,
+            hint=f"{info.description} {each.hint}",
+            unit=unit,
+        )
+        for each in describe(nested, stated, {})
     ]
-
-
-def _class_row(first: Field, name: str, value: Tree) -> Field:
-    hint = f"{first.label} for the class {name}; empty: as for all others."
-    shown = _show(first.kind, value)
-    return Field((*first.path, name), name, first.kind, shown, hint, unit=first.unit, group=f"{first.label} by class")
 
 
 def _kind(name: str, members: list[Any], info: FieldInfo, names: Names) -> tuple[Kind, tuple[str, ...]]:
@@ -159,7 +157,7 @@ def _kind(name: str, members: list[Any], info: FieldInfo, names: Names) -> tuple
 
 
 def _members(annotation: Any) -> list[Any]:
-    """Take a type apart into what a value may be, without the bounds it must keep."""
+    """Alternatives of a type, without bounds."""
     origin = get_origin(annotation)
     if origin is Annotated:
         return _members(get_args(annotation)[0])
@@ -168,26 +166,22 @@ def _members(annotation: Any) -> list[Any]:
     return [annotation]
 
 
-def _default(info: FieldInfo) -> Tree:
-    return None if info.is_required() else info.get_default(call_default_factory=False)
-
-
 def _hint(info: FieldInfo, default: Tree, kind: Kind, options: tuple[str, ...]) -> str:
-    told = [info.description or ""]
+    parts = [info.description or ""]
     if options and kind == "list":
-        told.append(f"Separated by commas; there are {', '.join(options)}.")
+        parts.append(f"Separated by commas; there are {', '.join(options)}.")
     elif options and kind != "choice":
-        told.append(f"A number, or {' or '.join(options)}.")
+        parts.append(f"A number, or {' or '.join(options)}.")
     elif kind == "list":
-        told.append("Separated by commas.")
+        parts.append("Separated by commas.")
     if info.is_required():
-        told.append("Needed.")
+        parts.append("Needed.")
     elif kind not in ("choice", "boolean") and _plain(default):
-        told.append(f"Left empty: {_plain(default)}.")
-    return " ".join(told)
+        parts.append(f"Left empty: {_plain(default)}.")
+    return " ".join(parts)
 
 
-def _show(kind: Kind, value: Tree) -> Shown:
+def _spell(kind: Kind, value: Tree) -> InputValue:
     if kind == "boolean":
         return bool(value)
     if kind == "table":
@@ -201,3 +195,77 @@ def _plain(value: Tree) -> str:
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
         return str(int(value))
     return "" if value is None else str(value)
+
+
+def parse(field: Field, value: InputValue) -> Tree:
+    """Value of the recipe for the value of an input; ``None`` states nothing.
+
+    What cannot be read stays text: the recipe's own check states then what is required.
+    """
+    if isinstance(value, bool):
+        return value
+    text = value.strip()
+    if not text:
+        return None
+    match field.kind:
+        case "number" | "integer":
+            return _number(text, field)
+        case "list":
+            return [item.strip() for item in _COMMA.split(text) if item.strip()]
+        case "pair":
+            return [_number(item, field) for item in _GAP.split(text)]
+        case "table":
+            lines = [line.strip() for line in text.splitlines() if line.strip()]
+            return [[_number(item, field) for item in _GAP.split(line)] for line in lines]
+        case _:
+            return text
+
+
+def changes(fields: Iterable[Field], values: Iterable[InputValue], stated: Mapping[str, Tree]) -> dict[YamlPath, Tree]:
+    """Changes of the recipe that a filled-in form makes.
+
+    Returns:
+        Path relative to the part that the form edits, and its new value; ``None`` takes it out.
+    """
+    inputs = list(zip(fields, values, strict=True))
+    found: dict[YamlPath, Tree] = {}
+    for key in dict.fromkeys(field.path[0] for field, value in inputs if value != field.value):
+        parsed = [(field.path[1:], parse(field, value)) for field, value in inputs if field.path[0] == key]
+        alone = [value for rest, value in parsed if not rest]
+        rows = {rest[0]: value for rest, value in parsed if len(rest) == 1 and value is not None}
+        new: Tree = rows or None  # one value, one by class, or a part of its own
+        if alone:
+            new = alone[0] if not rows else rows if alone[0] is None else {**rows, DEFAULT: alone[0]}
+        found.update(_differences(stated.get(str(key)), new, (key,)))
+    return found
+
+
+def field_at(fields: Iterable[Field], base: YamlPath, path: str) -> Field | None:
+    """Input at the path of an error, such as ``"templates.around.speed_mm_s"``, or the nearest above or below it."""
+    spelt = {spell_path((*base, *field.path)): field for field in fields}
+    near = [place for place in spelt if place == path or re.match(re.escape(place) + r"[.\[]", path)]
+    if not near:
+        near = [place for place in spelt if path and re.match(re.escape(path) + r"[.\[]", place)][:1]
+    inside = path.startswith(spell_path(base)) and path != spell_path(base)
+    return spelt[max(near, key=len)] if near and inside else None
+
+
+def _number(text: str, field: Field) -> Tree:
+    bare = text.removesuffix(field.unit).strip() if field.unit else text
+    if len(bare) <= 40 and _NUMBER.fullmatch(bare):
+        number = float(bare)
+        if math.isfinite(number):
+            return int(bare) if re.fullmatch(r"[+-]?\d+", bare) else number
+    word = bare.replace(" ", "_").lower()
+    return word if word in field.options else text
+
+
+def _differences(old: Tree, new: Tree, path: YamlPath) -> dict[YamlPath, Tree]:
+    if isinstance(old, dict) and isinstance(new, dict):
+        before, after = cast("dict[str, Tree]", old), cast("dict[str, Tree]", new)
+        found: dict[YamlPath, Tree] = {(*path, key): None for key in before if key not in after}
+        for key, value in after.items():
+            found.update(_differences(before.get(key), value, (*path, key)))
+        return found
+    same = type(old) is type(new) or not (isinstance(old, bool) or isinstance(new, bool))
+    return {} if same and old == new else {path: new}

@@ -1,23 +1,39 @@
 """Any specification as inputs: one form for all of them, made from their fields."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import viser
 
+from specs.errors import JobError, LocatedError
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
-from webui.forms.answers import changes
-from webui.forms.fields import Field, Shown
-from webui.forms.refusals import note_html, remark_html
+from webui.forms.fields import Field, InputValue, changes
+from webui.theme.html import remark_html, sticky_html
 
 NOT_APPLIED = "Not applied yet: press Enter or Apply."
 _NOT_STATED = "not stated"
 _LAST = 1e9
-"""Order of what stands below all inputs."""
+"""Order below all inputs."""
 _Input: TypeAlias = viser.GuiInputHandle[Any]
 Submit: TypeAlias = Callable[[dict[YamlPath, Tree]], object]
-"""Takes what an answered form changes, by path from the part it is about; ``None`` takes something out."""
+"""Takes the changes of a form, by path relative to the part that it edits; ``None`` takes something out."""
+
+
+def reason_of(error: JobError, at: str = "") -> str:
+    """Reason of an error alone: the page shows the file, and the input at a path needs no path.
+
+    Args:
+        error: The error.
+        at: Path of the input beside which the reason is shown.
+    """
+    text = str(error)
+    if not isinstance(error, LocatedError):
+        return text
+    if error.file is not None:
+        text = re.sub(re.escape(str(error.file)) + r":(\d+: )?\s*", "", text)
+    return text.removeprefix(f"{at}: ") if at else text
 
 
 class SpecForm:
@@ -33,7 +49,7 @@ class SpecForm:
         self._remark: viser.GuiHtmlHandle | None = None
         self._form = gui.add_form(None)
         with self._form:
-            self._note = gui.add_html(note_html(NOT_APPLIED), order=_LAST - 0.5, visible=False)
+            self._note = gui.add_html(sticky_html(NOT_APPLIED), order=_LAST - 0.5, visible=False)
             self._apply = gui.add_button("Apply", order=_LAST, color="gray")
         self._apply.on_click(lambda _: self._form.submit())
         self._form.on_submit(lambda _: self._send())
@@ -46,19 +62,19 @@ class SpecForm:
         else:
             for old, field, handle in zip(before, fields, self._inputs, strict=True):
                 if old.value != field.value:
-                    handle.value = _shown(field, field.value)
+                    handle.value = _shown(field)
         self._mark()
 
     def reset(self) -> None:
-        """Show what the recipe says, whatever was typed, and no remark."""
-        self._take_back()
+        """Show the values of the recipe, whatever was typed, and no remark."""
+        self._clear_remark()
         for field, handle in zip(self._fields, self._inputs, strict=True):
-            handle.value = _shown(field, field.value)
+            handle.value = _shown(field)
         self._mark()
 
     def refuse(self, field: Field | None, reason: str) -> None:
-        """Say why the answers were not taken, at the field or below all of them."""
-        self._take_back()
+        """Show why the values were refused, at the field or below all of them."""
+        self._clear_remark()
         at = next((index for index, each in enumerate(self._fields) if each == field), None)
         place = self._form if field is None else self._folders.get(field.group, self._form)
         order = _LAST - 1 if at is None else float(self._inputs[at].order) + 0.5
@@ -66,29 +82,24 @@ class SpecForm:
             self._remark = self._gui.add_html(remark_html(reason), order=order)
 
     def _mark(self) -> None:
-        """Say whether something is typed that the recipe does not say."""
+        """Show whether a value is typed that the recipe does not have."""
         inputs = zip(self._fields, self._inputs, strict=False)  # while it is typed, others may be built
-        typed = any(_answer(field, handle) != field.value for field, handle in inputs)
+        typed = any(_value_of(field, handle) != field.value for field, handle in inputs)
         if typed != self._note.visible:
             self._note.visible = typed
             self._apply.color = None if typed else "gray"
 
     def _send(self) -> None:
-        shown = [_answer(field, handle) for field, handle in zip(self._fields, self._inputs, strict=True)]
-        for field, handle, value in zip(self._fields, self._inputs, shown, strict=True):
-            if value != field.value and not isinstance(value, bool):
-                self._echo(field, handle, value)
-        self._submit(changes(self._fields, shown, self._stated))
-
-    @staticmethod
-    def _echo(field: Field, handle: _Input, value: str) -> None:
-        """Show what is sent: the page drops a key pressed at the same moment as Enter."""
-        if field.kind != "choice":
-            handle.value = value + " "
-            handle.value = value
+        """Submit the values, and show again what is sent: the page drops a key pressed at the same moment as Enter."""
+        values = [_value_of(field, handle) for field, handle in zip(self._fields, self._inputs, strict=True)]
+        for field, handle, value in zip(self._fields, self._inputs, values, strict=True):
+            if value != field.value and not isinstance(value, bool) and field.kind != "choice":
+                handle.value = value + " "
+                handle.value = value
+        self._submit(changes(self._fields, values, self._stated))
 
     def _build(self, before: tuple[Field, ...]) -> None:
-        self._take_back()
+        self._clear_remark()
         for field, handle in zip(before, self._inputs, strict=True):
             if not field.group:
                 handle.remove()
@@ -108,7 +119,7 @@ class SpecForm:
         self._apply.visible = bool(self._fields)
 
     def _add(self, field: Field) -> _Input:
-        value = _shown(field, field.value)
+        value = _shown(field)
         match field.kind:
             case "boolean":
                 return self._gui.add_checkbox(field.label, bool(value), hint=field.hint)
@@ -118,14 +129,14 @@ class SpecForm:
                 multiline = field.kind == "table"
                 return self._gui.add_text(field.label, str(value), multiline=multiline, hint=field.hint)
 
-    def _take_back(self) -> None:
+    def _clear_remark(self) -> None:
         if self._remark is not None:
             self._remark.remove()
             self._remark = None
 
 
 def _shape(fields: tuple[Field, ...]) -> tuple[object, ...]:
-    """What inputs there are and which folders are open: where this differs they are built anew."""
+    """Which inputs there are and which folders are open: where this differs they are built anew."""
     inputs = tuple(
         (each.path, each.label, each.kind, _choices(each) if each.kind == "choice" else (), each.group, each.hint)
         for each in fields
@@ -144,10 +155,10 @@ def _choices(field: Field) -> Sequence[str]:
     return words if current in words else (current, *words)
 
 
-def _shown(field: Field, value: Shown) -> Shown:
-    return _NOT_STATED if field.kind == "choice" and value == "" else value
+def _shown(field: Field) -> InputValue:
+    return _NOT_STATED if field.kind == "choice" and field.value == "" else field.value
 
 
-def _answer(field: Field, handle: _Input) -> Shown:
+def _value_of(field: Field, handle: _Input) -> InputValue:
     value = handle.value
     return "" if field.kind == "choice" and value == _NOT_STATED else value

@@ -1,4 +1,9 @@
-"""Lines and triangles with a colour at each vertex as binary glTF: what the browser draws fastest."""
+"""Lines and triangles with a colour at each vertex as binary glTF, which browsers draw fastest.
+
+The viewer maps the light of a scene to the screen by three.js's ``ACESFilmicToneMapping`` at an exposure of 1, which is
+Stephen Hill's fit of the ACES curves (BakingLab, ``ACES.hlsl``): two matrices around a rational function per channel.
+``as_seen`` inverts it, so that plain colours look like the legend beside them.
+"""
 
 import json
 import struct
@@ -12,11 +17,16 @@ from geometry.arrays import Points, Scalars
 Colours = NDArray[np.uint8]
 """(n, 3) red, green, blue."""
 
-_EXPOSURE = 0.52
-"""Light falls from so many sides that colours would be washed out."""
+_DIMMED = 0.52
+"""Base colour factor of lit surfaces: light falls from so many sides that colours would be washed out."""
 _UNLIT: dict[str, Any] = {"doubleSided": True, "extensions": {"KHR_materials_unlit": {}}}
 _LINES, _TRIANGLES = 1, 4
 _FLOAT, _BYTE, _INT, _VERTEX_DATA, _INDEX_DATA = 5126, 5121, 5125, 34962, 34963
+_EXPOSURE = 1.0 / 0.6
+_INPUT = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
+_OUTPUT = np.array([[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]])
+_A, _B, _C, _D, _E = 0.0245786, 0.000090537, 0.983729, 0.4329510, 0.238081
+"""Of ``(v (v + a) - b) / (v (c v + d) + e)``."""
 
 
 def lines_glb(ends: Points, colours: Colours) -> bytes:
@@ -38,7 +48,7 @@ def triangles_glb(corners: Points, colours: Colours) -> bytes:
         corners: (3 n, 3) corners of each triangle in turn, counterclockwise seen from outside.
         colours: (3 n, 3) at each of them.
     """
-    surface = {"metallicFactor": 0.0, "roughnessFactor": 0.9, "baseColorFactor": [_EXPOSURE] * 3 + [1.0]}
+    surface = {"metallicFactor": 0.0, "roughnessFactor": 0.9, "baseColorFactor": [_DIMMED] * 3 + [1.0]}
     kept, index = shared_corners(corners, colours)
     materials = [{"doubleSided": True, "pbrMetallicRoughness": surface}]
     return _glb(corners[kept], colours[kept], _TRIANGLES, materials, index)
@@ -56,14 +66,14 @@ def flat_indexed_glb(corners: Points, colours: Colours, index: NDArray[np.uint32
 
 
 def shared_corners(corners: Points, colours: Colours) -> tuple[NDArray[np.intp], NDArray[np.uint32]]:
-    """Find corners that are the same in the precision of a browser.
+    """Corners that are the same in the precision of a browser.
 
     Args:
         corners: (n, 3)
         colours: (n, 3)
 
     Returns:
-        (m,) which of them to keep, the first of each; (n,) place of each corner among those.
+        (m,) the corners to keep, the first of each; (n,) index of each corner among those.
     """
     place = np.ascontiguousarray(corners + 0.0, dtype=np.float32).view(np.uint32)  # + 0.0: there is no minus zero
     rows = np.column_stack([place, np.asarray(colours, dtype=np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)])
@@ -94,11 +104,13 @@ def _glb(
     materials: list[dict[str, Any]],
     index: NDArray[np.uint32] | None = None,
 ) -> bytes:
-    """One mesh of one primitive (glTF 2.0, binary container); nothing at all where there are no points."""
+    """One mesh of one primitive (glTF 2.0, binary container); no bytes where there are no points."""
     if len(points) == 0:
         return b""
     place = np.ascontiguousarray(points, dtype=np.float32)
-    tint = np.ascontiguousarray(np.column_stack([_linear(colours), np.full(len(colours), 255)]), dtype=np.uint8)
+    tint = np.ascontiguousarray(
+        np.column_stack([np.round(light_of(colours) * 255), np.full(len(colours), 255)]), dtype=np.uint8
+    )
     binary = place.tobytes() + tint.tobytes()
     views = [(0, place.nbytes), (place.nbytes, tint.nbytes)]
     document: dict[str, Any] = {
@@ -132,7 +144,11 @@ def _glb(
         document["bufferViews"].append(view)
         binary += index.tobytes()
         document["buffers"][0]["byteLength"] = len(binary)
-    return _container(document, binary)
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    binary += b"\0" * (-len(binary) % 4)
+    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(binary), 0x004E4942) + binary
+    return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
 
 
 def light_of(colours: Colours) -> Scalars:
@@ -141,14 +157,23 @@ def light_of(colours: Colours) -> Scalars:
     return np.where(screen <= 0.04045, screen / 12.92, ((screen + 0.055) / 1.055) ** 2.4)
 
 
-def _linear(colours: Colours) -> Colours:
-    """Screen colours as glTF wants them."""
-    return np.round(light_of(colours) * 255).astype(np.uint8)
+def on_screen(colours: Colours) -> Colours:
+    """(n, 3) screen colours of (n, 3) plain colours."""
+    v = _EXPOSURE * light_of(colours) @ _INPUT.T
+    fitted = (v * (v + _A) - _B) / (v * (_C * v + _D) + _E)
+    return _screen(fitted @ _OUTPUT.T)
 
 
-def _container(document: dict[str, Any], binary: bytes) -> bytes:
-    text = json.dumps(document, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
-    binary += b"\0" * (-len(binary) % 4)
-    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(binary), 0x004E4942) + binary
-    return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
+def as_seen(colours: Colours) -> Colours:
+    """(n, 3) plain colours that are seen as (n, 3) colours; as near as can be where a screen shows no such colour."""
+    y = np.clip(light_of(colours) @ np.linalg.inv(_OUTPUT).T, 0.0, 1.0)
+    half, square = y * _D - _A, y * _C - 1.0  # square v^2 + half v + (y e + b) = 0
+    v = (-half - np.sqrt(half**2 - 4 * square * (y * _E + _B))) / (2 * square)
+    return _screen(v @ np.linalg.inv(_INPUT).T / _EXPOSURE)
+
+
+def _screen(light: Scalars) -> Colours:
+    """Back from light (IEC 61966-2-1)."""
+    light = np.clip(light, 0.0, 1.0)
+    screen = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return np.round(255 * screen).astype(np.uint8)

@@ -11,9 +11,9 @@ _SAME_MM = 0.001
 
 
 def unlike_segments(segments: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Which of (n, 2, 3) segments to draw: of those that cover each other, whichever way they run, the first; in order.
+    """Indices of distinct segments among (n, 2, 3), in order: the first of those that coincide, in either direction.
 
-    Points in one place are no segment.
+    Segments of no length are left out.
     """
     rounded = np.round(segments / _SAME_MM).astype(np.int64)
     forwards, backwards = rounded.reshape(-1, 6), rounded[:, ::-1].reshape(-1, 6)
@@ -27,7 +27,7 @@ def unlike_segments(segments: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def ribbons(segments: NDArray[np.float64], colours: Colours, width_mm: float) -> tuple[Points, Colours]:
-    """Give every segment two crossed strips, one lying and one on edge, so that it is seen from all sides.
+    """Two crossed strips for every segment, one lying and one on edge, so that it is seen from all sides.
 
     Args:
         segments: (n, 2, 3) begin and end.
@@ -44,7 +44,7 @@ def ribbons(segments: NDArray[np.float64], colours: Colours, width_mm: float) ->
 
 
 def bars(segments: NDArray[np.float64], colours: Colours, width_mm: float) -> tuple[Points, Colours]:
-    """Give every segment four sides: what hides narrower ribbons inside it.
+    """Four sides for every segment, which hide narrower ribbons inside.
 
     Args:
         segments: (n, 2, 3) begin and end.
@@ -55,7 +55,8 @@ def bars(segments: NDArray[np.float64], colours: Colours, width_mm: float) -> tu
         (24 n, 3) corners of triangles and their colours.
     """
     aside, upward = (direction * width_mm / 2 for direction in _across(segments))
-    strips = [_strip(segments + shift[:, None], wide) for shift, wide in _sides(aside, upward)]
+    sides = ((upward, aside), (-upward, aside), (aside, upward), (-aside, upward))
+    strips = [_strip(segments + shift[:, None], half) for shift, half in sides]
     return np.concatenate(strips, axis=1).reshape(-1, 3), np.repeat(colours, 24, axis=0)
 
 
@@ -66,7 +67,7 @@ def board_size_mm(board: Board) -> float:
 
 
 def line_width_mm(size_mm: float) -> float:
-    """Width at which a line is about two pixels wide where a board of this diagonal fills half of a page."""
+    """Line width that is about two pixels where a board of this diagonal fills half of a page."""
     return size_mm / 260
 
 
@@ -76,17 +77,13 @@ def lengths_of(segments: NDArray[np.float64]) -> Scalars:
 
 
 def _across(segments: NDArray[np.float64]) -> tuple[Points, Points]:
-    """(n, 3) directions at right angles to (n, 2, 3) segments: one that lies, and the one that is upright to it."""
+    """(n, 3) directions normal to (n, 2, 3) segments: a horizontal one, and the one normal to both."""
     along = segments[:, 1] - segments[:, 0]
     unit = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     aside = np.cross(unit, [0.0, 0.0, 1.0])
     lengths = np.linalg.norm(aside, axis=1, keepdims=True)
     aside = np.where(lengths > 1e-6, aside / np.maximum(lengths, 1e-12), [1.0, 0.0, 0.0])
     return aside, np.cross(aside, unit)
-
-
-def _sides(aside: Points, upward: Points) -> list[tuple[Points, Points]]:
-    return [(upward, aside), (-upward, aside), (aside, upward), (-aside, upward)]
 
 
 def _strip(segments: NDArray[np.float64], half: Points) -> NDArray[np.float64]:

@@ -1,10 +1,10 @@
-"""What came of analysing a program, as one frozen value."""
+"""An analysis of a program by the cleaning model."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cleaning.parameters.model import Parameters
-from cleaning.verdicts.results import CleaningReport
+from cleaning.verdicts.results import CleaningReport, Part
 from programs.program import TimedProgram
 from rulesengine.planning.pipeline import Run
 from specs.progress import Progress, subprogress
@@ -15,45 +15,49 @@ if TYPE_CHECKING:
     from cleaning.prepared_board import PreparedBoard
 
 _LEAST_SHARE = 0.1
-"""Of the volume on a part: strokes that give less are not named."""
+"""Share of the volume on a part: strokes with less are left out."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Analysed:
-    """A program and what it cleans."""
+    """A program and its cleaning report."""
 
     program: TimedProgram
-    """The very one: another one with the same moves is another one."""
+    """Compared by identity."""
     parameters_name: str
-    """As the project lists it."""
+    """Name in the project's list."""
     report: CleaningReport
     prepared: "PreparedBoard | None" = None
-    """The board made ready: the next program on it need not wait for that."""
+    """The prepared board, reused for the next program on it."""
     effort: "Effort" = "fast"
 
+    def part(self, component: str) -> Part | None:
+        """The report's part of a component, if there is one."""
+        return next((each for each in self.report.parts if each.component == component), None)
+
     def makers_of(self, component: str) -> frozenset[str]:
-        """Name who sprays a component more than a little; nobody where there is no such component."""
-        part = next((each for each in self.report.parts if each.component == component), None)
+        """Strokes with a considerable share of the volume on a component."""
+        part = self.part(component)
         return frozenset() if part is None else frozenset(name for name, share in part.makers if share >= _LEAST_SHARE)
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
-    """How to analyse."""
+class AnalysisSettings:
+    """Parameters and effort of an analysis."""
 
     parameters_name: str
-    """As the project lists it."""
+    """Name in the project's list."""
     parameters: Parameters
     effort: "Effort"
 
 
-def analyse_run(run: Run, asked: Asked, before: Analysed | None, progress: Progress) -> Analysed:
+def analyse_run(run: Run, settings: AnalysisSettings, before: Analysed | None, progress: Progress) -> Analysed:
     """Analyse a program, as the command line does.
 
     Args:
         run: Its program, board and recipe.
-        asked: With which parameters, and how thoroughly.
-        before: An analysis whose board may be the same.
+        settings: Parameters and effort.
+        before: An analysis that may be of the same board.
         progress: Receives the stage and the share done.
 
     Raises:
@@ -61,13 +65,15 @@ def analyse_run(run: Run, asked: Asked, before: Analysed | None, progress: Progr
     """
     from cleaning.analyse import analyse_on
 
-    prepared = make_ready(run.board, asked.parameters, before, subprogress(progress, 0.0, 0.2))
-    report = analyse_on(prepared, run.program, run.recipe, asked.effort, subprogress(progress, 0.2, 1.0))
-    return Analysed(run.program, asked.parameters_name, report, prepared, asked.effort)
+    prepared = prepare_board(run.board, settings.parameters, before, subprogress(progress, 0.0, 0.2))
+    report = analyse_on(prepared, run.program, run.recipe, settings.effort, subprogress(progress, 0.2, 1.0))
+    return Analysed(run.program, settings.parameters_name, report, prepared, settings.effort)
 
 
-def make_ready(board: "Board", parameters: Parameters, before: Analysed | None, progress: Progress) -> "PreparedBoard":
-    """Make a board ready for analyses with some parameters, unless it is already."""
+def prepare_board(
+    board: "Board", parameters: Parameters, before: Analysed | None, progress: Progress
+) -> "PreparedBoard":
+    """A board prepared for analyses with some parameters, taken from an earlier analysis where possible."""
     from cleaning.prepared_board import prepare
 
     known = None if before is None else before.prepared

@@ -1,4 +1,4 @@
-"""Who opens a page: a browser, and which of its tabs."""
+"""Identity of a browser and its tab."""
 
 import secrets
 import time
@@ -8,55 +8,50 @@ import viser
 
 _BROWSER = "browser"
 _TAB_S = 2.0
-_LOOK_AGAIN_S = 0.03
+_POLL_S = 0.03
 _TAB_HTML = (
     '<img alt="" style="display:none" src="data:image/gif;base64,R0lGODlhAQABAAAAACwAAAAAAQABAAA=" onload="'
     "try {{ const name = sessionStorage.getItem('washboard-tab') || '{name}';"
     " sessionStorage.setItem('washboard-tab', name);"
     " localStorage.setItem('viser-user:tab-{name}', name); }} catch {{}}\">"
 )
-"""A browser keeps the storage of a session for each tab, also over a reload; viser reads only what all tabs share."""
+"""A browser has a session storage for each tab, which outlives a reload; viser reads only the shared one."""
 
 
 @dataclass(frozen=True, slots=True)
-class Visitor:
-    """Who opens a page; empty names where the browser keeps nothing."""
+class BrowserIdentity:
+    """A browser and its tab; empty names where the browser stores nothing."""
 
     browser: str
     tab: str
 
 
-def recognise(client: viser.ClientHandle) -> Visitor:
-    """Recognise a browser and its tab by what was written into their storage the first time.
+def identify(client: viser.ClientHandle) -> BrowserIdentity:
+    """Identity of a browser and its tab by the names that were stored in them the first time.
 
-    A tab that nobody sees answers when somebody looks at it: that is waited for, unless it leaves.
+    A tab in the background responds once it is in the foreground: that is waited for, unless it disconnects.
     """
-    browser = _browser_of(client)
-    return Visitor(browser, _tab_of(client) if browser else "")
-
-
-def _browser_of(client: viser.ClientHandle) -> str:
     try:
-        name = client.local_storage.get_item(_BROWSER)
-    except RuntimeError:  # it blocks storage, or has left
-        return ""
-    if name is None:
-        name = secrets.token_urlsafe(12)
-        client.local_storage.set_item(_BROWSER, name)
-    return name
+        browser = client.local_storage.get_item(_BROWSER)
+    except RuntimeError:  # storage is blocked, or the browser has disconnected
+        return BrowserIdentity("", "")
+    if browser is None:
+        browser = secrets.token_urlsafe(12)
+        client.local_storage.set_item(_BROWSER, browser)
+    return BrowserIdentity(browser, _tab_of(client) if browser else "")
 
 
 def _tab_of(client: viser.ClientHandle) -> str:
     new = secrets.token_hex(8)
-    asked = client.gui.add_html(_TAB_HTML.format(name=new))
+    probe = client.gui.add_html(_TAB_HTML.format(name=new))
     name, end = None, time.monotonic() + _TAB_S
     try:
         while name is None and time.monotonic() < end:
-            time.sleep(_LOOK_AGAIN_S)
+            time.sleep(_POLL_S)
             name = client.local_storage.get_item(f"tab-{new}")
         client.local_storage.remove_item(f"tab-{new}")
     except RuntimeError:
         return ""
     finally:
-        asked.remove()
+        probe.remove()
     return name or ""

@@ -1,8 +1,7 @@
-"""Boards and parts tables that a browser sends."""
+"""Uploaded boards and parts tables."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -10,7 +9,6 @@ from boards.board import Board
 from boards.load import load_board
 from specs.progress import Progress
 from webui.page.project import Project, ProjectError
-from webui.theme.palette import QUIET, to_hex
 
 _TABLES = (".csv", ".tsv", ".txt", ".pos")
 _LARGEST_TABLE = 20_000_000
@@ -18,14 +16,14 @@ _LARGEST_TABLE = 20_000_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loaded:
-    """A board, and the name under which the page lists it."""
+    """A board, and its name in the project's list."""
 
     name: str
     board: Board
 
 
 def import_board(project: Project, name: str, content: bytes, progress: Progress) -> Loaded:
-    """Keep an uploaded board in the project folder and read it; what cannot be read, or is not wanted, is not kept.
+    """Store an uploaded board in the project folder and read it; if reading fails or is cancelled, it is removed.
 
     Raises:
         ProjectError: its name, kind or size cannot be used.
@@ -42,10 +40,10 @@ def import_board(project: Project, name: str, content: bytes, progress: Progress
 
 
 def join_table(name: str, content: bytes, read: Callable[[Path], Board]) -> Board:
-    """Read a board anew with an uploaded parts table, which is not kept.
+    """Read a board again with an uploaded parts table, which is not stored.
 
     Args:
-        name: Of the table; says what kind it is.
+        name: Of the table, whose suffix is its kind.
         content: Of the table.
         read: Reads the board with the table in this file.
 
@@ -62,8 +60,3 @@ def join_table(name: str, content: bytes, read: Callable[[Path], Board]) -> Boar
         table = Path(folder) / f"parts{suffix}"
         table.write_bytes(content)
         return read(table)
-
-
-def progress_html(what: str, percent: int) -> str:
-    """Say what is being done and how much of it is done."""
-    return f'<div style="margin:0 12px;font-size:12px;color:{to_hex(QUIET)}">{escape(what)}, {percent} %</div>'

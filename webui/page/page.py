@@ -1,5 +1,6 @@
-"""One browser's page: holds its session, plans when it changes, and has panels and scene show it."""
+"""One browser's page: holds its session, plans when it changes, and updates panels and scene."""
 
+import gc
 import logging
 import threading
 import time
@@ -17,39 +18,38 @@ from specs.errors import JobError
 from specs.progress import Progress
 from webui.page.project import Project
 from webui.page.session import Change, Selection, Session
-from webui.threads.freeze_gc import set_aside
 from webui.threads.worker import Worker
 
 _log = logging.getLogger(__name__)
 
 
 class Panel(Protocol):
-    """Something that shows a session; it builds its elements when it is made."""
+    """A view of a session; it builds its elements when it is made."""
 
     def show(self, session: Session, before: Session | None) -> None:
-        """Show a session; ``before`` is what was shown last, ``None`` at first."""
+        """Show a session; ``before`` is the one shown last, ``None`` at first."""
         ...
 
 
 class Page:
-    """What one browser sees and does; its callbacks come from several threads, one at a time is served."""
+    """State and actions of one browser; callbacks of several threads are served one at a time."""
 
     def __init__(self, client: viser.ClientHandle, project: Project, session: Session) -> None:
-        """Keep what the panels share; nothing is shown before ``open``."""
+        """Set up the state that panels share; nothing is shown before ``open``."""
         self.client = client
         self.project = project
         self.session = session
         self.planned_s: float | None = None
-        """How long the newest plan took, s; ``None`` where none was made on this page."""
+        """Duration of the newest planning, s; ``None`` where there was none on this page."""
         self._shown: Session | None = None
         self._panels: list[Panel] = []
         self._lock = threading.RLock()
         self._planner: Worker[Run] = Worker(self._report_progress)
         self._planning: tuple[Recipe, Board] | None = None
-        """What is being planned."""
+        """Recipe and board that are being planned."""
         self._progress: list[Progress] = []
-        self._endings: list[Callable[[], None]] = []
-        self._looks: list[Callable[[], None]] = []
+        self._closers: list[Callable[[], None]] = []
+        self._pollers: list[Callable[[], None]] = []
         self._closed = False
 
     def open(self, panels: list[Panel]) -> None:
@@ -63,40 +63,40 @@ class Page:
                 self.plan()
 
     def close(self) -> None:
-        """Give up what is under way; the browser is gone."""
+        """Cancel what is under way; the browser has disconnected."""
         with self._lock:
             self._closed = True
         self._planner.close()
-        for end in self._endings:
-            end()
+        for close in self._closers:
+            close()
 
-    def on_close(self, end: Callable[[], None]) -> None:
-        """Have somebody told that the browser is gone."""
-        self._endings.append(end)
+    def on_close(self, close: Callable[[], None]) -> None:
+        """Call a function when the browser disconnects."""
+        self._closers.append(close)
 
-    def on_look(self, look: Callable[[], None]) -> None:
-        """Have somebody look, now and then, at what may have changed outside the page."""
-        self._looks.append(look)
+    def on_poll(self, poll: Callable[[], None]) -> None:
+        """Call a function now and then, which checks for changes outside the page."""
+        self._pollers.append(poll)
 
-    def look(self) -> None:
-        """See what changed outside the page."""
+    def poll(self) -> None:
+        """Check for changes outside the page."""
         with self._lock:
-            for look in [] if self._closed else self._looks:
-                look()
+            for poll in [] if self._closed else self._pollers:
+                poll()
 
     def on_progress(self, progress: Progress) -> None:
         """Have somebody told how far planning is."""
         self._progress.append(progress)
 
     def attempt(self, change: Change, refused: Callable[[JobError], None] | None = None) -> bool:
-        """Do an edit and show what comes of it; a refused one changes nothing and says why.
+        """Make an edit and show the result; a refused one changes nothing.
 
         Args:
             change: The edit.
-            refused: Says why in place of a notification.
+            refused: Shows the reason in place of a notification.
 
         Returns:
-            Whether it was done.
+            Whether it was made.
         """
         with self._lock:
             try:
@@ -109,15 +109,17 @@ class Page:
                 self.report(error)
                 return False
             if session.planned:
-                self._give_up()  # what an undone edit asked for is no longer wanted
+                self._cancel_planning()  # of an edit that was undone
                 session = replace(session, sketch=None)
             self.show(session)
-            if not (session.planned or self._is_planning(session)):
+            planning = self._planning
+            same = planning is not None and planning[0] == session.recipe and planning[1] is session.board
+            if not (session.planned or same):
                 self.plan()
             return True
 
     def remember(self, change: Change) -> None:
-        """Change what the session knows besides board and recipe: nothing is planned anew."""
+        """Change the session apart from board and recipe: nothing is planned again."""
         with self._lock:
             self.show(change(self.session))
 
@@ -128,17 +130,17 @@ class Page:
             self._show()
 
     def refresh(self) -> None:
-        """Have the panels show the session once more, because one of them shows another part of it."""
+        """Show the session again, because a panel shows another part of it."""
         with self._lock:
             self._show()
 
     def select(self, *, component: str = "", made_by: str = "") -> None:
-        """Point at a component, a stroke, or nothing."""
+        """Select a component, a stroke, or nothing."""
         with self._lock:
             self.show(replace(self.session, selection=Selection(component, made_by)))
 
     def plan(self) -> None:
-        """Plan the session's recipe beside the page; what comes later replaces it."""
+        """Plan the session's recipe in the background, in place of an older planning."""
         recipe, board, before = self.session.recipe, self.session.board, self.session.run
         begun, self._planning = time.perf_counter(), (recipe, board)
         self._report_progress("planning", 0.0)
@@ -149,28 +151,22 @@ class Page:
         )
 
     def cancel(self) -> None:
-        """Give up planning; the last run stays in sight."""
+        """Cancel planning; the last run stays visible."""
         with self._lock:
-            self._give_up()
+            self._cancel_planning()
             self._report_progress("cancelled", 1.0)
             self.show(replace(self.session, sketch=None))
 
-    def _is_planning(self, session: Session) -> bool:
-        if self._planning is None:
-            return False
-        recipe, board = self._planning
-        return recipe == session.recipe and board is session.board
-
-    def _give_up(self) -> None:
+    def _cancel_planning(self) -> None:
         self._planner.cancel()
         self._planning = None
 
     def refuse(self, message: str) -> None:
-        """Say why something was not done."""
+        """Notify the user why something was not done."""
         self.client.add_notification("Not done", message, color="red", auto_close_seconds=12.0)
 
-    def say(self, title: str, message: str) -> None:
-        """Say that something was done."""
+    def notify(self, title: str, message: str) -> None:
+        """Notify the user that something was done."""
         self.client.add_notification(title, message, auto_close_seconds=5.0)
 
     def _show(self) -> None:
@@ -180,7 +176,7 @@ class Page:
         self._shown = self.session
 
     def _sketched(self, plan: Plan, recipe: Recipe) -> None:
-        """Show a first plan, unless planning was given up meanwhile."""
+        """Show a first plan, unless planning was cancelled meanwhile."""
         with self._lock:
             if self._planning is not None and self._planning[0] is recipe:
                 self.show(replace(self.session, sketch=plan))
@@ -192,7 +188,7 @@ class Page:
                 fresh = self.session.run is None
                 self.show(replace(self.session, run=done, sketch=None))
                 if fresh:  # edits follow
-                    set_aside()
+                    freeze_gc()
 
     def _not_planned(self, error: Exception) -> None:
         with self._lock:
@@ -202,7 +198,7 @@ class Page:
         self.report(error)
 
     def report(self, error: Exception) -> None:
-        """Say what stopped something; a defect of ours goes to the log."""
+        """Notify the user of an error; a defect of ours goes to the log too."""
         if isinstance(error, JobError):
             self.refuse(str(error))
             return
@@ -212,3 +208,14 @@ class Page:
     def _report_progress(self, what: str, done: float) -> None:
         for progress in self._progress:
             progress(what, done)
+
+
+def freeze_gc() -> None:
+    """Exclude all living objects from garbage collection, after a last full one.
+
+    A board, its plan and the libraries are hundreds of thousands of objects that stay; scanning them takes as long as
+    an edit. Frozen objects are still freed by reference count; cycles among them at the next call.
+    """
+    gc.unfreeze()
+    gc.collect()
+    gc.freeze()

@@ -1,8 +1,9 @@
-"""The folder a page may read from and write to, and nothing outside of it."""
+"""The project folder, which a page reads and writes, and nothing outside of it."""
 
 import os
 import re
 import unicodedata
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 
@@ -32,10 +33,10 @@ class ProjectError(JobError):
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """An upload that is kept."""
+    """A stored upload."""
 
     name: str
-    """Under which the folder has it."""
+    """Its name in the folder."""
     fresh: bool
     """Whether it was not there before."""
 
@@ -56,8 +57,8 @@ class Project:
         return [*recipe_library(), *self._files(_RECIPES)]
 
     def cells(self) -> list[str]:
-        """Names to choose from: library cells first, then files of the folder that say they are cells."""
-        return [*cell_library(), *(name for name in self._files(_RECIPES) if _says("cell", self.folder / name))]
+        """Names to choose from: library cells first, then files of the folder with the key ``cell``."""
+        return [*cell_library(), *self._files_with_key("cell")]
 
     def open_cell(self, name: str) -> LoadedCell:
         """Read a cell by a name that a browser sent.
@@ -69,9 +70,8 @@ class Project:
         return read_cell(name if name in cell_library() else self.locate(name))
 
     def parameter_sets(self) -> list[str]:
-        """Names to choose from: sets of the library first, then files of the folder that say they are sets."""
-        found = [name for name in self._files(_RECIPES) if _says("parameters", self.folder / name)]
-        return [*parameter_library(), *found]
+        """Names to choose from: sets of the library first, then files of the folder with the key ``parameters``."""
+        return [*parameter_library(), *self._files_with_key("parameters")]
 
     def open_parameters(self, name: str) -> Parameters:
         """Read a parameter set by a name that a browser sent.
@@ -83,7 +83,7 @@ class Project:
         return load_parameters(name if name in parameter_library() else self.locate(name))
 
     def locate(self, name: str) -> Path:
-        """Find the file of a name that a browser sent; it need not be there yet.
+        """File of a name that a browser sent; it need not exist yet.
 
         Raises:
             ProjectError: it is not a plain relative path to a file inside the folder.
@@ -93,15 +93,23 @@ class Project:
         parts = PurePath(name).parts
         if not parts or any(part.startswith(".") and part != ".." for part in parts):
             raise ProjectError(f"{name!r}: hidden files and folders are left alone; choose one of the list.")
-        path = self._resolved(name)
+        try:
+            path = (self.folder / name).resolve()
+        except (OSError, RuntimeError):  # links that run in circles
+            raise ProjectError(f"{name!r} leads nowhere; choose one of the list.") from None
         if PurePath(name).is_absolute() or ".." in parts or not path.is_relative_to(self.folder):
             raise ProjectError(f"{name!r} is outside the project folder {self.folder}; copy it there first.")
-        if _is_there(path) and not path.is_file():
+        try:
+            exists = path.exists()
+        except OSError as error:
+            reason = f"({error.strerror}); choose another name."
+            raise ProjectError(f"{path.name[:40]!r} cannot name a file {reason}") from None
+        if exists and not path.is_file():
             raise ProjectError(f"{name!r} is no file; choose one of the list.")
         return path
 
     def store(self, name: str, content: bytes) -> Stored:
-        """Keep an uploaded board in the folder; a file of that name that holds something else stays.
+        """Store an uploaded board in the folder; a file of that name with other content stays.
 
         Raises:
             ProjectError: name, kind or size cannot be used.
@@ -124,7 +132,7 @@ class Project:
         return Stored(path.name, fresh)
 
     def discard(self, name: str) -> None:
-        """Remove a file that was stored and turned out to be no board.
+        """Remove a stored file that is no board.
 
         Raises:
             ProjectError: the name is none that could have been stored.
@@ -136,24 +144,19 @@ class Project:
         except OSError as error:
             raise OutputError(path, error.strerror or str(error), "Remove it by hand.") from None
 
-    def _resolved(self, name: str) -> Path:
-        try:
-            return (self.folder / name).resolve()
-        except (OSError, RuntimeError):  # links that run in circles
-            raise ProjectError(f"{name!r} leads nowhere; choose one of the list.") from None
-
     def _free(self, name: str, content: bytes) -> Path:
-        """Find a path of that name that is not there, or is a file with the same content; links are left alone."""
+        """Path of that name that is not taken, or is a file with the same content; links are left alone."""
         suffix = max((each for each in SUFFIXES if name.lower().endswith(each)), key=len)
         stem, ending = name[: -len(suffix)], name[-len(suffix) :]
         for number in range(1, _MOST_FILES):
             path = self.folder / (name if number == 1 else f"{stem}-{number}{ending}")
-            if not os.path.lexists(path) or _holds(path, content):
+            same_size = path.is_file() and not path.is_symlink() and path.stat().st_size == len(content)
+            if not os.path.lexists(path) or (same_size and path.read_bytes() == content):
                 return path
         raise ProjectError(f"{name}: too many files of this name are in {self.folder}; remove some.")
 
     def _files(self, suffixes: tuple[str, ...]) -> list[str]:
-        """Find files by how they end, near ones first; links and hidden ones are left out."""
+        """Files by their suffix, shallow ones first; links and hidden ones are left out."""
         found: list[str] = []
         folders = [""]
         for visited, here in enumerate(folders):
@@ -167,6 +170,16 @@ class Project:
                     found.append(name)
         return found[:_MOST_FILES]
 
+    def _files_with_key(self, key: str) -> list[str]:
+        """YAML files with a key near their beginning, without parsing them."""
+        pattern = re.compile(rb"^" + key.encode() + rb"\s*:", re.MULTILINE)
+        found: list[str] = []
+        for name in self._files(_RECIPES):
+            with suppress(OSError), (self.folder / name).open("rb") as file:
+                if pattern.search(file.read(_HEAD)):
+                    found.append(name)
+        return found
+
 
 def open_project(folder: Path) -> Project:
     """Open a folder.
@@ -179,48 +192,17 @@ def open_project(folder: Path) -> Project:
     return Project(folder.resolve())
 
 
-def _says(key: str, path: Path) -> bool:
-    """Say whether a YAML file has the key that all of its kind have, without reading it as a whole."""
-    try:
-        with path.open("rb") as file:
-            return re.search(rb"^" + key.encode() + rb"\s*:", file.read(_HEAD), re.MULTILINE) is not None
-    except OSError:
-        return False
-
-
 def _can_name(name: str) -> bool:
-    return bool(name) and len(name) <= _LONGEST_NAME and name.isprintable() and _is_text(name)
-
-
-def _is_text(name: str) -> bool:
-    """Say whether a name is made of whole characters: others can neither be sent to a browser nor come from one."""
+    """Whether a name may be that of a file; lone surrogates can neither be sent to a browser nor come from one."""
     try:
         name.encode()
     except UnicodeEncodeError:
         return False
-    return True
-
-
-def _is_there(path: Path) -> bool:
-    """Say whether a path exists.
-
-    Raises:
-        ProjectError: the file system does not take such a name.
-    """
-    try:
-        return path.exists()
-    except OSError as error:
-        raise ProjectError(f"{path.name[:40]!r} cannot name a file ({error.strerror}); choose another name.") from None
-
-
-def _holds(path: Path, content: bytes) -> bool:
-    if path.is_symlink() or not path.is_file() or path.stat().st_size != len(content):
-        return False
-    return path.read_bytes() == content
+    return bool(name) and len(name) <= _LONGEST_NAME and name.isprintable()
 
 
 def _entries(folder: Path) -> list[os.DirEntry[str]]:
-    """Give the entries of a folder that can be shown, by name; none where it must not be read."""
+    """Entries of a folder that can be listed, by name; none where it must not be read."""
     try:
         with os.scandir(folder) as entries:
             seen = [entry for entry in entries if not entry.name.startswith(".") and _can_name(entry.name)]

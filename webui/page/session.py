@@ -1,9 +1,10 @@
-"""Everything one page shows, as one frozen value: an edit makes the next one."""
+"""The state of one page as one frozen value: an edit makes the next one."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from boards.board import Board
+from boards.board import Board, Component
+from programs.errors import ProgramError
 from programs.plan import Plan
 from recipes import rewrite
 from recipes.load import LoadedRecipe
@@ -20,7 +21,7 @@ from webui.page.proposal import Proposal
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """What the engineer points at; empty text points at nothing."""
+    """The selected component or stroke; empty for none."""
 
     component: str = ""
     made_by: str = ""
@@ -32,35 +33,39 @@ class Session:
     """A board, a recipe that is being edited, and the newest run of them."""
 
     board_name: str
-    """As the project lists it."""
+    """Name in the project's list."""
     board: Board
     document: Document
     loaded: LoadedRecipe
-    """What the document says."""
+    """The document, parsed."""
     run: Run | None = None
     """Newest run; ``run.recipe`` may be older than the document while the next one is planned."""
     sketch: Plan | None = None
-    """A first plan of the recipe as it is edited now, while the best order of its strokes is searched for."""
+    """First plan of the recipe as it is edited now, while the order of its strokes is optimised."""
     compared: Run | None = None
     """A run of another recipe on the same board, to compare with."""
     selection: Selection = Selection()
     cell_name: str = ""
-    """As the project lists it; empty while no robot is looked at."""
+    """Name in the project's list; empty without a robot."""
     cell: LoadedCell | None = None
     checked: Checked | None = None
-    """What came of the newest check in a cell; it may be of an older run or of another cell."""
-
+    """Newest check in a cell; it may be of an older run or of another cell."""
     parameters_name: str = "default"
-    """Parameter set of the cleaning model, as the project lists it."""
+    """Parameter set of the cleaning model; name in the project's list."""
     analysed: Analysed | None = None
-    """What came of the newest analysis; it may be of an older program or with other parameters."""
+    """Newest analysis; it may be of an older program or with other parameters."""
     proposal: Proposal | None = None
-    """What tuning proposes and nobody has taken or left yet; it may be of an older text."""
+    """Proposal of tuning, neither accepted nor discarded yet; it may be of an older text."""
 
     @property
     def recipe(self) -> Recipe:
         """The recipe as it is edited now."""
         return self.loaded.recipe
+
+    @property
+    def component(self) -> Component | None:
+        """The selected component."""
+        return component_named(self.board, self.selection.component)
 
     @property
     def plan(self) -> Plan | None:
@@ -69,19 +74,30 @@ class Session:
 
     @property
     def planned(self) -> bool:
-        """Say whether the run shows the recipe as it is edited now, on this board."""
+        """Whether the run is of the recipe as it is edited now, on this board."""
         return self.run is not None and self.run.recipe == self.recipe and self.run.board is self.board
 
     @property
+    def planned_run(self) -> Run:
+        """The run of the recipe as it is edited now.
+
+        Raises:
+            ProgramError: it is not planned yet.
+        """
+        if self.run is None or not self.planned:
+            raise ProgramError("the recipe as it is now is not planned yet; wait until it is, or mend what stops it.")
+        return self.run
+
+    @property
     def check(self) -> Checked | None:
-        """What came of the check of just this program in just this cell, if it was checked."""
+        """Check of this very program in this very cell, if there is one."""
         checked = self.checked
         same = checked is not None and checked.run is self.run and checked.cell is self.cell
         return checked if same and self.planned else None
 
     @property
     def played(self) -> Run | None:
-        """The run as it is played: as the robot does it, where that was checked."""
+        """The run as it is played: as the robot executes it, where that was checked."""
         check = self.check
         if check is None or check.motion is None:
             return self.run
@@ -89,7 +105,7 @@ class Session:
 
     @property
     def analysis(self) -> Analysed | None:
-        """What came of the analysis of just this program with just these parameters, if it was analysed."""
+        """Analysis of this very program with these very parameters, if there is one."""
         analysed, played = self.analysed, self.played
         if analysed is None or played is None or not self.planned:
             return None
@@ -98,13 +114,13 @@ class Session:
 
     @property
     def lit(self) -> frozenset[str]:
-        """Makers of the strokes that stand out: the one that is selected, else those that spray the selected part."""
+        """Highlighted strokes: the selected one, else those that spray the selected part."""
         if self.selection.made_by or self.analysis is None:
             return frozenset({self.selection.made_by}) - {""}
         return self.analysis.makers_of(self.selection.component)
 
     def with_document(self, document: Document) -> "Session":
-        """Edit another text.
+        """Session with another document.
 
         Raises:
             RecipeError: the text cannot be read.
@@ -114,7 +130,7 @@ class Session:
         return replace(self, document=document, loaded=document.read())
 
     def with_board(self, name: str, board: Board) -> "Session":
-        """Look at another board; runs on the old one are gone."""
+        """Session with another board, without the runs on the old one."""
         return replace(
             self,
             board_name=name,
@@ -129,27 +145,27 @@ class Session:
         )
 
     def with_cell(self, name: str, cell: LoadedCell | None) -> "Session":
-        """Look at another robot, or at none."""
+        """Session with another robot, or none."""
         return replace(self, cell_name=name, cell=cell)
 
     def with_check(self, checked: Checked) -> "Session":
-        """Remember what came of a check; of which run and cell it is, it says itself."""
+        """Session with a check, which states its run and cell."""
         return replace(self, checked=checked)
 
     def with_parameters(self, name: str) -> "Session":
-        """Analyse with another parameter set."""
+        """Session with another parameter set."""
         return replace(self, parameters_name=name)
 
     def with_analysis(self, analysed: Analysed) -> "Session":
-        """Remember what came of an analysis; of which program and parameters it is, it says itself."""
+        """Session with an analysis, which states its program and parameters."""
         return replace(self, analysed=analysed)
 
     def with_proposal(self, proposal: Proposal | None) -> "Session":
-        """Keep what tuning proposes until somebody decides; nothing where it was taken or left."""
+        """Session with a proposal of tuning; none where it was accepted or discarded."""
         return replace(self, proposal=proposal)
 
     def edited(self, text: str) -> "Session":
-        """Give the recipe another text.
+        """Session with another text of the recipe.
 
         Raises:
             RecipeError: the text is no recipe.
@@ -189,7 +205,7 @@ class Session:
         return self.edited(rewrite.move(self.document.text, self.document.file, path, to))
 
     def remove(self, path: YamlPath) -> "Session":
-        """Take something out of the recipe, also where it is only inherited.
+        """Remove a part of the recipe, also where it is inherited.
 
         Raises:
             RecipeError: the recipe would not be one without it.
@@ -197,5 +213,10 @@ class Session:
         return self.edited(rewrite.remove(self.document.text, self.document.file, path))
 
 
+def component_named(board: Board, name: str) -> Component | None:
+    """The component of a name, if there is one."""
+    return next((each for each in board.components if each.name == name), None)
+
+
 Change = Callable[[Session], Session]
-"""An edit: takes the session as it is and returns the next one, or raises a JobError."""
+"""An edit: takes the session and returns the next one, or raises a JobError."""

@@ -5,8 +5,7 @@ import threading
 import viser
 
 from cleaning.surface.facets import Facets
-from webui.glb.glb import Colours
-from webui.glb.srgb import as_seen
+from webui.glb.glb import Colours, as_seen
 from webui.layers.surface.heat import HeatPiece, has_changed, heat_pieces, paint_piece, shade
 
 _M = 0.001

@@ -16,7 +16,7 @@ _SAME_MM = 0.02
 """A rim that moved less against the orifice is not sent again."""
 
 
-class ToolView:
+class NozzleView:
     """Draws one nozzle; used by a page and by a recording alike."""
 
     def __init__(self, api: viser.SceneApi, tints: Mapping[str, Tint]) -> None:

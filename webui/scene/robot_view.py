@@ -1,4 +1,4 @@
-"""The robot, its tools and what stands around it in a scene, moved from posture to posture."""
+"""The robot cell in a scene; the robot is moved from pose to pose."""
 
 from collections.abc import Collection, Sequence
 
@@ -9,43 +9,42 @@ from geometry.arrays import Points, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Body, Poses, link_poses
-from webui.layers.paths.strokes import Tint
 from webui.layers.robot.robot import bodies_glb, placed_triangles
-from webui.theme.palette import COLLIDING, ROBOT, STAND, TOOL
+from webui.theme.palette import COLLIDING, ROBOT, STAND, TOOL, Tint
 
 _MM = 1000.0
-_NOBODY: frozenset[str] = frozenset()
+_NONE: frozenset[str] = frozenset()
 
 
 class RobotView:
-    """Draws one cell around the board, which stays where it is; used by a page and by a recording alike."""
+    """Draws one cell around the board, which is fixed; for pages and recordings."""
 
     def __init__(self, api: viser.SceneApi) -> None:
         """Show nothing yet.
 
         Args:
-            api: Where to draw; its unit is the metre and its frame the board's.
+            api: The scene, in metres and in the board's frame.
         """
         self._api = api
         self._cell: Cell | None = None
         self._root: viser.FrameHandle | None = None
         self._links: list[viser.FrameHandle] = []
         self._tools: dict[int, viser.FrameHandle] = {}
-        self._marked: frozenset[str] = _NOBODY
+        self._marked: frozenset[str] = _NONE
         self._bodies: dict[str, viser.GlbHandle] = {}
-        self._posture: tuple[Scalars, int] | None = None
+        self._pose: tuple[Scalars, int] | None = None
 
     @property
     def cell(self) -> Cell | None:
-        """What is drawn."""
+        """The cell that is drawn."""
         return self._cell
 
     def show_cell(self, cell: Cell | None) -> None:
-        """Draw another cell, its robot at home with its first tool; none takes it away."""
+        """Draw another cell, its robot at home with its first tool; ``None`` removes it."""
         if self._root is not None:
             self._root.remove()
             self._root = None
-        self._cell, self._marked = cell, _NOBODY
+        self._cell, self._marked = cell, _NONE
         self._links, self._tools, self._bodies = [], {}, {}
         if cell is None:
             return
@@ -60,15 +59,15 @@ class RobotView:
         self.stand(cell.home, min(self._tools, default=0))
 
     def stand(self, joints: Scalars, tool: int) -> None:
-        """Move the robot to a posture.
+        """Move the robot.
 
         Args:
             joints: (dof,) rad or m.
-            tool: Number of the tool that it carries; others are not seen.
+            tool: Number of the mounted tool; others are hidden.
         """
         if self._cell is None:
             return
-        self._posture = (joints, tool)
+        self._pose = (joints, tool)
         for frame, pose in zip(self._links, link_poses(self._cell.robot, joints[None])[0], strict=True):
             _place(frame, pose)
         for number, frame in self._tools.items():
@@ -76,29 +75,24 @@ class RobotView:
                 frame.visible = number == tool
 
     def mark(self, names: Collection[str]) -> None:
-        """Draw the bodies of these names as ones that touch, and no others."""
+        """Draw the bodies of these names as colliding, and no others."""
         before, self._marked = self._marked, frozenset(names)
         if self._cell is not None and before != self._marked:
             self._draw_bodies(self._cell, before)
 
-    def show(self) -> None:
-        """Let it be seen."""
+    def show(self, *, visible: bool) -> None:
+        """Show or hide the cell; the robot keeps its pose."""
         if self._root is not None:
-            self._root.visible = True
-
-    def hide(self) -> None:
-        """Let it not be seen; it stays where it is."""
-        if self._root is not None:
-            self._root.visible = False
+            self._root.visible = visible
 
     def bounds_mm(self) -> tuple[Points, Points] | None:
-        """Lowest and highest corner, mm, board frame, of robot and tool as they stand; nothing without a cell."""
-        if self._cell is None or self._posture is None:
+        """Lowest and highest corner, mm, board frame, of robot and tool at present; ``None`` without a cell."""
+        if self._cell is None or self._pose is None:
             return None
-        return robot_bounds_mm(self._cell, *self._posture)
+        return robot_bounds_mm(self._cell, *self._pose)
 
     def _draw_bodies(self, cell: Cell, marked_before: frozenset[str] | None) -> None:
-        """Draw all bodies, or those that are marked in another way than before."""
+        """Draw all bodies, or those whose mark changed."""
         flange = _link_name(cell.robot.dof)
         groups: dict[str, tuple[Sequence[Body], Tint]] = {"/cell/fixtures": (cell.fixtures, STAND)}
         groups |= {f"{_link_name(link)}/body": (bodies, ROBOT) for link, bodies in enumerate(cell.robot.bodies)}
@@ -121,7 +115,7 @@ class RobotView:
 
 
 def robot_bounds_mm(cell: Cell, joints: Scalars, tool: int) -> tuple[Points, Points]:
-    """Lowest and highest corner, (3,) mm in the board frame, of robot and tool in a posture."""
+    """Lowest and highest corner, (3,) mm in the board frame, of robot and tool."""
     robot, onto = cell.robot, inverse(cell.T_cell_board) @ cell.T_cell_base
     links = onto @ link_poses(robot, joints[None])[0]
     carried = [(body, pose) for bodies, pose in zip(robot.bodies, links, strict=True) for body in bodies]

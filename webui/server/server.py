@@ -1,4 +1,4 @@
-"""The server: one page for each browser."""
+"""The web server: one page for each browser tab."""
 
 import errno
 import ipaddress
@@ -15,16 +15,14 @@ import viser
 from boards.load import load_board
 from robotcell.cell.load import read_cell
 from specs.errors import JobError
-from webui.page.browser_identity import recognise
+from webui.page.browser_identity import identify
 from webui.page.document import open_document
-from webui.page.drafts import Drafts
 from webui.page.page import Page
 from webui.page.project import Project
 from webui.page.session import Session
-from webui.panels.recipe.unsaved import Unsaved
-from webui.server.file_watch import Watch
+from webui.panels.recipe.unsaved import Drafts, UnsavedEdits
 from webui.server.layout import lay_out
-from webui.server.sessions import Sessions
+from webui.server.sessions import FileWatch, Sessions
 
 _MOST_PORTS = 100
 _LAST_PORT = 65535
@@ -32,7 +30,7 @@ _ALL = ("0.0.0.0", "::")
 
 
 class ServerError(JobError):
-    """The server cannot listen where it was asked to."""
+    """The server cannot listen at the requested host or port."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,26 +39,26 @@ class Server:
 
     viser: viser.ViserServer
     sessions: Sessions
-    watch: Watch
+    watch: FileWatch
     host: str
     port: int
-    """The port it listens at; another one than was asked for if that was in use."""
+    """The port it listens at; another one than requested if that was in use."""
 
     @property
     def address(self) -> str:
-        """Where a browser on this machine finds it."""
+        """URL for a browser on this machine."""
         host = "127.0.0.1" if self.host in _ALL else f"[{self.host}]" if ":" in self.host else self.host
         return f"http://{host}:{self.port}"
 
     def stop(self) -> None:
-        """End it; what was under way is given up."""
+        """Stop; what is under way is cancelled."""
         self.watch.stop()
         self.sessions.close()
         self.viser.stop()
 
 
 def open_session(board: str, recipe: str, cell: str = "") -> Session:
-    """Load what a page begins with.
+    """First session of a page.
 
     Args:
         board: File, or name of a sample.
@@ -76,39 +74,39 @@ def open_session(board: str, recipe: str, cell: str = "") -> Session:
 
 
 def serve(first: Session, project: Project, host: str, port: int) -> Server:
-    """Begin to serve pages; the server's threads go on until it is stopped.
+    """Serve pages; the server's threads run until it is stopped.
 
     Raises:
         ServerError: it cannot listen at that host or port.
     """
     free = free_port(host, port)
-    warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a browser may leave at any moment
-    rich.get_console().quiet = True  # viser prints a box at the start and a line at the end; ours says what matters
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a browser may disconnect at any time
+    rich.get_console().quiet = True  # viser prints a box at the start and a line at the end
     server = viser.ViserServer(host=host, port=free, label="Washboard", verbose=False)
     sessions, drafts = Sessions(first), Drafts(project.folder)
 
     def connect(client: viser.ClientHandle) -> None:
-        visitor = recognise(client)
+        identity = identify(client)
         if client.client_id not in server.get_clients():
             return
-        page = Page(client, project, sessions.take(visitor.browser, visitor.tab))
-        sessions.enter(visitor.browser, client.client_id, page, visitor.tab)
+        page = Page(client, project, sessions.take(identity.browser, identity.tab))
+        sessions.enter(identity.browser, client.client_id, page, identity.tab)
         try:
-            page.open([*lay_out(page), Unsaved(page, drafts, visitor)])
+            page.open([*lay_out(page), UnsavedEdits(page, drafts, identity)])
         except Exception:
             if client.client_id in server.get_clients():
                 raise
-            # Who leaves while a page is built takes the ground from under it: that is no defect.
-        if client.client_id not in server.get_clients():  # it left meanwhile
+            # A browser that disconnects while its page is built is no defect.
+        if client.client_id not in server.get_clients():  # it disconnected meanwhile
             sessions.leave(client.client_id)
 
     server.on_client_connect(lambda client: threading.Thread(target=connect, args=(client,), daemon=True).start())
     server.on_client_disconnect(lambda client: sessions.leave(client.client_id))
-    return Server(server, sessions, Watch(sessions.pages), host, server.get_port())
+    return Server(server, sessions, FileWatch(sessions.pages), host, server.get_port())
 
 
 def free_port(host: str, port: int) -> int:
-    """Find the first port at which one can listen, from the one that is asked for on; 0 takes any.
+    """First free port from the requested one on; 0 takes any.
 
     Raises:
         ServerError: the host is none of this machine's, or no port is free.
@@ -128,7 +126,7 @@ def free_port(host: str, port: int) -> int:
 
 
 def is_loopback(host: str) -> bool:
-    """Say whether only this machine reaches a host."""
+    """Whether a host is reachable from this machine only."""
     with suppress(ValueError):
         return ipaddress.ip_address(host).is_loopback
     return host == "localhost"

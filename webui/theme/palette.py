@@ -1,11 +1,19 @@
-"""The colours of the page: one accent, quiet greys, and scales that stay legible on them."""
+"""The colours of the page: one accent, greys, scales that stay legible on them, and those of verdicts."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
+from cleaning.verdicts.cleanliness import Outcome
 from geometry.arrays import Scalars
+from specs.finding import Severity
 from webui.glb.glb import Colours
+
+Tint: TypeAlias = tuple[int, int, int]
+"""Red, green, blue."""
+Tints: TypeAlias = dict[str, Tint]
+"""A legend: colours by what they mean."""
 
 ACCENT = (200, 68, 44)
 """What is selected."""
@@ -29,9 +37,26 @@ NAMED = (
 """For functions, classes, templates: in their order, over again when there are more."""
 _SCALE = np.array([(38, 70, 131), (42, 125, 142), (92, 166, 110), (226, 184, 84)], dtype=np.float64)
 
+VERDICT_COLOURS: dict[Outcome, Tint] = {
+    "dirty": (163, 32, 42),
+    "marginal": (222, 150, 48),
+    "clean, wet": (24, 56, 108),
+    "no verdict": (150, 160, 168),
+    "clean": (58, 128, 176),
+}
+"""Worst first; distinct to colour-blind eyes too: dark red, orange, deep blue, grey, blue."""
+VERDICT_WORDS: dict[Outcome, str] = {
+    "dirty": "Dirty",
+    "marginal": "Marginal",
+    "clean, wet": "Clean, wet underneath",
+    "no verdict": "No verdict",
+    "clean": "Clean",
+}
+SEVERITY_COLOURS: dict[Severity, Tint] = {"error": (163, 32, 42), "warning": (138, 90, 0), "info": QUIET}
 
-def of_names(names: Sequence[str]) -> dict[str, tuple[int, int, int]]:
-    """Give each name a colour by its place."""
+
+def of_names(names: Sequence[str]) -> Tints:
+    """Colours of names, by their place."""
     return {name: NAMED[index % len(NAMED)] for index, name in enumerate(dict.fromkeys(names))}
 
 
@@ -42,6 +67,18 @@ def of_values(values: Scalars, low: float, high: float) -> Colours:
     return np.column_stack([np.interp(share, stops, channel) for channel in _SCALE.T]).astype(np.uint8)
 
 
-def to_hex(colour: tuple[int, int, int]) -> str:
+def tints_of_values(values: Scalars, low: float, high: float) -> list[Tint]:
+    """Colours of ``of_values`` as plain triples."""
+    return [(red, green, blue) for red, green, blue in of_values(values, low, high).tolist()]
+
+
+def tint_values(values: Scalars, marks: Mapping[str, float]) -> tuple[list[Tint], Tints]:
+    """Colours of values, and a legend of marked ones, on a scale that spans both."""
+    both = np.array([*values, *marks.values()], dtype=np.float64)
+    tints = tints_of_values(both, float(both.min(initial=np.inf)), float(both.max(initial=-np.inf)))
+    return tints[: len(values)], dict(zip(marks, tints[len(values) :], strict=True))
+
+
+def to_hex(colour: Iterable[int]) -> str:
     """Write a colour as in ``#c8442c``."""
     return "#{:02x}{:02x}{:02x}".format(*colour)

@@ -1,4 +1,4 @@
-"""The newest of many requests, a few times a second."""
+"""Calls limited to a few a second, always with the newest argument."""
 
 import threading
 import time
@@ -8,11 +8,11 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 
-class Paced(Generic[T]):
-    """Hands on what is asked for, but not more often than so; of requests in a row the last one is never lost."""
+class Throttle(Generic[T]):
+    """Calls a function at a limited rate; of requests in a row the last one is never lost."""
 
     def __init__(self, do: Callable[[T], None], every_s: float) -> None:
-        """Remember what to do.
+        """Set the function and the rate.
 
         Args:
             do: Is called in a thread of its own, one call at a time.
@@ -25,28 +25,28 @@ class Paced(Generic[T]):
         self._free_s = 0.0
         self._closed = False
 
-    def ask(self, what: T) -> None:
-        """Have it done soon, in place of what still waits."""
+    def request(self, argument: T) -> None:
+        """Call the function soon, in place of a pending call."""
         with self._lock:
             if self._closed:
                 return
-            self._waiting = [what]
+            self._waiting = [argument]
             if self._timer is None:
-                self._set_out()
+                self._start_timer()
 
-    def forget(self) -> None:
-        """Do nothing of what still waits."""
+    def clear(self) -> None:
+        """Drop a pending call."""
         with self._lock:
             self._waiting = []
 
     def close(self) -> None:
-        """Do nothing more."""
+        """Drop a pending call and all later ones."""
         with self._lock:
             self._closed, self._waiting = True, []
             if self._timer is not None:
                 self._timer.cancel()
 
-    def _set_out(self) -> None:
+    def _start_timer(self) -> None:
         self._timer = threading.Timer(max(self._free_s - time.monotonic(), 0.0), self._go)
         self._timer.daemon = True
         self._timer.start()
@@ -55,10 +55,10 @@ class Paced(Generic[T]):
         with self._lock:
             waiting, self._waiting = self._waiting, []
         try:
-            for what in waiting:
-                self._do(what)
+            for argument in waiting:
+                self._do(argument)
         finally:
             with self._lock:
                 self._timer, self._free_s = None, time.monotonic() + self._every_s
                 if self._waiting:
-                    self._set_out()
+                    self._start_timer()

@@ -8,7 +8,7 @@ from rulesengine.tuning.trial.request import TuningRequest
 from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.tune import tune
 from specs.progress import Progress, subprogress
-from webui.page.analysed import Analysed, make_ready
+from webui.page.analysed import Analysed, prepare_board
 from webui.page.document import Document
 from webui.page.proposal import Proposal
 
@@ -35,7 +35,7 @@ def propose(task: Task, before: Analysed | None, progress: Progress) -> Proposal
     Raises:
         JobError: the recipe cannot be read, planned or analysed.
     """
-    prepared = make_ready(task.board, task.parameters, before, subprogress(progress, 0.0, 0.1))
+    prepared = prepare_board(task.board, task.parameters, before, subprogress(progress, 0.0, 0.1))
     runner = TrialRunner(
         task.document.file, prepared, task.request.goal, task.request.max_analyses, subprogress(progress, 0.1, 0.99)
     )

@@ -11,7 +11,7 @@ from rulesengine.tuning.suggest import AnalysedRecipe, Effect, Suggestion, predi
 from rulesengine.tuning.trial.requirements import Goal
 from specs.errors import JobError
 from specs.progress import Progress, subprogress
-from webui.page.analysed import Analysed, make_ready
+from webui.page.analysed import Analysed, prepare_board
 from webui.page.document import Document
 from webui.tuning.quick_fix import Fix
 
@@ -67,7 +67,7 @@ def _effect(suggestion: Suggestion, recipe: AnalysedRecipe, goal: Goal, progress
 def _analysed(failing: Failing, progress: Progress) -> AnalysedRecipe:
     """Fast analysis of the planned program, because predictions are fast ones and are compared with it."""
     analysed, run, document = failing.analysed, failing.run, failing.document
-    prepared = make_ready(run.board, failing.parameters, analysed, subprogress(progress, 0.0, 0.5))
+    prepared = prepare_board(run.board, failing.parameters, analysed, subprogress(progress, 0.0, 0.5))
     report = analysed.report
     if analysed.effort != "fast" or analysed.program is not run.program:
         report = analyse_on(prepared, run.program, run.recipe, "fast", subprogress(progress, 0.5, 1.0))

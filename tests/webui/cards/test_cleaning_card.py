@@ -4,11 +4,18 @@ from dataclasses import replace
 
 from cleaning_report import WET, small_report, soaked_report
 
-from webui.cards.cleaning_card import exposed_html, factors_html, makers_html, part_html, stage_names
-from webui.cards.cleaning_list import headline_html, judgement_html, parts_html
-from webui.cards.table import MOST_ROWS
-from webui.theme.palette import to_hex
-from webui.theme.verdict_colours import VERDICT_COLOURS
+from webui.cards.cleaning_card import (
+    exposed_html,
+    factors_html,
+    headline_html,
+    judgement_html,
+    makers_html,
+    part_html,
+    parts_html,
+    stage_names,
+)
+from webui.theme.html import MOST_ROWS
+from webui.theme.palette import VERDICT_COLOURS, to_hex
 
 REPORT = small_report()
 

@@ -6,9 +6,10 @@ import pytest
 from made_findings import made_finding
 from tiny_session import tiny_session
 
-from webui.cards.component_card import board_html, component_html, facts_html
+from webui.cards.component_card import board_html, component_html
 from webui.layers.paths.strokes import stroke_lines
 from webui.page.session import Selection
+from webui.theme.html import facts_html
 
 
 def card_of(session, name):
@@ -80,6 +81,6 @@ def test_names_from_files_cannot_write_html():
         session.board, components=(evil,), name="<img>", findings=(made_finding("odd", "info", "<iframe> <script>"),)
     )
     session = replace(session, board=board, run=None)
-    for html in (card_of(session, "<script>"), board_html(board), facts_html([("<u>", "<s>")])):
+    for html in (card_of(session, "<script>"), board_html(board), facts_html({"<u>": "<s>"})):
         for tag in ("<script>", "<img>", "<b>x", "<i>", "<iframe>", "<u>", "<s>"):
             assert tag not in html

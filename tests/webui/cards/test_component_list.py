@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from made_findings import made_finding
 from tiny_session import tiny_session
 
-from webui.cards.component_list import findings_about, list_rows, rows_html
-from webui.cards.table import MOST_ROWS
+from webui.cards.component_card import findings_about, list_rows, rows_html
+from webui.theme.html import MOST_ROWS
 
 
 def names_of(session, wanted=""):

@@ -4,9 +4,10 @@ import pytest
 from made_findings import made_finding
 from tiny_session import tiny_session
 
-from webui.cards.stroke_card import card_html, legend_html, makers_in_order, step_stroke
+from webui.cards.stroke_card import card_html
 from webui.layers.paths.strokes import stroke_lines
 from webui.page.session import Selection
+from webui.theme.html import legend_html
 
 
 @pytest.fixture
@@ -51,18 +52,7 @@ def test_findings_of_the_stroke_are_on_its_card_and_escaped(lines):
     assert "elsewhere" not in html
 
 
-def test_steps_go_through_all_strokes_and_around(lines):
-    makers = makers_in_order(lines)
-    seen = [""]
-    for _ in makers:
-        seen.append(step_stroke(lines, seen[-1], 1))
-    assert seen[1:] == makers
-    assert step_stroke(lines, makers[-1], 1) == makers[0]
-    assert step_stroke(lines, makers[0], -1) == makers[-1] == step_stroke(lines, "", -1)
-    assert step_stroke([], "", 1) == ""
-
-
 def test_the_legend_escapes_names():
-    html = legend_html({"<i>": (1, 2, 3)})
+    html = legend_html([("<i>", (1, 2, 3))])
     assert "&lt;i&gt;" in html
     assert "#010203" in html

@@ -28,7 +28,7 @@ from webui.downloads.program_text import (
     zip_bytes,
 )
 from webui.downloads.robot_program import exported_joints
-from webui.layers.robot.motion_mark import motion_glb
+from webui.layers.paths.markers import motion_glb
 from webui.page.checked import check_program
 from webui.panels.robot.text_preview import TextPreview
 

@@ -14,9 +14,8 @@ from recipes.paths import ComponentPerimeter, PathSpec, Raster, StraightLine
 from recipes.recipe import Function, Limits, Recipe, Step
 from specs.yaml.edit import set_value
 from specs.yaml.load import read_text
-from webui.forms.answers import changes, field_at, parse
 from webui.forms.entries import SECTIONS, entries, names_of, spec_at, stated_at
-from webui.forms.fields import describe, entitle
+from webui.forms.fields import changes, describe, field_at, label_and_unit, parse
 
 SPECS = [
     *get_args(get_args(PathSpec)[0]),
@@ -82,10 +81,10 @@ def test_what_a_form_shows_reads_back_as_what_the_recipe_states(name):
 
 
 def test_units_stand_beside_the_words():
-    assert entitle("speed_mm_s") == ("Speed", "mm/s")
-    assert entitle("rotation_acceleration_deg_s2") == ("Rotation acceleration", "°/s²")
-    assert entitle("area_mm2") == ("Area", "mm²")
-    assert entitle("passes") == ("Passes", "")
+    assert label_and_unit("speed_mm_s") == ("Speed", "mm/s")
+    assert label_and_unit("rotation_acceleration_deg_s2") == ("Rotation acceleration", "°/s²")
+    assert label_and_unit("area_mm2") == ("Area", "mm²")
+    assert label_and_unit("passes") == ("Passes", "")
 
 
 def test_only_what_was_answered_otherwise_changes():

@@ -4,7 +4,7 @@ import pytest
 
 from boards.errors import BoardError
 from boards.load import board_library, load_board
-from webui.page.imports import import_board, join_table, progress_html
+from webui.page.imports import import_board, join_table
 from webui.page.project import ProjectError, open_project
 from webui.threads.worker import CancelledError
 
@@ -67,8 +67,3 @@ def test_a_parts_table_is_joined(project):
 def test_what_is_no_parts_table_is_refused(name, content, error):
     with pytest.raises(error):
         join_table(name, content, lambda path: load_board(TINY, path))
-
-
-def test_progress_is_text():
-    assert "&lt;b&gt;" in progress_html("reading <b>", 7)
-    assert "7 %" in progress_html("reading", 7)

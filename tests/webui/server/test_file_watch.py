@@ -9,7 +9,7 @@ from tiny_session import tiny_session
 from webui.page.document import open_document
 from webui.page.project import open_project
 from webui.panels.recipe.text import TextPanel
-from webui.server.file_watch import Watch
+from webui.server.sessions import FileWatch
 
 SESSION = tiny_session()
 TEXT = SESSION.document.text.replace("recipe: smt-aqueous", "recipe: mine")
@@ -32,19 +32,19 @@ def page(file):
 
 
 def test_a_file_that_stays_as_it_is_asks_nothing(page):
-    page.look()
+    page.poll()
     assert windows(page) == []
 
 
 def test_a_change_is_asked_about_once_and_can_be_loaded(page, file):
     file.write_text(OTHER)
-    page.look()
-    page.look()
+    page.poll()
+    page.poll()
     assert len(windows(page)) == 1
     press(page, "Load what it says")
     assert page.session.document.text == OTHER
     assert not page.session.document.dirty
-    page.look()
+    page.poll()
     assert windows(page) == []
 
 
@@ -52,10 +52,10 @@ def test_unsaved_edits_stay_if_they_are_to_be_kept_and_saving_still_asks(page, f
     mine = TEXT.replace("tilt_deg: 35", "tilt_deg: 33")
     page.attempt(lambda session: session.edited(mine))
     file.write_text(OTHER)
-    page.look()
+    page.poll()
     press(page, "Keep this text")
     assert page.session.document.text == mine
-    page.look()
+    page.poll()
     assert windows(page) == []
     press(page, "File", "Save")
     assert len(windows(page)) == 1
@@ -64,9 +64,9 @@ def test_unsaved_edits_stay_if_they_are_to_be_kept_and_saving_still_asks(page, f
 
 def test_another_change_replaces_the_question(page, file):
     file.write_text(OTHER)
-    page.look()
+    page.poll()
     file.write_text(TEXT.replace("tilt_deg: 35", "tilt_deg: 31"))
-    page.look()
+    page.poll()
     assert len(windows(page)) == 1
     press(page, "Load what it says")
     assert "tilt_deg: 31" in page.session.document.text
@@ -74,7 +74,7 @@ def test_another_change_replaces_the_question(page, file):
 
 def test_what_is_no_recipe_any_more_is_not_loaded(page, file):
     file.write_text("recipe: [")
-    page.look()
+    page.poll()
     press(page, "Load what it says")
     assert page.session.document.text == TEXT
     assert len(windows(page)) == 1
@@ -82,14 +82,14 @@ def test_what_is_no_recipe_any_more_is_not_loaded(page, file):
 
 def test_a_file_that_is_gone_is_left_to_saving(page, file):
     file.unlink()
-    page.look()
+    page.poll()
     assert windows(page) == []
 
 
 def test_saving_here_is_no_change_by_others(page, file):
     page.attempt(lambda session: session.edited(OTHER))
     press(page, "File", "Save")
-    page.look()
+    page.poll()
     assert windows(page) == []
     assert file.read_text() == OTHER
 
@@ -99,7 +99,7 @@ def test_all_pages_look_again_and_again_and_one_that_fails_stops_none():
         def __init__(self, fails):
             self.fails, self.looked, self.reported = fails, threading.Semaphore(0), []
 
-        def look(self):
+        def poll(self):
             self.looked.release()
             if self.fails:
                 raise OSError
@@ -108,7 +108,7 @@ def test_all_pages_look_again_and_again_and_one_that_fails_stops_none():
             self.reported.append(error)
 
     bad, good = Looker(fails=True), Looker(fails=False)
-    watch = Watch(lambda: [bad, good], 0.01)
+    watch = FileWatch(lambda: [bad, good], 0.01)
     for _ in range(3):
         assert good.looked.acquire(timeout=10)
     watch.stop()

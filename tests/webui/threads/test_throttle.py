@@ -4,7 +4,7 @@ import threading
 import time
 from itertools import pairwise
 
-from webui.threads.throttle import Paced
+from webui.threads.throttle import Throttle
 
 
 def test_the_last_of_many_is_done_and_few_of_the_others():
@@ -15,9 +15,9 @@ def test_the_last_of_many_is_done_and_few_of_the_others():
         if what == 200:
             last.set()
 
-    pace = Paced(do, 0.1)
+    pace = Throttle(do, 0.1)
     for number in range(201):
-        pace.ask(number)
+        pace.request(number)
         time.sleep(0.001)
     assert last.wait(20.0)
     assert done == sorted(done)
@@ -34,10 +34,10 @@ def test_calls_never_overlap_and_are_apart():
         time.sleep(0.02)
         busy.release()
 
-    pace = Paced(do, 0.05)
+    pace = Throttle(do, 0.05)
     end = time.monotonic() + 20.0
     while len(times) < 4 and time.monotonic() < end:
-        pace.ask(0)
+        pace.request(0)
         time.sleep(0.003)
     pace.close()
     assert len(times) >= 4
@@ -46,16 +46,16 @@ def test_calls_never_overlap_and_are_apart():
 
 def test_what_is_forgotten_or_asked_after_the_end_is_not_done():
     done = []
-    pace = Paced(done.append, 0.2)
-    pace.ask(1)
+    pace = Throttle(done.append, 0.2)
+    pace.request(1)
     end = time.monotonic() + 20.0
     while not done and time.monotonic() < end:
         time.sleep(0.005)
-    pace.ask(2)
-    pace.forget()
+    pace.request(2)
+    pace.clear()
     time.sleep(0.3)
     assert done == [1]
     pace.close()
-    pace.ask(3)
+    pace.request(3)
     time.sleep(0.05)
     assert done == [1]

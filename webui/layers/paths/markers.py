@@ -1,16 +1,20 @@
-"""What happens on the way, as small solid marks: pauses, switches of the jet, commands."""
+"""Marks on the paths: events as small solids, and one motion of a robot's program."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from geometry.arrays import Points, Scalars
+from programs.motion.steps import Line, Reach
 from programs.plan import Command, Dwell, Plan, SprayPass, Transfer
-from webui.glb.glb import triangles_glb
-from webui.layers.paths.strokes import Tint, place_of
-from webui.theme.palette import QUIET
+from webui.glb.glb import flat_triangles_glb, triangles_glb
+from webui.glb.ribbons import bars
+from webui.layers.paths.nozzle import rotation
+from webui.layers.paths.strokes import place_of
+from webui.theme.palette import INK, QUIET, Tint
 
 Kind: TypeAlias = Literal["pause", "jet on", "jet off", "command"]
 
@@ -22,21 +26,31 @@ COLOURS: dict[Kind, Tint] = {
 }
 _LARGEST_S = 4.0
 """Longer pauses are drawn no larger."""
+_OCTAHEDRON: Points = np.array(
+    [
+        [(x, 0, 0), (0, y, 0), (0, 0, z)] if x * y * z > 0 else [(0, 0, z), (0, y, 0), (x, 0, 0)]
+        for x, y, z in product((1.0, -1.0), repeat=3)
+    ]
+).reshape(-1, 3)
+"""(24, 3) corners of eight triangles, counterclockwise seen from outside."""
+_STEM_MM = 14.0
+_WIDER = 3.0
+"""Width of a marked motion, as a multiple of that of paths, which it covers."""
 
 
 @dataclass(frozen=True, slots=True)
 class Marker:
-    """Something that happens in one place. Board frame, mm."""
+    """An event. Board frame, mm."""
 
     kind: Kind
     place_mm: tuple[float, float, float]
     seconds: float
-    """How long it lasts altogether; 0 for what takes no time."""
+    """Total duration; 0 for an instant."""
     made_by: str
 
 
 def find_markers(plan: Plan) -> list[Marker]:
-    """Collect pauses, switches and commands of a plan in order; what repeats in one place is one marker."""
+    """Pauses, switches and commands of a plan in order; those that repeat in one place are one marker."""
     found: dict[tuple[Kind, tuple[float, float, float], str], float] = {}
     here: tuple[float, float, float] | None = None
     spraying, maker = False, ""
@@ -59,11 +73,11 @@ def find_markers(plan: Plan) -> list[Marker]:
 
 
 def markers_glb(markers: Sequence[Marker], size_mm: float) -> bytes:
-    """Draw markers as octahedra; pauses the larger the longer they take.
+    """Octahedra at events, larger for longer pauses.
 
     Args:
-        markers: What to draw.
-        size_mm: Half of the width of a marker that takes no time.
+        markers: The events.
+        size_mm: Half of the width of a marker of an instant.
     """
     places: Points = np.array([marker.place_mm for marker in markers], dtype=np.float64).reshape(-1, 3)
     seconds = np.array([marker.seconds for marker in markers], dtype=np.float64)
@@ -73,7 +87,7 @@ def markers_glb(markers: Sequence[Marker], size_mm: float) -> bytes:
 
 
 def marker_sizes(seconds: Scalars, size_mm: float) -> Scalars:
-    """(n,) half widths: the volume grows with the time."""
+    """(n,) half widths: the volume grows with the duration."""
     return size_mm * (0.55 + 0.8 * np.cbrt(np.minimum(seconds, _LARGEST_S)))
 
 
@@ -82,15 +96,18 @@ def _place(point: Points) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _octahedron() -> Points:
-    """(24, 3) corners of eight triangles, counterclockwise seen from outside."""
-    faces: list[list[list[float]]] = []
-    for x in (1.0, -1.0):
-        for y in (1.0, -1.0):
-            for z in (1.0, -1.0):
-                corners = [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]]
-                faces.append(corners if x * y * z > 0 else corners[::-1])
-    return np.array(faces).reshape(-1, 3)
+def motion_glb(move: Line | Reach | None, width_mm: float) -> bytes:
+    """The path of a motion, and a stem from its end back along the jet; no bytes without a motion.
 
-
-_OCTAHEDRON = _octahedron()
+    Args:
+        move: Board frame, mm.
+        width_mm: Of the lines of paths.
+    """
+    if move is None:
+        return b""
+    end = np.array(move.target.position)
+    segments = [[end, end - _STEM_MM * rotation(np.array(move.target.quaternion))[2]]]
+    if isinstance(move, Line):
+        segments.append([np.array(move.start.position), end])
+    tints = np.tile(np.array(INK, dtype=np.uint8), (len(segments), 1))
+    return flat_triangles_glb(*bars(np.array(segments), tints, _WIDER * width_mm))

@@ -1,4 +1,4 @@
-"""The nozzle and its jet at one moment, as meshes and lines."""
+"""The nozzle and its jet at one time, as meshes and lines."""
 
 from dataclasses import dataclass
 
@@ -26,7 +26,7 @@ Faces = NDArray[np.uint32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moment:
-    """What is drawn of the nozzle at one moment. Board frame, mm; rims are relative to the orifice."""
+    """State of the nozzle at one time. Board frame, mm; rims are relative to the orifice."""
 
     tcp: Points
     """(3,)"""
@@ -35,23 +35,23 @@ class Moment:
     function: str
     """Empty before the first one."""
     instruction: int
-    """Index of the instruction that runs."""
+    """Index of the running instruction."""
     made_by: str
     speed_mm_s: float
     rim: Points
-    """(k, 3) where the edge of the spray meets the surface; empty while the jet is off."""
+    """(k, 3) edge of the spray on the surface; empty while the jet is off."""
     core: Points
-    """(k, 3) where the middle of the wave front meets it; empty where that is the edge."""
+    """(k, 3) middle of the wave front on the surface; empty where that is the edge."""
 
 
 def moment(timeline: Timeline, recipe: Recipe, board: Board, time_s: float) -> Moment:
-    """Ask the playback what the nozzle does, and draw it.
+    """State of the nozzle at a time of the playback.
 
     Args:
         timeline: The program.
-        recipe: Knows the nozzles that the program names.
-        board: Knows where the surfaces are.
-        time_s: When; outside the program it stands still.
+        recipe: With the nozzles of the program.
+        board: With the surfaces.
+        time_s: Time; outside the program the nozzle stands still.
     """
     states = play(timeline, np.array([time_s]))
     tcp, quaternion = states.tcp[0], states.quaternion[0]
@@ -74,7 +74,7 @@ _NONE: Points = np.empty((0, 3))
 
 
 def spray_rims(nozzle: Nozzle, board: Board, tcp: Points, quaternion: Quaternions) -> tuple[Points, Points]:
-    """Where the edge of the spray and the middle of its wave front meet the surface that it is aimed at.
+    """Edge of the spray and middle of its wave front on the surface that it is aimed at.
 
     Returns:
         (k, 3) each, relative to the orifice; nothing where the jet does not point at the board, and no middle where

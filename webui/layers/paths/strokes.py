@@ -1,4 +1,4 @@
-"""The paths of a plan as coloured lines, with what each of them is."""
+"""The strokes of a plan: their data, their colours, and their lines."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -11,15 +11,13 @@ from boards.board import Side
 from geometry.arrays import Points
 from programs.plan import Plan, Transfer
 from recipes.recipe import Recipe
-from rulesengine.planning.spray_runs import Sprayed, sprayed_in
-from webui.glb.glb import Colours, flat_triangles_glb, lines_glb
+from rulesengine.planning.spray_runs import sprayed_in
+from webui.glb.glb import flat_triangles_glb, lines_glb
 from webui.glb.ribbons import lengths_of, ribbons, unlike_segments
 from webui.layers.paths.timeline import Span
-from webui.theme.palette import TRANSFER, of_names, of_values
+from webui.theme.palette import TRANSFER, Tint, Tints, of_names, tint_values
 
 ColourBy: TypeAlias = Literal["function", "template", "speed", "time"]
-Tint: TypeAlias = tuple[int, int, int]
-Tints: TypeAlias = dict[str, Tint]
 
 _MOST_RIBBONS = 20_000
 """More segments are drawn as bare lines: four triangles for each would be more than the board itself has."""
@@ -27,7 +25,7 @@ _MOST_RIBBONS = 20_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StrokeLine:
-    """All that one maker sprays in one go: passes that follow each other with nothing but pauses between them."""
+    """One stroke: spray passes of one origin with nothing but pauses between them."""
 
     made_by: str
     """Recipe path of the stroke, such as ``"sequence[0]/around/U12"``."""
@@ -41,7 +39,7 @@ class StrokeLine:
     paused_s: float
     nozzle: str = ""
     side: Side = "top"
-    """The side that is sprayed."""
+    """The sprayed side."""
 
     @property
     def place(self) -> str:
@@ -60,12 +58,12 @@ class StrokeLine:
 
     @property
     def length_mm(self) -> float:
-        """All of the way, lap after lap."""
+        """Length of all laps."""
         return float(lengths_of(self.segments).sum())
 
     @property
     def laps(self) -> int:
-        """How often the same way is gone."""
+        """Number of times that the same path is repeated."""
         once = float(lengths_of(self.segments[unlike_segments(self.segments)]).sum())
         return max(1, round(self.length_mm / once)) if once > 0 else 1
 
@@ -76,8 +74,22 @@ def place_of(made_by: str) -> str:
 
 
 def stroke_lines(plan: Plan) -> list[StrokeLine]:
-    """Collect the sprayed strokes of a plan in order."""
-    return [_line(sprayed) for sprayed in sprayed_in(plan)]
+    """Strokes of a plan, in order."""
+    return [
+        StrokeLine(
+            made_by=first.made_by,
+            function=first.jet.function,
+            points=sprayed.points,
+            speed_mm_s=first.speed_mm_s,
+            tilt_deg=float(np.degrees(np.arccos(min(1.0, abs(float(first.approach[0, 2])))))),
+            pauses=len(sprayed.pauses),
+            paused_s=sum(pause.duration_s for pause in sprayed.pauses),
+            nozzle=first.jet.nozzle,
+            side="top" if float(first.approach[0, 2]) < 0 else "bottom",
+        )
+        for sprayed in sprayed_in(plan)
+        for first in sprayed.passes[:1]
+    ]
 
 
 def strokes_glb(lines: Iterable[StrokeLine], tints: list[Tint], width_mm: float = 0.0) -> bytes:
@@ -98,7 +110,7 @@ def transfers_glb(plan: Plan, hidden: frozenset[str] = frozenset()) -> bytes:
 
 
 def stroke_spans(lines: list[StrokeLine], spans: list[Span]) -> list[Span | None]:
-    """Say when each stroke is sprayed: the k-th stroke of a maker in the k-th span in which that maker sprays."""
+    """Time span of each stroke: the k-th stroke of an origin has the k-th span of that origin."""
     left: dict[str, list[Span]] = {}
     for span in reversed(spans):
         left.setdefault(span.made_by, []).append(span)
@@ -106,23 +118,22 @@ def stroke_spans(lines: list[StrokeLine], spans: list[Span]) -> list[Span | None
 
 
 def tint_strokes(lines: list[StrokeLine], by: ColourBy, spans: list[Span | None]) -> tuple[list[Tint], Tints]:
-    """Colour strokes by what they are: a colour for each, and the legend.
+    """Colours of strokes, and the legend.
 
     Args:
         lines: The strokes.
-        by: What tells them apart.
-        spans: When each of them is sprayed; used for ``time`` alone.
+        by: Meaning of the colours.
+        spans: Time span of each stroke; used for ``time`` alone.
     """
     match by:
         case "speed":
             speeds = [line.speed_mm_s for line in lines]
-            return _by_value(speeds, {f"{speed:g} mm/s": speed for speed in sorted(set(speeds))})
+            return tint_values(np.array(speeds), {f"{speed:g} mm/s": speed for speed in sorted(set(speeds))})
         case "time":
             begins = [0.0 if span is None else span.begin_s for span in spans]
             last = max(begins, default=0.0)
-            return _by_value(
-                begins, {f"{share * last / 60:.1f} min": share * last for share in (0, 0.25, 0.5, 0.75, 1)}
-            )
+            marks = {f"{share * last / 60:.1f} min": share * last for share in (0, 0.25, 0.5, 0.75, 1)}
+            return tint_values(np.array(begins), marks) if lines else ([], {})
         case "function" | "template":
             names = [line.function if by == "function" else line.template for line in lines]
             legend = of_names(names)
@@ -130,32 +141,8 @@ def tint_strokes(lines: list[StrokeLine], by: ColourBy, spans: list[Span | None]
 
 
 def tint_functions(recipe: Recipe) -> Tints:
-    """Colours of functions, in the order in which they are done: those of the strokes."""
+    """Colours of functions, the same as those of their strokes."""
     return of_names([step.function for step in recipe.sequence if step.enabled])
-
-
-def _by_value(values: list[float], marks: dict[str, float]) -> tuple[list[Tint], Tints]:
-    if not values:
-        return [], {}
-    low, high = min(*marks.values(), *values), max(*marks.values(), *values)
-    colours = of_values(np.array([*values, *marks.values()]), low, high)
-    tints = [_triple(colour) for colour in colours]
-    return tints[: len(values)], dict(zip(marks, tints[len(values) :], strict=True))
-
-
-def _line(sprayed: Sprayed) -> StrokeLine:
-    first = sprayed.passes[0]
-    return StrokeLine(
-        made_by=first.made_by,
-        function=first.jet.function,
-        points=sprayed.points,
-        speed_mm_s=first.speed_mm_s,
-        tilt_deg=float(np.degrees(np.arccos(min(1.0, abs(float(first.approach[0, 2])))))),
-        pauses=len(sprayed.pauses),
-        paused_s=sum(pause.duration_s for pause in sprayed.pauses),
-        nozzle=first.jet.nozzle,
-        side="top" if float(first.approach[0, 2]) < 0 else "bottom",
-    )
 
 
 def _drawn(strips: list[Points], tints: list[Tint], width_mm: float) -> bytes:
@@ -167,8 +154,3 @@ def _drawn(strips: list[Points], tints: list[Tint], width_mm: float) -> bytes:
     if width_mm > 0 and len(segments) <= _MOST_RIBBONS:
         return flat_triangles_glb(*ribbons(segments, colours, width_mm))
     return lines_glb(segments.reshape(-1, 3), np.repeat(colours, 2, axis=0))
-
-
-def _triple(colour: Colours) -> Tint:
-    red, green, blue = (int(channel) for channel in colour)
-    return red, green, blue

@@ -1,4 +1,4 @@
-"""A program over time: when what is sprayed, where something happens, and the strip that shows it."""
+"""A program over time: spans of strokes, functions and the jet, events, and the strip that shows them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,14 +24,14 @@ div:has(> .{_MARK}) + div .mantine-Slider-trackContainer {{ cursor: pointer; }}
 div:has(> .{_MARK}) + div .mantine-Slider-track {{ opacity: 0; }}
 div:has(> .{_MARK}) + div .mantine-NumberInput-root {{ width: 100% !important; margin-left: 0 !important; }}
 </style><div class="{_MARK}"></div>"""
-"""The slider that follows lies unseen over the strip that stands above: there one clicks and drags."""
+"""The slider that follows lies invisible over the strip above: clicks and drags on the strip move it."""
 _COLUMNS = 600
 _SOON_S = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A while of a program in which one maker sprays without anything between."""
+    """Time span of one stroke."""
 
     made_by: str
     begin_s: float
@@ -40,7 +40,7 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """A while of a program in which one name holds."""
+    """Time span with a name."""
 
     name: str
     begin_s: float
@@ -48,7 +48,7 @@ class Band:
 
 
 def spray_spans(program: TimedProgram) -> list[Span]:
-    """Say when each stroke is sprayed, in the order of time; pauses belong to the stroke before them."""
+    """Time spans of strokes, ascending; pauses belong to the stroke before them."""
     spans: list[Span] = []
     spraying, maker, begin_s, now_s = False, "", 0.0, 0.0
     for item in program.instructions:
@@ -66,13 +66,13 @@ def spray_spans(program: TimedProgram) -> list[Span]:
 
 
 def event_times(program: TimedProgram) -> Scalars:
-    """(k,) moments at which something other than moving happens, ascending: switches, pauses, commands, the end."""
+    """(k,) times of events, s, ascending: switches of the jet, pauses, commands, the end."""
     happens = [item.time_s for item in program.instructions if isinstance(item, SetNozzle | Wait | Command)]
     return np.unique(np.round([*happens, program.totals.duration_s], 4))
 
 
 def step_event(events: Scalars, now_s: float, steps: int) -> float:
-    """Give the moment of the next event (steps = 1) or the one before (-1); where there is none it stays."""
+    """Time of the next event (steps = 1) or the one before (-1), s; ``now_s`` where there is none."""
     if steps > 0:
         later = events[events > now_s + _SOON_S]
         return float(later[0]) if len(later) else now_s
@@ -81,7 +81,7 @@ def step_event(events: Scalars, now_s: float, steps: int) -> float:
 
 
 def function_bands(timeline: Timeline, end_s: float) -> list[Band]:
-    """Say which function holds when."""
+    """Time spans of functions."""
     begins = [*np.maximum(timeline.function.times, 0.0).tolist(), end_s]
     names = [timeline.function.names[int(code)] for code in timeline.function.codes]
     return [
@@ -90,7 +90,7 @@ def function_bands(timeline: Timeline, end_s: float) -> list[Band]:
 
 
 def spray_bands(timeline: Timeline, end_s: float) -> list[Band]:
-    """Say when the jet is on."""
+    """Time spans with the jet on."""
     times = [*timeline.switch_times.tolist(), end_s]
     on = timeline.switched_on[1:].tolist()
     return [
@@ -110,7 +110,7 @@ def top_speeds(timeline: Timeline, end_s: float, columns: int = _COLUMNS) -> Sca
 
 
 def strip_html(timeline: Timeline, end_s: float, tints: Mapping[str, tuple[int, int, int]]) -> str:
-    """Draw functions, jet and speed over time, as wide as its place.
+    """Strip of functions, jet and speed over time, as wide as its container.
 
     Args:
         timeline: The program.
@@ -139,7 +139,7 @@ def strip_html(timeline: Timeline, end_s: float, tints: Mapping[str, tuple[int, 
 
 
 def cursor_html(now_s: float, end_s: float) -> str:
-    """Draw the moment that is shown over the strip that stands above."""
+    """Cursor over the strip above, at the time that is shown."""
     left = _share(min(max(now_s, 0.0), end_s), end_s)
     return (
         '<div style="position:relative;height:0;margin:0 12px"><div style="position:absolute;'
@@ -156,7 +156,7 @@ def clock(seconds: float) -> str:
 
 
 def clock_html(now_s: float, end_s: float) -> str:
-    """Write how far the program is."""
+    """Time that is shown, of the whole."""
     minutes, seconds = divmod(round(end_s), 60)
     end = f"{minutes} min {seconds} s" if minutes else f"{seconds} s"
     return f"<b>{clock(now_s)}</b> of {escape(end)}"

@@ -1,4 +1,4 @@
-"""Joint curves over time against their limits, one over the other, as HTML."""
+"""Plots of joint curves over time with their limits, as HTML."""
 
 from collections.abc import Sequence
 from html import escape
@@ -13,7 +13,7 @@ _HEAD_PX, _PLOT_PX, _FOOT_PX = 16, 40, 6
 
 
 def curves_html(curves: Sequence[Curve], end_s: float) -> str:
-    """Draw curves one over the other, as wide as their place; limits are drawn where they are near."""
+    """Plots of curves one below the other, as wide as their container; limits are drawn where they are near."""
     rows = "".join(_row_html(curve, end_s, to_hex(NAMED[index % len(NAMED)])) for index, curve in enumerate(curves))
     return (
         f'<div style="margin:0 12px;font-size:11px;color:{to_hex(INK)};font-variant-numeric:tabular-nums">{rows}</div>'
@@ -21,7 +21,7 @@ def curves_html(curves: Sequence[Curve], end_s: float) -> str:
 
 
 def plot_cursor_html(now_s: float, end_s: float, curves: int) -> str:
-    """Draw the moment that is shown over the curves that stand above."""
+    """Cursor over the plots above, at the time that is shown."""
     height = curves * (_HEAD_PX + _PLOT_PX + _FOOT_PX)
     left = 100 * min(max(now_s / end_s, 0.0), 1.0) if end_s > 0 else 0.0
     return (

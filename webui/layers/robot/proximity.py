@@ -1,4 +1,4 @@
-"""Which bodies of robot and tool come near to what, and when."""
+"""Clearance of robot and tool: the nearest pair of bodies, its time, and its mark in the scene."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,7 +11,10 @@ from boards.board import Board
 from geometry.arrays import Points, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.robot.poses import inverse
+from webui.glb.glb import flat_triangles_glb
+from webui.glb.ribbons import bars
 from webui.layers.robot.robot import JointMotion, joints_at, tool_at
+from webui.theme.palette import COLLIDING
 
 if TYPE_CHECKING:
     from robotcell.collision.collision import Collider
@@ -19,15 +22,17 @@ if TYPE_CHECKING:
     from robotcell.track import CellReport
 
 _MM = 1000.0
+_LINE_MM, _END_MM = 0.8, 3.0
+"""Widths of the line between two nearest points, and of the cubes at its ends."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Near:
-    """Two bodies that are near each other at a moment of the program."""
+    """Two bodies close to each other at a time of the program."""
 
     time_s: float
     body: str
-    """What moves."""
+    """The moving one."""
     other: str
     distance_mm: float
     """0 where they overlap."""
@@ -36,7 +41,7 @@ class Near:
 
 
 def nearest_of(report: "CellReport", motion: JointMotion) -> Near | None:
-    """Give where robot or tool come nearest to board or fixtures; nothing if all is far."""
+    """Smallest clearance of robot and tool to board and fixtures; nothing if all is far."""
     met = [
         (touch, row)
         for touch, row in zip(report.clearance.touches, report.clearance_at.tolist(), strict=True)
@@ -49,13 +54,13 @@ def nearest_of(report: "CellReport", motion: JointMotion) -> Near | None:
 
 
 def clearances_mm(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[np.intp]) -> tuple[Scalars, float]:
-    """(k,) how near robot or tool are to board or fixtures at some moves, mm; and how far they are at most told apart.
+    """(k,) clearance of robot and tool to board and fixtures at some moves, mm, and the largest that is measured.
 
     Args:
         cell: The cell.
         board: The board in it.
-        motion: How the joints stand at each move.
-        rows: (k,) the moves to look at.
+        motion: Joints at each move.
+        rows: (k,) indices of the moves.
 
     Raises:
         CellError: what ``washboard[robot]`` installs is missing.
@@ -72,7 +77,7 @@ def clearances_mm(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[n
 
 
 def near_at(cell: Cell, board: Board, motion: JointMotion, time_s: float) -> Near | None:
-    """Find what collides at a moment, or else what is nearest; nothing if all is far.
+    """Colliding pair at a time, or else the nearest; nothing if all is far.
 
     Raises:
         CellError: what ``washboard[robot]`` installs is missing.
@@ -85,18 +90,27 @@ def near_at(cell: Cell, board: Board, motion: JointMotion, time_s: float) -> Nea
 
 
 def moment_of(motion: JointMotion, places: Points, makers: tuple[str, ...], made_by: str, where: Points) -> float:
-    """Say when the orifice is at a place, or nearest to it: among the moves of a maker if it has any, s.
+    """Time at which the orifice is nearest to a place, s: among the moves of one origin if it has any.
 
     Args:
-        motion: When each move is.
-        places: (m, 3) where each move goes to, mm.
-        makers: (m,) who asked for each.
-        made_by: Who asked for the one that is looked for.
+        motion: Time of each move.
+        places: (m, 3) target of each move, mm.
+        makers: (m,) origin of each move.
+        made_by: The origin to look for.
         where: (3,) mm.
     """
     own = np.array([maker == made_by for maker in makers], dtype=np.bool_)
     away = np.linalg.norm(places - where, axis=1)
     return float(motion.times[int(np.argmin(np.where(own | ~own.any(), away, np.inf)))])
+
+
+def near_glb(near: Near) -> bytes:
+    """The line between the nearest points of two bodies, with a cube at either end, mm."""
+    half = np.array([0.0, 0.0, _END_MM / 2])
+    cubes = np.stack([near.points - half, near.points + half], axis=1)
+    red = np.array([COLLIDING], dtype=np.uint8)
+    line, ends = bars(near.points[None], red, _LINE_MM), bars(cubes, np.tile(red, (2, 1)), _END_MM)
+    return flat_triangles_glb(np.concatenate([line[0], ends[0]]), np.concatenate([line[1], ends[1]]))
 
 
 @lru_cache(maxsize=2)

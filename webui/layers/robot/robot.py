@@ -1,16 +1,15 @@
-"""A robot's links, its tools and what stands around them, as coloured triangles; and how its joints stand when."""
+"""A robot cell as coloured triangles, and the joints of a robot over time."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import TypeGuard
 
 import numpy as np
 
-from geometry.arrays import Points, Scalars, Triangles
-from programs.program import Command, Instruction, MoveTo, TimedProgram, Wait
+from geometry.arrays import Scalars, Triangles
+from programs.program import Command, MoveTo, TimedProgram, Wait
 from robotcell.robot.robot import Body, Box, Capsule, Joints
 from webui.glb.glb import triangles_glb
-from webui.layers.paths.strokes import Tint
+from webui.theme.palette import Tint
 
 _SIDES, _RINGS = 32, 8
 _FACES = np.array([
@@ -22,7 +21,7 @@ _FACES = np.array([
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointMotion:
-    """How the joints stand at each move of a program; rad or m."""
+    """Joints at each move of a program; rad or m."""
 
     times: Scalars
     """(m,) program time of each move, s, not decreasing."""
@@ -33,18 +32,18 @@ class JointMotion:
     wait_ends: Scalars
     """(2 w,) begin and end of each wait, program time."""
     waited: Scalars
-    """(2 w,) how long was waited until then, s."""
+    """(2 w,) total wait until then, s."""
     tool_times: Scalars
-    """(t,) when each tool is taken, s."""
+    """(t,) time of each tool change, s."""
     tools: tuple[int, ...]
     """(t,) its number."""
 
 
 def joint_motion(program: TimedProgram, joints: Joints) -> JointMotion:
-    """Lay the joints of a program out for quick questions.
+    """Joints of a program, arranged for interpolation in time.
 
     Args:
-        program: What the robot does.
+        program: As the robot executes it.
         joints: (moves, dof) at each ``MoveTo``.
     """
     waits = [(item.time_s, item.duration_s) for item in program.instructions if isinstance(item, Wait)]
@@ -54,7 +53,8 @@ def joint_motion(program: TimedProgram, joints: Joints) -> JointMotion:
     ends = np.column_stack([begins, begins + lasting]).ravel()
     held = np.column_stack([waited - lasting, waited]).ravel()
     times = np.array([item.time_s for item in program.instructions if isinstance(item, MoveTo)], dtype=np.float64)
-    taken = [(each.time_s, int(each.arguments[2])) for each in program.instructions if _takes_tool(each)]
+    commands = [each for each in program.instructions if isinstance(each, Command)]
+    taken = [(each.time_s, int(each.arguments[2])) for each in commands if each.keyword == "NOZZLE"]
     return JointMotion(
         times=times,
         clock=np.maximum.accumulate(times - _waited(ends, held, times)),
@@ -67,19 +67,19 @@ def joint_motion(program: TimedProgram, joints: Joints) -> JointMotion:
 
 
 def joints_at(motion: JointMotion, times_s: Scalars) -> Joints:
-    """(n, dof) joints at any times; while the program waits they stand, outside of it too."""
+    """(n, dof) joints at any times; constant during waits and outside of the program."""
     clock = times_s - _waited(motion.wait_ends, motion.waited, times_s)
     return np.column_stack([np.interp(clock, motion.clock, column) for column in motion.joints.T])
 
 
 def tool_at(motion: JointMotion, time_s: float) -> int:
-    """Number of the tool that is used at a time; of the first one before it is taken, 0 where there is none."""
+    """Number of the tool in use at a time; of the first one before it is taken, 0 where there is none."""
     taken = int(np.searchsorted(motion.tool_times, time_s, side="right"))
     return motion.tools[max(taken - 1, 0)] if motion.tools else 0
 
 
 def bodies_glb(bodies: Sequence[Body], tint: Tint, marked: Collection[str] = (), mark: Tint = (0, 0, 0)) -> bytes:
-    """Draw bodies in the frame of what carries them, metres; those whose names are marked in another colour."""
+    """Bodies in the frame of their carrier, metres; those with marked names in another colour."""
     shapes = [placed_triangles(body) for body in bodies]
     corners = np.concatenate([np.empty((0, 3)), *(triangles.reshape(-1, 3) for triangles in shapes)])
     tints = np.array([mark if body.name in marked else tint for body in bodies], dtype=np.uint8).reshape(-1, 3)
@@ -87,11 +87,12 @@ def bodies_glb(bodies: Sequence[Body], tint: Tint, marked: Collection[str] = (),
 
 
 def placed_triangles(body: Body) -> Triangles:
-    """(n, 3, 3) surface of a body in the frame of what carries it, metres."""
+    """(n, 3, 3) surface of a body in the frame of its carrier, metres."""
     shape, place = body.shape, body.T_carrier_shape
     match shape:
         case Box():
-            triangles = _box_triangles(np.array(shape.size) / 2)
+            signs = np.array([[(k & 1) * 2 - 1, (k & 2) - 1, (k & 4) / 2 - 1] for k in range(8)])
+            triangles = (signs * np.array(shape.size) / 2)[_FACES]
         case Capsule():
             triangles = _capsule_triangles(shape.radius, shape.length)
         case _:
@@ -99,21 +100,12 @@ def placed_triangles(body: Body) -> Triangles:
     return triangles @ place[:3, :3].T + place[:3, 3]
 
 
-def _takes_tool(item: Instruction) -> TypeGuard[Command]:
-    return isinstance(item, Command) and item.keyword == "NOZZLE"
-
-
 def _waited(ends: Scalars, held: Scalars, times: Scalars) -> Scalars:
     return np.interp(times, ends, held) if len(ends) else np.zeros_like(times)
 
 
-def _box_triangles(half: Points) -> Triangles:
-    corners = np.array([[(k & 1) * 2 - 1, (k & 2) - 1, (k & 4) / 2 - 1] for k in range(8)]) * half
-    return corners[_FACES]
-
-
 def _capsule_triangles(radius: float, length: float) -> Triangles:
-    """Two half balls and what is between them: rings of corners from the lower pole to the upper one."""
+    """Two hemispheres and a cylinder: rings of corners from the lower pole to the upper one."""
     rise = np.linspace(-np.pi / 2, np.pi / 2, 2 * _RINGS)
     lift = np.where(rise < 0, -length / 2, length / 2)
     around = 2 * np.pi * np.arange(_SIDES) / _SIDES

@@ -1,4 +1,4 @@
-"""What is in the gaps, drawn on top of the parts above them."""
+"""Shear or residue in the gaps, drawn on top of the parts above them."""
 
 from dataclasses import dataclass
 
@@ -9,15 +9,13 @@ from boards.board import Board
 from boards.undersides.underside import Underside
 from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Points, Points2, Scalars
-from webui.glb.glb import flat_indexed_glb
-from webui.glb.srgb import as_seen
-from webui.layers.surface.heat_scale import Scale, tint_values
-from webui.layers.surface.heat_values import GapValues, harder_gap
+from webui.glb.glb import as_seen, flat_indexed_glb
+from webui.layers.surface.heat_scale import GapValues, Scale, harder_gap, scale_colours
 
 _LIFT_MM = 0.06
 """Above the part, and above its own heat map."""
 _MOST = 60_000
-"""Patches altogether: of very many gaps neighbouring cells are drawn as one."""
+"""Patches altogether: where there are more cells, neighbouring ones are drawn as one."""
 _JOINT = (141, 143, 146)
 _MM = 1000.0
 
@@ -31,14 +29,14 @@ class Patches:
     size: tuple[float, float]
     """Along x and y."""
     values: Scalars
-    """(n,) not a number where joints stand."""
+    """(n,) not a number at joints."""
 
 
 def gap_patches_glb(report: CleaningReport, stage: int, scale: Scale, most: int = _MOST) -> bytes:
-    """Draw each gap that a stage acts on, seen through its part; of two possible ones the harder.
+    """Each gap that a stage acts on, seen through its part; of two bounds the harder.
 
     Args:
-        report: What was analysed.
+        report: The analysis.
         stage: Counted from 0.
         scale: Of the shear or the residue under parts.
         most: Patches altogether, about.
@@ -56,15 +54,15 @@ def gap_patches_glb(report: CleaningReport, stage: int, scale: Scale, most: int 
     corners = np.concatenate([place(report.board, underside, patches) for underside, patches in drawn])
     values = np.concatenate([patches.values for _, patches in drawn])
     colours = np.tile(np.array(_JOINT, dtype=np.uint8), (len(values), 1))
-    said = np.isfinite(values)
-    colours[said] = tint_values(values[said], scale)
+    known = np.isfinite(values)
+    colours[known] = scale_colours(values[known], scale)
     first = 4 * np.arange(len(values), dtype=np.uint32)[:, None]
     index = (first + np.array([0, 1, 2, 0, 2, 3], dtype=np.uint32)).ravel()
     return flat_indexed_glb(corners.reshape(-1, 3), np.repeat(as_seen(colours), 4, axis=0), index)
 
 
 def pool(gap: GapValues, together: int) -> Patches:
-    """Take so many cells along x and along y together: the mean of those that are open."""
+    """Mean of the open cells in blocks of so many along x and along y."""
     rows, columns = gap.field.shape
     down, across = -(-rows // together), -(-columns // together)
     row, column = np.divmod(gap.field.cells, columns)

@@ -1,4 +1,4 @@
-"""The board and what stands on it, as coloured triangles."""
+"""The board and its components as coloured triangles, and the outline of one component."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -7,16 +7,19 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from boards.board import Board
-from geometry.arrays import Points, Scalars
+from geometry.arrays import Points
 from rulesengine.strokes.classify import Classified
-from webui.glb.glb import Colours, triangles_glb
-from webui.theme.palette import BOARD, COMPONENT, FIXTURE, of_names, of_values
+from webui.glb.glb import flat_triangles_glb, triangles_glb
+from webui.glb.ribbons import bars, board_size_mm, line_width_mm
+from webui.theme.palette import ACCENT, BOARD, COMPONENT, FIXTURE, Tint, Tints, of_names, tint_values
 
 ColourBy: TypeAlias = Literal["class", "height", "package", "nothing"]
-Tints: TypeAlias = dict[str, tuple[int, int, int]]
 
 _OVER_MM = 0.02
 _PALER = 0.35
+"""Share of white in the colours of components: strokes run in front of them."""
+_THICKEST = 0.03
+"""Of an outline, as a share of the part's length."""
 _REMEMBERED = 8
 
 
@@ -30,26 +33,27 @@ class Painted:
 
 @lru_cache(_REMEMBERED)
 def paint_board(board: Board, classified: tuple[Classified, ...], by: ColourBy) -> Painted:
-    """Draw a board with its components coloured; the last few are remembered, whichever page asks.
+    """A board with its components coloured; the last few are cached for all pages.
 
     Args:
         board: The board.
-        classified: Class of each component; looked at where colours mean classes.
-        by: What the colours tell apart.
+        classified: Class of each component; used where colours mean classes.
+        by: Meaning of the colours.
     """
     tints, legend = tint_components(board, classified, by)
     return Painted(ground_glb(board, tints), legend)
 
 
 def ground_glb(board: Board, tints: Tints) -> bytes:
-    """Draw every body; components in their tints."""
+    """Every body; components in their tints."""
     corners = np.concatenate([body.patches.reshape(-1, 3) for body in board.bodies])
-    colour = np.array([_tint(body.role, tints.get(body.name)) for body in board.bodies], dtype=np.uint8)
+    plain = {"board": BOARD, "fixture": FIXTURE}
+    colour = np.array([tints.get(each.name, plain.get(each.role, COMPONENT)) for each in board.bodies], dtype=np.uint8)
     return triangles_glb(corners, np.repeat(colour, [3 * len(body.patches) for body in board.bodies], axis=0))
 
 
-def component_glb(board: Board, name: str, colour: tuple[int, int, int]) -> bytes:
-    """Draw one component alone and a hair larger, to lay it over the one that is there."""
+def component_glb(board: Board, name: str, colour: Tint) -> bytes:
+    """One component alone and slightly larger, which covers the one on the board."""
     body = next((each for each in board.bodies if each.name == name), None)
     if body is None or len(body.patches) == 0:
         return b""
@@ -58,10 +62,10 @@ def component_glb(board: Board, name: str, colour: tuple[int, int, int]) -> byte
 
 
 def tint_components(board: Board, classified: tuple[Classified, ...], by: ColourBy) -> tuple[Tints, Tints]:
-    """Colour components.
+    """Colours of components.
 
     Returns:
-        Component name to colour, and the legend: what a colour means to the colour.
+        Colours by component name, and the legend.
     """
     match by:
         case "class":
@@ -69,36 +73,39 @@ def tint_components(board: Board, classified: tuple[Classified, ...], by: Colour
         case "package":
             kind = {each.name: each.package or "unknown" for each in board.components}
         case "height":
-            return _by_height(board)
+            heights = np.array([each.height_mm for each in board.components])
+            marks = (
+                {f"{mark:.1f} mm": mark for mark in np.linspace(heights.min(), heights.max(), 5)}
+                if len(heights)
+                else {}
+            )
+            found, legend = tint_values(heights, marks)
+            return dict(zip((each.name for each in board.components), found, strict=True)), legend
         case "nothing":
             return {}, {}
-    legend = _softened([kind[each.name] for each in board.components if each.name in kind])
+    named = of_names([kind[each.name] for each in board.components if each.name in kind])
+    legend: Tints = {}
+    for name, colour in named.items():
+        red, green, blue = (int(channel * (1 - _PALER) + 255 * _PALER) for channel in colour)
+        legend[name] = red, green, blue
     return {name: legend[value] for name, value in kind.items() if value in legend}, legend
 
 
-def _by_height(board: Board) -> tuple[Tints, Tints]:
-    heights = np.array([each.height_mm for each in board.components])
-    if len(heights) == 0:
-        return {}, {}
-    low, high = float(heights.min()), float(heights.max())
-    colours: Colours = of_values(heights, low, high)
-    tints = {each.name: _triple(colour) for each, colour in zip(board.components, colours, strict=True)}
-    steps = np.linspace(low, high, 5)
-    legend = {
-        f"{step:.1f} mm": _triple(colour) for step, colour in zip(steps, of_values(steps, low, high), strict=True)
-    }
-    return tints, legend
+def outline_glb(board: Board, name: str) -> bytes:
+    """The edges of the prism around a component as bars; no bytes where there is no such component.
 
-
-def _softened(names: list[str]) -> Tints:
-    """Give each name a colour, paler than those of strokes, which run in front of it."""
-    return {name: _triple(np.array(colour) * (1 - _PALER) + 255 * _PALER) for name, colour in of_names(names).items()}
-
-
-def _triple(colour: Colours | Scalars) -> tuple[int, int, int]:
-    red, green, blue = (int(channel) for channel in colour)
-    return red, green, blue
-
-
-def _tint(role: str, tint: tuple[int, int, int] | None) -> tuple[int, int, int]:
-    return tint if tint is not None else {"board": BOARD, "fixture": FIXTURE}.get(role, COMPONENT)
+    Args:
+        board: The board.
+        name: Reference designator of the component.
+    """
+    component = next((each for each in board.components if each.name == name), None)
+    if component is None:
+        return b""
+    ring = np.asarray(component.outline.exterior.coords, dtype=np.float64)[:, :2]
+    surface = board.surface_z_mm(component.side)
+    top = surface + component.height_mm * (1.0 if component.side == "top" else -1.0)
+    low, high = (np.column_stack([ring, np.full(len(ring), z)]) for z in (surface, top))
+    edges = [np.stack([each[:-1], each[1:]], axis=1) for each in (low, high)]
+    segments = np.concatenate([*edges, np.stack([low[:-1], high[:-1]], axis=1)])
+    width = min(line_width_mm(board_size_mm(board)), _THICKEST * float(np.ptp(ring, axis=0).max()))
+    return flat_triangles_glb(*bars(segments, np.tile(np.array(ACCENT, dtype=np.uint8), (len(segments), 1)), width))

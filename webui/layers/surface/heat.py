@@ -1,28 +1,28 @@
-"""The sprayed surface of a board, laid out once and drawn again and again in changing colours."""
+"""The sprayed surface of a board as pieces that are drawn in changing colours, and the volume on it over time."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cleaning.exposure.exposure import Growth
 from cleaning.surface.facets import Facets
-from geometry.arrays import Directions, Indices, Points
+from geometry.arrays import Directions, Indices, Points, Scalars
 from webui.glb.glb import Colours, flat_indexed_glb
 
 _LIFT_MM = 0.03
-"""Above the board that is drawn below, and above the part that is selected on it."""
+"""Above the board that is drawn below, and above the selected part."""
 _SHADE = np.array([0.16, 0.26, 0.0])
-"""How much darker a surface is that looks along x, y or z: tops are as the legend says, walls tell apart from them."""
+"""How much darker a surface is that faces along x, y or z: tops match the legend, walls differ from them."""
 _FACETS = 6000
 """In one piece: where few cells change their colour, little is sent."""
-
 _DRAWN = 500_000
-"""A browser turns so many smoothly; where there are more, the small ones left out show the board beneath."""
+"""A browser turns so many smoothly; where there are more, the smallest are left out."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeatPiece:
-    """Some cells and all exposed facets of theirs. Board frame, mm."""
+    """Some cells with all their exposed facets. Board frame, mm."""
 
     corners: Points
     """(n, 3) each once per cell."""
@@ -31,14 +31,14 @@ class HeatPiece:
     index: NDArray[np.uint32]
     """(3 k,) corners of each facet in turn."""
     cells: Indices
-    """All that are in it, ascending."""
+    """Its cells, ascending."""
 
 
 def heat_pieces(facets: Facets, most: int = _FACETS, drawn: int = _DRAWN) -> tuple[HeatPiece, ...]:
-    """Lay out the exposed facets, a little lifted, in pieces of about so many; no cell is in two of them.
+    """Exposed facets, slightly lifted, in pieces; no cell is in two of them.
 
     Args:
-        facets: What to draw; those that see no open sky are left out.
+        facets: The surface; facets that are not exposed are left out.
         most: Facets in one piece; more where a single cell has more.
         drawn: Facets altogether; of more the largest are drawn.
     """
@@ -55,17 +55,17 @@ def heat_pieces(facets: Facets, most: int = _FACETS, drawn: int = _DRAWN) -> tup
 
 
 def paint_piece(piece: HeatPiece, colours: Colours) -> bytes:
-    """Draw a piece.
+    """A piece as binary glTF.
 
     Args:
-        piece: What to draw.
+        piece: The piece.
         colours: (c, 3) of every cell of the board.
     """
     return flat_indexed_glb(piece.corners, colours[piece.cell], piece.index)
 
 
 def shade(colours: Colours, normals: Directions) -> Colours:
-    """(c, 3) colours of cells, darker where they face sideways, so that shapes are seen in plain colours.
+    """(c, 3) colours of cells, darker where they face sideways, so that shapes show in plain colours.
 
     Args:
         colours: (c, 3)
@@ -75,7 +75,7 @@ def shade(colours: Colours, normals: Directions) -> Colours:
 
 
 def has_changed(piece: HeatPiece, colours: Colours, before: Colours | None) -> bool:
-    """Say whether a piece looks different in other colours; always where there were none."""
+    """Whether a piece looks different in other colours; always where there were none."""
     return before is None or not np.array_equal(colours[piece.cells], before[piece.cells])
 
 
@@ -90,3 +90,34 @@ def _piece(facets: Facets, chosen: Indices) -> HeatPiece:
     index[order] = np.cumsum(fresh) - 1
     kept = order[fresh]
     return HeatPiece(corners[kept].astype(np.float64), cell[kept], index, np.unique(cell))
+
+
+class Accumulation:
+    """Volume on the cells up to a time of the program; going forward costs only the new blocks.
+
+    Not for several threads at once.
+    """
+
+    def __init__(self, growth: Growth, cells: int) -> None:
+        """Begin with nothing.
+
+        Args:
+            growth: Volume by time block.
+            cells: Number of cells.
+        """
+        self._growth, self._cells = growth, cells
+        self._blocks = 0
+        self._sum: Scalars = np.zeros(cells)
+
+    def until(self, time_s: float) -> Scalars:
+        """(c,) volume per area, mm, of all blocks that have ended at a time of the program."""
+        blocks = int(np.searchsorted(self._growth.until_s, time_s, side="right"))
+        if blocks < self._blocks:
+            self._blocks, self._sum = 0, np.zeros(self._cells)
+        if blocks > self._blocks:
+            new = slice(int(self._growth.start[self._blocks]), int(self._growth.start[blocks]))
+            self._sum = self._sum + np.bincount(
+                self._growth.cell[new], self._growth.volume_mm[new], minlength=self._cells
+            )
+            self._blocks = blocks
+        return self._sum

@@ -1,7 +1,7 @@
-"""What a heat map shows: which number of the report, its limit, its colours and their legend."""
+"""Heat maps: measures of a cleaning report, their values in the cells, limits, colours and legend."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from html import escape
 from typing import Literal, TypeAlias
@@ -9,24 +9,85 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from cleaning.exposure.exposure import Exposure
+from cleaning.gap.flow_field import GapField
+from cleaning.parameters.model import Limits
+from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
-from cleaning.verdicts.cleanliness import outcome
-from cleaning.verdicts.results import CleaningReport
+from cleaning.verdicts.cleanliness import OUTCOMES, outcome
+from cleaning.verdicts.exposed_area import shown_on_side
+from cleaning.verdicts.results import CleaningReport, Part
 from geometry.arrays import Scalars
+from specs.errors import JobError
 from webui.glb.glb import Colours
-from webui.layers.surface.heat_values import Measure
-from webui.theme.palette import BOARD, COMPONENT, INK, QUIET, of_values, to_hex
-from webui.theme.verdict_colours import VERDICT_COLOURS, VERDICT_WORDS
+from webui.theme.html import SQUARE, box_html, legend_html, quiet_html
+from webui.theme.palette import (
+    BOARD,
+    COMPONENT,
+    VERDICT_COLOURS,
+    VERDICT_WORDS,
+    of_values,
+    tints_of_values,
+    to_hex,
+)
+
+MeasureName: TypeAlias = Literal["cone", "front", "volume", "peak", "shear", "residue", "verdict"]
+LEAST_RESIDUE_PCT = 10.0
+"""Least top of the colours of residue."""
+
+
+class LimitError(JobError):
+    """A limit that was typed cannot be used."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A quantity that a heat map shows."""
+
+    name: MeasureName
+    unit: str
+    per: Literal["cell", "part"]
+    better: Literal["more", "less"]
+    limit: Callable[[Limits, Stage], float]
+    """Limit of the parameter set, in this unit; a proposal where it has none."""
+    most: float = np.inf
+    """Greatest possible value."""
+    least_top: float = 0.0
+    """Least top of a gradient: values far from any limit are to look so."""
+
+    def passes(self, values: Scalars, limit: float) -> NDArray[np.bool_]:
+        """(c,) which values meet a limit; one that is not a number does not."""
+        return values >= limit if self.better == "more" else values <= limit
+
+
+MEASURES: dict[str, Measure] = {
+    "Verdict": Measure("verdict", "", "part", "less", lambda _limits, _stage: 0.0),
+    "Volume": Measure(
+        "volume",
+        "mm",
+        "cell",
+        "more",
+        lambda limits, stage: limits.rinse_volume_mm if stage.use == "rinse" else limits.wash_volume_mm,
+    ),
+    "Time in the wave front": Measure("front", "s", "cell", "more", lambda limits, _stage: limits.front_s or 1.0),
+    "Time in the cone (1993)": Measure("cone", "s", "cell", "more", lambda _limits, _stage: 1.0),
+    "Peak pressure": Measure("peak", "Pa", "cell", "less", lambda _limits, _stage: 1000.0),
+    "Shear under parts": Measure("shear", "Pa", "part", "more", lambda limits, _stage: limits.weak_shear_pa),
+    "Residue under parts": Measure(
+        "residue", "%", "part", "less", lambda limits, _stage: 100 * limits.gap_marginal, 100.0, LEAST_RESIDUE_PCT
+    ),
+}
+"""By their names on the page."""
 
 Colouring: TypeAlias = Literal["gradient", "limit"]
 COLOURINGS: dict[str, Colouring] = {"Gradient": "gradient", "Pass or fail": "limit"}
-"""As they are called on the page."""
+"""By their names on the page."""
 
 PASSES = (58, 128, 176)
 FAILS = (222, 150, 48)
-"""Blue and orange: told apart by all eyes."""
+"""Blue and orange: distinct to colour-blind eyes too."""
 MISSED = (62, 52, 74)
-"""Exposed, and nothing landed."""
+"""Colour of exposed cells without any volume."""
 _MOST_SHARE = 0.98
 """Of the area is within the gradient; the few cells above it look like its end."""
 _SMALLEST = 1e-9
@@ -35,7 +96,7 @@ _STOPS = 9
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """What colours mean."""
+    """Meaning of the colours."""
 
     measure: Measure
     colouring: Colouring
@@ -45,22 +106,22 @@ class Scale:
 
 
 def make_scale(report: CleaningReport, measure: Measure, values: Scalars, colouring: Colouring, limit: float) -> Scale:
-    """Choose where a gradient ends: at a round number that nearly all of the area stays below.
+    """Scale whose gradient ends at a round number that nearly all of the area stays below.
 
     Args:
-        report: Knows the areas.
-        measure: What is shown.
-        values: (c,) of the cells; not a number where nothing is said.
-        colouring: Gradient, or on which side of the limit.
+        report: With the areas.
+        measure: The measure.
+        values: (c,) of the cells; not a number where there is none.
+        colouring: Gradient, or pass and fail.
         limit: In the unit of the measure.
     """
-    said = np.isfinite(values) & (values > 0)
+    known = np.isfinite(values) & (values > 0)
     top = 1.0
-    if said.any():
-        order = np.argsort(values[said])
-        areas = np.cumsum(report.facets.cell_areas_mm2[said][order])
+    if known.any():
+        order = np.argsort(values[known])
+        areas = np.cumsum(report.facets.cell_areas_mm2[known][order])
         place = int(np.searchsorted(areas, _MOST_SHARE * areas[-1]))
-        top = round_up(float(values[said][order][min(place, len(order) - 1)]))
+        top = round_up(float(values[known][order][min(place, len(order) - 1)]))
     return Scale(measure, colouring, min(max(top, measure.least_top), measure.most), limit)
 
 
@@ -68,17 +129,18 @@ def tint_cells(facets: Facets, values: Scalars, scale: Scale) -> Colours:
     """(c, 3) colours of the cells.
 
     Args:
-        facets: Which belong to a component.
-        values: (c,) not a number where nothing is said.
-        scale: What colours mean.
+        facets: With the component of each cell.
+        values: (c,) not a number where there is none.
+        scale: Meaning of the colours.
     """
-    colours = plain_cells(facets)
-    said = np.isfinite(values)
-    colours[said] = tint_values(values[said], scale)
+    bare = (facets.cell_component < 0)[:, None]
+    colours = np.where(bare, np.array(BOARD), np.array(COMPONENT)).astype(np.uint8)
+    known = np.isfinite(values)
+    colours[known] = scale_colours(values[known], scale)
     return colours
 
 
-def tint_values(values: Scalars, scale: Scale) -> Colours:
+def scale_colours(values: Scalars, scale: Scale) -> Colours:
     """(n, 3) colours of numbers."""
     if scale.measure.name == "verdict":
         return np.array(list(VERDICT_COLOURS.values()), dtype=np.uint8)[values.astype(int)]
@@ -91,12 +153,6 @@ def tint_values(values: Scalars, scale: Scale) -> Colours:
     return colours
 
 
-def plain_cells(facets: Facets) -> Colours:
-    """(c, 3) colours of cells of which nothing is said."""
-    bare = (facets.cell_component < 0)[:, None]
-    return np.where(bare, np.array(BOARD), np.array(COMPONENT)).astype(np.uint8)
-
-
 def round_up(value: float) -> float:
     """Next of 1, 1.5, 2, 3, 5, 7 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(max(value, _SMALLEST)))
@@ -105,66 +161,134 @@ def round_up(value: float) -> float:
 
 
 def scale_html(report: CleaningReport, values: Scalars, scale: Scale) -> str:
-    """Say what the colours mean, and how much of the area they cover."""
-    said = np.isfinite(values) & report.facets.cell_exposed
+    """Legend of the colours, with the share of the area that each covers."""
+    known = np.isfinite(values) & report.facets.cell_exposed
     areas = report.facets.cell_areas_mm2
-    total = float(areas[said].sum())
+    total = float(areas[known].sum())
     if total <= 0:
-        return _note("Nothing to show here: this stage does not reach it, or no gap is known.")
+        return quiet_html("Nothing to show here: this stage does not reach it, or no gap is known.")
 
     def share(cells: NDArray[np.bool_]) -> str:
-        return _percent(float(areas[said & cells].sum()) / total)
+        found = 100 * float(areas[known & cells].sum()) / total
+        return f"{found:.1f} %" if 0 < found < 10 else f"{found:.0f} %"
 
     if scale.measure.name == "verdict":
         counts = Counter(map(outcome, report.parts))
-        return _swatches([(VERDICT_COLOURS[each], f"{words}: {counts[each]}") for each, words in VERDICT_WORDS.items()])
+        verdicts = [(f"{words}: {counts[each]}", VERDICT_COLOURS[each]) for each, words in VERDICT_WORDS.items()]
+        return legend_html(verdicts, SQUARE)
     if scale.colouring == "limit":
         passes, unit = scale.measure.passes(values, scale.limit), scale.measure.unit
         within, beyond = ("at least", "less than") if scale.measure.better == "more" else ("at most", "more than")
         limit = f"{scale.limit:g} {unit}".strip()
         of = "of the area" if scale.measure.per == "cell" else "of the parts' surface"
-        return _swatches(
-            [
-                (PASSES, f"{within} {limit}: {share(passes)} {of}"),
-                (FAILS, f"{beyond} {limit}: {share(~passes)} {of}"),
-            ]
-        )
-    missed = [(MISSED, f"nothing landed: {share(values <= 0)} of the area")] if scale.measure.per == "cell" else []
-    ends = scale.top >= scale.measure.most
-    return gradient_html(scale.top, scale.measure.unit, ends=ends) + (_swatches(missed) if missed else "")
+        sides = [
+            (f"{within} {limit}: {share(passes)} {of}", PASSES),
+            (f"{beyond} {limit}: {share(~passes)} {of}", FAILS),
+        ]
+        return legend_html(sides, SQUARE)
+    bar = gradient_html(scale.top, scale.measure.unit, ends=scale.top >= scale.measure.most)
+    if scale.measure.per == "part":
+        return bar
+    return bar + legend_html([(f"nothing landed: {share(values <= 0)} of the area", MISSED)], SQUARE)
 
 
 def gradient_html(top: float, unit: str, *, ends: bool = False) -> str:
-    """Draw a gradient from 0 to a value.
+    """Gradient from 0 to a value.
 
     Args:
-        top: At the light end.
+        top: Value at the light end.
         unit: Of the numbers.
-        ends: Nothing can be above.
+        ends: Whether there are no values above.
     """
-    stops = of_values(np.linspace(0.0, 1.0, _STOPS), 0.0, 1.0)
-    colours = ",".join(to_hex((int(r), int(g), int(b))) for r, g, b in stops)
+    colours = ",".join(map(to_hex, tints_of_values(np.linspace(0.0, 1.0, _STOPS), 0.0, 1.0)))
     marks = "".join(f"<span>{top * share:.4g}</span>" for share in (0.0, 0.25, 0.5, 0.75))
-    return (
-        f'<div style="margin:4px 12px 0;font-size:11px;color:{to_hex(INK)}">'
+    return box_html(
         f'<div style="height:10px;border-radius:2px;background:linear-gradient(to right,{colours})"></div>'
         '<div style="display:flex;justify-content:space-between;font-variant-numeric:tabular-nums">'
-        f"{marks}<span>{top:.4g} {escape(unit)}{'' if ends else ' or more'}</span></div></div>"
+        f"{marks}<span>{top:.4g} {escape(unit)}{'' if ends else ' or more'}</span></div>",
+        "font-size:11px",
     )
 
 
-def _swatches(items: Sequence[tuple[tuple[int, int, int], str]]) -> str:
-    rows = "".join(
-        '<div style="display:flex;align-items:center"><span style="width:12px;height:12px;border-radius:2px;'
-        f'background:{to_hex(colour)};margin-right:7px"></span>{escape(text)}</div>'
-        for colour, text in items
-    )
-    return f'<div style="margin:4px 12px;font-size:12px;color:{to_hex(INK)};line-height:1.6">{rows}</div>'
+def cell_values(report: CleaningReport, measure: Measure, stage: int) -> Scalars:
+    """(c,) value of a measure in each cell; not a number where it has none, as on a side that is not sprayed.
+
+    Args:
+        report: The analysis.
+        measure: The measure.
+        stage: Counted from 0; the residue is that after the stage, the verdict that of all.
+    """
+    facets = report.facets
+    if measure.per == "cell":
+        shown = shown_on_side(facets, report.board, report.stages[stage].side)
+        return np.where(shown, exposed_values(report.exposures[stage], measure.name), np.nan)
+    parts = np.array([part_value(part, measure.name, stage) for part in report.parts])
+    values = np.append(parts, np.nan)[facets.cell_component]  # -1, the bare board, is the last
+    return np.where(facets.cell_exposed, values, np.nan)
 
 
-def _note(text: str) -> str:
-    return f'<div style="margin:4px 12px;font-size:12px;color:{to_hex(QUIET)}">{escape(text)}</div>'
+def exposed_values(exposure: Exposure, name: MeasureName) -> Scalars:
+    """(c,) value of each cell after one stage."""
+    match name:
+        case "cone":
+            return exposure.cone_s
+        case "front":
+            return exposure.front_s
+        case "peak":
+            return exposure.peak_pa
+        case _:
+            return exposure.volume_mm
 
 
-def _percent(share: float) -> str:
-    return f"{100 * share:.1f} %" if 0 < share < 0.1 else f"{100 * share:.0f} %"
+def part_value(part: Part, name: MeasureName, stage: int) -> float:
+    """One number of a part: the rank of its outcome, or that of its harder gap; not a number where there is none.
+
+    The shear is the median over the gap of the highest shear at each place, the residue the mean in percent.
+    """
+    if name == "verdict":
+        return float(OUTCOMES.index(outcome(part)))
+    harder = harder_gap(part, name, stage)
+    if harder is None:
+        return np.nan
+    return float(np.median(harder.values) if name == "shear" else harder.values.mean())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GapValues:
+    """A measure in the cells of one gap."""
+
+    field: GapField
+    values: Scalars
+    """(c,) Pa or percent."""
+
+
+def harder_gap(part: Part, name: MeasureName, stage: int) -> GapValues | None:
+    """A measure over the gap of a part, of two bounds the harder; nothing if the stage does not act on it.
+
+    Args:
+        part: The part.
+        name: ``"shear"`` or ``"residue"``.
+        stage: Counted from 0.
+    """
+    after = [(gap.field, gap.stages[stage]) for gap in part.gaps]
+    acted = [(field, each) for field, each in after if each is not None]
+    if not acted:
+        return None
+    if name == "shear":
+        field, least = min(acted, key=lambda item: float(np.median(item[1].shear_pa)))
+        return GapValues(field, least.shear_pa.astype(np.float64))
+    field, most = max(acted, key=lambda item: float(item[1].residue.mean()))
+    return GapValues(field, 100.0 * most.residue.astype(np.float64))
+
+
+def check_limit(measure: Measure, limit: float) -> float:
+    """Check a limit that was typed.
+
+    Raises:
+        LimitError: it cannot be used.
+    """
+    if not np.isfinite(limit) or limit <= 0:
+        raise LimitError(f"a limit of {limit:g} {measure.unit} separates nothing; give one above 0.")
+    if limit > measure.most:
+        raise LimitError(f"a limit of {limit:g} {measure.unit} cannot be reached; give at most {measure.most:g}.")
+    return limit

@@ -1,4 +1,4 @@
-"""What is loaded, where it came from, how it is coloured."""
+"""The board: import, parts table, card, colours and views."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,14 +10,14 @@ from boards.board import Board, Side
 from boards.load import board_library, load_board
 from specs.progress import Progress
 from webui.cards.component_card import board_html
-from webui.cards.stroke_card import legend_html
-from webui.forms.dropdown import offer
 from webui.layers.surface.ground import ColourBy
-from webui.page.imports import Loaded, import_board, join_table, progress_html
+from webui.page.imports import Loaded, import_board, join_table
 from webui.page.page import Page
 from webui.page.session import Session
+from webui.panels.widgets.choices import offer, on_choice
+from webui.panels.widgets.job import Job
 from webui.scene.scene import Scene
-from webui.threads.worker import Worker
+from webui.theme.html import legend_html
 
 _COLOURS: dict[str, ColourBy] = {"Nothing": "nothing", "Class": "class", "Height": "height", "Package": "package"}
 _SIDES: dict[str, Side] = {"Top side": "top", "Bottom side": "bottom"}
@@ -26,14 +26,12 @@ _LIBRARY_HALF = ".emp"
 
 
 class BoardPanel:
-    """What is loaded, where it came from, how it is coloured."""
+    """The board: import, parts table, card, colours and views."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
-        self._loader: Worker[Loaded] = Worker(self._show_progress)
-        self._told = 0
-        self._given = (page.session.board_name, page.session.board)
+        self._first = (page.session.board_name, page.session.board)
         gui = page.client.gui
         self._choice = gui.add_dropdown(
             "Board", self._names(page.session), initial_value=page.session.board_name, hint="Samples, then your folder."
@@ -44,43 +42,38 @@ class BoardPanel:
         self._sheet = gui.add_upload_button(
             "Join parts table", color="gray", hint="CSV, TSV or KiCad .pos with packages, pins, heights or standoffs."
         )
-        self._what = gui.add_html("", visible=False)
-        self._bar = gui.add_progress_bar(0.0, visible=False, animated=True)
+        self._job: Job[Loaded] = Job(page, refuse=page.refuse)
         self._cancel = gui.add_button("Cancel", visible=False, color="gray", hint="Keep the board that is shown.")
         self._card = gui.add_html("")
-        self._by = gui.add_dropdown("Colour by", tuple(_COLOURS), hint="What the colours of the parts tell apart.")
+        self._by = gui.add_dropdown("Colour by", tuple(_COLOURS), hint="Meaning of the colours of the parts.")
         self._legend = gui.add_html("")
-        self._whole = gui.add_button_group("Look at", tuple(_SIDES), hint="The whole board, from above or from below.")
-        self._choice.on_update(lambda event: self._choose(event.target.value, by_hand=event.client is not None))
+        whole = gui.add_button_group("Look at", tuple(_SIDES), hint="The whole board, from above or from below.")
+        on_choice(self._choice, self._choose)
         self._upload.on_upload(lambda event: self._import(event.target.value))
         self._sheet.on_upload(lambda event: self._join(event.target.value))
         self._cancel.on_click(lambda _: self._stop())
-        self._by.on_update(lambda event: self._colour(event.target.value))
-        self._whole.on_click(lambda event: scene.look_at_board(_SIDES[event.target.value]))
-        page.on_close(self._loader.close)
+        self._by.on_update(lambda _: self._recolour())
+        whole.on_click(lambda event: scene.look_at_board(_SIDES[event.target.value]))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
         if before is None or session.board is not before.board:
             self._card.content = board_html(session.board)
-            self._offer(session)
+            offer(self._choice, self._names(session), session.board_name)
         if before is None or session.run is not before.run or session.board is not before.board:
-            self._legend.content = legend_html(self._scene.legends.get("components", {}))
+            self._legend.content = legend_html(self._scene.legends.get("components", {}).items())
 
     def _names(self, session: Session) -> tuple[str, ...]:
-        return tuple(dict.fromkeys([*self._page.project.boards(), self._given[0], session.board_name]))
+        return tuple(dict.fromkeys([*self._page.project.boards(), self._first[0], session.board_name]))
 
-    def _offer(self, session: Session) -> None:
-        offer(self._choice, self._names(session), session.board_name)
-
-    def _choose(self, name: str, *, by_hand: bool) -> None:
-        if by_hand and name != self._page.session.board_name:
+    def _choose(self, name: str) -> None:
+        if name != self._page.session.board_name:
             self._start(lambda progress: Loaded(name, self._read(name, progress)))
 
     def _read(self, name: str, progress: Progress, table: Path | None = None) -> Board:
-        """Read a board by its name; the one that the page began with may lie outside the folder."""
-        given, board = self._given
-        known = name == given and name not in self._page.project.boards()
+        """Read a board by its name; the first board of the page may lie outside the folder."""
+        first, board = self._first
+        known = name == first and name not in self._page.project.boards()
         if known and table is None:
             return board
         path = Path(name) if known or name in board_library() else self._page.project.locate(name)
@@ -88,56 +81,42 @@ class BoardPanel:
 
     def _import(self, file: viser.UploadedFile) -> None:
         project = self._page.project
+
+        def keep(session: Session) -> Session:
+            name = project.store(file.name, file.content).name
+            self._page.notify(
+                f"{name} is kept", "It goes with a board file .emn of the same name: import that one now."
+            )
+            return session
+
         if file.name.lower().endswith(_LIBRARY_HALF):
-            self._page.attempt(lambda session: self._keep(file, session))
+            self._page.attempt(keep)
         else:
             self._start(lambda progress: import_board(project, file.name, file.content, progress))
 
-    def _keep(self, file: viser.UploadedFile, session: Session) -> Session:
-        name = self._page.project.store(file.name, file.content).name
-        self._page.say(f"{name} is kept", "It goes with a board file .emn of the same name: import that one now.")
-        return session
-
     def _join(self, file: viser.UploadedFile) -> None:
         name = self._page.session.board_name
-        self._start(
-            lambda progress: Loaded(
-                name, join_table(file.name, file.content, lambda table: self._read(name, progress, table))
-            )
-        )
+
+        def work(progress: Progress) -> Loaded:
+            return Loaded(name, join_table(file.name, file.content, lambda table: self._read(name, progress, table)))
+
+        self._start(work)
 
     def _start(self, work: Callable[[Progress], Loaded]) -> None:
-        self._told = 0
-        self._show_bar(visible=True)
-        self._loader.start(work, self._loaded, self._failed)
+        self._cancel.visible = True
+        self._job.start(work, self._take, lambda _: self._stop())
 
-    def _loaded(self, loaded: Loaded) -> None:
-        self._show_bar(visible=False)
+    def _take(self, loaded: Loaded) -> None:
+        self._cancel.visible = False
         self._page.attempt(lambda session: session.with_board(loaded.name, loaded.board))
 
-    def _failed(self, error: Exception) -> None:
-        self._show_bar(visible=False)
-        self._page.report(error)
-        self._offer(self._page.session)
-
     def _stop(self) -> None:
-        self._loader.cancel()
-        self._show_bar(visible=False)
-        self._offer(self._page.session)
+        """Keep the board that is shown."""
+        self._job.stop()
+        self._cancel.visible = False
+        offer(self._choice, self._names(self._page.session), self._page.session.board_name)
 
-    def _show_progress(self, what: str, done: float) -> None:
-        percent = round(100 * done)
-        if percent != self._told or percent == 0:  # a line for each of a million records would choke the connection
-            self._told = percent
-            with self._page.client.atomic():
-                self._bar.value = float(percent)
-                self._what.content = progress_html(what, percent)
-
-    def _show_bar(self, *, visible: bool) -> None:
+    def _recolour(self) -> None:
         with self._page.client.atomic():
-            self._bar.visible = self._what.visible = self._cancel.visible = visible
-
-    def _colour(self, name: str) -> None:
-        with self._page.client.atomic():
-            self._scene.change_view(replace(self._scene.view, components_by=_COLOURS[name]))
-            self._legend.content = legend_html(self._scene.legends.get("components", {}))
+            self._scene.change_view(replace(self._scene.view, components_by=_COLOURS[self._by.value]))
+            self._legend.content = legend_html(self._scene.legends.get("components", {}).items())

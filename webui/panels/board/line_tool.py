@@ -1,27 +1,79 @@
-"""Draw a straight line by two clicks on the board, and make it a template."""
+"""A straight line drawn by two clicks on the board, which becomes a template of the recipe."""
+
+from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 
 from geometry.arrays import Points
-from webui.forms.draw_line import DrawnLine, add_line, free_name, step_names
+from recipes.errors import RecipeError
+from recipes.recipe import Recipe
+from specs.yaml.edit import set_value
+from specs.yaml.tree import Tree
 from webui.page.page import Page
 from webui.page.session import Session
+from webui.panels.widgets.choices import offer
 from webui.scene.scene import Scene
-from webui.theme.palette import ACCENT, INK, to_hex
+from webui.theme.html import box_html
+from webui.theme.palette import ACCENT
 
 _M = 0.001
 _IDLE = "Two clicks on the board make a straight path."
 
 
+@dataclass(frozen=True, slots=True)
+class DrawnLine:
+    """Values of a template of path class straight_line. Board frame, mm."""
+
+    name: str
+    begin: tuple[float, float]
+    end: tuple[float, float]
+    height_mm: float
+    speed_mm_s: float
+
+
+def add_line(session: Session, line: DrawnLine, step: int) -> Session:
+    """Add a line as a template and as the last path of a step: one edit.
+
+    Raises:
+        RecipeError: the recipe would be invalid, or the name is taken or is none.
+    """
+    if line.name in session.recipe.templates:
+        raise RecipeError(f"{line.name!r} is there already; choose another name", path="templates")
+    if line.begin == line.end:
+        raise RecipeError("the line has no length; click two different points", path=f"templates.{line.name}")
+    template: Tree = {
+        "path": "straight_line",
+        "from": [round(value, 2) for value in line.begin],
+        "to": [round(value, 2) for value in line.end],
+        "height_mm": line.height_mm,
+        "speed_mm_s": line.speed_mm_s,
+    }
+    sequence: Tree = session.loaded.root.at(("sequence",)).plain()
+    sequence[step]["paths"].append(line.name)
+    text = set_value(session.document.text, ("templates", line.name), template)
+    return session.edited(set_value(text, ("sequence",), sequence))
+
+
+def free_name(recipe: Recipe) -> str:
+    """A name that no template has."""
+    return next(name for number in count(1) if (name := f"line{number}") not in recipe.templates)
+
+
+def step_names(recipe: Recipe) -> tuple[str, ...]:
+    """Names of the steps, such as ``1 clean, ring60``."""
+    return tuple(f"{place + 1} {step.function}, {step.nozzle}" for place, step in enumerate(recipe.sequence))
+
+
 class LineTool:
-    """Takes two clicks, shows the line, asks for its name and step."""
+    """Takes two clicks, shows the line, and adds it to the recipe under a name."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
         self._points: list[tuple[float, float]] = []
         gui = page.client.gui
-        self._hint = gui.add_html(_hint_html(_IDLE))
+        self._hint = gui.add_html(box_html(_IDLE))
         self._draw = gui.add_button("Draw a line", hint="Then click where it begins and where it ends.")
         self._form = gui.add_folder("New line", visible=False)
         with self._form:
@@ -31,7 +83,7 @@ class LineTool:
             self._height = gui.add_number("Height (mm)", 50.0, min=1.0, step=1.0, hint="Orifice above the board.")
             self._speed = gui.add_number("Speed (mm/s)", 40.0, min=0.1, step=1.0, hint="Of the orifice.")
             self._step = gui.add_dropdown(
-                "Step", step_names(page.session.recipe), hint="Where it is sprayed, after the other paths."
+                "Step", step_names(page.session.recipe), hint="Step that sprays it, after the other paths."
             )
             self._add = gui.add_button("Add to the recipe")
         self._cancel = gui.add_button("Cancel", visible=False, color="gray")
@@ -43,32 +95,30 @@ class LineTool:
 
     def show(self, session: Session, before: Session | None) -> None:
         """Offer the steps of a session; another board ends the drawing."""
-        names = step_names(session.recipe)
-        if tuple(self._step.options) != names:
-            self._step.options = names
+        offer(self._step, step_names(session.recipe))
         if before is not None and session.board is not before.board:
             self._stop()
 
     def _start(self) -> None:
         self._points = []
         self._scene.click_taker = self._take
-        self._hint.content = _hint_html("Click where the line begins.")
+        self._hint.content = box_html("Click where the line begins.")
         self._draw.visible, self._cancel.visible, self._form.visible = False, True, False
 
     def _take(self, origin: Points, direction: Points) -> None:
         place = self._scene.point_on_board(origin, direction)
         if place is None:
-            self._hint.content = _hint_html("That is beside the board's plane; click on the board.")
+            self._hint.content = box_html("That is beside the board's plane; click on the board.")
             return
         self._points.append(place)
         if len(self._points) == 1:
             self._begin.value = self._end.value = place
-            self._hint.content = _hint_html("Click where it ends.")
+            self._hint.content = box_html("Click where it ends.")
             return
         self._scene.click_taker = None
         self._end.value = place
         self._name.value = free_name(self._page.session.recipe)
-        self._hint.content = _hint_html("Give it a name and a step.")
+        self._hint.content = box_html("Give it a name and a step.")
         self._form.visible = True
         self._preview()
 
@@ -84,7 +134,7 @@ class LineTool:
     def _stop(self) -> None:
         self._scene.click_taker = None
         self._points = []
-        self._hint.content = _hint_html(_IDLE)
+        self._hint.content = box_html(_IDLE)
         self._draw.visible, self._cancel.visible, self._form.visible = True, False, False
         self._preview()
 
@@ -94,7 +144,3 @@ class LineTool:
         self._page.client.scene.add_line_segments(
             "/drawn", ends, ACCENT, thickness=4.0, thickness_units="screen", visible=bool(self._points)
         )
-
-
-def _hint_html(text: str) -> str:
-    return f'<div style="margin:0 12px;font-size:12px;color:{to_hex(INK)}">{text}</div>'

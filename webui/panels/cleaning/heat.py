@@ -1,4 +1,4 @@
-"""The heat map: what it shows, its limit and legend; it can grow with the playback."""
+"""The heat map: measure, limit and legend; the volume can follow the playback."""
 
 import threading
 from dataclasses import dataclass, replace
@@ -9,28 +9,38 @@ import viser
 from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Scalars
 from webui.cards.cleaning_card import stage_names
-from webui.glb.glb import flat_triangles_glb
 from webui.layers.surface.gap_patches import gap_patches_glb
-from webui.layers.surface.heat_growth import Accumulation
-from webui.layers.surface.heat_outline import outline_of
-from webui.layers.surface.heat_scale import COLOURINGS, Scale, make_scale, scale_html, tint_cells
-from webui.layers.surface.heat_values import MEASURES, LimitError, Measure, cell_values, check_limit
+from webui.layers.surface.ground import outline_glb
+from webui.layers.surface.heat import Accumulation
+from webui.layers.surface.heat_scale import (
+    COLOURINGS,
+    MEASURES,
+    LimitError,
+    Measure,
+    Scale,
+    cell_values,
+    check_limit,
+    make_scale,
+    scale_html,
+    tint_cells,
+)
 from webui.page.page import Page
 from webui.page.session import Session
+from webui.panels.widgets.choices import offer, on_choice
 from webui.scene.heat_view import HeatView
 from webui.scene.scene import Scene
-from webui.threads.throttle import Paced
+from webui.threads.throttle import Throttle
 
 _OFF = "Nothing"
 _ANY: tuple[str, ...] = ("\N{EN DASH}",)
 _EVERY_S = 0.2
-"""While the playback runs, colours change so often at most."""
+"""Shortest time between changes of colours during the playback."""
 _OUTLINE, _GAPS = "/heat_selected", "/heat_gaps"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Shown:
-    """What is drawn now."""
+    """The map that is drawn."""
 
     report: CleaningReport
     stage: int
@@ -39,10 +49,10 @@ class _Shown:
 
 
 class HeatCard:
-    """The heat map: what it shows, its limit and legend; it can grow with the playback."""
+    """The heat map: measure, limit and legend; the volume can follow the playback."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
-        """Build the elements in the container that is open; they are seen where there is an analysis."""
+        """Build the elements in the container that is open; they are visible where there is an analysis."""
         self._page, self._scene = page, scene
         self._view = HeatView(page.client.scene)
         self._limits: dict[tuple[str, str], float] = {}
@@ -52,8 +62,8 @@ class HeatCard:
         self._now_s = 0.0
         self._lock = threading.RLock()
         """The playback draws from another thread."""
-        self._pace: Paced[float] = Paced(self._grow, _EVERY_S)
-        page.on_close(self._pace.close)
+        self._throttle: Throttle[float] = Throttle(self._grow, _EVERY_S)
+        page.on_close(self._throttle.close)
         self._build(page.client.gui)
         scene.on_moment(self._follow)
 
@@ -75,32 +85,34 @@ class HeatCard:
             )
             self._paths = gui.add_checkbox("Paths too", True, hint="Without them only those that spray the part.")
             self._legend = gui.add_html("")
-        for handle in (self._measure, self._stage, self._colouring, self._live):
-            handle.on_update(lambda event: self._redraw(self._page.session) if event.client is not None else None)
+        for handle in (self._measure, self._stage, self._colouring):
+            on_choice(handle, lambda _: self._redraw(self._page.session))
+        on_choice(self._live, lambda _: self._redraw(self._page.session))
         self._paths.on_update(lambda event: self._show_paths(shown=event.target.value))
-        self._limit.on_update(lambda event: self._set_limit(event.target.value, by_hand=event.client is not None))
+        on_choice(self._limit, self._set_limit)
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
         if before is None or session.analysis is not before.analysis:
             self._folder.visible = session.analysis is not None
             if session.analysis is None and not self._paths.value:
-                self._paths.value = True  # nobody could bring them back
+                self._paths.value = True  # the checkbox is hidden
                 self._show_paths(shown=True)
             if session.analysis is not None:
-                names = stage_names(session.analysis.report.stages)
-                if tuple(self._stage.options) != names:
-                    self._stage.options = names
+                offer(self._stage, stage_names(session.analysis.report.stages))
             self._redraw(session)
         elif session.selection != before.selection:
             self._draw_outline(session)
 
     def _redraw(self, session: Session) -> None:
-        """Draw what is chosen, or take the map away."""
-        self._pace.forget()
+        """Draw the chosen map, or remove it; show the inputs that apply to its measure."""
+        self._throttle.clear()
         analysis, measure = session.analysis, MEASURES.get(self._measure.value)
+        rated = measure is not None and measure.name != "verdict"
         with self._lock, self._page.client.atomic():
-            self._offer(measure)
+            self._stage.visible = self._colouring.visible = rated
+            self._limit.visible = rated and COLOURINGS[self._colouring.value] == "limit"
+            self._live.visible = measure is not None and measure.name == "volume"
             if analysis is None or measure is None:
                 self._drawn = self._growing = None
                 self._view.hide()
@@ -109,13 +121,6 @@ class HeatCard:
             else:
                 self._draw(analysis.report, measure)
             self._draw_outline(session)
-
-    def _offer(self, measure: Measure | None) -> None:
-        """Show the inputs that mean something for a measure."""
-        rated = measure is not None and measure.name != "verdict"
-        self._stage.visible = self._colouring.visible = rated
-        self._limit.visible = rated and COLOURINGS[self._colouring.value] == "limit"
-        self._live.visible = measure is not None and measure.name == "volume"
 
     def _draw(self, report: CleaningReport, measure: Measure) -> None:
         stage = stage_names(report.stages).index(self._stage.value)
@@ -133,7 +138,7 @@ class HeatCard:
         if self._live.visible and self._live.value:
             growth = report.exposures[stage].growth
             self._growing = self._drawn, Accumulation(growth, len(values))
-            self._pace.ask(self._now_s)
+            self._throttle.request(self._now_s)
         else:
             self._growing = None
             self._paint(self._drawn, values)
@@ -142,9 +147,9 @@ class HeatCard:
         self._view.show(shown.report.facets, tint_cells(shown.report.facets, values, shown.scale))
         self._legend.content = scale_html(shown.report, values, shown.scale)
 
-    def _set_limit(self, value: float, *, by_hand: bool) -> None:
+    def _set_limit(self, value: float) -> None:
         shown = self._drawn
-        if not by_hand or shown is None:
+        if shown is None:
             return
         measure = shown.scale.measure
         try:
@@ -163,16 +168,16 @@ class HeatCard:
     def _follow(self, now_s: float) -> None:
         self._now_s = now_s
         if self._growing is not None:
-            self._pace.ask(now_s)
+            self._throttle.request(now_s)
 
     def _grow(self, now_s: float) -> None:
-        """Draw what has landed up to a moment."""
+        """Draw the volume up to a time of the program."""
         with self._lock, self._page.client.atomic():
             if self._growing is not None:
-                shown, landed = self._growing
-                self._paint(shown, np.where(np.isfinite(shown.values), landed.until(now_s), np.nan))
+                shown, volume = self._growing
+                self._paint(shown, np.where(np.isfinite(shown.values), volume.until(now_s), np.nan))
 
     def _draw_outline(self, session: Session) -> None:
         """Draw the selected part's edges over the map, which hides its colour."""
-        corners, tints = outline_of(session.board, session.selection.component if self._drawn is not None else "")
-        self._scene.draw_over(_OUTLINE, flat_triangles_glb(corners, tints))
+        selected = session.selection.component if self._drawn is not None else ""
+        self._scene.draw_over(_OUTLINE, outline_glb(session.board, selected))

@@ -1,73 +1,108 @@
-"""The parts, worst first."""
+"""The parts, worst first; the card of the selected one, or of the bare board; and the gap under it."""
 
 import viser
 
 from cleaning.verdicts.cleanliness import rank_parts
 from cleaning.verdicts.results import Part
-from webui.cards.cleaning_list import parts_html
-from webui.cards.table import MOST_ROWS
-from webui.forms.cycle import step_around
-from webui.forms.dropdown import offer
+from reports.pictures.gap_picture import SIDES
+from webui.cards.cleaning_card import part_html, parts_html, stage_names
+from webui.cards.gap_svg import SHOWN, drawing_of, gap_html
 from webui.page.page import Page
 from webui.page.session import Session
+from webui.panels.widgets.choices import ComponentStepper, offer, on_choice
 from webui.scene.scene import Scene
+from webui.theme.html import quiet_html
 
-_NONE = "\N{EN DASH}"
-_NOBODY: tuple[str, ...] = (_NONE,)
-_WORST, _WORSE, _BETTER = "Worst", "Worse", "Better"
+_HINTS = ("Zooms in, and highlights the strokes that spray it.", "The list, from the selected part.")
+_STRONGEST = "strongest"
+_UNKNOWN: tuple[str, ...] = (_STRONGEST,)
+_SIDES: tuple[str, ...] = (_STRONGEST, *SIDES)
 
 
 class PartsCard:
     """The parts, worst first."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
-        """Build the elements in the container that is open; they are seen where there is an analysis."""
-        self._page, self._scene = page, scene
+        """Build the elements in the container that is open; they are visible where there is an analysis."""
         self._parts: tuple[Part, ...] = ()
-        gui = page.client.gui
-        self._folder = gui.add_folder("Parts", visible=False)
+        self._folder = page.client.gui.add_folder("Parts", visible=False)
         with self._folder:
-            self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-                "Part", _NOBODY, hint="Flies there, and lights up the strokes that spray it."
-            )
-            self._steps = gui.add_button_group(
-                "Through", (_WORST, _WORSE, _BETTER), hint="The list, from what is selected."
-            )
-            self._list = gui.add_html("")
-        self._choice.on_update(lambda event: self._go(event.target.value, by_hand=event.client is not None))
-        self._steps.on_click(lambda event: self._step(event.target.value))
+            buttons = {"Worst": 0, "Worse": -1, "Better": 1}
+            self._steps = ComponentStepper(page, scene, ("Part", "Through"), _HINTS, buttons)
+            self._list = page.client.gui.add_html("")
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        if before is None or session.analysis is not before.analysis:
-            analysis = session.analysis
+        analysis, selected = session.analysis, session.selection.component
+        fresh = before is None or analysis is not before.analysis
+        if fresh:
             self._folder.visible = analysis is not None
             self._parts = () if analysis is None else tuple(rank_parts(analysis.report))
-            self._show_parts(session)
-        elif session.selection != before.selection:
-            self._show_parts(session)
+        if analysis is not None and (fresh or before is None or session.selection != before.selection):
+            self._list.content = parts_html(self._parts, selected)
+            self._steps.offer([part.component for part in self._parts], selected)
 
-    def _show_parts(self, session: Session) -> None:
-        selected, analysis = session.selection.component, session.analysis
-        if analysis is None:
+
+class PartCard:
+    """The card of the selected part; of the bare board where none is selected."""
+
+    def __init__(self, page: Page) -> None:
+        """Build the elements in the container that is open; they are visible where there is an analysis."""
+        self._folder = page.client.gui.add_folder("Why", visible=False)
+        with self._folder:
+            self._card = page.client.gui.add_html("")
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        analysis = session.analysis
+        if before is not None and analysis is before.analysis and session.selection == before.selection:
             return
-        self._list.content = parts_html(self._parts, selected)
-        names = (_NONE, *(part.component for part in self._parts[:MOST_ROWS]))
-        offer(self._choice, names, selected if selected in names else _NONE)
+        self._folder.visible = analysis is not None
+        if analysis is not None:
+            part = analysis.part(session.selection.component)
+            hint = "" if part else "Choose a part, or click one in the picture. This is the bare board."
+            self._card.content = quiet_html(hint) + part_html(analysis.report, part or analysis.report.bare)
 
-    def _step(self, button: str) -> None:
-        names = [part.component for part in self._parts]
-        selected = self._page.session.selection.component
-        if names:
-            steps = {_WORSE: -1, _BETTER: 1}
-            self._go(names[0] if button == _WORST else step_around(names, selected, steps[button]), by_hand=True)
 
-    def _go(self, name: str, *, by_hand: bool) -> None:
-        """Fly to a part that was chosen here; what is selected elsewhere is only shown."""
-        session = self._page.session
-        component = next((each for each in session.board.components if each.name == name), None)
-        if not by_hand or (component is None and not session.selection.component):
+class GapCard:
+    """The gap under the selected part, from above."""
+
+    def __init__(self, page: Page) -> None:
+        """Build the elements in the container that is open; they are visible where the selected part has a gap."""
+        gui = page.client.gui
+        self._folder = gui.add_folder("Gap from above", visible=False)
+        with self._folder:
+            self._shown: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+                "In the gap", tuple(SHOWN), hint="Meaning of the colours."
+            )
+            self._case: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+                "Standoff", _UNKNOWN, hint="Both bounds, where it is not known; the harder first."
+            )
+            self._stage: viser.GuiDropdownHandle[str] = gui.add_dropdown("After", _UNKNOWN, hint="Which stage.")
+            self._side: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+                "Jet at", _SIDES, hint="The side from which the flow is shown, as seen from above."
+            )
+            self._picture = gui.add_html("")
+        for handle in (self._shown, self._case, self._stage, self._side):
+            on_choice(handle, lambda _: self._draw(page.session))
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        if before is None or session.analysis is not before.analysis or session.selection != before.selection:
+            self._draw(session)
+
+    def _draw(self, session: Session) -> None:
+        """Draw the gap for the present choices, which are kept where possible."""
+        analysis = session.analysis
+        part = None if analysis is None else analysis.part(session.selection.component)
+        self._folder.visible = part is not None and bool(part.gaps)
+        if analysis is None or part is None or not part.gaps:
             return
-        if component is not None:
-            self._scene.look_at(component, session.board)
-        self._page.select(component=name if component is not None else "")
+        cases = tuple(f"{1000 * gap.gap_height_mm:.0f} µm" for gap in part.gaps)
+        cases = tuple(f"{case} ({number})" if cases.count(case) > 1 else case for number, case in enumerate(cases, 1))
+        offer(self._case, cases)
+        offer(self._stage, stage_names(analysis.report.stages))
+        case, stage = (tuple(each.options).index(each.value) for each in (self._case, self._stage))
+        drawing = drawing_of(part, case, stage, self._side.value)
+        missing = "This stage does not act on the gap: it blows, or sprays the other side."
+        self._picture.content = quiet_html(missing) if drawing is None else gap_html(drawing, SHOWN[self._shown.value])

@@ -2,13 +2,13 @@
 
 from specs.errors import JobError
 from specs.progress import Progress
-from webui.cards.boxes import quiet_html
-from webui.forms.refusals import reason_of
+from webui.forms.spec_form import reason_of
 from webui.page.page import Page
 from webui.page.proposal import Proposal, TuningError, TuningSettings
 from webui.page.session import Change, Session
 from webui.panels.cleaning.tuning_window import APPLY, CANCEL, CLOSE, DISCARD, SAVE, START, TuningWindow
 from webui.panels.widgets.job import Job
+from webui.theme.html import quiet_html
 from webui.tuning.accept import apply_proposal, save_proposal
 from webui.tuning.proposal_html import headline_of
 

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 import viser
 
 from rulesengine.tuning.variables.design_variables import ChangeKind
-from webui.cards.boxes import quiet_html
-from webui.forms.refusals import remark_html
 from webui.page.page import Page
 from webui.page.proposal import GOALS, KIND_WORDS, Proposal, TuningSettings
-from webui.panels.widgets.job import progress_html
+from webui.theme.html import progress_html, quiet_html, remark_html
 from webui.theme.palette import QUIET
 from webui.tuning.proposal_html import changes_html, diff_html, reasons_html, totals_html
 

@@ -1,61 +1,95 @@
-"""What an entry of a recipe is, above its form."""
+"""The card of a recipe entry: its kind, its uses, and the footprint of a nozzle."""
 
 from collections import Counter
 from html import escape
+from itertools import pairwise
 
-from specs.spec import Spec
-from webui.cards.nozzle_svg import sketch_nozzle
+import numpy as np
+
+from geometry.arrays import Points2
+from recipes.footprint import core_footprint, footprint
+from recipes.nozzles import HollowCone, Nozzle
+from reports.tables.table import Table
 from webui.forms.entries import Entry, spec_at, users_of
 from webui.page.session import Session
-from webui.theme.palette import ACCENT, INK, QUIET, to_hex
+from webui.theme.html import box_html, grey_html, table_html
+from webui.theme.palette import ACCENT, QUIET, to_hex
 
 _GENERAL = "What the recipe is called and what it builds on."
+_SIZE = 150.0
+_MARGIN = 16.0
+_RULER_MM = (5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
+_DOWN = np.array([0.0, 0.0, -1.0])
+_ALONG = np.array([1.0, 0.0, 0.0])
+_HEIGHT_MM = 50.0
 
 
 def card_html(session: Session, entry: Entry | None, section: str) -> str:
-    """Say what an entry is, where it is used, and what it does on this board."""
+    """Card of an entry: its kind, its uses, and its effect on this board."""
+    style = "margin:0 10px 10px;font-size:13px;line-height:1.5"
     if entry is None:
-        return _framed(f'<span style="color:{to_hex(QUIET)}">No {escape(section.lower())} yet.</span>')
+        return box_html(grey_html(f"No {escape(section.lower())} yet."), style)
     spec = spec_at(session.recipe, entry.path)
-    parts = [f"<div>{escape(_tell_kind(spec))}</div>" if entry.path else f"<div>{_GENERAL}</div>"]
-    if entry.section == "Classes":
-        parts.append(_members(session, entry.name))
-    elif entry.named:
-        parts.append(_uses(session, entry))
-    if entry.section == "Nozzles":
-        parts.append(sketch_nozzle(session.recipe.nozzles[entry.name]))
-    return _framed("".join(parts))
-
-
-def _tell_kind(spec: type[Spec]) -> str:
-    """First sentence of what the specification says of itself, and the word the recipe uses for it."""
-    told = (spec.__doc__ or "").split("\n")[0].strip()
+    kind = (spec.__doc__ or "").split("\n")[0].strip() if entry.path else _GENERAL
     key = next((key for key in ("path", "pattern") if key in spec.model_fields), None)
-    return told if key is None else f"{str(spec.model_fields[key].default).replace('_', ' ').capitalize()}: {told}"
+    if key is not None:
+        kind = f"{str(spec.model_fields[key].default).replace('_', ' ').capitalize()}: {kind}"
+    card = f"<div>{escape(kind)}</div>"
+    if entry.section == "Classes":
+        card += _classes_html(session, entry.name)
+    elif entry.named:
+        steps = sorted({int(path[1]) for path in users_of(session.recipe, entry.path)})
+        listed = ", ".join(f"{step + 1} ({session.recipe.sequence[step].function})" for step in steps)
+        card += grey_html(escape(f"Used in step {listed}" if steps else "No step uses it"))
+    if entry.section == "Nozzles":
+        card += sketch_nozzle(session.recipe.nozzles[entry.name])
+    return box_html(card, style)
 
 
-def _uses(session: Session, entry: Entry) -> str:
-    steps = sorted({int(path[1]) for path in users_of(session.recipe, entry.path)})
-    listed = ", ".join(f"{step + 1} ({session.recipe.sequence[step].function})" for step in steps)
-    text = f"Used in step {listed}" if steps else "No step uses it"
-    return f'<div style="color:{to_hex(QUIET)}">{escape(text)}</div>'
-
-
-def _members(session: Session, chosen: str) -> str:
-    """All classes in their order with how many components each takes; the chosen one stands out."""
+def _classes_html(session: Session, chosen: str) -> str:
+    """All classes in their order with the number of their components; the chosen one is highlighted."""
     counts = Counter(each.component_class for each in session.run.classified) if session.run is not None else None
-    rows: list[str] = []
-    for place, name in enumerate(session.recipe.classes):
-        colour = to_hex(ACCENT) if name == chosen else to_hex(INK)
-        weight = 600 if name == chosen else 400
-        count = "…" if counts is None else str(counts[name])
-        rows.append(
-            f'<tr style="color:{colour};font-weight:{weight}"><td style="width:1.6em">{place + 1}</td>'
-            f'<td>{escape(name)}</td><td style="text-align:right">{count}</td></tr>'
+    names = list(session.recipe.classes)
+    rows = [(f"{at}  {name}", "…" if counts is None else str(counts[name])) for at, name in enumerate(names, start=1)]
+    styles = [f"color:{to_hex(ACCENT)};font-weight:600" if name == chosen else "" for name in names]
+    return table_html(Table.of(("class", ">components"), rows), styles)
+
+
+def sketch_nozzle(nozzle: Nozzle) -> str:
+    """SVG drawing of the footprint on a plate at right angles, with a ruler.
+
+    A measured ring is drawn at the height of its measurement, everything else at 50 mm.
+    """
+    measured = nozzle.wavefront if isinstance(nozzle, HollowCone) else None
+    height = _HEIGHT_MM if measured is None else measured.height_mm
+    outer = footprint(nozzle, height, _DOWN, _ALONG)
+    reach = float(np.abs(outer).max())
+    scale = (_SIZE / 2 - _MARGIN) / reach
+    shapes = _polygon(outer, scale, fill=to_hex(ACCENT), opacity=0.22)
+    origin = "edge"
+    if isinstance(nozzle, HollowCone):
+        middle = core_footprint(nozzle, height, _DOWN, _ALONG)
+        inner, origin = 2 * middle - outer, "from the half angle"
+        if measured is not None:
+            azimuth, radius, _ = np.array(measured.points).T
+            angle = np.radians(azimuth)
+            inner, origin = np.column_stack([radius * np.cos(angle), -radius * np.sin(angle)]), "measured"
+        shapes += _polygon(inner, scale, fill="#ffffff", opacity=1.0) + _polygon(
+            middle, scale, fill="none", opacity=1.0
         )
-    head = f'<tr style="color:{to_hex(QUIET)}"><td></td><td>class</td><td style="text-align:right">components</td></tr>'
-    return f'<table style="width:100%;border-collapse:collapse;margin-top:6px">{head}{"".join(rows)}</table>'
+    at, low, quiet = _SIZE / 2, _SIZE - 4, to_hex(QUIET)
+    length = next((small for small, large in pairwise(_RULER_MM) if large > reach), _RULER_MM[-1])
+    return (
+        f'<svg viewBox="0 0 {_SIZE:g} {_SIZE:g}" width="{_SIZE:g}" height="{_SIZE:g}" role="img" '
+        f'aria-label="Spray on a plate {height:g} mm below">{shapes}'
+        f'<path d="M{at - 4:g} {at:g}h8M{at:g} {at - 4:g}v8" stroke="{quiet}"/>'
+        f'<path d="M{_MARGIN / 2:g} {low:g}h{length * scale:.1f}" stroke="{quiet}" stroke-width="2"/>'
+        f'<text x="{_MARGIN / 2:g}" y="{low - 4:g}" font-size="9" fill="{quiet}">{length:g} mm</text></svg>'
+        f'<div style="font-size:0.8em;color:{quiet}">On a plate {height:g} mm below, {origin}</div>'
+    )
 
 
-def _framed(content: str) -> str:
-    return f'<div style="margin:0 10px 10px;font-size:13px;line-height:1.5;color:{to_hex(INK)}">{content}</div>'
+def _polygon(points: Points2, scale: float, *, fill: str, opacity: float) -> str:
+    corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in points * [scale, -scale] + _SIZE / 2)
+    line = f' stroke="{to_hex(ACCENT)}" stroke-width="1.4"' if fill == "none" else ""
+    return f'<polygon points="{corners}" fill="{fill}" fill-opacity="{opacity:g}"{line}/>'

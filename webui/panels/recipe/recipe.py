@@ -1,4 +1,4 @@
-"""Forms for everything a recipe says."""
+"""Forms for all entries of a recipe."""
 
 from collections.abc import Mapping
 
@@ -6,16 +6,14 @@ from specs.errors import JobError, LocatedError
 from specs.yaml.located import YamlPath, spell_path
 from specs.yaml.tree import Tree
 from webui.forms import entries
-from webui.forms.answers import field_at
-from webui.forms.entries import SECTIONS, Entry
-from webui.forms.entry_defaults import kinds_of, start_entry
-from webui.forms.fields import Field, describe
-from webui.forms.refusals import reason_of
-from webui.forms.spec_form import SpecForm
+from webui.forms.entries import SECTIONS, Entry, default_entry, kinds_of
+from webui.forms.fields import Field, describe, field_at
+from webui.forms.spec_form import SpecForm, reason_of
 from webui.page.page import Page
 from webui.page.session import Change, Session
 from webui.panels.recipe.entry_card import card_html
-from webui.panels.widgets.question import Question
+from webui.panels.widgets.choices import on_choice
+from webui.panels.widgets.dialog import Dialog
 from webui.scene.scene import Scene
 
 _NOTHING: str = "none"
@@ -29,7 +27,7 @@ _NAME_HINT = "Begins with a letter; letters, digits and _ . - only."
 
 
 def describe_entry(session: Session, entry: Entry | None) -> tuple[tuple[Field, ...], Mapping[str, Tree]]:
-    """Give the form of an entry and what the recipe states there."""
+    """Inputs of an entry, and the values that the recipe states there."""
     if entry is None:
         return (), {}
     stated = entries.stated_at(session.loaded.root, entry.path)
@@ -37,21 +35,14 @@ def describe_entry(session: Session, entry: Entry | None) -> tuple[tuple[Field, 
     return describe(spec, stated, names, () if entry.path else entries.GENERAL), stated
 
 
-def _actions(entry: Entry | None) -> tuple[str, ...]:
-    """What can be done in a section: nothing that is not there is copied, and what has no name keeps having none."""
-    if entry is None:
-        return (_ADD,)
-    return (_ADD, _DUPLICATE, _RENAME, _REMOVE) if entry.named else (_ADD, _DUPLICATE, _REMOVE)
-
-
 class RecipePanel:
-    """Forms for everything a recipe says: a section, an entry of it, its values."""
+    """Forms for all entries of a recipe: a section, an entry of it, its values."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
         self._at: YamlPath = ("templates", "")
-        """Where the entry stands that is shown; its section only, if it is not there any more."""
+        """Path of the entry that is shown; of its section, if it does not exist any more."""
         self._entry: Entry | None = None
         gui = page.client.gui
         with gui.add_folder(None):  # as deep as the form, so that all inputs are aligned
@@ -61,8 +52,8 @@ class RecipePanel:
             self._order = gui.add_button_group("Order", (_UP, _DOWN), hint="Place among the others of its section.")
         self._card = gui.add_html("")
         self._form = SpecForm(gui, self._apply)
-        self._section.on_update(lambda event: event.client and self._open_section(self._section.value))
-        self._choice.on_update(lambda event: event.client and self._open_label(self._choice.value))
+        on_choice(self._section, lambda section: self._open(section, ""))
+        on_choice(self._choice, lambda label: self._open(self._section.value, label))
         self._edit.on_click(lambda event: self._do(event.target.value))
         self._order.on_click(lambda event: self._move(-1 if event.target.value == _UP else 1))
 
@@ -90,25 +81,23 @@ class RecipePanel:
         self._choice.value = _NOTHING if self._entry is None else self._entry.label
         self._choice.visible = section in _SINGULAR
         self._edit.visible = section in _SINGULAR
-        self._edit.options = _actions(self._entry)
+        actions = {_ADD: True, _DUPLICATE: True, _RENAME: self._entry is not None and self._entry.named, _REMOVE: True}
+        self._edit.options = (
+            (_ADD,) if self._entry is None else tuple(each for each, usable in actions.items() if usable)
+        )
         self._order.visible = self._entry is not None and self._entry.ordered and len(there) > 1
         self._card.content = card_html(session, self._entry, section)
         self._form.show(*describe_entry(session, self._entry))
 
-    def _open(self, path: YamlPath) -> None:
-        self._at = path
+    def _open(self, section: str, label: str) -> None:
+        """Show the entry of a label; without one the first of the section."""
+        there = entries.entries(self._page.session.recipe, section)
+        first = there[0].path if there else (section.lower(), "")
+        self._at = next((each.path for each in there if each.label == label), self._at if label else first)
         self._page.refresh()
 
-    def _open_section(self, section: str) -> None:
-        there = entries.entries(self._page.session.recipe, section)
-        self._open(there[0].path if there else (section.lower(), ""))
-
-    def _open_label(self, label: str) -> None:
-        there = entries.entries(self._page.session.recipe, self._section.value)
-        self._open(next((each.path for each in there if each.label == label), self._at))
-
     def _apply(self, changes: dict[YamlPath, Tree]) -> None:
-        """Write what the form changes, or say at its field why not."""
+        """Write the changes of the form, or show at its field why they are refused."""
         values = {(*self._at, *path): value for path, value in changes.items()}
         if self._page.attempt(lambda session: session.set_values(values), self._refuse):
             self._form.reset()
@@ -122,10 +111,17 @@ class RecipePanel:
     def _do(self, what: str) -> None:
         entry = self._entry
         if what == _ADD:
-            self._ask_new(self._section.value)
+            self._open_dialog(self._section.value)
         elif entry is not None and what == _RENAME:
-            question = Question(self._page, f"Rename {entry.name}", "What refers to it is renamed too.")
-            question.name("Name", entry.name, _NAME_HINT).answers({"Rename": lambda name, _: self._rename(entry, name)})
+            dialog = Dialog(self._page, f"Rename {entry.name}", "References to it are renamed too.")
+            dialog.name("Name", entry.name, _NAME_HINT)
+            dialog.buttons(
+                {
+                    "Rename": lambda name, _: (
+                        lambda session: self._opened(entries.renamed(session, entry, name), (entry.path[0], name))
+                    )
+                }
+            )
         elif entry is not None and what == _DUPLICATE:
             self._page.attempt(lambda session: self._opened(*entries.copied(session, entry)))
         elif entry is not None:
@@ -136,27 +132,25 @@ class RecipePanel:
         if entry is not None:
             self._page.attempt(lambda session: self._opened(*entries.moved(session, entry, by)))
 
-    def _ask_new(self, section: str) -> None:
+    def _open_dialog(self, section: str) -> None:
+        """Open the dialog for a new entry; a step is added without one."""
         if section == "Sequence":
             self._page.attempt(self._add(section, "", ""))
             return
-        question = Question(self._page, f"New {_SINGULAR[section]}")
+        dialog = Dialog(self._page, f"New {_SINGULAR[section]}")
         if section != "Masks":
-            question.name("Name", "", _NAME_HINT)
-        question.choice(_KIND_LABEL.get(section, "Kind"), kinds_of(section.lower()), "It cannot be changed later.")
-        question.answers({"Add": lambda name, kind: self._add(section, name, kind)})
+            dialog.name("Name", "", _NAME_HINT)
+        dialog.choice(_KIND_LABEL.get(section, "Kind"), kinds_of(section.lower()), "It cannot be changed later.")
+        dialog.buttons({"Add": lambda name, kind: self._add(section, name, kind)})
 
     def _add(self, section: str, name: str, kind: str) -> Change:
         def change(session: Session) -> Session:
-            value = start_entry(session.recipe, session.board, section.lower(), kind, name)
+            value = default_entry(session.recipe, session.board, section.lower(), kind, name)
             return self._opened(*entries.added(session, section, name, value))
 
         return change
 
-    def _rename(self, entry: Entry, name: str) -> Change:
-        return lambda session: self._opened(entries.renamed(session, entry, name), (entry.path[0], name))
-
     def _opened(self, session: Session, path: YamlPath) -> Session:
-        """Have the entry shown together with the session that has it."""
+        """Show the entry together with its session."""
         self._at = path
         return session

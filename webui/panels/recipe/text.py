@@ -1,17 +1,18 @@
-"""The recipe as it would be saved; undo, redo, save."""
+"""The YAML text of the recipe; undo, redo, open, save."""
 
 from html import escape
 
 from recipes.load import recipe_library
 from specs.errors import JobError
-from webui.forms.refusals import note_html, reason_of, remark_html
+from webui.forms.spec_form import reason_of
 from webui.page.document import Document, open_document
 from webui.page.page import Page
 from webui.page.project import Project
 from webui.page.session import Change, Session
-from webui.panels.widgets.question import Question
+from webui.panels.widgets.dialog import Dialog
 from webui.scene.scene import Scene
-from webui.theme.palette import ACCENT, INK, QUIET, to_hex
+from webui.theme.html import box_html, remark_html, sticky_html
+from webui.theme.palette import ACCENT, QUIET, to_hex
 
 _OPEN, _SAVE, _SAVE_AS, _UNDO, _REDO, _APPLY, _REVERT = (
     "Open…", "Save", "Save as…", "Undo", "Redo", "Apply text", "Revert",
@@ -31,7 +32,7 @@ _MEANWHILE = "The recipe was changed elsewhere since. Apply text replaces it by 
 
 
 class TextPanel:
-    """The recipe as it would be saved; undo, redo, save."""
+    """The YAML text of the recipe; undo, redo, open, save."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
@@ -44,16 +45,16 @@ class TextPanel:
         gui.add_html(_STYLE)
         self._text = gui.add_text("YAML", "", multiline=True)
         self._remark = gui.add_html("", visible=False)
-        self._note = gui.add_html(note_html(_TYPED), visible=False)
+        self._note = gui.add_html(sticky_html(_TYPED), visible=False)
         with gui.add_folder(None):
             texts = gui.add_button_group("Text", (_APPLY, _REVERT), hint="What was typed above.")
         for group in (files, edits, texts):
             group.on_click(lambda event: self.do(event.target.value))
         self._text.on_update(lambda _: self._mark())
         self._seen = ""
-        """What the file said when it was last asked about."""
-        self._asked: Question | None = None
-        page.on_look(self._look)
+        """Text of the file when a dialog about it was opened last."""
+        self._dialog: Dialog | None = None
+        page.on_poll(self._poll)
         gui.add_command(_SAVE, hotkey="S", modifier="cmd/ctrl").on_trigger(lambda _: self.do(_SAVE))
         gui.add_command(_UNDO, hotkey="Z", modifier="cmd/ctrl").on_trigger(lambda _: self.do(_UNDO))
         gui.add_command(_REDO, hotkey="Z", modifier="cmd/ctrl+shift").on_trigger(lambda _: self.do(_REDO))
@@ -66,13 +67,13 @@ class TextPanel:
         shown = self._text.value
         if before is None or shown in (before.document.text, session.document.text):
             self._text.value = session.document.text
-            self._say("")
+            self._show_remark("")
         elif session.document.text != before.document.text:
-            self._say(_MEANWHILE)
+            self._show_remark(_MEANWHILE)
         self._mark()
 
     def do(self, what: str) -> None:
-        """Do what a button says."""
+        """Perform the action of a button."""
         match what:
             case "Undo":
                 self._page.attempt(lambda session: session.with_document(session.document.undone()))
@@ -83,83 +84,82 @@ class TextPanel:
                 self._page.attempt(lambda session: session.edited(typed), self._refuse)
             case "Revert":
                 self._text.value = self._page.session.document.text
-                self._say("")
+                self._show_remark("")
             case "Save":
                 self._save()
             case "Save as…":
-                self._ask_name()
+                self._open_save_as()
             case _:
-                self._ask_file()
+                note = "Changes that were not saved are lost." if self._page.session.document.dirty else ""
+                dialog = Dialog(self._page, "Open", note)
+                dialog.choice("Recipe", self._page.project.recipes(), "Of the library, or of the project folder.")
+                dialog.buttons({"Open": lambda _, name: opened(self._page.project, name)})
 
     def _mark(self) -> None:
-        """Say whether a text is typed that is not that of the recipe; a remark says more."""
+        """Show whether a text is typed that is not that of the recipe, unless there is a remark."""
         self._note.visible = self._text.value != self._page.session.document.text and not self._remark.visible
 
     def _save(self) -> None:
         document = self._page.session.document
         if document.belongs_to_library:
-            self._ask_name()
+            self._open_save_as()
         elif document.changed_on_disk():
             note = f"{document.file.name} was changed by somebody else since it was opened. Undo brings back your text."
-            question = Question(self._page, "Changed on disk", note)
-            question.answers(
+            dialog = Dialog(self._page, "Changed on disk", note)
+            dialog.buttons(
                 {"Overwrite it": lambda _name, _choice: saved, "Load what it says": lambda _name, _choice: reloaded}
             )
         elif self._page.attempt(saved):
-            self._page.say("Saved", str(document.file))
+            self._page.notify("Saved", str(document.file))
 
-    def _look(self) -> None:
-        """Ask what to do when somebody else wrote the file; once for each time."""
+    def _poll(self) -> None:
+        """Open a dialog when somebody else changed the file; once for each change."""
         document = self._page.session.document
         text = document.on_disk()
         if text is None or text in (document.saved, self._seen):
             return
         self._seen = text
-        if self._asked is not None:
-            self._asked.close()
+        if self._dialog is not None:
+            self._dialog.close()
         unsaved = " You have unsaved changes; Undo brings them back." if document.dirty else ""
         note = f"{document.file.name} was changed by somebody else.{unsaved}"
-        self._asked = Question(self._page, "Changed on disk", note)
-        self._asked.answers({"Load what it says": lambda _name, _choice: reloaded}, "Keep this text")
+        self._dialog = Dialog(self._page, "Changed on disk", note)
+        self._dialog.buttons({"Load what it says": lambda _name, _choice: reloaded}, "Keep this text")
 
-    def _ask_name(self) -> None:
+    def _open_save_as(self) -> None:
         document = self._page.session.document
         note = "It belongs to the library and stays as it is." if document.belongs_to_library else ""
-        question = Question(self._page, "Save as", note)
-        question.name("File", f"my-{document.file.stem}.yaml", f"In {self._page.project.folder}.")
-        question.answers({"Save": lambda name, _: saved_as(self._page.project, name)})
-
-    def _ask_file(self) -> None:
-        dirty = self._page.session.document.dirty
-        question = Question(self._page, "Open", "Changes that were not saved are lost." if dirty else "")
-        question.choice("Recipe", self._page.project.recipes(), "Of the library, or of the project folder.")
-        question.answers({"Open": lambda _, name: opened(self._page.project, name)})
+        dialog = Dialog(self._page, "Save as", note)
+        dialog.name("File", f"my-{document.file.stem}.yaml", f"In {self._page.project.folder}.")
+        dialog.buttons({"Save": lambda name, _: saved_as(self._page.project, name)})
 
     def _refuse(self, error: JobError) -> None:
-        self._say(str(error) if not str(error).startswith(str(self._page.session.document.file)) else line_of(error))
+        self._show_remark(
+            str(error) if not str(error).startswith(str(self._page.session.document.file)) else line_of(error)
+        )
 
-    def _say(self, remark: str) -> None:
+    def _show_remark(self, remark: str) -> None:
         self._remark.content = remark_html(remark)
         self._remark.visible = bool(remark)
         self._mark()
 
 
 def line_of(error: JobError) -> str:
-    """Say why a text is refused, with its line; the file is the one that is shown."""
+    """Reason of an error with its line; the file is the one that is shown."""
     line = getattr(error, "line", None)
     return f"Line {line}: {reason_of(error)}" if line else reason_of(error)
 
 
 def state_html(document: Document) -> str:
-    """Say what is edited, and whether it is saved."""
+    """Name of the recipe, and whether it is saved."""
     if document.belongs_to_library:
         state = "changed; save it under a name of your own" if document.dirty else "of the library"
     else:
         state = "unsaved changes" if document.dirty else "saved"
     colour = to_hex(ACCENT) if document.dirty else to_hex(QUIET)
-    return (
-        f'<div style="margin:0 10px 10px;font-size:13px;color:{to_hex(INK)}"><b>{escape(document.file.stem)}</b> '
-        f'<span style="color:{colour}">{state}</span></div>'
+    return box_html(
+        f'<b>{escape(document.file.stem)}</b> <span style="color:{colour}">{state}</span>',
+        "margin:0 10px 10px;font-size:13px",
     )
 
 
@@ -173,7 +173,7 @@ def saved(session: Session) -> Session:
 
 
 def reloaded(session: Session) -> Session:
-    """Take over what the file says now.
+    """Load the file again.
 
     Raises:
         JobError: it cannot be read.

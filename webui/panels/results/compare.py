@@ -1,27 +1,37 @@
 """Two recipes on the same board, side by side."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from html import escape
 from pathlib import Path
 
+import numpy as np
 import viser
 
+from geometry.arrays import Points
 from recipes.load import recipe_library
-from reports.tables.comparison import compare
+from reports.tables.comparison import Row, compare, comparison_tables
+from reports.tables.table import lines_of
 from rulesengine.planning.pipeline import Run, run
 from specs.progress import Progress
 from webui.glb.ribbons import board_size_mm, line_width_mm
-from webui.layers.paths.strokes import strokes_glb
+from webui.layers.paths.strokes import StrokeLine, stroke_lines, strokes_glb
 from webui.page.document import open_document
 from webui.page.page import Page
-from webui.page.run_comparison import comparison_html, unlike_strokes
 from webui.page.session import Session
+from webui.panels.widgets.choices import offer, on_choice
+from webui.panels.widgets.job import Job
 from webui.scene.scene import Scene
-from webui.theme.palette import INK, QUIET, to_hex
-from webui.threads.worker import Worker
+from webui.theme.html import quiet_html
+from webui.theme.palette import ACCENT, INK, QUIET, to_hex
 
 _NONE: str = "nothing"
 _SAVED: str = "as it is saved"
-_SCALE = 0.001
+_LAYER = "/compared"
+_SAME_MM = 0.01
+"""Paths that are nearer to each other than this all along are the same."""
+_RIGHT = "text-align:right;white-space:nowrap;"
+_CUT = "overflow:hidden;text-overflow:ellipsis;"
 
 
 class ComparePanel:
@@ -30,94 +40,105 @@ class ComparePanel:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
-        self._worker: Worker[Run] = Worker(self._show_progress)
-        self._drawn: viser.GlbHandle | None = None
-        page.on_close(self._worker.close)
         gui = page.client.gui
-        self._choice = gui.add_dropdown(
+        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
             "With", (_NONE, _SAVED, *page.project.recipes()), hint="A recipe to compare with, on the same board."
         )
         self._paths = gui.add_checkbox("Its other paths", True, hint="Draws those that are not the same, in grey.")
+        self._job: Job[Run] = Job(page, refuse=page.refuse)
         self._table = gui.add_html("")
-        self._choice.on_update(lambda event: self._choose(by_hand=event.client is not None))
+        on_choice(self._choice, self._choose)
         self._paths.on_update(lambda _: self._draw(page.session))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
         if before is not None and session.board is not before.board:
-            self._worker.cancel()
+            self._job.stop()
             self._choice.value = _NONE
         if before is None or session.document.file != before.document.file:
-            self._list_recipes(session.compared)
+            names, chosen = (_NONE, _SAVED, *self._page.project.recipes()), self._choice.value
+            if session.compared is not None and chosen in (_NONE, ""):  # after a reload
+                chosen = next((name for name in names if Path(name).stem == session.compared.recipe.recipe), _SAVED)
+            offer(self._choice, names, chosen if chosen in names else _NONE)
         if before is None or session.run is not before.run or session.compared is not before.compared:
-            self._table.content = _table_html(session)
             self._draw(session)
 
-    def _list_recipes(self, compared: Run | None) -> None:
-        """Offer the recipes that there are now; what is compared after a reload stays chosen."""
-        chosen = self._choice.value
-        names = (_NONE, _SAVED, *self._page.project.recipes())
-        self._choice.options = names
-        if compared is not None:
-            stems = {Path(name).stem: name for name in names}
-            self._choice.value = chosen if chosen not in (_NONE, "") else stems.get(compared.recipe.recipe, _SAVED)
-
-    def _choose(self, *, by_hand: bool) -> None:
-        if not by_hand:
-            return
-        name, session = self._choice.value, self._page.session
-        self._worker.cancel()
+    def _choose(self, name: str) -> None:
+        session = self._page.session
+        self._job.stop()
         self._page.show(replace(session, compared=None))
-        if name != _NONE:
-            self._worker.start(lambda progress: self._plan(name, session, progress), self._take, self._fail)
+        if name == _NONE:
+            return
 
-    def _plan(self, name: str, session: Session, progress: Progress) -> Run:
-        """Plan the other recipe on the board of the session.
+        def plan(progress: Progress) -> Run:
+            document = session.document
+            if name == _SAVED:
+                document = replace(document, text=document.saved)
+            else:
+                document = open_document(name if name in recipe_library() else self._page.project.locate(name))
+            return run(document.read().recipe, session.board, progress)
 
-        Raises:
-            JobError: it cannot be read or planned.
-        """
-        document = session.document
-        if name == _SAVED:
-            document = replace(document, text=document.saved)
-        else:
-            document = open_document(name if name in recipe_library() else str(self._page.project.locate(name)))
-        return run(document.read().recipe, session.board, progress)
+        def take(other: Run) -> None:
+            self._page.attempt(lambda now: replace(now, compared=other) if other.board is now.board else now)
 
-    def _take(self, other: Run) -> None:
-        self._page.attempt(
-            lambda session: replace(session, compared=other) if other.board is session.board else session
-        )
-
-    def _fail(self, error: Exception) -> None:
-        self._choice.value = _NONE
-        self._table.content = _table_html(self._page.session)
-        self._page.report(error)
-
-    def _show_progress(self, what: str, done: float) -> None:
-        self._table.content = _note_html(f"{what.capitalize()}\N{HORIZONTAL ELLIPSIS} {done:.0%}")
+        self._job.start(plan, take, lambda _: offer(self._choice, self._choice.options, _NONE))
 
     def _draw(self, session: Session) -> None:
-        """Draw the paths of the other recipe that are not those of this one."""
-        drawn, self._drawn = self._drawn, None
-        if drawn is not None:
-            drawn.remove()
-        if session.run is not None and session.compared is not None and self._paths.value:
-            lines = unlike_strokes(session.run, session.compared)
+        """Show the table, and the paths of the other recipe that this one does not have."""
+        table, note, glb = "", "Choose a recipe: it is planned on this board, and the differences are shown.", b""
+        if session.compared is not None:
+            note = "" if session.run is not None else "The recipe is not planned yet."
+        if session.run is not None and session.compared is not None:
+            here, there = session.run.recipe.recipe, session.compared.recipe.recipe
+            rows = compare(session.run, session.compared)
+            table = comparison_html(rows, "this", "the other" if here == there else there)
+            lines = unlike_strokes(session.run, session.compared) if self._paths.value else []
             glb = strokes_glb(lines, [QUIET] * len(lines), line_width_mm(board_size_mm(session.board)))
-            if glb:
-                self._drawn = self._page.client.scene.add_glb("/compared", glb, scale=_SCALE)
+        with self._page.client.atomic():
+            self._job.show(quiet_html(note))
+            self._table.content = table
+            self._scene.draw_over(_LAYER, glb)
 
 
-def _table_html(session: Session) -> str:
-    if session.compared is None:
-        return _note_html("Choose a recipe: it is planned on this board, and what differs is shown.")
-    if session.run is None:
-        return _note_html("The recipe is not planned yet.")
-    here, there = session.run.recipe.recipe, session.compared.recipe.recipe
-    rows = compare(session.run, session.compared)
-    return comparison_html(rows, "this", "the other" if here == there else there)
+def unlike_strokes(here: Run, there: Run) -> list[StrokeLine]:
+    """Strokes of the second run that the first does not have: another path, or none of that name."""
+
+    def name(line: StrokeLine) -> str:
+        """Function, template and components, which identify a stroke in both recipes."""
+        return "/".join([line.function, *line.made_by.split("/")[1:]])
+
+    def same(one: Points, other: Points) -> bool:
+        return one.shape == other.shape and bool(np.abs(one - other).max(initial=0.0) <= _SAME_MM)
+
+    paths: dict[str, list[Points]] = {}
+    for line in stroke_lines(here.plan):
+        paths.setdefault(name(line), []).append(line.points)
+    return [
+        line
+        for line in stroke_lines(there.plan)
+        if not any(same(line.points, path) for path in paths.get(name(line), []))
+    ]
 
 
-def _note_html(text: str) -> str:
-    return f'<div style="margin:4px 12px;font-size:12px;color:{to_hex(INK)}">{text}</div>'
+def comparison_html(rows: Sequence[Row], here: str, there: str) -> str:
+    """Table of two runs: differences in ink with their change, equal values in grey."""
+    lines = ""
+    for table in comparison_tables(rows, (here, there), ""):
+        lines += f'<tr><td colspan="4" style="padding-top:8px;font-weight:600">{escape(table.title)}</td></tr>'
+        for row in table.rows:
+            (name,), *values, (change,) = (lines_of(cell)[0] for cell in row)
+            lines += f'<tr style="vertical-align:top"><td style="overflow-wrap:anywhere">{escape(name.text)}</td>'
+            for (text,) in values:
+                ink = to_hex(QUIET if text.emphasis else INK)
+                lines += f'<td style="{_RIGHT}color:{ink}">{escape(text.text)}</td>'
+            lines += f'<td style="{_RIGHT}color:{to_hex(ACCENT)}">{escape(change.text)}</td></tr>'
+    heads = "".join(
+        f'<th style="{_RIGHT}font-weight:600;{_CUT}" title="{escape(text)}">{escape(text)}</th>'
+        for text in (here, there)
+    )
+    return (
+        f'<table style="margin:4px 12px;width:calc(100% - 24px);border-collapse:collapse;table-layout:fixed;'
+        f'font-size:12px;line-height:1.6;color:{to_hex(INK)};font-variant-numeric:tabular-nums">'
+        '<colgroup><col style="width:30%"><col style="width:27%"><col style="width:27%"><col style="width:16%">'
+        f"</colgroup><tr><th></th>{heads}<th></th></tr>{lines}</table>"
+    )

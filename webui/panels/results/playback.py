@@ -1,11 +1,9 @@
-"""Play the program: nozzle, cone and wave front as the playback says."""
+"""Playback of the program: nozzle, cone and wave front over time."""
 
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from html import escape
-
-import viser
 
 from geometry.arrays import Scalars
 from programs.errors import ProgramError
@@ -28,21 +26,23 @@ from webui.layers.paths.timeline import (
 )
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.scene.nozzle_view import ToolView
+from webui.panels.widgets.choices import on_choice
+from webui.scene.nozzle_view import NozzleView
 from webui.scene.scene import Scene
-from webui.theme.palette import INK, QUIET, to_hex
+from webui.theme.html import box_html, quiet_html, small_html
 from webui.threads.playback_clock import Player
 from webui.threads.worker import Worker
 
 _QUIET_S = 1.0
-"""A run is laid out when it was the newest one for so long, so that edits in a row cost nothing here."""
+"""A run is prepared once it was the newest one for so long, so that edits in a row cost nothing here."""
 _RATES = ("0.1", "0.2", "0.5", "1", "2", "5", "10", "20", "50")
+_WAITING = quiet_html("The program is not planned yet.", "font-size:13px")
 _PLAY, _PAUSE, _BACK, _ON = "Play", "Pause", "Previous event", "Next event"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Playable:
-    """A run laid out to be played."""
+    """A run prepared for the playback."""
 
     run: Run
     loaded: LoadedRecipe
@@ -66,41 +66,43 @@ def lay_out_run(run: Run, loaded: LoadedRecipe) -> Playable:
 
 
 def now_html(playable: Playable, shown: Moment, now_s: float) -> str:
-    """Say what happens at a moment: the clock, what runs, and which line of the recipe asked for it."""
+    """Time, function, speed, instruction and recipe line at a time of the program."""
     line = render_line(playable.run.program, shown.instruction).partition(";")[0].rstrip()
     place = recipe_line(playable.loaded, shown.made_by)
     doing = f"{shown.function}, {shown.speed_mm_s:.0f} mm/s, jet {'on' if len(shown.rim) else 'off'}"
-    return (
-        f'<div style="margin:0 12px;font-size:13px;color:{to_hex(INK)};line-height:1.5">'
+    origin = (
+        '<div style="display:flex;justify-content:space-between;gap:12px;white-space:nowrap">'
+        f'<span style="overflow:hidden;text-overflow:ellipsis">{escape(shown.made_by)}</span>'
+        f"<span>{escape(place)}</span></div>"
+    )
+    return box_html(
         '<div style="display:flex;justify-content:space-between">'
         f"<span>{clock_html(now_s, playable.end_s)}</span><span>{escape(doing)}</span></div>"
         f'<div style="font-family:monospace;font-size:11px;white-space:nowrap;overflow:hidden;text-overflow:ellipsis">'
-        f"{escape(line)}</div>"
-        '<div style="display:flex;justify-content:space-between;gap:12px;font-size:11px;'
-        f'color:{to_hex(QUIET)};white-space:nowrap"><span style="overflow:hidden;text-overflow:ellipsis">'
-        f"{escape(shown.made_by)}</span><span>{escape(place)}</span></div></div>"
+        f"{escape(line)}</div>{small_html(origin)}",
+        "font-size:13px;line-height:1.5;margin:0 12px",
     )
 
 
 class PlaybackPanel:
-    """Play the program: nozzle, cone and wave front as the playback says."""
+    """Playback of the program: nozzle, cone and wave front over time."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
         self._playable: Playable | None = None
-        """The newest run, as soon as it is laid out."""
+        """The newest run, as soon as it is prepared."""
         self._newest: Session | None = None
-        """What it is a run of."""
+        """Session of the newest run."""
         self._begun: Session | None = None
-        """What is being laid out, or was last."""
-        self._wish = _nothing
-        """What to do as soon as it is."""
+        """Session of the run that is being prepared, or was last."""
+        self._pending: Callable[[], None] | None = None
+        """Action as soon as it is prepared."""
         self._lock = threading.RLock()
         self._quiet = threading.Timer(_QUIET_S, self._lay_out)
-        self._tool = ToolView(page.client.scene, {})
+        self._tool = NozzleView(page.client.scene, {})
         gui = page.client.gui
-        self._now = gui.add_html(_waiting_html())
+        self._now = gui.add_html(_WAITING)
         self._strip = gui.add_html("")
         self._cursor = gui.add_html("")
         gui.add_html(SEEK_STYLE)
@@ -114,12 +116,12 @@ class PlaybackPanel:
         self._worker: Worker[Playable] = Worker(no_progress)
         page.on_close(self._close)
         self._buttons.on_click(lambda event: self._press(event.target.value))
-        self._slider.on_update(self._scrub)
-        self._rate.on_update(lambda event: self._set_rate(event.target.value))
+        on_choice(self._slider, self._seek)
+        self._rate.on_update(lambda event: setattr(self._player, "rate", float(event.target.value)))
         scene.seek = self._seek
 
     def show(self, session: Session, before: Session | None) -> None:
-        """Take up a new run; it is laid out when somebody wants to see it, or nothing happens for a while."""
+        """Take a new run; it is prepared when it is to be played, or nothing happens for a while."""
         if before is not None and session.run is before.run and session.check is before.check:
             return
         self._player.pause()
@@ -128,7 +130,7 @@ class PlaybackPanel:
             return
         with self._lock:
             self._worker.cancel()
-            self._playable, self._newest, self._wish = None, replace(session, run=session.played), _nothing
+            self._playable, self._newest, self._pending = None, replace(session, run=session.played), None
             self._quiet.cancel()
             self._quiet = threading.Timer(_QUIET_S, self._lay_out)
             self._quiet.daemon = True
@@ -137,7 +139,7 @@ class PlaybackPanel:
         self._name_button()
 
     def _lay_out(self) -> None:
-        """Prepare the newest run, beside the page."""
+        """Prepare the newest run in the background."""
         with self._lock:
             self._quiet.cancel()
             session = self._newest
@@ -156,28 +158,29 @@ class PlaybackPanel:
             self._slider.disabled = False
             self._strip.content = playable.strip
             self._player.load(playable.end_s)
-            wish, self._wish = self._wish, _nothing
-            wish()
+            pending, self._pending = self._pending, None
+            if pending is not None:
+                pending()
             self._name_button()
 
     def _when_ready(self, do: Callable[[], None]) -> None:
-        """Do something to the newest program: now, or as soon as it is laid out, which then begins at once."""
+        """Act on the newest program: now, or as soon as it is prepared, which then begins at once."""
         with self._lock:
             if self._playable is not None:
                 do()
                 return
-            self._wish = do
+            self._pending = do
         self._lay_out()
 
     def _forget(self) -> None:
         with self._lock:
             self._quiet.cancel()
             self._worker.cancel()
-            self._playable, self._newest, self._wish = None, None, _nothing
+            self._playable = self._newest = self._pending = None
         self._player.load(0.0)
         self._tool.hide()
         self._slider.disabled = True
-        self._now.content, self._strip.content, self._cursor.content = _waiting_html(), "", ""
+        self._now.content, self._strip.content, self._cursor.content = _WAITING, "", ""
 
     def _fail(self, error: Exception) -> None:
         self._forget()
@@ -187,28 +190,21 @@ class PlaybackPanel:
         if button == _PAUSE:
             self._player.pause()
             self._name_button()
-        else:
-            self._when_ready(self._play if button == _PLAY else lambda: self._step(1 if button == _ON else -1))
+            return
 
-    def _play(self) -> None:
-        self._player.play()
-        self._name_button()
+        def act() -> None:
+            if button == _PLAY:
+                self._player.play()
+            elif self._playable is not None:
+                self._player.pause()
+                now_s, steps = self._player.now_s, 1 if button == _ON else -1
+                self._player.seek(step_event(self._playable.events, now_s, steps))
+            self._name_button()
 
-    def _step(self, steps: int) -> None:
-        self._player.pause()
-        if self._playable is not None:
-            self._player.seek(step_event(self._playable.events, self._player.now_s, steps))
-        self._name_button()
-
-    def _scrub(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
-        if event.client is not None:
-            self._seek(event.target.value)
+        self._when_ready(act)
 
     def _seek(self, time_s: float) -> None:
         self._when_ready(lambda: self._player.seek(time_s))
-
-    def _set_rate(self, rate: str) -> None:
-        self._player.rate = float(rate)
 
     def _close(self) -> None:
         self._quiet.cancel()
@@ -236,16 +232,8 @@ class PlaybackPanel:
 
 
 def veil_html() -> str:
-    """Fade the strip that stands above: it is that of an older program."""
+    """Veil over the strip above, which is that of an older program."""
     return (
         '<div style="position:relative;height:0;margin:0 12px"><div style="position:absolute;left:0;right:0;'
         f'top:-{STRIP_PX}px;height:{STRIP_PX}px;background:#ffffffb8"></div></div>'
     )
-
-
-def _nothing() -> None:
-    pass
-
-
-def _waiting_html() -> str:
-    return f'<div style="margin:0 12px;font-size:13px;color:{to_hex(QUIET)}">The program is not planned yet.</div>'

@@ -1,4 +1,4 @@
-"""What is planned, how far planning is, and what comes out: always in sight."""
+"""State and progress of planning, and totals of the program: always in sight."""
 
 import threading
 import time
@@ -10,25 +10,26 @@ from rulesengine.planning.pipeline import Run
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.scene.scene import Scene
-from webui.theme.palette import ACCENT, INK, QUIET, to_hex
+from webui.theme.html import bar_html, box_html
+from webui.theme.palette import ACCENT, QUIET, Tint, to_hex
 
 _CANCEL, _PLAN = "Cancel", "Plan"
 _PATIENCE_S = 0.5
-"""A plan that is quicker than this offers no button: it would only flicker."""
+"""A plan that is quicker than this shows no button: it would only flicker."""
 _PACE_S = 0.1
-"""What lasts no longer is not mentioned, and how far the same work is not said more often."""
+"""Shorter work is not shown, and progress not updated more often."""
 _STOPPED = ("cancelled", "not planned")
 _SEVERITIES = ("error", "warning")
 
 
 class StatusPanel:
-    """What is planned, how far planning is, and what comes out: always in sight."""
+    """State and progress of planning, and totals of the program: always in sight."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
         self._what, self._share = "", 0.0
-        self._begun_s, self._told_s = 0.0, 0.0
+        self._begun_s, self._shown_s = 0.0, 0.0
         gui = page.client.gui
         self._html = gui.add_html("")
         self._button = gui.add_button(_CANCEL, visible=False, color="gray", hint="Give up planning, or plan again.")
@@ -53,10 +54,10 @@ class StatusPanel:
             self._patience.cancel()
             self._patience = self._new_patience()
             self._patience.start()
-        since_s = now_s - (self._told_s if same else self._begun_s)
+        since_s = now_s - (self._shown_s if same else self._begun_s)
         # When it is done the run itself is about to be shown.
         if begins or what in _STOPPED or (what != "done" and since_s > _PACE_S):
-            self._told_s = now_s
+            self._shown_s = now_s
             with self._page.client.atomic():
                 self.show(self._page.session, None)
 
@@ -77,57 +78,41 @@ class StatusPanel:
 
 
 def status_html(session: Session, planned_s: float | None, what: str, share: float) -> str:
-    """Say how long the program takes, what it needs, and whether it is that of the recipe as it is now."""
+    """Duration and liquid of the program, and whether it is of the recipe as it is now."""
     run = session.run
-    rows = [_head(session), _totals(run) if run is not None else ""]
+    star = " \N{BULLET}" if session.document.dirty else ""
+    names = f"{session.board.name} \N{MULTIPLICATION SIGN} {session.document.file.stem}{star}"
+    rows = [f'<div style="white-space:nowrap;overflow:hidden;text-overflow:ellipsis">{escape(names)}</div>']
+    if run is not None:
+        rows.append(
+            '<div style="display:flex;justify-content:space-between;align-items:baseline;'
+            'font-variant-numeric:tabular-nums">'
+            f'<span data-total style="font-size:22px;font-weight:600">{clock(run.program.totals.duration_s)}</span>'
+            f'<span style="font-size:15px">{litres_of(run):.1f} l</span></div>'
+        )
     if session.planned:
         took = f"Planned in {planned_s:.2f} s." if planned_s is not None else "Planned."
-        rows += [_line(f"{took} {_findings(run)}" if run is not None else took), _bar(None)]
+        rows += [_line(f"{took} {_findings(run)}" if run is not None else took), bar_html(None)]
     elif what in _STOPPED:
         older = " The paths are those of the recipe before." if run is not None else ""
-        rows += [_line(f"{what.capitalize()}.{older}", ACCENT), _bar(None)]
+        rows += [_line(f"{what.capitalize()}.{older}", ACCENT), bar_html(None)]
     elif session.sketch is not None:
-        rows += [_line(f"Refining the order\N{HORIZONTAL ELLIPSIS} {share:.0%}", mark="data-sketch"), _bar(share)]
+        rows += [_line(f"Refining the order\N{HORIZONTAL ELLIPSIS} {share:.0%}", mark="data-sketch"), bar_html(share)]
     else:
-        rows += [_line(f"{what.capitalize() or 'Planning'}\N{HORIZONTAL ELLIPSIS} {share:.0%}"), _bar(share)]
-    return f'<div style="margin:2px 12px 6px;color:{to_hex(INK)};font-size:13px;line-height:1.5">{"".join(rows)}</div>'
+        rows += [_line(f"{what.capitalize() or 'Planning'}\N{HORIZONTAL ELLIPSIS} {share:.0%}"), bar_html(share)]
+    return box_html("".join(rows), "font-size:13px;line-height:1.5")
 
 
 def litres_of(run: Run) -> float:
-    """Add up the liquid of all functions, l."""
+    """Liquid of all functions together, l."""
     return sum(litres for _, litres in run.program.totals.liquid_l)
-
-
-def _head(session: Session) -> str:
-    star = " \N{BULLET}" if session.document.dirty else ""
-    names = f"{session.board.name} \N{MULTIPLICATION SIGN} {session.document.file.stem}{star}"
-    return f'<div style="white-space:nowrap;overflow:hidden;text-overflow:ellipsis">{escape(names)}</div>'
-
-
-def _totals(run: Run) -> str:
-    return (
-        '<div style="display:flex;justify-content:space-between;align-items:baseline;'
-        'font-variant-numeric:tabular-nums">'
-        f'<span data-total style="font-size:22px;font-weight:600">{clock(run.program.totals.duration_s)}</span>'
-        f'<span style="font-size:15px">{litres_of(run):.1f} l</span></div>'
-    )
 
 
 def _findings(run: Run) -> str:
     counts = Counter(finding.severity for finding in run.findings)
-    told = [amount(counts[severity], severity) for severity in _SEVERITIES if counts[severity]]
-    return f"{', '.join(told).capitalize()}." if told else "No errors or warnings."
+    found = [amount(counts[severity], severity) for severity in _SEVERITIES if counts[severity]]
+    return f"{', '.join(found).capitalize()}." if found else "No errors or warnings."
 
 
-def _line(text: str, colour: tuple[int, int, int] = QUIET, mark: str = "data-progress") -> str:
+def _line(text: str, colour: Tint = QUIET, mark: str = "data-progress") -> str:
     return f'<div {mark} style="font-size:12px;color:{to_hex(colour)}">{escape(text)}</div>'
-
-
-def _bar(share: float | None) -> str:
-    """A thin bar; its room stays when there is nothing to wait for, so that nothing jumps."""
-    ground = "transparent" if share is None else "#e6eaed"
-    width = 0.0 if share is None else 100 * min(max(share, 0.03), 1.0)
-    return (
-        f'<div style="height:3px;border-radius:2px;margin-top:4px;background:{ground}">'
-        f'<div style="height:3px;border-radius:2px;width:{width:.0f}%;background:{to_hex(ACCENT)}"></div></div>'
-    )

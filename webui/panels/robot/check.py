@@ -1,39 +1,38 @@
-"""Whether the robot can do the program: the check, what came of it, and where."""
-
-from html import escape
-from operator import is_
+"""The check of the program in the cell: its result, its findings and their places."""
 
 import numpy as np
 
 from programs.program import MoveTo
+from reports.pictures.joint_picture import Quantity, joint_curves
+from reports.tables.wording import clock
+from robotcell.motion.retime import rates_of
 from specs.finding import Finding
 from specs.finding_rules import COLLISION
-from webui.cards.boxes import box_html, quiet_html
 from webui.cards.finding_list import kinds_html, tally
-from webui.layers.robot.near_mark import near_glb
-from webui.layers.robot.proximity import Near, moment_of, near_at, nearest_of
-from webui.page.checked import Checked, check_program, facts_of
+from webui.layers.robot.proximity import Near, moment_of, near_at, near_glb, nearest_of
+from webui.page.checked import Checked, check_program
 from webui.page.page import Page
-from webui.page.session import Session
-from webui.panels.widgets.finding_steps import FindingSteps
+from webui.page.session import Session, component_named
+from webui.panels.widgets.choices import FindingStepper
 from webui.panels.widgets.job import RunButton
 from webui.scene.scene import Scene
+from webui.theme.html import box_html, facts_html, quiet_html
 from webui.theme.palette import QUIET, to_hex
 
 _HINTS = (
-    "Shows the place, who asked for it, and the robot at that moment.",
-    "Through the findings; where bodies are nearest.",
+    "Shows the place, the recipe entry that caused it, and the robot at that time.",
+    "Through the findings; the smallest clearance.",
 )
 _LAYER = "/near"
 _AROUND_MM = 250.0
-"""What is seen to each side where bodies touch: enough to recognise them."""
+"""Half width of the view where bodies touch: enough to recognise them."""
 
 
 class CheckCard:
-    """Whether the robot can do the program: the check, what came of it, and where."""
+    """The check of the program in the cell: its result, its findings and their places."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
-        """Build the elements in the container that is open; they are seen where there is a cell."""
+        """Build the elements in the container that is open; they are visible where there is a cell."""
         self._page, self._scene = page, scene
         gui = page.client.gui
         self._folder = gui.add_folder("Check", visible=False)
@@ -47,16 +46,15 @@ class CheckCard:
                 hint="Largest jet tilt the robot may add to avoid collisions or limits.",
             )
             self._run: RunButton[Checked] = RunButton(
-                page, "Check", self._begin, "Finds how the joints move, and what keeps the robot from it."
+                page, "Check", self._begin, "Computes the joint motion, and what prevents it."
             )
-            self._steps = FindingSteps(gui, _HINTS, self._go, {"Nearest": self._show_nearest})
+            self._steps = FindingStepper(gui, _HINTS, self._go, {"Nearest": self._show_nearest})
             self._steps.show(visible=False)
             self._list = gui.add_html("")
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        if before is None or not all(map(is_, _subject_of(session), _subject_of(before))):
-            self._run.show(state_html(session))
+        self._run.show(state_html(session), (session.cell, session.run, session.checked, session.check))
         if before is not None and session.cell is before.cell and session.check is before.check:
             return
         self._folder.visible = session.cell is not None
@@ -65,26 +63,22 @@ class CheckCard:
         self._list_findings(session)
 
     def _begin(self) -> None:
-        session = self._page.session
-        run, cell = session.run, session.cell
-        if run is None or cell is None or not session.planned:
-            self._page.refuse("The recipe as it is now is not planned yet; wait until it is.")
-            return
-        lean = np.radians(self._lean.value)
-        self._run.start(lambda progress: check_program(run, cell, progress, lean), self._take)
-
-    def _take(self, checked: Checked) -> None:
-        self._page.remember(lambda session: session.with_check(checked))
+        run, cell, lean = self._page.session.planned_run, self._page.session.cell, np.radians(self._lean.value)
+        if cell is not None:
+            self._run.start(
+                lambda progress: check_program(run, cell, progress, lean),
+                lambda checked: self._page.remember(lambda session: session.with_check(checked)),
+            )
 
     def _list_findings(self, session: Session) -> None:
         findings = session.check.findings if session.check is not None else ()
-        self._steps.offer(findings)
+        self._steps.offer_findings(findings)
         self._steps.show(visible=session.check is not None)
         chosen = self._steps.chosen
         self._list.content = kinds_html(findings, session.loaded, chosen) if session.check is not None else ""
 
     def _go(self, finding: Finding | None) -> None:
-        """Show what a finding is about: place, maker, the robot at that moment, what it touches there."""
+        """Show a finding: its place, its origin, the robot at that time, and the body that it touches."""
         session = self._page.session
         with self._page.client.atomic():
             self._list_findings(session)
@@ -112,34 +106,29 @@ class CheckCard:
         check = self._page.session.check
         near = None if check is None or check.motion is None else nearest_of(check.report, check.motion)
         if near is None:
-            self._page.say("Nothing is near", "Robot and tool keep clear of board and fixtures all the time.")
+            self._page.notify("Nothing is near", "Robot and tool keep clear of board and fixtures all the time.")
             return
         self._scene.seek(near.time_s)
         self._unmark()
         self._mark(near, "")
 
     def _mark(self, near: Near, made_by: str) -> None:
-        """Draw two bodies in red, and the line between their nearest points."""
+        """Mark two bodies in red, and the line between their nearest points."""
         with self._page.client.atomic():
             self._scene.robot.mark({near.body, near.other})
             self._scene.draw_over(_LAYER, near_glb(near))
         x, y, z = near.points.mean(axis=0).tolist()
         self._scene.look_at_place((x, y, z), _AROUND_MM)
-        parts = {component.name for component in self._page.session.board.components}
-        self._page.select(component=near.other if near.other in parts else "", made_by=made_by)
+        part = component_named(self._page.session.board, near.other)
+        self._page.select(component="" if part is None else part.name, made_by=made_by)
 
     def _unmark(self) -> None:
         self._scene.robot.mark(())
         self._scene.draw_over(_LAYER, b"")
 
 
-def _subject_of(session: Session) -> tuple[object, ...]:
-    """What the line beneath the button is about."""
-    return session.cell, session.run, session.checked, session.check
-
-
 def when(finding: Finding, check: Checked) -> float:
-    """Say when the robot is where a finding is, s; 0 where nothing moves."""
+    """Time at which the robot is at the place of a finding, s; 0 without a motion."""
     moves = [item for item in check.program.instructions if isinstance(item, MoveTo)]
     if check.motion is None or finding.where is None:
         return 0.0
@@ -149,7 +138,7 @@ def when(finding: Finding, check: Checked) -> float:
 
 
 def state_html(session: Session) -> str:
-    """Say whether the program as it is now was checked in this cell, and what came of it at one glance."""
+    """Result of the check of the program as it is now, else whether an older program was checked."""
     check = session.check
     if check is None:
         older = session.checked is not None and session.checked.run.board is session.board
@@ -158,13 +147,29 @@ def state_html(session: Session) -> str:
     done = "The robot can do it." if check.motion is not None else "The robot cannot do it."
     if any(finding.severity == "error" for finding in check.findings):
         done = "The robot cannot do it as it is."
-    rows = "".join(
-        f'<tr><td style="color:{to_hex(QUIET)};padding:1px 12px 1px 0;vertical-align:top">{escape(name)}</td>'
-        f"<td>{escape(text)}</td></tr>"
-        for name, text in facts_of(check).items()
-    )
     head = f'<div style="font-weight:600">{done} <span style="font-weight:400;color:{to_hex(QUIET)}">'
-    return box_html(
-        f"{head}{tally(check.findings).capitalize()}.</span></div>"
-        f'<table style="border-collapse:collapse;margin-top:2px">{rows}</table>'
-    )
+    return box_html(f"{head}{tally(check.findings).capitalize()}.</span></div>{facts_html(facts_of(check))}")
+
+
+def facts_of(checked: Checked) -> dict[str, str]:
+    """Time, load on the joints, clearance and conditioning of a check; none where nothing moves."""
+    from robotcell.collision.collision import FARTHEST
+
+    report, motion = checked.report, checked.motion
+    if motion is None:
+        return {}
+    planned_s, taken_s = report.requested.totals.duration_s, report.program.totals.duration_s
+    same = abs(taken_s - planned_s) < 0.05
+    facts = {"Time": f"{clock(taken_s)}, {'as planned' if same else f'planned {clock(planned_s)}'}"}
+    quantities: tuple[Quantity, ...] = ("speed", "acceleration")
+    rates = rates_of(report.program, report.joints)
+    for quantity in quantities:
+        hardest = max(joint_curves(report.cell.robot.joints, rates, quantity), key=lambda curve: curve.use)
+        facts[quantity.capitalize()] = f"{hardest.name} at {hardest.use:.0%} of its limit"
+    near = nearest_of(report, motion)
+    nothing = f"nothing within {1000 * FARTHEST:g} mm"
+    return facts | {
+        "Nearest": nothing if near is None else f"{near.body} to {near.other}, {near.distance_mm:.1f} mm",
+        "Manipulability": f"{float(report.singularity.min()):.3g} at the least",
+        "Condition": f"{float(report.condition.min()):.3g} inverse, at the least",
+    }

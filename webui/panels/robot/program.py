@@ -1,25 +1,22 @@
-"""The robot's program: its text beside the motions it makes, and the files to take along."""
-
-from html import escape
+"""The robot's program: its text, linked with the motions in the scene, and its download."""
 
 from programs.posts.dialects import DIALECTS
 from specs.errors import JobError
-from specs.finding import worst_first
-from webui.cards.frame_card import mistakes_html
+from webui.cards.finding_list import mistakes_html
 from webui.downloads.robot_program import Made, download_program, forbidding, make_program
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.robot.text_preview import TextPreview
-from webui.panels.widgets.allowance import Allowance
+from webui.panels.widgets.choices import AllowedRules, on_choice
 from webui.panels.widgets.job import RunButton
 from webui.scene.scene import Scene
-from webui.theme.palette import INK, QUIET, to_hex
+from webui.theme.html import box_html, facts_html, quiet_html
 
 _NO_CELL = "Choose a cell in the tab Robot first: its robot, tools and channels are what a program is written for."
 
 
 class ProgramPanel:
-    """The robot's program: its text beside the motions it makes, and the files to take along."""
+    """The robot's program: its text, linked with the motions in the scene, and its download."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
@@ -33,16 +30,16 @@ class ProgramPanel:
             page, "Write", self._begin, "The program is checked in the cell first, if that was not done."
         )
         self._preview = TextPreview(page, scene)
-        self._allowance = Allowance(gui)
+        self._allowed = AllowedRules(gui)
         self._download = gui.add_button(
             "Download",
             visible=False,
             color="gray",
             hint="The same bytes as the command line writes; several files as a zip.",
         )
-        self._language.on_update(lambda event: self._choose(by_hand=event.client is not None))
+        on_choice(self._language, lambda _: self._choose())
         self._download.on_click(lambda _: self._send())
-        self._choose(by_hand=False)
+        self._notes.content = quiet_html(DIALECTS[self._names[self._language.value]].notes)
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
@@ -53,10 +50,9 @@ class ProgramPanel:
         elif session.selection != before.selection and self._made is not None:
             self._preview.find(session.selection.made_by)
 
-    def _choose(self, *, by_hand: bool) -> None:
-        language = DIALECTS[self._names[self._language.value]]
-        self._notes.content = _text_html(language.notes)
-        if by_hand and self._made is not None:
+    def _choose(self) -> None:
+        self._notes.content = quiet_html(DIALECTS[self._names[self._language.value]].notes)
+        if self._made is not None:
             self._begin()
 
     def _begin(self) -> None:
@@ -72,23 +68,23 @@ class ProgramPanel:
             self._page.remember(lambda session: session.with_check(made.checked))
         session = self._page.session
         with self._page.client.atomic():
-            if made.checked is not session.check:  # it is of a program that is no longer this one
+            if made.checked is not session.check:  # the program has changed meanwhile
                 self._forget(session)
                 return
             self._made = made
             self._run.show(written_html(made))
             self._preview.open(made.written.files, session.selection.made_by)
-            self._allowance.offer(forbidding(made))
+            self._allowed.offer(forbidding(made))
             self._download.visible = True
 
     def _forget(self, session: Session) -> None:
-        """Show no program: there is none of the program as it is now."""
+        """Show no text: there is none of the program as it is now."""
         older, self._made = self._made is not None, None
         self._run.handle.visible = session.cell is not None
         changed = "The program or the cell changed since it was written." if older else ""
-        self._run.show(_text_html(_NO_CELL if session.cell is None else changed))
+        self._run.show(quiet_html(_NO_CELL if session.cell is None else changed))
         self._preview.open((), "")
-        self._allowance.offer(())
+        self._allowed.offer(())
         self._download.visible = False
 
     def _send(self) -> None:
@@ -96,7 +92,7 @@ class ProgramPanel:
         if made is None:
             return
         try:
-            download = download_program(made, self._allowance.rules)
+            download = download_program(made, self._allowed.rules)
         except JobError as error:
             self._page.report(error)
             return
@@ -104,25 +100,13 @@ class ProgramPanel:
 
 
 def written_html(made: Made) -> str:
-    """Say what was written, how exactly the jet is timed, and what the language did not allow."""
+    """Files, timing errors of the jet, and findings of a written program."""
     written = made.written
     language, error = DIALECTS[written.dialect], written.error
     lines = sum(len(file.lines) for file in written.files)
-    rows = {
-        "Files": f"{len(written.files)}, {lines:,} lines" if len(written.files) > 1 else f"1, {lines:,} lines",
+    facts = {
+        "Files": f"{len(written.files)}, {lines:,} lines",
         "Events": f"at worst {error.distance_mm:.2f} mm, {1000 * error.time_s:.0f} ms off",
         "Controller": f"class {language.capability.controller_class}",
     }
-    table = "".join(
-        f'<tr><td style="color:{to_hex(QUIET)};padding:1px 12px 1px 0;vertical-align:top">{name}</td>'
-        f"<td>{escape(text)}</td></tr>"
-        for name, text in rows.items()
-    )
-    style = f"margin:2px 12px 4px;font-size:12px;color:{to_hex(INK)};border-collapse:collapse"
-    return f'<table style="{style}">{table}</table>' + mistakes_html(worst_first(written.findings))
-
-
-def _text_html(text: str) -> str:
-    if not text:
-        return ""
-    return f'<div style="margin:2px 12px 4px;font-size:12px;line-height:1.4;color:{to_hex(QUIET)}">{escape(text)}</div>'
+    return box_html(facts_html(facts)) + mistakes_html(written.findings)

@@ -1,35 +1,38 @@
-"""How well the robot can do each part of the paths: colours along them."""
+"""Reach and joints: metrics along the paths as colours, and plots of the joints over time."""
 
-from webui.cards.stroke_card import legend_html
+from reports.pictures.joint_picture import QUANTITIES, Curve, Quantity, joint_curves
+from robotcell.motion.retime import rates_of
 from webui.glb.ribbons import board_size_mm, line_width_mm
+from webui.layers.robot.joint_plots import curves_html, plot_cursor_html
 from webui.page.page import Page
 from webui.page.session import Session
+from webui.panels.widgets.job import Job
 from webui.scene.reach_colours import METRICS, Painted, paint_reach
 from webui.scene.scene import Scene
-from webui.threads.worker import Worker
+from webui.theme.html import legend_html
 
 _PLAIN: str = "The recipe"
 _LAYER = "/reach"
 _AROUND_MM = 60.0
+_QUANTITIES: dict[str, Quantity] = {quantity.capitalize(): quantity for quantity in QUANTITIES}
 
 
 class ReachCard:
-    """How well the robot can do each part of the paths: colours along them."""
+    """How well the robot reaches each part of the paths, as colours along them."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
-        """Build the elements in the container that is open; they are seen where there is a joint motion."""
+        """Build the elements in the container that is open; they are visible where there is a joint motion."""
         self._page, self._scene = page, scene
-        self._worker: Worker[Painted] = Worker(self._show_progress)
-        page.on_close(self._worker.close)
+        self._painted: Painted | None = None
         gui = page.client.gui
         self._folder = gui.add_folder("Reach", visible=False)
         with self._folder:
             self._metric = gui.add_dropdown(
-                "Metric", (_PLAIN, *METRICS), hint="What is sprayed; dark is worse, light is better."
+                "Metric", (_PLAIN, *METRICS), hint="Of what is sprayed; dark is worse, light is better."
             )
+            self._job: Job[Painted] = Job(page, refuse=page.refuse)
             self._legend = gui.add_html("")
             self._worst = gui.add_button("Go to the worst", visible=False, color="gray")
-        self._painted: Painted | None = None
         self._metric.on_update(lambda _: self._start(page.session))
         self._worst.on_click(lambda _: self._go_to_worst())
 
@@ -40,26 +43,59 @@ class ReachCard:
             self._start(session)
 
     def _start(self, session: Session) -> None:
-        """Draw the map of the metric that is chosen, beside the page."""
-        self._worker.cancel()
+        """Draw the chosen metric, computed in the background."""
+        self._job.stop()
         self._put(None)
         check, metric = session.check, METRICS.get(self._metric.value)
         width = line_width_mm(board_size_mm(session.board))
         if check is not None and metric is not None:
-            self._worker.start(lambda _progress: paint_reach(metric, check, width), self._put, self._page.report)
+            self._job.start(lambda _progress: paint_reach(metric, check, width), self._put)
 
     def _put(self, painted: Painted | None) -> None:
         with self._page.client.atomic():
             self._painted = painted
             self._scene.draw_over(_LAYER, b"" if painted is None else painted.glb)
-            self._legend.content = "" if painted is None else legend_html(painted.legend)
+            self._legend.content = "" if painted is None else legend_html(painted.legend.items())
             self._worst.visible = painted is not None and painted.worst is not None
 
     def _go_to_worst(self) -> None:
-        painted = self._painted
-        if painted is not None and painted.worst is not None:
-            self._scene.seek(painted.worst.time_s)
-            self._scene.look_at_place(painted.worst.place_mm, _AROUND_MM)
+        worst = None if self._painted is None else self._painted.worst
+        if worst is not None:
+            self._scene.seek(worst.time_s)
+            self._scene.look_at_place(worst.place_mm, _AROUND_MM)
 
-    def _show_progress(self, what: str, done: float) -> None:
-        pass
+
+class JointsCard:
+    """Position, speed and acceleration of the joints over time, with their limits."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the elements in the container that is open; they are visible where there is a joint motion."""
+        self._curves: list[Curve] = []
+        self._end_s = 0.0
+        gui = page.client.gui
+        self._folder = gui.add_folder("Joints", visible=False)
+        with self._folder:
+            self._quantity = gui.add_dropdown("Show", tuple(_QUANTITIES), hint="Dashed lines are limits.")
+            self._plots = gui.add_html("")
+            self._cursor = gui.add_html("")
+        self._quantity.on_update(lambda _: self._draw(page.session))
+        scene.on_moment(self._move_cursor)
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        if before is None or session.check is not before.check:
+            self._draw(session)
+
+    def _draw(self, session: Session) -> None:
+        check = session.check
+        self._folder.visible = check is not None and check.report.possible
+        self._curves = []
+        if check is not None and check.report.possible:
+            self._end_s = check.program.totals.duration_s
+            rates = rates_of(check.program, check.report.joints)
+            self._curves = joint_curves(check.cell.cell.robot.joints, rates, _QUANTITIES[self._quantity.value])
+            self._plots.content = curves_html(self._curves, self._end_s)
+
+    def _move_cursor(self, now_s: float) -> None:
+        if self._curves:
+            self._cursor.content = plot_cursor_html(now_s, self._end_s, len(self._curves))

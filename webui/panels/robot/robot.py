@@ -1,26 +1,27 @@
-"""The robot: which cell, where its frames are, and how it is looked at."""
+"""The robot cell: its choice, its frames, its views and its cards."""
 
+from collections.abc import Sequence
 from html import escape
 
 from robotcell.cell.load import LoadedCell
-from robotcell.diagnosis.frame_table import frame_card
+from robotcell.diagnosis.frame_table import Frame, frame_card
 from robotcell.diagnosis.plausibility import check_cell
-from webui.cards.frame_card import frames_html, mistakes_html
-from webui.forms.dropdown import offer
+from webui.cards.finding_list import mistakes_html
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.robot.check import CheckCard
-from webui.panels.robot.joints import JointsCard
-from webui.panels.robot.reach import ReachCard
+from webui.panels.robot.reach import JointsCard, ReachCard
+from webui.panels.widgets.choices import offer, on_choice
 from webui.scene.scene import Scene
-from webui.theme.palette import INK, QUIET, to_hex
+from webui.theme.html import box_html, facts_html, grey_html, small_html
 
 _NONE: str = "none"
 _CELL, _BOARD = "Whole cell", "Board"
+_CHOOSE = "Choose a cell to see whether its robot can run the program."
 
 
 class RobotPanel:
-    """The robot: which cell, where its frames are, and how it is looked at."""
+    """The robot cell: its choice, its frames, its views and its cards."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
@@ -34,98 +35,81 @@ class RobotPanel:
         )
         self._about = gui.add_html("")
         self._mistakes = gui.add_html("")
-        self._look = gui.add_button_group("Look at", (_CELL, _BOARD), visible=False, hint="Where the camera stands.")
+        self._look = gui.add_button_group("Look at", (_CELL, _BOARD), visible=False, hint="View of the camera.")
         self._seen = gui.add_checkbox("Show the robot", True, visible=False, hint="It stays where it is when hidden.")
         self._cards = (CheckCard(page, scene), ReachCard(page, scene), JointsCard(page, scene))
         self._folder = gui.add_folder("Frames", visible=False, expand_by_default=False)
         with self._folder:
             self._frames = gui.add_html("")
-        self._choice.on_update(lambda event: self._choose(event.target.value, by_hand=event.client is not None))
-        self._look.on_click(lambda event: self._fly(event.target.value))
-        self._seen.on_update(lambda event: self._hide_or_show(seen=event.target.value))
+        on_choice(self._choice, self._choose)
+        self._look.on_click(lambda event: self._look_at(cell=event.target.value == _CELL))
+        self._seen.on_update(lambda event: scene.robot.show(visible=event.target.value))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
         for card in self._cards:
             card.show(session, before)
         if before is None or session.cell is not before.cell or session.board is not before.board:
-            self._show_frames(session)
+            self._folder.visible = session.cell is not None
+            self._mistakes.content = ""
+            if session.cell is not None:
+                cell, board, io = session.cell.cell, session.board, session.cell.spec.io
+                self._frames.content = frames_html(frame_card(cell, board))
+                self._mistakes.content = mistakes_html(check_cell(cell, board, io))
         if before is not None and session.cell is before.cell:
             return
         offer(self._choice, self._names(session), session.cell_name or _NONE)
         self._about.content = about_html(session.cell)
         self._look.visible = self._seen.visible = session.cell is not None
         if session.cell is not None:
-            self._hide_or_show(seen=self._seen.value)
-
-    def _show_frames(self, session: Session) -> None:
-        self._folder.visible = session.cell is not None
-        self._mistakes.content = ""
-        if session.cell is not None:
-            cell, board, io = session.cell.cell, session.board, session.cell.spec.io
-            self._frames.content = frames_html(frame_card(cell, board))
-            self._mistakes.content = mistakes_html(check_cell(cell, board, io))
+            self._scene.robot.show(visible=self._seen.value)
 
     def _names(self, session: Session) -> tuple[str, ...]:
         return tuple(dict.fromkeys([_NONE, *self._page.project.cells(), session.cell_name or _NONE]))
 
-    def _choose(self, name: str, *, by_hand: bool) -> None:
-        if not by_hand or name == (self._page.session.cell_name or _NONE):
+    def _choose(self, name: str) -> None:
+        if name == (self._page.session.cell_name or _NONE):
             return
-        done = self._page.attempt(lambda session: self._with_cell(session, name))
-        if not done:
+
+        def change(session: Session) -> Session:
+            if name == _NONE:
+                return session.with_cell("", None)
+            return session.with_cell(name, self._page.project.open_cell(name))
+
+        if self._page.attempt(change):
+            self._look_at(cell=name != _NONE)
+        else:
             self._choice.value = self._page.session.cell_name or _NONE
-        elif name == _NONE:
-            self._scene.look_at_board()
-        else:
-            self._scene.look_at_cell()
 
-    def _with_cell(self, session: Session, name: str) -> Session:
-        """Take up a cell.
-
-        Raises:
-            JobError: it cannot be read.
-        """
-        if name == _NONE:
-            return session.with_cell("", None)
-        return session.with_cell(name, self._page.project.open_cell(name))
-
-    def _fly(self, where: str) -> None:
-        if where == _CELL:
+    def _look_at(self, *, cell: bool) -> None:
+        if cell:
             self._scene.look_at_cell()
         else:
             self._scene.look_at_board()
-
-    def _hide_or_show(self, *, seen: bool) -> None:
-        if seen:
-            self._scene.robot.show()
-        else:
-            self._scene.robot.hide()
 
 
 def about_html(loaded: LoadedCell | None) -> str:
-    """Say what a cell is: its robot, tools and what stands around."""
+    """Robot, tools and fixtures of a cell."""
     if loaded is None:
-        return _lines_html("Choose a cell to see whether its robot can run the program.")
+        return box_html(_CHOOSE)
     cell = loaded.cell
-    tools = ", ".join(f"{tool.number} {tool.name}" for tool in cell.tools)
-    around = ", ".join(dict.fromkeys(body.name for body in cell.fixtures))
-    rows = {
+    facts = {
         "Robot": f"{cell.robot.name}, {cell.robot.dof} joints",
-        "Tools": tools,
-        "Around": around or "nothing",
+        "Tools": ", ".join(f"{tool.number} {tool.name}" for tool in cell.tools),
+        "Around": ", ".join(dict.fromkeys(body.name for body in cell.fixtures)) or "nothing",
         "Margin": f"{1000 * cell.margin:g} mm",
     }
-    table = "".join(
-        f'<tr><td style="color:{to_hex(QUIET)};padding:1px 12px 1px 0;vertical-align:top">{name}</td>'
-        f"<td>{escape(text)}</td></tr>"
-        for name, text in rows.items()
-    )
-    return (
-        f'{_lines_html(loaded.spec.description)}<table style="margin:2px 12px;font-size:12px;color:{to_hex(INK)};'
-        f'border-collapse:collapse">{table}</table>'
-    )
+    return box_html(escape(loaded.spec.description) + facts_html(facts))
 
 
-def _lines_html(text: str) -> str:
-    return f'<div style="margin:4px 12px;font-size:12px;color:{to_hex(INK)}">{escape(text)}</div>' if text else ""
+def frames_html(frames: Sequence[Frame]) -> str:
+    """Places and directions of frames, to be compared with the real cell."""
+    rows = ""
+    for frame in frames:
+        numbers = [f"{value:.1f}".replace("-0.0", "0.0").replace("-", "\N{MINUS SIGN}") for value in frame.place_mm]
+        cells = "".join(f'<td style="text-align:right;padding:1px 0 1px 8px">{number}</td>' for number in numbers)
+        rows += f'<tr style="white-space:nowrap"><td>{escape(frame.what.capitalize())}</td>{cells}</tr>'
+        if frame.looks:
+            rows += f'<tr><td colspan="4">{small_html(escape(frame.looks))}</td></tr>'
+    table = f'<table style="width:100%;border-collapse:collapse;font-variant-numeric:tabular-nums">{rows}</table>'
+    return box_html(grey_html("x, y, z (mm) in the cell; its z is up.", "margin-bottom:4px") + table)

@@ -1,143 +1,135 @@
-"""Work that somebody asks for and waits for: the button, how far it is, and why it came to nothing."""
+"""Background work of a panel: its button, its progress, its failure, and the text at rest."""
 
 from collections.abc import Callable
-from html import escape
+from operator import is_
 from typing import Generic, TypeVar
 
 from specs.errors import JobError
 from specs.progress import Progress, no_progress
-from webui.cards.boxes import box_html
-from webui.forms.refusals import remark_html
 from webui.page.page import Page
-from webui.theme.palette import ACCENT, QUIET, to_hex
+from webui.theme.html import progress_html, remark_html
 from webui.threads.worker import Worker
 
 T = TypeVar("T")
-_CANCEL = "Cancel"
 
 
-def _leave(_remark: str) -> None:
-    """Do nothing about work that came to nothing."""
+def _ignore(_remark: str) -> None:
+    """Ignore why there is no result."""
 
 
 class Job(Generic[T]):
-    """Work beside the page, and the line that tells of it: how far it is, why it came to nothing, else what holds."""
+    """Work in the background, and a line below: its progress, why it failed, else the text at rest."""
 
-    def __init__(self, page: Page, progress: Progress = no_progress) -> None:
+    def __init__(
+        self, page: Page, progress: Progress = no_progress, refuse: Callable[[str], None] | None = None
+    ) -> None:
         """Build the line in the container that is open.
 
         Args:
-            page: Whose work it is.
-            progress: Receives it too.
+            page: The page of the work.
+            progress: Receives the stage and the share done, besides the line.
+            refuse: Shows why work failed, in place of the line.
         """
-        self._page, self._progress = page, progress
-        self._holds = ""
-        self._running = False
+        self._page, self._progress, self._refuse = page, progress, refuse
+        self._at_rest = ""
+        self._subject: tuple[object, ...] | None = None
+        self._shown = ("", 0)
+        self.running = False
+        """Whether work is under way."""
         self._worker: Worker[T] = Worker(self._show_progress)
         page.on_close(self._worker.close)
         self._line = page.client.gui.add_html("")
 
-    @property
-    def running(self) -> bool:
-        """Whether the work is under way."""
-        return self._running
-
-    def show(self, holds: str) -> None:
-        """Say what holds, as soon as nothing is under way; why older work came to nothing is forgotten."""
-        self._holds = holds
-        if not self._running:
-            self._line.content = holds
-
-    def start(
-        self, work: Callable[[Progress], T], done: Callable[[T], None], failed: Callable[[str], None] = _leave
-    ) -> None:
-        """Begin; what was under way is given up.
+    def show(self, at_rest: str, subject: tuple[object, ...] | None = None) -> None:
+        """Set the HTML at rest, which replaces an older failure.
 
         Args:
-            work: What to do.
-            done: Takes the result.
-            failed: Hears why there is none, before it is shown; empty for a defect of ours, which the page reports.
+            at_rest: Shown as soon as no work is under way.
+            subject: What the HTML describes; for the subject of the last call nothing is done.
         """
-        self._running = True
-        self._worker.start(work, lambda result: self._end(done, result), lambda error: self._fail(error, failed))
+        if subject is not None and self._subject is not None and all(map(is_, subject, self._subject)):
+            return
+        self._at_rest, self._subject = at_rest, subject
+        if not self.running:
+            self._line.content = at_rest
+
+    def start(
+        self, work: Callable[[Progress], T], done: Callable[[T], None], failed: Callable[[str], None] = _ignore
+    ) -> None:
+        """Begin work in place of what is under way.
+
+        Args:
+            work: Returns the result.
+            done: Takes the result.
+            failed: Is called with the reason before it is shown; empty for a defect of ours, which the page reports.
+        """
+
+        def end(result: T) -> None:
+            self._run(running=False)
+            done(result)
+            self.show(self._at_rest)
+
+        def fail(error: Exception) -> None:
+            self._run(running=False)
+            reason = str(error) if isinstance(error, JobError) else ""
+            if not reason:
+                self._page.report(error)
+            with self._page.client.atomic():
+                failed(reason)
+                self._line.content = remark_html(reason if self._refuse is None else "") or self._at_rest
+                if reason and self._refuse is not None:
+                    self._refuse(reason)
+
+        self._run(running=True)
+        self._worker.start(work, end, fail)
 
     def stop(self) -> None:
-        """Give up what is under way, if anything is."""
-        if self._running:
+        """Cancel what is under way, if anything is."""
+        if self.running:
             self._worker.cancel()
-            self._running = False
-            self.show(self._holds)
+            with self._page.client.atomic():
+                self._run(running=False)
+                self.show(self._at_rest)
 
-    def _end(self, done: Callable[[T], None], result: T) -> None:
-        self._running = False
-        done(result)
-        self.show(self._holds)
-
-    def _fail(self, error: Exception, failed: Callable[[str], None]) -> None:
-        self._running = False
-        remark = str(error) if isinstance(error, JobError) else ""
-        if not remark:
-            self._page.report(error)
-        with self._page.client.atomic():
-            failed(remark)
-            self._line.content = remark_html(remark) if remark else self._holds
+    def _run(self, *, running: bool) -> None:
+        self.running = running
 
     def _show_progress(self, what: str, done: float) -> None:
-        if done < 1.0 and self._running:
-            self._line.content = progress_html(what, done)
+        shown = (what, round(100 * done))
+        if done < 1.0 and self.running:
+            if shown != self._shown or not done:  # a line for each of a million records would choke the connection
+                self._shown, self._line.content = shown, progress_html(what, done)
             self._progress(what, done)
 
 
-class RunButton(Generic[T]):
-    """A button that begins work and, while that is under way, gives it up; the line beneath tells of it."""
+class RunButton(Job[T]):
+    """A button that begins work and, while it is under way, cancels it; with the line of the work below."""
 
-    def __init__(self, page: Page, label: str, begin: Callable[[], None], hint: str, cancel: str = _CANCEL) -> None:
+    def __init__(self, page: Page, label: str, begin: Callable[[], None], hint: str, cancel: str = "Cancel") -> None:
         """Build button and line in the container that is open.
 
         Args:
-            page: Whose work it is.
+            page: The page of the work.
             label: Of the button at rest.
-            begin: Is called when somebody wants the work; it calls ``start``, or says why not.
-            hint: What the button is for.
-            cancel: Label while the work is under way.
+            begin: Is called when the button is pressed; it calls ``start``, or raises why it cannot.
+            hint: Of the button.
+            cancel: Label while work is under way.
         """
-        self._page, self._begin = page, begin
         self._labels = label, cancel
         self.handle = page.client.gui.add_button(label, hint=hint)
-        self._job: Job[T] = Job(page)
-        self.handle.on_click(lambda _: self.stop() if self._job.running else self._begin())
+        super().__init__(page)
+        self._begin = begin
+        self.handle.on_click(lambda _: self._press())
 
-    def show(self, holds: str) -> None:
-        """Say what holds, as soon as nothing is under way; why older work came to nothing is forgotten."""
-        self._job.show(holds)
+    def _press(self) -> None:
+        if self.running:
+            self.stop()
+            return
+        try:
+            self._begin()
+        except JobError as error:
+            self._page.report(error)
 
-    def start(
-        self, work: Callable[[Progress], T], done: Callable[[T], None], failed: Callable[[str], None] = _leave
-    ) -> None:
-        """Begin; the same as for a job."""
-
-        def end(result: T) -> None:
-            self.handle.label = self._labels[0]
-            done(result)
-
-        def fail(remark: str) -> None:
-            self.handle.label = self._labels[0]
-            failed(remark)
-
-        self.handle.label = self._labels[1]
-        self._job.start(work, end, fail)
-
-    def stop(self) -> None:
-        """Give up what is under way, if anything is."""
-        with self._page.client.atomic():
-            self.handle.label = self._labels[0]
-            self._job.stop()
-
-
-def progress_html(what: str, done: float) -> str:
-    """Say how far work is."""
-    return box_html(
-        f'<div style="color:{to_hex(QUIET)}">{escape(what.capitalize())}\N{HORIZONTAL ELLIPSIS} {done:.0%}</div>'
-        '<div style="height:3px;border-radius:2px;margin-top:4px;background:#e6eaed"><div style="height:3px;'
-        f'border-radius:2px;width:{100 * min(max(done, 0.03), 1.0):.0f}%;background:{to_hex(ACCENT)}"></div></div>'
-    )
+    def _run(self, *, running: bool) -> None:
+        super()._run(running=running)
+        self.handle.label = self._labels[running]

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from webui.layers.surface.gap_patches import gap_patches_glb, place, pool
-from webui.layers.surface.heat_scale import make_scale
-from webui.layers.surface.heat_values import MEASURES, cell_values, harder_gap
+from webui.layers.surface.heat_scale import MEASURES, cell_values, harder_gap, make_scale
 
 REPORT = small_report()
 U1 = REPORT.parts[0]

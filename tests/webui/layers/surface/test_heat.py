@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cleaning.exposure.exposure import Growth
-from webui.layers.surface.heat import has_changed, heat_pieces, paint_piece, shade
-from webui.layers.surface.heat_growth import Accumulation
+from webui.layers.surface.heat import Accumulation, has_changed, heat_pieces, paint_piece, shade
 
 
 @pytest.mark.parametrize("most", [1, 50, 10**6])

@@ -8,9 +8,19 @@ import pytest
 from cleaning_report import small_report, soaked_report
 
 from cleaning.verdicts.cleanliness import OUTCOMES
-from webui.layers.surface.heat_scale import FAILS, MISSED, PASSES, make_scale, plain_cells, scale_html, tint_cells
-from webui.layers.surface.heat_values import MEASURES, LimitError, cell_values, check_limit
-from webui.theme.verdict_colours import VERDICT_COLOURS, VERDICT_WORDS
+from webui.layers.surface.heat_scale import (
+    FAILS,
+    MEASURES,
+    MISSED,
+    PASSES,
+    LimitError,
+    cell_values,
+    check_limit,
+    make_scale,
+    scale_html,
+    tint_cells,
+)
+from webui.theme.palette import BOARD, COMPONENT, VERDICT_COLOURS, VERDICT_WORDS
 
 
 def shown(name, colouring="gradient", stage=0, limit=None):
@@ -19,6 +29,10 @@ def shown(name, colouring="gradient", stage=0, limit=None):
     chosen = measure.limit(report.parameters.limits, report.stages[stage]) if limit is None else limit
     scale = make_scale(report, measure, values, colouring, chosen)
     return values, tint_cells(report.facets, values, scale), scale_html(report, values, scale), scale
+
+
+def plain_cells(facets):
+    return np.where((facets.cell_component < 0)[:, None], BOARD, COMPONENT)
 
 
 def cells_of(name):

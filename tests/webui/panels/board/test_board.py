@@ -39,7 +39,7 @@ def opened(tmp_path):
 
 
 def wait_for_loader(panel):
-    thread = panel._loader._last
+    thread = panel._job._worker._last
     assert thread is not None
     thread.join(PATIENCE_S)
     assert not thread.is_alive()
@@ -47,7 +47,7 @@ def wait_for_loader(panel):
 
 def upload(page, panel, name, content, label="Import CAD"):
     press(page, label, UploadedFile(name, content))
-    if panel._loader._last is not None:
+    if panel._job._worker._last is not None:
         wait_for_loader(panel)
 
 
@@ -65,7 +65,7 @@ def test_another_board_is_loaded_and_shown(opened):
     assert page.session.board.name == "two-sided"
     assert page.session.run is None
     assert "two-sided" in panel._card.content
-    assert not panel._bar.visible
+    assert panel._job._line.content == ""
     assert not panel._cancel.visible
 
 
@@ -97,7 +97,7 @@ def test_a_bad_upload_says_why_and_changes_nothing(opened, name, content, reason
     assert "defect" not in page.client.said[0]
     assert list(page.project.folder.iterdir()) == []
     assert find(page, "Board").value == "tiny"
-    assert not panel._bar.visible
+    assert panel._job._line.content == ""
 
 
 def test_a_vanished_or_foreign_board_is_refused(opened):

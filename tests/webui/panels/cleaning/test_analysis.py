@@ -14,7 +14,7 @@ from tiny_session import tiny_session
 
 from cleaning.errors import CleaningError
 from cleaning.parameters.load import load_parameters
-from webui.page.analysed import Analysed, Asked, analyse_run
+from webui.page.analysed import Analysed, AnalysisSettings, analyse_run
 from webui.page.project import ProjectError, open_project
 from webui.page.session import Selection
 from webui.panels.cleaning import analysis as cleaning
@@ -80,13 +80,15 @@ def test_the_board_is_made_ready_once_for_its_parameters():
     session = tiny_session()
     parameters = load_parameters()
     told = []
-    first = analyse_run(session.run, Asked("default", parameters, "sketch"), None, lambda what, _: told.append(what))
-    again = analyse_run(session.run, Asked("default", parameters, "sketch"), first, lambda *_: None)
+    first = analyse_run(
+        session.run, AnalysisSettings("default", parameters, "sketch"), None, lambda what, _: told.append(what)
+    )
+    again = analyse_run(session.run, AnalysisSettings("default", parameters, "sketch"), first, lambda *_: None)
     assert again.prepared is first.prepared
     assert again.report.facets is first.report.facets
     np.testing.assert_array_equal(again.report.exposures[0].volume_mm, first.report.exposures[0].volume_mm)
     hotter = parameters.model_copy(update={"description": "another one"})
-    other = analyse_run(session.run, Asked("other", hotter, "sketch"), first, lambda *_: None)
+    other = analyse_run(session.run, AnalysisSettings("other", hotter, "sketch"), first, lambda *_: None)
     assert other.prepared is not first.prepared
     assert session.with_analysis(first).analysis is first
     assert told
@@ -107,7 +109,7 @@ def test_analyse_shows_the_parts_worst_first_and_flies_to_the_worst(tmp_path, by
         wait_for(lambda: page.session.analysis is not None)
         assert by_hand == [("default", "default", "full")]
         assert find(page, "Part").options[1:] == tuple(part.component for part in small_report().worst_first())
-        assert "dirty" in panel._run._job._line.content
+        assert "dirty" in panel._run._line.content
         press(page, "Through", "Worst")
         assert page.session.selection.component == "U1"
         assert scene.looked == ["U1"]
@@ -136,9 +138,9 @@ def test_other_parameters_take_the_results_out_of_sight(tmp_path, by_hand):
         press(page, "Parameters", "mine.yaml")
         assert page.session.analysis is None
         assert heat_nodes(page) == []
-        assert "changed since" in panel._run._job._line.content
+        assert "changed since" in panel._run._line.content
         press(page, "Parameters", "default")
-        assert "dirty" in panel._run._job._line.content
+        assert "dirty" in panel._run._line.content
 
 
 def test_a_parameter_set_outside_the_folder_is_refused(tmp_path):
@@ -154,7 +156,7 @@ def test_what_stops_an_analysis_is_said_in_the_tab(tmp_path, monkeypatch):
     monkeypatch.setattr(cleaning, "analyse_run", fail)
     with opened(tiny_session(), tmp_path) as (page, _, panel):
         press(page, "Analyse")
-        wait_for(lambda: "steam" in panel._run._job._line.content)
+        wait_for(lambda: "steam" in panel._run._line.content)
         assert find(page, "Analyse").label == "Analyse"
         assert page.client.said == []
 
@@ -168,11 +170,11 @@ def test_an_analysis_that_is_given_up_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr(cleaning, "analyse_run", slow)
     with opened(tiny_session(), tmp_path) as (page, _, panel):
         press(page, "Analyse")
-        wait_for(lambda: "Casting rays" in panel._run._job._line.content)
+        wait_for(lambda: "Casting rays" in panel._run._line.content)
         press(page, "Cancel")
         assert find(page, "Analyse").label == "Analyse"
         assert page.session.analysed is None
-        assert "Not analysed" in panel._run._job._line.content
+        assert "Not analysed" in panel._run._line.content
 
 
 def test_a_heat_map_is_drawn_and_taken_away(tmp_path):

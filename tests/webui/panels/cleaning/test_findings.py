@@ -70,13 +70,13 @@ def test_the_source_can_be_chosen_while_there_is_an_analysis():
     with opened(analysed_session()) as (page, _, panel):
         assert find(page, "Source").visible
         press(page, "Source", CLEANING)
-        assert find(page, "Go to").options == ("none", "1 r7-residue U1", "2 r9-change-bath process")
+        assert find(page, "Go to").options == ("\N{EN DASH}", "1 r7-residue U1", "2 r9-change-bath process")
         assert "sequence[0]" in panel._list.content
         assert "9.0, 12.0, 0.0 mm" in panel._list.content
         assert "2 warnings, 1 note" in panel._tally.content
         page.remember(lambda session: session.with_parameters("other"))
         assert not find(page, "Source").visible
-        assert find(page, "Go to").options == ("none", "1 speed-below-asked around/C1")
+        assert find(page, "Go to").options == ("\N{EN DASH}", "1 speed-below-asked around/C1")
         press(page, "Source", ALL)
 
 

@@ -131,13 +131,13 @@ def test_suggesting_can_be_given_up_and_what_stops_it_is_said(tmp_path, monkeypa
     monkeypatch.setattr(tuning_suggest, "suggest_fixes", slow)
     with opened(analysed_session(), tmp_path) as (page, card):
         press(page, SUGGEST)
-        wait_for(lambda: "Casting rays" in card._run._job._line.content)
+        wait_for(lambda: "Casting rays" in card._run._line.content)
         press(page, CANCEL)
         assert find(page, SUGGEST).visible
         assert not any(shown(page))
         monkeypatch.setattr(tuning_suggest, "suggest_fixes", fail)
         press(page, SUGGEST)
-        wait_for(lambda: "no such thing" in card._run._job._line.content)
+        wait_for(lambda: "no such thing" in card._run._line.content)
 
 
 @pytest.mark.parametrize(("effort", "again"), [("fast", 0), ("sketch", 1)])
@@ -162,7 +162,7 @@ def test_what_cannot_be_planned_is_left_out_and_like_is_compared_with_like(monke
     monkeypatch.setattr(tuning_suggest, "suggest", lambda *_: suggestions)
     monkeypatch.setattr(tuning_suggest, "predict", predict)
     monkeypatch.setattr(tuning_suggest, "analyse_on", analyse_on)
-    monkeypatch.setattr(tuning_suggest, "make_ready", lambda *_: None)
+    monkeypatch.setattr(tuning_suggest, "prepare_board", lambda *_: None)
     failing = tuning_suggest.Failing("U1", session.document, session.run, load_parameters(), session.analysed)
     found = tuning_suggest.suggest_fixes(failing, lambda *_: None)
     assert [(each.what, each.resolved) for each in found] == [("d", True), ("c", False)]

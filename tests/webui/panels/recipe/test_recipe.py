@@ -10,15 +10,26 @@ from tiny_session import tiny_session
 from recipes.errors import RecipeError
 from recipes.load import read_recipe, recipe_library
 from recipes.recipe import Recipe
-from webui.cards.nozzle_svg import sketch_nozzle
-from webui.forms.entries import SECTIONS, Entry, added, copied, entries, entry_at, moved, removed, renamed
-from webui.forms.entry_defaults import kinds_of, start_entry
-from webui.forms.refusals import reason_of, remark_html
+from webui.forms.entries import (
+    SECTIONS,
+    Entry,
+    added,
+    copied,
+    default_entry,
+    entries,
+    entry_at,
+    kinds_of,
+    moved,
+    removed,
+    renamed,
+)
+from webui.forms.spec_form import reason_of
 from webui.page.document import open_document
 from webui.page.project import Project, ProjectError
-from webui.panels.recipe.entry_card import card_html
+from webui.panels.recipe.entry_card import card_html, sketch_nozzle
 from webui.panels.recipe.recipe import RecipePanel
 from webui.panels.recipe.text import TextPanel, line_of, opened, saved_as, state_html
+from webui.theme.html import remark_html
 
 SESSION = tiny_session()
 ADDED = [(section, kind) for section in SECTIONS[:6] for kind in kinds_of(section.lower()) or ("",)]
@@ -42,7 +53,7 @@ def test_every_part_of_a_recipe_is_an_entry(name):
 
 @pytest.mark.parametrize(("section", "kind"), ADDED)
 def test_a_new_entry_of_every_kind_is_taken(section, kind):
-    value = start_entry(SESSION.recipe, SESSION.board, section.lower(), kind, "fresh")
+    value = default_entry(SESSION.recipe, SESSION.board, section.lower(), kind, "fresh")
     after, path = added(SESSION, section, "fresh", value)
     assert path in [each.path for each in entries(after.recipe, section)]
     assert after.document.undone().text == SESSION.document.text
@@ -57,10 +68,10 @@ def test_a_new_class_stands_before_the_one_that_takes_the_rest():
 
 
 def test_a_new_template_begins_with_what_the_library_uses():
-    value = start_entry(SESSION.recipe, SESSION.board, "templates", "component_perimeter", "x")
+    value = default_entry(SESSION.recipe, SESSION.board, "templates", "component_perimeter", "x")
     assert value["tilt_deg"] == 35
     assert value["passes"] == 4, "classes differ between recipes"
-    line = start_entry(SESSION.recipe, SESSION.board, "templates", "straight_line", "x")
+    line = default_entry(SESSION.recipe, SESSION.board, "templates", "straight_line", "x")
     low_x, low_y, high_x, high_y = SESSION.board.outline.bounds
     assert [line["from"][0], line["to"][0]] == pytest.approx([low_x, high_x], abs=0.01)
     assert low_y < line["from"][1] == line["to"][1] < high_y
@@ -68,7 +79,7 @@ def test_a_new_template_begins_with_what_the_library_uses():
 
 @pytest.mark.parametrize("name", ["", "edge", "1st", "två ord"])
 def test_a_name_that_cannot_be_one_is_refused(name):
-    value = start_entry(SESSION.recipe, SESSION.board, "templates", "raster", name)
+    value = default_entry(SESSION.recipe, SESSION.board, "templates", "raster", name)
     with pytest.raises(RecipeError):
         added(SESSION, "Templates", name, value)
 
@@ -164,7 +175,7 @@ def test_a_stroke_or_finding_leads_to_its_entry(made_by, path):
 
 def test_the_card_of_a_class_counts_its_members():
     card = card_html(SESSION, entry(("classes", "small")), "Classes")
-    counts = [int(count) for count in re.findall(r'right">(\d+)</td>', card)]
+    counts = [int(count) for count in re.findall(r'top">(\d+)</td>', card)]
     assert sum(counts) == len(SESSION.board.components)
     assert len(counts) == len(SESSION.recipe.classes)
 
@@ -178,7 +189,7 @@ def test_the_card_says_where_a_template_is_used_and_what_it_is():
 
 @pytest.mark.parametrize("kind", kinds_of("nozzles"))
 def test_the_spray_is_drawn_inside_its_picture(kind):
-    value = start_entry(SESSION.recipe, SESSION.board, "nozzles", kind, "x")
+    value = default_entry(SESSION.recipe, SESSION.board, "nozzles", kind, "x")
     nozzle = added(SESSION, "Nozzles", "x", value)[0].recipe.nozzles["x"]
     svg = ElementTree.fromstring(sketch_nozzle(nozzle).partition("<div")[0])
     spots = [

@@ -103,8 +103,8 @@ def test_scrubbing_lays_out_and_goes_there(impatient):
     with open_panel(tiny_session()) as (page, panel):
         press(page, "Time (s)", 1.0)
         wait_for(lambda: not find(page, "Time (s)").disabled)
-        assert panel._player.now_s == 1.0
-        assert "1.0 s" in panel._now.content
+        wait_for(lambda: panel._player.now_s == 1.0)
+        wait_for(lambda: "1.0 s" in panel._now.content)
 
 
 def test_a_step_lays_out_and_goes_to_the_next_event(impatient):

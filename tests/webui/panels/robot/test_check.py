@@ -19,12 +19,11 @@ from robotcell.robot.poses import inverse, pose
 from robotcell.robot.robot import Body, Box, flange_poses
 from specs.errors import JobError
 from webui.downloads.recording import record
-from webui.layers.robot.near_mark import near_glb
-from webui.layers.robot.proximity import Near, near_at, nearest_of
-from webui.page.checked import check_program, facts_of
+from webui.layers.robot.proximity import Near, near_at, near_glb, nearest_of
+from webui.page.checked import check_program
 from webui.page.project import open_project
 from webui.panels.robot import check
-from webui.panels.robot.check import state_html, when
+from webui.panels.robot.check import facts_of, state_html, when
 from webui.panels.robot.robot import RobotPanel
 from webui.scene.reach_colours import METRICS, paint_reach
 
@@ -190,7 +189,7 @@ def test_a_collision_shows_the_pair_in_red(tmp_path, monkeypatch):
         assert page.session.selection.component == "J1"
         assert len(scene.layers["/near"]) > 0
         assert scene.looked[-1][0] == (1.0, 2.0, 3.5)
-        press(page, "Go to", "none")
+        press(page, "Go to", "\N{EN DASH}")
         assert scene.layers["/near"] == b""
 
 
@@ -217,7 +216,7 @@ def test_what_is_missing_or_wrong_is_said_in_the_tab(tmp_path, monkeypatch):
     with opened(tiny_session(), tmp_path) as (page, _, card):
         press(page, "Cell", "ur5e-bench")
         press(page, "Check")
-        wait_for(lambda: "washboard[robot]" in card._run._job._line.content)
+        wait_for(lambda: "washboard[robot]" in card._run._line.content)
         assert find(page, "Check").label == "Check"
         assert page.client.said == []
 
@@ -235,7 +234,7 @@ def test_a_check_that_is_given_up_leaves_nothing(tmp_path, monkeypatch):
     with opened(tiny_session(), tmp_path) as (page, _, card):
         press(page, "Cell", "ur5e-bench")
         press(page, "Check")
-        wait_for(lambda: "Searching" in card._run._job._line.content)
+        wait_for(lambda: "Searching" in card._run._line.content)
         press(page, "Cancel")
         assert find(page, "Check").label == "Check"
         assert page.session.checked is None

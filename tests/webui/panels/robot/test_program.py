@@ -104,7 +104,7 @@ def test_the_panel_writes_shows_and_gives_away(tmp_path):
     with opened(ready(), tmp_path) as (page, panel, sent):
         press(page, "Write")
         wait_for(lambda: find(page, "Download").visible)
-        assert "Events" in panel._run._job._line.content
+        assert "Events" in panel._run._line.content
         press(page, "Download")
         made = make_program(ready(), "abb", quiet)
         assert sent == [("tiny.mod", made.written.content["tiny.mod"].encode())]
@@ -112,13 +112,13 @@ def test_the_panel_writes_shows_and_gives_away(tmp_path):
         wait_for(lambda: "TINY.ls" in find(page, "File").options)
         page.show(replace(page.session, run=replace(page.session.run)))
         assert not find(page, "Download").visible
-        assert "changed" in panel._run._job._line.content
+        assert "changed" in panel._run._line.content
 
 
 def test_without_a_cell_the_panel_says_where_to_choose_one(tmp_path):
     with opened(tiny_session(), tmp_path) as (page, panel, _):
         assert not find(page, "Write").visible
-        assert "tab Robot" in panel._run._job._line.content
+        assert "tab Robot" in panel._run._line.content
 
 
 def test_what_keeps_a_program_from_being_written_is_said_in_the_tab(tmp_path):
@@ -126,6 +126,6 @@ def test_what_keeps_a_program_from_being_written_is_said_in_the_tab(tmp_path):
     with opened(still, tmp_path) as (page, panel, _):
         press(page, "Language", "Joint look-up table")
         press(page, "Write")
-        wait_for(lambda: "joint values" in panel._run._job._line.content)
+        wait_for(lambda: "joint values" in panel._run._line.content)
         assert find(page, "Write").label == "Write"
         assert not find(page, "Download").visible

@@ -9,7 +9,8 @@ from small_page import find, press, small_page, wait_for
 from tiny_session import tiny_session
 
 from specs.errors import JobError
-from webui.panels.widgets.job import Job, RunButton, progress_html
+from webui.panels.widgets.job import Job, RunButton
+from webui.theme.html import progress_html
 
 HOLDS = "<p>nothing yet</p>"
 
@@ -28,7 +29,7 @@ def button_of(page, work, done=lambda _: None, failed=lambda _: None):
 
 
 def says(button):
-    return button._job._line.content
+    return button._line.content
 
 
 def test_work_is_begun_told_of_and_taken():

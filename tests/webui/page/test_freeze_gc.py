@@ -3,7 +3,7 @@ import weakref
 
 import pytest
 
-from webui.threads.freeze_gc import set_aside
+from webui.page.page import freeze_gc
 
 
 class Circle:
@@ -19,7 +19,7 @@ def as_before():
 
 def test_what_lives_is_no_longer_looked_at():
     kept = [Circle() for _ in range(1000)]
-    set_aside()
+    freeze_gc()
     assert gc.get_freeze_count() > len(kept)
     assert not any(isinstance(each, Circle) for each in gc.get_objects())
 
@@ -27,16 +27,16 @@ def test_what_lives_is_no_longer_looked_at():
 def test_circles_go_at_the_latest_when_it_is_called_again():
     circle = Circle()
     gone = weakref.ref(circle)
-    set_aside()
+    freeze_gc()
     del circle
     gc.collect()
     assert gone() is not None
-    set_aside()
+    freeze_gc()
     assert gone() is None
 
 
 def test_what_comes_later_is_collected_as_usual():
-    set_aside()
+    freeze_gc()
     gone = weakref.ref(Circle())
     gc.collect()
     assert gone() is None

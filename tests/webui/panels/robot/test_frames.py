@@ -8,7 +8,8 @@ from tiny_session import tiny_session
 from robotcell.diagnosis.frame_table import Frame, frame_card
 from robotcell.diagnosis.plausibility import check_cell
 from robotcell.robot.poses import pose
-from webui.cards.frame_card import frames_html, mistakes_html
+from webui.cards.finding_list import mistakes_html
+from webui.panels.robot.robot import frames_html
 
 
 def test_places_and_directions_are_told_in_millimetres():

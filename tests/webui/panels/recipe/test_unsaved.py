@@ -6,16 +6,15 @@ import pytest
 from small_page import find, press, small_page, windows
 from tiny_session import tiny_session
 
-from webui.page import drafts as module
-from webui.page.browser_identity import Visitor
+from webui.page.browser_identity import BrowserIdentity
 from webui.page.document import open_document
-from webui.page.drafts import Drafts
 from webui.page.project import open_project
-from webui.panels.recipe.unsaved import Unsaved
+from webui.panels.recipe import unsaved
+from webui.panels.recipe.unsaved import Drafts, UnsavedEdits
 
 SESSION = tiny_session()
 FILE = SESSION.document.file
-ANNA, BERT = Visitor("anna", "1"), Visitor("bert", "1")
+ANNA, BERT = BrowserIdentity("anna", "1"), BrowserIdentity("bert", "1")
 EDITED = SESSION.document.text.replace("tilt_deg: 35", "tilt_deg: 34")
 
 
@@ -34,10 +33,10 @@ def test_a_text_is_offered_by_the_next_server_to_the_same_browser_alone(tmp_path
     Drafts(tmp_path).keep(ANNA, FILE, EDITED)
     after = Drafts(tmp_path)
     assert after.left_by(ANNA, FILE).text == EDITED
-    assert after.left_by(Visitor("anna", "another tab"), FILE).text == EDITED
+    assert after.left_by(BrowserIdentity("anna", "another tab"), FILE).text == EDITED
     assert after.left_by(BERT, FILE) is None
     assert after.left_by(ANNA, tmp_path / "other.yaml") is None
-    assert after.left_by(Visitor("", ""), FILE) is None
+    assert after.left_by(BrowserIdentity("", ""), FILE) is None
 
 
 def test_the_same_server_does_not_offer_what_is_still_edited(tmp_path):
@@ -61,7 +60,7 @@ def test_what_is_saved_or_discarded_is_gone(tmp_path):
 def test_no_name_leads_out_of_the_folder(tmp_path, name):
     project = tmp_path / "project"
     project.mkdir()
-    visitor = Visitor(name or "nobody", name)
+    visitor = BrowserIdentity(name or "nobody", name)
     Drafts(project).keep(visitor, FILE, EDITED)
     assert Drafts(project).left_by(visitor, FILE).text == EDITED
     assert [path.name for path in tmp_path.iterdir()] == ["project"]
@@ -92,9 +91,9 @@ def test_what_is_no_text_is_not_offered(tmp_path):
 
 
 def test_very_many_are_not_kept_for_ever(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "_MOST", 3)
+    monkeypatch.setattr(unsaved, "_MOST", 3)
     for number in range(5):
-        Drafts(tmp_path).keep(Visitor(f"guest {number}", ""), FILE, EDITED)
+        Drafts(tmp_path).keep(BrowserIdentity(f"guest {number}", ""), FILE, EDITED)
     Drafts(tmp_path)
     assert len(kept(tmp_path)) == 3
 
@@ -106,7 +105,7 @@ def page(tmp_path):
 
 
 def test_edits_are_kept_until_they_are_undone(page, tmp_path):
-    page.open([Unsaved(page, Drafts(tmp_path), ANNA)])
+    page.open([UnsavedEdits(page, Drafts(tmp_path), ANNA)])
     assert kept(tmp_path) == []
     page.attempt(lambda session: session.edited(EDITED))
     wait_for(lambda: kept(tmp_path))
@@ -118,7 +117,7 @@ def test_edits_are_kept_until_they_are_undone(page, tmp_path):
 @pytest.mark.parametrize("answer", ["Restore them", "Discard them", "Cancel"])
 def test_what_was_left_behind_is_offered(page, tmp_path, answer):
     Drafts(tmp_path).keep(ANNA, FILE, EDITED)
-    page.open([Unsaved(page, Drafts(tmp_path), ANNA)])
+    page.open([UnsavedEdits(page, Drafts(tmp_path), ANNA)])
     assert page.session.document.text == SESSION.document.text
     press(page, answer)
     assert windows(page) == []
@@ -133,7 +132,7 @@ def test_what_was_left_behind_is_offered(page, tmp_path, answer):
 
 def test_what_is_no_recipe_is_not_restored_and_says_why(page, tmp_path):
     Drafts(tmp_path).keep(ANNA, FILE, "recipe: [")
-    page.open([Unsaved(page, Drafts(tmp_path), ANNA)])
+    page.open([UnsavedEdits(page, Drafts(tmp_path), ANNA)])
     press(page, "Restore them")
     assert len(windows(page)) == 1
     assert page.session.document.text == open_document("smt-aqueous").text
@@ -141,7 +140,7 @@ def test_what_is_no_recipe_is_not_restored_and_says_why(page, tmp_path):
 
 def test_nothing_is_asked_where_nothing_was_left(page, tmp_path):
     Drafts(tmp_path).keep(ANNA, FILE, SESSION.document.text)
-    page.open([Unsaved(page, Drafts(tmp_path), ANNA)])
+    page.open([UnsavedEdits(page, Drafts(tmp_path), ANNA)])
     assert windows(page) == []
     with pytest.raises(AssertionError):
         find(page, "Restore them")

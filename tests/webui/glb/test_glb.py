@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from webui.glb.srgb import as_seen, on_screen
+from webui.glb.glb import as_seen, on_screen
 from webui.theme.palette import of_values
 
 

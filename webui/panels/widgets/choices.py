@@ -1,0 +1,187 @@
+"""Choosing: dropdowns that follow the session, steppers through lists, and rules whose errors are allowed."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
+from typing import TypeVar
+
+import viser
+
+from specs.finding import Finding
+from webui.cards.finding_list import name_findings
+from webui.page.page import Page
+from webui.page.session import component_named
+from webui.scene.scene import Scene
+
+T = TypeVar("T")
+NONE: str = "\N{EN DASH}"
+_NOTHING: tuple[str, ...] = (NONE,)
+_MOST_NAMED = 500
+"""Names in a dropdown; the buttons step through all."""
+Buttons = Mapping[str, int | Callable[[], None]]
+"""Steps by the label of their button, 0 for the first of the list; or another action."""
+BACK_AND_ON: Buttons = MappingProxyType({"Previous": -1, "Next": 1})
+
+
+def on_choice(handle: viser.GuiInputHandle[T], choose: Callable[[T], object]) -> None:
+    """Call a function with each value that the browser sets; values that the server sets are left out."""
+
+    def update(event: viser.GuiEvent[viser.GuiInputHandle[T]]) -> None:
+        if event.client is not None:
+            choose(handle.value)
+
+    handle.on_update(update)
+
+
+def offer(choice: viser.GuiDropdownHandle[str], names: Sequence[str], chosen: str | None = None) -> None:
+    """Offer names in a dropdown; what is set already is not sent again.
+
+    Args:
+        choice: The dropdown.
+        names: Its options.
+        chosen: One of them; ``None`` keeps the present one where possible.
+    """
+    if tuple(choice.options) != tuple(names):
+        choice.options = tuple(names)
+    if chosen is not None and choice.value != chosen:
+        choice.value = chosen
+
+
+def cycle(names: Sequence[str], current: str, steps: int) -> str:
+    """Name ``steps`` after the current one, cyclically; the first or last where that is not in the list.
+
+    The result is empty for an empty list.
+    """
+    if not names:
+        return ""
+    if current not in names:
+        return names[0 if steps > 0 else -1]
+    return names[(names.index(current) + steps) % len(names)]
+
+
+class Stepper:
+    """A dropdown of names, and buttons that step through them."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        labels: tuple[str, str],
+        hints: tuple[str, str],
+        go: Callable[[str], None],
+        buttons: Buttons = BACK_AND_ON,
+    ) -> None:
+        """Build the elements in the container that is open.
+
+        Args:
+            gui: Where.
+            labels: Of the dropdown and of the buttons.
+            hints: The same.
+            go: Is called with the name that the browser chose; empty for none.
+            buttons: The buttons.
+        """
+        self._names: tuple[str, ...] = ()
+        self._chosen = ""
+        self._go, self._buttons = go, buttons
+        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(labels[0], _NOTHING, hint=hints[0])
+        self._group = gui.add_button_group(labels[1], tuple(buttons), hint=hints[1])
+        on_choice(self._choice, lambda name: self._choose("" if name == NONE else name))
+        self._group.on_click(lambda event: self._press(event.target.value))
+
+    def show(self, *, visible: bool) -> None:
+        """Show or hide the elements."""
+        self._choice.visible = self._group.visible = visible
+
+    def offer(self, names: Sequence[str], chosen: str) -> None:
+        """Offer names in their order; a chosen one that is not among them is kept for stepping alone."""
+        self._names, self._chosen = tuple(names), chosen
+        options = (NONE, *self._names[:_MOST_NAMED])
+        offer(self._choice, options, chosen if chosen in options else NONE)
+
+    def _press(self, button: str) -> None:
+        step = self._buttons[button]
+        if not isinstance(step, int):
+            step()
+        elif self._names:
+            self._choose(cycle(self._names, self._chosen, step) if step else self._names[0])
+
+    def _choose(self, name: str) -> None:
+        self._chosen = name
+        self._go(name)
+
+
+class ComponentStepper(Stepper):
+    """A stepper through components that zooms in on the chosen one and selects it."""
+
+    def __init__(
+        self, page: Page, scene: Scene, labels: tuple[str, str], hints: tuple[str, str], buttons: Buttons = BACK_AND_ON
+    ) -> None:
+        """Build the elements in the container that is open."""
+
+        def go(name: str) -> None:
+            session = page.session
+            component = component_named(session.board, name)
+            if component is not None:
+                scene.look_at(component, session.board)
+            if component is not None or session.selection.component:
+                page.select(component="" if component is None else name)
+
+        super().__init__(page.client.gui, labels, hints, go, buttons)
+
+
+class FindingStepper(Stepper):
+    """A stepper through findings."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        hints: tuple[str, str],
+        go: Callable[[Finding | None], None],
+        others: Buttons = MappingProxyType({}),
+    ) -> None:
+        """Build the elements in the container that is open.
+
+        Args:
+            gui: Where.
+            hints: Of the dropdown and of the buttons.
+            go: Is called with the finding that the browser chose.
+            others: More buttons.
+        """
+        self.chosen: Finding | None = None
+        self._findings: dict[str, Finding] = {}
+
+        def choose(name: str) -> None:
+            self.chosen = self._findings.get(name)
+            go(self.chosen)
+
+        super().__init__(gui, ("Go to", "Step"), hints, choose, {**BACK_AND_ON, **others})
+
+    def offer_findings(self, findings: Sequence[Finding]) -> None:
+        """Offer findings in their order; the chosen one stays chosen where it is among them."""
+        self._findings = name_findings(findings)
+        chosen = next((name for name, each in self._findings.items() if each is self.chosen), "")
+        self.offer(tuple(self._findings), chosen)
+
+
+class AllowedRules:
+    """A box for each violated rule; a ticked one allows the program in spite of its errors."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        """Build the folder in the container that is open; it is hidden while no rule is violated."""
+        self._gui = gui
+        self._folder = gui.add_folder("In spite of errors", visible=False)
+        self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
+
+    @property
+    def rules(self) -> tuple[str, ...]:
+        """Rules whose errors are allowed."""
+        return tuple(rule for rule, box in self._boxes.items() if box.value)
+
+    def offer(self, rules: Iterable[str]) -> None:
+        """Offer rules; the boxes stay as they are while the rules are the same."""
+        offered = list(dict.fromkeys(rules))
+        if offered == list(self._boxes):
+            return
+        for box in self._boxes.values():
+            box.remove()
+        with self._folder:
+            self._boxes = {rule: self._gui.add_checkbox(rule, False) for rule in offered}
+        self._folder.visible = bool(offered)
