@@ -9,8 +9,8 @@ from shapely import Polygon, STRtree
 
 from boards.board import Body, Component, Side
 from boards.errors import BoardError
+from boards.packages.families import pins_of
 from boards.packages.gap_height import gap_height
-from boards.packages.package_families import pins_of
 from boards.slab import Slab
 from geometry.gridframe import GridFrame
 from geometry.mesh import areas_and_normals

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from boards.packages.package_families import package_family
-from boards.packages.package_sizes import package_sizes
-from boards.packages.underside_family import underside_family
+from boards.packages.families import package_family
+from boards.packages.sizes import package_sizes
+from boards.packages.undersides import underside_family
 
 STATED = "stated"
 UNKNOWN = "unknown"

@@ -51,7 +51,7 @@ class Fit:
         return points @ self.linear.T + self.shift_mm
 
     def describe(self) -> str:
-        """Say what is done to the table; empty if nothing is."""
+        """Words for what is done to the table; empty if nothing is."""
         moved = float(np.hypot(self.shift_mm[0], self.shift_mm[1])) > NEAR_MM
         shift = f"shifted by ({self.shift_mm[0]:.3f}, {self.shift_mm[1]:.3f}) mm" if moved else ""
         return " and ".join(text for text in (self.words, shift) if text)
@@ -87,8 +87,14 @@ def fit_points(table: Points2, centres: Points2) -> Fit | None:
     for words, rows in _LINEAR:
         linear = np.array(rows)
         turned = table @ linear.T
-        fits = [Fit(words, linear, _refine(turned, shift, centres, tree), 0.0) for shift in _vote(turned, centres)]
-        counted = [(_count(fit, table, tree), fit) for fit in fits]
+        counted: list[tuple[int, Fit]] = []
+        for shift in _vote(turned, centres):
+            far, nearest = tree.query(turned + shift)
+            near = np.asarray(far) <= NEAR_MM
+            if near.any():  # refined by the median of what the nearest centres are away
+                shift = shift + np.median(centres[np.asarray(nearest)[near]] - turned[near] - shift, axis=0)
+            fit = Fit(words, linear, shift, 0.0)
+            counted.append((_count(fit, table, tree), fit))
         found.append(max(counted, key=lambda pair: pair[0]))
     most = max(count for count, _ in found)
     best = [fit for count, fit in found if count == most]
@@ -97,15 +103,6 @@ def fit_points(table: Points2, centres: Points2) -> Fit | None:
     ):
         return None
     return best[0]
-
-
-def _refine(turned: Points2, shift: NDArray[np.float64], centres: Points2, tree: KDTree) -> NDArray[np.float64]:
-    """Move a shift by the median of what the nearest centres are away."""
-    far, nearest = tree.query(turned + shift)
-    near = np.asarray(far) <= NEAR_MM
-    if not near.any():
-        return shift
-    return shift + np.median(centres[np.asarray(nearest)[near]] - turned[near] - shift, axis=0)
 
 
 def _count(fit: Fit, table: Points2, tree: KDTree) -> int:

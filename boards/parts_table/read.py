@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from boards.board import Side
-from boards.errors import BoardError
+from boards.errors import BoardError, Line, read_bytes
 
 Column: TypeAlias = Literal[
     "ref", "package", "value", "part", "x", "y", "rotation", "side", "pins", "standoff", "height"
@@ -57,7 +57,7 @@ _HEADER_LINES = 40
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What one line says of one component; ``None`` or an empty text is not said. Lengths in mm, as in the table."""
+    """One component in one line; ``None`` or an empty text is not stated. Lengths in mm, as in the table."""
 
     line: int
     ref: str
@@ -88,35 +88,25 @@ def read_table(path: Path) -> tuple[Row, ...]:
         BoardError: The file cannot be read, no line names the columns, or a cell does not fit its column.
     """
     text = _read(path)
-    for delimiter in _delimiters(text):
+    # The most frequent delimiter of the beginning first; blanks, the form of KiCad's ASCII, last.
+    for delimiter in (*sorted(",;\t", key=lambda mark: -text[:20_000].count(mark)), " "):
         lines = list(_split(text, delimiter))
         head = _find_head(lines, text)
         if head is not None:
-            return _read_rows(lines, head, path)
+            stated = ((line, cells) for line, cells in lines if line > head.line and any(map(str.strip, cells)))
+            rows = tuple(row for line, cells in stated for row in _Cells(path, line, head, cells).rows())
+            if not rows:
+                raise BoardError("the table has no row with a reference designator.", file=path)
+            return rows
     raise BoardError(
-        "no line names the columns. The first line must say which column is the reference designator (Ref, Designator) "
-        "and what the others are (Package, Value, PosX, PosY, Side, Pins, Standoff, Height …).",
+        "no line names the columns. The first line must state which column is the reference designator (Ref, "
+        "Designator) and what the others are (Package, Value, PosX, PosY, Side, Pins, Standoff, Height …).",
         file=path,
     )
 
 
-def _read_rows(lines: Sequence[tuple[int, list[str]]], head: _Head, path: Path) -> tuple[Row, ...]:
-    rows: list[Row] = []
-    for line, cells in lines:
-        if line > head.line and any(cell.strip() for cell in cells):
-            rows.extend(_Cells(path, line, head, cells).rows())
-    if not rows:
-        raise BoardError("the table has no row with a reference designator.", file=path)
-    return tuple(rows)
-
-
 def _read(path: Path) -> str:
-    try:
-        data = path.read_bytes()
-    except IsADirectoryError:
-        raise BoardError("is a directory. Name the table inside it.", file=path) from None
-    except OSError as error:
-        raise BoardError(f"cannot be read ({error.strerror}).", file=path) from None
+    data = read_bytes(path)
     encodings = ("utf-16",) if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252", "latin-1")
     for encoding in encodings:
         try:
@@ -126,12 +116,6 @@ def _read(path: Path) -> str:
         if "\0" not in text:
             return text
     raise BoardError("not a text table. Export it as CSV.", file=path)
-
-
-def _delimiters(text: str) -> list[str]:
-    """The most frequent one of the beginning first; blanks, the form of KiCad's ASCII, last."""
-    beginning = text[:20_000]
-    return [*sorted(",;\t", key=lambda mark: -beginning.count(mark)), " "]
 
 
 def _split(text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
@@ -177,7 +161,8 @@ def _find_head(lines: Sequence[tuple[int, list[str]]], text: str) -> _Head | Non
         if "ref" in columns and len(columns) > 1:
             units: dict[Column, float] = {}
             for column, place in columns.items():
-                units[column] = _header_unit(cells[place], default_mm)
+                words = re.split(r"[^a-z]+", cells[place].lower())[1:]
+                units[column] = next((_UNITS_MM[word] for word in words if word in _UNITS_MM), default_mm)
             return _Head(line, columns, tuple(cell.strip() for cell in cells), units)
     return None
 
@@ -191,17 +176,10 @@ def _plain(title: str) -> str:
     return "".join(words)
 
 
-def _header_unit(title: str, default_mm: float) -> float:
-    words = re.split(r"[^a-z]+", title.lower())
-    return next((_UNITS_MM[word] for word in words[1:] if word in _UNITS_MM), default_mm)
-
-
 @dataclass(frozen=True, slots=True)
-class _Cells:
+class _Cells(Line):
     """One line of the table."""
 
-    path: Path
-    line: int
     head: _Head
     cells: list[str]
 
@@ -227,10 +205,9 @@ class _Cells:
         place = self.head.columns.get(column)
         return self.cells[place].strip() if place is not None and place < len(self.cells) else ""
 
-    def error(self, column: Column, message: str) -> BoardError:
+    def refusal(self, column: Column, message: str) -> BoardError:
         title = self.head.titles[self.head.columns[column]].lstrip("# ")
-        stated = self.text(column)[:40]
-        return BoardError(f"column {title}: {stated!r} {message}", file=self.path, line=self.line)
+        return self.error(f"column {title}: {self.text(column)[:40]!r} {message}")
 
     def length(self, column: Column) -> float | None:
         """Length in mm, its unit in the cell or in the title; a decimal comma is understood."""
@@ -240,19 +217,19 @@ class _Cells:
         hit = _VALUE.fullmatch(text)
         unit = hit[2].lower() if hit else ""
         if hit is None or (unit and unit not in _UNITS_MM):
-            raise self.error(column, "is not a length. Write a number, such as 12.3 or 12.3mm.")
+            raise self.refusal(column, "is not a length. Write a number, such as 12.3 or 12.3mm.")
         try:
-            value = float(_point(hit[1])) * (_UNITS_MM[unit] if unit else self.head.units_mm[column])
+            value = float(_decimal_point(hit[1])) * (_UNITS_MM[unit] if unit else self.head.units_mm[column])
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise self.error(column, "is not a number.")
+            raise self.refusal(column, "is not a number.")
         return value
 
     def gap(self, column: Column) -> float | None:
         value = self.length(column)
         if value is not None and value < 0.0:
-            raise self.error(column, "must not be negative.")
+            raise self.refusal(column, "must not be negative.")
         return value
 
     def count(self, column: Column) -> int | None:
@@ -260,7 +237,7 @@ class _Cells:
         if not text:
             return None
         if not re.fullmatch(r"\d{1,6}(?:[.,]0+)?", text):
-            raise self.error(column, "is not a number of pins. Write a whole number.")
+            raise self.refusal(column, "is not a number of pins. Write a whole number.")
         return int(re.split("[.,]", text)[0])
 
     def side(self) -> Side | None:
@@ -269,11 +246,11 @@ class _Cells:
             return None
         side = _SIDES.get(text)
         if side is None:
-            raise self.error("side", "is neither top nor bottom.")
+            raise self.refusal("side", "is neither top nor bottom.")
         return side
 
 
-def _point(number: str) -> str:
+def _decimal_point(number: str) -> str:
     """Decimal point instead of a comma; the last mark of two is the decimal one."""
     if "," in number and "." in number:
         thousands = "," if number.rindex(".") > number.rindex(",") else "."

@@ -1,14 +1,14 @@
 """Joints beneath a component from the pads that the board file states."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from boards.board import Pad
 from boards.undersides.body_rectangle import Rectangle, lengthwise
-from boards.undersides.joint import Joint
+from boards.undersides.joints import Joint
 from geometry.gridframe import GridFrame
 
 _SKEW_RAD = 1e-4
@@ -31,13 +31,23 @@ def joints_under(pads: Sequence[Pad], rectangle: Rectangle) -> tuple[Joint, ...]
         pads: Of the component. Board frame, mm.
         rectangle: The underside.
     """
-    return tuple(joint for joint in _to_local(pads, rectangle) if joint is not None)
+    joints: list[Joint | None] = []
+    for pad in pads:
+        x, y = rectangle.to_local(np.array([[pad.x_mm, pad.y_mm]]))[0].tolist()
+        turn = math.remainder(pad.turn_rad - rectangle.turn_rad, math.pi)
+        quarters = round(turn / (math.pi / 2.0))
+        if not pad.round and abs(turn - quarters * math.pi / 2.0) < _SKEW_RAD:
+            sizes = (pad.width_mm, pad.length_mm) if quarters % 2 else (pad.length_mm, pad.width_mm)
+            joints.append(_cut(x, y, sizes, rectangle))
+        elif _is_amid(pad, rectangle):
+            angle = 0.0 if pad.round else round(turn, 6)
+            joints.append(Joint(_tidy(x), _tidy(y), _tidy(pad.length_mm), _tidy(pad.width_mm), pad.round, angle))
+    return tuple(joint for joint in joints if joint is not None)
 
 
 def joints_amid(pads: Sequence[Pad], rectangle: Rectangle) -> tuple[Joint, ...]:
     """Find the pads whose middle is under the body: those of leads beside it begin there, but do not reach it."""
-    amid = [pad for pad in pads if _is_amid(pad, rectangle)]
-    return joints_under(amid, rectangle)
+    return joints_under([pad for pad in pads if _is_amid(pad, rectangle)], rectangle)
 
 
 def joints_at_ends(pads: Sequence[Pad], rectangle: Rectangle) -> tuple[Joint, ...]:
@@ -63,7 +73,8 @@ def body_between(pads: Sequence[Pad], rectangle: Rectangle, frame: GridFrame) ->
     The pad of a lead is longer the way the lead goes. A heat pad in the middle may remain; where no more than one pad
     begins under the outline, it is the body's.
     """
-    leads = [pad for pad in pads if not _is_amid(pad, _middle_of(rectangle))]
+    middle = replace(rectangle, length_mm=rectangle.length_mm / 4.0, width_mm=rectangle.width_mm / 4.0)
+    leads = [pad for pad in pads if not _is_amid(pad, middle)]
     if not any(_is_amid(pad, rectangle) for pad in leads):
         return rectangle
     half = [rectangle.length_mm / 2.0, rectangle.width_mm / 2.0]
@@ -78,27 +89,10 @@ def body_between(pads: Sequence[Pad], rectangle: Rectangle, frame: GridFrame) ->
     return lengthwise(replace(rectangle, length_mm=2.0 * half[0], width_mm=2.0 * half[1]), frame)
 
 
-def _middle_of(rectangle: Rectangle) -> Rectangle:
-    return replace(rectangle, length_mm=rectangle.length_mm / 4.0, width_mm=rectangle.width_mm / 4.0)
-
-
 def _is_amid(pad: Pad, rectangle: Rectangle) -> bool:
     x, y = rectangle.to_local(np.array([[pad.x_mm, pad.y_mm]]))[0]
     half = rectangle.length_mm / 2.0 - _EDGE_MM, rectangle.width_mm / 2.0 - _EDGE_MM
     return bool(abs(x) < half[0] and abs(y) < half[1])
-
-
-def _to_local(pads: Sequence[Pad], rectangle: Rectangle) -> Iterator[Joint | None]:
-    for pad in pads:
-        x, y = rectangle.to_local(np.array([[pad.x_mm, pad.y_mm]]))[0].tolist()
-        turn = math.remainder(pad.turn_rad - rectangle.turn_rad, math.pi)
-        quarters = round(turn / (math.pi / 2.0))
-        if not pad.round and abs(turn - quarters * math.pi / 2.0) < _SKEW_RAD:
-            sizes = (pad.width_mm, pad.length_mm) if quarters % 2 else (pad.length_mm, pad.width_mm)
-            yield _cut(x, y, sizes, rectangle)
-        elif _is_amid(pad, rectangle):
-            angle = 0.0 if pad.round else round(turn, 6)
-            yield Joint(_tidy(x), _tidy(y), _tidy(pad.length_mm), _tidy(pad.width_mm), pad.round, angle)
 
 
 def _cut(x: float, y: float, sizes_mm: tuple[float, float], rectangle: Rectangle) -> Joint | None:

@@ -1,22 +1,22 @@
-"""The joints beneath a package, from its family, its name, its pins and the size of its underside."""
+"""Solder joints beneath a package, laid out by its family, its name, its pins and the size of its underside.
+
+Frame of the underside: x along its length, origin in its middle, mm.
+"""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
-from boards.packages.package_sizes import PackageSizes
-from boards.packages.underside_family import FINE_PITCH_MM, UndersideFamily
-from boards.undersides.joint import Joint
-from boards.undersides.joint_rows import (
-    LAND_MM,
-    clear_of_corner_mm,
-    corners,
-    ends,
-    grid,
-    lands_beside,
-    lands_in_front,
-    row_count,
-    row_pitch_mm,
-)
+from boards.packages.sizes import PackageSizes
+from boards.packages.undersides import FINE_PITCH_MM, UndersideFamily
+
+_LAND_MM = 0.4
+"""Length of a land of QFN and DFN (JEDEC MO-220 and MO-229, L nominal)."""
+
+_WIDEST_LAND_MM = 0.8
+
+_ROW_MARGIN_MM = 1.5
+"""What the row of lands is shorter than the side it stands along, from the first land's middle to the last's."""
 
 _BALL = 0.55
 """Diameter of a soldered ball in pitches: 0.55 mm at 1.0, 0.44 at 0.8, 0.28 at 0.5 (JEDEC MO-192 and MO-195)."""
@@ -35,14 +35,37 @@ _LEAST_LAND_MM = 0.1
 
 
 @dataclass(frozen=True, slots=True)
+class Joint:
+    """One solder joint in a gap, in the frame of the underside: x along its length, origin in its middle. mm."""
+
+    x_mm: float
+    y_mm: float
+    length_mm: float
+    """Along x before it is turned; the diameter if it is round."""
+    width_mm: float
+    round: bool = False
+    turn_rad: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Package:
-    """What is known of one package and its underside."""
+    """One package and its underside, as far as it is known."""
 
     sizes: PackageSizes
     pins: int
     """0 if unknown; exposed pads are not counted."""
     length_mm: float
     width_mm: float
+
+    @property
+    def sides_mm(self) -> tuple[float, float]:
+        """Length and width."""
+        return self.length_mm, self.width_mm
+
+    @property
+    def is_x_along_length(self) -> bool:
+        """Whether the first size of the name lies along the length; of a square it does not, so rows lie along it."""
+        return self.sizes.body_mm is not None and self.sizes.body_mm[0] > self.sizes.body_mm[1]
 
 
 def joints_of(family: UndersideFamily, package: Package) -> tuple[Joint, ...] | None:
@@ -53,7 +76,7 @@ def joints_of(family: UndersideFamily, package: Package) -> tuple[Joint, ...] | 
         case "ends" | "folded" | "corners":
             return _terminals(family, package)
         case "tab":
-            length, width = (round(part * side, 4) for part, side in zip(family.size, _sides(package), strict=True))
+            length, width = (round(part * side, 4) for part, side in zip(family.size, package.sides_mm, strict=True))
             return (Joint(0.0, 0.0, length, width),)
         case "quad":
             return _quad(package) + _thermal(package)
@@ -61,29 +84,27 @@ def joints_of(family: UndersideFamily, package: Package) -> tuple[Joint, ...] | 
             return _dual(package) + _thermal(package)
         case "balls":
             return _grid(package, _BALL, package.sizes.ball_mm)
+        case "lands" if package.sizes.layout is None and package.pins <= _FEW_LANDS:
+            return _quad(package)
         case "lands":
-            return _lands(package)
+            return _grid(package, _LAND, None)
         case "unknown" | "none":
             return None
 
 
-def _sides(package: Package) -> tuple[float, float]:
-    return package.length_mm, package.width_mm
-
-
 def _terminals(family: UndersideFamily, package: Package) -> tuple[Joint, ...]:
     """Two terminals at the ends; more of them in the corners, or of a chip array along the length."""
-    length, width = _sides(package)
+    length, width = package.sides_mm
     half = package.pins // 2
     match family.joints:
         case "ends" if half > 1:
-            return tuple(lands_in_front(half, length / half, length, width))
+            return tuple(_lands_in_front(half, length / half, length, width))
         case "ends":
-            return ends(length, width, (family.share / 2.0, 1.0))
+            return _ends(length, width, (family.share / 2.0, 1.0))
         case "corners" if half > 1:
-            return corners(length, width, family.size)
+            return _corners(length, width, family.size)
         case _:
-            return ends(length, width, family.size)
+            return _ends(length, width, family.size)
 
 
 def many_joints(package: Package) -> tuple[Joint, ...]:
@@ -110,17 +131,11 @@ def _exposed_pad(package: Package) -> tuple[Joint, ...]:
 
 def _turned(package: Package, sizes_mm: tuple[float, float]) -> tuple[float, float]:
     """Turn sizes that are in the order of the name's body so that they lie along length and width."""
-    return sizes_mm if _is_x_along_length(package) else (sizes_mm[1], sizes_mm[0])
-
-
-def _is_x_along_length(package: Package) -> bool:
-    """Whether the first size of the name lies along the length; of a square it does not, so rows lie along it."""
-    body = package.sizes.body_mm
-    return body is not None and body[0] > body[1]
+    return sizes_mm if package.is_x_along_length else (sizes_mm[1], sizes_mm[0])
 
 
 def _quad(package: Package) -> tuple[Joint, ...]:
-    length, width = package.length_mm, package.width_mm
+    length, width = package.sides_mm
     pitch = package.sizes.pitch_mm
     half = package.pins // 2
     if half >= 2:
@@ -129,24 +144,24 @@ def _quad(package: Package) -> tuple[Joint, ...]:
         front = min(max(round((half + more) / 2.0), 1), half - 1)
         beside = half - front
     else:
-        front = row_count(pitch or _DEFAULT_PITCH_MM, length)
-        beside = row_count(pitch or _DEFAULT_PITCH_MM, width)
+        front = _row_count(pitch or _DEFAULT_PITCH_MM, length)
+        beside = _row_count(pitch or _DEFAULT_PITCH_MM, width)
         pitch = pitch or _DEFAULT_PITCH_MM
     in_front = front, _fitting(pitch, front, length), length
     at_side = beside, _fitting(pitch, beside, width), width
     # Where two rows meet in a corner the lands are as much shorter as keeps them apart.
-    land = min(LAND_MM, max(clear_of_corner_mm(*in_front), clear_of_corner_mm(*at_side), _LEAST_LAND_MM))
-    rows = lands_in_front(*in_front, width, land), lands_beside(*at_side[:2], length, width, land)
+    land = min(_LAND_MM, max(_corner_distance_mm(*in_front), _corner_distance_mm(*at_side), _LEAST_LAND_MM))
+    rows = _lands_in_front(*in_front, width, land), _lands_beside(*at_side[:2], length, width, land)
     return (*rows[0], *rows[1])
 
 
 def _dual(package: Package) -> tuple[Joint, ...]:
-    length, width = package.length_mm, package.width_mm
-    beside = _is_x_along_length(package)
+    length, width = package.sides_mm
+    beside = package.is_x_along_length
     side = width if beside else length
     pitch = package.sizes.pitch_mm
-    count = package.pins // 2 if package.pins >= 2 else row_count(pitch or _DEFAULT_PITCH_MM, side)
-    rows = lands_beside if beside else lands_in_front
+    count = package.pins // 2 if package.pins >= 2 else _row_count(pitch or _DEFAULT_PITCH_MM, side)
+    rows = _lands_beside if beside else _lands_in_front
     return tuple(rows(count, _fitting(pitch, count, side), length, width))
 
 
@@ -154,18 +169,12 @@ def _fitting(pitch_mm: float | None, count: int, side_mm: float) -> float:
     """The pitch, or one with which the row fits along its side."""
     if pitch_mm is not None and (count - 0.5) * pitch_mm <= side_mm:
         return pitch_mm
-    return row_pitch_mm(count, side_mm)
-
-
-def _lands(package: Package) -> tuple[Joint, ...]:
-    if package.sizes.layout is None and package.pins <= _FEW_LANDS:
-        return _quad(package)
-    return _grid(package, _LAND, None)
+    return _row_pitch_mm(count, side_mm)
 
 
 def _grid(package: Package, share: float, ball_mm: float | None) -> tuple[Joint, ...]:
     """Lay out the whole grid: which places are empty is not known from a name."""
-    length, width = _sides(package)
+    length, width = package.sides_mm
     pitch = package.sizes.pitch_mm
     if package.sizes.layout is not None:
         columns, rows = (round(count) for count in _turned(package, package.sizes.layout))
@@ -174,7 +183,7 @@ def _grid(package: Package, share: float, ball_mm: float | None) -> tuple[Joint,
     if pitch is None or (columns - 0.1) * pitch > length or (rows - 0.1) * pitch > width:
         pitch = round(min(length / (columns + 0.8), width / (rows + 0.8)), 3)
     size = round(min(ball_mm or share * pitch, 0.9 * pitch), 4)
-    return grid(columns, rows, pitch, Joint(0.0, 0.0, size, size, round=share == _BALL))
+    return _repeat(columns, rows, pitch, Joint(0.0, 0.0, size, size, round=share == _BALL))
 
 
 def _grid_counts(package: Package) -> tuple[int, int]:
@@ -189,3 +198,73 @@ def _grid_counts(package: Package) -> tuple[int, int]:
         pitch = math.sqrt(length * width / pins) * 0.95 if pins else max(FINE_PITCH_MM, 0.8)
     columns, rows = (max(int(side / pitch - 0.6 + 1e-6), 1) for side in (length, width))
     return columns, rows
+
+
+def _repeat(columns: int, rows: int, pitch_mm: float, joint: Joint) -> tuple[Joint, ...]:
+    """Repeat a joint on a full grid about the middle."""
+    return tuple(
+        replace(joint, x_mm=round(x, 4), y_mm=round(y, 4))
+        for y in _places(rows, pitch_mm)
+        for x in _places(columns, pitch_mm)
+    )
+
+
+def _ends(length_mm: float, width_mm: float, size: tuple[float, float]) -> tuple[Joint, ...]:
+    """Lay out two terminals at the ends of the length; sizes are parts of the underside's."""
+    long, wide = round(size[0] * length_mm, 4), round(size[1] * width_mm, 4)
+    x = round((length_mm - long) / 2.0, 4)
+    return Joint(-x, 0.0, long, wide), Joint(x, 0.0, long, wide)
+
+
+def _corners(length_mm: float, width_mm: float, size: tuple[float, float]) -> tuple[Joint, ...]:
+    """Lay out a land in each corner; sizes are parts of the underside's."""
+    long, wide = round(size[0] * length_mm, 4), round(size[1] * width_mm, 4)
+    x, y = round((length_mm - long) / 2.0, 4), round((width_mm - wide) / 2.0, 4)
+    return tuple(Joint(sx * x, sy * y, long, wide) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+
+
+def _lands_in_front(
+    count: int, pitch_mm: float, length_mm: float, width_mm: float, land_mm: float = _LAND_MM
+) -> Iterator[Joint]:
+    """Lay lands along the front and the back edge, ``count`` along each and ``land_mm`` deep."""
+    for x, y, along, inward in _row_pair(count, pitch_mm, length_mm, width_mm, land_mm):
+        yield Joint(x, y, along, inward)
+
+
+def _lands_beside(
+    count: int, pitch_mm: float, length_mm: float, width_mm: float, land_mm: float = _LAND_MM
+) -> Iterator[Joint]:
+    """Lay lands along the right and the left edge, ``count`` along each and ``land_mm`` deep."""
+    for y, x, along, inward in _row_pair(count, pitch_mm, width_mm, length_mm, land_mm):
+        yield Joint(x, y, inward, along)
+
+
+def _corner_distance_mm(count: int, pitch_mm: float, side_mm: float) -> float:
+    """How far from the corner a row's last land ends."""
+    return (side_mm - (count - 0.5) * pitch_mm) / 2.0
+
+
+def _row_pitch_mm(count: int, side_mm: float) -> float:
+    """Guess the pitch of a row from the side it stands along."""
+    return max(side_mm - _ROW_MARGIN_MM, 0.6 * side_mm) / max(count - 1, 1)
+
+
+def _row_count(pitch_mm: float, side_mm: float) -> int:
+    """Guess how many lands of a pitch stand along a side."""
+    return int(max(side_mm - _ROW_MARGIN_MM, 0.6 * side_mm) / pitch_mm + 1e-6) + 1
+
+
+def _row_pair(
+    count: int, pitch_mm: float, side_mm: float, across_mm: float, land_mm: float
+) -> Iterator[tuple[float, float, float, float]]:
+    """Yield place along the side, place across, size along and size inward of two opposite rows."""
+    along = round(min(0.5 * pitch_mm, _WIDEST_LAND_MM, side_mm - (count - 1) * pitch_mm), 4)
+    inward = round(min(land_mm, 0.25 * across_mm), 4)
+    edge = round((across_mm - inward) / 2.0, 4)
+    for sign in (-1.0, 1.0):
+        for place in _places(count, pitch_mm):
+            yield round(place, 4), sign * edge, along, inward
+
+
+def _places(count: int, pitch_mm: float) -> Iterator[float]:
+    return ((k - (count - 1) / 2.0) * pitch_mm for k in range(count))

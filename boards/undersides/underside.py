@@ -9,10 +9,10 @@ from shapely import Polygon
 from shapely.affinity import rotate
 
 from boards.board import Board, Body, Component
+from boards.packages.families import package_family, pins_of
 from boards.packages.gap_height import gap_height
-from boards.packages.package_families import package_family, pins_of
-from boards.packages.package_sizes import FINEST_MM, package_sizes
-from boards.packages.underside_family import UndersideFamily, underside_family
+from boards.packages.sizes import FINEST_MM, package_sizes
+from boards.packages.undersides import UndersideFamily, underside_family
 from boards.undersides.body_rectangle import (
     Rectangle,
     body_rectangle,
@@ -22,9 +22,8 @@ from boards.undersides.body_rectangle import (
     shrink_between_leads,
     shrink_to,
 )
-from boards.undersides.joint import Joint
 from boards.undersides.joint_pads import body_between, joints_amid, joints_at_ends, joints_under
-from boards.undersides.joints import Package, joints_of, many_joints
+from boards.undersides.joints import Joint, Package, joints_of, many_joints
 from geometry.gridframe import GridFrame
 
 __all__ = ["MOST_MM", "GapCase", "Joint", "Underside", "Undersides", "coverage", "undersides_of"]
@@ -136,11 +135,6 @@ def _underside_of(
     )
 
 
-def _family(component: Component) -> str:
-    family = package_family(component.package)
-    return f"family {family.name}" if family is not None else "no family"
-
-
 def _rectangle(
     body: Body, component: Component, row: UndersideFamily, surface_z_mm: float, frame: GridFrame
 ) -> Rectangle | None:
@@ -160,7 +154,8 @@ def _rectangle(
     found = outline
     if row.joints == "folded":  # what is flat may be only what lies between the terminals
         flat = body_rectangle(body, component, surface_z_mm, frame)
-        found = lying_along(flat, outline) if flat is not None and _is_most(flat, outline) else outline
+        is_most = flat is not None and flat.length_mm > _WIDE * outline.length_mm
+        found = lying_along(flat, outline) if flat is not None and is_most else outline
     if stated is not None:
         return shrink_to(found, stated)
     if nominal is not None and (found.length_mm > _LARGE * max(nominal) or found.width_mm > _LARGE * min(nominal)):
@@ -168,40 +163,25 @@ def _rectangle(
     return found
 
 
-def _is_most(flat: Rectangle, outline: Rectangle) -> bool:
-    return flat.length_mm > _WIDE * outline.length_mm
-
-
 def _joints(
     body: Body, component: Component, row: UndersideFamily, rectangle: Rectangle
 ) -> tuple[tuple[tuple[Joint, ...], tuple[Joint, ...]], str]:
     """The joints of the harder and of the easier case, and where they are from."""
-    package = _package(component, rectangle)
-    stated = _stated_joints(body, row, package, rectangle)
+    length, width = rectangle.length_mm, rectangle.width_mm
+    named = pins_of(component.package)
+    pins = component.pins if named is None else named
+    most = (length / FINEST_MM + 1.0) * (width / FINEST_MM + 1.0)  # more than the underside has room for do not count
+    package = Package(package_sizes(component.package), pins if pins <= most else 0, length, width)
+    if row.joints == "outside":
+        stated = joints_amid(body.pads, rectangle) if body.pads else None
+    elif row.joints == "ends" and package.pins <= _TWO:
+        stated = joints_at_ends(body.pads, rectangle) or None
+    else:  # where no pad is near a body that needs some, the family decides
+        stated = joints_under(body.pads, rectangle) or None
     if stated is not None:
         return (stated, stated), "board file"
     joints = joints_of(row, package)
     if joints is None:
         return (many_joints(package), ()), _UNKNOWN
-    return (joints, joints), _family(component)
-
-
-def _stated_joints(
-    body: Body, row: UndersideFamily, package: Package, rectangle: Rectangle
-) -> tuple[Joint, ...] | None:
-    """Joints from the board file's pads; ``None`` without any, or where none is near a body that needs some."""
-    if not body.pads:
-        return None
-    if row.joints == "outside":
-        return joints_amid(body.pads, rectangle)
-    at_ends = row.joints == "ends" and package.pins <= _TWO
-    return (joints_at_ends if at_ends else joints_under)(body.pads, rectangle) or None
-
-
-def _package(component: Component, rectangle: Rectangle) -> Package:
-    """Gather what is known; more pins than the underside has room for are not believed."""
-    length, width = rectangle.length_mm, rectangle.width_mm
-    named = pins_of(component.package)
-    pins = component.pins if named is None else named
-    most = (length / FINEST_MM + 1.0) * (width / FINEST_MM + 1.0)
-    return Package(package_sizes(component.package), pins if pins <= most else 0, length, width)
+    family = package_family(component.package)
+    return (joints, joints), f"family {family.name}" if family is not None else "no family"

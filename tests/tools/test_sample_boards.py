@@ -22,7 +22,7 @@ from shapely import Polygon
 import boards
 from boards.board import Body, Pad, Side
 from boards.formats.tri.tri import read_tri
-from boards.packages.package_families import package_family, pins_of
+from boards.packages.families import package_family, pins_of
 
 FOLDER = Path(boards.__file__).parent / "library"
 FILES = {

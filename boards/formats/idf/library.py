@@ -9,7 +9,7 @@ from shapely import Polygon
 
 from boards.formats.idf.text import Record, Section, read_loops, read_sections, unit_mm
 from boards.formats.names import some
-from boards.packages.package_families import package_family
+from boards.packages.families import package_family
 from geometry.arrays import Points2
 
 _FLAT = re.compile(r"(?:^|[^a-z])(?:fid|tp\d|art_tp|test|mtg|hole|logo|label|mark|fiducial)", re.IGNORECASE)

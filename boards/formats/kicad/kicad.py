@@ -14,8 +14,8 @@ from boards.formats.kicad.items import Item, drawn, read_items
 from boards.formats.loops import CHAIN_MM, Point2, chain, outline_of
 from boards.formats.names import distinct_names, listed
 from boards.formats.prism import NOMINAL_HEIGHT, prism
+from boards.packages.families import package_family
 from boards.packages.gap_height import gap_height
-from boards.packages.package_families import package_family
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import ASSUMED_HEIGHT, KICAD_VERSION, NO_BODY, OPEN_EDGE, OUTLINE_FROM_PADS

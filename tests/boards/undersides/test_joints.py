@@ -8,11 +8,10 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from boards.packages.package_families import package_families, package_family, pins_of
-from boards.packages.package_sizes import package_sizes
-from boards.packages.underside_family import underside_families, underside_family
-from boards.undersides.joint import Joint
-from boards.undersides.joints import Package, joints_of, many_joints
+from boards.packages.families import package_families, package_family, pins_of
+from boards.packages.sizes import package_sizes
+from boards.packages.undersides import underside_families, underside_family
+from boards.undersides.joints import Joint, Package, joints_of, many_joints
 from boards.undersides.underside import joint_polygon
 
 

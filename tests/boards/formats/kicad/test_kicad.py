@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from boards.board import Body
 from boards.errors import BoardError
 from boards.formats.kicad.kicad import read_kicad
-from boards.packages.package_families import package_family
+from boards.packages.families import package_family
 
 DATA = Path(__file__).parents[2] / "data"
 OLD = (DATA / "small_v5.kicad_pcb").read_text(encoding="utf-8")

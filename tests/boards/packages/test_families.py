@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from boards.packages.package_families import package_families, package_family, pins_of
+from boards.packages.families import package_families, package_family, pins_of
 
 NAMES = [
     # name, family, pins

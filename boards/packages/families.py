@@ -1,4 +1,4 @@
-"""What the name of a package says: how high it is, how far it stands off, how many pins it has.
+"""Package families by name: height, gap height and number of pins.
 
 The table is ``packages.yaml``; names are those of KiCad, of IPC-7351 and the loose ones people type.
 """
@@ -102,7 +102,10 @@ def _find(name: str) -> tuple[PackageFamily, int | None] | None:
     if found is None:
         return None
     family, pins = found
-    if height_mm := next(_stated_heights_mm(name), 0.0):
+    heights = (
+        round(float(hit[1]) * unit_mm, 3) for pattern, unit_mm in _HEIGHTS_IN_NAMES if (hit := pattern.search(name))
+    )
+    if height_mm := next(heights, 0.0):
         family = replace(family, height_mm=height_mm, source=f"{family.source}, height from the name")
     return family, pins
 
@@ -139,8 +142,8 @@ def _find_chip(table: _Table, name: str) -> tuple[PackageFamily, int] | None:
 def _coded_rows(table: _Table, name: str) -> Iterator[dict[str, Any]]:
     """A code means inches unless only the metric table has it, or the word `metric` follows."""
     for code in _CODES.finditer(name):
-        says_metric = name.startswith("metric", code.end())
-        row = table.metric.get(code[0]) if says_metric else table.imperial.get(code[0], table.metric.get(code[0]))
+        is_metric = name.startswith("metric", code.end())
+        row = table.metric.get(code[0]) if is_metric else table.imperial.get(code[0], table.metric.get(code[0]))
         if row is not None:
             yield row
 
@@ -150,12 +153,6 @@ def _chip_family(row: dict[str, Any], kind: str) -> PackageFamily:
     return PackageFamily(
         f"chip {kind} {row['imperial']}", height_mm, row["standoff_mm"], "EIA size code, gap as soldered"
     )
-
-
-def _stated_heights_mm(name: str) -> Iterator[float]:
-    for pattern, unit_mm in _HEIGHTS_IN_NAMES:
-        if hit := pattern.search(name):
-            yield round(float(hit[1]) * unit_mm, 3)
 
 
 def read_table(name: str) -> dict[str, list[dict[str, Any]]]:

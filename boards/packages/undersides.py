@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal, TypeAlias, cast
 
-from boards.packages.package_families import PackageFamily, read_table
+from boards.packages.families import PackageFamily, read_table
 
 Layout: TypeAlias = Literal[
     "outside", "ends", "folded", "corners", "quad", "dual", "balls", "lands", "tab", "unknown", "none"
