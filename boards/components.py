@@ -1,4 +1,4 @@
-"""What each body on a board is: its shadow, its side, its height, its pins, its gap and its neighbours."""
+"""Components of a board: shadow, side, height, pins, gap and neighbours of each body."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -104,7 +104,7 @@ def side_of(shape: Shape) -> Side:
 
 
 def component_of(shape: Shape) -> Component:
-    """Say what one component is; its neighbours come later.
+    """Describe one component; its neighbours come later.
 
     Raises:
         BoardError: It does not rise above the surface of its side.
@@ -115,15 +115,16 @@ def component_of(shape: Shape) -> Component:
     if height < _LEAST_HEIGHT_MM:
         message = f"{body.name} has no height above the {side} surface of the board (it ends at {height:.3f} mm). "
         raise BoardError(message + "Correct its side or its model, or leave it out.")
-    pins, pins_source = _pins_of(body)
+    named = pins_of(body.package) if body.pins is None and body.package else None
+    source = "unknown" if named is None else f"package {body.package}"
     gap = gap_height(body.package or "", body.gap_height_mm)
     return Component(
         name=body.name,
         package=body.package or "",
         part=body.part or "",
         value=body.value or "",
-        pins=pins,
-        pins_source=pins_source,
+        pins=named or 0 if body.pins is None else body.pins,
+        pins_source=source if body.pins is None else "stated",
         side=side,
         footprint=shape.footprint,
         outline=shape.outline,
@@ -133,13 +134,6 @@ def component_of(shape: Shape) -> Component:
         gap_height_source=gap.source,
         neighbours=(),
     )
-
-
-def _pins_of(body: Body) -> tuple[int, str]:
-    if body.pins is not None:
-        return body.pins, "stated"
-    pins = pins_of(body.package) if body.package else None
-    return (0, "unknown") if pins is None else (pins, f"package {body.package}")
 
 
 def with_neighbours(components: Sequence[Component], framed: Sequence[Polygon]) -> tuple[Component, ...]:
@@ -163,7 +157,7 @@ def _nearest(outlines: list[Polygon]) -> list[list[tuple[int, float]]]:
     """For each outline the nearest others with their distances; equal ones in file order."""
     shapes = np.array(outlines, dtype=object)
     tree = STRtree(shapes)
-    wanted = min(_NEIGHBOURS, len(shapes) - 1)
+    count = min(_NEIGHBOURS, len(shapes) - 1)
     rows: list[list[tuple[int, float]]] = [[] for _ in outlines]
     left = np.arange(len(shapes))
     reach = 2.0
@@ -172,13 +166,13 @@ def _nearest(outlines: list[Polygon]) -> list[list[tuple[int, float]]]:
         whose = left[whose]
         whose, other = whose[whose != other], other[whose != other]
         counts = np.bincount(whose, minlength=len(shapes))
-        full = counts >= wanted
+        full = counts >= count
         take = full[whose]
         whose, other = whose[take], other[take]
         steps = np.round(shapely.distance(shapes[whose], shapes[other]) / _DISTANCE_MM)
         for place in np.lexsort((other, steps, whose)).tolist():
             row = rows[int(whose[place])]
-            if len(row) < wanted:
+            if len(row) < count:
                 row.append((int(other[place]), round(float(steps[place]) * _DISTANCE_MM, 4)))
         left = left[~full[left]]
         reach *= 2.0

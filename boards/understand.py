@@ -43,13 +43,18 @@ def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = 
     parts = [shape for shape in shapes if shape.body.role == "component"]
     _check_upside(parts)
     components = with_neighbours([component_of(shape) for shape in parts], [shape.framed[1] for shape in parts])
-    noticed = [*findings, *pieces, *_check_top(parts), *_check_places(parts, outline)]
+    points = np.asarray(outline.exterior.coords)[:, :2]
+    edges = np.diff(points, axis=0)
+    lengths = np.hypot(edges[:, 0], edges[:, 1])
+    longest = int(np.argmax(np.round(lengths / (128.0 * GRID_MM))))
+    x, y = (edges[longest] / lengths[longest] + 0.0).tolist()
+    noticed = [*findings, *pieces, *_check_places(parts, outline)]
     return Board(
         name=name,
         sha256=hashlib.sha256(write_tri(bodies).encode()).hexdigest(),
         bodies=bodies,
         outline=outline,
-        axis=_axis_of(outline),
+        axis=(x, y),
         top_z_mm=slab.top_z_mm,
         bottom_z_mm=slab.bottom_z_mm,
         components=components,
@@ -84,15 +89,6 @@ def _outline_of(board: Body, frame: GridFrame) -> tuple[Polygon, list[Finding]]:
     return outline, [Finding(BOARD_IN_PIECES, message)]
 
 
-def _axis_of(outline: Polygon) -> tuple[float, float]:
-    points = np.asarray(outline.exterior.coords)[:, :2]
-    edges = np.diff(points, axis=0)
-    lengths = np.hypot(edges[:, 0], edges[:, 1])
-    first = int(np.argmax(np.round(lengths / (128.0 * GRID_MM))))
-    x, y = (edges[first] / lengths[first]).tolist()
-    return x + 0.0, y + 0.0
-
-
 def _check_upside(parts: Sequence[Shape]) -> None:
     stated = [shape for shape in parts if shape.body.side is not None]
     wrong = [shape for shape in stated if _height_on(shape, side_of(shape)) < _LEAST_RISE_MM]
@@ -105,21 +101,19 @@ def _check_upside(parts: Sequence[Shape]) -> None:
         raise BoardError(message)
 
 
-def _check_top(parts: Sequence[Shape]) -> list[Finding]:
-    """Notice a board on which everything lies below, as far as nobody stated that it does."""
-    if len(parts) < 2 or any(shape.body.side is not None or side_of(shape) == "top" for shape in parts):
-        return []
-    message = f"All {len(parts)} components lie on the bottom. If the board is upside down, turn it over."
-    return [Finding(ALL_ON_BOTTOM, message)]
-
-
 def _height_on(shape: Shape, side: Side) -> float:
     return shape.above_mm if side == "top" else shape.below_mm
 
 
 def _check_places(parts: Sequence[Shape], outline: Polygon) -> Iterator[Finding]:
-    """Notice components beside the board, in the air, or sunk into it."""
-    outside = _distances_outside(parts, outline)
+    """Find components beside the board, in the air, or sunk into it; all below where no side is stated."""
+    if len(parts) > 1 and not any(shape.body.side is not None or side_of(shape) == "top" for shape in parts):
+        message = f"All {len(parts)} components lie on the bottom. If the board is upside down, turn it over."
+        yield Finding(ALL_ON_BOTTOM, message)
+    inside = Polygon(outline.exterior)
+    shapely.prepare(inside)
+    shapes = np.array([shape.outline for shape in parts], dtype=object)
+    outside = np.round(shapely.distance(shapes, inside), 4).tolist() if parts else []
     for shape, distance in zip(parts, outside, strict=True):
         name = shape.body.name
         side = side_of(shape)
@@ -135,16 +129,6 @@ def _check_places(parts: Sequence[Shape], outline: Polygon) -> Iterator[Finding]
                 f"{name} is sunk: only {100 * share:.0f} % of its surface lies above the {side} side it belongs to."
             )
             yield _place_finding(COMPONENT_SUNK, message, shape)
-
-
-def _distances_outside(parts: Sequence[Shape], outline: Polygon) -> list[float]:
-    """Distance of each component to what lies inside the board's outer edge, mm, to 0.0001 mm."""
-    if not parts:
-        return []
-    inside = Polygon(outline.exterior)
-    shapely.prepare(inside)
-    shapes = np.array([shape.outline for shape in parts], dtype=object)
-    return np.round(shapely.distance(shapes, inside), 4).tolist()
 
 
 def _place_finding(rule: FindingRule, message: str, shape: Shape) -> Finding:

@@ -37,7 +37,9 @@ def parse_gltf(data: bytes, path: Path) -> Node:
     try:
         with np.errstate(all="ignore"):  # numbers that overflow are refused later, with the name of their part
             header, chunk = _unpack(data)
-            _refuse_compressed(header, path)
+            for name in header.get("extensionsRequired", []):
+                if "compression" in name or "quantization" in name:
+                    raise BoardError(f"uses {name}, which is not read here. Export it without compression.", file=path)
             meshes = _decode_meshes(header, chunk, path)
             return _build_tree(header, meshes, path)
     except BoardError:
@@ -63,14 +65,8 @@ def _unpack(data: bytes) -> tuple[dict[str, Any], bytes]:
     return json.loads(chunks[_JSON].decode("utf-8")), chunks.get(_BIN, b"")
 
 
-def _refuse_compressed(header: dict[str, Any], path: Path) -> None:
-    packed = [name for name in header.get("extensionsRequired", []) if "compression" in name or "quantization" in name]
-    if packed:
-        raise BoardError(f"uses {packed[0]}, which is not read here. Export it without compression.", file=path)
-
-
 class _Buffers(dict[str, bytes]):
-    """Gives trimesh the buffers it asks for by name: the binary chunk, or a file beside the header."""
+    """Gives trimesh its buffers by name: the binary chunk, or a file beside the header."""
 
     def __init__(self, chunk: bytes, path: Path) -> None:
         super().__init__({_IN_FILE: chunk})
@@ -128,7 +124,9 @@ def _build_tree(header: dict[str, Any], meshes: dict[int, tuple[Triangles, ...]]
         matrix = parent @ _matrix(node)
         mesh = node.get("mesh", -1)
         product = str(header["meshes"][mesh].get("name", "")) if mesh >= 0 else ""
-        patches = tuple(_place(patches, matrix) for patches in meshes.get(mesh, ()))
+        placed = (patches @ matrix[:3, :3].T + matrix[:3, 3] for patches in meshes.get(mesh, ()))
+        # A mirroring pose turns the winding inside out.
+        patches = tuple(own[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0.0 else own for own in placed)
         children = tuple(build(child, matrix, depth + 1) for child in node.get("children", []))
         return Node(str(node.get("name", "")), product, patches, children)
 
@@ -146,9 +144,3 @@ def _matrix(node: dict[str, Any]) -> NDArray[np.float64]:
     matrix[:3, :3] *= np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=np.float64)
     matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
     return matrix
-
-
-def _place(patches: Triangles, matrix: NDArray[np.float64]) -> Triangles:
-    placed = patches @ matrix[:3, :3].T + matrix[:3, 3]
-    # A mirroring pose turns the winding inside out.
-    return placed[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0.0 else placed

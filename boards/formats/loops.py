@@ -159,7 +159,7 @@ def outline_of(
         loops: Closed loops ``(n, 2)``, mm.
         drills: Loops of drilled holes and slots; what lies outside the edge is ignored.
         file: For the messages.
-        spot: Says a point in the words of the file.
+        spot: Describes a point as the file does.
 
     Returns:
         A valid polygon, or several if the file holds several boards side by side; an edge starts at its loop's first
@@ -173,12 +173,13 @@ def outline_of(
     polygons = [Polygon(loop) for loop in loops]
     for polygon, loop in zip(polygons, loops, strict=True):
         if not polygon.is_valid or polygon.area < CHAIN_MM**2:
-            raise BoardError(
-                f"the outline that starts at {spot(loop[0])} crosses itself or has no area. "
-                "Redraw it as one closed line.",
-                file=file,
-            )
-    depths = _depths(polygons)
+            message = f"the outline that starts at {spot(loop[0])} crosses itself or has no area. "
+            raise BoardError(f"{message}Redraw it as one closed line.", file=file)
+    # How many larger loops each loop lies in.
+    points = np.array([polygon.representative_point() for polygon in polygons], dtype=object)
+    areas = np.round([polygon.area for polygon in polygons], 4)
+    within, around = shapely.STRtree(polygons).query(points, predicate="within")
+    depths = np.bincount(within[areas[around] > areas[within]], minlength=len(polygons)).tolist()
     drilled = [Polygon(drill) for drill in drills]
     pieces: list[Polygon] = []
     for polygon, depth in zip(polygons, depths, strict=True):
@@ -190,14 +191,6 @@ def outline_of(
                 raise BoardError(f"the outline that starts at {start} crosses another one. Join the two.", file=file)
             pieces.append(piece)
     return pieces[0] if len(pieces) == 1 else MultiPolygon(pieces)
-
-
-def _depths(polygons: Sequence[Polygon]) -> list[int]:
-    """How many larger loops each loop lies in."""
-    points = np.array([polygon.representative_point() for polygon in polygons], dtype=object)
-    areas = np.round([polygon.area for polygon in polygons], 4)
-    inner, outer = shapely.STRtree(polygons).query(points, predicate="within")
-    return np.bincount(inner[areas[outer] > areas[inner]], minlength=len(polygons)).tolist()
 
 
 def _cut(edge: Polygon, holes: list[Polygon], file: Path) -> Polygon:

@@ -28,20 +28,22 @@ def read_mesh(path: Path) -> Node:
             warnings.simplefilter("ignore")
             loaded = trimesh.load_scene(stream, file_type=kind, process=False, **_options(path, kind))
         found = [(str(name), cast(Any, mesh)) for name, mesh in loaded.geometry.items() if hasattr(mesh, "faces")]
-        children = tuple(_as_node(name, mesh) for name, mesh in found if len(mesh.faces))
+        children = tuple(
+            Node(name, "", (np.asarray(mesh.vertices, dtype=np.float64)[np.asarray(mesh.faces, dtype=np.int64)],))
+            for name, mesh in found
+            if len(mesh.faces)
+        )
     except BoardError:
         raise
     except Exception as reason:  # trimesh's parsers raise whatever they stumble over
-        message = (
-            f"cannot be read as {kind.upper()}, the file is damaged or cut short ({cause(reason)}). Export it again."
-        )
-        raise BoardError(message, file=path) from reason
+        damage = f"the file is damaged or cut short ({cause(reason)})"
+        raise BoardError(f"cannot be read as {kind.upper()}, {damage}. Export it again.", file=path) from reason
     # trimesh hands the groups of an OBJ back last first.
     return Node("", "", (), children[::-1] if kind == "obj" else children)
 
 
 def _check_length(path: Path) -> None:
-    """Say that an STL file is cut short; the reader would take what is left for text, or for an empty file."""
+    """Refuse an STL file that is cut short: the reader would take it for text, or for an empty file."""
     data = path.read_bytes()
     if data[:5].lower() == b"solid" and b"facet" in data[:1024]:
         whole = b"endsolid" in data[-1024:].lower()
@@ -49,12 +51,6 @@ def _check_length(path: Path) -> None:
         whole = len(data) >= 84 and len(data) >= 84 + 50 * int.from_bytes(data[80:84], "little")
     if not whole:
         raise BoardError("is not an STL file, or it is cut short. Export or copy it again.", file=path)
-
-
-def _as_node(name: str, mesh: Any) -> Node:
-    vertices = np.asarray(mesh.vertices, dtype=np.float64)
-    faces = np.asarray(mesh.faces, dtype=np.int64)
-    return Node(name, "", (vertices[faces],))
 
 
 def _options(path: Path, kind: str) -> dict[str, Any]:

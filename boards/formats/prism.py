@@ -30,7 +30,11 @@ def prism(
         Patches ``(n, 3, 3)``, outward normals ``(n, 3)`` and the surfaces ``top``, ``bottom``, ``sides`` in that order.
         Each piece is a closed mesh.
     """
-    rings = [ring for piece in _pieces(outline) for ring in _rings(piece)]
+    thinned = shapely.remove_repeated_points(outline, _FLAT_MM).simplify(_FLAT_MM)
+    # Shells counter-clockwise, holes clockwise, open, each from the vertex with which it was drawn first.
+    pieces = [orient(piece) for piece in shapely.get_parts(thinned).tolist() if isinstance(piece, Polygon)]
+    drawn = [ring for piece in pieces for ring in (piece.exterior, *piece.interiors)]
+    rings = [np.asarray(ring.coords, dtype=np.float64)[:-1, :2] for ring in drawn]
     points = np.concatenate(rings)
     corners = points[np.asarray(manifold3d.triangulate(rings), dtype=np.int64)]
     top = np.dstack([corners, np.full(corners.shape[:2], high_mm)])
@@ -40,18 +44,6 @@ def prism(
     up = np.tile([0.0, 0.0, 1.0], (len(top), 1))
     surfaces = (Surface("top", len(top)), Surface("bottom", len(bottom)), Surface("sides", len(sides)))
     return np.concatenate([top, bottom, sides]), np.concatenate([up, -up, outward]), surfaces
-
-
-def _pieces(outline: Polygon | MultiPolygon) -> list[Polygon]:
-    """Return the pieces, each with a counter-clockwise shell and clockwise holes."""
-    thinned = shapely.remove_repeated_points(outline, _FLAT_MM).simplify(_FLAT_MM)
-    pieces = list(thinned.geoms) if isinstance(thinned, MultiPolygon) else [thinned]
-    return [orient(piece) for piece in pieces if isinstance(piece, Polygon)]
-
-
-def _rings(piece: Polygon) -> list[Points2]:
-    """Shell and holes as open rings ``(n, 2)``; shapely keeps the first vertex, so a ring starts where it did."""
-    return [np.asarray(ring.coords, dtype=np.float64)[:-1, :2] for ring in (piece.exterior, *piece.interiors)]
 
 
 def _walls(ring: Points2, low_mm: float, high_mm: float) -> tuple[Triangles, Directions]:

@@ -77,7 +77,9 @@ def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body
     tree, findings = _read_tree(path, progress)
     progress("finding parts", 0.96)
     _check_geometry(tree, path)
-    loose = _is_loose(tree, path)
+    # Names are of no help in one mesh, or in a mesh file that names nothing like a component.
+    several = sum(1 for node in tree.walk() if node.patches) > 1
+    loose = not several or (path.suffix.lower() not in _STEP and not has_refdes(tree))
     if loose:
         bodies = split_bodies(np.concatenate(tree.geometry()))
         tree = Node("", "", (), tuple(Node("", "", (body,)) for body in bodies))
@@ -126,12 +128,6 @@ def _check_geometry(tree: Node, path: Path) -> None:
                 raise BoardError(message, file=path)
     if not found:
         raise BoardError("holds no triangles or surfaces. Export the board with its solids.", file=path)
-
-
-def _is_loose(tree: Node, path: Path) -> bool:
-    """Whether names are of no help: one mesh, or a mesh file that names nothing like a component."""
-    several = sum(1 for node in tree.walk() if node.patches) > 1
-    return not several or (path.suffix.lower() not in _STEP and not has_refdes(tree))
 
 
 def _find_board(tree: Node, path: Path) -> tuple[Node, _Flatness]:

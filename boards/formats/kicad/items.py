@@ -147,16 +147,15 @@ def _parse(text: str, path: Path, line: int) -> Item:
 
 
 def _item(node: list[object], path: Path, line: int) -> Item:
-    atoms = [_text(part) for part in node if not isinstance(part, list)]
+    atoms: list[str] = []
+    for part in node:
+        if isinstance(part, sexpdata.Symbol):
+            atoms.append(str(part.value()))
+        elif not isinstance(part, list):
+            atoms.append(f"{part:.12g}" if isinstance(part, float) else str(part))
     lists = [part for part in node if isinstance(part, list)]
     items = tuple(_item(part, path, line) for part in lists)
     return Item(path, line, atoms[0] if atoms else "", tuple(atoms[1:]), items)
-
-
-def _text(atom: object) -> str:
-    if isinstance(atom, sexpdata.Symbol):
-        return str(atom.value())
-    return f"{atom:.12g}" if isinstance(atom, float) else str(atom)
 
 
 def drawn(items: Iterable[Item], prefix: str, layer: str) -> list[Points2]:

@@ -142,7 +142,13 @@ def _read_rows(text: bytes, starts: Indices, ends: Indices, rows: Indices, file:
     for begin in range(0, len(rows), _CHUNK_LINES):
         some = rows[begin : begin + _CHUNK_LINES]
         lengths = ends[some] - starts[some] + 1
-        block = _join_rows(text, starts[some], ends[some] + 1)
+        # Lines of numbers one after the other, without the records between them; comments become blanks.
+        breaks = np.flatnonzero(starts[some][1:] != ends[some][:-1] + 1)
+        begins = [int(starts[some[0]]), *starts[some][breaks + 1].tolist()]
+        stops = [*(ends[some][breaks] + 1).tolist(), int(ends[some[-1]]) + 1]
+        block = b"".join([text[first:stop] for first, stop in zip(begins, stops, strict=True)])
+        if b"#" in block:
+            block = _COMMENT.sub(lambda comment: b" " * len(comment[0]), block)
         room = values[place : place + 12 * len(some)]
         if len(room) == 12 * len(some) and _parse_fixed(block, lengths, room):
             place += len(room)
@@ -153,15 +159,6 @@ def _read_rows(text: bytes, starts: Indices, ends: Indices, rows: Indices, file:
         values[place : place + len(chunk)] = chunk
         place += len(chunk)
     return Numbers(values[:place], counts, rows + 1)
-
-
-def _join_rows(text: bytes, starts: Indices, ends: Indices) -> bytes:
-    """Put lines of numbers one after the other, without the records between them; comments become blanks."""
-    breaks = np.flatnonzero(starts[1:] != ends[:-1])
-    begins = [int(starts[0]), *starts[breaks + 1].tolist()]
-    stops = [*ends[breaks].tolist(), int(ends[-1])]
-    block = b"".join([text[begin:stop] for begin, stop in zip(begins, stops, strict=True)])
-    return _COMMENT.sub(lambda comment: b" " * len(comment[0]), block) if b"#" in block else block
 
 
 def _parse_fixed(block: bytes, lengths: Indices, numbers: NDArray[np.float64]) -> bool:

@@ -210,6 +210,10 @@ def _write_body(body: Body) -> Iterator[str]:
 
 
 def _attributes(body: Body) -> str:
+    pads: list[str] = []
+    for pad in body.pads:
+        numbers = (pad.x_mm, pad.y_mm, pad.length_mm, pad.width_mm, math.degrees(pad.turn_rad))
+        pads.append(",".join([*(f"{round(number, 4) + 0.0:.4f}" for number in numbers), _PAD_SHAPES[pad.round]]))
     stated: list[tuple[str, object]] = [
         ("package", body.package),
         ("part", body.part),
@@ -217,15 +221,10 @@ def _attributes(body: Body) -> str:
         ("pins", body.pins),
         ("side", body.side),
         ("standoff", None if body.gap_height_mm is None else f"{body.gap_height_mm:.4f}"),
-        ("pads", ";".join(map(_write_pad, body.pads)) or None),
+        ("pads", ";".join(pads) or None),
         *body.extra,
     ]
     return "".join(f" {key}={_word(str(value))}" for key, value in stated if value is not None)
-
-
-def _write_pad(pad: Pad) -> str:
-    numbers = (pad.x_mm, pad.y_mm, pad.length_mm, pad.width_mm, math.degrees(pad.turn_rad))
-    return ",".join([*(f"{round(number, 4) + 0.0:.4f}" for number in numbers), _PAD_SHAPES[pad.round]])
 
 
 def _word(text: str) -> str:
