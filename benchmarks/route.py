@@ -18,10 +18,10 @@ import rulesengine.planning.stroke_order
 from boards.formats.tri.tri import read_tri
 from boards.understand import understand
 from geometry.arrays import Indices, Points
+from geometry.coverage.exact import choose_ways
+from geometry.coverage.local_search import search_order
+from geometry.coverage.network import MICRONS_PER_MM, ROUNDING, Network, build_network
 from geometry.coverage.route import Choices, Route, shortest_route
-from geometry.coverage.route_exact import choose_ways
-from geometry.coverage.route_network import MICRONS_PER_MM, ROUNDING, Network, build_network
-from geometry.coverage.route_search import search_order
 from recipes.load import load_recipe
 from rulesengine.planning.pipeline import make_plan
 

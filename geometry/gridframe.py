@@ -55,9 +55,9 @@ class GridFrame:
 
         def move(points: Points2) -> Points2:
             moved = self.from_frame(points)
-            wanted = _keys(points)
-            place = np.minimum(np.searchsorted(ordered, wanted), len(ordered) - 1)
-            known = ordered[place] == wanted
+            found = _keys(points)
+            place = np.minimum(np.searchsorted(ordered, found), len(ordered) - 1)
+            known = ordered[place] == found
             moved[known] = outside[order[place[known]]]
             return moved
 
@@ -81,17 +81,13 @@ def find_grid_frame(patches: Triangles) -> GridFrame:
     begins = corners
     ends = patches[:, (1, 2, 0), :2].reshape(-1, 2)
     lengths = np.round(np.hypot(*(ends - begins).T) / (128.0 * GRID_MM))
-    lengths[~_on_the_edge(begins, ends)] = -1.0
+    # Sides that belong to two triangles are not on the edge.
+    names = np.unique(np.vstack((begins, ends)), axis=0, return_inverse=True)[1].reshape(2, -1)
+    pairs = np.sort(names, axis=0)
+    _, side, counts = np.unique(pairs[0] * (names.max() + 1) + pairs[1], return_inverse=True, return_counts=True)
+    lengths[counts[side] != 1] = -1.0
     first = int(np.argmax(lengths))
     vector = ends[first] - begins[first]
     length = float(np.hypot(*vector))
     axis = (float(vector[0] / length), float(vector[1] / length)) if length > 0.0 else (1.0, 0.0)
     return GridFrame((float(begins[first, 0]), float(begins[first, 1])), axis)
-
-
-def _on_the_edge(begins: Points2, ends: Points2) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Which sides of triangles belong to one triangle alone."""
-    names = np.unique(np.vstack((begins, ends)), axis=0, return_inverse=True)[1].reshape(2, -1)
-    pairs = np.sort(names, axis=0)
-    _, which, counts = np.unique(pairs[0] * (names.max() + 1) + pairs[1], return_inverse=True, return_counts=True)
-    return counts[which] == 1

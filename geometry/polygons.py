@@ -50,15 +50,14 @@ def project(patches: Triangles) -> Region:
         return Polygon()
     shadow = CrossSection(list(corners), FillRule.NonZero)
     pieces = [shadow] if shadow.num_contour() <= 1 else shadow.decompose()
-    polygons = [piece for piece in map(_to_polygon, pieces) if piece.area > _LEAST_AREA_MM2]
+    polygons: list[Polygon] = []
+    for piece in pieces:
+        rings: list[Points2] = [np.asarray(ring, dtype=np.float64) for ring in piece.to_polygons()]  # pyright: ignore
+        outer = max(range(len(rings)), key=lambda place: abs(signed_area(rings[place])))
+        polygons.append(Polygon(rings[outer], [ring for place, ring in enumerate(rings) if place != outer]))
+    polygons = [polygon for polygon in polygons if polygon.area > _LEAST_AREA_MM2]
     region = shapely.union_all(polygons) if len(polygons) > 1 else polygons[0] if polygons else Polygon()
     return _areas_only(region)
-
-
-def _to_polygon(section: object) -> Polygon:
-    rings: list[Points2] = [np.asarray(ring, dtype=np.float64) for ring in section.to_polygons()]  # pyright: ignore
-    outer = max(range(len(rings)), key=lambda place: abs(signed_area(rings[place])))
-    return Polygon(rings[outer], [ring for place, ring in enumerate(rings) if place != outer])
 
 
 def signed_area(ring: Points2) -> float:
@@ -152,7 +151,7 @@ def canonical(polygon: Polygon, anchors: Points2) -> Polygon:
     holes = [_begin(_ring(hole.coords, ccw=False), anchors) for hole in polygon.interiors]
     if len(holes) > 1:
         starts = np.array([hole[0] for hole in holes])
-        keys = [_quantised(starts, anchor) for anchor in _few(anchors)]
+        keys = [_quantised(starts, anchor) for anchor in _tripod(anchors)]
         holes = [holes[place] for place in np.lexsort(keys[::-1]).tolist()]
     return Polygon(outer, holes)
 
@@ -172,20 +171,16 @@ def _begin(ring: Points2, anchors: Points2) -> Points2:
     return np.roll(ring, -int(first[0]), axis=0)
 
 
-def _few(anchors: Points2) -> Points2:
-    """Return the first three anchors that are not in line, which tell any two points apart."""
+def _tripod(anchors: Points2) -> Points2:
+    """Return the first three anchors that are not in line: distances to them identify a point."""
     away = np.flatnonzero(_quantised(anchors, anchors[0]) > 0)
     if not len(away):
         return anchors[:1]
     second = anchors[away[0]]
-    across = np.abs((anchors - anchors[0]) @ _left_of(second - anchors[0]))
+    x, y = second - anchors[0]
+    across = np.abs((anchors - anchors[0]) @ (np.array([-y, x]) / np.linalg.norm((x, y))))
     third = np.flatnonzero(across > _ANCHOR_MM)
     return np.vstack([anchors[0], second, *anchors[third[:1]]])
-
-
-def _left_of(vector: Points2) -> Points2:
-    turned = np.array([-vector[1], vector[0]])
-    return turned / np.linalg.norm(turned)
 
 
 def _quantised(points: Points2, anchor: Points2) -> Points2:

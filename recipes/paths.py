@@ -188,6 +188,5 @@ class StraightLine(_OpenPath):
 
 
 PathSpec: TypeAlias = Annotated[
-    BoardPerimeter | Raster | ComponentPerimeter | FinalFlush | StepFunction | StraightLine,
-    Field(discriminator="path"),
+    BoardPerimeter | Raster | ComponentPerimeter | FinalFlush | StepFunction | StraightLine, Field(discriminator="path")
 ]

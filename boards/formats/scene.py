@@ -11,14 +11,7 @@ from boards.board import Body, Role, Surface
 from boards.errors import BoardError
 from boards.formats.gltf import read_gltf
 from boards.formats.meshes import read_mesh
-from boards.formats.parts import (
-    drop_layers,
-    join_repeated,
-    join_touching,
-    name_parts,
-    split_bodies,
-    split_roles,
-)
+from boards.formats.parts import drop_layers, join_repeated, join_touching, name_parts, split_bodies, split_roles
 from boards.formats.step import read_step
 from boards.formats.tree import Node, Part, has_refdes, is_called_board, label_of, refdes_of, split_parts
 from boards.formats.tri.tri import SMALLEST_AREA_MM2

@@ -13,7 +13,7 @@ from cleaning.jet.jet import Jet
 from cleaning.jet.ray_samples import ray_samples_of
 from cleaning.process.stages import Samples
 from cleaning.surface.ray_scene import Scene, cast_rays
-from geometry.coverage.compiled import compiled, quick
+from geometry.compiled import compiled, quick
 
 VOLUME, CONE, FRONT, NORMAL, TANGENTIAL, PEAK, HITS = range(7)
 """Columns of what is added up for each cell; volumes in mm³, the rest times area in mm²."""

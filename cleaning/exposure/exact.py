@@ -22,7 +22,7 @@ from cleaning.surface.facets import Facets
 from cleaning.surface.ray_scene import Scene, are_blocked, cast
 from cleaning.surface.sky_view import SMALL_MM2, inner_points
 from geometry.arrays import Indices, Points, Scalars
-from geometry.coverage.compiled import quick
+from geometry.compiled import quick
 
 _CONE, _FRONT, _VOLUME, _NORMAL, _TANGENTIAL, _PEAK, _COLUMNS = range(7)
 _RAYS = 200_000

@@ -13,7 +13,7 @@ from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Film
 from cleaning.process.stages import Stage
 from geometry.arrays import Directions, Indices, Points, Scalars
-from geometry.coverage.compiled import quick
+from geometry.compiled import quick
 
 _RADII = 3.0
 """Distance from the pole, in distances from there to the rim, beyond which a jet does nothing."""

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cleaning.errors import require_not_negative, require_positive
 from geometry.arrays import Scalars
-from geometry.coverage.compiled import compiled
+from geometry.compiled import compiled
 
 Values: TypeAlias = float | NDArray[np.float64]
 

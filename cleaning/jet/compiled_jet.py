@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
-from geometry.coverage.compiled import compiled
+from geometry.compiled import compiled
 
 RING, CONE, FAN, KNIFE = 0, 1, 2, 3
 TAIL_SIGMAS = 5.0

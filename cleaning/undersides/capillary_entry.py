@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from cleaning.gap.edge_segments import SEGMENTS, EdgePressure
 from cleaning.process.stages import Stage
 from geometry.arrays import Indices, Scalars
-from geometry.coverage.compiled import compiled
+from geometry.compiled import compiled
 
 _TOGETHER_S = 1e-6
 

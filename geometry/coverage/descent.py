@@ -1,19 +1,32 @@
 """Shorten a route change by change until no change near to where it was disturbed makes it shorter."""
 
-from geometry.coverage.compiled import quick
-from geometry.coverage.route_desk import ROOM, Desk, do_swap, do_turn, do_way, look_at, take_back_to, touched
-from geometry.coverage.route_network import Network, Whole, leg
-from geometry.coverage.route_tour import Tour, at, rejoin, swap_change, turn_change
+from geometry.compiled import quick
+from geometry.coverage.network import Network, Whole, leg
+from geometry.coverage.tour import (
+    ROOM,
+    State,
+    Tour,
+    at,
+    do_swap,
+    do_turn,
+    do_way,
+    look_at,
+    rejoin,
+    swap_change,
+    touched,
+    turn_change,
+    undo_to,
+)
 
 LONGEST_MOVED = 3
 """Strokes that are moved together at most"""
 MOST_DONE = 32
-"""Room that one change needs on the desk"""
+"""Room that one change needs in the undo log"""
 UNREACHED = 1 << 60
 
 
 @quick
-def try_turn(network: Network, tour: Tour, desk: Desk, low: Whole, high: Whole) -> Whole:
+def try_turn(network: Network, tour: Tour, state: State, low: Whole, high: Whole) -> Whole:
     """Turn positions around, with the best ways at both joints, if that is shorter."""
     mirror = network.mirror
     change = turn_change(network, tour, low, high)
@@ -28,21 +41,21 @@ def try_turn(network: Network, tour: Tour, desk: Desk, low: Whole, high: Whole) 
         change += saved
     if change >= 0:
         return 0
-    do_turn(network, tour, desk, low, high)
+    do_turn(network, tour, state, low, high)
     if high > low:
-        do_way(network, tour, desk, a)
-        do_way(network, tour, desk, b)
+        do_way(network, tour, state, a)
+        do_way(network, tour, state, b)
     if high > low + 1:
-        do_way(network, tour, desk, c)
-        do_way(network, tour, desk, d)
-    touched(network, tour, desk, low - 1, high + 2)
+        do_way(network, tour, state, c)
+        do_way(network, tour, state, d)
+    touched(network, tour, state, low - 1, high + 2)
     for position in (low - 1, low, high, high + 1):
-        look_at(tour, desk, position)
+        look_at(tour, state, position)
     return change
 
 
 @quick
-def try_turns(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
+def try_turns(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     """Put one of the near strokes next to the stroke at a position by turning around what lies between."""
     last, way = len(tour.place) - 2, at(tour, p)
     for follows in range(2):
@@ -54,14 +67,14 @@ def try_turns(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
             low, high = min(p, q) + follows, max(p, q) - 1 + follows
             if low < 1 or high > last:
                 continue
-            change = try_turn(network, tour, desk, low, high)
+            change = try_turn(network, tour, state, low, high)
             if change < 0:
                 return change
     return 0
 
 
 @quick
-def try_moves(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
+def try_moves(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     """Move the run of up to three strokes that begins or ends at a position next to one of the near strokes."""
     last = len(tour.place) - 2
     if p < 1 or p > last:
@@ -77,7 +90,7 @@ def try_moves(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
             turned, follows = case >> 1, case & 1
             # the stroke at p has to be at that end of the moved run which meets the near stroke
             if saved > 0 and (low == high or (p == high) == (follows != turned)):
-                change = try_gaps(network, tour, desk, (low, high, saved), (p, turned, follows))
+                change = try_gaps(network, tour, state, (low, high, saved), (p, turned, follows))
                 if change < 0:
                     return change
     return 0
@@ -85,14 +98,14 @@ def try_moves(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
 
 @quick
 def try_gaps(
-    network: Network, tour: Tour, desk: Desk, run: tuple[Whole, Whole, Whole], joint: tuple[Whole, Whole, Whole]
+    network: Network, tour: Tour, state: State, run: tuple[Whole, Whole, Whole], joint: tuple[Whole, Whole, Whole]
 ) -> Whole:
     """Move a run to where the stroke at one of its ends meets a near one.
 
     Args:
         network: the strokes.
         tour: the route.
-        desk: what was done.
+        state: the undo log.
         run: lowest and highest position, and what leaving them out saves.
         joint: the position that meets a near stroke, whether the run is turned, and whether the near stroke follows.
     """
@@ -113,10 +126,10 @@ def try_gaps(
             first = best_between(network, before, tour.order[p], after)
             end = first
         change = leg(network, before, first) + leg(network, end, after) - leg(network, before, after) + skew - saved
-        if change < desk.slack:
-            begun = desk.mark[2]
-            lowest, cut, highest = do_move(network, tour, desk, (low, high, gap), (first, turned))
-            change = settle(network, tour, desk, (begun, lowest, cut, highest), change)
+        if change < state.slack:
+            begun = state.mark[2]
+            lowest, cut, highest = do_move(network, tour, state, (low, high, gap), (first, turned))
+            change = accept_or_undo(network, tour, state, (begun, lowest, cut, highest), change)
             if change < 0:
                 return change
     return 0
@@ -130,7 +143,7 @@ def joint_length(network: Network, way: Whole, near: Whole, follows: Whole) -> W
 
 @quick
 def do_move(
-    network: Network, tour: Tour, desk: Desk, what: tuple[Whole, Whole, Whole], how: tuple[Whole, Whole]
+    network: Network, tour: Tour, state: State, what: tuple[Whole, Whole, Whole], how: tuple[Whole, Whole]
 ) -> tuple[Whole, Whole, Whole]:
     """Move positions low to high between gap and gap + 1, with the way through the first, perhaps turned around.
 
@@ -141,18 +154,18 @@ def do_move(
     first, turned = how
     length = high - low + 1
     if gap > high:
-        do_swap(network, tour, desk, low, high, gap)
+        do_swap(network, tour, state, low, high, gap)
         high, p = gap, gap - length + 1
         cut = p
     else:
-        do_swap(network, tour, desk, gap + 1, low - 1, high)
+        do_swap(network, tour, state, gap + 1, low - 1, high)
         low, p = gap + 1, gap + 1
         cut = low + length
     if length == 1:
-        do_way(network, tour, desk, first)
+        do_way(network, tour, state, first)
     elif turned:
-        do_turn(network, tour, desk, p, p + length - 1)
-    touched(network, tour, desk, low, high + 1)
+        do_turn(network, tour, state, p, p + length - 1)
+    touched(network, tour, state, low, high + 1)
     return low, cut, high
 
 
@@ -168,7 +181,7 @@ def best_between(network: Network, before: Whole, stroke: Whole, after: Whole) -
 
 
 @quick
-def try_swaps(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
+def try_swaps(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     """Put a near stroke behind another by swapping two runs of any length, each in its own sense."""
     if p > len(tour.place) - 2:
         return 0
@@ -186,11 +199,11 @@ def try_swaps(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
             if low > high:
                 continue
             change = swap_change(network, tour, low, middle, high)
-            if change < desk.slack:
-                begun = desk.mark[2]
-                do_swap(network, tour, desk, low, middle, high)
-                touched(network, tour, desk, low, high + 1)
-                change = settle(network, tour, desk, (begun, low, low + high - middle, high), change)
+            if change < state.slack:
+                begun = state.mark[2]
+                do_swap(network, tour, state, low, middle, high)
+                touched(network, tour, state, low, high + 1)
+                change = accept_or_undo(network, tour, state, (begun, low, low + high - middle, high), change)
                 if change < 0:
                     return change
     return 0
@@ -213,77 +226,79 @@ def runs_between(tour: Tour, p: Whole, q: Whole, k: Whole) -> tuple[Whole, Whole
 
 
 @quick
-def settle(network: Network, tour: Tour, desk: Desk, where: tuple[Whole, Whole, Whole, Whole], change: Whole) -> Whole:
+def accept_or_undo(
+    network: Network, tour: Tour, state: State, where: tuple[Whole, Whole, Whole, Whole], change: Whole
+) -> Whole:
     """Go better ways around the joints of two swapped runs; take all back if the route has not become shorter."""
     begun, low, cut, high = where
-    if desk.slack > 0:
+    if state.slack > 0:
         for joint in (low, cut, high + 1):
-            change += mend(network, tour, desk, joint - 1)
+            change += mend(network, tour, state, joint - 1)
         for joint in (low, cut, high + 1):
-            change += mend(network, tour, desk, joint - 2)
-            change += mend(network, tour, desk, joint)
+            change += mend(network, tour, state, joint - 2)
+            change += mend(network, tour, state, joint)
     if change >= 0:
-        take_back_to(network, tour, desk, begun, (low - 2, high + 4))
+        undo_to(network, tour, state, begun, (low - 2, high + 4))
         return 0
     for joint in (low, cut, high + 1):
-        look_at(tour, desk, joint - 1)
-        look_at(tour, desk, joint)
+        look_at(tour, state, joint - 1)
+        look_at(tour, state, joint)
     return change
 
 
 @quick
-def mend(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
+def mend(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     """Go the best ways through the stroke at a position and the next one."""
     if p < 1 or p > len(tour.place) - 2:
         return 0
     saved, a, b = rejoin(network, at(tour, p - 1), (at(tour, p), at(tour, p + 1)), at(tour, p + 2))
     if saved < 0:
-        do_way(network, tour, desk, a)
-        do_way(network, tour, desk, b)
-        touched(network, tour, desk, p, p + 2)
+        do_way(network, tour, state, a)
+        do_way(network, tour, state, b)
+        touched(network, tour, state, p, p + 2)
     return saved
 
 
 @quick
-def try_ways(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
+def try_ways(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     """Go better ways through the stroke at a position and the next one."""
-    saved = mend(network, tour, desk, p)
+    saved = mend(network, tour, state, p)
     if saved < 0:
         for position in range(p - 1, p + 3):
-            look_at(tour, desk, position)
+            look_at(tour, state, position)
     return saved
 
 
 @quick
-def shorten_at(network: Network, tour: Tour, desk: Desk, p: Whole) -> Whole:
+def shorten_at(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     """Make the first change found at a position that shortens the route."""
-    change = try_ways(network, tour, desk, p)
+    change = try_ways(network, tour, state, p)
     if change == 0:
-        change = try_turns(network, tour, desk, p)
+        change = try_turns(network, tour, state, p)
     if change == 0:
-        change = try_moves(network, tour, desk, p)
+        change = try_moves(network, tour, state, p)
     if change == 0:
-        change = try_swaps(network, tour, desk, p)
+        change = try_swaps(network, tour, state, p)
     return change
 
 
 @quick
-def descend(network: Network, tour: Tour, desk: Desk) -> Whole:
+def descend(network: Network, tour: Tour, state: State) -> Whole:
     """Look at the queued strokes, and at those that changes touch, until nothing near them makes the route shorter.
 
-    It pauses when the desk is full.
+    It pauses when the undo log is full.
 
     Returns:
         What this added to the length in micrometres, at most 0.
     """
     gained = 0
-    while desk.mark[1] > 0 and desk.mark[2] < ROOM - MOST_DONE:
-        stroke = desk.queue[desk.mark[0]]
-        desk.mark[0] = (desk.mark[0] + 1) % len(desk.queue)
-        desk.mark[1] -= 1
-        desk.waiting[stroke] = 0
+    while state.mark[1] > 0 and state.mark[2] < ROOM - MOST_DONE:
+        stroke = state.queue[state.mark[0]]
+        state.mark[0] = (state.mark[0] + 1) % len(state.queue)
+        state.mark[1] -= 1
+        state.waiting[stroke] = 0
         change = -1
-        while change < 0 and desk.mark[2] < ROOM - MOST_DONE:
-            change = shorten_at(network, tour, desk, tour.place[stroke])
+        while change < 0 and state.mark[2] < ROOM - MOST_DONE:
+            change = shorten_at(network, tour, state, tour.place[stroke])
             gained += change
     return gained

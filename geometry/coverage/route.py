@@ -1,18 +1,52 @@
 """The order of strokes with the least travel between them (open rural postman with a choice of ways)."""
 
+import threading
+from collections import OrderedDict
+from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Generic, Literal, TypeAlias, TypeVar
 
 import numpy as np
 
 from geometry.arrays import Points
-from geometry.coverage.recent_answers import Memory
 from specs.progress import Progress, no_progress
 
 Effort: TypeAlias = Literal["sketch", "full"]
 """A sketch is made in a moment: an order that is repaired, without the search for a better one."""
 
-_REMEMBERED = 64
+_CACHED = 64
+V = TypeVar("V")
+
+
+class LruCache(Generic[V]):
+    """Cache of results, the least recently used dropped first. Threads may share it; nobody may change a result."""
+
+    def __init__(self, size: int) -> None:
+        """Make an empty cache of so many results."""
+        self._size = size
+        self._results: OrderedDict[Hashable, V] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def get(self, key: Hashable) -> V | None:
+        """Result of a key, ``None`` if it is not cached."""
+        with self._lock:
+            if key in self._results:
+                self._results.move_to_end(key)
+            return self._results.get(key)
+
+    def put(self, key: Hashable, result: V) -> V:
+        """Cache a result and return it."""
+        with self._lock:
+            self._results[key] = result
+            self._results.move_to_end(key)
+            if len(self._results) > self._size:
+                self._results.popitem(last=False)
+        return result
+
+    def clear(self) -> None:
+        """Drop all results."""
+        with self._lock:
+            self._results.clear()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +79,7 @@ class Route:
     """Whether this is what the full effort finds; a sketch may be settled too."""
 
 
-_routes: Memory[Route] = Memory(_REMEMBERED)
+_routes: LruCache[Route] = LruCache(_CACHED)
 """Settled routes, so that an edit that moves no stroke does not search again."""
 
 
@@ -66,7 +100,7 @@ def shortest_route(
         choices: the strokes, mm.
         start: (3,) where the nozzle is, mm.
         end: (3,) where it has to go at last, or ``None`` if the route may stop anywhere.
-        effort: a sketch is the settled route where that is remembered or found at once.
+        effort: a sketch is the settled route where that is cached or found at once.
         progress: Receives the stage and the share done; it may end the search by raising something.
 
     Returns:
@@ -77,24 +111,24 @@ def shortest_route(
         return Route((), (), length, length)
     counts = tuple(len(entry) for entry in choices.entries)
     places = np.concatenate([*choices.entries, *choices.exits, start[None], *([] if end is None else [end[None]])])
-    question = counts, end is not None, places.astype(np.float64).tobytes()
-    known = _routes.find(question)
+    key = counts, end is not None, places.astype(np.float64).tobytes()
+    known = _routes.get(key)
     if known is not None:
         return known
     route = _find_route(choices, (start, end), effort, progress)
-    return _routes.keep(question, route) if route.settled else route
+    return _routes.put(key, route) if route.settled else route
 
 
 def forget_routes() -> None:
     """Search again the next time: for those who measure the search."""
-    _routes.forget()
+    _routes.clear()
 
 
 def _find_route(choices: Choices, ends: tuple[Points, Points | None], effort: Effort, progress: Progress) -> Route:
     # numba takes a moment to load: only those who plan should wait for it
-    from geometry.coverage.route_exact import choose_ways
-    from geometry.coverage.route_network import MICRONS_PER_MM, build_network
-    from geometry.coverage.route_search import is_kicked, search_order
+    from geometry.coverage.exact import choose_ways
+    from geometry.coverage.local_search import is_kicked, search_order
+    from geometry.coverage.network import MICRONS_PER_MM, build_network
 
     network = build_network(choices.entries, choices.exits, *ends)
     count = len(choices.entries)

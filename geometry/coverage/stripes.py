@@ -49,22 +49,13 @@ def stripes(region: Polygon | MultiPolygon, direction: Points2, pitch_mm: float,
     for row in range(count):
         low = y_min + row * pitch
         band = intersection(level, box(x_min - 1, low + sliver, x_max + 1, low + pitch - sliver))
-        spans = _joined([piece.bounds[::2] for piece in get_parts(band) if piece.area > 0], bridge_mm)
+        spans: list[tuple[float, float]] = []
+        for start, end in sorted(piece.bounds[::2] for piece in get_parts(band) if piece.area > 0):
+            if spans and start - spans[-1][1] <= bridge_mm:
+                spans[-1] = (spans[-1][0], max(spans[-1][1], end))
+            else:
+                spans.append((start, end))
         if spans:
-            rows.append(Stripe(tuple(_turned(span, low + pitch / 2, direction) for span in spans)))
+            across = (low + pitch / 2) * np.array([-direction[1], direction[0]])
+            rows.append(Stripe(tuple(np.outer(span, direction) + across for span in spans)))
     return rows
-
-
-def _joined(spans: list[tuple[float, float]], bridge_mm: float) -> list[tuple[float, float]]:
-    joined: list[tuple[float, float]] = []
-    for start, end in sorted(spans):
-        if joined and start - joined[-1][1] <= bridge_mm:
-            joined[-1] = (joined[-1][0], max(joined[-1][1], end))
-        else:
-            joined.append((start, end))
-    return joined
-
-
-def _turned(span: tuple[float, float], across: float, direction: Points2) -> Points2:
-    left = np.array([-direction[1], direction[0]])
-    return np.outer(span, direction) + across * left

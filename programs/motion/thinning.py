@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Quaternions
-from geometry.coverage.compiled import compiled
+from geometry.compiled import compiled
 
 _LARGEST_TURN_DEG = 170.0
 """A turn this far in one line could go either way round."""

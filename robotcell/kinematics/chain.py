@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
-from geometry.coverage.compiled import compiled
+from geometry.compiled import compiled
 from robotcell.robot.robot import Joints, Poses, Robot, flange_poses, link_poses
 
 Row: TypeAlias = NDArray[np.float64]  # (dof,)

@@ -2,7 +2,7 @@
 
 import math
 
-from geometry.coverage.compiled import compiled
+from geometry.compiled import compiled
 from robotcell.kinematics.arm_types import ParallelArm
 from robotcell.kinematics.subproblems import SLACK
 

@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from geometry.arrays import Indices
-from geometry.coverage.compiled import compiled
+from geometry.compiled import compiled
 from robotcell.kinematics.arm_types import ParallelArm
 from robotcell.kinematics.chain import Chain, Matrix, Row, add_step
 from robotcell.kinematics.polish import polish_rows

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.coverage.compiled import compiled
+from geometry.compiled import compiled
 from robotcell.kinematics.chain import Chain, Matrix, Row, add_step, flange_at, step_over
 from robotcell.robot.robot import Joints, Poses
 

@@ -7,7 +7,7 @@ pose leaves undetermined costs no accuracy of the pose.
 
 import math
 
-from geometry.coverage.compiled import compiled
+from geometry.compiled import compiled
 from robotcell.kinematics.arm_types import Bend
 from robotcell.kinematics.chain import Matrix
 

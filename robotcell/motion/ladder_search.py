@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
-from geometry.coverage.compiled import compiled, quick
+from geometry.compiled import compiled, quick
 from robotcell.robot.robot import Joints
 
 RECONFIGURE_COST_S = 3.0

@@ -11,7 +11,7 @@ from cleaning.jet.compiled_jet import KNIFE, JetForm, stress_of
 from cleaning.jet.jet import Jet
 from cleaning.jet.jet_coordinates import flow_density
 from geometry.arrays import Directions, Points, Scalars
-from geometry.coverage.compiled import compiled
+from geometry.compiled import compiled
 
 
 def intensity(jet: Jet, directions_tool: Directions) -> Scalars:

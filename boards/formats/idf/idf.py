@@ -18,10 +18,7 @@ from boards.formats.prism import prism
 from specs.finding import Finding
 from specs.finding_rules import DOUBTFUL_HEIGHT, IDF_UNPLACED, NO_BODY, SMALL_DRILLS
 
-_PARTNERS = {
-    "board": (".emn", ".brd", ".idb", ".bdf", ".idf"),
-    "library": (".emp", ".lib", ".idl", ".ldf", ".pro"),
-}
+_PARTNERS = {"board": (".emn", ".brd", ".idb", ".bdf", ".idf"), "library": (".emp", ".lib", ".idl", ".ldf", ".pro")}
 _HIGH = "The library's heights were taken; correct them there, or the nozzle keeps far above the board."
 
 

@@ -1,4 +1,4 @@
-"""Look for a good order: disturb it, repair it, and keep what is shorter, again and again."""
+"""Iterated local search of an order: kick it, repair it, and keep what is shorter (Martin, Otto and Felten 1991)."""
 
 import math
 from typing import NamedTuple
@@ -6,12 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.arrays import Indices
-from geometry.coverage.compiled import compiled, quick
+from geometry.compiled import compiled, quick
 from geometry.coverage.descent import descend
-from geometry.coverage.route_desk import Desk, do_turn, keep, look_at, new_desk, take_back, touched
-from geometry.coverage.route_exact import choose_ways, solve_small, start_order
-from geometry.coverage.route_network import Network, Whole, leg
-from geometry.coverage.route_tour import Tour, at, new_tour
+from geometry.coverage.exact import choose_ways, solve_small, start_order
+from geometry.coverage.network import Network, Whole, leg
+from geometry.coverage.tour import State, Tour, at, do_turn, keep, look_at, new_state, new_tour, touched, undo
 from specs.progress import Progress, no_progress
 
 MOST_EXACT = 9
@@ -25,15 +24,15 @@ LONGEST_KICKED = 26
 SLACK = 8.0
 """By how much a change may lengthen the route before the ways around it are chosen anew, in mean legs"""
 ROUNDS = 50
-"""After each of so many parts of the kicks a search says how far it is"""
+"""After each of so many parts of the kicks a search reports its progress"""
 
 
 class Search(NamedTuple):
     """A search under way."""
 
     tour: Tour
-    desk: Desk
-    dice: Indices
+    state: State
+    rng: Indices
     """The last pseudo-random number"""
     best: Indices
     """The shortest order so far"""
@@ -48,7 +47,7 @@ def search_order(network: Network, effort: float = 1.0, seed: int = 0, progress:
         network: the strokes.
         effort: how often to kick, as a multiple of the usual number; with 0 the first order is only repaired.
         seed: of the pseudo-random numbers.
-        progress: is told how far the kicks are; it may end the search by raising something.
+        progress: receives the stage and the share done; it may end the search by raising something.
 
     Returns:
         Strokes by position, from the start's to the end's.
@@ -57,9 +56,10 @@ def search_order(network: Network, effort: float = 1.0, seed: int = 0, progress:
         return solve_small(network)
     order, length = start_order(network)
     if not is_kicked(network):
-        return _best_of_two(network, order)
+        other = np.concatenate((order[:1], order[-2:0:-1], order[-1:]))
+        return min(order, other, key=lambda tried: int(choose_ways(network, tried)[0]))
     mean = max(1.0, length / (len(network.first) - 2))
-    slack = round(SLACK * mean) if _is_choosy(network) else 0
+    slack = round(SLACK * mean) if _has_many_ways(network) else 0
     return _kick_often(network, order, round(effort * usual_kicks(network)), (WARMTH * mean, slack), seed, progress)
 
 
@@ -80,19 +80,14 @@ def usual_kicks(network: Network) -> int:
     kicks = min(10 * count**2, 600_000 // count + 8 * count)
     # every change of a skewed route brings the skew of all that follows up to date
     kicks //= 1 + count // 300 if network.skewed else 1
-    if _is_choosy(network):  # a kick takes longer where ways are chosen anew
+    if _has_many_ways(network):  # a kick takes longer where ways are chosen anew
         kicks = kicks // 3 if count <= FEW else max(kicks // 10, min(10 * count, 2000))
     return kicks
 
 
-def _is_choosy(network: Network) -> bool:
+def _has_many_ways(network: Network) -> bool:
     """Whether a stroke can be gone through in more ways than there and back."""
     return bool(np.any(np.diff(network.first) > 2))
-
-
-def _best_of_two(network: Network, order: Indices) -> Indices:
-    other = np.concatenate((order[:1], order[-2:0:-1], order[-1:]))
-    return min(order, other, key=lambda tried: int(choose_ways(network, tried)[0]))
 
 
 def _kick_often(
@@ -103,8 +98,8 @@ def _kick_often(
     length, way = choose_ways(network, order)
     search = Search(
         tour=new_tour(network, order, way),
-        desk=new_desk(len(order), slack),
-        dice=np.array([2463534242 ^ seed]),
+        state=new_state(len(order), slack),
+        rng=np.array([2463534242 ^ seed]),
         best=np.array(order),
         length=np.array([length, length]),
     )
@@ -120,10 +115,10 @@ def _kick_often(
 def repair(network: Network, search: Search) -> None:
     """Shorten the first order until no change near to any stroke makes it shorter."""
     for position in range(len(search.best)):
-        look_at(search.tour, search.desk, position)
-    while search.desk.mark[1] > 0:
-        search.length[0] += descend(network, search.tour, search.desk)
-        keep(search.desk)
+        look_at(search.tour, search.state, position)
+    while search.state.mark[1] > 0:
+        search.length[0] += descend(network, search.tour, search.state)
+        keep(search.state)
     search.length[1] = search.length[0]
     search.best[:] = search.tour.order[:-1]
 
@@ -134,14 +129,14 @@ def kick_on(network: Network, search: Search, kicks: tuple[Whole, Whole, Whole],
 
     ``kicks`` holds the number of the first one, that of the one after the last, and how many there are altogether.
     """
-    tour, desk, length = search.tour, search.desk, search.length
+    tour, state, length = search.tour, search.state, search.length
     for count in range(kicks[0], kicks[1]):
-        change = kick(network, tour, desk, search.dice) + descend(network, tour, desk)
-        allowed = -warmth * (1 - count / kicks[2]) * math.log(draw(search.dice) / 4294967296.0)
+        change = kick(network, tour, state, search.rng) + descend(network, tour, state)
+        allowed = -warmth * (1 - count / kicks[2]) * math.log(next_random(search.rng) / 4294967296.0)
         if change > allowed:
-            take_back(network, tour, desk)
+            undo(network, tour, state)
             continue
-        keep(desk)
+        keep(state)
         length[0] += change
         if length[0] < length[1]:
             length[1] = length[0]
@@ -149,18 +144,18 @@ def kick_on(network: Network, search: Search, kicks: tuple[Whole, Whole, Whole],
 
 
 @quick
-def draw(dice: Indices) -> Whole:
+def next_random(rng: Indices) -> Whole:
     """The next of 2^32 - 1 pseudo-random numbers above 0 (Marsaglia's xorshift)."""
-    x = dice[0]
+    x = rng[0]
     x ^= (x << 13) & 0xFFFFFFFF
     x ^= x >> 17
     x ^= (x << 5) & 0xFFFFFFFF
-    dice[0] = x
+    rng[0] = x
     return x
 
 
 @quick
-def kick(network: Network, tour: Tour, desk: Desk, dice: Indices) -> Whole:
+def kick(network: Network, tour: Tour, state: State, rng: Indices) -> Whole:
     """Exchange the outer two of three neighbouring short runs: a double bridge, which no repair undoes at once.
 
     Returns:
@@ -168,19 +163,23 @@ def kick(network: Network, tour: Tour, desk: Desk, dice: Indices) -> Whole:
     """
     count = len(tour.place) - 2
     longest = min(LONGEST_KICKED, count // 3)
-    first, middle, second = 1 + draw(dice) % longest, 1 + draw(dice) % longest, 1 + draw(dice) % longest
-    low = 1 + draw(dice) % (count - first - middle - second + 1)
+    first, middle, second = (
+        1 + next_random(rng) % longest,
+        1 + next_random(rng) % longest,
+        1 + next_random(rng) % longest,
+    )
+    low = 1 + next_random(rng) % (count - first - middle - second + 1)
     end = low + first + middle + second
     change = 0
     for position in (low, low + first, low + first + middle, end):
         change -= leg(network, at(tour, position - 1), at(tour, position))
-    do_turn(network, tour, desk, low, end - 1)
-    do_turn(network, tour, desk, low, low + second - 1)
-    do_turn(network, tour, desk, low + second, low + second + middle - 1)
-    do_turn(network, tour, desk, low + second + middle, end - 1)
-    touched(network, tour, desk, low, end)
+    do_turn(network, tour, state, low, end - 1)
+    do_turn(network, tour, state, low, low + second - 1)
+    do_turn(network, tour, state, low + second, low + second + middle - 1)
+    do_turn(network, tour, state, low + second + middle, end - 1)
+    touched(network, tour, state, low, end)
     for position in (low, low + second, low + second + middle, end):
         change += leg(network, at(tour, position - 1), at(tour, position))
-        look_at(tour, desk, position - 1)
-        look_at(tour, desk, position)
+        look_at(tour, state, position - 1)
+        look_at(tour, state, position)
     return change

@@ -3,8 +3,8 @@
 import numpy as np
 
 from geometry.arrays import Indices
-from geometry.coverage.compiled import compiled
-from geometry.coverage.route_network import Network, Whole, leg
+from geometry.compiled import compiled
+from geometry.coverage.network import Network, Whole, leg
 
 UNREACHED = 1 << 62
 

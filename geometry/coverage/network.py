@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from geometry.arrays import Indices, Points
-from geometry.coverage.compiled import compiled, quick
+from geometry.compiled import compiled, quick
 
 Whole: TypeAlias = Any  # an integer in compiled code, where numpy's types cannot tell a number from an array
 

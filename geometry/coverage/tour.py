@@ -1,12 +1,15 @@
-"""A route that changes in place: turning a run of strokes around, swapping two runs, going another way."""
+"""A route that changes in place, with an undo log: turn a run of strokes around, swap two runs, go another way."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from geometry.arrays import Indices
-from geometry.coverage.compiled import compiled, quick
-from geometry.coverage.route_network import Network, Whole, leg
+from geometry.compiled import compiled, quick
+from geometry.coverage.network import Network, Whole, leg
+
+ROOM = 4096
+"""Changes that can be taken back"""
 
 
 class Tour(NamedTuple):
@@ -107,3 +110,107 @@ def rejoin(network: Network, before: Whole, joint: tuple[Whole, Whole], after: W
             if length < best:
                 best, best_a, best_b = length, a, b
     return best - old, best_a, best_b
+
+
+class State(NamedTuple):
+    """Of a descent: the queue of strokes whose neighbourhood is to be searched, and the undo log."""
+
+    queue: Indices
+    """(n + 2,) strokes in the order in which they are looked at, from ``mark[0]`` on, around the end"""
+    waiting: Indices
+    """(n + 2,) 1 for each stroke that is in the queue"""
+    done: Indices
+    """(room, 2) positions turned around, or -1 - stroke and its old way"""
+    mark: Indices
+    """Head of the queue, its length, the number of things done, lowest and highest position touched"""
+    slack: int
+    """A change that adds less than so many micrometres is tried: better ways around it may make it shorter"""
+
+
+@compiled
+def new_state(count: Whole, slack: Whole) -> State:
+    """An empty state for a tour of so many strokes, start and end included, and a slack."""
+    return State(
+        np.zeros(count, dtype=np.int64),
+        np.zeros(count, dtype=np.int64),
+        np.zeros((ROOM, 2), dtype=np.int64),
+        np.array([0, 0, 0, count, 0]),
+        slack,
+    )
+
+
+@quick
+def look_at(tour: Tour, state: State, position: Whole) -> None:
+    """Queue the stroke at a position."""
+    stroke = tour.order[position]
+    if state.waiting[stroke]:
+        return
+    state.waiting[stroke] = 1
+    state.queue[(state.mark[0] + state.mark[1]) % len(state.queue)] = stroke
+    state.mark[1] += 1
+
+
+@quick
+def do_turn(network: Network, tour: Tour, state: State, low: Whole, high: Whole) -> None:
+    """Turn positions around and log it. The skew is left behind."""
+    turn(network, tour, low, high)
+    state.done[state.mark[2], 0] = low
+    state.done[state.mark[2], 1] = high
+    state.mark[2] += 1
+
+
+@quick
+def do_way(network: Network, tour: Tour, state: State, way: Whole) -> None:
+    """Go another way through a stroke and log it. The skew is left behind."""
+    stroke = network.stroke[way]
+    if tour.way[stroke] == way:
+        return
+    state.done[state.mark[2], 0] = -1 - stroke
+    state.done[state.mark[2], 1] = tour.way[stroke]
+    state.mark[2] += 1
+    tour.way[stroke] = way
+
+
+@quick
+def touched(network: Network, tour: Tour, state: State, low: Whole, high: Whole) -> None:
+    """The legs that end at positions ``low`` to ``high`` have changed: bring the skew up to date."""
+    update_skew(network, tour, low, high)
+    state.mark[3] = min(state.mark[3], low)
+    state.mark[4] = max(state.mark[4], high)
+
+
+@quick
+def undo_to(network: Network, tour: Tour, state: State, begun: Whole, legs: tuple[Whole, Whole]) -> None:
+    """Undo what was logged from number ``begun`` on; only legs that end between two positions had changed."""
+    while state.mark[2] > begun:
+        state.mark[2] -= 1
+        low, high = state.done[state.mark[2]]
+        if low < 0:
+            tour.way[-1 - low] = high
+        else:
+            turn(network, tour, low, high)
+    update_skew(network, tour, legs[0], legs[1])
+
+
+@quick
+def undo(network: Network, tour: Tour, state: State) -> None:
+    """Undo all that is logged."""
+    undo_to(network, tour, state, 0, (state.mark[3], state.mark[4]))
+    keep(state)
+
+
+@quick
+def keep(state: State) -> None:
+    """Clear the undo log."""
+    state.mark[2] = 0
+    state.mark[3] = len(state.queue)
+    state.mark[4] = 0
+
+
+@quick
+def do_swap(network: Network, tour: Tour, state: State, low: Whole, middle: Whole, high: Whole) -> None:
+    """Swap two neighbouring runs, each in its own sense."""
+    do_turn(network, tour, state, low, high)
+    cut = low + high - middle
+    do_turn(network, tour, state, low, cut - 1)
+    do_turn(network, tour, state, cut, high)
