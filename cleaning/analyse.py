@@ -7,17 +7,16 @@ from boards.board import Board
 from cleaning.exposure.exact import refine_sparse_cells
 from cleaning.exposure.exposure import expose
 from cleaning.jet.jet import jet_of
-from cleaning.judge_component import Sprayed, bare_part, component_part
+from cleaning.judge_component import Sprayed, bare_part, component_part, gaps_of
 from cleaning.parameters.load import parameters_sha256
 from cleaning.parameters.model import Parameters
 from cleaning.prepared_board import PreparedBoard, prepare
 from cleaning.process.split_stages import stages_of
 from cleaning.process.stages import Stage
-from cleaning.undersides_of_board import gaps_of
 from cleaning.verdicts.exposed_area import cells_of_side
 from cleaning.verdicts.process_rules import judge_process, judge_range
 from cleaning.verdicts.results import CleaningReport, Judgement, Part
-from cleaning.verdicts.rules import VERDICTS, Verdict
+from cleaning.verdicts.rules import VERDICTS
 from programs.program import TimedProgram
 from recipes.recipe import Recipe
 from specs.finding import Finding, FindingRule, worst_first
@@ -86,7 +85,9 @@ def analyse_on(
         bare=bare,
         parts=parts,
         process=process,
-        verdict=_worst([*(part.verdict for part in (bare, *parts)), *(each.verdict for each in process)]),
+        verdict=min(
+            [*(part.verdict for part in (bare, *parts)), *(each.verdict for each in process)], key=VERDICTS.index
+        ),
         duration_s=program.totals.duration_s,
         litres=program.totals.liquid_l,
         findings=worst_first((*staged.findings, *_findings(parts, bare, process))),
@@ -112,12 +113,8 @@ def _spray(stages: Sequence[Stage], prepared: PreparedBoard, effort: Effort, pro
     return tuple(done)
 
 
-def _worst(verdicts: Sequence[Verdict]) -> Verdict:
-    return min(verdicts, key=VERDICTS.index)
-
-
 def _findings(parts: Sequence[Part], bare: Part, process: Sequence[Judgement]) -> list[Finding]:
-    """Say each judgement that is not clean once, so that lists of findings can show them."""
+    """One finding for each judgement that is not clean."""
     found = [(part.component, each) for part in (bare, *parts) for each in part.judgements]
     found += [("process", each) for each in process]
     return [

@@ -1,7 +1,9 @@
-"""One component, or the bare board, after all stages: exposed surface, gap, judgements."""
+"""One component, or the bare board, after all stages: gap, exposed surface, judgements."""
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -9,20 +11,26 @@ from boards.board import Side
 from boards.undersides.underside import Underside
 from cleaning.exposure.exact import occluder
 from cleaning.exposure.exposure import Exposure
+from cleaning.film.edge_pressure import edge_pressures
+from cleaning.gap.edge_segments import EdgePressure
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import PartOverride
 from cleaning.prepared_board import PreparedBoard
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult
-from cleaning.undersides.sensitivity import limiting
+from cleaning.undersides.sensitivity import FLOOR, Pressures, elasticity, limiting, variants
+from cleaning.undersides.washing import simulate_gap
 from cleaning.verdicts.component_rules import judge_part
 from cleaning.verdicts.evidence import Evidence, Reach
 from cleaning.verdicts.exposed_area import BARE, cells_of, exposed_part, together
 from cleaning.verdicts.results import Part
 from geometry.arrays import Indices
 from recipes.recipe import Use
+from specs.progress import Progress
 
 _MOST_MAKERS = 12
+_THREADS = 2
+"""Gaps are independent, and their loops let other threads run."""
 _LIQUIDS: tuple[Use, ...] = ("wash", "rinse")
 _ALL = PartOverride(match=["*"])
 
@@ -43,6 +51,47 @@ class UndersideResult:
     underside: Underside
     gaps: tuple[GapResult, ...]
     elasticity: Mapping[str, float]
+
+
+def gaps_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed], progress: Progress) -> dict[int, UndersideResult]:
+    """Follow the residue under each component with a gap, by the component's index."""
+    found: dict[int, UndersideResult] = {}
+    with ThreadPoolExecutor(_THREADS) as threads:
+        rows = range(len(prepared.rows))
+        for row, beneath in enumerate(threads.map(partial(_beneath, prepared, sprayed), rows)):
+            progress("flushing under parts", row / len(rows))
+            found[prepared.rows[row]] = beneath
+    return found
+
+
+def _beneath(prepared: PreparedBoard, sprayed: Sequence[Sprayed], row: int) -> UndersideResult:
+    """Follow one gap in all its cases; what limits it is worked out for the harder one."""
+    parameters, underside = prepared.parameters, prepared.undersides[row]
+    edges = prepared.edges.only(row)
+    stages = tuple(each.stage for each in sprayed)
+    pressures = [edge_pressures(each.stage, each.jet, edges, parameters.film) for each in sprayed]
+    gaps = tuple(_gap(prepared, sprayed, row, case, (stages, pressures)) for case in range(len(underside.cases)))
+    elasticities: Mapping[str, float] = {}
+    if gaps[0].residue > FLOOR:
+        changed = variants(stages, [each.jet for each in sprayed], pressures, edges, parameters)
+        after = {name: _gap(prepared, sprayed, row, 0, each).residue for name, each in changed.items()}
+        elasticities = {name: elasticity(gaps[0].residue, residue) for name, residue in after.items()}
+    return UndersideResult(underside, gaps, elasticities)
+
+
+def _gap(
+    prepared: PreparedBoard, sprayed: Sequence[Sprayed], row: int, case: int, process: tuple[Sequence[Stage], Pressures]
+) -> GapResult:
+    """Follow one gap in one case; stages that spray the other side do not act on it."""
+    stages, pressures = process
+    component = prepared.rows[row]
+    side = prepared.board.components[component].side
+    acting: list[EdgePressure | None] = [
+        pressed[0] if each.stage.side == side else None for each, pressed in zip(sprayed, pressures, strict=True)
+    ]
+    gap_height_mm = prepared.undersides[row].cases[case].gap_height_mm
+    factor = prepared.overrides[component].paste_factor
+    return simulate_gap(prepared.fields[row][case], gap_height_mm, stages, acting, prepared.parameters, factor)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,7 +142,17 @@ def _part(
     for use in _LIQUIDS:
         for side, cells in surface.cells.items():
             group = [each for each, on in zip(sprayed, sides, strict=True) if each.stage.use == use and on == side]
-            reached += [_reach(use, group, prepared, cells)] if group else []
+            if group:
+                exposure = together([each.exposure for each in group])
+                reached.append(
+                    Reach(
+                        use=use,
+                        functions=" and ".join(dict.fromkeys(each.stage.function for each in group)),
+                        made_by=group[0].stage.made_by if len(group) == 1 else "",
+                        repeats=min(each.stage.repeats for each in group),
+                        exposed=exposed_part(exposure, prepared.facets, cells),
+                    )
+                )
     evidence = Evidence(
         component=surface.name,
         side=surface.side,
@@ -121,14 +180,6 @@ def _part(
         limiting=limiting(elasticities),
         makers=_makers(surface.row, sprayed),
     )
-
-
-def _reach(use: Use, group: Sequence[Sprayed], prepared: PreparedBoard, cells: Indices) -> Reach:
-    functions = list(dict.fromkeys(each.stage.function for each in group))
-    made_by = group[0].stage.made_by if len(group) == 1 else ""
-    exposure = together([each.exposure for each in group])
-    repeats = min(each.stage.repeats for each in group)
-    return Reach(use, " and ".join(functions), made_by, repeats, exposed_part(exposure, prepared.facets, cells))
 
 
 def _occluder(surface: _Surface, prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> str:

@@ -1,6 +1,5 @@
 """A board made ready for analysis: what depends on no program, so that it serves for many."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import partial
@@ -48,7 +47,10 @@ def prepare(board: Board, parameters: Parameters, progress: Progress) -> Prepare
     scene = build_scene(board)
     facets = build_facets(board, scene)
     progress("solving the gaps", 0.7)
-    overrides = tuple(_override(component, parameters.parts) for component in board.components)
+    overrides = tuple(
+        next((known for known in parameters.parts if _matches(known, component)), _NOTHING)
+        for component in board.components
+    )
     index = {component.name: row for row, component in enumerate(board.components)}
     known_mm = {
         name: (_MM * stated[0], _MM * stated[1])
@@ -76,11 +78,8 @@ def prepare(board: Board, parameters: Parameters, progress: Progress) -> Prepare
     )
 
 
-def _override(component: Component, known: Sequence[PartOverride]) -> PartOverride:
-    """Find the first that matches the component's name or package."""
-    names = (component.name, component.package)
-    fits = (each for each in known if any(fnmatchcase(name, pattern) for pattern in each.match for name in names))
-    return next(fits, _NOTHING)
+def _matches(known: PartOverride, component: Component) -> bool:
+    return any(fnmatchcase(name, pattern) for pattern in known.match for name in (component.name, component.package))
 
 
 def _field(

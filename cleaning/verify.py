@@ -11,7 +11,6 @@ from cleaning.errors import CleaningError
 from cleaning.exposure.exact import exact_exposure
 from cleaning.jet.jet import jet_of
 from cleaning.prepared_board import PreparedBoard
-from cleaning.verdicts.exposed_area import cells_of
 from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Indices
 
@@ -36,7 +35,7 @@ def verify(report: CleaningReport, prepared: PreparedBoard, names: Sequence[str]
     """Work out exactly what reaches some components, in every stage that sprays a liquid.
 
     Args:
-        report: An analysis of the subject.
+        report: An analysis of the board.
         prepared: The board that was analysed.
         names: Components.
 
@@ -44,13 +43,22 @@ def verify(report: CleaningReport, prepared: PreparedBoard, names: Sequence[str]
         CleaningError: the board has no such component.
     """
     check_names(report.board, names)
-    known = [component.name for component in report.board.components]
-    return tuple(
-        _verified(report, prepared, known.index(name), stage)
-        for name in dict.fromkeys(names)
-        for stage, each in enumerate(report.stages)
-        if each.use != "dry"
-    )
+    facets, index = prepared.facets, {each.name: row for row, each in enumerate(report.board.components)}
+    found: list[Verified] = []
+    for name in dict.fromkeys(names):
+        judged = prepared.cells[index[name]]
+        cells: Indices = judged[facets.cell_exposed[judged]]
+        share = facets.cell_areas_mm2[cells] / max(float(facets.cell_areas_mm2[cells].sum()), 1e-30)
+        for stage, exposure in zip(report.stages, report.exposures, strict=True):
+            if stage.use == "dry":
+                continue
+            jet = jet_of(stage, prepared.parameters.spray)
+            exact = exact_exposure(stage, jet, facets, prepared.scene, cells).volume_mm
+            rays = exposure.volume_mm[cells]
+            worst_mm = float(np.abs(rays - exact).max(initial=0.0))
+            means = float(rays @ share), float(exact @ share)
+            found.append(Verified(name, stage.function, stage.made_by, *means, worst_mm, len(cells)))
+    return tuple(found)
 
 
 def check_names(board: Board, names: Sequence[str]) -> None:
@@ -65,21 +73,3 @@ def check_names(board: Board, names: Sequence[str]) -> None:
             near = get_close_matches(name, known, 1, cutoff=0.5)
             meant = f" Did you mean {near[0]}?" if near else ""
             raise CleaningError(f"{board.name} has no component {name!r}.{meant}")
-
-
-def _verified(report: CleaningReport, prepared: PreparedBoard, component: int, index: int) -> Verified:
-    facets, stage, exposure = prepared.facets, report.stages[index], report.exposures[index]
-    judged = cells_of(facets, report.board, component, report.board.components[component].side)
-    cells: Indices = judged[facets.cell_exposed[judged]]
-    exact = exact_exposure(stage, jet_of(stage, prepared.parameters.spray), facets, prepared.scene, cells).volume_mm
-    rays = exposure.volume_mm[cells]
-    share = facets.cell_areas_mm2[cells] / max(float(facets.cell_areas_mm2[cells].sum()), 1e-30)
-    return Verified(
-        component=report.board.components[component].name,
-        function=stage.function,
-        made_by=stage.made_by,
-        rays_mm=float(rays @ share),
-        exact_mm=float(exact @ share),
-        worst_mm=float(np.abs(rays - exact).max(initial=0.0)),
-        cells=len(cells),
-    )

@@ -83,8 +83,12 @@ class Coupons:
     def drop_pa(self, film: Film) -> Scalars:
         """(n,) pressure of the side before the nozzle less that of the far side."""
         blows = zip(self.jets, self.blows[0], strict=True)
-        each = [_drop(*jet, _edges(width, length, away), film) for jet, (_, width, length, _, away) in blows]
-        return np.array(each, dtype=np.float64)[self.blows[1]]
+        drops: list[float] = []
+        for jet, (_, width, length, _, away) in blows:
+            (found,) = edge_pressures(*jet, _edges(width, length, away), film)
+            front, back = found.pressure_pa[:, :2], found.pressure_pa[:, 4:6]
+            drops.append(float(front[0].mean() - back[0].mean()) if len(found.sample) else 0.0)
+        return np.array(drops, dtype=np.float64)[self.blows[1]]
 
     def shear_pa(self, drop_pa: Scalars) -> Scalars:
         """(n,) wall shear in the gap: 6 mu u / h of the flow that viscosity and inertia allow."""
@@ -151,14 +155,6 @@ def _distinct(measurements: Measurements, names: tuple[str, ...]) -> tuple[list[
     keys = list(zip(*(measurements.columns[name].tolist() for name in names), strict=True))
     order = {key: index for index, key in enumerate(dict.fromkeys(keys))}
     return list(order), np.array([order[key] for key in keys], dtype=np.int64)
-
-
-def _drop(stage: Stage, jet: Jet, edges: Edges, film: Film) -> float:
-    """Pressure drop over one coupon, Pa: what the analysis says of the edges of a part of this size and place."""
-    (found,) = edge_pressures(stage, jet, edges, film)
-    if not len(found.sample):
-        return 0.0
-    return float(found.pressure_pa[0, :2].mean() - found.pressure_pa[0, 4:6].mean())
 
 
 def _edges(width_mm: float, length_mm: float, distance_mm: float) -> Edges:

@@ -80,14 +80,18 @@ def calibrate_gap(path: Path, setup: CouponSetup) -> GapFit:
     if not model.drives():
         message = "the film does not reach the coupon; check nozzle, height_mm and distance_mm"
         raise CleaningError(message, file=path, line=coupons.measurements.header_line)
-    told = _fit_all(model)
-    if not told.logs:
+    found = _fit_determined(model)
+    for _ in range(_ROUNDS):  # again where the fitted puddle lifts other coupons above the threshold of the shear
+        if not model.moves_threshold(found.logs):
+            break
+        found = _fit_determined(model)
+    if not found.logs:
         message = "these coupons tell nothing: any rate fits them. Vary time, standoff and pressure more"
         raise CleaningError(message, file=path, line=coupons.measurements.header_line)
-    estimates = {name: model.estimate(name, log, told.intervals[name]) for name, log in told.logs.items()}
+    estimates = {name: model.estimate(name, log, found.intervals[name]) for name, log in found.logs.items()}
     soil, film = model.changed({name: estimate.value for name, estimate in estimates.items()})
     predicted = coupons.predict(soil, coupons.shear_pa(coupons.drop_pa(film)))
-    return GapFit(coupons, estimates, told.undetermined, soil, film, predicted)
+    return GapFit(coupons, estimates, found.undetermined, soil, film, predicted)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,16 +103,6 @@ class _Determined:
     undetermined: Mapping[str, Undetermined]
 
 
-def _fit_all(model: "_Model") -> _Determined:
-    """Fit, and fit again where the fitted puddle lifts other coupons above the threshold of the shear."""
-    told = _fit_determined(model)
-    for _ in range(_ROUNDS):
-        if not model.moves_threshold(told.logs):
-            break
-        told = _fit_determined(model)
-    return told
-
-
 def _fit_determined(model: "_Model") -> _Determined:
     """Give up parameters, the last first, until the data tell all that are left; then find their intervals."""
     free, undetermined = list(FITTED), dict[str, Undetermined]()
@@ -116,7 +110,9 @@ def _fit_determined(model: "_Model") -> _Determined:
     while free:
         fit = model.fit(free, starts)
         intervals: dict[str, tuple[float, float]] = {}
-        vague = _confounded(fit)
+        # The last parameter that makes no difference, or none that another one would not make as well.
+        related = np.flatnonzero(np.triu(correlations(fit), 1).max(axis=0) > _ALIKE)
+        vague = int(related[-1]) if related.size else None
         if vague is None:
             intervals = {name: model.profile(free, index, fit) for index, name in enumerate(free)}
             wide = [index for index, (low, high) in enumerate(intervals.values()) if high - low > _WIDEST]
@@ -128,13 +124,6 @@ def _fit_determined(model: "_Model") -> _Determined:
         bounds = model.estimate(name, 0.0, intervals.get(name, (-math.inf, math.inf)))
         undetermined[name] = Undetermined(bounds.low, bounds.high, model.known(name))
     return _Determined({}, {}, undetermined)
-
-
-def _confounded(fit: Fit) -> int | None:
-    """Find the last parameter that makes no difference, or none that another one would not make as well."""
-    related = np.triu(correlations(fit), 1).max(axis=0)
-    vague = np.flatnonzero(related > _ALIKE)
-    return int(vague[-1]) if vague.size else None
 
 
 class _Model:

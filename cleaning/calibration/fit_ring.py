@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cleaning.calibration.confidence import Estimate, Fit, chance_of_less, half_widths
 from cleaning.calibration.measurements import Measurements
-from cleaning.calibration.spray_patterns import Rays, harmonics, places, rays_to, read_sheets, sheet_of
+from cleaning.calibration.spray_patterns import harmonics, places, rays_to, read_sheets, sheet_of
 from cleaning.errors import CleaningError
 from geometry.arrays import Scalars
 from recipes.footprint import RING_EDGE_SIGMAS
@@ -106,21 +106,21 @@ def _edges(sheets: Measurements) -> _Solve:
     nearby = [rays_to(sheets, *places(sheets, radius + 1e-3)) for radius in radii]
     weights = [1e-3 / (near.polar - ray.polar) for near, ray in zip(nearby, rays, strict=True)]
 
+    ones = np.ones(len(sheets))
+
     def solve(order: int) -> _Solved:
-        rows = [_edge_design(ray, side, order) for ray, side in zip(rays, (-1.0, 1.0), strict=True)]
+        rows = [
+            np.column_stack([ones, side * RING_EDGE_SIGMAS * ones, harmonics(ray.azimuth, order)])
+            for ray, side in zip(rays, (-1.0, 1.0), strict=True)
+        ]
         design = np.vstack([weight[:, None] * row for weight, row in zip(weights, rows, strict=True)])
-        wanted = np.concatenate([weight * ray.polar for weight, ray in zip(weights, rays, strict=True)])
-        found = np.asarray(np.linalg.lstsq(design, wanted)[0], dtype=np.float64)
-        left = wanted - design @ found
-        fit = Fit(found, float(left @ left), len(wanted) - len(found), -design)
+        target = np.concatenate([weight * ray.polar for weight, ray in zip(weights, rays, strict=True)])
+        found = np.asarray(np.linalg.lstsq(design, target)[0], dtype=np.float64)
+        left = target - design @ found
+        fit = Fit(found, float(left @ left), len(target) - len(found), -design)
         return _Solved(fit, left.reshape(2, -1).T, order, "mm")
 
     return solve
-
-
-def _edge_design(rays: Rays, side: float, order: int) -> NDArray[np.float64]:
-    ones = np.ones(len(rays.polar))
-    return np.column_stack([ones, side * RING_EDGE_SIGMAS * ones, harmonics(rays.azimuth, order)])
 
 
 def _intensities(sheets: Measurements, quantity: Quantity) -> _Solve:
@@ -178,7 +178,8 @@ def _conclude(path: Path, sheets: Measurements, solved: _Solved) -> RingFit:
         for value, wide in zip(fit.parameters[:2], half[:2], strict=True)
     )
     keys, sheet = sheet_of(sheets)
-    told = tuple(_sheet(key, solved.left[sheet == index]) for index, key in enumerate(keys))
+    each_left = [solved.left[sheet == index] for index in range(len(keys))]
+    met = [(len(left), float(np.sqrt(np.mean(left**2))), float(np.mean(left))) for left in each_left]
     return RingFit(
         measurements=sheets,
         half_angle_deg=angle,
@@ -187,7 +188,7 @@ def _conclude(path: Path, sheets: Measurements, solved: _Solved) -> RingFit:
         gain=tuple(fit.parameters[2 + 2 * order :].tolist()),
         rms=float(np.sqrt(np.mean(solved.left**2))),
         unit=solved.unit,
-        sheets=told,
+        sheets=tuple(Sheet(*key, *numbers) for key, numbers in zip(keys, met, strict=True)),
     )
 
 
@@ -203,7 +204,3 @@ def _check_ring(path: Path, sheets: Measurements, solved: _Solved) -> None:
             f"{np.degrees(sigma):.1f} degrees. Radii are told from where the nozzle's axis meets the sheet"
         )
         raise CleaningError(message, file=path, line=sheets.header_line)
-
-
-def _sheet(key: tuple[float, float], left: NDArray[np.float64]) -> Sheet:
-    return Sheet(*key, len(left), float(np.sqrt(np.mean(left**2))), float(np.mean(left)))

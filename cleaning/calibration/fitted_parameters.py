@@ -31,17 +31,23 @@ def calibrated_set(fit: GapFit, source: str | Path, file: Path, date: str = "") 
     if date and not is_day(date):
         raise CleaningError(f"{date!r} is no date; write it as in 2026-11-21")
     values = {name: _rounded(estimate.value) for name, estimate in fit.estimates.items()}
-    undetermined = fit.undetermined.items()
+    undetermined, synthetic = fit.undetermined.items(), fit.coupons.measurements.synthetic
+    fitted = ", ".join(name.partition(".")[2] for name in fit.estimates)
+    coupons = "made-up coupons" if synthetic else "coupons"
+    description = f"{fitted} fitted to {len(fit.predicted)} {coupons}; all else as {Path(source).stem}."
+    base = str(source)
+    if base not in parameter_library():  # the way from the new file to the old one
+        base = json.dumps(Path(os.path.relpath(Path(source).resolve(), file.parent.resolve())).as_posix())
     lines = [
         f"# Fitted by washboard to {fit.coupons.measurements.source}.",
-        *(["# SYNTHETIC data: this proves nothing about a line, and verdicts keep their grade."] * _made_up(fit)),
+        *(["# SYNTHETIC data: this proves nothing about a line, and verdicts keep their grade."] * synthetic),
         *(
             f"# {name} is not told by them and stays {lost.kept:g}; the rest holds with that."
             for name, lost in undetermined
         ),
         f"parameters: {file.stem}",
-        f"description: {json.dumps(_describe(fit, source))}",
-        f"extends: {_base(source, file)}",
+        f"description: {json.dumps(description)}",
+        f"extends: {base}",
     ]
     for block in ("soil", "film"):
         own = {name: value for name, value in values.items() if name.startswith(f"{block}.")}
@@ -52,27 +58,10 @@ def calibrated_set(fit: GapFit, source: str | Path, file: Path, date: str = "") 
     return text
 
 
-def _made_up(fit: GapFit) -> bool:
-    return fit.coupons.measurements.synthetic
-
-
-def _describe(fit: GapFit, source: str | Path) -> str:
-    told = ", ".join(name.partition(".")[2] for name in fit.estimates)
-    made_up = "made-up coupons" if _made_up(fit) else "coupons"
-    return f"{told} fitted to {len(fit.predicted)} {made_up}; all else as {Path(source).stem}."
-
-
-def _base(source: str | Path, file: Path) -> str:
-    """What ``extends`` says: a library name, or the way from the new file to the old one."""
-    if str(source) in parameter_library():
-        return str(source)
-    return json.dumps(Path(os.path.relpath(Path(source).resolve(), file.parent.resolve())).as_posix())
-
-
 def _provenance(fit: GapFit, name: str, date: str) -> str:
     estimate, measurements = fit.estimates[name], fit.coupons.measurements
     entry = [
-        f"known: {'synthetic' if _made_up(fit) else 'calibrated'}",
+        f"known: {'synthetic' if measurements.synthetic else 'calibrated'}",
         f"source: {json.dumps(measurements.source, ensure_ascii=False)}",
         *([f'date: "{date}"'] if date else []),
         f"samples: {len(measurements)}",

@@ -63,7 +63,12 @@ def exact_exposure(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: 
     row = np.full(len(facets.cell_areas_mm2), -1, dtype=np.int64)
     row[cells] = np.arange(len(cells))
     chosen = np.flatnonzero((row[facets.cell] >= 0) & facets.exposed)
-    places, facet, weights = _places(facets, chosen)
+    small = facets.areas_mm2[chosen] < SMALL_MM2
+    tiny, large = chosen[small], chosen[~small]
+    inner = inner_points(facets.triangles[large]).reshape(-1, 3)
+    places = np.concatenate([facets.triangles[tiny].mean(axis=1), inner])
+    facet = np.concatenate([tiny, np.repeat(large, 3)])
+    weights = np.concatenate([facets.areas_mm2[tiny], np.repeat(facets.areas_mm2[large] / 3, 3)])
     found = _reached(stage, jet, scene, places, facets.normals[facet])
     whose = row[facets.cell[facet]]
     # A place that sees no sky gets next to nothing and its area is not counted: as where rays are followed.
@@ -146,17 +151,6 @@ def occluder(cells: Indices, stage: Stage, jet: Jet, facets: Facets, scene: Scen
         blocked = (faces >= 0) & (reach < distance[chosen])
         seen.update(scene.body[faces[blocked]].tolist())
     return min(seen, key=lambda body: (-seen[body], body), default=-1)
-
-
-def _places(facets: Facets, chosen: Indices) -> tuple[Points, Indices, Scalars]:
-    """Where chosen facets are asked: (n, 3) places, (n,) whose they are, and (n,) how much area each stands for."""
-    small = facets.areas_mm2[chosen] < SMALL_MM2
-    tiny, large = chosen[small], chosen[~small]
-    return (
-        np.concatenate([facets.triangles[tiny].mean(axis=1), inner_points(facets.triangles[large]).reshape(-1, 3)]),
-        np.concatenate([tiny, np.repeat(large, 3)]),
-        np.concatenate([facets.areas_mm2[tiny], np.repeat(facets.areas_mm2[large] / 3, 3)]),
-    )
 
 
 class SightLines(NamedTuple):

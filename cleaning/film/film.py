@@ -40,7 +40,7 @@ class Rim(NamedTuple):
 
     table: NDArray[np.float64]
     """(k, 2) of a cone: tangent of the rim's angle, and flow there over the mean flow, at k equal steps of
-    ``_turn_of`` from 0 to 4."""
+    the turn from 0 to 4 that ``_interpolate`` uses."""
     steepest: float
     """Largest of those tangents."""
     wide: float
@@ -98,16 +98,13 @@ def _table_of(jet: Jet) -> NDArray[np.float64]:
 
 
 @inlined
-def _turn_of(x: float, y: float) -> float:
-    """How far a direction is turned from x over y: 0 to 4 around the circle, without the cost of an arc tangent."""
-    part = x / max(abs(x) + abs(y), 1e-300)
-    return 1.0 - part if y >= 0.0 else 3.0 + part
-
-
-@inlined
 def _interpolate(table: NDArray[np.float64], x: float, y: float) -> tuple[float, float]:
-    """Both columns of a rim's table in the direction (x, y)."""
-    place = _turn_of(x, y) * (0.25 * len(table))
+    """Both columns of a rim's table in the direction (x, y).
+
+    Turned from x over y it is 0 to 4 around the circle, without the cost of an arc tangent.
+    """
+    share = x / max(abs(x) + abs(y), 1e-300)
+    place = (1.0 - share if y >= 0.0 else 3.0 + share) * (0.25 * len(table))
     one = int(place)
     part = place - one
     one = one % len(table)

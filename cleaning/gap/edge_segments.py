@@ -1,7 +1,7 @@
 """The eight edge segments of every underside: where the spray presses liquid in or sucks it out."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TypeAlias
 
 import numpy as np
@@ -41,6 +41,10 @@ class Edges:
     """(c, 8) from each segment, along its outward normal at half height, to the next body; infinite if free."""
     facing: Scalars
     """(c,) 1 on the top side, -1 on the bottom side: z of what points out of the board."""
+
+    def only(self, row: int) -> "Edges":
+        """The edges of one component."""
+        return Edges(*(getattr(self, each.name)[[row]] for each in fields(self)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -198,18 +198,7 @@ def _link(grid: Grid, rim: Rim) -> _Links:
         across[0] = grid.front[0]
     if rim.back is not None:
         across[-1] = grid.back[-1]
-    return _Links(along, across, _reached(along, across))
-
-
-def _in_series(first: Field2, second: Field2) -> Field2:
-    """Conductance of two conductances one behind the other; 0 if either is."""
-    both = first + second
-    return np.divide(first * second, both, out=np.zeros_like(both), where=both > 0)
-
-
-def _reached(along: Field2, across: Field2) -> NDArray[np.bool_]:
-    """Find the cells that are joined, through whatever others, to the rim."""
-    rows, columns = across.shape[0] - 1, along.shape[1] - 1
+    # Free are the cells that are joined, through whatever others, to the rim.
     number = np.arange(rows * columns).reshape(rows, columns)
     touches = np.zeros((rows, columns), dtype=np.bool_)
     touches[:, 0] |= along[:, 0] > 0
@@ -223,7 +212,13 @@ def _reached(along: Field2, across: Field2) -> NDArray[np.bool_]:
     count, labels = cast("tuple[int, NDArray[np.int32]]", csgraph.connected_components(graph, directed=False))
     wet = np.zeros(count, dtype=np.bool_)
     wet[labels[touches.ravel()]] = True
-    return wet[labels].reshape(rows, columns)
+    return _Links(along, across, wet[labels].reshape(rows, columns))
+
+
+def _in_series(first: Field2, second: Field2) -> Field2:
+    """Conductance of two conductances one behind the other; 0 if either is."""
+    both = first + second
+    return np.divide(first * second, both, out=np.zeros_like(both), where=both > 0)
 
 
 def _pad(grid: Grid, rim: Rim) -> Fields:

@@ -64,9 +64,10 @@ def jet_of(stage: Stage, spray: Spray) -> Jet:
     )
     azimuths: Scalars = np.linspace(0.0, 2 * np.pi, _AZIMUTHS, endpoint=False, dtype=np.float64)
     half_angles = mid_angles(nozzle, azimuths)
-    sigmas = _sigmas(nozzle, azimuths, half_angles, spray)
+    kind, sigmas = _shape(nozzle, azimuths, half_angles, spray)
+    slot_mm = nozzle.width_mm if isinstance(nozzle, AirKnife) else 0.0
     form = JetForm(
-        kind=_kind(nozzle),
+        kind=kind,
         flow_m3_s=flow,
         speed_m_s=speed,
         density_kg_m3=density,
@@ -76,8 +77,8 @@ def jet_of(stage: Stage, spray: Spray) -> Jet:
         wide=math.radians(nozzle.half_angle_deg),
         wide_sigma=math.radians(spray.cone_sigma_deg),
         thin_sigma=float(sigmas[0]),
-        half_slot_mm=nozzle.width_mm / 2 if isinstance(nozzle, AirKnife) else 0.0,
-        core_mm=_core_mm(nozzle, flow, speed),
+        half_slot_mm=slot_mm / 2,
+        core_mm=DECAY**2 * flow / (speed * slot_mm * 1e-3) * 1e3 if slot_mm else 0.0,  # there U = U0 at x = 2.4² b
         steepest=math.inf,
         gas_curtain=gas and isinstance(nozzle, AirKnife),
     )
@@ -129,42 +130,21 @@ def gas_speed_m_s(pressure_pa: float, density_kg_m3: float, discharge: float) ->
     return discharge * math.sqrt(2 * heat * AMBIENT_PA / density_kg_m3 * squared)
 
 
-def _kind(nozzle: Nozzle) -> int:
-    match nozzle:
-        case HollowCone():
-            return RING
-        case FullCone():
-            return CONE
-        case FlatFan():
-            return FAN
-        case AirKnife():
-            return KNIFE
-        case _:
-            assert_never(nozzle)
-
-
-def _sigmas(nozzle: Nozzle, azimuths: Scalars, half_angles: Scalars, spray: Spray) -> Scalars:
-    """(k,) spread of the ring, softness of the edge of a full cone, or sigma across a thin side."""
+def _shape(nozzle: Nozzle, azimuths: Scalars, half_angles: Scalars, spray: Spray) -> tuple[int, Scalars]:
+    """Kind of jet, and (k,) the spread of a ring, softness of the edge of a full cone, or sigma across a thin side."""
     match nozzle:
         case HollowCone():
             if nozzle.wavefront is None:
-                return np.full(len(azimuths), math.radians(nozzle.ring_sigma_deg))
+                return RING, np.full(len(azimuths), math.radians(nozzle.ring_sigma_deg))
             table = np.array(nozzle.wavefront.points)
             outer = np.interp(np.degrees(azimuths), table[:, 0], table[:, 2], period=360)
-            return (np.arctan2(outer, nozzle.wavefront.height_mm) - half_angles) / EDGE_SIGMAS
+            return RING, (np.arctan2(outer, nozzle.wavefront.height_mm) - half_angles) / EDGE_SIGMAS
         case FullCone():
-            return np.full(len(azimuths), math.radians(spray.cone_sigma_deg))
+            return CONE, np.full(len(azimuths), math.radians(spray.cone_sigma_deg))
         case FlatFan():
-            return half_angles / EDGE_SIGMAS
+            return FAN, half_angles / EDGE_SIGMAS
         case AirKnife():
             # Where its momentum has fallen to 1/e is the edge of a curtain: 5.4 degrees make the decay 2.4 sqrt(b / x).
-            return half_angles / math.sqrt(2)
+            return KNIFE, half_angles / math.sqrt(2)
         case _:
             assert_never(nozzle)
-
-
-def _core_mm(nozzle: Nozzle, flow: float, speed: float) -> float:
-    """Behind this length the decay of a plane jet begins: U = U0 at x = 2.4² b."""
-    if not isinstance(nozzle, AirKnife):
-        return 0.0
-    return DECAY**2 * flow / (speed * nozzle.width_mm * 1e-3) * 1e3

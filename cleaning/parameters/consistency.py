@@ -1,7 +1,7 @@
 """What must hold between the values of a parameter set; a set that breaks it is refused."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from datetime import date as day
 from typing import Any, cast
 
@@ -13,6 +13,12 @@ from specs.yaml.schema import name_nearest
 _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
 _TEXTS = (("parameters",), ("description",), ("extends",))
 _FITTED = ("calibrated", "synthetic")
+_ORDERED = (
+    ("limits", "gap_marginal", "gap_dirty"),
+    ("limits", "rinse_fail_mohm", "rinse_warn_mohm"),
+    ("drying", "receding_deg", "advancing_deg"),
+)
+"""Block, value, and the value of the block that it must not exceed."""
 
 
 def find_problems(parameters: Parameters, root: Located) -> list[Problem]:
@@ -22,15 +28,8 @@ def find_problems(parameters: Parameters, root: Located) -> list[Problem]:
         parameters: The set.
         root: Its resolved tree: a value that was inherited bears the mark of the file it stands in.
     """
-    checks: tuple[Callable[[Parameters], Iterator[Problem]], ...] = (
-        _check_liquids,
-        _check_pairs,
-        _check_limits,
-        _check_drying,
-        _check_provenance,
-    )
-    problems = [problem for check in checks for problem in check(parameters)]
-    return [*problems, *_check_inherited(root), *_check_dates(parameters)]
+    problems = [*_check_values(parameters), *_check_order(parameters), *_check_provenance(parameters)]
+    return [*problems, *_check_inherited(root)]
 
 
 def is_day(date: str) -> bool:
@@ -50,56 +49,45 @@ def value_paths(value: Any, path: YamlPath = ()) -> Iterator[YamlPath]:
         yield path
 
 
-def _check_liquids(parameters: Parameters) -> Iterator[Problem]:
+def _check_values(parameters: Parameters) -> Iterator[Problem]:
     missing = {"hollow_cone", "full_cone", "flat_fan", "air_knife"} - set(parameters.spray.flow_exponent)
     if missing:
         yield Problem(("spray", "flow_exponent"), f"is missing for {', '.join(sorted(missing))}; liquids have 0.5")
     for name, liquid in parameters.liquids.items():
-        at: YamlPath = ("liquids", name)
         if liquid.use == "wash" and liquid.concentration_pct == 0:
             message = "must be above 0 for washing: without it nothing softens. 100 if the liquid itself is the agent"
-            yield Problem((*at, "concentration_pct"), message)
-        yield from _check_pair((*at, "window_c"), liquid.window_c)
-
-
-def _check_pairs(parameters: Parameters) -> Iterator[Problem]:
-    for index, part in enumerate(parameters.parts):
-        yield from _check_pair(("parts", index, "standoff_um"), part.standoff_um)
-        yield from _check_pair(("parts", index, "window_c"), part.window_c)
-    for name, entry in parameters.provenance.items():
-        yield from _check_pair(("provenance", name, "interval"), entry.interval)
-
-
-def _check_pair(path: YamlPath, pair: tuple[float, float] | None) -> Iterator[Problem]:
-    if pair is not None and pair[0] > pair[1]:
-        yield Problem(path, f"[{pair[0]:g}, {pair[1]:g}]: the lower number comes first")
-
-
-def _check_limits(parameters: Parameters) -> Iterator[Problem]:
-    limits = parameters.limits
-    if limits.gap_marginal > limits.gap_dirty:
-        message = f"must be at most gap_dirty, {limits.gap_dirty:g}, not {limits.gap_marginal:g}"
-        yield Problem(("limits", "gap_marginal"), message)
-    if limits.rinse_fail_mohm > limits.rinse_warn_mohm:
-        message = f"must be at most rinse_warn_mohm, {limits.rinse_warn_mohm:g}, not {limits.rinse_fail_mohm:g}"
-        yield Problem(("limits", "rinse_fail_mohm"), message)
-
-
-def _check_drying(parameters: Parameters) -> Iterator[Problem]:
+            yield Problem(("liquids", name, "concentration_pct"), message)
     drying = parameters.drying
-    if drying.receding_deg > drying.advancing_deg:
-        message = f"must be at most advancing_deg, {drying.advancing_deg:g}, not {drying.receding_deg:g}"
-        yield Problem(("drying", "receding_deg"), message)
     if drying.bake_min > 0 and drying.bake_c is None:
         yield Problem(("drying", "bake_min"), "needs the temperature of the bake too: bake_c")
     if drying.bake_c is not None and drying.bake_min == 0:
         yield Problem(("drying", "bake_c"), "needs the time of the bake too: bake_min")
 
 
+def _check_order(parameters: Parameters) -> Iterator[Problem]:
+    """Pairs whose lower number comes first, and values that another one bounds."""
+    pairs: list[tuple[YamlPath, tuple[float, float] | None]] = [
+        *((("liquids", name, "window_c"), liquid.window_c) for name, liquid in parameters.liquids.items()),
+        *((("parts", row, "standoff_um"), part.standoff_um) for row, part in enumerate(parameters.parts)),
+        *((("parts", row, "window_c"), part.window_c) for row, part in enumerate(parameters.parts)),
+        *((("provenance", name, "interval"), entry.interval) for name, entry in parameters.provenance.items()),
+    ]
+    for path, pair in pairs:
+        if pair is not None and pair[0] > pair[1]:
+            yield Problem(path, f"[{pair[0]:g}, {pair[1]:g}]: the lower number comes first")
+    for block, lower, upper in _ORDERED:
+        values = getattr(parameters, block)
+        low, high = getattr(values, lower), getattr(values, upper)
+        if low > high:
+            yield Problem((block, lower), f"must be at most {upper}, {high:g}, not {low:g}")
+
+
 def _check_provenance(parameters: Parameters) -> Iterator[Problem]:
     named = dict(_named_values(parameters.model_dump(mode="json", exclude={"provenance"}), ""))
     for name, entry in parameters.provenance.items():
         at: YamlPath = ("provenance", name)
+        if entry.date and not is_day(entry.date):  # the type looks at the digits alone
+            yield Problem((*at, "date"), f"{entry.date!r} is no day of the calendar")
         if name in named:
             yield from _check_fit(at, entry, named[name])
             continue
@@ -108,13 +96,6 @@ def _check_provenance(parameters: Parameters) -> Iterator[Problem]:
             block = block.rpartition(".")[0]
         within = [each for each in named if each.rpartition(".")[0] == block] or list(named)
         yield Problem(at, f"names nothing of this set; {name_nearest(name, within)}")
-
-
-def _check_dates(parameters: Parameters) -> Iterator[Problem]:
-    """Look for dates that are written like one and are none; the type looks at the digits alone."""
-    for name, entry in parameters.provenance.items():
-        if entry.date and not is_day(entry.date):
-            yield Problem(("provenance", name, "date"), f"{entry.date!r} is no day of the calendar")
 
 
 def _named_values(value: Any, name: str) -> Iterator[tuple[str, Any]]:
@@ -152,29 +133,21 @@ def _check_inherited(root: Located) -> Iterator[Problem]:
     if not isinstance(tree, dict) or provenance is None or not isinstance(provenance.value, dict):
         return
     entries = provenance.value
-    told: set[YamlPath] = set()
+    reported: set[YamlPath] = set()
     for path in value_paths({key: node.plain() for key, node in tree.items() if key != "provenance"}):
         if path in _TEXTS or root.at(path).mark.file != own:
             continue
-        name = next((name for name in _covering(path) if name in entries), None)
+        covering = (".".join(map(str, path[:length])) for length in range(len(path), 0, -1))
+        name = next((name for name in covering if name in entries), None)
         if name is None or entries[name].mark.file == own:
             continue
-        where = path[:2] if name == "liquids" and _is_all_in(root.at(path[:2]), own) else path
-        if where not in told:
-            told.add(where)
+        liquid = root.at(path[:2])
+        whole = name == "liquids" and all(liquid.at(at).mark.file == own for at in value_paths(liquid.plain()))
+        where = path[:2] if whole else path
+        if where not in reported:
+            reported.add(where)
             message = (
                 f"is stated here, but where it comes from is inherited and speaks of another value; add to "
                 f"provenance: {spell_path(where)}: {{known: proposed, source: ...}}"
             )
             yield Problem(where, message)
-
-
-def _is_all_in(node: Located, file: str) -> bool:
-    """Tell whether every single value of a block stands in one file: whether none of it is inherited."""
-    return all(node.at(path).mark.file == file for path in value_paths(node.plain()))
-
-
-def _covering(path: YamlPath) -> Iterator[str]:
-    """Give the paths under which a value's provenance is looked for, its own first."""
-    for length in range(len(path), 0, -1):
-        yield ".".join(map(str, path[:length]))

@@ -49,9 +49,9 @@ def _written(value: object) -> str:
     if isinstance(value, float):
         return f"{value:g}"
     if isinstance(value, list):
-        return f"[{', '.join(_within(each) for each in cast('list[object]', value))}]"
+        inner = (
+            each if not isinstance(each, str) else json.dumps(each, ensure_ascii=False)
+            for each in cast("list[object]", value)
+        )
+        return f"[{', '.join(map(_written, inner))}]"
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
-
-
-def _within(value: object) -> str:
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else _written(value)

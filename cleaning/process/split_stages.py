@@ -169,7 +169,10 @@ def _setting(
 
 def _sample(timeline: Timeline, stage: Stage, longest_mm: float) -> Samples:
     """Sample the open nozzle between the stage's two times."""
-    spent = _spent(timeline, longest_mm)
+    way = np.linalg.norm(np.diff(timeline.tcp, axis=0), axis=1) / longest_mm
+    turn = rotation_angles(timeline.quaternion[:-1], timeline.quaternion[1:]) / _LONGEST_RAD
+    due = np.maximum(np.maximum(way, turn), np.diff(timeline.times) / _LONGEST_S)
+    spent = np.concatenate([[0.0], np.cumsum(due)])  # samples that are due up to each key pose
     edges = [_cut(timeline.times, spent, on, off) for on, off in _open(timeline, stage.begin_s, stage.end_s)]
     if not edges:
         return _NONE
@@ -192,14 +195,6 @@ def _open(timeline: Timeline, begin_s: float, end_s: float) -> list[tuple[float,
     on = timeline.switched_on[np.searchsorted(timeline.switch_times, 0.5 * (times[1:] + times[:-1]), side="right")]
     spraying = zip(times[:-1][on].tolist(), times[1:][on].tolist(), strict=True)
     return [(begin, end) for begin, end in spraying if end > begin]
-
-
-def _spent(timeline: Timeline, longest_mm: float) -> Scalars:
-    """(k,) samples that are due up to each key pose: for its way, its turning and its time, whichever asks for more."""
-    way = np.linalg.norm(np.diff(timeline.tcp, axis=0), axis=1) / longest_mm
-    turn = rotation_angles(timeline.quaternion[:-1], timeline.quaternion[1:]) / _LONGEST_RAD
-    due = np.maximum(np.maximum(way, turn), np.diff(timeline.times) / _LONGEST_S)
-    return np.concatenate([[0.0], np.cumsum(due)])
 
 
 def _cut(times: Scalars, spent: Scalars, on: float, off: float) -> Scalars:

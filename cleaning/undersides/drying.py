@@ -43,24 +43,16 @@ def dry_gap(
     if not gases or not liquids:
         return None
     liquid, warmth = liquids[-1].liquid, liquids[-1].temperature_c
-    head = max((_head_pa(pressure) for _, pressure in gases if pressure is not None), default=0.0)
+    pressed = [each.pressure_pa for _, each in gases if each is not None and len(each.sample)]
+    # The highest pressure of one edge over another at one time; suction behind the part is in the coefficient.
+    heads = ((values.max(axis=1) - values.min(axis=1).clip(min=0.0)).max() for values in pressed)
+    head = float(max(heads, default=0.0))
     least = blow_off_m(drying, surface_tension_n_m(liquid, warmth), head)
     air_c = max(stage.temperature_c for stage, _ in gases) if drying.bake_c is None else drying.bake_c
     density = density_kg_m3(liquid, warmth)
     if height_m >= least:
         return least, film_dry_s(drying, air_c, 1e-6 * drying.residual_film_um, density)
     return least, gap_dry_s(drying, air_c, depth_m, density)
-
-
-def _head_pa(pressure: EdgePressure) -> float:
-    """Give the highest pressure that one edge has over another at one time.
-
-    Suction behind the part does not count: the difference of c_p does.
-    """
-    if not len(pressure.sample):
-        return 0.0
-    values = pressure.pressure_pa
-    return float((values.max(axis=1) - values.min(axis=1).clip(min=0.0)).max())
 
 
 def blow_off_m(drying: Drying, tension_n_m: float, head_pa: float) -> float:

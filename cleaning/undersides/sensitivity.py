@@ -27,23 +27,24 @@ def variants(
     stages: Sequence[Stage], jets: Sequence[Jet], pressures: Pressures, edges: Edges, parameters: Parameters
 ) -> dict[str, tuple[tuple[Stage, ...], Pressures]]:
     """Make the stages and the edge pressures anew with five per cent more of each factor, by its name."""
-    moved = [
-        edge_pressures(_farther(stage, edges), jet, edges, parameters.film)
-        for stage, jet in zip(stages, jets, strict=True)
-    ]
-    harder = [
-        [replace(each, pressure_pa=_gain(stage, parameters) * each.pressure_pa) for each in rows]
-        for stage, rows in zip(stages, pressures, strict=True)
-    ]
+    longer, stronger = list[Stage](), list[Stage]()
+    harder, farther = list[list[EdgePressure]](), list[list[EdgePressure]]()
+    for stage, jet, rows in zip(stages, jets, pressures, strict=True):
+        samples = replace(stage.samples, seconds=_STEP * stage.samples.seconds, times=_STEP * stage.samples.times)
+        longer.append(replace(stage, begin_s=_STEP * stage.begin_s, end_s=_STEP * stage.end_s, samples=samples))
+        liquid = stage.liquid.model_copy(update={"concentration_pct": _STEP * stage.liquid.concentration_pct})
+        stronger.append(replace(stage, liquid=liquid))
+        # Stress goes with flow times speed, and speed with the root of the pressure.
+        gain = float(_STEP ** (parameters.spray.flow_exponent[stage.nozzle.pattern] + 0.5))
+        harder.append([replace(each, pressure_pa=gain * each.pressure_pa) for each in rows])
+        farther.append(edge_pressures(_farther(stage, edges), jet, edges, parameters.film))
+    warmer = tuple(replace(stage, temperature_c=_STEP * stage.temperature_c) for stage in stages)
     return {
-        "time": (tuple(_longer(stage) for stage in stages), pressures),
-        "temperature": (
-            tuple(replace(stage, temperature_c=_STEP * stage.temperature_c) for stage in stages),
-            pressures,
-        ),
-        "chemistry": (tuple(_stronger(stage) for stage in stages), pressures),
+        "time": (tuple(longer), pressures),
+        "temperature": (warmer, pressures),
+        "chemistry": (tuple(stronger), pressures),
         "pressure": (tuple(stages), harder),
-        "standoff": (tuple(stages), moved),
+        "standoff": (tuple(stages), farther),
     }
 
 
@@ -56,21 +57,6 @@ def limiting(elasticities: Mapping[str, float]) -> str:
     """Name the factor that matters most; empty where none does."""
     strongest = max(elasticities, key=lambda name: abs(elasticities[name]), default="")
     return strongest if strongest and abs(elasticities[strongest]) > 0 else ""
-
-
-def _longer(stage: Stage) -> Stage:
-    samples = replace(stage.samples, seconds=_STEP * stage.samples.seconds, times=_STEP * stage.samples.times)
-    return replace(stage, begin_s=_STEP * stage.begin_s, end_s=_STEP * stage.end_s, samples=samples)
-
-
-def _stronger(stage: Stage) -> Stage:
-    liquid = stage.liquid.model_copy(update={"concentration_pct": _STEP * stage.liquid.concentration_pct})
-    return replace(stage, liquid=liquid)
-
-
-def _gain(stage: Stage, parameters: Parameters) -> float:
-    """Stress goes with flow times speed, and speed with the root of the pressure."""
-    return float(_STEP ** (parameters.spray.flow_exponent[stage.nozzle.pattern] + 0.5))
 
 
 def _farther(stage: Stage, edges: Edges) -> Stage:

@@ -13,14 +13,15 @@ from cleaning.gap.flushing import Flushed, FlushSettings, flush, inertial, reduc
 from cleaning.parameters.liquid import capillary_pa, density_kg_m3, viscosity_pa_s
 from cleaning.parameters.model import Parameters
 from cleaning.process.stages import Stage
-from cleaning.undersides.capillary_entry import entry_margin
 from cleaning.undersides.drying import dry_gap
 from cleaning.undersides.gap_result import GapResult, GapStage
 from cleaning.undersides.residue import exchanges_needed, fill_share, open_share, softening_rate, step
 from cleaning.undersides.rinse import gap_content_g_m3, ionic_ug_cm2
 from geometry.arrays import Scalars
+from geometry.compiled import compiled
 
 _MM = 1e-3
+_TOGETHER_S = 1e-6
 _UM = 1e-6
 _TENTH = 0.1 - 1e-9
 _SAME = 1e-6
@@ -122,7 +123,9 @@ def simulate_gap(
             act, state = _act(gap, stage, pressure, state)
         acts.append(act)
     residue = gap.residue(state)
-    worst, worst_at = _worst(gap, residue)
+    tenth = np.argsort(-residue, kind="stable")[: gap.tenth(-residue) + 1]
+    alike = field.centres[residue >= residue.max() - _SAME]  # of several alike, the nearest to the middle
+    x, y = alike[np.argmin(np.round(np.hypot(alike[:, 0], alike[:, 1]) / _UM))] / _MM
     depth = 0.5 * min(field.length_m, field.width_m)
     dried = dry_gap(parameters.drying, stages, pressures, gap.height_m, depth)
     return GapResult(
@@ -132,8 +135,8 @@ def simulate_gap(
         stages=tuple(acts),
         exchanges_needed=exchanges_needed(parameters.soil, parameters.gap, gap.fill),
         residue=gap.mean(residue),
-        residue_worst=worst,
-        worst_at=worst_at,
+        residue_worst=1.0 - float(np.average(1.0 - residue[tenth], weights=gap.weights[tenth])),
+        worst_at=(float(x), float(y)),
         ionic_ug_cm2=ionic_ug_cm2(gap_content_g_m3(parameters.rinse, stages, acts), gap.height_m / _UM),
         blow_off_um=None if dried is None else dried[0] / _UM,
         dry_s=None if dried is None else dried[1],
@@ -224,12 +227,49 @@ def _side_shear(gap: _Gap, liquid: _Liquid, pressure: EdgePressure, state: _Stat
     return tuple(float(each) for each in shear)
 
 
-def _worst(gap: _Gap, residue: Scalars) -> tuple[float, tuple[float, float]]:
-    """Mean of the worst tenth, and the worst place in mm: of several alike that nearest to the middle."""
-    order = np.argsort(-residue, kind="stable")
-    tenth = order[: gap.tenth(-residue) + 1]
-    worst = 1.0 - float(np.average(1.0 - residue[tenth], weights=gap.weights[tenth]))
-    alike = np.flatnonzero(residue >= residue.max() - _SAME)
-    centres = gap.field.centres[alike]
-    at = centres[np.argmin(np.round(np.hypot(centres[:, 0], centres[:, 1]) / _UM))] / _MM
-    return worst, (float(at[0]), float(at[1]))
+def entry_margin(pressure: EdgePressure, stage: Stage, capillary_pa: float, hold_s: float) -> tuple[float, int]:
+    """Find what is left of the held edge pressure after the gap has taken or given its share, and when it first is.
+
+    A pressure is held if one segment feels no less of it in samples that follow each other without a pause and last
+    ``hold_s`` together; a sample that lasts so long by itself will do. Where the film has come at all, it lies at the
+    edge with no pressure at least, and a gap that draws liquid in needs no more than that. A component that no film
+    reaches (it has no samples) stays dry however its gap draws.
+
+    Args:
+        pressure: Of one component in the stage.
+        stage: Times the samples.
+        capillary_pa: Capillary pressure at the open height h (1 - f).
+        hold_s: How long a pressure must be held.
+
+    Returns:
+        The margin in Pa, and the first row of ``pressure`` at which the gap is open; -1 where it stays dry. Without
+        samples the margin is at most 0.
+    """
+    if not len(pressure.sample):
+        return min(capillary_pa, 0.0), -1
+    times, seconds = stage.samples.times[pressure.sample], stage.samples.seconds[pressure.sample]
+    apart = np.diff(times) - 0.5 * (seconds[1:] + seconds[:-1])
+    broken = np.append(True, (np.diff(pressure.sample) != 1) | (apart > _TOGETHER_S))
+    held = np.asarray(_held(np.ascontiguousarray(pressure.pressure_pa), seconds, broken, hold_s), dtype=np.float64)
+    margins = np.maximum(held, 0.0) + capillary_pa
+    opened = np.flatnonzero(margins >= 0.0)
+    return float(margins.max()), int(opened[0]) if len(opened) else -1
+
+
+@compiled
+def _held(pressure: NDArray[np.float64], seconds: Scalars, broken: NDArray[np.bool_], hold_s: float) -> Scalars:
+    """(k,) highest pressure of any segment that has been held when each sample ends; minus infinity before any is."""
+    held = np.full(len(seconds), -np.inf)
+    for last in range(len(seconds)):
+        least = np.full(SEGMENTS, np.inf)
+        lasted = 0.0
+        for at in range(last, -1, -1):
+            for segment in range(SEGMENTS):
+                least[segment] = min(least[segment], pressure[at, segment])
+            lasted += seconds[at]
+            if lasted >= hold_s - _TOGETHER_S:
+                held[last] = least.max()
+                break
+            if broken[at]:
+                break
+    return held

@@ -9,10 +9,9 @@ from small_sprays import downward, samples_of, sprayed, stage_of
 
 from boards.understand import understand
 from cleaning.exposure.exposure import expose
-from cleaning.judge_component import Sprayed, bare_part, component_part
+from cleaning.judge_component import Sprayed, bare_part, component_part, gaps_of
 from cleaning.parameters.model import PartOverride
 from cleaning.prepared_board import prepare
-from cleaning.undersides_of_board import gaps_of
 
 LINES = np.array([[x, y, 45.0] for y in (0.0, 12.0, 24.0, 36.0) for x in range(-40, 90, 2)])
 BOTH = prepared_of(("U1", "J1", "C2"), ("C2",))

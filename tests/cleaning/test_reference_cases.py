@@ -14,12 +14,11 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 from small_sprays import RING, downward, one_jet, samples_of, sprayed, stage_of
 
-from cleaning.judge_component import Sprayed
+from cleaning.judge_component import Sprayed, gaps_of
 from cleaning.parameters.model import PartOverride
 from cleaning.parameters.water_and_air import vapour_pressure_pa, water_surface_tension_n_m, wet_surface_c
 from cleaning.prepared_board import prepare
 from cleaning.undersides.residue import step
-from cleaning.undersides_of_board import gaps_of
 from recipes.nozzles import HollowCone
 
 LINE = samples_of([[x, 20.0, 45.0] for x in range(-10, 45, 5)], downward(20.0, 30.0), seconds=4.0)

@@ -8,6 +8,7 @@ from cleaning import verify as module
 from cleaning.errors import CleaningError
 from cleaning.exposure.exact import ExactExposure
 from cleaning.prepared_board import PreparedBoard
+from cleaning.verdicts.exposed_area import cells_of_each
 from cleaning.verify import check_names, verify
 
 
@@ -15,7 +16,8 @@ def prepared() -> PreparedBoard:
     report = small_report()
     nothing = np.zeros(0)
     return PreparedBoard(
-        board=report.board, parameters=report.parameters, scene=nothing, facets=report.facets, cells=(), overrides=(),
+        board=report.board, parameters=report.parameters, scene=nothing, facets=report.facets,
+        cells=cells_of_each(report.facets, report.board), overrides=(),
         undersides=(), rows=(), edges=nothing, fields=(),
     )  # fmt: skip
 
@@ -45,8 +47,8 @@ def test_the_mean_is_by_area_of_what_is_exposed(monkeypatch):
     report = small_report()
     facets = report.facets
     cells = (facets.cell_component == 0) & facets.cell_exposed
-    wanted = np.average(report.exposures[0].volume_mm[cells], weights=facets.cell_areas_mm2[cells])
-    assert verify(report, prepared(), ["U1"])[0].rays_mm == pytest.approx(wanted)
+    expected = np.average(report.exposures[0].volume_mm[cells], weights=facets.cell_areas_mm2[cells])
+    assert verify(report, prepared(), ["U1"])[0].rays_mm == pytest.approx(expected)
 
 
 def test_an_unknown_component_is_refused_with_one_like_it():
@@ -60,5 +62,6 @@ def test_what_faces_the_other_side_is_not_looked_at_as_it_is_not_judged(monkeypa
     normals = report.facets.cell_normals.copy()
     mine = np.flatnonzero((report.facets.cell_component == 0) & report.facets.cell_exposed & (normals[:, 2] > 0.9))
     normals[mine[0]] = (0.0, 0.0, -1.0)
-    turned = replace(before, facets=replace(report.facets, cell_normals=normals))
+    facets = replace(report.facets, cell_normals=normals)
+    turned = replace(before, facets=facets, cells=cells_of_each(facets, report.board))
     assert verify(report, turned, ["U1"])[0].cells == verify(report, before, ["U1"])[0].cells - 1

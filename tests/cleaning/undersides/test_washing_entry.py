@@ -10,7 +10,7 @@ from cleaning.parameters.liquid import capillary_pa
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import Liquid
 from cleaning.process.stages import Samples, Stage
-from cleaning.undersides.capillary_entry import entry_margin
+from cleaning.undersides.washing import entry_margin
 from recipes.nozzles import HollowCone
 
 PARAMETERS = load_parameters()

@@ -7,10 +7,9 @@ import pytest
 from analysed import PARAMETERS, board_of, prepared_of
 from small_sprays import downward, samples_of, sprayed, stage_of
 
-from cleaning.judge_component import Sprayed
+from cleaning.judge_component import Sprayed, gaps_of
 from cleaning.parameters.model import PartOverride
 from cleaning.prepared_board import prepare
-from cleaning.undersides_of_board import gaps_of
 
 LINE = samples_of([[x, 20.0, 45.0] for x in range(-10, 45, 5)], downward(20.0, 30.0), seconds=4.0)
 WASH = stage_of(LINE)
