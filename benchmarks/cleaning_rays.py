@@ -28,6 +28,7 @@ from cleaning.process.stages import Samples, Stage
 from cleaning.surface.facets import Facets, build_facets
 from cleaning.surface.ray_scene import Scene, build_scene
 from recipes.nozzles import HollowCone
+from specs.source import Source
 
 ROUNDS = 5
 BATCH = 200_000
@@ -53,7 +54,7 @@ def sweep(board: Board) -> Samples:
 def wash(board: Board) -> tuple[Stage, Jet]:
     parameters, samples = load_parameters(), sweep(board)
     stage = Stage(
-        made_by="sweep",
+        made_by=Source.parse("sweep"),
         function="clean",
         use="wash",
         nozzle_name="ring60",

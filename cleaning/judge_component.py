@@ -27,6 +27,7 @@ from cleaning.verdicts.results import Part
 from geometry.arrays import Indices
 from recipes.recipe import Use
 from specs.progress import Progress
+from specs.source import NO_SOURCE, Source
 
 _MOST_MAKERS = 12
 _THREADS = 2
@@ -148,7 +149,7 @@ def _part(
                     Reach(
                         use=use,
                         functions=" and ".join(dict.fromkeys(each.stage.function for each in group)),
-                        made_by=group[0].stage.made_by if len(group) == 1 else "",
+                        made_by=group[0].stage.made_by if len(group) == 1 else NO_SOURCE,
                         repeats=min(each.stage.repeats for each in group),
                         exposed=exposed_part(exposure, prepared.facets, cells),
                     )
@@ -195,9 +196,9 @@ def _occluder(surface: _Surface, prepared: PreparedBoard, sprayed: Sequence[Spra
     return ""
 
 
-def _makers(row: int, sprayed: Sequence[Sprayed]) -> tuple[tuple[str, float], ...]:
+def _makers(row: int, sprayed: Sequence[Sprayed]) -> tuple[tuple[Source, float], ...]:
     """Who sprays the surface, with the share of the volume on it that each gives."""
-    volumes: dict[str, float] = {}
+    volumes: dict[Source, float] = {}
     for each in sprayed:
         given = each.exposure.by_maker_mm3[row]
         for index in np.flatnonzero(given > 0).tolist():

@@ -122,7 +122,7 @@ def mean_residue(stage: GapStage, field: GapField) -> float:
 def _stage(stage: Stage, exposure: Exposure) -> Json:
     return _plain(
         {
-            "made_by": stage.made_by,
+            "made_by": str(stage.made_by),
             "function": stage.function,
             "use": stage.use,
             "nozzle": stage.nozzle_name,
@@ -148,7 +148,7 @@ def _part(part: Part) -> Json:
         "underside": None if part.underside is None else _underside(part.underside),
         "gaps": [_gap(gap) for gap in part.gaps],
         "elasticity": _plain(dict(part.elasticity)),
-        "makers": [{"made_by": made_by, "share": _plain(share)} for made_by, share in part.makers],
+        "makers": [{"made_by": str(made_by), "share": _plain(share)} for made_by, share in part.makers],
     }
 
 
@@ -162,7 +162,7 @@ def _judgement(judgement: Judgement) -> Json:
             "numbers": [asdict(number) for number in judgement.numbers],
             "because": judgement.because,
             "advice": judgement.advice,
-            "stage": judgement.stage,
+            "stage": str(judgement.stage),
             "where": judgement.where,
             "sides": judgement.sides,
         }

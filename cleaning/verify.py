@@ -13,6 +13,7 @@ from cleaning.jet.jet import jet_of
 from cleaning.prepared_board import PreparedBoard
 from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Indices
+from specs.source import Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +22,7 @@ class Verified:
 
     component: str
     function: str
-    made_by: str
+    made_by: Source
     """Of the stage."""
     rays_mm: float
     """Mean by area, as the verdict uses it."""

@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 from geometry.arrays import Directions, Points
 from specs.finding import Finding
+from specs.source import Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,7 @@ class SprayPass:
     speed_mm_s: float
     """Asked speed of the orifice; never above the function's maximum."""
     jet: Jet
-    made_by: str
+    made_by: Source
     """Recipe path that asked for it, e.g. ``"sequence[0]/around/U12"``."""
 
 
@@ -48,7 +49,7 @@ class Dwell:
 
     duration_s: float
     jet: Jet
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +60,7 @@ class Transfer:
     approach: Directions
     reference: Directions
     speed_mm_s: float
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,7 @@ class Command:
 
     keyword: str
     arguments: tuple[str, ...]
-    made_by: str
+    made_by: Source
 
 
 PlanItem: TypeAlias = SprayPass | Dwell | Transfer | Command

@@ -10,6 +10,7 @@ from geometry.frames import slerp
 from programs.columns import Columns, columns_of
 from programs.errors import ProgramError
 from programs.program import Command, TimedProgram
+from specs.source import Source
 
 # What takes less is a jump: no program writes such times, and a division by them has no speed.
 _JUMP_S = 1e-9
@@ -57,7 +58,7 @@ class Timeline:
     solution: Naming
     made_by: Indices
     """(instructions,) index into ``makers``."""
-    makers: tuple[str, ...]
+    makers: tuple[Source, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +90,7 @@ class ToolStates:
     functions: tuple[str, ...]
     nozzles: tuple[str, ...]
     solutions: tuple[str, ...]
-    makers: tuple[str, ...]
+    makers: tuple[Source, ...]
 
 
 def playback(program: TimedProgram, times_s: Scalars) -> ToolStates:

@@ -5,6 +5,7 @@ from typing import TypeAlias
 
 from programs.plan import Origin
 from specs.finding import Finding
+from specs.source import Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +18,7 @@ class MoveTo:
     """w, x, y, z of T_board_tool; tool +Z is the jet."""
     speed_mm_s: float
     """Mean TCP speed of the segment that ends here."""
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +27,7 @@ class SetNozzle:
 
     time_s: float
     spraying: bool
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +36,7 @@ class Wait:
 
     time_s: float
     duration_s: float
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,7 @@ class Command:
     time_s: float
     keyword: str
     arguments: tuple[str, ...]
-    made_by: str
+    made_by: Source
 
 
 TILT_BAND = "tilt_band_deg"

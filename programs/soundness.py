@@ -103,12 +103,12 @@ def wrong_arguments(keyword: str, arguments: tuple[str, ...]) -> str | None:
 
 
 def _wrong_words(program: TimedProgram) -> Iterator[Fault]:
-    makers = {item.made_by for item in program.instructions}
+    makers = {str(item.made_by) for item in program.instructions}
     bad = {made_by for made_by in makers if not made_by.isprintable() or made_by != made_by.strip()}
     for index, item in enumerate(program.instructions):
-        if bad and item.made_by in bad:
+        if bad and str(item.made_by) in bad:
             yield Fault(
-                f"{item.made_by!r} cannot stand in a line; use printable characters, no space at an end.", index
+                f"{str(item.made_by)!r} cannot stand in a line; use printable characters, no space at an end.", index
             )
         if isinstance(item, Command):
             if item.keyword not in COMMANDS:

@@ -18,6 +18,7 @@ from specs.finding_rules import (
     UNUSED_NOZZLE,
     UNUSED_TEMPLATE,
 )
+from specs.source import Source
 
 _RING_TOLERANCE_DEG = 8.0
 _TAKES_ALL = ComponentClass()
@@ -41,7 +42,7 @@ def _find_unused(recipe: Recipe) -> Iterator[Finding]:
         for name in getattr(recipe, kind):
             if name not in names:
                 message = f"no step uses {name}; add it to the sequence, or remove it"
-                yield Finding(rules[kind], message, f"{kind}.{name}")
+                yield Finding(rules[kind], message, Source(entry=f"{kind}.{name}"))
 
 
 def _find_idle_classes(recipe: Recipe) -> Iterator[Finding]:
@@ -50,12 +51,12 @@ def _find_idle_classes(recipe: Recipe) -> Iterator[Finding]:
     for name, component_class in recipe.classes.items():
         if taker:
             message = f"never matches, because {taker} before it takes every component; put it before {taker}"
-            yield Finding(CLASS_OUT_OF_REACH, message, f"classes.{name}")
+            yield Finding(CLASS_OUT_OF_REACH, message, Source(entry=f"classes.{name}"))
         elif component_class == _TAKES_ALL:
             taker = name
     if not taker:
         message = "no class takes what the others leave; add a last one that states nothing, such as `other: {}`"
-        yield Finding(NO_CLASS_FOR_THE_REST, message, "classes")
+        yield Finding(NO_CLASS_FOR_THE_REST, message, Source(entry="classes"))
 
 
 def _find_idle_near(recipe: Recipe) -> Iterator[Finding]:
@@ -65,7 +66,7 @@ def _find_idle_near(recipe: Recipe) -> Iterator[Finding]:
                 f"near.within_mm {spec.near.within_mm:g} is not above merge_gap_mm {spec.merge_gap_mm:g}: components "
                 "so close are followed as one outline, so near seldom holds; raise within_mm"
             )
-            yield Finding(NEAR_WITHIN_MERGE_GAP, message, f"templates.{name}.near")
+            yield Finding(NEAR_WITHIN_MERGE_GAP, message, Source(entry=f"templates.{name}.near"))
 
 
 def _find_odd_rings(recipe: Recipe) -> Iterator[Finding]:
@@ -79,7 +80,7 @@ def _find_odd_rings(recipe: Recipe) -> Iterator[Finding]:
                 f"the measured ring has a half angle of {measured:.1f} degrees but half_angle_deg says "
                 f"{nozzle.half_angle_deg:g}; check height_mm and the radii, or correct half_angle_deg"
             )
-            yield Finding(RING_CONTRADICTS_HALF_ANGLE, message, f"nozzles.{name}.wavefront")
+            yield Finding(RING_CONTRADICTS_HALF_ANGLE, message, Source(entry=f"nozzles.{name}.wavefront"))
 
 
 def _find_early_rinses(recipe: Recipe) -> Iterator[Finding]:
@@ -95,4 +96,4 @@ def _find_early_rinses(recipe: Recipe) -> Iterator[Finding]:
                 f"{step.function} rinses before {steps[first][1].function} washes for the first time; "
                 f"put it after sequence[{steps[first][0]}]"
             )
-            yield Finding(RINSE_BEFORE_CLEAN, message, f"sequence[{index}]")
+            yield Finding(RINSE_BEFORE_CLEAN, message, Source(index))

@@ -77,7 +77,7 @@ def _moment(program: TimedProgram, number: int) -> dict[str, Json]:
     return {
         "time_s": round(move.time_s, 4),
         "where": [round(value, 3) for value in move.position],
-        "made_by": move.made_by,
+        "made_by": str(move.made_by),
     }
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from specs.json import Json
+from specs.source import NO_SOURCE, Source
 
 Severity: TypeAlias = Literal["error", "warning", "info"]
 
@@ -43,7 +44,7 @@ class Finding:
     rule: FindingRule
     message: str
     """What was seen, with numbers, and what to do about it."""
-    made_by: str = ""
+    made_by: Source = NO_SOURCE
     """Recipe path that asked for it, such as ``"sequence[0]/around/U12"``; empty for the board's own."""
     where: tuple[float, float, float] | None = None
     """Place in the board frame, mm; ``None`` where there is no one place."""
@@ -67,7 +68,7 @@ def finding_data(finding: Finding) -> dict[str, Json]:
         "rule": finding.rule.id,
         "severity": finding.severity,
         "message": finding.message,
-        "made_by": finding.made_by,
+        "made_by": str(finding.made_by),
         "where": None if finding.where is None else list[Json](round(value, 4) for value in finding.where),
     }
 

@@ -25,6 +25,7 @@ from cleaning.process.stages import Samples, Stage
 from cleaning.undersides.residue import removal_rate, softening_rate, step
 from geometry.arrays import Indices, Scalars
 from recipes.nozzles import Nozzle
+from specs.source import Source
 
 _BAR_PA = 1e5
 _COUPON_THICK_MM = 1.0
@@ -184,10 +185,10 @@ def _stage(setup: CouponSetup, pressure_bar: float, height_mm: float) -> Stage:
         tcp=np.array([[0.0, 0.0, height_mm]]),
         axes=axes,
         made_by=np.zeros(1, dtype=np.int64),
-        makers=("coupon",),
+        makers=(Source(entry="coupon"),),
     )
     return Stage(
-        made_by="coupon",
+        made_by=Source(entry="coupon"),
         function="clean",
         use="wash",
         nozzle_name="coupon",

@@ -101,7 +101,7 @@ def expose(
             cells = np.flatnonzero(totals.cells[:, accumulate.VOLUME] > before)
             grown.append((cells, totals.cells[cells, accumulate.VOLUME] - before[cells]))
             before = totals.cells[:, accumulate.VOLUME].copy()
-            progress(stage.made_by, last / len(samples.times))
+            progress(str(stage.made_by), last / len(samples.times))
     growth = _growth(grown, samples, blocks, facets)
     return _exposure_of(stage, jet, facets, rays_per_sample, totals, growth)
 

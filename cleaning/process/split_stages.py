@@ -18,6 +18,7 @@ from recipes.nozzles import Nozzle
 from recipes.recipe import Function, Recipe, use_of
 from specs.finding import Finding
 from specs.finding_rules import LIQUID_UNKNOWN, LOOP_ONCE
+from specs.source import Source
 
 _PA_PER_BAR = 1e5
 _ROOM_C = 20.0
@@ -149,7 +150,7 @@ def _read(
 
 
 def _setting(
-    settings: Mapping[str, str], key: str, usual: float | None, limits: tuple[float, float], made_by: str
+    settings: Mapping[str, str], key: str, usual: float | None, limits: tuple[float, float], made_by: Source
 ) -> float | None:
     """Read what the program sets, which anyone may have edited; else what the recipe asks for."""
     if key not in settings:

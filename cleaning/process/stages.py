@@ -10,6 +10,7 @@ from cleaning.parameters.model import Liquid
 from geometry.arrays import Indices, Points, Scalars
 from recipes.nozzles import Nozzle
 from recipes.recipe import Use
+from specs.source import Source
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,20 +30,19 @@ class Samples:
     """(n, 3, 3) rotation of T_board_tool: columns are the nozzle's reference azimuth, its second axis, the jet."""
     made_by: Indices
     """(n,) index into ``makers``."""
-    makers: tuple[str, ...]
+    makers: tuple[Source, ...]
 
     @property
     def templates(self) -> NDArray[np.str_]:
         """(n,) The template of each: ``"around"`` of ``"sequence[0]/around/U1"``; empty where there is none."""
-        names = [maker.split("/")[1] if "/" in maker else "" for maker in self.makers]
-        return np.array(names, dtype=np.str_)[self.made_by]
+        return np.array([maker.template for maker in self.makers], dtype=np.str_)[self.made_by]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stage:
     """One step of the sequence as the program carries it out."""
 
-    made_by: str
+    made_by: Source
     """Recipe path of the step, such as ``"sequence[0]"``."""
     function: str
     use: Use

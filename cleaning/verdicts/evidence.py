@@ -9,6 +9,7 @@ from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult
 from cleaning.verdicts.results import ExposedPart
 from recipes.recipe import Use
+from specs.source import Source
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,7 +19,7 @@ class Reach:
     use: Use
     functions: str
     """Names of the functions, such as ``"clean"`` or ``"prewash and clean"``."""
-    made_by: str
+    made_by: Source
     """The stage's; empty if there are several."""
     repeats: int
     """How often loops may do it, at most."""

@@ -13,6 +13,7 @@ from cleaning.undersides.gap_result import GapResult
 from cleaning.verdicts.rules import VERDICTS, Grade, Rule, Verdict
 from programs.plan import Origin
 from specs.finding import Finding
+from specs.source import NO_SOURCE, Source
 
 _LEAST = 1e-4
 """Below it a number would need an exponent, finer than sentences are."""
@@ -50,7 +51,7 @@ class Judgement:
     """Which of the rule's cases it is, such as ``"shadowed"``; empty if the rule's title names it."""
     calibrated: bool = False
     """Rests on kinetics that were fitted to measurements, which raises grade C to B."""
-    stage: str = ""
+    stage: Source = NO_SOURCE
     """``made_by`` of the stage; empty for all together."""
     where: tuple[float, float, float] | None = None
     """Place in the board frame, mm."""
@@ -107,7 +108,7 @@ class Part:
     gap."""
     limiting: str
     """The factor with the strongest elasticity; empty where there is none."""
-    makers: tuple[tuple[str, float], ...]
+    makers: tuple[tuple[Source, float], ...]
     """Who sprays it, and which share of the volume on it each gives, most first; at most 12."""
 
     @property

@@ -14,6 +14,7 @@ from programs.motion.tracks import Track
 from programs.playback import ToolStates, build_timeline, play
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from programs.soundness import TICK_S
+from specs.source import Source
 
 _STILL_MM, _STILL_RAD = 1e-6, 1e-6
 """Samples nearer than this are one pose."""
@@ -32,7 +33,7 @@ class Layout:
     """Items in order."""
 
     items: tuple[Item, ...]
-    makers: tuple[str, ...]
+    makers: tuple[Source, ...]
     """What ``Track.maker`` counts."""
 
 
@@ -79,7 +80,7 @@ class _Cutter:
     due: list[float]
     """Times of all moves, then infinity."""
     items: list[Item] = field(default_factory=list[Item])
-    makers: dict[str, int] = field(default_factory=dict[str, int])
+    makers: dict[Source, int] = field(default_factory=dict[Source, int])
     times: list[float] = field(default_factory=list[float])
     poses: list[tuple[float, ...]] = field(default_factory=list[tuple[float, ...]])
     maker: list[int] = field(default_factory=list[int])
@@ -126,7 +127,7 @@ class _Cutter:
         """Whether the next move is done by then, but for less than a file resolves."""
         return self.due[self.moved] < time_s + 0.5 * TICK_S
 
-    def arrive(self, time_s: float, made_by: str, target: tuple[float, ...]) -> tuple[float, ...]:
+    def arrive(self, time_s: float, made_by: Source, target: tuple[float, ...]) -> tuple[float, ...]:
         """Add the pose at the time of a wait or a command; give it, empty where only the next move has it.
 
         Args:
@@ -143,7 +144,7 @@ class _Cutter:
             self.sample(time_s, target or there, made_by)
         return self.poses[-1]
 
-    def sample(self, time_s: float, pose: tuple[float, ...], made_by: str) -> None:
+    def sample(self, time_s: float, pose: tuple[float, ...], made_by: Source) -> None:
         """Add a sample."""
         self.times.append(time_s)
         self.poses.append(pose)

@@ -11,6 +11,7 @@ from geometry.frames import rotation_angles
 from programs.motion.steps import SAME_MM, Line, SampledLine, split_line
 from programs.motion.tracks import Track, find_vertices, shares_along
 from programs.pose import Pose
+from specs.source import Source
 
 BLEND_ERROR_MM = 0.05
 """How far a corner may be cut."""
@@ -20,7 +21,7 @@ _ROOM = 0.4
 """Share of either line that a zone may take, so that two zones never meet."""
 
 
-def lines_of(track: Track, makers: tuple[str, ...]) -> list[Line]:
+def lines_of(track: Track, makers: tuple[Source, ...]) -> list[Line]:
     """Draw the lines of a track; the last ends with a stop, and so does each that ends where the motion rests."""
     vertices = find_vertices(track)
     kept = vertices.kept.tolist()
@@ -41,7 +42,7 @@ def _rates(track: Track) -> NDArray[np.float64]:
     return np.column_stack((way, turn)) / np.diff(track.times)[:, None]
 
 
-def _line(track: Track, first: int, last: int, rates: NDArray[np.float64], makers: tuple[str, ...]) -> Line:
+def _line(track: Track, first: int, last: int, rates: NDArray[np.float64], makers: tuple[Source, ...]) -> Line:
     """Draw the line between two samples; it ends with a stop."""
     start, target = (pose_of(track, at) for at in (first, last))
     speed, turn = rates[first:last].max(axis=0).tolist()

@@ -10,6 +10,7 @@ from programs.motion.analog import IN_OWN_UNIT, Counting, find_out_of_range
 from programs.motion.steps import Event, Line, MotionProgram, Reference, Repeat, Step, Switch, split_line
 from specs.finding import Finding
 from specs.finding_rules import NO_SENSOR, STOPS_FOR_OUTPUT
+from specs.source import NO_SOURCE, Source
 
 EventTiming: TypeAlias = Literal["distance and time", "distance", "time", "percent", "boundary", "stop"]
 """How a language places an output on a line.
@@ -66,7 +67,7 @@ class EventError:
 
     distance_mm: float
     time_s: float
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +86,7 @@ def lower(motion: MotionProgram, capability: Capability) -> Lowered:
     those that the language prints.
     """
     steps: list[Step] = []
-    errors = [EventError(0.0, 0.0, "")]
+    errors = [EventError(0.0, 0.0, NO_SOURCE)]
     findings: list[Finding] = []
     for step in motion.steps:
         if isinstance(step, Line):

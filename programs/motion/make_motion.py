@@ -32,6 +32,7 @@ from programs.program import TILT_BAND, Command, MoveTo, SetNozzle, TimedProgram
 from programs.soundness import TICK_S
 from specs.finding import Finding, FindingRule
 from specs.finding_rules import NO_CHANNEL, NO_PLACEMENT, NO_SENSOR, NO_TOOL
+from specs.source import NO_SOURCE, Source
 
 
 def make_motion(
@@ -84,7 +85,7 @@ class _Builder:
 
     def build(self) -> None:
         """Turn all items into steps."""
-        self.add(UseBoard("", self.installation.T_base_board, ""))
+        self.add(UseBoard("", self.installation.T_base_board, NO_SOURCE))
         for item in self.layout.items:
             match item:
                 case Track():
@@ -105,12 +106,12 @@ class _Builder:
         self.steps += steps
         self.begins += [self.now] * len(steps)
 
-    def warn(self, rule: FindingRule, message: str, made_by: str) -> None:
+    def warn(self, rule: FindingRule, message: str, made_by: Source) -> None:
         """Add a finding, once."""
         if all((other.rule, other.message) != (rule, message) for other in self.findings):
             self.findings.append(Finding(rule, message, made_by))
 
-    def reach(self, made_by: str) -> None:
+    def reach(self, made_by: Source) -> None:
         """Come to the pose by a joint motion if the robot is not there."""
         if self.tool < 0:
             self.warn(NO_TOOL, "the program moves before its first NOZZLE; name the nozzle first.", made_by)
@@ -176,7 +177,7 @@ class _Builder:
             case _:
                 self.add(EndRepeat(made_by))
 
-    def assign(self, assignments: tuple[Assignment, ...] | None, what: str, made_by: str) -> None:
+    def assign(self, assignments: tuple[Assignment, ...] | None, what: str, made_by: Source) -> None:
         """Set the outputs that the cell gives to a word; without any it stays a comment."""
         if assignments is None:
             cell = self.installation.cell
@@ -184,7 +185,7 @@ class _Builder:
             return
         self.add(*(Switch(each.channel, each.value, made_by, what) for each in assignments))
 
-    def set(self, key: str, value: str, made_by: str) -> None:
+    def set(self, key: str, value: str, made_by: Source) -> None:
         """Set the output that carries a quantity."""
         self.add(Note(f"{key} = {value}", made_by))
         if key == TILT_BAND:  # what the robot may do, not what the cell does
@@ -200,7 +201,7 @@ class _Builder:
         given = round(setting.scale * quantity + setting.offset, 6)
         self.add(Switch(setting.channel, given, made_by, f"{key} = {quantity:g}"))
 
-    def mount(self, nozzle: str, number: int, made_by: str) -> None:
+    def mount(self, nozzle: str, number: int, made_by: Source) -> None:
         """Use a nozzle, and its tool if it is another one; a jet that goes on is from then on that of the nozzle."""
         valves = [self.installation.valves.get(name) for name in (self.nozzle, nozzle)]
         before, after = (valve.channel if valve is not None else None for valve in valves)
@@ -217,7 +218,7 @@ class _Builder:
         if passes:
             self.requests.append(SwitchRequest(len(self.steps), 0.0, True, nozzle, made_by))
 
-    def call(self, name: str, made_by: str) -> None:
+    def call(self, name: str, made_by: Source) -> None:
         """Run a routine of the cell, and find the board where it puts it."""
         self.add(Call(name, made_by))
         place = self.installation.placements.get(name)
@@ -228,7 +229,7 @@ class _Builder:
             message = f"the cell has no place of the board after CALL {name}; state it in its placements."
             self.warn(NO_PLACEMENT, message, made_by)
 
-    def repeat(self, count: int, key: str, least: float, made_by: str) -> None:
+    def repeat(self, count: int, key: str, least: float, made_by: Source) -> None:
         """Begin a loop."""
         sensor = self.installation.sensors.get(key)
         if sensor is None:

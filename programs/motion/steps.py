@@ -13,6 +13,7 @@ from programs.motion.installation import Channel, Sensor
 from programs.plan import Origin
 from programs.pose import Pose, angle, between, distance
 from specs.finding import Finding
+from specs.source import Source
 
 Reference: TypeAlias = Literal["start", "end"]
 SAME_MM = 1e-6
@@ -39,7 +40,7 @@ class Event:
     """When it is to leave, seconds from the line's beginning in the planned motion: the offsets as a time."""
     speed_mm_s: float
     """Of the orifice at the requested moment of the jet's begin or end."""
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +78,7 @@ class Line:
     samples: SampledLine
     time_s: float
     """When it begins, in the program's own time."""
-    made_by: str
+    made_by: Source
     events: tuple[Event, ...] = ()
     """In the order of their signals."""
 
@@ -131,7 +132,7 @@ class Reach:
     target: Pose
     joints: tuple[float, ...]
     """Empty if not known."""
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +140,7 @@ class Pause:
     """Hold the pose."""
 
     duration_s: float
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +149,7 @@ class Switch:
 
     channel: Channel
     value: float
-    made_by: str
+    made_by: Source
     what: str = ""
     """The command it comes from, such as ``pressure_bar = 3.500``; empty for a valve."""
 
@@ -159,7 +160,7 @@ class UseTool:
 
     number: int
     nozzle: str
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +170,7 @@ class UseBoard:
     placement: str
     """The ``CALL`` that moved it; empty for where it lies first."""
     T_base_board: Pose
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +178,7 @@ class Call:
     """Run a routine that the integrator provides."""
 
     name: str
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,14 +190,14 @@ class Repeat:
     least: float
     sensor: Sensor | None
     """``None`` where the cell has no such input: then all ``count`` are done."""
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True)
 class EndRepeat:
     """The end of the innermost Repeat."""
 
-    made_by: str
+    made_by: Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,7 +205,7 @@ class Note:
     """A comment for the reader of the program: FUNCTION, SOLUTION, and what has no channel."""
 
     text: str
-    made_by: str
+    made_by: Source
 
 
 Step: TypeAlias = Line | Reach | Pause | Switch | UseTool | UseBoard | Call | Repeat | EndRepeat | Note

@@ -8,6 +8,7 @@ from programs.motion.installation import Installation, Valve
 from programs.motion.steps import Event, Line, Note, Pause, Step, Switch
 from specs.finding import Finding
 from specs.finding_rules import NO_VALVE, VALVE_PULSE_LENGTHENED, VALVE_STAYS_OPEN, WAITS_FOR_VALVE
+from specs.source import NO_SOURCE, Source
 
 _MOMENT_S = 1e-7
 """Times nearer than this are one."""
@@ -23,7 +24,7 @@ class SwitchRequest:
     """Since that step began."""
     spraying: bool
     nozzle: str
-    made_by: str
+    made_by: Source
 
 
 @dataclass(slots=True)
@@ -95,7 +96,7 @@ def open_valves(
             "switched earlier: something at rest comes right before."
         )
         findings.append(Finding(WAITS_FOR_VALVE, message))
-    shut = (Switch(channel, 0.0, "") for channel in dict.fromkeys(signal.valve.channel for signal in kept))
+    shut = (Switch(channel, 0.0, NO_SOURCE) for channel in dict.fromkeys(signal.valve.channel for signal in kept))
     return [*shut, *_assemble(steps, placed)], findings
 
 

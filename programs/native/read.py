@@ -9,6 +9,7 @@ from programs.errors import ProgramError
 from programs.plan import Origin
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Totals, Wait
 from programs.soundness import COMMANDS, first_fault, wrong_arguments
+from specs.source import Source
 
 MAGIC = "WASHBOARD 1"
 FIXED_HEADER = ("UNITS mm s", "FRAME board")
@@ -114,13 +115,13 @@ def _read_body(lines: list[str], start: int) -> dict[int, Instruction]:
                 raise _LineError(rest, f"text after END: {lines[rest][:80]!r}; remove it.")
             return read
         try:
-            read[at] = _read_instruction(words, made_by.strip())
+            read[at] = _read_instruction(words, Source.parse(made_by.strip()))
         except ValueError as error:
             raise _LineError(at, str(error)) from None
     raise _LineError(len(lines) - 1, "the file ends without END: it is cut off. Write it again.")
 
 
-def _read_instruction(words: list[str], made_by: str) -> Instruction:
+def _read_instruction(words: list[str], made_by: Source) -> Instruction:
     """Read one line.
 
     Raises:
@@ -146,7 +147,7 @@ def _read_instruction(words: list[str], made_by: str) -> Instruction:
             return _read_command(time_s, keyword, tuple(arguments), made_by)
 
 
-def _read_command(time_s: float, keyword: str, arguments: tuple[str, ...], made_by: str) -> Command:
+def _read_command(time_s: float, keyword: str, arguments: tuple[str, ...], made_by: Source) -> Command:
     if not keyword:
         raise ValueError("a time without an instruction after it; add one or remove the line.")
     if keyword not in COMMANDS:

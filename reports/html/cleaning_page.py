@@ -158,7 +158,8 @@ def _surface(report: CleaningReport) -> list[str]:
         "what the jet never hits; a line on a scale marks the limit.</p>"
     )
     maps = [
-        f"<article><h3>{escape(stage.function)} <span class='q'>{escape(stage.made_by)}</span></h3>{image(picture)}"
+        f"<article><h3>{escape(stage.function)} <span class='q'>{escape(str(stage.made_by))}</span></h3>"
+        f"{image(picture)}"
         "</article>"
         for stage, picture in draw_exposures(report)
     ]

@@ -143,9 +143,9 @@ def _strokes_by_template(run: Run) -> dict[str, list[float]]:
     """Sprayed ways, mm, by function and template, the name that the paths panel gives them."""
     found: dict[str, list[float]] = {}
     for sprayed in sprayed_in(run.plan):
-        step, _, template = sprayed.place.partition("/")
-        number = int(step.removeprefix("sequence[").removesuffix("]"))
-        found.setdefault(f"{run.recipe.sequence[number].function} {template}", []).append(sprayed.way_mm)
+        source = sprayed.made_by
+        function = run.recipe.sequence[source.step or 0].function
+        found.setdefault(f"{function} {source.template}", []).append(sprayed.way_mm)
     return found
 
 

@@ -94,7 +94,7 @@ def print_findings(console: Console, findings: Sequence[Finding]) -> None:
     for finding, count in grouped_findings(findings):
         head = Text.assemble((f"{finding.severity} {finding.rule.id}", STYLES[finding.severity]))
         if finding.made_by:
-            head.append(f"  {shorten(finding.made_by)}", "dim")
+            head.append(f"  {shorten(str(finding.made_by))}", "dim")
         if finding.where is not None:
             head.append("  at " + ", ".join(f"{value:.1f}" for value in finding.where) + " mm", "dim")
         if count > 1:

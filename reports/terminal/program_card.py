@@ -12,6 +12,7 @@ from reports.tables.table import Table
 from reports.tables.wording import amount, clock, shorten
 from reports.terminal.console import print_facts, print_findings, print_line, print_table
 from specs.finding_rules import ORDER_GAIN
+from specs.source import Source
 
 if TYPE_CHECKING:
     from rulesengine.planning.pipeline import Run
@@ -22,7 +23,7 @@ def print_run(console: Console, run: "Run") -> None:
     print_program(console, run.program)
     counts = ", ".join(f"{name} {count}" for name, count in class_counts(run).items())
     gains = [finding for finding in run.findings if finding.rule == ORDER_GAIN]
-    facts = [("classes", counts), *(("order", f"{shorten(gain.made_by)}: {gain.message}") for gain in gains)]
+    facts = [("classes", counts), *(("order", f"{shorten(str(gain.made_by))}: {gain.message}") for gain in gains)]
     print_facts(console, facts)
     print_findings(console, [finding for finding in run.findings if finding.rule != ORDER_GAIN])
 
@@ -68,11 +69,11 @@ def print_extent(console: Console, program: TimedProgram) -> None:
 
 def print_commands(console: Console, program: TimedProgram) -> None:
     """Print commands to the cell in order of time; those that one step gives at one moment stand together."""
-    grouped: list[tuple[float, str, list[str]]] = []
+    grouped: list[tuple[float, Source, list[str]]] = []
     for command in program.instructions:
         if isinstance(command, Command):
             if not grouped or grouped[-1][:2] != (command.time_s, command.made_by):
                 grouped.append((command.time_s, command.made_by, []))
             grouped[-1][2].append(" ".join([command.keyword, *command.arguments]))
-    rows = [(clock(time_s), ", ".join(words), shorten(made_by)) for time_s, made_by, words in grouped]
+    rows = [(clock(time_s), ", ".join(words), shorten(str(made_by))) for time_s, made_by, words in grouped]
     print_table(console, Table.of((">at", "commands", "recipe entry"), rows))

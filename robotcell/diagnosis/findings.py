@@ -26,6 +26,7 @@ from specs.finding_rules import (
     SPEED_NOT_HELD,
     TRANSFER_BLOCKED,
 )
+from specs.source import Source
 
 _SLOW = 0.98
 _LATE_S = 0.05
@@ -45,7 +46,7 @@ class PathInCell:
     queries: CellQueries
     path: SampledPath
 
-    def made_by(self, sample: int) -> str:
+    def made_by(self, sample: int) -> Source:
         """Give the recipe path that a sample comes from."""
         return self.queries.program.instructions[int(self.path.instruction[sample])].made_by
 
@@ -56,9 +57,9 @@ class PathInCell:
         x, y, z = (np.round(point[:3] * 1e3, 3) + 0.0).tolist()
         return x, y, z
 
-    def grouped(self, samples: Indices) -> Iterator[tuple[str, Indices]]:
+    def grouped(self, samples: Indices) -> Iterator[tuple[Source, Indices]]:
         """Group samples by the recipe path they come from, in order of their first."""
-        groups: dict[str, list[int]] = {}
+        groups: dict[Source, list[int]] = {}
         for sample in samples.tolist():
             groups.setdefault(self.made_by(sample), []).append(sample)
         for made_by, members in groups.items():
@@ -144,7 +145,7 @@ def _reached(subject: PathInCell, sample: int, poses: Poses) -> Flags:
 
 def collisions(subject: PathInCell, motion: Motion) -> list[Finding]:
     """Report the pairs that collide in every configuration, once for each pair and recipe path."""
-    seen: dict[tuple[str, str, str], list[int]] = {}
+    seen: dict[tuple[Source, str, str], list[int]] = {}
     path = subject.path
     for sample in motion.hits.tolist():
         q, tool, placement = motion.tracked.q[sample], int(path.tool[sample]), int(path.placement[sample])

@@ -22,6 +22,7 @@ from specs.finding_rules import (
     TCP_TURNED,
     TCP_UNITS,
 )
+from specs.source import Source
 
 _MM = 1e3
 _SMALLEST_M = 3e-3
@@ -48,14 +49,14 @@ def check_cell(cell: Cell, board: Board | None, io: InputOutput = _NO_CHANNELS) 
             message = (
                 f"{body.name} is {_MM * size:.4g} mm large; sizes are in mm, and mm_per_unit gives those of a mesh"
             )
-            findings.append(Finding(FIXTURE_UNITS, message, f"fixtures.{body.name}"))
+            findings.append(Finding(FIXTURE_UNITS, message, Source(entry=f"fixtures.{body.name}")))
     findings += _check_board(cell, board)
     findings += _check_channels(io)
     return tuple(findings)
 
 
 def _check_tool(tool: Tool) -> Iterator[Finding]:
-    at = f"tools.{tool.number}.tcp"
+    at = Source(entry=f"tools.{tool.number}.tcp")
     length = float(np.linalg.norm(tool.T_flange_tcp[:3, 3]))
     if 0.0 < length < _SMALLEST_M:
         message = f"the orifice of {tool.name} is {_MM * length:.3g} mm from the flange; xyz_mm is in mm, not in metres"
@@ -84,7 +85,7 @@ def _check_board(cell: Cell, board: Board | None) -> Iterator[Finding]:
     up = float(cell.T_cell_board[2, 2])
     if up < -0.5:
         message = "the board's top faces down; unless intended, turn it over: add 180 degrees to the roll of rpy_deg"
-        yield Finding(BOARD_UPSIDE_DOWN, message, "board")
+        yield Finding(BOARD_UPSIDE_DOWN, message, Source(entry="board"))
     corners = np.zeros((1, 3)) if board is None else np.array([place / _MM for _, place in board_corners(board)])
     in_cell = corners @ cell.T_cell_board[:3, :3].T + cell.T_cell_board[:3, 3]
     first = (cell.T_cell_base @ cell.robot.joints[0].T_parent_joint)[:3, 3]
@@ -95,13 +96,13 @@ def _check_board(cell: Cell, board: Board | None) -> Iterator[Finding]:
         message = (
             f"the board is {_MM * nearest:.0f} mm from the first joint; robot and tool reach {_MM * reach:.0f} mm{hint}"
         )
-        yield Finding(BOARD_OUT_OF_REACH, message, "board")
+        yield Finding(BOARD_OUT_OF_REACH, message, Source(entry="board"))
     if board is not None:
         low, high = board_box(board)
         for body in cell.fixtures:
             if meets_box(corners_of(body), low, high, cell.T_cell_board):
                 message = f"{body.name} reaches into the box around {board.name}; lower the one or raise the other"
-                yield Finding(FIXTURE_IN_BOARD, message, f"fixtures.{body.name}")
+                yield Finding(FIXTURE_IN_BOARD, message, Source(entry=f"fixtures.{body.name}"))
 
 
 def _check_channels(io: InputOutput) -> Iterator[Finding]:
@@ -116,7 +117,7 @@ def _check_channels(io: InputOutput) -> Iterator[Finding]:
                     message = (
                         f"{word} sets {name} (analog output {output.number}) to {value:g} {output.unit}; its {goes}"
                     )
-                    yield Finding(ANALOG_OUT_OF_RANGE, message, f"io.{kind}.{word}.{name}")
+                    yield Finding(ANALOG_OUT_OF_RANGE, message, Source(entry=f"io.{kind}.{word}.{name}"))
 
 
 def board_box(board: Board) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

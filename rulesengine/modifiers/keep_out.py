@@ -14,6 +14,7 @@ from rulesengine.strokes.classify import ComponentMasks
 from rulesengine.strokes.stroke import Stroke, StrokeSet, reference_axes
 from specs.finding import Finding
 from specs.finding_rules import CUT_BY_MASK
+from specs.source import Source
 
 _STEP_MM = 0.5
 _SHORTEST_MM = 1.0  # a rest of a stroke shorter than this is not worth opening the valve
@@ -31,7 +32,7 @@ def avoided_zone(board: Board, side: Side, masks: ComponentMasks) -> Polygon | M
     return zone if isinstance(zone, Polygon | MultiPolygon) else Polygon()
 
 
-def keep_out(strokes: StrokeSet, zone: Polygon | MultiPolygon, nozzle: Nozzle, made_by: str) -> StrokeSet:
+def keep_out(strokes: StrokeSet, zone: Polygon | MultiPolygon, nozzle: Nozzle, made_by: Source) -> StrokeSet:
     """Cut strokes where the footprint would meet the zone.
 
     A ring that loses a part becomes open strokes, once for each lap. The zone is grown by the spacing of the places
@@ -48,18 +49,18 @@ def keep_out(strokes: StrokeSet, zone: Polygon | MultiPolygon, nozzle: Nozzle, m
             kept.append(stroke)
             continue
         kept += pieces * stroke.laps
-        (cut if pieces else lost).append(stroke.made_by.removeprefix(f"{made_by}/"))
+        (cut if pieces else lost).append("+".join(stroke.made_by.components) or str(stroke.made_by))
     if not cut and not lost:
         return strokes
     return replace(strokes, strokes=tuple(kept), findings=(*strokes.findings, _finding(cut, lost, made_by)))
 
 
-def _finding(cut: list[str], lost: list[str], made_by: str) -> Finding:
+def _finding(cut: list[str], lost: list[str], made_by: Source) -> Finding:
     """Tell how many strokes lost something, and which where they serve components."""
     parts = [f"Strokes cut to keep the wave front off what is avoided: {len(cut) + len(lost)}."]
     if lost:
         parts.append(f"Left out altogether: {', '.join(lost)}.")
-    names = [name for name in cut if name != made_by]
+    names = [name for name in cut if name != str(made_by)]
     if names:
         parts.append(f"Not followed all around: {', '.join(names)}.")
     return Finding(CUT_BY_MASK, " ".join(parts), made_by, override="warning" if lost else "info")

@@ -10,6 +10,7 @@ from geometry.arrays import Directions2, Points2
 from geometry.gridframe import GridFrame
 from geometry.polygons import canonical
 from rulesengine.strokes.stroke import Site, Stroke, into_frame, out_of_frame, tilted
+from specs.source import Source
 
 Lean: TypeAlias = Literal["inside", "outside", "travel", "against_travel"]
 _MITRE = 3.0  # corners sharper than about 39 degrees are cut off
@@ -30,7 +31,7 @@ class RingRule:
     lead_in_mm: float
 
 
-def ring_stroke(ring: Points2, rule: RingRule, site: Site, made_by: str) -> Stroke:
+def ring_stroke(ring: Points2, rule: RingRule, site: Site, made_by: Source) -> Stroke:
     """Follow a ring at a constant height.
 
     Bends of at least ``corner_deg`` are corners: there the nozzle stops, waits, and turns on the spot to the

@@ -1,6 +1,7 @@
 """Component perimeter: along the edges of each component, or of components that stand close together."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fnmatch import fnmatchcase
 
 import numpy as np
@@ -14,6 +15,7 @@ from rulesengine.strokes.outline_groups import Group, GroupValues, group_outline
 from rulesengine.strokes.stroke import Site, Stroke, StrokeSet, own_frame, reference_axes, tilted
 from specs.finding import Finding
 from specs.finding_rules import NARROW_CORRIDOR, NO_PATH_INSIDE, NOT_CIRCLED, WAVEFRONT_BEHIND_NOZZLE
+from specs.source import Source
 
 _LEANS: dict[str, Lean] = {
     "component": "inside",
@@ -41,7 +43,7 @@ def plan_component_perimeter(spec: ComponentPerimeter, site: Site) -> StrokeSet:
         values = group_values(group, spec, site.classes)
         if values.passes == 0:
             continue
-        made_by = f"{site.made_by}/{group.name}"
+        made_by = replace(site.made_by, components=tuple(member.name for member in group.members))
         if values not in offsets:
             offsets[values] = ring_offset_mm(spec, values, site)
         ring, noticed = _ring(group, (spec, values, offsets[values]), site, made_by)
@@ -62,7 +64,7 @@ def plan_component_perimeter(spec: ComponentPerimeter, site: Site) -> StrokeSet:
 
 
 def _ring(
-    group: Group, by: tuple[ComponentPerimeter, GroupValues, float], site: Site, made_by: str
+    group: Group, by: tuple[ComponentPerimeter, GroupValues, float], site: Site, made_by: Source
 ) -> tuple[Points2, list[Finding]]:
     """Ring of the orifice around a group, with findings where it cannot lie at its offset or misses members."""
     spec, values, offset = by

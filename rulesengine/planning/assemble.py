@@ -1,7 +1,7 @@
 """Ordered strokes to plan items: passes, dwells, transfers and commands, one after the other."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from rulesengine.strokes.safe_height import Floors
 from rulesengine.strokes.stroke import Retract, Stroke
 from specs.finding import Finding
 from specs.finding_rules import LEAD_IN_BLOCKED
+from specs.source import Source
 
 _SAME_MM = 1e-6
 
@@ -31,22 +32,22 @@ class Assembly:
     settled: bool = True
     """Whether all orders so far are those that the full effort finds."""
 
-    def command(self, keyword: str, *arguments: str, made_by: str) -> None:
+    def command(self, keyword: str, *arguments: str, made_by: Source) -> None:
         """Add an instruction to the cell."""
         self.items.append(Command(keyword, arguments, made_by))
 
-    def park(self, speed_mm_s: float, made_by: str) -> None:
+    def park(self, speed_mm_s: float, made_by: Source) -> None:
         """Take the nozzle to its parked pose, jet off."""
         self.go_to(parked(self.board, self.limits, self.floors), "everything", speed_mm_s, made_by)
 
-    def go_to(self, pose: Pose, retract: Retract, speed_mm_s: float, made_by: str) -> None:
+    def go_to(self, pose: Pose, retract: Retract, speed_mm_s: float, made_by: Source) -> None:
         """Transfer to a pose, if the nozzle is not there already."""
         poses = transfer(self.pose, pose, self.floors, retract)
         if poses:
             self.items.append(to_board(self.board, self.side, poses, speed_mm_s, made_by))
         self.pose = pose
 
-    def turn_over(self, side: Side, floors: Floors, speed_mm_s: float, made_by: str) -> None:
+    def turn_over(self, side: Side, floors: Floors, speed_mm_s: float, made_by: Source) -> None:
         """Have the board turned over; the nozzle is parked before and after."""
         self.park(speed_mm_s, made_by)
         before = to_board(self.board, self.side, [self.pose], speed_mm_s, made_by)
@@ -65,7 +66,7 @@ class Assembly:
 
     def _run_up(self, stroke: Stroke, retract: Retract, transfer_speed_mm_s: float) -> None:
         """Go to the beginning of a stroke, or to where the run-up begins so that the jet opens at speed."""
-        made_by = f"{stroke.made_by}/transfer"
+        made_by = replace(stroke.made_by, motion="transfer")
         begin = _pose(stroke, 0)
         heading = stroke.tcp[1] - stroke.tcp[0] if len(stroke.tcp) > 1 else np.zeros(3)
         length = float(np.linalg.norm(heading))
@@ -100,7 +101,8 @@ def stroke_items(board: Board, side: Side, stroke: Stroke, jet: Jet) -> list[Pla
         if np.abs(pose[cut] - pose[begin]).max() > _SAME_MM:
             items.append(SprayPass(tcp[cut], approach[cut], reference[cut], stroke.speed_mm_s, jet, stroke.made_by))
         if stroke.delays[index] > 0:
-            asker = "/".join([stroke.made_by, *stroke.pauses[index : index + 1]]).removesuffix("/")
-            items.append(Dwell(float(stroke.delays[index]), jet, asker))
+            at = stroke.pauses[index : index + 1]
+            made_by = replace(stroke.made_by, components=at) if any(at) else stroke.made_by
+            items.append(Dwell(float(stroke.delays[index]), jet, made_by))
         begin = index
     return items

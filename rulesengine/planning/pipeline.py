@@ -23,6 +23,7 @@ from rulesengine.strokes.classify import Classified
 from rulesengine.timing.time_plan import time_plan
 from specs.finding import Finding, worst_first
 from specs.progress import Progress, no_progress, subprogress
+from specs.source import Source
 
 _SKETCH_SHARE = 0.2
 """Of the time for a plan."""
@@ -132,14 +133,14 @@ def _do_step(
     job: PlanningJob, assembly: Assembly, numbered: tuple[int, Step], effort: Effort, progress: Progress
 ) -> None:
     index, step = numbered
-    made_by = f"sequence[{index}]"
+    made_by = Source(index)
     function = job.recipe.functions[step.function]
     speed = min(job.recipe.limits.transfer_speed_mm_s, function.max_speed_mm_s)
     _announce(job, assembly, step, made_by)  # first, so that the way around the edge keeps this function's speed
     if step.side != assembly.side:
-        assembly.turn_over(step.side, job.floors(step.side), speed, f"{made_by}/turn")
+        assembly.turn_over(step.side, job.floors(step.side), speed, Source(index, motion="turn"))
     jet = _jet(job.recipe, step)
-    sets = [job.strokes(step, jet, name, f"{made_by}/{name}") for name in step.paths]
+    sets = [job.strokes(step, jet, name, Source(index, name)) for name in step.paths]
     assembly.findings += [finding for strokes in sets for finding in strokes.findings]
     if step.until is not None:
         limits = step.until.model_dump(exclude_none=True, exclude={"max_repeats"})
@@ -148,16 +149,16 @@ def _do_step(
     todo = [*zip(step.paths, sets, strict=True)] * step.repeat
     for done, (name, strokes) in enumerate(todo):
         part = subprogress(progress, done / len(todo), (done + 1) / len(todo))
-        ordered = order_strokes(strokes, assembly.pose.tcp, f"{made_by}/{name}", effort, part)
+        ordered = order_strokes(strokes, assembly.pose.tcp, Source(index, name), effort, part)
         assembly.settled = assembly.settled and ordered.settled
         assembly.findings += ordered.findings
         assembly.spray(ordered.strokes, jet, strokes.retract, speed)
-    assembly.park(speed, f"{made_by}/park")
+    assembly.park(speed, Source(index, motion="park"))
     if step.until is not None:
         assembly.command("ENDREPEAT", made_by=made_by)
 
 
-def _announce(job: PlanningJob, assembly: Assembly, step: Step, made_by: str) -> None:
+def _announce(job: PlanningJob, assembly: Assembly, step: Step, made_by: Source) -> None:
     function, nozzle = job.recipe.functions[step.function], job.recipe.nozzles[step.nozzle]
     assembly.command("FUNCTION", step.function, made_by=made_by)
     assembly.command("NOZZLE", step.nozzle, "TOOL", str(nozzle.tool), made_by=made_by)

@@ -6,6 +6,7 @@ import numpy as np
 
 from geometry.arrays import Points
 from programs.plan import Dwell, Plan, SprayPass
+from specs.source import Source
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -17,14 +18,14 @@ class Sprayed:
     pauses: tuple[Dwell, ...]
 
     @property
-    def made_by(self) -> str:
+    def made_by(self) -> Source:
         """Recipe path of the stroke, such as ``"sequence[0]/around/U12"``."""
         return self.passes[0].made_by
 
     @property
-    def place(self) -> str:
+    def place(self) -> Source:
         """Recipe path of the template in its step, such as ``"sequence[0]/around"``."""
-        return "/".join(self.made_by.split("/")[:2])
+        return self.made_by.place
 
     @property
     def points(self) -> Points:

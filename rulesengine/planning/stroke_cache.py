@@ -29,6 +29,7 @@ from rulesengine.strokes.classify import Classified, ComponentMasks, classify, r
 from rulesengine.strokes.safe_height import Floors, floors
 from rulesengine.strokes.stroke import Site, StrokeSet
 from specs.finding import Finding
+from specs.source import Source
 
 T = TypeVar("T", Floors, StrokeSet)
 
@@ -64,7 +65,7 @@ class PlanningJob:
         reach = limits.clearance_mm, limits.blend_mm
         return _cached(self.cache.floors, self.before.floors, (side, *reach), lambda: floors(self.board, side, *reach))
 
-    def strokes(self, step: Step, jet: Jet, template: str, made_by: str) -> StrokeSet:
+    def strokes(self, step: Step, jet: Jet, template: str, made_by: Source) -> StrokeSet:
         """Plan one template in its step, raise it over what is in the way, and cut it where it must not spray."""
         spec, nozzle = self.recipe.templates[template], self.recipe.nozzles[step.nozzle]
         # All that planners and modifiers use besides the board, whose components come in one order.

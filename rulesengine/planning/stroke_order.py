@@ -10,6 +10,7 @@ from rulesengine.strokes.stroke import Stroke, StrokeSet
 from specs.finding import Finding
 from specs.finding_rules import ORDER_GAIN
 from specs.progress import Progress, no_progress
+from specs.source import Source
 
 _AS_NEAR_MM = 1e-3
 """Places that are no farther apart than this are as near: the first is taken."""
@@ -28,7 +29,7 @@ class Ordered:
 
 
 def order_strokes(
-    strokes: StrokeSet, start: Points, made_by: str, effort: Effort = "full", progress: Progress = no_progress
+    strokes: StrokeSet, start: Points, made_by: Source, effort: Effort = "full", progress: Progress = no_progress
 ) -> Ordered:
     """Fix order, beginnings and senses, as far as the set leaves them open, from a starting point (3,)."""
     todo = list(strokes.strokes)
@@ -88,7 +89,7 @@ def _begun(stroke: Stroke, way: tuple[int, int]) -> Stroke:
     return replace(opened, delays=delays, closed=False, laps=1, entries=(0,))
 
 
-def _gain(length_mm: float, given_mm: float, count: int, made_by: str) -> tuple[Finding, ...]:
+def _gain(length_mm: float, given_mm: float, count: int, made_by: Source) -> tuple[Finding, ...]:
     if count < 2 or given_mm <= 0:
         return ()
     message = (

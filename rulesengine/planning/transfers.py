@@ -11,6 +11,7 @@ from programs.plan import Transfer
 from recipes.recipe import Limits
 from rulesengine.strokes.safe_height import Floors
 from rulesengine.strokes.stroke import Retract, reference_axes, reference_azimuth
+from specs.source import Source
 
 _SAME = 1e-6
 
@@ -60,7 +61,7 @@ def transfer(start: Pose, end: Pose, floors: Floors, retract: Retract) -> list[P
     return [*poses, end]
 
 
-def to_board(board: Board, side: Side, poses: list[Pose], speed_mm_s: float, made_by: str) -> Transfer:
+def to_board(board: Board, side: Side, poses: list[Pose], speed_mm_s: float, made_by: Source) -> Transfer:
     """Bring a transfer from the side frame into the board frame."""
     tcp, approach, reference = board_frame(
         board,
@@ -83,7 +84,7 @@ def board_frame(
 
 
 def around_edge(
-    board: Board, limits: Limits, start: Transfer, end: Transfer, speed_mm_s: float, made_by: str
+    board: Board, limits: Limits, start: Transfer, end: Transfer, speed_mm_s: float, made_by: Source
 ) -> Transfer:
     """Go from above one side to above the other, past the edge: how a board that is turned over looks from itself.
 

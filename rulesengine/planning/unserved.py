@@ -9,16 +9,16 @@ from recipes.recipe import Recipe, Step
 from rulesengine.strokes.classify import ComponentMasks
 from specs.finding import Finding
 from specs.finding_rules import NOT_SERVED, SIDE_NOT_SPRAYED
+from specs.source import Source
 
 
 def served_by(items: Iterable[PlanItem]) -> dict[str, list[str]]:
     """Component name to the templates in their steps whose passes follow it, such as ``"sequence[0]/around"``."""
     places: dict[str, dict[str, None]] = {}
     for item in items:
-        parts = item.made_by.split("/")
-        if isinstance(item, SprayPass) and len(parts) > 2:
-            for name in parts[2].split("+"):
-                places.setdefault(name, {})["/".join(parts[:2])] = None
+        if isinstance(item, SprayPass):
+            for name in item.made_by.components:
+                places.setdefault(name, {})[str(item.made_by.place)] = None
     return {name: list(found) for name, found in places.items()}
 
 
@@ -50,7 +50,7 @@ def find_unserved(
             place = component.outline.centroid
             message = f"{component.name} must be cleaned, but {reason}."
             where = (place.x, place.y, board.surface_z_mm(component.side))
-            findings.append(Finding(NOT_SERVED, message, "masks", where))
+            findings.append(Finding(NOT_SERVED, message, Source(entry="masks"), where))
     return findings + [found for side in ("top", "bottom") for found in _side(board, side, masks, list(items))]
 
 
@@ -60,11 +60,11 @@ def _side(board: Board, side: Side, masks: ComponentMasks, items: Sequence[PlanI
     served, masked = served_by(passes), {*dict(masks.avoided), *masks.ignored}
     here = [each.name for each in board.components if each.side == side and each.name not in masked]
     left = [name for name in here if name not in served]
-    if 2 * len(left) <= len(here) or any(each.made_by.count("/") == 1 for each in passes):
+    if 2 * len(left) <= len(here) or any(each.made_by.template and not each.made_by.components for each in passes):
         return []
     advice = f"Add steps with side: {side}"
     message = f"No step sprays the {side} side, where {len(left)} components are. {advice}."
     if passes:
         advice = "Add a template that goes across it, such as a raster, or give more classes passes"
         message = f"The steps on the {side} side spray {len(here) - len(left)} of its {len(here)} components. {advice}."
-    return [Finding(SIDE_NOT_SPRAYED, message, "sequence")]
+    return [Finding(SIDE_NOT_SPRAYED, message, Source(entry="sequence"))]

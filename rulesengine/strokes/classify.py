@@ -10,6 +10,7 @@ from recipes.errors import RecipeError
 from recipes.recipe import Recipe
 from specs.finding import Finding
 from specs.finding_rules import CLASS_EMPTY, MASK_CONFLICT, MASK_EMPTY
+from specs.source import Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +53,7 @@ def classify(recipe: Recipe, board: Board) -> tuple[tuple[Classified, ...], tupl
         classified.append(Classified(component.name, name, because))
     members = {each.component_class for each in classified}
     findings = tuple(
-        Finding(CLASS_EMPTY, f"Class {name!r} has no member on {board.name}.", f"classes/{name}")
+        Finding(CLASS_EMPTY, f"Class {name!r} has no member on {board.name}.", Source(entry=f"classes/{name}"))
         for name in recipe.classes
         if name not in members
     )
@@ -71,7 +72,7 @@ def read_masks(recipe: Recipe, board: Board) -> tuple[ComponentMasks, tuple[Find
             hits = [name for name in names if _matches(name, pattern)]
             if not hits:
                 message = f"Mask pattern {pattern!r} matches no component of {board.name}."
-                findings.append(Finding(MASK_EMPTY, message, f"masks[{index}]"))
+                findings.append(Finding(MASK_EMPTY, message, Source(entry=f"masks[{index}]")))
             if mask.avoid:
                 avoided |= {name: max(mask.margin_mm, avoided.get(name, 0.0)) for name in hits}
             elif mask.clean:
@@ -79,7 +80,7 @@ def read_masks(recipe: Recipe, board: Board) -> tuple[ComponentMasks, tuple[Find
             else:
                 ignored |= set(hits)
     findings += [
-        Finding(MASK_CONFLICT, f"{name} is to be avoided and to be cleaned; decide which.", "masks")
+        Finding(MASK_CONFLICT, f"{name} is to be avoided and to be cleaned; decide which.", Source(entry="masks"))
         for name in names
         if name in avoided and name in required
     ]

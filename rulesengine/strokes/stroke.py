@@ -16,6 +16,7 @@ from programs.plan import Jet
 from recipes.nozzles import AirKnife, FlatFan, Nozzle
 from recipes.recipe import Limits
 from specs.finding import Finding
+from specs.source import Source
 
 Sense: TypeAlias = Literal["fixed", "either"]
 Freedom: TypeAlias = Literal["free", "either_end", "fixed"]
@@ -40,7 +41,7 @@ class Stroke:
     delays: Scalars
     """(n,) seconds to hold still on arrival at each point, jet on; 0 goes through."""
     speed_mm_s: float
-    made_by: str
+    made_by: Source
     closed: bool = False
     laps: int = 1
     """How often a closed stroke goes around."""
@@ -120,7 +121,7 @@ class Site:
     """Component name to class name."""
     served: frozenset[str]
     """Components of this side that get passes of their own: neither avoided nor ignored."""
-    made_by: str
+    made_by: Source
     """Recipe path of the template in its step, such as ``"sequence[0]/around"``."""
 
     def azimuths(self, travel: Directions2) -> Directions2:

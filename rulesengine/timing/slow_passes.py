@@ -12,6 +12,7 @@ from rulesengine.timing.corner_blending import Path
 from rulesengine.timing.limit_intervals import Profile, take
 from specs.finding import Finding, Severity
 from specs.finding_rules import SPEED_BELOW_ASKED
+from specs.source import Source
 
 _SHARE = 0.98
 """Slower than this share of the asked speed is slow."""
@@ -56,7 +57,7 @@ def find_slow_passes(plan: Plan, path: Path, profile: Profile, limits: Limits) -
     if len(chosen) == 0:
         return ()
     sprayed = _look(path, take(profile, chosen), limits.acceleration_mm_s2)
-    names: dict[str, int] = {}
+    names: dict[Source, int] = {}
     numbers = [names.setdefault(x.made_by, len(names)) if isinstance(x, SprayPass) else -1 for x in plan.items]
     group = np.array(numbers)[sprayed.item]
     slow_mm = np.bincount(group, sprayed.slow_mm, minlength=len(names))

@@ -9,6 +9,7 @@ from programs.plan import Command as PlanCommand
 from programs.plan import Dwell, Jet, Plan, SprayPass, Transfer
 from programs.program import Command, Instruction, MoveTo, SetNozzle, Totals, Wait
 from rulesengine.timing.sampling import TICK_S, Samples
+from specs.source import NO_SOURCE, Source
 
 _TICKS_PER_S = round(1.0 / TICK_S)
 _JET_GOES_ON = frozenset({"SET"})
@@ -43,7 +44,7 @@ class _Narrator:
     """Which pose of the track the nozzle has; -1 before the start is told."""
     pose_since: int = 0
     jet: Jet | None = None
-    jet_by: str = ""
+    jet_by: Source = NO_SOURCE
     jet_since: int = 0
     sprayed: dict[Jet, int] = field(default_factory=dict[Jet, int])
     """Ticks of each jet."""
@@ -70,7 +71,7 @@ class _Narrator:
         self.pose, self.now = last - 1, begin + track.ticks[last - 1]
         self.pose_since = self.now
 
-    def hold_pose(self, made_by: str) -> None:
+    def hold_pose(self, made_by: Source) -> None:
         """Say where the nozzle is if that was not just said: at the start, and after it was held."""
         if self.pose < 0 or self.pose_since != self.now:
             self.pose, self.pose_since = max(self.pose, 0), self.now
@@ -93,7 +94,7 @@ class _Narrator:
             self.close()
         self.told.append(Command(_seconds(self.now), item.keyword, item.arguments, item.made_by))
 
-    def open(self, jet: Jet, made_by: str) -> None:
+    def open(self, jet: Jet, made_by: Source) -> None:
         """Want this jet from now on."""
         if self.jet != jet:
             self.close()

@@ -10,10 +10,11 @@ from small_sprays import downward, samples_of, sprayed, stage_of
 from cleaning.judge_component import Sprayed, gaps_of
 from cleaning.parameters.model import PartOverride
 from cleaning.prepared_board import prepare
+from specs.source import Source
 
 LINE = samples_of([[x, 20.0, 45.0] for x in range(-10, 45, 5)], downward(20.0, 30.0), seconds=4.0)
 WASH = stage_of(LINE)
-RINSE = replace(stage_of(LINE, use="rinse"), made_by="sequence[1]")
+RINSE = replace(stage_of(LINE, use="rinse"), made_by=Source.parse("sequence[1]"))
 
 
 def by(stage):

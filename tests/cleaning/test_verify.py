@@ -24,7 +24,8 @@ def prepared() -> PreparedBoard:
 
 def twice_the_rays(stage, _jet, _facets, _scene, cells):
     report = small_report()
-    volume = 2 * report.exposures[[each.made_by for each in report.stages].index(stage.made_by)].volume_mm[cells]
+    at = [each.made_by for each in report.stages].index(stage.made_by)
+    volume = 2 * report.exposures[at].volume_mm[cells]
     return ExactExposure(cells, *(volume,) * 6)
 
 

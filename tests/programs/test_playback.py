@@ -108,7 +108,7 @@ def test_the_move_under_way_is_the_one_it_goes_to() -> None:
     kinds = [type(program.instructions[index]) for index in states.instruction]
     assert kinds == [MoveTo, MoveTo, Wait, MoveTo, MoveTo]
     assert [states.makers[maker] for maker in states.made_by] == [
-        program.instructions[index].made_by for index in states.instruction
+        str(program.instructions[index].made_by) for index in states.instruction
     ]
 
 

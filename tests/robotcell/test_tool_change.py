@@ -144,7 +144,7 @@ def test_a_wait_after_the_change_begins_when_the_tool_is_there(after_s: float) -
     asked = after_a_line(change, Wait(after_s, 1.0, "sequence[1]"))
     program = track(asked, CELL, None, terms=TERMS).program
     native.parse(native.render(program))  # refuses a wait that is cut short
-    wait = next(item for item in program.instructions if isinstance(item, Wait) and item.made_by == "sequence[1]")
+    wait = next(item for item in program.instructions if isinstance(item, Wait) and str(item.made_by) == "sequence[1]")
     held = playback(program, np.linspace(wait.time_s + 1e-3, wait.time_s + wait.duration_s - 1e-3, 5)).tcp
     assert np.ptp(held, axis=0).max() < 1e-3
     begin_s = line_program().totals.duration_s + after_s

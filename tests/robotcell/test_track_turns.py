@@ -90,7 +90,7 @@ def test_too_many_laps_with_the_jet_on_cannot_be_done_with_a_limited_head() -> N
     assert not report.possible
     found = next(finding for finding in report.findings if finding.rule.id == "configuration-jump")
     assert found.severity == "error"
-    assert found.made_by == "sequence[0]/around/U1"
+    assert str(found.made_by) == "sequence[0]/around/U1"
 
 
 def test_a_limited_head_unwinds_while_the_jet_is_off() -> None:

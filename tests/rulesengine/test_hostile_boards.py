@@ -122,7 +122,7 @@ def check_moved(recipe, name):
         assert here == there
         return
     assert differences(here.program, there.program, TURNED) == []
-    told = [[(each.rule.id, each.message, each.made_by) for each in done.findings] for done in (here, there)]
+    told = [[(each.rule.id, each.message, str(each.made_by)) for each in done.findings] for done in (here, there)]
     assert told[0] == told[1]
 
 

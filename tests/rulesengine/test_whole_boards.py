@@ -41,7 +41,7 @@ def moved_run(board, recipe, motion):
 
 
 def said(done):
-    return [(finding.rule.id, finding.severity, finding.message, finding.made_by) for finding in done.findings]
+    return [(finding.rule.id, finding.severity, finding.message, str(finding.made_by)) for finding in done.findings]
 
 
 @pytest.mark.parametrize("recipe", RECIPES)

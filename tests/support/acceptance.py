@@ -44,7 +44,7 @@ def _path_complaints(run, track):
     for index, step in enumerate(run.recipe.sequence):
         for name in step.paths if step.enabled else ():
             spec, maker = run.recipe.templates[name], f"sequence[{index}]/{name}"
-            told = {each.rule.id: each.message for each in run.findings if each.made_by == maker}
+            told = {each.rule.id: each.message for each in run.findings if str(each.made_by) == maker}
             if isinstance(spec, ComponentPerimeter):
                 yield from _uncircled(run, track, spec, step, maker, told)
             elif "cut-by-mask" in told:
@@ -77,7 +77,7 @@ def _uncircled(run, track, spec, step, maker, told):
     excused = {
         name.rstrip(".")
         for each in run.findings
-        if each.rule.id == "not-circled" and each.made_by.startswith(maker)
+        if each.rule.id == "not-circled" and str(each.made_by).startswith(maker)
         for name in each.message.replace(",", " ").split()
     }
     excused |= set(told.get("cut-by-mask", "").replace("+", " ").replace(",", " ").replace(".", " ").split())

@@ -29,6 +29,7 @@ from cleaning.verdicts.rules import (
 )
 from programs.plan import Origin
 from recipes.nozzles import HollowCone
+from specs.source import Source
 
 STAGES = 2
 _MAKER = "sequence[0]/around/U1"
@@ -96,7 +97,7 @@ def _stage(index, parameters) -> Stage:
     seconds = np.full(len(tcp), 40.0 / len(tcp))
     begin = 46.0 * index
     return Stage(
-        made_by=f"sequence[{index}]",
+        made_by=Source.parse(f"sequence[{index}]"),
         function=("clean", "rinse")[index],
         use=("wash", "rinse")[index],
         nozzle_name="ring60",
@@ -235,9 +236,9 @@ def _dirty(component) -> Part:
     underside = _underside(component, 3.0, 3.0, (0.05, 0.075), (Joint(0.0, 0.0, 1.6, 1.6),))
     residue = (Number("residue", 31.0, "%", 20.0), Number("worst tenth", 58.0, "%", 50.0))
     judgements = (
-        _judge(RESIDUE_LEFT, "dirty", numbers=residue, stage="sequence[0]", where=(8.8, 12.2, 0.0),
+        _judge(RESIDUE_LEFT, "dirty", numbers=residue, stage=Source.parse("sequence[0]"), where=(8.8, 12.2, 0.0),
                advice="Wash it longer: time limits it most."),
-        _judge(ONE_SIDED, "marginal", variant="one-sided flow", sides=((-1.0, 0.0),), stage="sequence[0]",
+        _judge(ONE_SIDED, "marginal", variant="one-sided flow", sides=((-1.0, 0.0),), stage=Source.parse("sequence[0]"),
                numbers=(Number("weak share", 31.0, "%", 25.0),), advice="Add a pass from the left."),
         *_CLEAN_SURFACE,
     )  # fmt: skip
@@ -250,7 +251,7 @@ def _marginal(component) -> Part:
     underside = _underside(component, 1.6, 0.8, (0.03,), (Joint(-0.6, 0.0, 0.3, 0.8), Joint(0.6, 0.0, 0.3, 0.8)))
     judgements = (
         _judge(INCOMPLETE_RINSE, "marginal", numbers=(Number("exchanges", 5.5, "", 7.0),),
-               stage="sequence[1]", advice="Rinse it longer."),
+               stage=Source.parse("sequence[1]"), advice="Rinse it longer."),
     )  # fmt: skip
     return _part(component.name, judgements, 8.0, underside, (_gap(underside, 0, 0.04, 120.0),))
 

@@ -16,6 +16,7 @@ from programs.program import MoveTo, SetNozzle, TimedProgram
 from recipes.load import load_recipe
 from rulesengine.planning.pipeline import run
 from rulesengine.timing.time_plan import time_plan
+from specs.source import Source
 
 KNIFE = Jet("dry", "knife", "hot-air", 400.0, False)
 
@@ -134,7 +135,9 @@ def bottom() -> TimedProgram:
 def odd_names() -> TimedProgram:
     """Names that no controller takes."""
     program = three_speeds()
-    told = tuple(replace(item, made_by=f"Größe Ω/{item.made_by}/" + 60 * "x") for item in program.instructions)
+    told = tuple(
+        replace(item, made_by=Source.parse(f"Größe Ω/{item.made_by}/" + 60 * "x")) for item in program.instructions
+    )
     origin = replace(program.origin, board="Ω 7/3 " + 60 * "long ", recipe="größe")
     return replace(program, origin=replace(origin, board=origin.board.strip()), instructions=told)
 

@@ -7,6 +7,7 @@ import numpy as np
 from geometry.arrays import Directions, Points
 from programs.plan import Dwell, Jet, Origin, Plan, PlanItem, SprayPass, Transfer
 from recipes.recipe import Limits
+from specs.source import Source
 
 JET = Jet("clean", "ring60", "saponifier-15", 2.0, True)
 ORIGIN = Origin("tiny", "9f2c", "smt-aqueous", "77b0")
@@ -33,8 +34,14 @@ def leaning(headings: Sequence[float], tilt: float) -> Axes:
     return np.sin(tilt) * level - np.cos(tilt) * up, np.cos(tilt) * level + np.sin(tilt) * up
 
 
+PASS, TRANSFER = Source.parse("s/pass"), Source.parse("s/transfer")
+
+
 def spray(
-    points: Sequence[Sequence[float]] | Points, speed: float = 60.0, axes: Axes | None = None, made_by: str = "s/pass"
+    points: Sequence[Sequence[float]] | Points,
+    speed: float = 60.0,
+    axes: Axes | None = None,
+    made_by: Source = PASS,
 ) -> SprayPass:
     tcp = np.array(points, dtype=np.float64)
     approach, reference = down(len(tcp)) if axes is None else axes
@@ -44,10 +51,10 @@ def spray(
 def transfer(points: Sequence[Sequence[float]] | Points, speed: float = 250.0, axes: Axes | None = None) -> Transfer:
     tcp = np.array(points, dtype=np.float64)
     approach, reference = down(len(tcp)) if axes is None else axes
-    return Transfer(tcp, approach, reference, speed, "s/transfer")
+    return Transfer(tcp, approach, reference, speed, TRANSFER)
 
 
-def pause(duration_s: float, made_by: str = "s/pass") -> Dwell:
+def pause(duration_s: float, made_by: Source = PASS) -> Dwell:
     return Dwell(duration_s, JET, made_by)
 
 

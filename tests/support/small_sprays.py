@@ -13,6 +13,7 @@ from cleaning.jet.jet import jet_of
 from cleaning.parameters.load import load_parameters
 from cleaning.process.stages import Samples, Stage
 from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Wavefront
+from specs.source import Source
 
 PARAMETERS = load_parameters()
 RING = HollowCone(half_angle_deg=30, ring_sigma_deg=4, flow_lpm=2.0, at_bar=3.5)
@@ -57,7 +58,7 @@ def stage_of(samples, nozzle=RING, use="wash", pressure_bar=3.5):
     solution = SOLUTIONS[use]
     end = float(samples.times[-1] + samples.seconds[-1] / 2) if len(samples.times) else 0.0
     return Stage(
-        made_by="sequence[0]",
+        made_by=Source.parse("sequence[0]"),
         function={"wash": "clean"}.get(use, use),
         use=use,
         nozzle_name="nozzle",

@@ -9,6 +9,7 @@ from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgr
 from robotcell.cell.cell import Cell
 from robotcell.robot.robot import flange_poses
 from robotcell.track import CellReport
+from specs.source import Source
 
 MADE_BY = "sequence[0]/sweep"
 HEIGHT = 60.0
@@ -51,7 +52,7 @@ def _go(
     begin: tuple[float, float, float],
     end: tuple[float, float, float],
     speed: float,
-    made_by: str,
+    made_by: Source,
     *,
     accelerate: float,
 ) -> float:

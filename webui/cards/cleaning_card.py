@@ -9,6 +9,7 @@ from cleaning.verdicts.results import CleaningReport, ExposedPart, Judgement, Pa
 from reports.tables.cleaning_tables import caveat, headline
 from reports.tables.table import Column, Table, Text
 from reports.tables.wording import clock, shorten
+from specs.source import Source
 from webui.theme.html import (
     box_html,
     edged_html,
@@ -137,11 +138,11 @@ def factors_html(elasticity: Mapping[str, float], limiting: str) -> str:
     return heading_html("What limits it", hint) + bars
 
 
-def makers_html(makers: tuple[tuple[str, float], ...]) -> str:
+def makers_html(makers: tuple[tuple[Source, float], ...]) -> str:
     """Strokes that spray a part, each with its share of the volume on it."""
     rows = "".join(
         f'<div style="display:flex;justify-content:space-between;gap:8px"><span style="overflow:hidden;'
-        f'text-overflow:ellipsis;white-space:nowrap">{escape(shorten(maker))}</span>'
+        f'text-overflow:ellipsis;white-space:nowrap">{escape(shorten(str(maker)))}</span>'
         f"<span>{100 * share:.0f} %</span></div>"
         for maker, share in makers[:_MOST_MAKERS]
     )

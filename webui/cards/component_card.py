@@ -12,8 +12,8 @@ from reports.tables.run_report import board_facts
 from reports.tables.table import Column, Table, Text
 from rulesengine.strokes.classify import Classified
 from specs.finding import Finding, Severity, worst_first
+from specs.source import Source
 from webui.cards.finding_list import messages_html, tally
-from webui.cards.recipe_location import components_of, yaml_path
 from webui.layers.paths.strokes import StrokeLine
 from webui.page.session import Session
 from webui.theme.html import box_html, facts_html, grey_html, listing_html, name_html, quiet_html
@@ -67,7 +67,7 @@ def findings_about(findings: Iterable[Finding], components: Iterable[Component])
     for finding in findings:
         words = {word.rstrip(".") for word in _WORD.findall(finding.message)}
         named = {word for word in words if any(sign.isdigit() for sign in word)}  # a part called "side" is no word
-        for name in {*(components_of(finding.made_by) or named)} & names:
+        for name in {*(finding.made_by.components or named)} & names:
             about.setdefault(name, []).append(finding)
     return about
 
@@ -104,7 +104,7 @@ def component_html(session: Session, lines: Sequence[StrokeLine]) -> str:
     if run is not None:
         facts["Served by"] = "\n".join(_passes(name, lines, run.recipe)) or "no pass of its own"
         dwells = [item for item in run.plan.items if isinstance(item, Dwell)]
-        pauses = [item.duration_s for item in dwells if name in components_of(item.made_by)]
+        pauses = [item.duration_s for item in dwells if name in item.made_by.components]
         facts |= {"Pauses": f"{len(pauses)}, together {sum(pauses):.1f} s"} if pauses else {}
     findings = session.board.findings if run is None else run.findings
     about = findings_about(findings, [component]).get(name, [])
@@ -143,20 +143,19 @@ def _facts(component: Component, known: Classified | None) -> dict[str, str]:
 
 def _passes(name: str, lines: Sequence[StrokeLine], recipe: Recipe) -> list[str]:
     """Step, template, passes and speed of each stroke around a component, in the order of the program."""
-    laps: dict[str, int] = {}
-    speeds: dict[str, float] = {}
+    laps: dict[Source, int] = {}
+    speeds: dict[Source, float] = {}
     for line in lines:
-        if name in components_of(line.made_by):
+        if name in line.made_by.components:
             laps[line.made_by] = max(laps.get(line.made_by, 0), line.laps)
             speeds[line.made_by] = line.speed_mm_s
     passes: list[str] = []
     for made_by, count in laps.items():
-        step, template = made_by.split("/")[:2]
-        number = int(yaml_path(recipe, step)[1])
-        others = [each for each in components_of(made_by) if each != name]
+        others = [each for each in made_by.components if each != name]
         along = f", with {', '.join(others[:3])}{' and more' if len(others) > 3 else ''}" if others else ""
         times = f"{count} passes" if count > 1 else "1 pass"
-        place = f"{number + 1} {recipe.sequence[number].function}{_DOT}{template}"
+        number = made_by.step or 0
+        place = f"{number + 1} {recipe.sequence[number].function}{_DOT}{made_by.template}"
         passes.append(f"{place}{_DOT}{times} at {speeds[made_by]:g} mm/s{along}")
     return passes
 

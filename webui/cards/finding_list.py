@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 
 from boards.board import Board
@@ -9,7 +10,7 @@ from recipes.load import LoadedRecipe
 from reports.tables.comparison import SEVERITY_WORDS
 from reports.tables.wording import shorten
 from specs.finding import Finding, Severity, worst_first
-from webui.cards.recipe_location import components_of, recipe_line
+from webui.cards.recipe_location import recipe_line
 from webui.page.session import Session
 from webui.theme.html import box_html, edged_html, grey_html, more_html, small_html
 from webui.theme.palette import ACCENT, SEVERITY_COLOURS, to_hex
@@ -43,8 +44,7 @@ def name_findings(findings: Sequence[Finding]) -> dict[str, Finding]:
     """Findings by a short unique name: number in the list, rule, and what caused it."""
     names: dict[str, Finding] = {}
     for number, finding in enumerate(findings, start=1):
-        _, _, made_by = finding.made_by.rpartition("]/")
-        place = judged_of(finding) or shorten(made_by)
+        place = judged_of(finding) or shorten(str(replace(finding.made_by, step=None)))
         names[f"{number} {finding.rule.id}{f' {place}' if place else ''}"] = finding
     return names
 
@@ -56,7 +56,7 @@ def judged_of(finding: Finding) -> str:
 
 def component_of(finding: Finding, board: Board) -> str:
     """Name of the one component that a finding is about; empty where there is none, or more."""
-    names = [judged_of(finding)] if judged_of(finding) else components_of(finding.made_by)
+    names = [judged_of(finding)] if judged_of(finding) else finding.made_by.components
     return names[0] if len(names) == 1 and any(each.name == names[0] for each in board.components) else ""
 
 
@@ -95,7 +95,9 @@ def kinds_html(findings: Sequence[Finding], loaded: LoadedRecipe, chosen: Findin
 
 def mistakes_html(findings: Sequence[Finding]) -> str:
     """List of probable mistakes in a cell or a program, worst first; nothing where there are none."""
-    items = [_finding_html(each, each.rule.id, each.message, escape(each.made_by)) for each in worst_first(findings)]
+    items = [
+        _finding_html(each, each.rule.id, each.message, escape(str(each.made_by))) for each in worst_first(findings)
+    ]
     return box_html("".join(items)) if items else ""
 
 
@@ -106,7 +108,7 @@ def messages_html(findings: Sequence[Finding], most: int) -> str:
 
 
 def _item(number: int, finding: Finding, loaded: LoadedRecipe, *, marked: bool) -> str:
-    places = [shorten(finding.made_by), recipe_line(loaded, finding.made_by)]
+    places = [shorten(str(finding.made_by)), recipe_line(loaded, finding.made_by)]
     if finding.where is not None:
         places.append(", ".join(f"{value:.1f}" for value in finding.where) + " mm")
     place = " \N{MIDDLE DOT} ".join(escape(text) for text in places if text)

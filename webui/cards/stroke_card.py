@@ -24,7 +24,8 @@ def card_html(session: Session, lines: Sequence[StrokeLine]) -> str:
         duration_s = sum(span.end_s - span.begin_s for span in spans)
         facts["Time"] = f"{clock(duration_s)}, from {clock(spans[0].begin_s)} on"
     found = messages_html([each for each in session.run.findings if each.made_by == made_by], _MOST_FINDINGS)
-    title = made_by.partition("/")[2].replace("/", " \N{MIDDLE DOT} ") or made_by
+    names = filter(None, [made_by.template, "+".join(made_by.components), made_by.motion])
+    title = " \N{MIDDLE DOT} ".join(names) or str(made_by)
     return box_html(name_html(title) + facts_html(facts) + found)
 
 

@@ -126,8 +126,8 @@ def refuse_errors(findings: Sequence[Finding], allowed: Collection[str]) -> None
         first = stops[0]
         raise ProgramError(
             f"{amount(len(stops), 'finding')} of severity error forbid{'s' if len(stops) == 1 else ''} the program. "
-            f"First {first.rule.id} at {shorten(first.made_by) or 'the board'}: {shorten(first.message)} Mend it, or "
-            "tick its rule below the button to write the program in spite of it."
+            f"First {first.rule.id} at {shorten(str(first.made_by)) or 'the board'}: {shorten(first.message)} "
+            "Mend it, or tick its rule below the button to write the program in spite of it."
         )
 
 

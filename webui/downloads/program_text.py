@@ -17,6 +17,7 @@ from programs.motion.steps import Line, Reach
 from programs.program import TimedProgram
 from robotcell.robot.robot import Joints
 from specs.finding import Finding
+from specs.source import NO_SOURCE, Source
 from webui.theme.palette import ACCENT, INK, QUIET, to_hex
 
 PAGE_LINES = 40
@@ -38,7 +39,7 @@ class TextFile:
     lines: tuple[str, ...]
     moves: tuple[Move | None, ...]
     """How each of them moves, where that is known."""
-    makers: tuple[str, ...]
+    makers: tuple[Source, ...]
     """Who asked for each of them; empty where nobody did, or it is not known."""
 
 
@@ -88,27 +89,28 @@ def match_lines(
     files: list[TextFile] = []
     for name, lines in split.items():
         own = tuple(next(left) if pattern.match(text) else None for text in lines)
-        files.append(TextFile(name, lines, own, tuple("" if move is None else move.made_by for move in own)))
+        files.append(TextFile(name, lines, own, tuple(NO_SOURCE if move is None else move.made_by for move in own)))
     return tuple(files)
 
 
-def cited_makers(lines: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
+def cited_makers(lines: Sequence[str], known: Sequence[Source]) -> tuple[Source, ...]:
     """Say who asked for each text: the one who was cited last, who may have been cut short."""
-    makers: list[str] = []
-    maker = ""
+    makers: list[Source] = []
+    maker = NO_SOURCE
+    by_text = {str(source): source for source in known}
     for text in lines:
         cited = _MAKER.search(text)
         if cited is not None:
-            maker = cited[0] if cited[0] in known else _whole(cited[0].removesuffix("..."), known)
+            maker = by_text.get(cited[0]) or _whole(cited[0].removesuffix("..."), by_text)
         makers.append(maker)
     return tuple(makers)
 
 
-def _whole(begin: str, known: Sequence[str]) -> str:
-    return next((each for each in known if each.startswith(begin)), "")
+def _whole(begin: str, by_text: Mapping[str, Source]) -> Source:
+    return next((source for text, source in by_text.items() if text.startswith(begin)), NO_SOURCE)
 
 
-def find_text(files: tuple[TextFile, ...], made_by: str) -> tuple[int, int] | None:
+def find_text(files: tuple[TextFile, ...], made_by: Source) -> tuple[int, int] | None:
     """Where a stroke is told first: index of the file, and number of the line from 1; nowhere if it is not."""
     for index, file in enumerate(files):
         if made_by and made_by in file.makers:
@@ -128,7 +130,7 @@ def next_move(file: TextFile, number: int, steps: int) -> int:
     return next((each for each in numbers if file.moves[each - 1] is not None), number)
 
 
-def page_html(file: TextFile, number: int, made_by: str) -> str:
+def page_html(file: TextFile, number: int, made_by: Source) -> str:
     """Show a page of a file around a line: that line marked, and those of a stroke tinted.
 
     Args:

@@ -15,6 +15,7 @@ from recipes.load import read_recipe, recipe_library
 from recipes.nozzles import Nozzle
 from recipes.paths import PathSpec
 from recipes.recipe import Function, Limits, Recipe, Step
+from specs.source import Source
 from specs.spec import Spec
 from specs.yaml.located import Located, YamlPath, spell_path
 from specs.yaml.tree import Tree
@@ -245,16 +246,11 @@ def copied(session: Session, entry: Entry) -> tuple[Session, YamlPath]:
     return session.edited(text), path
 
 
-def entry_at(recipe: Recipe, made_by: str) -> YamlPath | None:
+def entry_at(recipe: Recipe, made_by: Source) -> YamlPath | None:
     """Entry that caused a stroke or a finding: the template of a stroke, else what its path names."""
-    step, _, rest = made_by.partition("/")
-    template = rest.partition("/")[0]
-    if template in recipe.templates:
-        return "templates", template
-    places = [each.path for section in SECTIONS[:-1] for each in entries(recipe, section)]
-    spelt = {spell_path(path): path for path in places}
-    near = [place for place in spelt if place == step or step.startswith((place + ".", place + "["))]
-    return spelt[max(near, key=len)] if near else None
+    places = {each.path for section in SECTIONS[:-1] for each in entries(recipe, section)}
+    path = made_by.recipe_path
+    return next((path[:end] for end in range(len(path), 0, -1) if path[:end] in places), None)
 
 
 def kinds_of(section: str) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from cleaning.verdicts.results import CleaningReport, Part
 from programs.program import TimedProgram
 from rulesengine.planning.pipeline import Run
 from specs.progress import Progress, subprogress
+from specs.source import Source
 
 if TYPE_CHECKING:
     from boards.board import Board
@@ -35,7 +36,7 @@ class Analysed:
         """The report's part of a component, if there is one."""
         return next((each for each in self.report.parts if each.component == component), None)
 
-    def makers_of(self, component: str) -> frozenset[str]:
+    def makers_of(self, component: str) -> frozenset[Source]:
         """Strokes with a considerable share of the volume on a component."""
         part = self.part(component)
         return frozenset() if part is None else frozenset(name for name, share in part.makers if share >= _LEAST_SHARE)

@@ -16,6 +16,7 @@ from recipes.recipe import Recipe
 from rulesengine.planning.pipeline import Run, run
 from specs.errors import JobError
 from specs.progress import Progress
+from specs.source import NO_SOURCE, Source
 from webui.page.project import Project
 from webui.page.session import Change, Selection, Session
 from webui.threads.worker import Worker
@@ -134,7 +135,7 @@ class Page:
         with self._lock:
             self._show()
 
-    def select(self, *, component: str = "", made_by: str = "") -> None:
+    def select(self, *, component: str = "", made_by: Source = NO_SOURCE) -> None:
         """Select a component, a stroke, or nothing."""
         with self._lock:
             self.show(replace(self.session, selection=Selection(component, made_by)))

@@ -11,6 +11,7 @@ from recipes.load import LoadedRecipe
 from recipes.recipe import Recipe
 from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
+from specs.source import NO_SOURCE, Source
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
 from webui.page.analysed import Analysed
@@ -24,7 +25,7 @@ class Selection:
     """The selected component or stroke; empty for none."""
 
     component: str = ""
-    made_by: str = ""
+    made_by: Source = NO_SOURCE
     """Recipe path of a stroke, such as ``"sequence[0]/around/U12"``."""
 
 
@@ -113,10 +114,10 @@ class Session:
         return analysed if same else None
 
     @property
-    def lit(self) -> frozenset[str]:
+    def lit(self) -> frozenset[Source]:
         """Highlighted strokes: the selected one, else those that spray the selected part."""
         if self.selection.made_by or self.analysis is None:
-            return frozenset({self.selection.made_by}) - {""}
+            return frozenset({self.selection.made_by}) - {NO_SOURCE}
         return self.analysis.makers_of(self.selection.component)
 
     def with_document(self, document: Document) -> "Session":

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from boards.board import Board, Body
 from geometry.arrays import Points, Scalars, Triangles
+from specs.source import NO_SOURCE, Source
 from webui.layers.paths.strokes import StrokeLine
 
 _PARALLEL = 1e-12
@@ -65,7 +66,7 @@ def first_hit(target: Target, origin: Points, direction: Points) -> Hit | None:
 
 def strokes_at(
     lines: Sequence[StrokeLine], origin: Points, direction: Points, before_mm: float, within_mm: float = 0.0
-) -> tuple[str, ...]:
+) -> tuple[Source, ...]:
     """Name the makers of the strokes that a ray passes by closely, in front of what it meets; the closest first.
 
     Args:
@@ -92,11 +93,11 @@ def strokes_at(
     return tuple(dict.fromkeys(lines[int(index)].made_by for index in order if closest[index] < 1.0))
 
 
-def choose_stroke(makers: Sequence[str], selected: str) -> str:
+def choose_stroke(makers: Sequence[Source], selected: Source) -> Source:
     """Choose one of the makers under a click: the closest; click after click, the next that lies there too."""
     if selected not in makers:
-        return makers[0] if makers else ""
-    around = sorted(makers)
+        return makers[0] if makers else NO_SOURCE
+    around = sorted(makers, key=str)
     return around[(around.index(selected) + 1) % len(around)]
 
 

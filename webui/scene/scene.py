@@ -10,6 +10,7 @@ import viser
 from boards.board import Board, Component, Side
 from geometry.arrays import Points
 from rulesengine.planning.pipeline import Run
+from specs.source import Source
 from webui.glb.glb import flat_triangles_glb
 from webui.glb.ribbons import bars, board_size_mm, line_width_mm, unlike_segments
 from webui.layers.paths import strokes
@@ -45,7 +46,7 @@ class View:
 
     components_by: ground.ColourBy = "nothing"
     strokes_by: strokes.ColourBy = "function"
-    hidden: frozenset[str] = frozenset()
+    hidden: frozenset[Source] = frozenset()
     """Templates in their steps whose strokes are not shown, such as ``"sequence[0]/sweep"``."""
     transfers: bool = True
     markers: bool = True
@@ -244,7 +245,7 @@ class Scene:
         self._drawn[name] = glb
 
 
-def _pointed(session: Session) -> tuple[Selection, frozenset[str]]:
+def _pointed(session: Session) -> tuple[Selection, frozenset[Source]]:
     return session.selection, session.lit
 
 

@@ -28,6 +28,7 @@ from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.axes import in_controller_units
 from programs.posts.writing.heading import heading
 from programs.posts.writing.wording import cut, fixed, make_name, short
+from specs.source import Source
 
 _SHARES_APART = 1e-9
 
@@ -40,7 +41,7 @@ class _Row:
     joints: tuple[float, ...]
     pose: Pose
     events: str
-    made_by: str
+    made_by: Source
 
 
 def write(dialect: Dialect, lowered: Lowered, installation: Installation) -> ProgramFiles:
@@ -60,7 +61,7 @@ def write(dialect: Dialect, lowered: Lowered, installation: Installation) -> Pro
     for node, row in enumerate(_rows(lowered.motion.steps), start=1):
         joints = [fixed(value, 5) for value in in_controller_units(row.joints, installation)]
         pose = [fixed(value, 3) for value in row.pose.position] + [fixed(value, 7) for value in row.pose.quaternion]
-        table.writerow([node, fixed(row.time_s, 4), *joints, *pose, row.events, cut(row.made_by, 60)])
+        table.writerow([node, fixed(row.time_s, 4), *joints, *pose, row.events, cut(str(row.made_by), 60)])
     return {f"{make_name(lowered.motion.origin.board, 60)}.csv": out.getvalue()}
 
 

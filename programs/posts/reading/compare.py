@@ -39,6 +39,7 @@ from programs.posts.rebuilt import (
     Rebuilt,
 )
 from programs.posts.writing.axes import AXIS_DEG, AXIS_MM, in_controller_units, place_on, units_of
+from specs.source import NO_SOURCE, Source
 
 _POSE_MM, _POSE_DEG = 0.01, 0.01
 _EVENT_MM, _EVENT_S = 0.5, 0.002
@@ -73,7 +74,7 @@ def compare(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
             return tuple(comparison.differences)
     if comparison.next() is not None:
         surplus = rebuilt.steps[comparison.at :]
-        comparison.differ(f"{len(surplus)} steps too many, the first {surplus[0]}", "")
+        comparison.differ(f"{len(surplus)} steps too many, the first {surplus[0]}", NO_SOURCE)
     return tuple(comparison.differences)
 
 
@@ -94,7 +95,7 @@ class _Comparison:
     tools: dict[int, str] = field(default_factory=dict[int, str])
     differences: list[str] = field(default_factory=list[str])
 
-    def differ(self, message: str, made_by: str) -> None:
+    def differ(self, message: str, made_by: Source) -> None:
         """Add a difference."""
         self.differences.append(f"{made_by or 'program'}: {message} (read step {self.at})")
 

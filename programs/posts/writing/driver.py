@@ -29,6 +29,7 @@ from programs.posts.writing.heading import heading
 from programs.posts.writing.lines import Placed, follow, place_events
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import cut, fixed, make_name, short
+from specs.source import NO_SOURCE
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,12 +134,12 @@ class Syntax(ABC):
         for frame in self.initial_frames(chapter):
             if frame is not None:
                 yield from self.use(frame)
-        maker = ""
+        maker = NO_SOURCE
         for placed in place_events(chapter.steps):
             step = placed.step
             if step.made_by != maker and isinstance(step, Line | Reach | Pause):
                 maker = step.made_by
-                yield self.comment(maker)
+                yield self.comment(str(maker))
             yield from self.statements(step, placed)
 
     def initial_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard | None]:

@@ -11,6 +11,7 @@ from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.requirements import PROCESS, Key, Requirement, UnmetRequirement
 from rulesengine.tuning.variables.design_variables import ChangeKind, DesignVariable, enabled_steps
 from rulesengine.tuning.variables.recipe_edits import Edits
+from specs.source import Source
 
 _WASH_RULES = frozenset({rules.DRY_GAP, rules.NOT_FLUSHED, rules.RESIDUE_LEFT, rules.ONE_SIDED})
 _RINSE_RULES = frozenset({rules.INCOMPLETE_RINSE, rules.IONIC_RESIDUE})
@@ -108,7 +109,7 @@ def _uses(requirement: Requirement, outcome: Outcome) -> tuple[Use, ...]:
         return ("rinse",)
     if rule == rules.WET_GAP:
         return ("dry",)
-    use = outcome.use_of(requirement.judgement.stage)
+    use = outcome.use_of(str(requirement.judgement.stage))
     return ("wash", "rinse") if use is None else (use,)
 
 
@@ -130,8 +131,7 @@ def template_share(component: str, template: str, steps: frozenset[str], outcome
     """Share of the liquid of some steps on a component that comes from one template."""
     of_steps, of_template = 0.0, 0.0
     for made_by, share in outcome.makers.get(component, ()):
-        step, _, rest = made_by.partition("/")
-        if step in steps:
+        if str(Source(made_by.step)) in steps:
             of_steps += share
-            of_template += share * (rest.split("/")[0] == template)
+            of_template += share * (made_by.template == template)
     return of_template / of_steps if of_steps > 0 else 0.0

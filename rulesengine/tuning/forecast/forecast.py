@@ -167,7 +167,7 @@ def unattainable(outcome: Outcome, longest: Mapping[str, float]) -> frozenset[Ke
             found |= {bound.key} if bound.amount(times, {}) < bound.least else set()
     # Where much of a surface is missed, amounts are not judged; they are as soon as a little less is missed.
     missed = [each for each in outcome.unmet if each.rule == rules.MISSED and each.judgement.verdict == "dirty"]
-    return frozenset(found | {(each.component, rules.UNDER_EXPOSED, each.judgement.stage) for each in missed})
+    return frozenset(found | {(each.component, rules.UNDER_EXPOSED, str(each.judgement.stage)) for each in missed})
 
 
 def correct(
@@ -220,7 +220,7 @@ def _low_bound(of: MetRequirement | UnmetRequirement, outcome: Outcome, share: f
     """Bound on the least wetted places; where the judgement names no step, its number tells which it adds up."""
     now = np.ones(len(outcome.deposits.each))
     value = of.judgement.numbers[0].value
-    groups = [frozenset({of.judgement.stage})]
+    groups = [frozenset({str(of.judgement.stage)})]
     if not of.judgement.stage:
         sides = _sides(outcome)
         of_key: dict[tuple[Side, str | None], set[str]] = {}

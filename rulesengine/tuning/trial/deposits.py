@@ -64,7 +64,7 @@ def spray_durations(stage: Stage) -> Iterator[tuple[tuple[str, str], float]]:
     """Seconds for which each template sprays in a stage, by step and template."""
     of_sample = stage.samples.templates
     for template in dict.fromkeys(of_sample.tolist()):
-        yield (stage.made_by, template), float(stage.samples.seconds[of_sample == template].sum())
+        yield (str(stage.made_by), template), float(stage.samples.seconds[of_sample == template].sum())
 
 
 def _of_stage(stage: Stage, exposure: Exposure) -> Iterator[Deposit]:

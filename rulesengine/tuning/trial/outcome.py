@@ -20,6 +20,7 @@ from rulesengine.tuning.trial.requirements import (
     total_shortfall,
     unmet_requirements,
 )
+from specs.source import Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +60,7 @@ class Outcome:
     """Component to class."""
     sides: Mapping[str, str]
     """Component to side."""
-    makers: Mapping[str, tuple[tuple[str, float], ...]]
+    makers: Mapping[str, tuple[tuple[Source, float], ...]]
     """Component to the shares of what sprays it."""
     residues: Mapping[str, float]
     """Component to the share of residue under it; those that have a gap."""
@@ -112,7 +113,7 @@ def outcome_of(run: Run, report: CleaningReport, goal: Goal, text: str = "") -> 
         met=met_requirements(report, excluded),
         steps=tuple(
             StepSummary(
-                each.made_by, each.use, each.function, round(each.end_s - each.begin_s, 3), each.liquid.window_c
+                str(each.made_by), each.use, each.function, round(each.end_s - each.begin_s, 3), each.liquid.window_c
             )
             for each in report.stages
         ),

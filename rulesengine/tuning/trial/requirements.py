@@ -35,7 +35,7 @@ class Requirement:
     @property
     def key(self) -> Key:
         """Identifies it from one outcome to the next."""
-        return self.component, self.rule, self.judgement.stage
+        return self.component, self.rule, str(self.judgement.stage)
 
     @property
     def rule(self) -> Rule:

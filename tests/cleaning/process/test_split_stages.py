@@ -29,7 +29,7 @@ def staged(longest_mm=3.0, **changes):
 
 def test_the_stages_are_those_of_the_sequence():
     stages = staged().stages
-    assert [(stage.made_by, stage.function, stage.use) for stage in stages] == [
+    assert [(str(stage.made_by), stage.function, stage.use) for stage in stages] == [
         ("sequence[0]", "clean", "wash"),
         ("sequence[1]", "rinse", "rinse"),
         ("sequence[2]", "dry", "dry"),

@@ -19,6 +19,7 @@ from cleaning.process.stages import Samples, Stage
 from cleaning.undersides.gap_result import GapResult, GapStage
 from cleaning.undersides.washing import simulate_gap
 from recipes.nozzles import HollowCone
+from specs.source import Source
 
 PARAMETERS = load_parameters("default")
 SOAP, WATER, AIR = (PARAMETERS.liquids[name] for name in ("saponifier-15", "di-water", "hot-air"))
@@ -44,7 +45,7 @@ def stage_of(liquid: Liquid, temperature_c: float, times: NDArray[np.float64], s
         makers=("paths[0]",),
     )
     return Stage(
-        made_by="sequence[0]",
+        made_by=Source.parse("sequence[0]"),
         function="wash",
         use=liquid.use,
         nozzle_name="cone",

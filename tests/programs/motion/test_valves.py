@@ -8,6 +8,7 @@ from robot_steps import lasting, line, pose, ramp, signals
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import EndRepeat, Line, Note, Pause, Reach, Repeat, Step, Switch
 from programs.motion.valves import SwitchRequest, open_valves
+from specs.source import NO_SOURCE
 
 START = Reach(pose(0), (), "s")
 THERE = line(pose(0), pose(100), 100.0, blend_mm=0.3)
@@ -36,7 +37,7 @@ def test_the_signal_leaves_earlier_by_the_lag_and_names_the_place_of_the_jet() -
 
 def test_a_valve_is_shut_before_anything_else() -> None:
     steps, _ = opened([START, THERE], request(1, 0.3, ON), request(1, 0.8, OFF))
-    assert steps[0] == Switch(WASH, 0.0, "")
+    assert steps[0] == Switch(WASH, 0.0, NO_SOURCE)
 
 
 def test_near_the_beginning_of_a_line_the_signal_leaves_on_the_line_before() -> None:

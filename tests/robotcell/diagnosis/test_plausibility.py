@@ -96,7 +96,7 @@ def test_a_word_that_sets_a_channel_beyond_its_full_scale() -> None:
     def found(value: float) -> list[tuple[str, str, str]]:
         loaded = read_cell_text(CELL.replace("{goSolution: 2}", f"{{goSolution: 2, aoPressure: {value:g}}}"))
         findings = check_cell(loaded.cell, None, loaded.spec.io)
-        return [(finding.rule.id, finding.message, finding.made_by) for finding in findings]
+        return [(finding.rule.id, finding.message, str(finding.made_by)) for finding in findings]
 
     assert found(10.0) == []
     ((rule, message, made_by),) = found(12.0)

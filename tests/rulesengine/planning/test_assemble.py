@@ -14,6 +14,7 @@ from rulesengine.planning.transfers import parked
 from rulesengine.strokes.safe_height import floors
 from rulesengine.strokes.stroke import Stroke
 from rulesengine.timing.time_plan import time_plan
+from specs.source import Source
 
 JET = Jet("clean", "ring60", "water", 2.0, liquid=True)
 ORIGIN = Origin("boxes", "0" * 64, "test", "0" * 64)
@@ -22,7 +23,7 @@ LIMITS = Limits()
 
 def stroke(*places, **changes):
     tcp = np.array(places, dtype=float)
-    known = {"delays": np.zeros(len(tcp)), "speed_mm_s": 40.0, "made_by": "sequence[0]/line"} | changes
+    known = {"delays": np.zeros(len(tcp)), "speed_mm_s": 40.0, "made_by": Source(0, "line")} | changes
     down, along = np.tile([0.0, 0.0, -1.0], (len(tcp), 1)), np.tile([1.0, 0.0], (len(tcp), 1))
     return Stroke(tcp=tcp, approach=down, azimuth=along, **known)
 
@@ -53,14 +54,17 @@ def test_strokes_are_joined_by_transfers_that_clear_what_stands_between():
     assert kinds == [Transfer, SprayPass, Transfer, SprayPass]
     check_joined(made.items)
     assert made.items[2].tcp[:, 2].max() >= 65
-    assert [item.made_by for item in made.items[1:3]] == ["sequence[0]/line", "sequence[0]/line/transfer"]
+    assert [str(item.made_by) for item in made.items[1:3]] == ["sequence[0]/line", "sequence[0]/line/transfer"]
 
 
 def test_pauses_cut_a_stroke_and_say_who_asked():
     path = stroke((0, 0, 20), (10, 0, 20), (20, 0, 20), delays=np.array([0, 0.3, 0.5]), pauses=("", "U1", ""))
     items = stroke_items(board_of(), "top", path, JET)
     assert [type(item) for item in items] == [SprayPass, Dwell, SprayPass, Dwell]
-    assert [item.made_by for item in items if isinstance(item, Dwell)] == ["sequence[0]/line/U1", "sequence[0]/line"]
+    assert [str(item.made_by) for item in items if isinstance(item, Dwell)] == [
+        "sequence[0]/line/U1",
+        "sequence[0]/line",
+    ]
     assert [item.duration_s for item in items if isinstance(item, Dwell)] == [0.3, 0.5]
 
 
@@ -97,7 +101,7 @@ def test_a_run_up_without_room_is_left_out_and_said_with_its_place():
     made = sprayed(board, stroke((30, 30, 20), (80, 30, 20), lead_in_mm=15.0))
     (finding,) = made.findings
     assert finding.rule.id == "lead-in-blocked"
-    assert finding.made_by == "sequence[0]/line"
+    assert str(finding.made_by) == "sequence[0]/line"
     assert finding.where == (30.0, 30.0, 20.0)
     np.testing.assert_allclose(made.items[0].tcp[-1], [30, 30, 20])
 
@@ -110,7 +114,7 @@ def test_strokes_that_meet_keep_the_jet_on():
 def test_turning_over_parks_calls_and_goes_around():
     board = board_of(part("J1", 45, 20, 10, 20, 60))
     made = sprayed(board, stroke((10, 30, 20), (35, 30, 20)))
-    made.turn_over("bottom", floors(board, "bottom", LIMITS.clearance_mm), 200.0, "sequence[1]/turn")
+    made.turn_over("bottom", floors(board, "bottom", LIMITS.clearance_mm), 200.0, Source(1, motion="turn"))
     *_, park, call, around = made.items
     assert isinstance(park, Transfer)
     assert isinstance(call, Command)

@@ -113,7 +113,7 @@ def planned(monkeypatch):
     names, plan_path = [], job.plan_path
 
     def listen(spec, site):
-        names.append(site.made_by)
+        names.append(str(site.made_by))
         return plan_path(spec, site)
 
     monkeypatch.setattr(job, "plan_path", listen)
@@ -146,8 +146,10 @@ def test_a_sketch_has_all_strokes_in_another_order():
     forget_routes()
     after = run(EDITS["height"](before.recipe), before.board, sketched=sketches.append, before=before)
     (sketch,) = sketches
-    assert sorted(each.made_by for each in sketch.moving()) == sorted(each.made_by for each in after.plan.moving())
-    assert [each.made_by for each in sketch.moving()] != [each.made_by for each in after.plan.moving()]
+    assert sorted(str(each.made_by) for each in sketch.moving()) == sorted(
+        str(each.made_by) for each in after.plan.moving()
+    )
+    assert [str(each.made_by) for each in sketch.moving()] != [str(each.made_by) for each in after.plan.moving()]
 
 
 def test_what_is_settled_at_once_is_not_sketched():

@@ -5,6 +5,7 @@ import pytest
 
 from rulesengine.planning.stroke_order import order_strokes
 from rulesengine.strokes.stroke import Stroke, StrokeSet
+from specs.source import Source
 
 HOME = np.zeros(3)
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -13,7 +14,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 def line(x, y, length=10.0, **changes):
     """A line along +x at a height of 20."""
     tcp = np.array([[x, y, 20.0], [x + length, y, 20.0]])
-    return stroke(tcp, made_by=f"line {x:g} {y:g}", **changes)
+    return stroke(tcp, made_by=Source.parse(f"line {x:g} {y:g}"), **changes)
 
 
 def square(x, y, size=10.0, **changes):
@@ -32,7 +33,7 @@ def ordered(strokes, freedom, start=HOME):
 
 
 def names(result):
-    return [each.made_by for each in result.strokes]
+    return [str(each.made_by) for each in result.strokes]
 
 
 def air_mm(result, start=HOME):
@@ -52,7 +53,7 @@ def test_free_strokes_are_done_with_the_least_way_between_them():
     assert air_mm(done) == pytest.approx(20 + 4 * 20)
     (finding,) = done.findings
     assert finding.rule.id == "order-gain"
-    assert finding.made_by == "sequence[0]/path"
+    assert str(finding.made_by) == "sequence[0]/path"
 
 
 def test_fixed_order_stays_and_a_turnable_line_begins_at_its_nearer_end():

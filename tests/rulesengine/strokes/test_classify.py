@@ -68,7 +68,7 @@ def test_masks_name_components_by_pattern():
     assert read.avoided == (("J1", 4.0),)
     assert read.ignored == {"C1"}
     assert read.required == {"C2"}
-    assert [(finding.rule.id, finding.made_by) for finding in findings] == [("mask-empty", "masks[2]")]
+    assert [(finding.rule.id, str(finding.made_by)) for finding in findings] == [("mask-empty", "masks[2]")]
 
 
 def test_avoiding_what_must_be_cleaned_is_an_error():

@@ -36,11 +36,11 @@ def test_the_card_says_which_passes_serve_a_part(index):
     session = tiny_session()
     name = session.board.components[index].name
     lines = stroke_lines(session.run.plan)
-    own = [line for line in lines if name in line.made_by.split("/")[-1].split("+")]
+    own = [line for line in lines if name in line.made_by.components]
     card = card_of(session, name)
     assert own
     for line in own:
-        step = int(line.made_by[len("sequence[")])
+        step = line.made_by.step
         passes = f"{line.laps} passes" if line.laps > 1 else "1 pass"
         assert f"{step + 1} {line.function} \N{MIDDLE DOT} {line.template} \N{MIDDLE DOT} {passes}" in card
         assert f"at {line.speed_mm_s:g} mm/s" in card

@@ -16,6 +16,7 @@ from programs.posts.dialects import DIALECTS
 from reports.files.export_robot import write_tracked
 from robotcell.cell.installation import installation_of
 from robotcell.cell.load import read_cell
+from specs.source import NO_SOURCE, Source
 from webui.downloads.program_text import (
     PAGE_LINES,
     TextFile,
@@ -31,6 +32,8 @@ from webui.downloads.robot_program import exported_joints
 from webui.layers.paths.markers import motion_glb
 from webui.page.checked import check_program
 from webui.panels.robot.text_preview import TextPreview
+
+J1 = Source(0, "around", ("J1",))
 
 
 def written(dialect="abb"):
@@ -82,9 +85,9 @@ def test_the_first_text_of_a_stroke_is_found_and_leads_back():
     done = written()
     for file in done.files:
         for number, move in enumerate(file.moves, start=1):
-            assert file.makers[number - 1] == ("" if move is None else move.made_by)
-    index, number = find_text(done.files, "sequence[0]/around/J1")
-    assert "sequence[0]/around/J1" not in done.files[index].makers[: number - 1]
+            assert file.makers[number - 1] == (NO_SOURCE if move is None else move.made_by)
+    index, number = find_text(done.files, J1)
+    assert J1 not in done.files[index].makers[: number - 1]
     assert find_text(done.files, "nobody") is None
     assert find_text(done.files, "") is None
 
@@ -103,9 +106,9 @@ def test_stepping_goes_from_motion_to_motion_and_stays_at_the_ends():
 def test_text_that_cannot_be_matched_is_shown_without_places():
     line = next(move for move in written().files[0].moves if isinstance(move, Line))
     pattern = re.compile("GO")
-    cited = match_lines({"a": f"GO 1\n! {line.made_by} \nGO 2\n"}, (line,), pattern)[0]
+    cited = match_lines({"a": f"GO 1\n! {line.made_by!s} \nGO 2\n"}, (line,), pattern)[0]
     assert cited.moves == (None, None, None)
-    assert cited.makers == ("", line.made_by, line.made_by)
+    assert cited.makers == (NO_SOURCE, line.made_by, line.made_by)
     assert next_move(cited, 1, 1) == 2
     assert match_lines({"a": "x\nGO 1\n", "b": "GO 2\n"}, (line, line), pattern)[1].moves == (line,)
 
@@ -114,7 +117,7 @@ def test_a_page_marks_its_line_tints_the_stroke_and_takes_text_for_text():
     line = next(move for move in written().files[0].moves if isinstance(move, Line))
     lines = tuple(f"<{number}>" for number in range(1, 101))
     own = tuple(line if 50 <= number < 60 else None for number in range(1, 101))
-    file = TextFile("a", lines, own, tuple("" if move is None else move.made_by for move in own))
+    file = TextFile("a", lines, own, tuple(NO_SOURCE if move is None else move.made_by for move in own))
     html = page_html(file, 55, line.made_by)
     numbers = [int(each) for each in re.findall(r"&lt;(\d+)&gt;", html)]
     assert numbers == list(range(49, 49 + PAGE_LINES))
@@ -148,7 +151,7 @@ def test_a_motion_is_drawn_with_its_tool_and_nothing_for_nothing():
 
 def test_the_text_follows_the_stroke_and_the_stroke_the_text():
     files = written().files
-    maker = "sequence[0]/around/J1"
+    maker = J1
     session = tiny_session()
     stroke = type("Stroke", (), {"made_by": maker})()
     with small_page(replace(session)) as page:
@@ -175,6 +178,7 @@ def test_the_text_follows_the_stroke_and_the_stroke_the_text():
 
 
 def test_a_maker_that_was_cut_short_is_the_first_that_begins_so():
-    known = ("sequence[0]/edge", "sequence[0]/around/U1+U2+U3", "sequence[0]/around/U1+U2+U4")
+    texts = ("sequence[0]/edge", "sequence[0]/around/U1+U2+U3", "sequence[0]/around/U1+U2+U4")
+    known = tuple(map(Source.parse, texts))
     lines = ["x", "'sequence[0]/around/U1+...", "y", "1,2,sequence[0]/edge", "(sequence[9]/other)"]
-    assert cited_makers(lines, known) == ("", known[1], known[1], known[0], "")
+    assert cited_makers(lines, known) == (NO_SOURCE, known[1], known[1], known[0], NO_SOURCE)

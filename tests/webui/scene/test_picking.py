@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tiny_session import tiny_session
 
+from specs.source import NO_SOURCE, Source
 from webui.layers.paths.strokes import stroke_lines
 from webui.scene.picking import choose_stroke, first_hit, strokes_at, target_of
 
@@ -100,10 +101,10 @@ def test_a_click_so_many_millimetres_beside_a_stroke_means_it_from_wherever_it_i
 
 def test_the_closest_stroke_comes_first():
     lines = stroke_lines(tiny_session().run.plan)
-    first = replace(lines[0], points=np.array([[0.0, 0.0, 50.0], [10.0, 0.0, 50.0]]), made_by="near")
-    second = replace(lines[0], points=np.array([[0.0, 0.4, 50.0], [10.0, 0.4, 50.0]]), made_by="far")
+    first = replace(lines[0], points=np.array([[0.0, 0.0, 50.0], [10.0, 0.0, 50.0]]), made_by=Source.parse("near"))
+    second = replace(lines[0], points=np.array([[0.0, 0.4, 50.0], [10.0, 0.4, 50.0]]), made_by=Source.parse("far"))
     eye = np.array([5.0, 0.1, 250.0])
-    assert strokes_at([second, first], eye, DOWN, np.inf) == ("near", "far")
+    assert strokes_at([second, first], eye, DOWN, np.inf) == (Source.parse("near"), Source.parse("far"))
 
 
 def test_a_stroke_behind_the_board_is_not_meant():
@@ -117,12 +118,12 @@ def test_a_stroke_behind_the_board_is_not_meant():
 
 
 def test_click_after_click_goes_through_all_that_lies_there():
-    makers = ("b", "c", "a")
-    chosen = choose_stroke(makers, "")
+    makers = tuple(map(Source.parse, "bca"))
+    chosen = choose_stroke(makers, NO_SOURCE)
     seen = [chosen]
     for _ in range(3):
         chosen = choose_stroke(makers, chosen)
         seen.append(chosen)
-    assert seen == ["b", "c", "a", "b"]
-    assert choose_stroke((), "a") == ""
-    assert choose_stroke(("x",), "x") == "x"
+    assert [str(source) for source in seen] == ["b", "c", "a", "b"]
+    assert choose_stroke((), Source.parse("a")) == NO_SOURCE
+    assert choose_stroke(makers[:1], makers[0]) == makers[0]

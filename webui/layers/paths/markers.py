@@ -10,10 +10,10 @@ import numpy as np
 from geometry.arrays import Points, Scalars
 from programs.motion.steps import Line, Reach
 from programs.plan import Command, Dwell, Plan, SprayPass, Transfer
+from specs.source import NO_SOURCE, Source
 from webui.glb.glb import flat_triangles_glb, triangles_glb
 from webui.glb.ribbons import bars
 from webui.layers.paths.nozzle import rotation
-from webui.layers.paths.strokes import place_of
 from webui.theme.palette import INK, QUIET, Tint
 
 Kind: TypeAlias = Literal["pause", "jet on", "jet off", "command"]
@@ -46,25 +46,25 @@ class Marker:
     place_mm: tuple[float, float, float]
     seconds: float
     """Total duration; 0 for an instant."""
-    made_by: str
+    made_by: Source
 
 
 def find_markers(plan: Plan) -> list[Marker]:
     """Pauses, switches and commands of a plan in order; those that repeat in one place are one marker."""
-    found: dict[tuple[Kind, tuple[float, float, float], str], float] = {}
+    found: dict[tuple[Kind, tuple[float, float, float], Source], float] = {}
     here: tuple[float, float, float] | None = None
-    spraying, maker = False, ""
+    spraying, maker = False, NO_SOURCE
     for item in plan.items:
         sprays = isinstance(item, SprayPass | Dwell)
         start = _place(item.tcp[0]) if isinstance(item, SprayPass | Transfer) else here
         if start is not None and sprays != spraying and not isinstance(item, Command):
             kind: Kind = "jet on" if sprays else "jet off"
-            found.setdefault((kind, start, place_of(item.made_by if sprays else maker)), 0.0)
+            found.setdefault((kind, start, (item.made_by if sprays else maker).place), 0.0)
         if start is not None and isinstance(item, Dwell):
-            key: tuple[Kind, tuple[float, float, float], str] = ("pause", start, place_of(item.made_by))
+            key: tuple[Kind, tuple[float, float, float], Source] = ("pause", start, item.made_by.place)
             found[key] = found.get(key, 0.0) + item.duration_s
         if isinstance(item, Command) and here is not None:
-            found.setdefault(("command", here, place_of(item.made_by)), 0.0)
+            found.setdefault(("command", here, item.made_by.place), 0.0)
         if isinstance(item, SprayPass | Transfer):
             here = _place(item.tcp[-1])
         if not isinstance(item, Command):

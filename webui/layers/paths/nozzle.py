@@ -11,6 +11,7 @@ from programs.playback import Timeline, play
 from recipes.footprint import core_footprint, footprint
 from recipes.nozzles import Nozzle
 from recipes.recipe import Recipe
+from specs.source import Source
 
 _PROFILE_MM = ((0.5, 0.0), (1.4, -1.0), (4.5, -11.0), (4.5, -24.0), (0.0, -24.0))
 """Radius and place along the jet of a nozzle's body; the orifice is at 0."""
@@ -36,7 +37,7 @@ class Moment:
     """Empty before the first one."""
     instruction: int
     """Index of the running instruction."""
-    made_by: str
+    made_by: Source
     speed_mm_s: float
     rim: Points
     """(k, 3) edge of the spray on the surface; empty while the jet is off."""

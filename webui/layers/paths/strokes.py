@@ -12,6 +12,7 @@ from geometry.arrays import Points
 from programs.plan import Plan, Transfer
 from recipes.recipe import Recipe
 from rulesengine.planning.spray_runs import sprayed_in
+from specs.source import Source
 from webui.glb.glb import flat_triangles_glb, lines_glb
 from webui.glb.ribbons import lengths_of, ribbons, unlike_segments
 from webui.layers.paths.timeline import Span
@@ -27,7 +28,7 @@ _MOST_RIBBONS = 20_000
 class StrokeLine:
     """One stroke: spray passes of one origin with nothing but pauses between them."""
 
-    made_by: str
+    made_by: Source
     """Recipe path of the stroke, such as ``"sequence[0]/around/U12"``."""
     function: str
     points: Points
@@ -42,14 +43,14 @@ class StrokeLine:
     """The sprayed side."""
 
     @property
-    def place(self) -> str:
+    def place(self) -> Source:
         """Recipe path of the template in its step, such as ``"sequence[0]/around"``."""
-        return place_of(self.made_by)
+        return self.made_by.place
 
     @property
     def template(self) -> str:
         """Name of the template, such as ``"around"``."""
-        return self.made_by.split("/")[1] if "/" in self.made_by else self.made_by
+        return self.made_by.template
 
     @property
     def segments(self) -> NDArray[np.float64]:
@@ -66,11 +67,6 @@ class StrokeLine:
         """Number of times that the same path is repeated."""
         once = float(lengths_of(self.segments[unlike_segments(self.segments)]).sum())
         return max(1, round(self.length_mm / once)) if once > 0 else 1
-
-
-def place_of(made_by: str) -> str:
-    """Recipe path of the template in its step: all but the stroke of a path such as ``"sequence[0]/around/U12"``."""
-    return "/".join(made_by.split("/")[:2])
 
 
 def stroke_lines(plan: Plan) -> list[StrokeLine]:
@@ -103,15 +99,15 @@ def strokes_glb(lines: Iterable[StrokeLine], tints: list[Tint], width_mm: float 
     return _drawn([line.points for line in lines], tints, width_mm)
 
 
-def transfers_glb(plan: Plan, hidden: frozenset[str] = frozenset()) -> bytes:
+def transfers_glb(plan: Plan, hidden: frozenset[Source] = frozenset()) -> bytes:
     """Draw the moves with the jet off, but not those to strokes of hidden templates."""
-    moves = [item.tcp for item in plan.items if isinstance(item, Transfer) and place_of(item.made_by) not in hidden]
+    moves = [item.tcp for item in plan.items if isinstance(item, Transfer) and item.made_by.place not in hidden]
     return _drawn(moves, [TRANSFER] * len(moves), 0.0)
 
 
 def stroke_spans(lines: list[StrokeLine], spans: list[Span]) -> list[Span | None]:
     """Time span of each stroke: the k-th stroke of an origin has the k-th span of that origin."""
-    left: dict[str, list[Span]] = {}
+    left: dict[Source, list[Span]] = {}
     for span in reversed(spans):
         left.setdefault(span.made_by, []).append(span)
     return [left[line.made_by].pop() if left.get(line.made_by) else None for line in lines]

@@ -9,6 +9,7 @@ import numpy as np
 from geometry.arrays import Scalars
 from programs.playback import Timeline
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
+from specs.source import Source
 from webui.theme.palette import ACCENT, INK, QUIET, to_hex
 
 STRIP_PX = 66
@@ -33,7 +34,7 @@ _SOON_S = 1e-6
 class Span:
     """Time span of one stroke."""
 
-    made_by: str
+    made_by: Source
     begin_s: float
     end_s: float
 

@@ -11,6 +11,7 @@ from boards.board import Board
 from geometry.arrays import Points, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.robot.poses import inverse
+from specs.source import Source
 from webui.glb.glb import flat_triangles_glb
 from webui.glb.ribbons import bars
 from webui.layers.robot.robot import JointMotion, joints_at, tool_at
@@ -89,7 +90,7 @@ def near_at(cell: Cell, board: Board, motion: JointMotion, time_s: float) -> Nea
     return None if touch is None else _near(cell, touch, time_s)
 
 
-def moment_of(motion: JointMotion, places: Points, makers: tuple[str, ...], made_by: str, where: Points) -> float:
+def moment_of(motion: JointMotion, places: Points, makers: tuple[Source, ...], made_by: Source, where: Points) -> float:
     """Time at which the orifice is nearest to a place, s: among the moves of one origin if it has any.
 
     Args:

@@ -8,6 +8,7 @@ import numpy as np
 from geometry.arrays import Points
 from recipes.errors import RecipeError
 from recipes.recipe import Recipe
+from specs.source import Source
 from specs.yaml.edit import set_value
 from specs.yaml.tree import Tree
 from webui.page.page import Page
@@ -129,7 +130,7 @@ class LineTool:
         step = tuple(self._step.options).index(self._step.value)
         if self._page.attempt(lambda session: add_line(session, line, step)):
             self._stop()
-            self._page.select(made_by=f"sequence[{step}]/{line.name}")
+            self._page.select(made_by=Source(step, line.name))
 
     def _stop(self) -> None:
         self._scene.click_taker = None

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import viser
 
+from specs.source import NO_SOURCE, Source
 from webui.cards.stroke_card import card_html
 from webui.layers.paths.markers import COLOURS
-from webui.layers.paths.strokes import ColourBy, place_of
+from webui.layers.paths.strokes import ColourBy
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.board.line_tool import LineTool
@@ -37,7 +38,7 @@ class PathsPanel:
             self._markers = gui.add_checkbox("Events", True, hint="Pauses, switches of the jet, commands.")
             events = {"pause, larger if longer" if kind == "pause" else kind: tint for kind, tint in COLOURS.items()}
             gui.add_html(legend_html(events.items(), DIAMOND))
-        self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
+        self._boxes: dict[Source, viser.GuiCheckboxHandle] = {}
         with gui.add_folder("Straight line"):
             self._line = LineTool(page, scene)
         self._by.on_update(lambda event: self._change(replace(scene.view, strokes_by=_COLOURS[event.target.value])))
@@ -56,12 +57,10 @@ class PathsPanel:
 
     def _show_boxes(self, session: Session) -> None:
         """One checkbox for each template in its step."""
-        labels: dict[str, str] = {}
-        for place, count in Counter(map(place_of, self._origins())).items():
-            step, _, template = place.partition("/")
-            number = int(step.removeprefix("sequence[").removesuffix("]"))
-            function = session.run.recipe.sequence[number].function if session.run is not None else step
-            labels[place] = f"{function} {template}" + (f" ({count})" if count > 1 else "")
+        labels: dict[Source, str] = {}
+        for place, count in Counter(source.place for source in self._origins()).items():
+            function = session.run.recipe.sequence[place.step or 0].function if session.run is not None else ""
+            labels[place] = f"{function} {place.template}" + (f" ({count})" if count > 1 else "")
         if list(labels) != list(self._boxes):
             for box in self._boxes.values():
                 box.remove()
@@ -71,8 +70,8 @@ class PathsPanel:
             if self._boxes[place].label != label:
                 self._boxes[place].label = label
 
-    def _add_box(self, place: str, label: str) -> viser.GuiCheckboxHandle:
-        box = self._page.client.gui.add_checkbox(label, place not in self._scene.view.hidden, hint=place)
+    def _add_box(self, place: Source, label: str) -> viser.GuiCheckboxHandle:
+        box = self._page.client.gui.add_checkbox(label, place not in self._scene.view.hidden, hint=str(place))
 
         def update(_: object) -> None:
             view = self._scene.view
@@ -86,10 +85,11 @@ class PathsPanel:
             self._scene.change_view(view)
             self._legend.content = legend_html(self._scene.legends.get("strokes", {}).items())
 
-    def _origins(self) -> list[str]:
+    def _origins(self) -> list[Source]:
         """Origins of strokes, each once, in the order of the program."""
         return list(dict.fromkeys(line.made_by for line in self._scene.strokes))
 
     def _select(self, button: str) -> None:
         steps = _STEPS[button]
-        self._page.select(made_by=cycle(self._origins(), self._page.session.selection.made_by, steps) if steps else "")
+        current = self._page.session.selection.made_by
+        self._page.select(made_by=cycle(self._origins(), current, steps, NO_SOURCE) if steps else NO_SOURCE)

@@ -105,7 +105,7 @@ def unlike_strokes(here: Run, there: Run) -> list[StrokeLine]:
 
     def name(line: StrokeLine) -> str:
         """Function, template and components, which identify a stroke in both recipes."""
-        return "/".join([line.function, *line.made_by.split("/")[1:]])
+        return f"{line.function}/{replace(line.made_by, step=0)}"
 
     def same(one: Points, other: Points) -> bool:
         return one.shape == other.shape and bool(np.abs(one - other).max(initial=0.0) <= _SAME_MM)

@@ -4,6 +4,7 @@ import viser
 
 from reports.tables.comparison import SEVERITY_WORDS
 from specs.finding import Finding
+from specs.source import NO_SOURCE
 from webui.cards.finding_list import (
     ALL,
     CLEANING,
@@ -72,4 +73,4 @@ class FindingsPanel:
         elif component is not None:
             self._scene.look_at(component, session.board)
         name = "" if component is None else component.name
-        self._page.select(component=name, made_by="" if name and judged_of(finding) else finding.made_by)
+        self._page.select(component=name, made_by=NO_SOURCE if name and judged_of(finding) else finding.made_by)

@@ -72,7 +72,7 @@ def now_html(playable: Playable, shown: Moment, now_s: float) -> str:
     doing = f"{shown.function}, {shown.speed_mm_s:.0f} mm/s, jet {'on' if len(shown.rim) else 'off'}"
     origin = (
         '<div style="display:flex;justify-content:space-between;gap:12px;white-space:nowrap">'
-        f'<span style="overflow:hidden;text-overflow:ellipsis">{escape(shown.made_by)}</span>'
+        f'<span style="overflow:hidden;text-overflow:ellipsis">{escape(str(shown.made_by))}</span>'
         f"<span>{escape(place)}</span></div>"
     )
     return box_html(

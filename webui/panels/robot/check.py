@@ -8,6 +8,7 @@ from reports.tables.wording import clock
 from robotcell.motion.retime import rates_of
 from specs.finding import Finding
 from specs.finding_rules import COLLISION
+from specs.source import NO_SOURCE, Source
 from webui.cards.finding_list import kinds_html, tally
 from webui.layers.robot.proximity import Near, moment_of, near_at, near_glb, nearest_of
 from webui.page.checked import Checked, check_program
@@ -110,9 +111,9 @@ class CheckCard:
             return
         self._scene.seek(near.time_s)
         self._unmark()
-        self._mark(near, "")
+        self._mark(near, NO_SOURCE)
 
-    def _mark(self, near: Near, made_by: str) -> None:
+    def _mark(self, near: Near, made_by: Source) -> None:
         """Mark two bodies in red, and the line between their nearest points."""
         with self._page.client.atomic():
             self._scene.robot.mark({near.body, near.other})

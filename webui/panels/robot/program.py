@@ -2,6 +2,7 @@
 
 from programs.posts.dialects import DIALECTS
 from specs.errors import JobError
+from specs.source import NO_SOURCE
 from webui.cards.finding_list import mistakes_html
 from webui.downloads.robot_program import Made, download_program, forbidding, make_program
 from webui.page.page import Page
@@ -83,7 +84,7 @@ class ProgramPanel:
         self._run.handle.visible = session.cell is not None
         changed = "The program or the cell changed since it was written." if older else ""
         self._run.show(quiet_html(_NO_CELL if session.cell is None else changed))
-        self._preview.open((), "")
+        self._preview.open((), NO_SOURCE)
         self._allowed.offer(())
         self._download.visible = False
 

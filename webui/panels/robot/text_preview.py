@@ -2,6 +2,7 @@
 
 import viser
 
+from specs.source import Source
 from webui.downloads.program_text import PAGE_LINES, TextFile, find_text, next_move, page_html
 from webui.glb.ribbons import board_size_mm, line_width_mm
 from webui.layers.paths.markers import motion_glb
@@ -41,7 +42,7 @@ class TextPreview:
         )
         self._pages.on_click(lambda event: self._go_and_select(self._number + _STEPS[event.target.value] * PAGE_LINES))
 
-    def open(self, files: tuple[TextFile, ...], made_by: str) -> None:
+    def open(self, files: tuple[TextFile, ...], made_by: Source) -> None:
         """Show a text at a stroke, from its beginning if it does not contain it.
 
         Args:
@@ -59,7 +60,7 @@ class TextPreview:
         if not self.find(made_by):
             self._go(1)
 
-    def find(self, made_by: str) -> bool:
+    def find(self, made_by: Source) -> bool:
         """Go to the line of a stroke, unless the present line is part of it; whether there is such a line."""
         if not self._files:
             return False

@@ -46,16 +46,16 @@ def offer(choice: viser.GuiDropdownHandle[str], names: Sequence[str], chosen: st
         choice.value = chosen
 
 
-def cycle(names: Sequence[str], current: str, steps: int) -> str:
-    """Name ``steps`` after the current one, cyclically; the first or last where that is not in the list.
+def cycle(entries: Sequence[T], current: T, steps: int, default: T) -> T:
+    """Entry ``steps`` after the current one, cyclically; the first or last where that is not in the list.
 
-    The result is empty for an empty list.
+    An empty list gives the default.
     """
-    if not names:
-        return ""
-    if current not in names:
-        return names[0 if steps > 0 else -1]
-    return names[(names.index(current) + steps) % len(names)]
+    if not entries:
+        return default
+    if current not in entries:
+        return entries[0 if steps > 0 else -1]
+    return entries[(entries.index(current) + steps) % len(entries)]
 
 
 class Stepper:
@@ -101,7 +101,7 @@ class Stepper:
         if not isinstance(step, int):
             step()
         elif self._names:
-            self._choose(cycle(self._names, self._chosen, step) if step else self._names[0])
+            self._choose(cycle(self._names, self._chosen, step, "") if step else self._names[0])
 
     def _choose(self, name: str) -> None:
         self._chosen = name

@@ -12,6 +12,7 @@ from programs.motion.steps import MotionProgram, Reach, Step, Switch, UseBoard, 
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.abb import PAINT_DIALECT
+from specs.source import Source
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 
@@ -55,7 +56,7 @@ def test_guns_are_switched_by_brushes_only_and_all_else_by_itself() -> None:
 
 def test_two_guns_at_a_time_are_refused() -> None:
     motion = sprayed()
-    steps = (*motion.steps[:-1], Switch(AIR, 1.0, "s"), replace(motion.lines[0], made_by="s"))
+    steps = (*motion.steps[:-1], Switch(AIR, 1.0, "s"), replace(motion.lines[0], made_by=Source.parse("s")))
     with pytest.raises(ProgramError, match="a brush opens one gun"):
         written(program(*steps, Switch(AIR, 1.0, "s")))
 

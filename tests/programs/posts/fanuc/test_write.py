@@ -16,6 +16,7 @@ from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY, Pose
 from programs.posts.fanuc import DIALECT
 from programs.posts.reading.compare import compare
+from specs.source import Source
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 
@@ -162,7 +163,9 @@ def test_a_long_program_is_divided_and_its_names_have_eight_characters() -> None
 
 
 def test_remarks_have_32_characters_and_no_semicolon() -> None:
-    odd = replace(line(pose(0), pose(9), 10.0), made_by="connectors; a very long path of a recipe/perimeter")
+    odd = replace(
+        line(pose(0), pose(9), 10.0), made_by=Source.parse("connectors; a very long path of a recipe/perimeter")
+    )
     files = written(program(*READY, odd))
     remarks = instructions(files["TINY_01.ls"], "!")
     assert "!connectors, a very long path ..." in remarks

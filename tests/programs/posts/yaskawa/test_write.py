@@ -15,6 +15,7 @@ from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.reading.compare import compare
 from programs.posts.yaskawa import DIALECT
+from specs.source import Source
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 
@@ -73,7 +74,9 @@ def test_turns_beyond_half_a_turn_are_in_the_configuration() -> None:
 
 
 def test_comments_have_32_characters() -> None:
-    odd = replace(line(pose(0), pose(9), 10.0), made_by="connectors and a very long path of a recipe/perimeter")
+    odd = replace(
+        line(pose(0), pose(9), 10.0), made_by=Source.parse("connectors and a very long path of a recipe/perimeter")
+    )
     files = written(program(*READY, odd))
     comments = [each for text in files.values() for each in instructions(text, "'")]
     assert "'connectors and a very long pa..." in comments

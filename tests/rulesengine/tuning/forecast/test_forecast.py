@@ -51,7 +51,7 @@ def test_deposits_add_up_to_what_each_stage_leaves(runner):
         ("sequence[1]", "around"),
     ]
     for stage, exposure in zip(report.stages, report.exposures, strict=True):
-        own = [each for each in deposits.each if each.step == stage.made_by]
+        own = [each for each in deposits.each if each.step == str(stage.made_by)]
         assert sum(each.seconds for each in own) == pytest.approx(stage.spray_s)
         np.testing.assert_allclose(sum(each.volume_mm for each in own), exposure.volume_mm, rtol=1e-4, atol=1e-4)
 

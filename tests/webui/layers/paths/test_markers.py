@@ -4,9 +4,10 @@ from small_plans import pause, plan_of, spray, transfer
 from tiny_session import tiny_session
 
 from programs.plan import Command, Dwell
+from specs.source import Source
 from webui.layers.paths.markers import find_markers, marker_sizes, markers_glb
 
-EDGE = "sequence[0]/edge"
+EDGE = Source(0, "edge")
 
 
 def lap():
@@ -29,7 +30,7 @@ def test_pauses_in_one_place_add_up():
 
 
 def test_a_command_stands_where_the_nozzle_is_and_one_before_the_first_move_nowhere():
-    begin, later = Command("FUNCTION", ("clean",), "sequence[0]"), Command("CALL", ("flip",), "sequence[1]")
+    begin, later = Command("FUNCTION", ("clean",), Source(0)), Command("CALL", ("flip",), Source(1))
     plan = plan_of(begin, transfer([[1, 2, 99], [3, 4, 99]]), later)
     assert [(marker.kind, marker.place_mm) for marker in find_markers(plan)] == [("command", (3, 4, 99))]
 

@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 from small_plans import pause, plan_of, spray, transfer
 
+from specs.source import Source
 from webui.glb.ribbons import bars, ribbons, unlike_segments
 from webui.layers.paths.strokes import stroke_lines, stroke_spans, strokes_glb, tint_strokes, transfers_glb
 from webui.layers.paths.timeline import Span
 
-AROUND, EDGE = "sequence[0]/around/U1", "sequence[0]/edge"
+AROUND, EDGE = Source(0, "around", ("U1",)), Source(0, "edge")
 RING = [[0, 0, 40], [20, 0, 40], [20, 10, 40], [0, 10, 40], [0, 0, 40]]
 
 
@@ -31,7 +32,7 @@ def two_strokes():
 def test_passes_with_pauses_between_are_one_stroke_and_a_transfer_ends_it():
     around, edge = stroke_lines(two_strokes())
     assert (around.made_by, around.pauses, around.paused_s) == (AROUND, 1, 0.5)
-    assert (around.place, around.template, around.side) == ("sequence[0]/around", "around", "top")
+    assert (around.place, around.template, around.side) == (Source(0, "around"), "around", "top")
     assert edge.template == "edge"
 
 
@@ -79,7 +80,7 @@ def test_very_many_segments_are_bare_lines():
 
 def test_nothing_is_drawn_of_nothing():
     assert strokes_glb([], []) == b""
-    assert transfers_glb(plan_of(transfer([[0, 0, 9], [1, 0, 9]])), frozenset({"s/transfer"})) == b""
+    assert transfers_glb(plan_of(transfer([[0, 0, 9], [1, 0, 9]])), frozenset({Source.parse("s/transfer")})) == b""
 
 
 def test_colours_tell_apart_what_they_are_asked_to():

@@ -6,6 +6,7 @@ import pytest
 from small_page import find, press, small_page
 from tiny_session import tiny_session
 
+from specs.source import Source
 from webui.layers.paths.strokes import stroke_lines
 from webui.panels.board.components import ComponentsPanel
 
@@ -57,7 +58,7 @@ def test_a_part_selected_elsewhere_is_shown_without_a_flight(opened):
     page.select(component=name)
     assert find(page, "Go to").value == name
     assert looked == []
-    page.select(made_by="sequence[0]/around/X")
+    page.select(made_by=Source.parse("sequence[0]/around/X"))
     assert find(page, "Go to").value == NONE
 
 

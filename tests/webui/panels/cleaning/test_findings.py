@@ -63,7 +63,7 @@ def test_choosing_a_judgement_flies_there_and_lights_what_sprays_the_part():
         assert page.session.selection.component == "U1"
         assert page.session.lit == {"sequence[0]/around/U1", "sequence[0]/sweep"}
         press(page, "Go to", "1 speed-below-asked around/C1")
-        assert page.session.selection.made_by == "sequence[0]/around/C1"
+        assert str(page.session.selection.made_by) == "sequence[0]/around/C1"
 
 
 def test_the_source_can_be_chosen_while_there_is_an_analysis():

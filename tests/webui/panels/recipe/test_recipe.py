@@ -10,6 +10,7 @@ from tiny_session import tiny_session
 from recipes.errors import RecipeError
 from recipes.load import read_recipe, recipe_library
 from recipes.recipe import Recipe
+from specs.source import Source
 from webui.forms.entries import (
     SECTIONS,
     Entry,
@@ -170,7 +171,7 @@ def test_entries_move_as_far_as_there_are_neighbours():
     ],
 )
 def test_a_stroke_or_finding_leads_to_its_entry(made_by, path):
-    assert entry_at(SESSION.recipe, made_by) == path
+    assert entry_at(SESSION.recipe, Source.parse(made_by)) == path
 
 
 def test_the_card_of_a_class_counts_its_members():
@@ -274,7 +275,7 @@ def test_each_section_has_its_own_inputs_and_leaves_none_behind(page):
 
 def test_a_selected_stroke_opens_its_template(page):
     choose(page, "Limits")
-    page.select(made_by="sequence[0]/sweep/1")
+    page.select(made_by=Source.parse("sequence[0]/sweep/1"))
     assert find(page, "Section").value == "Templates"
     assert find(page, "Entry").value == "sweep"
     assert find(page, "Overlap").value == "0.3"
