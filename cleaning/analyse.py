@@ -24,7 +24,7 @@ from specs.progress import Progress, no_progress, subprogress
 
 Effort: TypeAlias = Literal["sketch", "fast", "full"]
 _RAYS: dict[Effort, int] = {"sketch": 300_000, "fast": 4_000_000, "full": 8_000_000}
-"""Per stage, at least: a short stage deals more of them to each sample."""
+"""Per stage, at least: a short stage places more of them at each sample."""
 _RAYS_EACH: dict[Effort, int] = {"sketch": 16, "fast": 64, "full": 256}
 """Per sample, at least."""
 _WAY_MM: dict[Effort, float] = {"sketch": 6.0, "fast": 3.0, "full": 1.5}
@@ -67,10 +67,10 @@ def analyse_on(
     parameters = prepared.parameters
     staged = stages_of(program, recipe, parameters, _WAY_MM[effort])
     sprayed = _spray(staged.stages, prepared, effort, subprogress(progress, 0.0, 0.5))
-    beneath = gaps_of(prepared, sprayed, subprogress(progress, 0.5, 0.9))
+    undersides = gaps_of(prepared, sprayed, subprogress(progress, 0.5, 0.9))
     progress("judging", 0.9)
     rows = range(len(prepared.board.components))
-    parts = tuple(component_part(row, prepared, sprayed, beneath.get(row)) for row in rows)
+    parts = tuple(component_part(row, prepared, sprayed, undersides.get(row)) for row in rows)
     bare = bare_part(prepared, sprayed)
     process = (*judge_process(staged.stages, parameters), *judge_range(staged.stages, prepared.board))
     progress("done", 1.0)
@@ -102,10 +102,10 @@ def _spray(stages: Sequence[Stage], prepared: PreparedBoard, effort: Effort, pro
         end = begin + len(stage.samples.times)
         jet = jet_of(stage, prepared.parameters.spray)
         part = subprogress(progress, begin / total, end / total)
-        settled = effort != "sketch" and stage.use != "dry"  # of gas, which leaves nothing, only times are looked at
-        rays = max(_RAYS_EACH[effort], -(-_RAYS[effort if settled else "sketch"] // len(stage.samples.times)))
+        refined = effort != "sketch" and stage.use != "dry"  # of gas, which leaves nothing, only times are looked at
+        rays = max(_RAYS_EACH[effort], -(-_RAYS[effort if refined else "sketch"] // len(stage.samples.times)))
         exposure = expose(stage, jet, prepared.facets, prepared.scene, rays, part)
-        if settled:
+        if refined:
             judged = cells_of_side(prepared.facets, prepared.board, stage.side)
             exposure = refine_sparse_cells(exposure, stage, jet, prepared.facets, prepared.scene, judged)
         done.append(Sprayed(stage, jet, exposure))

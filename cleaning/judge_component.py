@@ -59,13 +59,13 @@ def gaps_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed], progress: Progr
     found: dict[int, UndersideResult] = {}
     with ThreadPoolExecutor(_THREADS) as threads:
         rows = range(len(prepared.rows))
-        for row, beneath in enumerate(threads.map(partial(_beneath, prepared, sprayed), rows)):
+        for row, underside in enumerate(threads.map(partial(_underside, prepared, sprayed), rows)):
             progress("flushing under parts", row / len(rows))
-            found[prepared.rows[row]] = beneath
+            found[prepared.rows[row]] = underside
     return found
 
 
-def _beneath(prepared: PreparedBoard, sprayed: Sequence[Sprayed], row: int) -> UndersideResult:
+def _underside(prepared: PreparedBoard, sprayed: Sequence[Sprayed], row: int) -> UndersideResult:
     """Follow one gap in all its cases; what limits it is worked out for the harder one."""
     parameters, underside = prepared.parameters, prepared.undersides[row]
     edges = prepared.edges.only(row)
@@ -108,7 +108,7 @@ class _Surface:
 
 
 def component_part(
-    row: int, prepared: PreparedBoard, sprayed: Sequence[Sprayed], beneath: UndersideResult | None
+    row: int, prepared: PreparedBoard, sprayed: Sequence[Sprayed], underside: UndersideResult | None
 ) -> Part:
     """Judge component ``row`` of the board."""
     component = prepared.board.components[row]
@@ -117,7 +117,7 @@ def component_part(
     place = (middle.x, middle.y, prepared.board.surface_z_mm(side))
     cells: dict[Side, Indices] = {side: prepared.cells[row]}
     surface = _Surface(component.name, row, side, place, cells, prepared.overrides[row])
-    return _part(surface, prepared, sprayed, beneath)
+    return _part(surface, prepared, sprayed, underside)
 
 
 def bare_part(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> Part:
@@ -131,7 +131,7 @@ def bare_part(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> Part:
 
 
 def _part(
-    surface: _Surface, prepared: PreparedBoard, sprayed: Sequence[Sprayed], beneath: UndersideResult | None
+    surface: _Surface, prepared: PreparedBoard, sprayed: Sequence[Sprayed], underside: UndersideResult | None
 ) -> Part:
     sides: list[Side] = [each.stage.side for each in sprayed]
     acting = [surface.cells.get(side) for side in sides]
@@ -161,14 +161,14 @@ def _part(
         stages=tuple(each.stage for each in sprayed),
         exposed=exposed,
         reached=reached,
-        underside=None if beneath is None else beneath.underside,
-        gaps=() if beneath is None else beneath.gaps,
+        underside=None if underside is None else underside.underside,
+        gaps=() if underside is None else underside.gaps,
         override=surface.override,
         occluder=_occluder(surface, prepared, sprayed),
         parameters=prepared.parameters,
     )
     judgements = judge_part(evidence)
-    elasticities = {} if beneath is None else dict(beneath.elasticity)
+    elasticities = {} if underside is None else dict(underside.elasticity)
     return Part(
         component=surface.name,
         verdict=judgements[0].verdict,

@@ -30,7 +30,7 @@ class PreparedBoard:
     cells: tuple[Indices, ...]
     """Per component the cells that it has on its own side."""
     overrides: tuple[PartOverride, ...]
-    """One per component; says nothing where nothing special is known."""
+    """One per component; empty where nothing special is known."""
     undersides: tuple[Underside, ...]
     """Of the components that have a thin gap, in the board's order."""
     rows: tuple[int, ...]
@@ -85,7 +85,7 @@ def _matches(known: PartOverride, component: Component) -> bool:
 def _field(
     underside: Underside, case: GapCase, cells: int, solved: dict[tuple[float, float, GapCase], GapField]
 ) -> GapField:
-    """Solve a gap, or take the answer from one like it: to a micrometre it is the same package."""
+    """Solve a gap, or take the result of one like it: to a micrometre it is the same package."""
     joints = tuple(_rounded(joint) for joint in case.joints)
     key = (round(underside.length_mm, 3), round(underside.width_mm, 3), GapCase(round(case.gap_height_mm, 5), joints))
     if key not in solved:

@@ -1,4 +1,4 @@
-"""A cleaning report as plain data: what ``--json`` writes. Lengths are mm, times s, all else as the names say."""
+"""A cleaning report as plain data: what ``--json`` writes. Lengths are mm, times s, all else as named."""
 
 import math
 from collections.abc import Sequence

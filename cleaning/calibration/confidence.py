@@ -59,7 +59,7 @@ def half_widths(fit: Fit) -> Scalars:
 
 
 def correlations(fit: Fit) -> NDArray[np.float64]:
-    """(p, p) absolute correlations of the parameters of a linearised fit; 1 with itself, and where nothing is told."""
+    """(p, p) absolute correlations of the parameters of a linearised fit; 1 with itself, and where undetermined."""
     inverse = _inverse(fit.jacobian)
     if not np.isfinite(inverse).all():
         return np.ones_like(inverse)

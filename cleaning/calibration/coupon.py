@@ -107,7 +107,7 @@ class Coupons:
         return shear
 
     def predict(self, soil: Soil, shear_pa: Scalars) -> Scalars:
-        """(n,) share that the model says is cleaned."""
+        """(n,) predicted share that is cleaned."""
         each = [softening_rate(soil, celsius, percent) for celsius, percent in self.baths[0]]
         softening = np.array(each, dtype=np.float64)[self.baths[1]]
         hard, soft = step(1.0, 0.0, softening, removal_rate(soil, shear_pa), self.measurements.columns["time_s"])
@@ -118,17 +118,17 @@ def read_coupons(path: Path, setup: CouponSetup) -> Coupons:
     """Read measurements on coupons.
 
     Raises:
-        CleaningError: they cannot be used; the message says which line.
+        CleaningError: they cannot be used; the message names the line.
     """
     measurements = read_measurements(path, _columns(setup.liquid), _LEAST_ROWS)
-    require_variation(path, measurements, "time_s", "measure at two times at least, or no rate can be told")
+    require_variation(path, measurements, "time_s", "measure at two times at least, or no rate can be fitted")
     require_variation(
         path,
         measurements,
         "temperature_c",
         "measure at two temperatures at least, some 10 °C apart, for the activation",
     )
-    require_variation(path, measurements, "cleaned_fraction", "nothing changed, so that nothing can be told")
+    require_variation(path, measurements, "cleaned_fraction", "nothing changed, so that nothing can be fitted")
     coupons = Coupons(measurements, setup)
     between = int(coupons.between.sum())
     if between < _LEAST_ROWS:

@@ -1,7 +1,7 @@
 """Fitting the kinetics of the residue, and the depth of the puddle at an edge, to coupons.
 
 Least squares in the logarithms of the parameters on the model that the analysis uses, with profile-likelihood
-intervals. What the coupons do not tell is left at what was known before.
+intervals. What the coupons do not determine is left at what was known before.
 """
 
 import math
@@ -20,22 +20,22 @@ from cleaning.parameters.model import Film, Soil
 from geometry.arrays import Scalars
 
 FITTED: tuple[str, ...] = ("soil.k1_per_s", "soil.activation_kj_mol", "soil.k_m_per_s", "film.puddle_mm")
-"""What is fitted, by path; what the data do not tell is given up from the end."""
+"""What is fitted, by path; what the data do not determine is given up from the end."""
 _FARTHEST = math.log(1000.0)
 """How far from what was known before is searched, either way."""
 _WIDEST = math.log(10.0)
-"""An interval over more than a factor of ten says that the data do not tell."""
+"""An interval over more than a factor of ten means that the data do not determine the parameter."""
 _STARTS = {"soil.k1_per_s": (0.0, -1.2, 1.2), "soil.k_m_per_s": (0.0, -2.3, 2.3)}
 _ROUNDS = 5
 _PRECISION = 1e-3
 """No fraction is measured better: fits that leave less are taken to leave this."""
 _ALIKE = 0.98
-"""Parameters that are more strongly correlated than this cannot be told apart."""
+"""Parameters that are more strongly correlated than this cannot be fitted apart."""
 
 
 @dataclass(frozen=True, slots=True)
 class Undetermined:
-    """A parameter that the coupons do not tell."""
+    """A parameter that the coupons do not determine."""
 
     low: float
     """Least value that they allow; 0 where there is none."""
@@ -86,7 +86,7 @@ def calibrate_gap(path: Path, setup: CouponSetup) -> GapFit:
             break
         found = _fit_determined(model)
     if not found.logs:
-        message = "these coupons tell nothing: any rate fits them. Vary time, standoff and pressure more"
+        message = "these coupons determine nothing: any rate fits them. Vary time, standoff and pressure more"
         raise CleaningError(message, file=path, line=coupons.measurements.header_line)
     estimates = {name: model.estimate(name, log, found.intervals[name]) for name, log in found.logs.items()}
     soil, film = model.changed({name: estimate.value for name, estimate in estimates.items()})
@@ -96,7 +96,7 @@ def calibrate_gap(path: Path, setup: CouponSetup) -> GapFit:
 
 @dataclass(frozen=True, slots=True)
 class _Determined:
-    """What the data tell: logarithms over what was known before."""
+    """What the data determine: logarithms over what was known before."""
 
     logs: Mapping[str, float]
     intervals: Mapping[str, tuple[float, float]]
@@ -104,7 +104,7 @@ class _Determined:
 
 
 def _fit_determined(model: "_Model") -> _Determined:
-    """Give up parameters, the last first, until the data tell all that are left; then find their intervals."""
+    """Give up parameters, the last first, until the data determine all that are left; then find their intervals."""
     free, undetermined = list(FITTED), dict[str, Undetermined]()
     starts = model.starts(free)
     while free:
@@ -130,7 +130,7 @@ class _Model:
     """The sum of squares as a function of the logarithms of parameters over what was known of them before.
 
     Which coupons are above the threshold of the shear is held while a fit goes on: at the jump nothing is smooth, and
-    where exactly it lies is not known so well that a puddle depth could be told from it.
+    where exactly it lies is not known so well that a puddle depth could be fitted to it.
     """
 
     def __init__(self, coupons: Coupons) -> None:
@@ -147,11 +147,11 @@ class _Model:
         self._flushed = self._above(self._film.puddle_mm)
 
     def drives(self) -> bool:
-        """Tell whether any coupon is flown through."""
+        """Whether any coupon is flown through."""
         return bool((self._shear_at(self._film.puddle_mm) > 0.0).any())
 
     def moves_threshold(self, ratios: Mapping[str, float]) -> bool:
-        """Take the coupons above the threshold at a fit for those of the next; tell whether they are others."""
+        """Take the coupons above the threshold at a fit for those of the next; whether they are others."""
         before = self._flushed
         self._flushed = self._above(self._film.puddle_mm * math.exp(ratios.get("film.puddle_mm", 0.0)))
         return bool((before != self._flushed).any())

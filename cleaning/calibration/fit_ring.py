@@ -159,7 +159,7 @@ def _intensities(sheets: Measurements, quantity: Quantity) -> _Solve:
 
 
 def _sees_around(sheets: Measurements) -> bool:
-    """Tell whether the ring was measured at enough azimuths on all sides to say how it varies about the axis."""
+    """Whether the ring was measured at enough azimuths on all sides to fit how it varies about the axis."""
     columns = sheets.columns
     around = np.radians(columns["azimuth_deg"]) if "azimuth_deg" in columns else None
     if around is None:
@@ -201,6 +201,6 @@ def _check_ring(path: Path, sheets: Measurements, solved: _Solved) -> None:
     if not inside or np.linalg.matrix_rank(solved.fit.jacobian) < len(solved.fit.parameters):
         message = (
             f"these patterns show no ring: the fit ends at a half angle of {np.degrees(angle):.1f} and a sigma of "
-            f"{np.degrees(sigma):.1f} degrees. Radii are told from where the nozzle's axis meets the sheet"
+            f"{np.degrees(sigma):.1f} degrees. Radii are measured from where the nozzle's axis meets the sheet"
         )
         raise CleaningError(message, file=path, line=sheets.header_line)

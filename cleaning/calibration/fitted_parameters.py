@@ -42,7 +42,7 @@ def calibrated_set(fit: GapFit, source: str | Path, file: Path, date: str = "") 
         f"# Fitted by washboard to {fit.coupons.measurements.source}.",
         *(["# SYNTHETIC data: this proves nothing about a line, and verdicts keep their grade."] * synthetic),
         *(
-            f"# {name} is not told by them and stays {lost.kept:g}; the rest holds with that."
+            f"# {name} is not determined by them and stays {lost.kept:g}; the rest holds with that."
             for name, lost in undetermined
         ),
         f"parameters: {file.stem}",

@@ -1,4 +1,4 @@
-"""Reading measurements: a CSV file with a header, numbers only; every mistake is told with its line."""
+"""Reading measurements: a CSV file with a header, numbers only; every mistake is reported with its line."""
 
 import csv
 import hashlib
@@ -39,7 +39,7 @@ class Measurements:
     """Its name without folders: what it was called, on whatever machine."""
     sha256: str
     synthetic: bool
-    """Whether a comment in it says so: made up, not measured."""
+    """Whether a comment in it marks it as made up, not measured."""
     columns: Mapping[str, Scalars]
     """(n,) each."""
     lines: Indices
@@ -48,7 +48,7 @@ class Measurements:
 
     @property
     def repeated(self) -> list[tuple[int, int]]:
-        """Lines that say the same as an earlier one to the last digit, each with that one."""
+        """Lines that repeat an earlier one to the last digit, each with that one."""
         first: dict[tuple[float, ...], int] = {}
         rows = zip(*(column.tolist() for column in self.columns.values()), strict=True)
         pairs = [(line, first.setdefault(row, line)) for line, row in zip(self.lines.tolist(), rows, strict=True)]
@@ -60,7 +60,7 @@ class Measurements:
 
     @property
     def source(self) -> str:
-        """What provenance says of a value that was fitted to it."""
+        """Provenance of a value that was fitted to it."""
         return f"{self.file}, sha256 {self.sha256[:16]}"
 
 

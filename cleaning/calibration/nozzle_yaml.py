@@ -34,7 +34,7 @@ def wavefront_of(fit: RingFit) -> Wavefront | None:
 
 def nozzle_text(fit: RingFit) -> str:
     """Write what was fitted as the lines of a nozzle, with a comment on where it comes from."""
-    lines = [f"# {_told(fit)}", *(f"{key}: {value:g}" for key, value in _numbers(fit).items())]
+    lines = [f"# {_fit_text(fit)}", *(f"{key}: {value:g}" for key, value in _numbers(fit).items())]
     wavefront = wavefront_of(fit)
     if wavefront is not None:
         lines += ["wavefront:", f"  height_mm: {wavefront.height_mm:g}", "  points:"]
@@ -66,8 +66,8 @@ def recipe_with_ring(fit: RingFit, source: str | Path, nozzle: str, file: Path) 
     elif before.wavefront is not None:
         text = remove_value(text, ("nozzles", nozzle, "wavefront"))
     first, _, rest = text.partition("\n")
-    told = f"# Nozzle {nozzle}: {_told(fit)}\n"
-    text = f"{first}\n{told}{rest}" if first.startswith("#") else f"{told}{text}"
+    comment = f"# Nozzle {nozzle}: {_fit_text(fit)}\n"
+    text = f"{first}\n{comment}{rest}" if first.startswith("#") else f"{comment}{text}"
     read_recipe_text(text, file=file)
     return text
 
@@ -92,8 +92,8 @@ def choose_nozzle(source: str | Path, name: str | None) -> tuple[str, HollowCone
     if not cones:
         message = "this recipe has no hollow cone; name one that has with --recipe"
     else:
-        wanted = "--nozzle must say which one" if name is None else f"{name!r} is no hollow cone of this recipe"
-        message = f"{wanted}; {name_nearest(name or '', cones)}"
+        problem = "--nozzle must name one" if name is None else f"{name!r} is no hollow cone of this recipe"
+        message = f"{problem}; {name_nearest(name or '', cones)}"
     raise CleaningError(message, path="nozzles", file=find_file(source, RECIPE))
 
 
@@ -101,7 +101,7 @@ def _numbers(fit: RingFit) -> dict[str, float]:
     return {"half_angle_deg": round(fit.half_angle_deg.value, 2), "ring_sigma_deg": round(fit.sigma_deg.value, 2)}
 
 
-def _told(fit: RingFit) -> str:
+def _fit_text(fit: RingFit) -> str:
     made_up = "SYNTHETIC data, proves nothing: " if fit.measurements.synthetic else ""
     return (
         f"{made_up}fitted to {fit.measurements.source}: {len(fit.measurements)} rows, rms {fit.rms:.3g} {fit.unit}, "

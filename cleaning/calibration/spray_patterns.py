@@ -1,8 +1,8 @@
 """Spray patterns on flat sheets: where on them which ray of the nozzle arrived.
 
-A sheet lies flat below the orifice. Places on it are told from the point that the nozzle's axis meets; azimuth 0, which
-is x, points to where the axis leans, and azimuths grow clockwise as seen from the nozzle, as in a recipe's wave front.
-The nozzle's reference azimuth lies in the plane of the lean.
+A sheet lies flat below the orifice. Places on it are measured from the point that the nozzle's axis meets; azimuth 0,
+which is x, points to where the axis tilts, and azimuths grow clockwise as seen from the nozzle, as in a recipe's wave
+front. The nozzle's reference azimuth lies in the plane of the tilt.
 """
 
 from collections.abc import Mapping
@@ -50,7 +50,7 @@ def read_sheets(path: Path) -> Measurements:
     """Read measured patterns: edges of the ring, or intensities.
 
     Raises:
-        CleaningError: it cannot be used; the message says which line.
+        CleaningError: it cannot be used; the message names the line.
     """
     sheets = read_measurements(path, _COLUMNS, _LEAST_ROWS)
     columns = sheets.columns
@@ -73,7 +73,7 @@ def read_sheets(path: Path) -> Measurements:
     if count > _MOST_SHEETS:
         message = f"{count} pairs of height_mm and tilt_deg are too many; each is a sheet, {_MOST_SHEETS} at most"
         raise CleaningError(message, file=path, line=sheets.header_line)
-    require_variation(path, sheets, "height_mm", "measure at two heights at least, so that a cone can be told")
+    require_variation(path, sheets, "height_mm", "measure at two heights at least, so that a cone can be fitted")
     return sheets
 
 
@@ -117,7 +117,7 @@ def places(sheets: Measurements, radius_mm: Scalars) -> tuple[Scalars, Scalars]:
 
 
 def sheet_of(sheets: Measurements) -> tuple[list[tuple[float, float]], Indices]:
-    """Tell the sheets of a table apart: their heights and tilts in the order of the file, and which is each row's."""
+    """Give the sheets of a table, height and tilt of each in the order of the file, and which is each row's."""
     keys = _keys(sheets)
     order = {key: index for index, key in enumerate(dict.fromkeys(keys))}
     return list(order), np.array([order[key] for key in keys], dtype=np.int64)

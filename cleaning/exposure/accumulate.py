@@ -23,12 +23,12 @@ _GRAZING = 1e-6
 
 
 class Rays(NamedTuple):
-    """A deck for compiled code: one row a ray, as ``RAY`` columns say."""
+    """Ray samples for compiled code, one row a ray."""
 
     rows: NDArray[np.float64]
     """(n, 8): start x, direction, strength, inside, front, spread."""
     per_sample: int
-    """How many are dealt to each sample."""
+    """How many are placed at each sample."""
 
 
 class Poses(NamedTuple):
@@ -41,7 +41,7 @@ class Poses(NamedTuple):
 
 
 class SurfaceLookup(NamedTuple):
-    """The faces that rays land on."""
+    """The faces that rays hit, and the cells that they belong to."""
 
     planes: NDArray[np.float64]
     """(m, 4)"""
@@ -70,13 +70,13 @@ def place_rays(
 ) -> None:
     """Place the rays of some samples, beginning with sample ``first``; origins are counted from ``origin``."""
     origins, directions = out
-    count, deck = rays.per_sample, len(rays.rows)
+    count, total = rays.per_sample, len(rays.rows)
     for i in range(len(origins) // count):
         tcp, axes = poses.tcp[first + i], poses.axes[first + i]
-        next_ray = (first + i) * count % deck
+        next_ray = (first + i) * count % total
         for k in range(count):
             row = rays.rows[next_ray]
-            next_ray = next_ray + 1 if next_ray + 1 < deck else 0
+            next_ray = next_ray + 1 if next_ray + 1 < total else 0
             ray = i * count + k
             for axis in range(3):
                 origins[ray, axis] = tcp[axis] - origin[axis] + axes[axis, 0] * row[0]
@@ -104,24 +104,24 @@ def accumulate_hits(
 
     Args:
         jet: Whose rays.
-        rays: Its deck.
+        rays: Its samples.
         poses: The samples.
         surface: What is hit.
         landed: The first sample, (n,) faces hit or -1, and whether the jet leaves liquid.
         totals: What is added to.
     """
     first, faces, wets = landed
-    count, deck = rays.per_sample, len(rays.rows)
+    count, total = rays.per_sample, len(rays.rows)
     flow_mm3_s = jet.flow_m3_s * 1e9
     for i in range(len(faces) // count):
         sample = first + i
         seconds = poses.seconds[sample] / count
         tcp, axes = poses.tcp[sample], poses.axes[sample]
         by_maker = totals.makers[poses.maker[sample]]
-        next_ray = sample * count % deck
+        next_ray = sample * count % total
         for k in range(count):
             row = rays.rows[next_ray]
-            next_ray = next_ray + 1 if next_ray + 1 < deck else 0
+            next_ray = next_ray + 1 if next_ray + 1 < total else 0
             face = faces[i * count + k]
             if face < 0:
                 continue
@@ -162,9 +162,9 @@ def poses_of(samples: Samples) -> Poses:
 
 
 def rays_of(jet: Jet, per_sample: int) -> Rays:
-    """Deal a jet's deck, so many rays to a sample."""
-    deck = ray_samples_of(jet)
-    columns = [deck.starts, *deck.directions.T, deck.strength, deck.inside, deck.front, deck.spread]
+    """Lay the ray samples of a jet out for compiled code, so many rays to a pose."""
+    samples = ray_samples_of(jet)
+    columns = [samples.starts, *samples.directions.T, samples.strength, samples.inside, samples.front, samples.spread]
     return Rays(np.column_stack(columns).astype(np.float64), per_sample)
 
 

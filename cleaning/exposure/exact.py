@@ -80,7 +80,7 @@ def exact_exposure(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: 
 
 
 def visible_flux(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices) -> ExactExposure:
-    """Ask each chosen cell at one place alone: exact there, and many times quicker than ``exact_exposure``.
+    """Flux on each chosen cell at one place alone: exact there, and many times quicker than ``exact_exposure``.
 
     The place is the middle of the largest facet of the cell that is exposed.
     """
@@ -189,7 +189,7 @@ def _reached(stage: Stage, jet: Jet, scene: Scene, places: Points, normals: Poin
 def add_visible(
     values: NDArray[np.float64], blocked: NDArray[np.bool_], counts: Indices, found: NDArray[np.float64]
 ) -> None:
-    """Add what is not blocked to its place: ``counts`` says how many lines of sight each has, one after the other."""
+    """Add what is not blocked to its place: each has ``counts`` lines of sight, one after the other."""
     k = 0
     for place in range(len(counts)):
         for _ in range(counts[place]):

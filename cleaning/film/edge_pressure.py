@@ -148,7 +148,7 @@ def _press_once(
     pose: tuple[Scalars, NDArray[np.float64], float, float, float],
     pressure: Scalars,
 ) -> bool:
-    """Fill the pressures (8,) of one sample and tell whether any segment is within its reach."""
+    """Fill the pressures (8,) of one sample; whether any segment is within its reach."""
     tcp, turn, pole_x, pole_y, standoff = pose
     reached = False
     for at in range(SEGMENTS):
@@ -206,7 +206,7 @@ def _from_pole(
 
 @inlined
 def _lit(law: _Law, spot: Spot, away: float) -> bool:
-    """Whether the jet may press there at all: a quick answer for the many places that it does not."""
+    """Whether the jet may press there at all: a cheap bound for the many places where it does not."""
     along = spot.standoff_mm + away * spot.z
     squared = along * along + away * away * (1.0 - spot.z * spot.z)
     least, most = law.lit

@@ -161,7 +161,7 @@ def film_momentum(rim: Rim, spot: Spot, there: tuple[float, float], away_mm: flo
     Args:
         rim: Of the jet.
         spot: Which way from the pole.
-        there: What ``rim_at`` says of that way.
+        there: ``rim_at`` of that way.
         away_mm: How far.
     """
     far, flow = there

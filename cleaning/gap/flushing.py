@@ -80,7 +80,7 @@ class Flushed(NamedTuple):
     """One gap after one stage. SI."""
 
     hard: float
-    """Share of the residue that is hard, the same everywhere: softening does not ask for shear."""
+    """Share of the residue that is hard, the same everywhere: softening does not depend on shear."""
     soft: Scalars
     """(c,) share that is soft."""
     shear_pa: Scalars

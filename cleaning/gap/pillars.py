@@ -97,7 +97,7 @@ def post_factor(diameter: ArrayLike, pitch: ArrayLike, height: ArrayLike) -> NDA
     """K of a square array of round posts, such as the balls of a BGA, in a gap of any height. All in the same unit.
 
     The resistance of the plates with the posts as holes, 1 / K0, that of the posts' sides, s / K0, and `COUPLING`
-    sqrt(s) / K0 for the layers in which both act. For low gaps this is what `ROUND_SKIN` says; unlike it, it holds
+    sqrt(s) / K0 for the layers in which both act. For low gaps this agrees with `ROUND_SKIN`; unlike it, it holds
     where layers fill the space between posts. Within 4 % of 3-D Stokes flow for solid shares of 0.05 to 0.6 and
     heights of 0.1 to 2 pitches.
     """

@@ -155,7 +155,7 @@ def stress_factor(jet: JetForm, strength: float, length: float, spread: float) -
 
 @compiled
 def misses(jet: JetForm, x: float, y: float, z: float) -> bool:
-    """Whether a place is surely out of reach: a quick look before anything else is asked."""
+    """Whether a place is surely out of reach: a cheap bound before anything else is computed."""
     return z <= 0.0 or x * x + y * y > jet.steepest * z * z
 
 

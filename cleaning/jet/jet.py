@@ -26,7 +26,7 @@ _HEAT_RATIO = 1.4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Jet:
-    """What leaves a nozzle. SI units and rad, except where a name says otherwise."""
+    """What leaves a nozzle. SI units and rad, except where a name has another unit."""
 
     nozzle: Nozzle
     gas: bool

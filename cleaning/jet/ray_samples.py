@@ -1,7 +1,7 @@
-"""A deck of rays that stands for a jet: the same at every run, and spread evenly however many are drawn.
+"""Ray samples of a jet: the same at every run, and spread evenly however many are drawn.
 
 Two rays of three follow the flow, one is spread evenly over the outer cone; each knows the density with which both
-together visit its direction (balance heuristic, Veach and Guibas 1995), so that one deck measures volumes, impulses and
+together visit its direction (balance heuristic, Veach and Guibas 1995), so that one set measures volumes, impulses and
 times without bias. Directions come from Roberts' R2 sequence, a Kronecker sequence: any run of neighbours is spread
 evenly, and so are neighbours of neighbours.
 """
@@ -28,7 +28,7 @@ FRONT = 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RaySamples:
-    """Rays in the tool frame, to be dealt in order, again and again. n is ``RAYS``."""
+    """Rays in the tool frame, placed in order, again and again. n is ``RAYS``."""
 
     starts: Scalars
     """(n,) x at which a ray leaves the orifice or slot, mm."""

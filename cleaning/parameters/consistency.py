@@ -33,7 +33,7 @@ def find_problems(parameters: Parameters, root: Located) -> list[Problem]:
 
 
 def is_day(date: str) -> bool:
-    """Say whether a date is one of the calendar, written as in 2026-11-21."""
+    """Whether a date is one of the calendar, written as in 2026-11-21."""
     try:
         return _DATE.fullmatch(date) is not None and bool(day.fromisoformat(date))
     except ValueError:
@@ -113,7 +113,7 @@ def _named_values(value: Any, name: str) -> Iterator[tuple[str, Any]]:
 
 
 def _check_fit(at: YamlPath, entry: Provenance, value: Any) -> Iterator[Problem]:
-    """A value that claims to be fitted says how well, and is the one that was fitted."""
+    """A value that claims to be fitted states how well, and is the one that was fitted."""
     if entry.known in _FITTED and (entry.samples is None or entry.rms is None):
         yield Problem((*at, "known"), f"{entry.known} needs samples and rms too: what was fitted, and how well")
     if entry.interval is None:
@@ -122,12 +122,14 @@ def _check_fit(at: YamlPath, entry: Provenance, value: Any) -> Iterator[Problem]
     if not isinstance(value, int | float):
         yield Problem((*at, "interval"), "is that of one value; name the value, not the block around it")
     elif low <= high and not low <= value <= high:
-        message = f"{value:g} lies outside {low:g} to {high:g}: the value was changed, so say anew where it comes from"
+        message = (
+            f"{value:g} lies outside {low:g} to {high:g}: the value was changed, so state anew where it comes from"
+        )
         yield Problem((*at, "interval"), message)
 
 
 def _check_inherited(root: Located) -> Iterator[Problem]:
-    """A set that changes a value says where the new one comes from: what it inherits speaks of the old one."""
+    """A set that changes a value states where the new one comes from: what it inherits is of the old one."""
     own, tree = root.mark.file, root.value
     provenance = root.get("provenance")
     if not isinstance(tree, dict) or provenance is None or not isinstance(provenance.value, dict):
@@ -147,7 +149,7 @@ def _check_inherited(root: Located) -> Iterator[Problem]:
         if where not in reported:
             reported.add(where)
             message = (
-                f"is stated here, but where it comes from is inherited and speaks of another value; add to "
+                f"is stated here, but its provenance is inherited and is of another value; add to "
                 f"provenance: {spell_path(where)}: {{known: proposed, source: ...}}"
             )
             yield Problem(where, message)

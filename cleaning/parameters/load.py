@@ -48,7 +48,7 @@ def load_parameters(source: str | Path = "default") -> Parameters:
         source: A name of the library such as ``default``, or a file.
 
     Raises:
-        CleaningError: it cannot be found or used; the message says where and what to do.
+        CleaningError: it cannot be found or used; the message states where and what to do.
     """
     return read_parameters(source).parameters
 
@@ -93,7 +93,7 @@ def _described_by_itself(root: Located) -> Located:
 
 
 def parameters_sha256(parameters: Parameters) -> str:
-    """Hash what a set says, however it was written: inherited or not, in whatever order."""
+    """Hash the content of a set, however it was written: inherited or not, in whatever order."""
     content = parameters.model_dump(mode="json", exclude={"extends"})
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
     return hashlib.sha256(canonical.encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""What the model must be told besides board and recipe: liquids, residue, film, gaps, limits, and how each is known."""
+"""Inputs of the model besides board and recipe: liquids, residue, film, gaps, limits, and how each is known."""
 
 from typing import Annotated, Literal, TypeAlias
 
@@ -126,7 +126,7 @@ class Drying(Spec):
 
 
 class PartOverride(Spec):
-    """What is known of some components better than their package family says. The first that matches counts."""
+    """What is known of some components better than from their package family. The first that matches counts."""
 
     match: list[str] = Field(min_length=1, description="Patterns of reference designators or packages, such as QFN*.")
     standoff_um: tuple[PositiveFloat, PositiveFloat] | None = Field(default=None, description="Lowest and highest.")

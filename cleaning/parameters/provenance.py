@@ -13,7 +13,7 @@ _NOT_VALUES = ("parameters", "description", "provenance", "extends")
 
 @dataclass(frozen=True, slots=True)
 class Assumption:
-    """One value that the model was told."""
+    """One value of a parameter set."""
 
     path: str
     """Such as ``"soil.k1_per_s"``."""

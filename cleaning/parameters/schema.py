@@ -20,7 +20,7 @@ _SECTIONS = {
 
 def parameters_schema() -> str:
     """Write the JSON schema of a parameter set's file, with a line feed at the end."""
-    means = "What the cleaning model must be told besides board and recipe, and how each value is known."
+    means = "Inputs of the cleaning model besides board and recipe, and how each value is known."
     return extending_schema(PARAMETERS, means)
 
 

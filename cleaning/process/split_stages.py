@@ -47,7 +47,7 @@ class Staged:
 def stages_of(program: TimedProgram, recipe: Recipe, parameters: Parameters, longest_mm: float = 3.0) -> Staged:
     """Cut a program at its FUNCTION instructions and sample the open nozzle of each.
 
-    The body of a loop counts once, as in the program's totals: how often a sensor will ask for it is not known here.
+    The body of a loop counts once, as in the program's totals: how often a sensor will require it is not known here.
 
     Args:
         program: Any program that was planned with this recipe.
@@ -107,7 +107,7 @@ def choose_liquid(name: str, function: Function, nozzle: Nozzle, parameters: Par
 def _read(
     instructions: Sequence[Instruction], end_s: float, recipe: Recipe, parameters: Parameters
 ) -> tuple[Stage, list[Finding]]:
-    """Read what the commands of one stretch say; its samples are still missing."""
+    """Read the commands of one stretch; its samples are still missing."""
     commands = [item for item in instructions if isinstance(item, Command)]
     first = {command.keyword: command for command in reversed(commands)}
     settings = {item.arguments[0]: item.arguments[1] for item in reversed(commands) if item.keyword == "SET"}
@@ -119,27 +119,27 @@ def _read(
             f"the program uses {missing}, which the recipe {recipe.recipe} does not have. Give the recipe that the "
             "program was planned with, or plan it again."
         )
-    asked = recipe.functions[function]
-    liquid, assumed = choose_liquid(function, asked, recipe.nozzles[nozzle], parameters)
+    requested = recipe.functions[function]
+    liquid, assumed = choose_liquid(function, requested, recipe.nozzles[nozzle], parameters)
     findings = [Finding(LIQUID_UNKNOWN, assumed, made_by)] if assumed else []
     repeats = int(first["REPEAT"].arguments[0]) if "REPEAT" in first else 1
     if repeats > 1:
         message = (
-            f"{function} is repeated until a sensor says so, {repeats} times at most. Times, litres and pictures are "
-            "those of once; verdicts say how often it must be done."
+            f"{function} is repeated until a sensor ends it, {repeats} times at most. Times, litres and pictures are "
+            "those of once; verdicts state how often it must be done."
         )
         findings.append(Finding(LOOP_ONCE, message, made_by))
-    warmth = _setting(settings, "temperature_c", asked.temperature_c, _TEMPERATURES_C, made_by)
-    pressure = _setting(settings, "pressure_bar", asked.pressure_bar, _PRESSURES_BAR, made_by)
+    warmth = _setting(settings, "temperature_c", requested.temperature_c, _TEMPERATURES_C, made_by)
+    pressure = _setting(settings, "pressure_bar", requested.pressure_bar, _PRESSURES_BAR, made_by)
     stage = Stage(
         made_by=made_by,
         function=function,
         use=liquid.use,
         nozzle_name=nozzle,
         nozzle=recipe.nozzles[nozzle],
-        solution=asked.solution,
+        solution=requested.solution,
         liquid=liquid,
-        pressure_pa=_PA_PER_BAR * (asked.pressure_bar if pressure is None else pressure),
+        pressure_pa=_PA_PER_BAR * (requested.pressure_bar if pressure is None else pressure),
         temperature_c=_ROOM_C if warmth is None else warmth,
         begin_s=instructions[0].time_s,
         end_s=end_s,
@@ -152,7 +152,7 @@ def _read(
 def _setting(
     settings: Mapping[str, str], key: str, usual: float | None, limits: tuple[float, float], made_by: Source
 ) -> float | None:
-    """Read what the program sets, which anyone may have edited; else what the recipe asks for."""
+    """Read what the program sets, which anyone may have edited; else what the recipe requests."""
     if key not in settings:
         return usual
     try:

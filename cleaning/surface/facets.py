@@ -19,7 +19,7 @@ _COSINE = 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Facets:
-    """Triangles of all bodies, none longer than asked, and the cells into which small ones are gathered.
+    """Triangles of all bodies, none longer than ``longest_mm``, and the cells into which small ones are gathered.
 
     Results are per cell: what one body shows to one of six directions within about a millimetre, large enough to be hit
     by enough rays. Board frame, mm.
@@ -56,7 +56,7 @@ def build_facets(board: Board, scene: Scene, cell_mm: float = 1.5) -> Facets:
 
     Args:
         board: The scene's board.
-        scene: ``build_scene`` of it, which also says how long edges may be; facet i is its face i.
+        scene: ``build_scene`` of it, which also bounds the edges; facet i is its face i.
         cell_mm: About how large a cell is.
     """
     share = open_share(board, scene)

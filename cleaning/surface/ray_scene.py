@@ -68,7 +68,7 @@ def build_scene(board: Board, longest_mm: float = 2.0) -> Scene:
 
 
 def split_patches(patches: Triangles, longest_mm: float) -> tuple[Triangles, Indices]:
-    """Halve the longest edge of triangles until no edge is longer than asked.
+    """Halve the longest edge of triangles until no edge is too long.
 
     Args:
         patches: (n, 3, 3) mm.

@@ -24,7 +24,7 @@ CORNERS = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
 
 
 def inner_points(triangles: Triangles) -> NDArray[np.float64]:
-    """(m, 3, 3): three places inside each of (m, 3, 3) triangles, as ``CORNERS`` says."""
+    """(m, 3, 3): three places inside each of (m, 3, 3) triangles, at ``CORNERS``."""
     return np.einsum("kc,mcx->mkx", CORNERS, triangles)
 
 
@@ -71,7 +71,7 @@ def _sky(board: Board, sign: float) -> Directions:
 
 
 def _sees(scene: Scene, places: Points, normals: Directions, sky: Directions) -> NDArray[np.bool_]:
-    """(n,) whether enough directions of the sky are free. Places that have seen enough are not asked again."""
+    """(n,) whether enough directions of the sky are free. Places that have seen enough are skipped."""
     starts = (places - scene.origin + _LIFT_MM * normals).astype(np.float32)
     free = np.zeros(len(places), dtype=np.int64)
     for direction in sky:

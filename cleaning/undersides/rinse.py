@@ -37,7 +37,7 @@ def diluted_g_m3(rinse: Rinse, before_g_m3: float, exchanges: float, water_g_m3:
     """What is in the liquid after a rinse: what was there beyond what the water brings fades away, exp(-eta N).
 
     So two rinses one after the other are as good as one of as many exchanges, and none leaves more than was there. Of
-    liquid that was purer than the water it is not said that it stays so.
+    liquid that was purer than the water it is not assumed that it stays so.
 
     Args:
         rinse: Has the efficiency of an exchange, eta.

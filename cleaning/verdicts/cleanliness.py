@@ -1,4 +1,4 @@
-"""Verdicts told apart: whether a component comes out clean, and whether it stays wet underneath."""
+"""Cleanliness and drying apart: whether a component comes out clean, and whether it stays wet underneath."""
 
 from collections.abc import Iterable
 from typing import Literal, TypeAlias
@@ -18,7 +18,7 @@ def cleanliness(part: Part) -> Verdict:
 
 
 def stays_wet(part: Part) -> bool:
-    """Say whether drying leaves water under a component."""
+    """Whether drying leaves water under a component."""
     return any(each.rule == WET_GAP and each.verdict != "clean" for each in part.judgements)
 
 

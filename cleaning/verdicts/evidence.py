@@ -1,4 +1,4 @@
-"""What is known of one component when it is judged."""
+"""Evidence on one component: the numbers that the rules judge."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -19,7 +19,7 @@ _LIFT_MM = 1e-6
 LOW = 0.05
 """Percentile that stands for the places that get little."""
 BARE = -1
-"""Stands for the bare board where the index of a component is asked for."""
+"""Index of a component that stands for the bare board."""
 
 
 def cells_of_side(facets: Facets, board: Board, side: Side) -> Indices:

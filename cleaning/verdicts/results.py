@@ -1,4 +1,4 @@
-"""The results of an analysis: verdicts, each with the numbers that caused it and how far they can be trusted."""
+"""The results of an analysis: verdicts, each with the numbers that caused it and the grade of their confidence."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -88,7 +88,7 @@ class ExposedPart:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """Everything said of one component."""
+    """All results for one component."""
 
     component: str
     """Reference designator; ``"board"`` for the bare board."""

@@ -19,7 +19,7 @@ class Rule:
     id: str
     """``"R1"`` to ``"R14"``, as reports have it."""
     title: str = field(compare=False)
-    """Name of the rule's judgements, unless they tell cases apart: ``"missed"`` or ``"shadowed"``."""
+    """Name of the rule's judgements, unless they distinguish variants: ``"missed"`` or ``"shadowed"``."""
     meaning: str = field(compare=False)
     """What it looks for, in one sentence."""
     grade: Grade = field(compare=False)
@@ -45,7 +45,7 @@ UNDER_EXPOSED = Rule(
     "A",
     ("dirty", "marginal", "clean"),
 )
-DAMAGE_RISK = Rule("R3", "damage risk", "The jet presses harder than a component is said to bear.", "A", ("dirty",))
+DAMAGE_RISK = Rule("R3", "damage risk", "The jet presses harder than a component is stated to bear.", "A", ("dirty",))
 DRY_GAP = Rule(
     "R4",
     "dry gap",
@@ -88,7 +88,7 @@ INCOMPLETE_RINSE = Rule(
 IONIC_RESIDUE = Rule(
     "R11",
     "ionic",
-    "The estimated ionic index is above the limit that you set; without one the rule is silent.",
+    "The estimated ionic index is above the limit that you set; without one the rule does not apply.",
     "C",
     ("dirty",),
 )

@@ -69,7 +69,7 @@ def small_report() -> CleaningReport:
             made_finding(
                 "loop-once",
                 "info",
-                "rinse is repeated until a sensor says so; it is analysed done once.",
+                "rinse is repeated until a sensor ends it; it is analysed done once.",
                 "sequence[1]",
             ),
         ),

@@ -87,7 +87,7 @@ def test_a_puddle_that_only_scales_the_removal_is_not_told_and_kept(tmp_path) ->
     assert fit.undetermined["film.puddle_mm"].kept == PARAMETERS.film.puddle_mm
     assert fit.film == PARAMETERS.film
     text = calibrated_set(fit, "default", tmp_path / "mine.yaml")
-    assert "# film.puddle_mm is not told by them and stays 1;" in text
+    assert "# film.puddle_mm is not determined by them and stays 1;" in text
     assert "film:" not in text
 
 
@@ -118,7 +118,7 @@ def test_where_chemistry_limits_the_removal_is_not_told(tmp_path) -> None:
     assert "soil.k1_per_s" in fit.estimates
     assert fit.undetermined["soil.k_m_per_s"].kept == PARAMETERS.soil.k_m_per_s
     text = calibrated_set(fit, "default", tmp_path / "mine.yaml")
-    assert "# soil.k_m_per_s is not told by them and stays 0.05;" in text
+    assert "# soil.k_m_per_s is not determined by them and stays 0.05;" in text
     assert "  k_m_per_s:" not in text
     (tmp_path / "mine.yaml").write_text(text.replace("known: synthetic", "known: calibrated"), "utf-8")
     assert not load_parameters(tmp_path / "mine.yaml").calibrated
@@ -212,5 +212,5 @@ def test_a_bad_table_is_told_with_its_line(tmp_path, text: str, wanted: str) -> 
 def test_coupons_that_say_nothing_are_told(tmp_path) -> None:
     random = np.random.default_rng(1)
     rows = [f"{50},{60 + 60 * n},{40 + 10 * (n % 2)},3,{random.uniform():.3f}" for n in range(10)]
-    with pytest.raises(CleaningError, match=r"data\.csv:1: these coupons tell nothing"):
+    with pytest.raises(CleaningError, match=r"data\.csv:1: these coupons determine nothing"):
         calibrate_gap(written(tmp_path, "\n".join([COUPON_HEADER, *rows])), BENCH)

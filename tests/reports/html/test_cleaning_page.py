@@ -217,7 +217,7 @@ def test_gaps_are_drawn_of_one_part_of_each_package(monkeypatch: pytest.MonkeyPa
 
 def test_what_was_noticed_on_the_way_is_told_and_judgements_are_not_told_twice() -> None:
     assert remarks(small_report()) == [
-        "sequence[1]: rinse is repeated until a sensor says so; it is analysed done once."
+        "sequence[1]: rinse is repeated until a sensor ends it; it is analysed done once."
     ]
 
 
