@@ -1,4 +1,4 @@
-"""What must hold between the parts of a recipe; a recipe that breaks it is refused."""
+"""Consistency of a recipe: what must hold between its parts; a recipe that breaks it is refused."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -16,20 +16,18 @@ _FLATTEST_DEG = 85.0  # a ray of the spray flatter than this does not close on t
 
 
 def find_problems(recipe: Recipe) -> list[Problem]:
-    """Look for what makes a recipe useless although each part of it is well formed."""
+    """Problems between the parts of a recipe, each of which is valid by itself."""
     checks: tuple[Callable[[Recipe], Iterator[Problem]], ...] = (
         _check_references,
         _check_by_class,
-        _check_heights,
-        _check_lines,
-        _check_masks,
+        _check_values,
         _check_steps,
     )
     return [problem for check in checks for problem in check(recipe)]
 
 
 def values_of(spec: PathSpec, field: str) -> Iterator[tuple[YamlPath, float]]:
-    """Give every value a template may take for a field: the one, those by class, the one near neighbours."""
+    """Every value that a template may take for a field: the one, those by class, the one near neighbours."""
     value = cast("float | dict[str, float] | None", getattr(spec, field, None))
     if isinstance(value, dict):
         yield from (((field, name), number) for name, number in value.items())
@@ -85,26 +83,19 @@ def _check_classes(at: YamlPath, value: dict[str, float], served: list[str], rec
         yield Problem(at, f"has no value for {', '.join(missing)}; add it or `default:`")
 
 
-def _check_heights(recipe: Recipe) -> Iterator[Problem]:
-    """The orifice stays above the clearance over the bare board."""
+def _check_values(recipe: Recipe) -> Iterator[Problem]:
+    """The orifice stays above the clearance over the bare board, lines have two ends, masks are not blank."""
     clearance = recipe.limits.clearance_mm
     for name, spec in recipe.templates.items():
         for path, height in values_of(spec, "height_mm"):
             if height <= clearance:
                 message = f"{height:g} mm is not above the clearance ({clearance:g} mm, limits.clearance_mm); raise it"
                 yield Problem(("templates", name, *path), message)
+        if isinstance(spec, StraightLine) and math.dist(spec.from_mm, spec.to_mm) < 1e-3:
+            yield Problem(("templates", name, "to"), "is where the line begins; a line needs two points")
     if recipe.limits.park_height_mm <= clearance:
         message = f"{recipe.limits.park_height_mm:g} mm is not above the clearance ({clearance:g} mm); raise it"
         yield Problem(("limits", "park_height_mm"), message)
-
-
-def _check_lines(recipe: Recipe) -> Iterator[Problem]:
-    for name, spec in recipe.templates.items():
-        if isinstance(spec, StraightLine) and math.dist(spec.from_mm, spec.to_mm) < 1e-3:
-            yield Problem(("templates", name, "to"), "is where the line begins; a line needs two points")
-
-
-def _check_masks(recipe: Recipe) -> Iterator[Problem]:
     for index, mask in enumerate(recipe.masks):
         for kind in ("avoid", "clean", "ignore"):
             for place, pattern in enumerate(cast("list[str]", getattr(mask, kind))):
@@ -113,43 +104,31 @@ def _check_masks(recipe: Recipe) -> Iterator[Problem]:
 
 
 def _check_steps(recipe: Recipe) -> Iterator[Problem]:
-    """What a template asks for must suit the function and the nozzle of each step that uses it."""
-    seen: set[tuple[YamlPath, str]] = set()
+    """Speeds and tilts of a template suit the function and the nozzle of each step that uses it."""
+    messages: dict[tuple[YamlPath, str], None] = {}
     for index, step in enumerate(recipe.sequence):
         function, nozzle = recipe.functions.get(step.function), recipe.nozzles.get(step.nozzle)
-        for name in step.paths:
-            spec = recipe.templates.get(name)
+        for name, spec in ((name, recipe.templates.get(name)) for name in step.paths):
             if function is None or nozzle is None or spec is None:
                 continue
-            for problem in (
-                *_check_speed(name, spec, f"sequence[{index}] uses it for {step.function}", function.max_speed_mm_s),
-                *_check_tilt(name, spec, step.nozzle, nozzle),
-            ):
-                if (problem.path, problem.message) not in seen:
-                    seen.add((problem.path, problem.message))
-                    yield problem
-
-
-def _check_speed(name: str, spec: PathSpec, use: str, maximum: float) -> Iterator[Problem]:
-    for path, speed in values_of(spec, "speed_mm_s"):
-        if speed > maximum:
-            message = f"{speed:g} mm/s is above the maximum {maximum:g} mm/s: {use}; lower it or use another template"
-            yield Problem(("templates", name, *path), message)
-
-
-def _check_tilt(name: str, spec: PathSpec, nozzle_name: str, nozzle: Nozzle) -> Iterator[Problem]:
-    spread = half_spread_deg(nozzle)
-    for path, tilt in values_of(spec, "tilt_deg"):
-        if tilt + spread >= _FLATTEST_DEG:
-            message = (
-                f"spray not closed on board: tilt {tilt:g} + half angle {spread:.3g} of {nozzle_name} "
-                f"is not below {_FLATTEST_DEG:g} degrees; tilt less than {_FLATTEST_DEG - spread:.3g}"
-            )
-            yield Problem(("templates", name, *path), message)
+            fastest, spread = function.max_speed_mm_s, half_spread_deg(nozzle)
+            for path, speed in values_of(spec, "speed_mm_s"):
+                if speed > fastest:
+                    use = f"sequence[{index}] uses it for {step.function}; lower it or use another template"
+                    message = f"{speed:g} mm/s is above the maximum {fastest:g} mm/s: {use}"
+                    messages[("templates", name, *path), message] = None
+            for path, tilt in values_of(spec, "tilt_deg"):
+                if tilt + spread >= _FLATTEST_DEG:
+                    message = (
+                        f"spray not closed on board: tilt {tilt:g} + half angle {spread:.3g} of {step.nozzle} "
+                        f"is not below {_FLATTEST_DEG:g} degrees; tilt less than {_FLATTEST_DEG - spread:.3g}"
+                    )
+                    messages[("templates", name, *path), message] = None
+    yield from (Problem(path, message) for path, message in messages)
 
 
 def half_spread_deg(nozzle: Nozzle) -> float:
-    """Give the widest angle from the nozzle's axis to its spray; a measured wave front counts if it is wider."""
+    """Widest angle from the nozzle's axis to its spray; a measured wave front counts if it is wider."""
     if isinstance(nozzle, HollowCone) and nozzle.wavefront is not None:
         outer = max(point[2] for point in nozzle.wavefront.points)
         return max(nozzle.half_angle_deg, math.degrees(math.atan2(outer, nozzle.wavefront.height_mm)))

@@ -51,7 +51,14 @@ def footprint(nozzle: Nozzle, height_mm: float, approach: Points, reference: Poi
         (k, 2) points around the outline, relative to the foot of the perpendicular from the orifice. Rays that
         never meet the plane are cut off far away.
     """
-    return _meet(nozzle, height_mm, approach, reference, _edge_angles(nozzle))
+    if isinstance(nozzle, HollowCone) and nozzle.wavefront is not None:
+        angles = _measured(nozzle, _azimuths(), 2)
+    elif isinstance(nozzle, HollowCone):
+        edge = nozzle.half_angle_deg + RING_EDGE_SIGMAS * nozzle.ring_sigma_deg
+        angles = np.full(_RAYS, np.radians(min(edge, 85.0)))
+    else:
+        angles = mid_angles(nozzle, _azimuths())
+    return _meet(nozzle, height_mm, approach, reference, angles)
 
 
 def core_footprint(nozzle: Nozzle, height_mm: float, approach: Points, reference: Points) -> Points2:
@@ -70,15 +77,6 @@ def _measured(nozzle: HollowCone, azimuth: Scalars, column: int) -> Scalars:
     return np.asarray(np.arctan2(radius, nozzle.wavefront.height_mm), dtype=np.float64)
 
 
-def _edge_angles(nozzle: Nozzle) -> Scalars:
-    if isinstance(nozzle, HollowCone):
-        if nozzle.wavefront is not None:
-            return _measured(nozzle, _azimuths(), 2)
-        edge = nozzle.half_angle_deg + RING_EDGE_SIGMAS * nozzle.ring_sigma_deg
-        return np.full(_RAYS, np.radians(min(edge, 85.0)))
-    return mid_angles(nozzle, _azimuths())
-
-
 def _tool_rays(nozzle: Nozzle, angles: Scalars) -> tuple[Points, Points]:
     """Origins and directions of the bounding rays in the tool frame, mm."""
     around = _azimuths()
@@ -87,19 +85,16 @@ def _tool_rays(nozzle: Nozzle, angles: Scalars) -> tuple[Points, Points]:
             slope = np.tan(angles)[:, None] * np.column_stack([np.cos(around), np.sin(around)])
             origins = np.zeros((_RAYS, 3))
         case FlatFan() | AirKnife():
-            square = _square(around)
+            circle = np.column_stack(
+                [np.cos(around), np.sin(around)]
+            )  # onto the square [-1, 1] x [-1, 1] with its corners
+            square = np.round(circle / np.abs(circle).max(axis=1, keepdims=True), 12)
             wide, thin = np.radians([nozzle.half_angle_deg, nozzle.thickness_half_angle_deg])
             slope = square * np.tan([wide, thin])
             origins = np.zeros((_RAYS, 3))
             if isinstance(nozzle, AirKnife):
                 origins[:, 0] = square[:, 0] * nozzle.width_mm / 2
     return origins, np.column_stack([slope, np.ones(_RAYS)])
-
-
-def _square(around: Scalars) -> Points2:
-    """Points around the square [-1, 1] x [-1, 1], corners included."""
-    circle = np.column_stack([np.cos(around), np.sin(around)])
-    return np.round(circle / np.abs(circle).max(axis=1, keepdims=True), 12)
 
 
 def _meet(nozzle: Nozzle, height_mm: float, approach: Points, reference: Points, angles: Scalars) -> Points2:

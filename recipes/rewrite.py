@@ -63,7 +63,13 @@ def move(text: str, file: Path, path: YamlPath, to: int) -> str:
     text = _with_list(text, file, path)
     names = resolve_text(text, file, RECIPE).find(path[:-1])
     if names is not None and isinstance(names.value, dict):
-        text = _with_names(text, path[:-1], list(names.value))
+        own = own_tree(text).find(path[:-1])
+        stated = list(own.value) if own is not None and isinstance(own.value, dict) else []
+        if [name for name in stated if name in names.value] != list(names.value):
+            for place, name in enumerate(names.value):
+                if name not in stated:
+                    text = set_value(text, (*path[:-1], name), {})  # {} keeps what the entry inherits
+                text = move_value(text, (*path[:-1], name), place)
     return move_value(text, path, to)
 
 
@@ -77,19 +83,6 @@ def rename(text: str, file: Path, path: YamlPath, name: str) -> str:
     if resolve_text(renamed, file, RECIPE).find(path) is not None:
         raise RecipeError("is inherited and keeps its name here; duplicate it instead", path=spell_path(path))
     return renamed
-
-
-def _with_names(text: str, path: YamlPath, names: list[str]) -> str:
-    """Write inherited names into a mapping of the text, all in their order; ``{}`` keeps what each inherits."""
-    own = own_tree(text).find(path)
-    there = list(own.value) if own is not None and isinstance(own.value, dict) else []
-    if [name for name in there if name in names] == names:
-        return text
-    for place, name in enumerate(names):
-        if name not in there:
-            text = set_value(text, (*path, name), {})
-        text = move_value(text, (*path, name), place)
-    return text
 
 
 def _with_list(text: str, file: Path, path: YamlPath) -> str:

@@ -132,8 +132,13 @@ def _read_extended(name: str, extends: Located, kind: FileKind[Spec]) -> Located
 
 
 def _merge(base: Located, child: Located, path: YamlPath, kind: FileKind[Spec]) -> Located:
-    if not (isinstance(base.value, dict) and isinstance(child.value, dict)) or _is_variant(base, child, path, kind):
+    if not (isinstance(base.value, dict) and isinstance(child.value, dict)):
         return child
+    if len(path) == 2 and path[0] in kind.variants:
+        key = kind.variants[str(path[0])]
+        ours, theirs = child.get(key), base.get(key)
+        if ours is not None and theirs is not None and ours.value != theirs.value:
+            return child
     merged = dict(base.value)
     for key, value in child.value.items():
         inherited = base.value.get(key)
@@ -150,11 +155,3 @@ def _merge(base: Located, child: Located, path: YamlPath, kind: FileKind[Spec]) 
     if len(path) == 1 and path[0] in kind.ordered and base.value.keys() <= child.value.keys():
         merged = {key: merged[key] for key in child.value if key in merged}
     return Located(merged, child.mark)
-
-
-def _is_variant(base: Located, child: Located, path: YamlPath, kind: FileKind[Spec]) -> bool:
-    if len(path) != 2 or path[0] not in kind.variants:
-        return False
-    key = kind.variants[str(path[0])]
-    ours, theirs = child.get(key), base.get(key)
-    return ours is not None and theirs is not None and ours.value != theirs.value

@@ -83,7 +83,10 @@ def translate(error: ValidationError, root: Located, kind: FileKind[Spec]) -> li
     """Turn pydantic's errors into problems whose paths are those of the YAML file."""
     located = [_locate(details, root) for details in error.errors(include_url=False)]
     data = root.plain()
-    misspelt = {_correction(each.path, data, kind) for each in located if each.error["type"] == "extra_forbidden"}
+    misspelt: set[YamlPath] = set()  # keys that an unknown one was probably meant to be: they are not missing, then
+    for outer, key in ((each.path[:-1], each.path[-1]) for each in located if each.error["type"] == "extra_forbidden"):
+        nearest = difflib.get_close_matches(str(key), known_keys(outer, data, kind), n=1)
+        misspelt.add((*outer, *nearest))
     located = [each for each in located if each.error["type"] != "missing" or each.path not in misspelt]
     problems: dict[YamlPath, Problem] = {}
     for each in located:
@@ -92,17 +95,13 @@ def translate(error: ValidationError, root: Located, kind: FileKind[Spec]) -> li
         if each.in_union and each.is_of_type:
             if any(other.path != path or not other.is_of_type for other in rivals):
                 continue
-            problem = Problem(path, _union_message(rivals))
+            types = [_type_name(other.error) + " by class" * (other.error["type"] == "dict_type") for other in rivals]
+            message = f"must be {' or '.join(dict.fromkeys(types))}, not {_show(rivals[0].error['input'])}"
+            problem = Problem(path, message)
         else:
             problem = _problem(each, data, kind)
         problems.setdefault(problem.path, problem)
     return list(problems.values())
-
-
-def _correction(path: YamlPath, data: Any, kind: FileKind[Spec]) -> YamlPath:
-    """Give the path of the known key nearest to an unknown one; that key is not missing, then."""
-    known = known_keys(path[:-1], data, kind)
-    return (*path[:-1], *difflib.get_close_matches(str(path[-1]), known, n=1))
 
 
 def _locate(details: ErrorDetails, root: Located) -> _Located:
@@ -120,11 +119,6 @@ def _locate(details: ErrorDetails, root: Located) -> _Located:
         else:
             in_union |= isinstance(key, str) and _BRANCH.match(key) is not None
     return _Located(tuple(path), details, in_union)
-
-
-def _union_message(branches: list[_Located]) -> str:
-    types = [_type_name(each.error) + " by class" * (each.error["type"] == "dict_type") for each in branches]
-    return f"must be {' or '.join(dict.fromkeys(types))}, not {_show(branches[0].error['input'])}"
 
 
 def _type_name(error: ErrorDetails) -> str:

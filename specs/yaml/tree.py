@@ -26,7 +26,11 @@ def put(parent: Tree, key: Key, value: Tree) -> None:
     """Write a value into a mapping or list; what is the same stays as it is written."""
     old = parent[key] if isinstance(key, int) or key in parent else None
     if isinstance(old, dict) and isinstance(value, dict):
-        _overwrite(cast("dict[Key, Tree]", old), cast("dict[Key, Tree]", value))
+        entries, new = cast("dict[Key, Tree]", old), cast("dict[Key, Tree]", value)
+        for name in [name for name in entries if name not in new]:
+            del entries[name]
+        for name, inner in new.items():
+            put(entries, name, inner)
     elif isinstance(old, list) and isinstance(value, list):
         items = cast("list[Tree]", old)
         del items[len(cast("list[Tree]", value)) :]
@@ -37,13 +41,6 @@ def put(parent: Tree, key: Key, value: Tree) -> None:
                 items.append(styled(item))
     elif old is None or type(old) is bool or type(value) is bool or old != value:
         parent[key] = styled(value)
-
-
-def _overwrite(old: dict[Key, Tree], new: dict[Key, Tree]) -> None:
-    for key in [key for key in old if key not in new]:
-        del old[key]
-    for key, value in new.items():
-        put(old, key, value)
 
 
 def drop(root: Tree, path: YamlPath) -> None:
