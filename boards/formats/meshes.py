@@ -21,20 +21,17 @@ def read_mesh(path: Path) -> Node:
     import trimesh
 
     kind = path.suffix.lower()[1:]
-    if kind == "stl":
-        _check_length(path)
+    options = _options(path, kind)
     try:
         with path.open("rb") as stream, warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            loaded = trimesh.load_scene(stream, file_type=kind, process=False, **_options(path, kind))
+            loaded = trimesh.load_scene(stream, file_type=kind, process=False, **options)
         found = [(str(name), cast(Any, mesh)) for name, mesh in loaded.geometry.items() if hasattr(mesh, "faces")]
         children = tuple(
             Node(name, "", (np.asarray(mesh.vertices, dtype=np.float64)[np.asarray(mesh.faces, dtype=np.int64)],))
             for name, mesh in found
             if len(mesh.faces)
         )
-    except BoardError:
-        raise
     except Exception as reason:  # trimesh's parsers raise whatever they stumble over
         damage = f"the file is damaged or cut short ({cause(reason)})"
         raise BoardError(f"cannot be read as {kind.upper()}, {damage}. Export it again.", file=path) from reason
@@ -42,22 +39,21 @@ def read_mesh(path: Path) -> Node:
     return Node("", "", (), children[::-1] if kind == "obj" else children)
 
 
-def _check_length(path: Path) -> None:
-    """Refuse an STL file that is cut short: the reader would take it for text, or for an empty file."""
-    data = path.read_bytes()
-    if data[:5].lower() == b"solid" and b"facet" in data[:1024]:
-        whole = b"endsolid" in data[-1024:].lower()
-    else:
-        whole = len(data) >= 84 and len(data) >= 84 + 50 * int.from_bytes(data[80:84], "little")
-    if not whole:
-        raise BoardError("is not an STL file, or it is cut short. Export or copy it again.", file=path)
-
-
 def _options(path: Path, kind: str) -> dict[str, Any]:
-    """Split an OBJ by object if it has any, else by group; materials are of no interest."""
+    """Options of trimesh: an OBJ is split by object if it has any, else by group; materials are of no interest.
+
+    An STL that is cut short is refused: trimesh would take it for text, or for an empty file.
+    """
+    text = path.read_bytes() if kind in ("obj", "stl") else b""
+    if kind == "stl":
+        if text[:5].lower() == b"solid" and b"facet" in text[:1024]:
+            whole = b"endsolid" in text[-1024:].lower()
+        else:
+            whole = len(text) >= 84 and len(text) >= 84 + 50 * int.from_bytes(text[80:84], "little")
+        if not whole:
+            raise BoardError("is not an STL file, or it is cut short. Export or copy it again.", file=path)
     if kind != "obj":
         return {}
-    text = path.read_bytes()
     if re.search(rb"^f[^\n#]*[ \t]-\d", text, re.MULTILINE):
         message = "counts vertices backwards (negative numbers in 'f' lines). Export it with absolute numbers."
         raise BoardError(message, file=path)

@@ -67,12 +67,21 @@ def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body
         BoardError: the file cannot be read, is damaged, or holds no board.
     """
     progress("reading", 0.0)
-    tree, findings = _read_tree(path, progress)
+    suffix = path.suffix.lower()
+    findings: tuple[Finding, ...] = ()
+    try:
+        if suffix in _STEP:
+            tree, findings = read_step(path, progress)
+        else:
+            tree = read_gltf(path) if suffix in _GLTF else read_mesh(path)
+    except OSError as reason:
+        message = f"cannot be read ({reason.strerror}). Check the path and the permissions."
+        raise BoardError(message, file=path) from reason
     progress("finding parts", 0.96)
     _check_geometry(tree, path)
     # Names are of no help in one mesh, or in a mesh file that names nothing like a component.
     several = sum(1 for node in tree.walk() if node.patches) > 1
-    loose = not several or (path.suffix.lower() not in _STEP and not has_refdes(tree))
+    loose = not several or (suffix not in _STEP and not has_refdes(tree))
     if loose:
         bodies = split_bodies(np.concatenate(tree.geometry()))
         tree = Node("", "", (), tuple(Node("", "", (body,)) for body in bodies))
@@ -97,17 +106,6 @@ def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body
     progress("finding parts", 1.0)
     made = (_make_body("board", slab), *(_make_body(role, part) for role, part in placed))
     return made, (*findings, *turned, *layers, *joined, *around, *renamed)
-
-
-def _read_tree(path: Path, report: Progress) -> tuple[Node, tuple[Finding, ...]]:
-    suffix = path.suffix.lower()
-    try:
-        if suffix in _STEP:
-            return read_step(path, report)
-        return (read_gltf(path) if suffix in _GLTF else read_mesh(path)), ()
-    except OSError as reason:
-        message = f"cannot be read ({reason.strerror}). Check the path and the permissions."
-        raise BoardError(message, file=path) from reason
 
 
 def _check_geometry(tree: Node, path: Path) -> None:

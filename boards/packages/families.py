@@ -4,7 +4,6 @@ The table is ``packages.yaml``; names are those of KiCad, of IPC-7351 and the lo
 """
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from importlib.resources import files
@@ -131,21 +130,17 @@ def _count_pins(hit: re.Match[str], name: str, default: int | None) -> int | Non
 
 def _find_chip(table: _Table, name: str) -> tuple[PackageFamily, int] | None:
     ipc = _IPC_CHIP.search(name)
-    row = table.metric.get(ipc[1]) if ipc else next(_coded_rows(table, name), None)
+    rows = [table.metric.get(ipc[1])] if ipc else []
+    # A code means inches unless only the metric table has it, or the word `metric` follows.
+    for code in () if ipc else _CODES.finditer(name):
+        known = {} if name.startswith("metric", code.end()) else table.imperial
+        rows.append(known.get(code[0], table.metric.get(code[0])))
+    row = next((row for row in rows if row is not None), None)
     if row is None:
         return None
     array = _ARRAY.search(name)
     kind = "resistor" if _RESISTOR.search(name) and not _CAPACITOR.search(name) else "part"
     return _chip_family(row, kind), 2 * int(array[1]) if array else 2
-
-
-def _coded_rows(table: _Table, name: str) -> Iterator[dict[str, Any]]:
-    """A code means inches unless only the metric table has it, or the word `metric` follows."""
-    for code in _CODES.finditer(name):
-        is_metric = name.startswith("metric", code.end())
-        row = table.metric.get(code[0]) if is_metric else table.imperial.get(code[0], table.metric.get(code[0]))
-        if row is not None:
-            yield row
 
 
 def _chip_family(row: dict[str, Any], kind: str) -> PackageFamily:

@@ -218,8 +218,11 @@ class _Cells(Line):
         unit = hit[2].lower() if hit else ""
         if hit is None or (unit and unit not in _UNITS_MM):
             raise self.refusal(column, "is not a length. Write a number, such as 12.3 or 12.3mm.")
+        number = hit[1]
+        if "," in number and "." in number:  # the last mark of the two is the decimal one
+            number = number.replace("," if number.rindex(".") > number.rindex(",") else ".", "")
         try:
-            value = float(_decimal_point(hit[1])) * (_UNITS_MM[unit] if unit else self.head.units_mm[column])
+            value = float(number.replace(",", ".")) * (_UNITS_MM[unit] if unit else self.head.units_mm[column])
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
@@ -248,14 +251,6 @@ class _Cells(Line):
         if side is None:
             raise self.refusal("side", "is neither top nor bottom.")
         return side
-
-
-def _decimal_point(number: str) -> str:
-    """Decimal point instead of a comma; the last mark of two is the decimal one."""
-    if "," in number and "." in number:
-        thousands = "," if number.rindex(".") > number.rindex(",") else "."
-        number = number.replace(thousands, "")
-    return number.replace(",", ".")
 
 
 def _expand(text: str) -> list[str]:

@@ -52,19 +52,17 @@ def joints_amid(pads: Sequence[Pad], rectangle: Rectangle) -> tuple[Joint, ...]:
 
 def joints_at_ends(pads: Sequence[Pad], rectangle: Rectangle) -> tuple[Joint, ...]:
     """Find what of a chip's pads lies under its two terminations: solder does not hold to the body between them."""
-    ends = (_at_end(joint, rectangle.length_mm) for joint in joints_under(pads, rectangle))
-    return tuple(joint for joint in ends if joint is not None)
-
-
-def _at_end(joint: Joint, side_mm: float) -> Joint | None:
-    inner = (0.5 - _LONGEST_END) * side_mm
-    near, far = abs(joint.x_mm) - joint.length_mm / 2.0, abs(joint.x_mm) + joint.length_mm / 2.0
-    if far - inner < _LEAST_MM + _EDGE_MM:
-        return None
-    if near >= inner or joint.round or joint.turn_rad != 0.0:
-        return joint
-    middle = math.copysign((inner + far) / 2.0, joint.x_mm)
-    return replace(joint, x_mm=_tidy(middle), length_mm=_tidy(far - inner))
+    ends: list[Joint] = []
+    inner = (0.5 - _LONGEST_END) * rectangle.length_mm
+    for joint in joints_under(pads, rectangle):
+        near, far = abs(joint.x_mm) - joint.length_mm / 2.0, abs(joint.x_mm) + joint.length_mm / 2.0
+        if far - inner < _LEAST_MM + _EDGE_MM:
+            continue
+        if near < inner and not joint.round and joint.turn_rad == 0.0:
+            middle = math.copysign((inner + far) / 2.0, joint.x_mm)
+            joint = replace(joint, x_mm=_tidy(middle), length_mm=_tidy(far - inner))
+        ends.append(joint)
+    return tuple(ends)
 
 
 def body_between(pads: Sequence[Pad], rectangle: Rectangle, frame: GridFrame) -> Rectangle:

@@ -5,7 +5,8 @@ Frame of the underside: x along its length, origin in its middle, mm.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import TypeAlias
 
 from boards.packages.sizes import PackageSizes
 from boards.packages.undersides import FINE_PITCH_MM, UndersideFamily
@@ -30,6 +31,9 @@ _FEW_LANDS = 32
 _MANY = 0.5
 """Length and width of the heat pad, as shares of the underside, where joints are unknown and many are assumed."""
 
+_Places: TypeAlias = tuple[tuple[float, float], ...]
+_ENDS: _Places = ((-1.0, 0.0), (1.0, 0.0))
+_CORNERS: _Places = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 _DEFAULT_PITCH_MM = 0.5
 _LEAST_LAND_MM = 0.1
 
@@ -100,11 +104,11 @@ def _terminals(family: UndersideFamily, package: Package) -> tuple[Joint, ...]:
         case "ends" if half > 1:
             return tuple(_lands_in_front(half, length / half, length, width))
         case "ends":
-            return _ends(length, width, (family.share / 2.0, 1.0))
+            return _lands_at(package, (family.share / 2.0, 1.0), _ENDS)
         case "corners" if half > 1:
-            return _corners(length, width, family.size)
+            return _lands_at(package, family.size, _CORNERS)
         case _:
-            return _ends(length, width, family.size)
+            return _lands_at(package, family.size, _ENDS)
 
 
 def many_joints(package: Package) -> tuple[Joint, ...]:
@@ -169,7 +173,7 @@ def _fitting(pitch_mm: float | None, count: int, side_mm: float) -> float:
     """The pitch, or one with which the row fits along its side."""
     if pitch_mm is not None and (count - 0.5) * pitch_mm <= side_mm:
         return pitch_mm
-    return _row_pitch_mm(count, side_mm)
+    return max(side_mm - _ROW_MARGIN_MM, 0.6 * side_mm) / max(count - 1, 1)
 
 
 def _grid(package: Package, share: float, ball_mm: float | None) -> tuple[Joint, ...]:
@@ -183,7 +187,11 @@ def _grid(package: Package, share: float, ball_mm: float | None) -> tuple[Joint,
     if pitch is None or (columns - 0.1) * pitch > length or (rows - 0.1) * pitch > width:
         pitch = round(min(length / (columns + 0.8), width / (rows + 0.8)), 3)
     size = round(min(ball_mm or share * pitch, 0.9 * pitch), 4)
-    return _repeat(columns, rows, pitch, Joint(0.0, 0.0, size, size, round=share == _BALL))
+    return tuple(
+        Joint(round(x, 4), round(y, 4), size, size, round=share == _BALL)
+        for y in _places(rows, pitch)
+        for x in _places(columns, pitch)
+    )
 
 
 def _grid_counts(package: Package) -> tuple[int, int]:
@@ -200,27 +208,12 @@ def _grid_counts(package: Package) -> tuple[int, int]:
     return columns, rows
 
 
-def _repeat(columns: int, rows: int, pitch_mm: float, joint: Joint) -> tuple[Joint, ...]:
-    """Repeat a joint on a full grid about the middle."""
-    return tuple(
-        replace(joint, x_mm=round(x, 4), y_mm=round(y, 4))
-        for y in _places(rows, pitch_mm)
-        for x in _places(columns, pitch_mm)
-    )
-
-
-def _ends(length_mm: float, width_mm: float, size: tuple[float, float]) -> tuple[Joint, ...]:
-    """Lay out two terminals at the ends of the length; sizes are parts of the underside's."""
-    long, wide = round(size[0] * length_mm, 4), round(size[1] * width_mm, 4)
-    x = round((length_mm - long) / 2.0, 4)
-    return Joint(-x, 0.0, long, wide), Joint(x, 0.0, long, wide)
-
-
-def _corners(length_mm: float, width_mm: float, size: tuple[float, float]) -> tuple[Joint, ...]:
-    """Lay out a land in each corner; sizes are parts of the underside's."""
+def _lands_at(package: Package, size: tuple[float, float], places: _Places) -> tuple[Joint, ...]:
+    """Lay out lands at the ends or in the corners; sizes are parts of the underside's."""
+    length_mm, width_mm = package.sides_mm
     long, wide = round(size[0] * length_mm, 4), round(size[1] * width_mm, 4)
     x, y = round((length_mm - long) / 2.0, 4), round((width_mm - wide) / 2.0, 4)
-    return tuple(Joint(sx * x, sy * y, long, wide) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+    return tuple(Joint(sx * x, sy * y, long, wide) for sx, sy in places)
 
 
 def _lands_in_front(
@@ -242,11 +235,6 @@ def _lands_beside(
 def _corner_distance_mm(count: int, pitch_mm: float, side_mm: float) -> float:
     """How far from the corner a row's last land ends."""
     return (side_mm - (count - 0.5) * pitch_mm) / 2.0
-
-
-def _row_pitch_mm(count: int, side_mm: float) -> float:
-    """Guess the pitch of a row from the side it stands along."""
-    return max(side_mm - _ROW_MARGIN_MM, 0.6 * side_mm) / max(count - 1, 1)
 
 
 def _row_count(pitch_mm: float, side_mm: float) -> int:

@@ -19,6 +19,7 @@ _COURTYARD_MM = 0.25
 """Usual distance of KiCad's courtyard from the body (KiCad library convention F5.3)."""
 
 _LEAST_PAD_MM = 1e-3
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE)
 _PART_KEYS = ("mpn", "manufacturerpartnumber", "mfrpartnumber", "mfrpn", "partnumber", "manufacturerpn", "pn", "part")
 
 
@@ -160,8 +161,8 @@ def drill_loops(footprint: Footprint) -> list[Points2]:
     loops: list[Points2] = []
     for pad in footprint.pads:
         drill = pad.first("drill")
-        # Of (drill oval 1 2) the word counts as zero.
-        sizes = [number for number in map(_size, drill.atoms) if number > 0.0] if drill is not None else []
+        atoms = drill.atoms if drill is not None else ()  # such as (drill oval 1 2)
+        sizes = [float(atom) for atom in atoms if _NUMBER.fullmatch(atom) and 0.0 < float(atom) < math.inf]
         if not sizes or min(sizes) < DRILL_MM:
             continue
         width, height = sizes[0], sizes[-1]
@@ -171,14 +172,6 @@ def drill_loops(footprint: Footprint) -> list[Points2]:
         half = abs(width - height) / 2.0
         loops.append(slot(footprint.place(centre[None, :])[0], along, half, min(width, height) / 2.0))
     return loops
-
-
-def _size(atom: str) -> float:
-    try:
-        value = float(atom)
-    except ValueError:
-        return 0.0
-    return value if math.isfinite(value) else 0.0
 
 
 def flat_pads(footprint: Footprint) -> tuple[Pad, ...]:

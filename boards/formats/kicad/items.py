@@ -20,6 +20,9 @@ _DEPTH = 100
 """KiCad nests about ten lists; more is no board, and would exhaust the parser's recursion."""
 
 _CURVE_STEPS = 32
+_UNREADABLE = (
+    sexpdata.ExpectClosingBracket, sexpdata.ExpectNothing, sexpdata.ExpectSExp, AttributeError, IndexError
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +109,12 @@ def read_items(path: Path) -> tuple[Item, tuple[Item, ...]]:
     for start, end in _top_level(text, path):
         line, seen = line + text.count("\n", seen, start), start
         if _KEPT.match(text, start):
-            items.append(_parse(text[start:end], path, line))
+            try:
+                # No Lisp: `nil`, `t` and `;` are words like any other in KiCad.
+                parsed = sexpdata.parse(text[start:end], nil=None, true=None, false=None, line_comment="\0")
+            except _UNREADABLE:
+                raise Line(path, line).error("this item cannot be read. Save the board in KiCad again.") from None
+            items.append(_item(parsed[0], path, line))
     atoms = (version[1],) if version else ()
     return Item(path, 1, "kicad_pcb", atoms, ()), tuple(items)
 
@@ -135,15 +143,6 @@ def _top_level(text: str, path: Path) -> Iterator[tuple[int, int]]:
 
 def _at(path: Path, text: str, place: int) -> Line:
     return Line(path, text.count("\n", 0, place) + 1)
-
-
-def _parse(text: str, path: Path, line: int) -> Item:
-    try:
-        # No Lisp: `nil`, `t` and `;` are words like any other in KiCad.
-        parsed = sexpdata.parse(text, nil=None, true=None, false=None, line_comment="\0")
-    except (sexpdata.ExpectClosingBracket, sexpdata.ExpectNothing, sexpdata.ExpectSExp, AttributeError, IndexError):
-        raise Line(path, line).error("this item cannot be read. Save the board in KiCad again.") from None
-    return _item(parsed[0], path, line)
 
 
 def _item(node: list[object], path: Path, line: int) -> Item:

@@ -198,23 +198,12 @@ def _write_body(body: Body) -> Iterator[str]:
     surfaces = [(surface.name, count) for surface, count in zip(body.surfaces, counts, strict=True) if count]
     if not surfaces:
         raise BoardError(f"{body.name} has no patch with an area: it cannot be written to a board file.")
-    yield f"object {_word(body.name)} surfaces {len(surfaces)} role={body.role}{_attributes(body)}\n"
-    table = table[keep]
-    begin = 0
-    for name, count in surfaces:
-        yield f"surface {_word(name)} patches {count}\n"
-        for first in range(begin, begin + count, _ROWS):
-            rows = table[first : min(first + _ROWS, begin + count)]
-            yield _PATCH * len(rows) % tuple(rows.ravel().tolist())
-        begin += count
-
-
-def _attributes(body: Body) -> str:
     pads: list[str] = []
     for pad in body.pads:
         numbers = (pad.x_mm, pad.y_mm, pad.length_mm, pad.width_mm, math.degrees(pad.turn_rad))
         pads.append(",".join([*(f"{round(number, 4) + 0.0:.4f}" for number in numbers), _PAD_SHAPES[pad.round]]))
     stated: list[tuple[str, object]] = [
+        ("role", body.role),
         ("package", body.package),
         ("part", body.part),
         ("value", body.value),
@@ -224,7 +213,16 @@ def _attributes(body: Body) -> str:
         ("pads", ";".join(pads) or None),
         *body.extra,
     ]
-    return "".join(f" {key}={_word(str(value))}" for key, value in stated if value is not None)
+    attributes = " ".join(f"{key}={_word(str(value))}" for key, value in stated if value is not None)
+    yield f"object {_word(body.name)} surfaces {len(surfaces)} {attributes}\n"
+    table = table[keep]
+    begin = 0
+    for name, count in surfaces:
+        yield f"surface {_word(name)} patches {count}\n"
+        for first in range(begin, begin + count, _ROWS):
+            rows = table[first : min(first + _ROWS, begin + count)]
+            yield _PATCH * len(rows) % tuple(rows.ravel().tolist())
+        begin += count
 
 
 def _word(text: str) -> str:
