@@ -1,4 +1,4 @@
-"""The board as the planner sees it."""
+"""Boards: the bodies of a file, and what was understood of them."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -58,16 +58,16 @@ class Body:
     extra: tuple[tuple[str, str], ...] = ()
     """The ``x-…`` attributes, kept in order and not interpreted."""
     pads: tuple[Pad, ...] = ()
-    """What it is soldered to on its own side, in file order; empty where the file does not say."""
+    """What it is soldered to on its own side, in file order; empty where the file states none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Component:
-    """What was understood of one component. Coordinates of both sides are as seen from the top."""
+    """One component, as understood. Coordinates of both sides are as seen from the top."""
 
     name: str
     package: str
-    """Empty where no file says it."""
+    """Empty where no file states it."""
     part: str
     value: str
     pins: int

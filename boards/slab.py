@@ -34,7 +34,7 @@ def find_slab(board: Body) -> Slab:
     """Find the top and the bottom face of a board by the area of its level patches.
 
     Raises:
-        BoardError: The board is not flat on z, has no thickness, or its size speaks of wrong units.
+        BoardError: The board is not flat on z, has no thickness, or its size indicates wrong units.
     """
     areas, normals = areas_and_normals(board.patches)
     level = np.abs(normals) > _FLAT_COSINE

@@ -41,7 +41,14 @@ def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = 
     outline, pieces = _outline_of(_only_board(bodies), frame)
     shapes = [shape_of(body, slab, frame) for body in bodies if body.role != "board"]
     parts = [shape for shape in shapes if shape.body.role == "component"]
-    _check_upside(parts)
+    stated = [shape for shape in parts if shape.body.side is not None]
+    wrong = [shape for shape in stated if _height_on(shape, side_of(shape)) < _LEAST_RISE_MM]
+    if len(wrong) > 1 and 2 * len(wrong) > len(stated):
+        raise BoardError(
+            f"the board is upside down: {len(wrong)} of {len(stated)} components lie on the other side than the one "
+            f"stated (such as {wrong[0].body.name}, side={wrong[0].body.side}). "
+            "Turn the board over so that z points out of its top side, or correct the sides."
+        )
     components = with_neighbours([component_of(shape) for shape in parts], [shape.framed[1] for shape in parts])
     points = np.asarray(outline.exterior.coords)[:, :2]
     edges = np.diff(points, axis=0)
@@ -87,18 +94,6 @@ def _outline_of(board: Body, frame: GridFrame) -> tuple[Polygon, list[Finding]]:
         return outline, []
     message = f"The bare board is in {count} pieces: its outline joins them across the gaps."
     return outline, [Finding(BOARD_IN_PIECES, message)]
-
-
-def _check_upside(parts: Sequence[Shape]) -> None:
-    stated = [shape for shape in parts if shape.body.side is not None]
-    wrong = [shape for shape in stated if _height_on(shape, side_of(shape)) < _LEAST_RISE_MM]
-    if len(wrong) > 1 and 2 * len(wrong) > len(stated):
-        message = (
-            f"the board is upside down: {len(wrong)} of {len(stated)} components lie on the other side than the one "
-            f"stated (such as {wrong[0].body.name}, side={wrong[0].body.side}). "
-            "Turn the board over so that z points out of its top side, or correct the sides."
-        )
-        raise BoardError(message)
 
 
 def _height_on(shape: Shape, side: Side) -> float:

@@ -1,4 +1,4 @@
-"""Plane polygons: shadows of meshes, closed gaps, and rings that begin where the shape says, not the library.
+"""Plane polygons: shadows of meshes, closed gaps, and rings whose beginning depends on the shape, not the library.
 
 Everything here is the same for the same numbers; to be the same for a moved shape, work on a ``GridFrame``.
 """

@@ -1,1 +1,1 @@
-"""What a process engineer asks for: functions, nozzles, classes, masks, templates, sequence."""
+"""Recipes of process engineers: functions, nozzles, classes, masks, templates, sequence."""

@@ -77,7 +77,7 @@ def _find_odd_rings(recipe: Recipe) -> Iterator[Finding]:
         measured = math.degrees(math.atan2(sum(radii) / len(radii), nozzle.wavefront.height_mm))
         if abs(measured - nozzle.half_angle_deg) > _RING_TOLERANCE_DEG:
             message = (
-                f"the measured ring has a half angle of {measured:.1f} degrees but half_angle_deg says "
+                f"the measured ring has a half angle of {measured:.1f} degrees but half_angle_deg states "
                 f"{nozzle.half_angle_deg:g}; check height_mm and the radii, or correct half_angle_deg"
             )
             yield Finding(RING_CONTRADICTS_HALF_ANGLE, message, Source(entry=f"nozzles.{name}.wavefront"))

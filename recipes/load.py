@@ -50,7 +50,7 @@ def load_recipe(source: str | Path) -> Recipe:
         source: A library name such as ``smt-aqueous``, or a file.
 
     Raises:
-        RecipeError: it cannot be found or used; the message says where and what to do.
+        RecipeError: it cannot be found or used; the message states where and what to do.
     """
     return read_recipe(source).recipe
 

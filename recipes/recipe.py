@@ -36,7 +36,7 @@ def use_of(name: str, function: Function, nozzle: Nozzle) -> Use:
 
 
 class Until(Spec):
-    """Repeat until a sensor says so."""
+    """Repeat until a sensor reaches its limit."""
 
     resistivity_mohm_cm: PositiveFloat | None = Field(default=None, description="Of the rinse water that runs off.")
     temperature_c: float | None = Field(default=None, description="Of the board.")
@@ -59,7 +59,7 @@ class Step(Spec):
         default="top", description="Side that is sprayed; a change turns the board over."
     )
     repeat: Annotated[int, Field(ge=1, le=1000)] = Field(default=1, description="How often all its paths are done.")
-    until: Until | None = Field(default=None, description="Repeat until a sensor says so.")
+    until: Until | None = Field(default=None, description="Repeat until a sensor reaches its limit.")
     enabled: bool = Field(default=True, description="False leaves the step out.")
 
     @model_validator(mode="after")
@@ -80,7 +80,7 @@ class Limits(Spec):
     )
     tilt_band_deg: Annotated[float, Field(ge=0, le=45)] = Field(
         default=0,
-        description="How far the jet may lean from what is asked while it sprays, where a robot collides otherwise.",
+        description="Largest tilt that a robot may add to the jet while it sprays, to avoid collisions and limits.",
     )
     blend_mm: NonNegativeFloat = Field(
         default=0.5, description="How far a corner may be cut so that the nozzle need not stop."

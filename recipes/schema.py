@@ -21,7 +21,7 @@ _SECTIONS = {
 
 def recipe_schema() -> str:
     """Write the JSON schema of a recipe file, with a line feed at the end."""
-    means = "What a process engineer asks for: functions, nozzles, classes, masks, templates, sequence."
+    means = "The recipe of a process engineer: functions, nozzles, classes, masks, templates, sequence."
     return extending_schema(RECIPE, means)
 
 

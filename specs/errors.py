@@ -4,7 +4,7 @@ from pathlib import Path
 
 
 class JobError(Exception):
-    """Something in the input stops the job: the message says what, where and what to do.
+    """Something in the input stops the job: the message states what, where and what to do.
 
     Each noun has its own: ``BoardError``, ``RecipeError``, ``ProgramError``. The command line prints the message
     and exits with 2; nothing else in the house may print one as a traceback.
@@ -26,4 +26,4 @@ class LocatedError(JobError):
 
 
 class EditError(LocatedError):
-    """A text cannot be changed as asked: the message names the YAML path."""
+    """A text cannot be changed as requested: the message names the YAML path."""

@@ -1,4 +1,4 @@
-"""What JSON can say."""
+"""Type of JSON values."""
 
 from typing import TypeAlias
 

@@ -44,7 +44,7 @@ def parse_gltf(data: bytes, path: Path) -> Node:
             return _build_tree(header, meshes, path)
     except BoardError:
         raise
-    except Exception as reason:  # the header may hold anything anywhere, and trimesh trusts it
+    except Exception as reason:  # the header may hold anything anywhere, and trimesh does not check it
         message = f"cannot be read as glTF 2.0, the file is damaged or cut short ({cause(reason)}). Export it again."
         raise BoardError(message, file=path) from reason
 
@@ -110,6 +110,8 @@ def _decode_meshes(header: dict[str, Any], chunk: bytes, path: Path) -> dict[int
 
 
 def _build_tree(header: dict[str, Any], meshes: dict[int, tuple[Triangles, ...]], path: Path) -> Node:
+    from trimesh.transformations import quaternion_matrix
+
     nodes: list[dict[str, Any]] = header.get("nodes", [])
     scenes: list[dict[str, Any]] = header.get("scenes", [])
     below = {child for node in nodes for child in node.get("children", [])}
@@ -121,7 +123,14 @@ def _build_tree(header: dict[str, Any], meshes: dict[int, tuple[Triangles, ...]]
         if depth > DEEPEST:
             raise BoardError("the tree of its nodes never ends. Export it again.", file=path)
         node = nodes[index]
-        matrix = parent @ _matrix(node)
+        if "matrix" in node:  # its pose in its parent (glTF 2.0, 3.5.3), or T · R · S
+            pose = np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
+        else:
+            x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
+            pose = np.array(quaternion_matrix([w, x, y, z]), dtype=np.float64)
+            pose[:3, :3] *= np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=np.float64)
+            pose[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+        matrix = parent @ pose
         mesh = node.get("mesh", -1)
         product = str(header["meshes"][mesh].get("name", "")) if mesh >= 0 else ""
         placed = (patches @ matrix[:3, :3].T + matrix[:3, 3] for patches in meshes.get(mesh, ()))
@@ -131,16 +140,3 @@ def _build_tree(header: dict[str, Any], meshes: dict[int, tuple[Triangles, ...]]
         return Node(str(node.get("name", "")), product, patches, children)
 
     return Node("", "", (), tuple(build(root, np.eye(4), 1) for root in roots))
-
-
-def _matrix(node: dict[str, Any]) -> NDArray[np.float64]:
-    """Pose of a node in its parent (glTF 2.0, 3.5.3: T · R · S)."""
-    from trimesh.transformations import quaternion_matrix
-
-    if "matrix" in node:
-        return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
-    x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
-    matrix = np.array(quaternion_matrix([w, x, y, z]), dtype=np.float64)
-    matrix[:3, :3] *= np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=np.float64)
-    matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
-    return matrix

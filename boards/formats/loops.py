@@ -206,20 +206,13 @@ def _cut(edge: Polygon, holes: list[Polygon], file: Path) -> Polygon:
     whole = max(pieces, key=lambda piece: round(piece.area, 4), default=Polygon())
     if whole.area < 0.5 * edge.area:
         raise BoardError("the cut-outs cut the board into pieces. Check the loops of the outline.", file=file)
-    return _rolled(orient(whole), np.asarray(edge.exterior.coords[0]))
-
-
-def _rolled(polygon: Polygon, start: Point2) -> Polygon:
-    """Begin every ring at its vertex nearest to a point: shapely starts the rings of a difference where it likes."""
-
-    def roll(ring: shapely.LinearRing) -> Points2:
+    whole, start = orient(whole), np.asarray(edge.exterior.coords[0])
+    rings: list[Points2] = []
+    for ring in (whole.exterior, *whole.interiors):  # shapely starts them anywhere: they begin nearest to the start
         points = np.asarray(ring.coords, dtype=np.float64)[:-1]
-        return np.roll(points, -int(np.argmin(np.round(np.hypot(*(points - start).T), 4))), axis=0)
-
-    holes = sorted(
-        (roll(ring) for ring in polygon.interiors), key=lambda ring: round(float(np.hypot(*(ring[0] - start))), 4)
-    )
-    return Polygon(roll(polygon.exterior), holes)
+        rings.append(np.roll(points, -int(np.argmin(np.round(np.hypot(*(points - start).T), 4))), axis=0))
+    inner = sorted(rings[1:], key=lambda ring: round(float(np.hypot(*(ring[0] - start))), 4))
+    return Polygon(rings[0], inner)
 
 
 def slot(centre: Point2, along: Point2, half_mm: float, radius_mm: float) -> Points2:

@@ -16,7 +16,7 @@ def read_mesh(path: Path) -> Node:
     """Read a mesh file; each object, group or solid becomes a child, in file order and file units.
 
     Raises:
-        BoardError: damaged, or not of the kind that its suffix says.
+        BoardError: damaged, or not of the kind of its suffix.
     """
     import trimesh
 

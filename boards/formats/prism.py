@@ -7,7 +7,7 @@ from shapely import MultiPolygon, Polygon
 from shapely.geometry.polygon import orient
 
 from boards.board import Surface
-from geometry.arrays import Directions, Points2, Triangles
+from geometry.arrays import Directions, Triangles
 
 NOMINAL_HEIGHT = "x-height"
 """Key of the extra attribute of a body whose height is nominal, not drawn: a parts table may replace it."""
@@ -39,20 +39,15 @@ def prism(
     corners = points[np.asarray(manifold3d.triangulate(rings), dtype=np.int64)]
     top = np.dstack([corners, np.full(corners.shape[:2], high_mm)])
     bottom = np.dstack([corners[:, ::-1], np.full(corners.shape[:2], low_mm)])
-    walls = [_walls(ring, low_mm, high_mm) for ring in rings]
-    sides, outward = np.concatenate([wall for wall, _ in walls]), np.concatenate([normal for _, normal in walls])
+    walls: list[Triangles] = []
+    outward: list[Directions] = []
+    for ring in rings:  # two patches an edge, outward to the right of travel
+        after = np.roll(ring, -1, axis=0)
+        (a, d), (b, c) = ([np.insert(ends, 2, z, axis=1) for z in (low_mm, high_mm)] for ends in (ring, after))
+        walls.append(np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3, 3))
+        along = (after - ring) / np.linalg.norm(after - ring, axis=1, keepdims=True)
+        outward.append(np.repeat(np.column_stack([along[:, 1], -along[:, 0], np.zeros(len(ring))]), 2, axis=0))
+    sides = np.concatenate(walls)
     up = np.tile([0.0, 0.0, 1.0], (len(top), 1))
     surfaces = (Surface("top", len(top)), Surface("bottom", len(bottom)), Surface("sides", len(sides)))
-    return np.concatenate([top, bottom, sides]), np.concatenate([up, -up, outward]), surfaces
-
-
-def _walls(ring: Points2, low_mm: float, high_mm: float) -> tuple[Triangles, Directions]:
-    """Two patches an edge, outward to the right of travel (shells run counter-clockwise, holes clockwise)."""
-    after = np.roll(ring, -1, axis=0)
-    low, high = np.full((len(ring), 1), low_mm), np.full((len(ring), 1), high_mm)
-    a, b = np.hstack([ring, low]), np.hstack([after, low])
-    c, d = np.hstack([after, high]), np.hstack([ring, high])
-    patches = np.stack([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)], axis=1).reshape(-1, 3, 3)
-    along = (after - ring) / np.linalg.norm(after - ring, axis=1, keepdims=True)
-    normals = np.column_stack([along[:, 1], -along[:, 0], np.zeros(len(ring))])
-    return patches, np.repeat(normals, 2, axis=0)
+    return np.concatenate([top, bottom, sides]), np.concatenate([up, -up, *outward]), surfaces

@@ -60,7 +60,7 @@ def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body
     components and obstacles in the order of the file's tree (loose bodies: the largest first).
 
     Args:
-        path: file; the suffix says the format.
+        path: file; its suffix is the format.
         progress: Receives the stage and the share done.
 
     Raises:
@@ -131,7 +131,7 @@ def _find_board(tree: Node, path: Path) -> tuple[Node, _Flatness]:
     if not plates:
         message = "holds no board: nothing in it is a flat plate. Export the bare board with its components."
         raise BoardError(message, file=path)
-    # Six digits: two equal plates must not be told apart by rounding; the first in the file wins.
+    # Six digits: rounding must not distinguish two equal plates; the first in the file wins.
     largest = max(flatness.area for _, flatness, _ in plates)
     named = [plate for plate in plates if plate[2] and plate[1].area > _SMALLEST_NAMED_BOARD * largest]
     node, flatness, _ = max(named or plates, key=lambda plate: float(f"{plate[1].area:.6g}"))

@@ -1,1 +1,1 @@
-"""Package families: what a package name says of size, height and gap height, and the gap height that counts."""
+"""Package families: size, height, pins and gap height by package name, and the precedence of gap heights."""

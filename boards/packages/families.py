@@ -113,19 +113,15 @@ def _first(rows: tuple[_Row, ...], name: str) -> tuple[PackageFamily, int | None
     for row in rows:
         hit = row.match.search(name)
         if hit and row.also.search(name):
-            return row.family, _count_pins(hit, name, row.pins)
+            pins, count = row.pins, hit["after"] or hit["before"]
+            if stated := _IPC_PINS.search(name) or _STATED_PINS.search(name):
+                pins = int(stated[1])
+            elif count is not None and row.pins != 2:
+                pins = int(count)
+            elif row.pins is None and (grid := _ROWS_AND_COLUMNS.search(name)):
+                pins = int(grid[1]) * int(grid[2])
+            return row.family, pins
     return None
-
-
-def _count_pins(hit: re.Match[str], name: str, default: int | None) -> int | None:
-    if stated := _IPC_PINS.search(name) or _STATED_PINS.search(name):
-        return int(stated[1])
-    count = hit["after"] or hit["before"]
-    if count is not None and default != 2:
-        return int(count)
-    if default is None and (grid := _ROWS_AND_COLUMNS.search(name)):
-        return int(grid[1]) * int(grid[2])
-    return default
 
 
 def _find_chip(table: _Table, name: str) -> tuple[PackageFamily, int] | None:

@@ -18,14 +18,14 @@ class PackageSizes:
     pad_mm: tuple[float, float] | None
     """The exposed pad, in the order of the body."""
     has_pad: bool | None
-    """Whether there is an exposed pad; ``None`` where the name is too short to tell."""
+    """Whether there is an exposed pad; ``None`` where the name is too short."""
 
 
 FINEST_MM = 0.2
 """No pitch of what is soldered to boards is finer."""
 
 _WIDEST_MM = 2.6
-"""No pitch of what is soldered flat is wider; ``P8MM`` means 0.8 mm to some and is not believed."""
+"""No pitch of what is soldered flat is wider; ``P8MM`` means 0.8 mm to some and is ignored."""
 
 _NUMBER = r"(\d{1,2}(?:\.\d{1,4})?)"
 _BODY = re.compile(rf"(?:^|[-_ ]){_NUMBER}x{_NUMBER}(?:x[\d.]+)?mm")

@@ -31,18 +31,23 @@ def joints_under(pads: Sequence[Pad], rectangle: Rectangle) -> tuple[Joint, ...]
         pads: Of the component. Board frame, mm.
         rectangle: The underside.
     """
-    joints: list[Joint | None] = []
+    joints: list[Joint] = []
     for pad in pads:
         x, y = rectangle.to_local(np.array([[pad.x_mm, pad.y_mm]]))[0].tolist()
         turn = math.remainder(pad.turn_rad - rectangle.turn_rad, math.pi)
         quarters = round(turn / (math.pi / 2.0))
         if not pad.round and abs(turn - quarters * math.pi / 2.0) < _SKEW_RAD:
             sizes = (pad.width_mm, pad.length_mm) if quarters % 2 else (pad.length_mm, pad.width_mm)
-            joints.append(_cut(x, y, sizes, rectangle))
+            # An upright rectangle is cut at the edges of the underside; next to nothing may remain.
+            left, right = _overlap(x, sizes[0], rectangle.length_mm)
+            front, back = _overlap(y, sizes[1], rectangle.width_mm)
+            place = _tidy((left + right) / 2.0), _tidy((front + back) / 2.0)
+            if min(right - left, back - front) >= _LEAST_MM + _EDGE_MM:
+                joints.append(Joint(*place, _tidy(right - left), _tidy(back - front)))
         elif _is_amid(pad, rectangle):
             angle = 0.0 if pad.round else round(turn, 6)
             joints.append(Joint(_tidy(x), _tidy(y), _tidy(pad.length_mm), _tidy(pad.width_mm), pad.round, angle))
-    return tuple(joint for joint in joints if joint is not None)
+    return tuple(joints)
 
 
 def joints_amid(pads: Sequence[Pad], rectangle: Rectangle) -> tuple[Joint, ...]:
@@ -91,15 +96,6 @@ def _is_amid(pad: Pad, rectangle: Rectangle) -> bool:
     x, y = rectangle.to_local(np.array([[pad.x_mm, pad.y_mm]]))[0]
     half = rectangle.length_mm / 2.0 - _EDGE_MM, rectangle.width_mm / 2.0 - _EDGE_MM
     return bool(abs(x) < half[0] and abs(y) < half[1])
-
-
-def _cut(x: float, y: float, sizes_mm: tuple[float, float], rectangle: Rectangle) -> Joint | None:
-    """Cut an upright rectangle at the edges of the underside; ``None`` if next to nothing remains."""
-    left, right = _overlap(x, sizes_mm[0], rectangle.length_mm)
-    front, back = _overlap(y, sizes_mm[1], rectangle.width_mm)
-    if min(right - left, back - front) < _LEAST_MM + _EDGE_MM:
-        return None
-    return Joint(_tidy((left + right) / 2.0), _tidy((front + back) / 2.0), _tidy(right - left), _tidy(back - front))
 
 
 def _overlap(middle: float, size_mm: float, side_mm: float) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from geometry.arrays import Indices, Points
 from geometry.compiled import compiled, quick
 
-Whole: TypeAlias = Any  # an integer in compiled code, where numpy's types cannot tell a number from an array
+Whole: TypeAlias = Any  # an integer in compiled code, where numpy's types do not distinguish numbers and arrays
 
 MICRONS_PER_MM = 1000.0
 ROUNDING = 0.4567
@@ -18,7 +18,7 @@ ROUNDING = 0.4567
 distances, so that turning the board does not flip one."""
 NEIGHBOURS = 16
 TABLE_LIMIT = 1500
-"""Up to so many ways all distances are kept in a table; above it they are computed when asked for."""
+"""Up to so many ways all distances are kept in a table; above it they are computed when needed."""
 
 
 class Network(NamedTuple):
@@ -125,7 +125,7 @@ def _pair_mirrors(entry: Points, leave: Points, first: Indices) -> Indices:
 def _nearest(from_points: Points, to_points: Points, stroke: Indices) -> Indices:
     """The nearest way of each of the nearest other strokes; equally near ones in the order of their numbers.
 
-    The tree is asked for more until its last answer is farther than the last that is needed: which of several equally
+    The tree is queried for more until its last neighbour is farther than the last that is needed: which of several equally
     far points it returns depends on the last bits of the coordinates.
 
     Returns:
@@ -135,21 +135,21 @@ def _nearest(from_points: Points, to_points: Points, stroke: Indices) -> Indices
     near = np.full((len(from_points), min(NEIGHBOURS, stroke[-1] - 1)), -1, dtype=np.int64)
     pending = np.arange(len(from_points))
     tree = KDTree(to_points)
-    ask = NEIGHBOURS * max(1, round(len(to_points) / max(1, stroke[-1] - 1))) + 4
+    count = NEIGHBOURS * max(1, round(len(to_points) / max(1, stroke[-1] - 1))) + 4
     while near.shape[1] and len(pending):
-        ask = min(ask, len(to_points))
-        found = np.reshape(tree.query(from_points[pending], k=ask)[1], (len(pending), ask))
+        count = min(count, len(to_points))
+        found = np.reshape(tree.query(from_points[pending], k=count)[1], (len(pending), count))
         done = _keep_nearest(from_points, to_points, stroke, (pending, np.sort(found, axis=1), near))
         pending = pending[~done]
-        ask *= 2
+        count *= 2
     return near
 
 
 @compiled
 def _keep_nearest(
-    from_points: Points, to_points: Points, stroke: Indices, asked: tuple[Indices, Indices, Indices]
+    from_points: Points, to_points: Points, stroke: Indices, queried: tuple[Indices, Indices, Indices]
 ) -> NDArray[np.bool_]:
-    pending, found, near = asked
+    pending, found, near = queried
     done = np.zeros(len(pending), dtype=np.bool_)
     for row in range(len(pending)):
         way = pending[row]

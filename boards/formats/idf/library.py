@@ -33,7 +33,7 @@ class Package:
 
     @property
     def flat(self) -> bool:
-        """Whether it is a fiducial, a test point or the like: hardly any height, and a name that says so."""
+        """Whether it is a fiducial, a test point or the like: hardly any height, and the name of one."""
         return 0.0 <= self.height_mm <= _FLAT_MM and bool(_FLAT.search(self.name) or _FLAT.search(self.part))
 
     @property

@@ -85,7 +85,7 @@ class Item(Line):
 
 
 def read_items(path: Path) -> tuple[Item, tuple[Item, ...]]:
-    """Read the items of a board that say something about shape: footprints, drawings, general.
+    """Read the items of a board that describe shapes: footprints, drawings, general.
 
     The text is cut at the top level first and the copper is skipped: that leaves the parser half of a usual board,
     and gives every item its line, which ``sexpdata`` does not know.

@@ -204,7 +204,7 @@ def _parse_free(block: bytes, starts: Indices, rows: Indices, file: Path) -> tup
                 if not is_number(word):
                     message = f"{word[:40]!r} stands where a finite number is expected. "
                     raise Line(file, row + 1).error(f"{message}Correct it or export the board again.")
-        raise Line(file, int(rows[0]) + 1).error("its numbers cannot be told apart. Put spaces between them.")
+        raise Line(file, int(rows[0]) + 1).error("its numbers are not separated. Put spaces between them.")
     return values + 0.0, counts  # + 0.0 turns -0.0 into 0.0
 
 

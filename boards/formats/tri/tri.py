@@ -52,8 +52,15 @@ def read_tri(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
         for far in np.flatnonzero((np.abs(patches) > _FARTHEST_MM).any(axis=(1, 2)))[:1].tolist():
             raise Line(path, int(layout.lines[far])).error("a vertex lies more than 1 km away. Check the units.")
     keep, notes = _check_patches(patches, normals, layout)
-    roles = _legacy_roles(layout.items, patches) if layout.legacy else _read_roles(layout.items, path)
-    if layout.legacy:
+    roles: list[Role] = []
+    if not layout.legacy:
+        roles = _read_roles(layout.items, path)
+    else:
+        ends = np.cumsum([sum(count for _, count in item.surfaces) for item in layout.items])
+        plans = (part.reshape(-1, 3)[:, :2] for part in np.split(patches, ends[:-1]))
+        areas = [float(np.prod(np.ptp(plan, axis=0))) if len(plan) else 0.0 for plan in plans]
+        board = int(np.argmax(np.round(areas, 4)))
+        roles = ["board" if place == board else "component" for place in range(len(areas))]
         taken = "mm taken, the board is the object of largest plan area"
         notes.append(Finding(TRI_LEGACY, f"The file holds numbers only and states no units: {taken}."))
     return tuple(_build(layout, roles, patches, normals, keep)), tuple(notes)
@@ -83,18 +90,6 @@ def _check_patches(patches: Triangles, normals: Directions, layout: Layout) -> t
             line = int(layout.lines[np.flatnonzero(mask)[0]])
             notes.append(Finding(rule, f"{count} patches {text} (first in line {line})."))
     return keep, notes
-
-
-def _legacy_roles(items: Iterable[Item], patches: Triangles) -> list[Role]:
-    areas: list[float] = []
-    begin = 0
-    for item in items:
-        count = sum(patches for _, patches in item.surfaces)
-        corners = patches[begin : begin + count].reshape(-1, 3)[:, :2]
-        areas.append(float(np.prod(np.ptp(corners, axis=0))) if count else 0.0)
-        begin += count
-    board = int(np.argmax(np.round(areas, 4)))
-    return ["board" if place == board else "component" for place in range(len(areas))]
 
 
 def _read_roles(items: Iterable[Item], path: Path) -> list[Role]:
