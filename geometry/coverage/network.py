@@ -125,8 +125,8 @@ def _pair_mirrors(entry: Points, leave: Points, first: Indices) -> Indices:
 def _nearest(from_points: Points, to_points: Points, stroke: Indices) -> Indices:
     """The nearest way of each of the nearest other strokes; equally near ones in the order of their numbers.
 
-    The tree is queried for more until its last neighbour is farther than the last that is needed: which of several equally
-    far points it returns depends on the last bits of the coordinates.
+    The tree is queried for more until its last neighbour is farther than the last that is needed: which of several
+    equally far points it returns depends on the last bits of the coordinates.
 
     Returns:
         (w, k), padded with -1.
