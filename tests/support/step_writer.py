@@ -1,6 +1,9 @@
 """STEP files of boxes, for tests of whatever reads them."""
 
 import itertools
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -73,7 +76,8 @@ class StepWriter:
         self.add(f"SHAPE_DEFINITION_REPRESENTATION({shape},{representation})")
         return definition, representation
 
-    def write(self, parts: list[Placed]) -> str:
+    def write(self, parts: list[Placed], turns_deg: Mapping[str, float] = MappingProxyType({})) -> str:
+        """Write the assembly; instances may be turned about z, by name."""
         top, top_shape = self.product("card", "SHAPE_REPRESENTATION", self.origin)
         made: dict[str, tuple[str, str]] = {}
         for number, (instance, name, size, at) in enumerate(parts):
@@ -82,7 +86,8 @@ class StepWriter:
             definition, shape = made[name]
             use = self.add(f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{number}','{instance}','',{top},{definition},$)")
             use_shape = self.add(f"PRODUCT_DEFINITION_SHAPE('','',{use})")
-            target = self.axes(at, (0, 0, 1), (1, 0, 0))
+            turn = math.radians(turns_deg.get(instance, 0.0))
+            target = self.axes(at, (0, 0, 1), (math.cos(turn), math.sin(turn), 0))
             move = self.add(f"ITEM_DEFINED_TRANSFORMATION('','',{self.origin},{target})")
             relation = self.add(
                 f"(REPRESENTATION_RELATIONSHIP('','',{shape},{top_shape})"

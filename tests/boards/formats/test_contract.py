@@ -1,0 +1,184 @@
+"""What every board format has to keep to: the same board through each of them is the same board.
+
+A format is enrolled by its suffix in ``SUFFIXES``; what writes it, and what it cannot hold, is in ``WRITERS``.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from shapely import Polygon, affinity, box
+from step_writer import StepWriter
+
+from boards.board import Board, Body, Component, Side
+from boards.formats.prism import prism
+from boards.formats.tri.tri import write_tri
+from boards.load import SUFFIXES, load_board
+
+TOP_MM = 1.6
+EXACT_MM = 0.02
+OUTLINE = box(0, 0, 60, 40)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A box on one side; its place and its turn are as seen from the top."""
+
+    name: str
+    middle: tuple[float, float]
+    size: tuple[float, float, float]
+    turn_deg: float
+    side: Side
+
+    @property
+    def outline(self) -> Polygon:
+        """In plan."""
+        (x, y), (width, depth, _) = self.middle, self.size
+        flat = box(x - width / 2, y - depth / 2, x + width / 2, y + depth / 2)
+        return affinity.rotate(flat, self.turn_deg, origin=self.middle)
+
+    @property
+    def low(self) -> float:
+        """Height of its lower face."""
+        return TOP_MM if self.side == "top" else -self.size[2]
+
+
+PARTS = (
+    Part("U1", (20.0, 15.0), (8.0, 6.0, 1.5), 30.0, "top"),
+    Part("C1", (45.0, 30.0), (2.0, 1.0, 0.8), 90.0, "top"),
+    Part("J1", (35.0, 12.0), (10.0, 4.0, 5.0), 20.0, "bottom"),
+)
+
+
+def bodies() -> list[Body]:
+    solids = [Body("board", "board", *prism(OUTLINE, 0.0, TOP_MM))]
+    return solids + [
+        Body(each.name, "component", *prism(each.outline, each.low, each.low + each.size[2])) for each in PARTS
+    ]
+
+
+def meshes() -> Iterable[tuple[str, trimesh.Trimesh]]:
+    for body in bodies():
+        mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(body.patches))
+        yield "PCB" if body.role == "board" else body.name, mesh
+
+
+def tri(file: Path) -> None:
+    file.write_text(write_tri(bodies()), "utf-8")
+
+
+def tri_gz(file: Path) -> None:
+    import gzip
+
+    file.write_bytes(gzip.compress(write_tri(bodies()).encode()))
+
+
+def step(file: Path) -> None:
+    placed = [("PCB", "PCB", (60.0, 40.0, TOP_MM), (30.0, 20.0, 0.0))]
+    placed += [(each.name, each.name, each.size, (*each.middle, each.low)) for each in PARTS]
+    file.write_text(StepWriter().write(placed, {each.name: each.turn_deg for each in PARTS}), "utf-8")
+
+
+def gltf(file: Path) -> None:
+    """In metres, y up."""
+    scene = trimesh.Scene()
+    matrix = trimesh.transformations.rotation_matrix(-np.pi / 2, (1, 0, 0)) @ np.diag([1e-3, 1e-3, 1e-3, 1.0])
+    scene.graph.update(frame_from="world", frame_to="assembly", matrix=matrix)
+    for name, mesh in meshes():
+        scene.add_geometry(mesh, node_name=name, geom_name=f"mesh of {name}", parent_node_name="assembly")
+    scene.export(file)
+
+
+def heap(file: Path) -> None:
+    """All triangles in one heap, without names."""
+    trimesh.util.concatenate([mesh for _, mesh in meshes()]).export(file)
+
+
+def idf(file: Path) -> None:
+    """Turns on the bottom are as seen from there."""
+    board = [".HEADER", 'BOARD_FILE 3.0 "test" 2024/05/01.10:00:00 1', "card MM", ".END_HEADER", ".BOARD_OUTLINE ECAD"]
+    board += [str(TOP_MM), *loop(OUTLINE), ".END_BOARD_OUTLINE", ".PLACEMENT"]
+    library = [".HEADER", 'LIBRARY_FILE 3.0 "test" 2024/05/01.10:00:00 1', ".END_HEADER"]
+    for each in PARTS:
+        width, depth, height = each.size
+        flat = box(-width / 2, -depth / 2, width / 2, depth / 2)
+        library += [".ELECTRICAL", f"box-{each.name} none MM {height}", *loop(flat), ".END_ELECTRICAL"]
+        turn = each.turn_deg if each.side == "top" else -each.turn_deg % 360.0
+        x, y = each.middle
+        board += [f"box-{each.name} none {each.name}", f"{x} {y} 0.0 {turn} {each.side.upper()} PLACED"]
+    names = file.with_suffix(".emn"), file.with_suffix(".emp")
+    for name, lines in zip(names, (board, library), strict=True):
+        name.write_text("\n".join([*lines, ".END_PLACEMENT"] if lines is board else lines) + "\n", "utf-8")
+    if file.suffix == ".idf":
+        names[0].rename(file)
+
+
+def loop(outline: Polygon) -> list[str]:
+    return [f"0 {x} {y} 0.0" for x, y in outline.exterior.coords]
+
+
+def kicad(file: Path) -> None:
+    """With y downwards, and heights by package name alone."""
+    text = [f"(kicad_pcb (version 20241229) (general (thickness {TOP_MM}))"]
+    corners = list(OUTLINE.exterior.coords)
+    for (x, y), (end_x, end_y) in pairwise(corners):
+        text.append(f'(gr_line (start {x} {-y}) (end {end_x} {-end_y}) (layer "Edge.Cuts"))')
+    for each in PARTS:
+        layer, (x, y), (width, depth, _) = "F" if each.side == "top" else "B", each.middle, each.size
+        text += [
+            f'(footprint "Package_SO:SOIC-8" (layer "{layer}.Cu") (at {x} {-y} {each.turn_deg})',
+            f'(property "Reference" "{each.name}" (at 0 0) (layer "{layer}.SilkS"))',
+            f'(fp_rect (start {-width / 2} {-depth / 2}) (end {width / 2} {depth / 2}) (layer "{layer}.Fab"))',
+            f'(pad "1" smd rect (at 0 0) (size 1 1) (layers "{layer}.Cu")))',
+        ]
+    file.write_text("\n".join([*text, ")"]), "utf-8")
+
+
+WRITERS: dict[str, tuple[Callable[[Path], None], bool, bool]] = {
+    ".tri": (tri, True, True),
+    ".tri.gz": (tri_gz, True, True),
+    ".step": (step, True, True),
+    ".stp": (step, True, True),
+    ".glb": (gltf, True, True),
+    ".gltf": (gltf, True, True),
+    ".stl": (heap, False, True),
+    ".obj": (heap, False, True),
+    ".ply": (heap, False, True),
+    ".emn": (idf, True, True),
+    ".emp": (idf, True, True),
+    ".idf": (idf, True, True),
+    ".kicad_pcb": (kicad, True, False),
+}
+"""By suffix: what writes the board, whether the format keeps names, and whether it keeps heights."""
+
+
+def read(tmp_path: Path, suffix: str) -> Board:
+    assert suffix in WRITERS, f"{suffix} is read, but {__file__} has no writer for it"
+    file = tmp_path / f"card{suffix}"
+    WRITERS[suffix][0](file)
+    return load_board(file)
+
+
+def found(board: Board, part: Part) -> Component:
+    """The component that lies where a part does."""
+    return min(board.components, key=lambda each: each.outline.centroid.distance(part.outline.centroid))
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_the_same_board_is_read_from_every_format(suffix: str, tmp_path: Path) -> None:
+    board = read(tmp_path, suffix)
+    _, names, heights = WRITERS[suffix]
+    assert board.outline.symmetric_difference(OUTLINE).area < EXACT_MM
+    assert (board.bottom_z_mm, board.top_z_mm) == pytest.approx((0.0, TOP_MM), abs=EXACT_MM)
+    assert len(board.components) == len(PARTS)
+    for part in PARTS:
+        component = found(board, part)
+        assert component.side == part.side
+        assert component.outline.hausdorff_distance(part.outline) < EXACT_MM
+        assert component.area_mm2 == pytest.approx(part.outline.area, rel=5e-3)
+        assert component.name == part.name or not names
+        assert component.height_mm == pytest.approx(part.size[2], abs=EXACT_MM) or not heights
