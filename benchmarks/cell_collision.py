@@ -2,7 +2,7 @@
 
 Run: ``OMP_NUM_THREADS=1 python benchmarks/cell_collision.py [--robot ur5e] [--rows 4000] [BOARD]``
 
-Both are asked the same: the same robot, tool, board, fixtures, pairs and margins, and they must agree on every row.
+Both get the same: robot, tool, board, fixtures, pairs and margins, and they must agree on every row.
 ``random`` rows are anywhere between the limits of the joints; ``at work`` the nozzle hangs 30 to 80 mm above the board,
 tilted up to 30 degrees, as in a program. Ways go from a row at work some way off, measured at the end of the arm.
 """
@@ -66,9 +66,9 @@ def rows_at_work(cell: Cell, board: Board, count: int) -> Joints:
         [rng.uniform(west, east, count), rng.uniform(south, north, count), rng.uniform(0.03, 0.08, count)]
     )
     place += cell.T_cell_board[:3, 3] + [0, 0, board.top_z_mm / 1000]
-    lean = rng.uniform(0, np.radians(30), count)
+    tilt = rng.uniform(0, np.radians(30), count)
     around = rng.uniform(-np.pi, np.pi, count)
-    aim = np.column_stack([np.sin(lean) * np.cos(around), np.sin(lean) * np.sin(around), -np.cos(lean)])
+    aim = np.column_stack([np.sin(tilt) * np.cos(around), np.sin(tilt) * np.sin(around), -np.cos(tilt)])
     q, tcp = np.tile(cell.home, (count, 1)), cell.tools[0].T_flange_tcp
     for _ in range(60):
         now = flange_poses(cell.robot, q) @ tcp

@@ -70,7 +70,7 @@ def compare_speed(name: str, robot: Robot, count: int, rounds: int) -> None:
 
 def compare_counts(name: str, robot: Robot, count: int) -> None:
     bare, sure = bare_eaik(robot), ssik.Manipulator.from_transforms(chain_of(robot).steps)
-    for posture, fixed in SINGULAR.items():
+    for configuration, fixed in SINGULAR.items():
         poses = random_poses(robot, count, fixed)
         found = bare.IK_batched(list(poses), 1)
         eaik = [true_ones(robot, pose, list(one.Q)) for pose, one in zip(poses, found, strict=True)]
@@ -80,7 +80,7 @@ def compare_counts(name: str, robot: Robot, count: int) -> None:
         ]
         ours = solve(robot, poses).count
         shares = " | ".join(f"{np.mean(one):.2f} | {np.mean(np.equal(one, 0)):.0%}" for one in (eaik, other, ours))
-        print(f"| {name} | {posture} | {shares} |")
+        print(f"| {name} | {configuration} | {shares} |")
 
 
 def main(words: list[str]) -> None:

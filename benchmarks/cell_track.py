@@ -36,8 +36,8 @@ def main(words: list[str]) -> None:
         begin = time.perf_counter()
         report = track(planned.program, loaded.cell, board, terms=terms_of(loaded))
         took = time.perf_counter() - begin
-        asked = planned.program.totals.duration_s
-        print(f"{board.name} in {name}: {took:.1f} s for a program of {asked:.0f} s, 1 / {asked / took:.0f}")
+        requested = planned.program.totals.duration_s
+        print(f"{board.name} in {name}: {took:.1f} s for a program of {requested:.0f} s, 1 / {requested / took:.0f}")
         if not report.possible:
             print("  cannot be done:", report.findings[0].message)
             continue
@@ -46,14 +46,14 @@ def main(words: list[str]) -> None:
         print(f"  toppra's bound for their joint paths {bound:.2f} s: {ours / bound:.3f} times as long")
 
 
-def compare(asked: TimedProgram, report: CellReport) -> tuple[float, float]:
+def compare(requested: TimedProgram, report: CellReport) -> tuple[float, float]:
     """Seconds of the longest runs, ours and toppra's, for the same joints and no faster than the program anywhere."""
     rates = rates_of(report.program, report.joints)
     rest = np.abs(rates.speed).max(axis=1) < 1e-9
     edges = np.flatnonzero(np.diff(np.concatenate(([True], rest, [True])).astype(int)))
     runs = [(a, b) for a, b in zip(edges[0::2], edges[1::2], strict=True) if b - a > 20]
     runs.sort(key=lambda pair: rates.times[pair[0]] - rates.times[pair[1]])
-    clock = program_clock(asked, report, rates.times)
+    clock = program_clock(requested, report, rates.times)
     ours = bound = 0.0
     for a, b in runs[:RUNS]:
         least = bound_of(report.cell, rates.q[a : b + 1], np.diff(clock[a : b + 1]))
@@ -63,11 +63,11 @@ def compare(asked: TimedProgram, report: CellReport) -> tuple[float, float]:
     return ours, bound
 
 
-def program_clock(asked: TimedProgram, report: CellReport, times: NDArray[np.float64]) -> NDArray[np.float64]:
+def program_clock(requested: TimedProgram, report: CellReport, times: NDArray[np.float64]) -> NDArray[np.float64]:
     """The program's own time at each of the robot's times: moves that both have stand at the same places."""
     from programs.program import MoveTo
 
-    old = [(item.position, item.time_s) for item in asked.instructions if isinstance(item, MoveTo)]
+    old = [(item.position, item.time_s) for item in requested.instructions if isinstance(item, MoveTo)]
     new = [(item.position, item.time_s) for item in report.program.instructions if isinstance(item, MoveTo)]
     pairs: list[tuple[float, float]] = []
     at = 0

@@ -25,6 +25,17 @@ def cell_report(report: CellReport) -> dict[str, Json]:
     }
     if not report.possible:
         return data
+    distances = report.clearance.distances
+    nearest: dict[str, Json] = {}
+    if len(distances):
+        worst = int(np.argmin(np.round(distances, 6)))
+        touch = report.clearance.touches[worst]
+        nearest = {
+            "least_mm": _digits(distances[worst] * 1e3),
+            "pair": None if touch is None else [touch.body, touch.other],
+            "at": _moment(report.program, int(report.clearance_at[worst])),
+            "looked_at": len(distances),
+        }
     rates = rates_of(report.program, report.joints)
     motion: dict[str, Json] = {
         "done": _totals(report.program.totals),
@@ -35,7 +46,7 @@ def cell_report(report: CellReport) -> dict[str, Json]:
             "least_inverse_condition": _digits(report.condition.min()),
             "at": _moment(report.program, int(np.argmin(report.condition))),
         },
-        "clearance": _clearance(report),
+        "clearance": nearest,
     }
     return data | motion
 
@@ -54,20 +65,6 @@ def joint_use(joint: Joint, rates: Rates, index: int) -> dict[str, Json]:
         f"speed_limit_{unit}_s": _digits(scale * joint.speed),
         f"greatest_acceleration_{unit}_s2": _digits(scale * np.abs(rates.acceleration[:, index]).max(initial=0.0)),
         f"acceleration_limit_{unit}_s2": _digits(scale * joint.acceleration),
-    }
-
-
-def _clearance(report: CellReport) -> dict[str, Json]:
-    distances = report.clearance.distances
-    if len(distances) == 0:
-        return {}
-    worst = int(np.argmin(np.round(distances, 6)))
-    touch = report.clearance.touches[worst]
-    return {
-        "least_mm": _digits(distances[worst] * 1e3),
-        "pair": None if touch is None else [touch.body, touch.other],
-        "at": _moment(report.program, int(report.clearance_at[worst])),
-        "looked_at": len(distances),
     }
 
 

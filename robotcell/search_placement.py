@@ -87,7 +87,7 @@ def find_place(
         progress: Receives the stage and the share done.
 
     Raises:
-        CellError: as for ``track``, or the program never moves while the board is held so.
+        CellError: as for ``track``, or the program never moves while the board is at the pose under ``board``.
         ProgramError: The program has no move.
     """
     terms, cell = terms_of(loaded), loaded.cell

@@ -111,7 +111,7 @@ def track(
     found = plan_motion(queries, path, tilt, subprogress(progress, 0.0, 0.9))
     if isinstance(found, OutOfReach):
         samples = found.nodes.sample[found.empty]
-        findings = unreachable(PathInCell(queries, path), samples)
+        findings = [*unreachable(PathInCell(queries, path), samples)]
         findings += _remedy(cell, board, path, found.nodes.sample, samples)
         report = _without_motion(queries, [*check_cell(cell, board), *findings])
     else:

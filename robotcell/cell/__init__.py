@@ -1,1 +1,1 @@
-"""Cells: their YAML, shapes, robots of the library and where the board is held."""
+"""Cells: their YAML, shapes, robots of the library and the pose of the board."""

@@ -48,23 +48,14 @@ class LoadedCell:
         return frozenset(name for name, nozzle in self.spec.nozzles.items() if nozzle.round)
 
 
-def load_cell(source: str | Path) -> Cell:
-    """Read a cell.
+def read_cell(source: str | Path) -> LoadedCell:
+    """Read a cell with its specification and file.
 
     Args:
         source: A name of the library such as ``ur5e-bench``, or a file.
 
     Raises:
-        CellError: it cannot be found or used; the message says where and what to do.
-    """
-    return read_cell(source).cell
-
-
-def read_cell(source: str | Path) -> LoadedCell:
-    """Read a cell as ``load_cell`` does, with its specification and file.
-
-    Raises:
-        CellError: it cannot be found or used.
+        CellError: it cannot be found or used; the message gives the place and what to do.
     """
     path = find_file(source, CELL)
     return read_cell_text(read_text(path, CELL), file=path)

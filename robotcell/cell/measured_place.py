@@ -52,9 +52,18 @@ def _fit(pairs: list[PointPair], largest_mm: float) -> Poses:
     turn = (left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right).T
     place = to_middle - turn @ from_middle
     residual = float(np.linalg.norm(on_board @ turn.T + place - in_cell, axis=1).max())
-    if residual > largest_mm:
-        raise CellError(_compare(on_board, in_cell, residual))
-    return _assemble(turn, place)
+    if residual <= largest_mm:
+        return _assemble(turn, place)
+    sides = list(combinations(range(3), 2))  # distances can be checked with a ruler
+    there, here = ([math.dist(points[a], points[b]) for a, b in sides] for points in (on_board, in_cell))
+    worst = max(range(3), key=lambda index: round(abs(there[index] - here[index]), 6))
+    ratio = sum(there) / sum(here)
+    units = [unit for factor, unit in _UNITS if abs(ratio / factor - 1) < 0.02]
+    hint = f"the cell's points look like {units[0]}" if units else "measure again, or raise largest_residual_mm"
+    raise CellError(
+        f"points {sides[worst][0]} and {sides[worst][1]} are {there[worst]:.2f} mm apart on the board but "
+        f"{here[worst]:.2f} mm in the cell; the best fit leaves {residual:.2f} mm; {hint}"
+    )
 
 
 def _check_plane(points: NDArray[np.float64], where: str) -> None:
@@ -62,22 +71,6 @@ def _check_plane(points: NDArray[np.float64], where: str) -> None:
     longest = max(math.dist(a, b) for a, b in combinations(points.tolist(), 2))
     if doubled <= _THINNEST * longest**2:
         raise CellError(f"the three points lie on one line {where}; choose three corners")
-
-
-def _compare(on_board: NDArray[np.float64], in_cell: NDArray[np.float64], residual_mm: float) -> str:
-    """Describe a bad fit by distances, which can be checked with a ruler."""
-    pairs = list(combinations(range(3), 2))
-    there = [math.dist(on_board[a], on_board[b]) for a, b in pairs]
-    here = [math.dist(in_cell[a], in_cell[b]) for a, b in pairs]
-    worst = max(range(3), key=lambda index: round(abs(there[index] - here[index]), 6))
-    a, b = pairs[worst]
-    ratio = sum(there) / sum(here)
-    units = [unit for factor, unit in _UNITS if abs(ratio / factor - 1) < 0.02]
-    hint = f"the cell's points look like {units[0]}" if units else "measure again, or raise largest_residual_mm"
-    return (
-        f"points {a} and {b} are {there[worst]:.2f} mm apart on the board but {here[worst]:.2f} mm in the cell; "
-        f"the best fit leaves {residual_mm:.2f} mm; {hint}"
-    )
 
 
 def _assemble(turn: NDArray[np.float64], place_mm: NDArray[np.float64]) -> Poses:

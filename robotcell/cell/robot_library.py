@@ -32,7 +32,7 @@ def load_robot(source: str | Path) -> Robot:
         source: A name of the library such as ``ur5e``, or a robot's YAML file.
 
     Raises:
-        CellError: it cannot be found or used; the message says where and what to do.
+        CellError: it cannot be found or used; the message names the place and the remedy.
     """
     root, spec = read_robot_file(source)
     robot = build_robot(spec, Path(root.mark.file).parent, root, ())

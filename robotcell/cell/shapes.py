@@ -1,6 +1,5 @@
 """Collision bodies from their specifications: millimetres and degrees in, metres out."""
 
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import assert_never
@@ -33,33 +32,32 @@ def build_bodies(specs: dict[str, BodySpec], root: Located, path: YamlPath) -> t
     Raises:
         CellError: a mesh cannot be read, or a rod has no length.
     """
-    return tuple(body for name, spec in specs.items() for body in _build(name, spec, root, (*path, name)))
-
-
-def _build(name: str, spec: BodySpec, root: Located, path: YamlPath) -> Iterator[Body]:
-    match spec:
-        case BoxSpec():
-            x, y, z = (_MM * value for value in spec.size_mm)
-            yield Body(name, Box((x, y, z)), place_pose(spec.at))
-        case CapsuleSpec():
-            length, middle = _along(spec.from_mm, spec.to_mm, root, path)
-            yield Body(name, Capsule(_MM * spec.radius_mm, length), middle)
-        case CylinderSpec():
-            length, middle = _along(spec.from_mm, spec.to_mm, root, path)
-            yield Body(name, Mesh(cylinder_triangles(_MM * spec.radius_mm, length)), middle)
-        case HoseSpec():
-            for start, end in pairwise(spec.along_mm):
-                length, middle = _along(start, end, root, path)
-                yield Body(name, Capsule(_MM * spec.radius_mm, length), middle)
-        case MeshSpec():
-            folder = Path(root.at((*path, "file")).mark.file).parent
-            try:
-                triangles = read_mesh(folder / spec.file)
-            except CellError as error:
-                raise error_at(root, (*path, "file"), str(error)) from None
-            yield Body(name, Mesh(_MM * spec.mm_per_unit * triangles), place_pose(spec.at))
-        case _:
-            assert_never(spec)
+    bodies: list[Body] = []
+    for name, spec in specs.items():
+        match spec:
+            case BoxSpec():
+                x, y, z = (_MM * value for value in spec.size_mm)
+                bodies.append(Body(name, Box((x, y, z)), place_pose(spec.at)))
+            case CapsuleSpec():
+                length, middle = _along(spec.from_mm, spec.to_mm, root, (*path, name))
+                bodies.append(Body(name, Capsule(_MM * spec.radius_mm, length), middle))
+            case CylinderSpec():
+                length, middle = _along(spec.from_mm, spec.to_mm, root, (*path, name))
+                bodies.append(Body(name, Mesh(cylinder_triangles(_MM * spec.radius_mm, length)), middle))
+            case HoseSpec():
+                for start, end in pairwise(spec.along_mm):
+                    length, middle = _along(start, end, root, (*path, name))
+                    bodies.append(Body(name, Capsule(_MM * spec.radius_mm, length), middle))
+            case MeshSpec():
+                folder = Path(root.at((*path, name, "file")).mark.file).parent
+                try:
+                    triangles = read_mesh(folder / spec.file)
+                except CellError as error:
+                    raise error_at(root, (*path, name, "file"), str(error)) from None
+                bodies.append(Body(name, Mesh(_MM * spec.mm_per_unit * triangles), place_pose(spec.at)))
+            case _:
+                assert_never(spec)
+    return tuple(bodies)
 
 
 def _along(start_mm: Point, end_mm: Point, root: Located, path: YamlPath) -> tuple[float, Poses]:

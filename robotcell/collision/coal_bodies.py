@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from boards.board import Board
 from geometry.arrays import Indices, Points, Triangles
-from robotcell.cell.cell import Cell, Tool
 from robotcell.errors import CellError
 from robotcell.robot.robot import Body, Box, Capsule, Poses
 
@@ -66,23 +65,6 @@ def coal() -> Any:
         raise CellError("checking for collisions needs `pip install washboard[robot]`") from None
 
 
-def robot_solids(cell: Cell) -> tuple[Solid, ...]:
-    """Give the bodies of all links, base first, each in its link's frame."""
-    return tuple(
-        _solid(body, "robot", link, np.eye(4)) for link, bodies in enumerate(cell.robot.bodies) for body in bodies
-    )
-
-
-def tool_solids(cell: Cell, tool: Tool) -> tuple[Solid, ...]:
-    """Give what the flange carries with a tool, in the last link's frame."""
-    return tuple(_solid(body, "tool", cell.robot.dof, cell.robot.T_link_flange) for body in tool.bodies)
-
-
-def fixture_solids(cell: Cell) -> tuple[Solid, ...]:
-    """Give what stands in the cell, in the cell's frame."""
-    return tuple(_solid(body, "fixture", 0, np.eye(4)) for body in cell.fixtures)
-
-
 def board_solid(board: Board, T_cell_board: Poses) -> Solid:
     """Give the whole board as one surface, placed in the cell. Triangles keep the names of their bodies."""
     triangles = np.concatenate([body.patches for body in board.bodies]) * _METRES
@@ -100,7 +82,8 @@ def board_solid(board: Board, T_cell_board: Poses) -> Solid:
     )
 
 
-def _solid(body: Body, part: Part, link: int, T_link_carrier: Poses) -> Solid:
+def body_solid(body: Body, part: Part, link: int, T_link_carrier: Poses) -> Solid:
+    """Give a body of robot, tool or fixture, in its link's frame; a fixture in the cell's, with link 0."""
     shape, middle = body.shape, np.zeros(3)
     match shape:
         case Box():

@@ -33,7 +33,7 @@ from robotcell.collision.body_pairs import (
     place,
     without,
 )
-from robotcell.collision.coal_bodies import board_solid, fixture_solids, robot_solids, tool_solids
+from robotcell.collision.coal_bodies import board_solid, body_solid
 from robotcell.collision.contacts import Probe, Touch, probe_of, touch_of
 from robotcell.collision.contacts import distances as contact_distances
 from robotcell.errors import CellError
@@ -73,12 +73,20 @@ def build_collider(cell: Cell, board: Board | None) -> Collider:
     Raises:
         CellError: Coal is not installed.
     """
-    around = (*fixture_solids(cell), *robot_solids(cell))
+    own, robot = np.eye(4), cell.robot
+    around = [body_solid(body, "fixture", 0, own) for body in cell.fixtures]
+    around += [body_solid(body, "robot", link, own) for link, bodies in enumerate(robot.bodies) for body in bodies]
     above = () if board is None else (board_solid(board, cell.T_cell_board),)
     by_tool: dict[int, BodyPairs] = {}
     for tool in cell.tools:
-        every = all_pairs(cell, (*around, *tool_solids(cell, tool), *above))
-        by_tool[tool.number] = without(every, _made_to_touch(every, cell.home) | _under_the_base(every))
+        carried = (body_solid(body, "tool", robot.dof, robot.T_link_flange) for body in tool.bodies)
+        every = all_pairs(cell, (*around, *carried, *above))
+        at_home = place(every, cell.home[None])
+        items = near_items(every, at_home, np.where(every.outside, -np.inf, CONTACT + RESOLUTION))
+        touching = np.isfinite(contact_distances(every, at_home, items, np.arange(len(items.rows))))
+        dropped = _under_the_base(every)
+        dropped[items.pairs[touching]] = True  # made so; a swept check could mistake them for colliding
+        by_tool[tool.number] = without(every, dropped)
     return Collider(MappingProxyType(by_tool), cell.T_cell_board)
 
 
@@ -199,16 +207,6 @@ def in_chunks(bodies: BodyPairs, q: Joints) -> Iterator[tuple[int, Places]]:
     step = max(1, _AT_ONCE // max(1, len(bodies.first)))
     for start in range(0, len(q), step):
         yield start, place(bodies, q[start : start + step])
-
-
-def _made_to_touch(bodies: BodyPairs, home: Joints) -> NDArray[np.bool_]:
-    """(pairs,) bodies of robot and tool that are at home as near as a swept check could mistake for touching."""
-    places = place(bodies, home[None])
-    items = near_items(bodies, places, np.where(bodies.outside, -np.inf, CONTACT + RESOLUTION))
-    found = contact_distances(bodies, places, items, np.arange(len(items.rows)))
-    dropped = np.zeros(len(bodies.first), np.bool_)
-    dropped[items.pairs[np.isfinite(found)]] = True
-    return dropped
 
 
 def _under_the_base(bodies: BodyPairs) -> NDArray[np.bool_]:

@@ -67,6 +67,7 @@ def collides_between(collider: Collider, start: Joints, end: Joints, tool: int) 
 
 
 def _sweep(bodies: BodyPairs, start: Joints, end: Joints) -> NDArray[np.bool_]:
+    """Halve the motions until every pair keeps its margin or is too near."""
     collides = np.zeros(len(start), np.bool_)
     travels = _travels(bodies, start, end)
     items = near_items(bodies, place(bodies, (start + end) / 2), bodies.margins + travels / 2)
@@ -74,24 +75,18 @@ def _sweep(bodies: BodyPairs, start: Joints, end: Joints) -> NDArray[np.bool_]:
     while len(pieces.motion):
         widening = travels[pieces.motion, pieces.pair] * pieces.half
         least = bodies.margins[pieces.pair]
-        near = _near(bodies, (start, end), pieces, least + widening)
+        margins = least + widening
+        keys = (pieces.motion << pieces.level) + pieces.number
+        _, at, rows = np.unique(keys, return_index=True, return_inverse=True)
+        begin, way = start[pieces.motion[at]], (end - start)[pieces.motion[at]]
+        places, items = place(bodies, begin + pieces.middle[at][:, None] * way), Items(rows, pieces.pair, margins)
+        near = np.where(gaps(bodies, places, items) <= margins, margins, np.inf)
+        exact = np.flatnonzero(np.isfinite(near) & (widening <= _COARSE))
+        near[exact] = distances(bodies, places, items.taken(exact), pieces.motion[exact])
         met = np.isfinite(near)
         collides[pieces.motion[met & ((widening <= RESOLUTION) | (near <= least))]] = True
         pieces = pieces.halved(met & ~collides[pieces.motion])
     return collides
-
-
-def _near(bodies: BodyPairs, ends: tuple[Joints, Joints], pieces: _Pieces, margins: Scalars) -> Scalars:
-    """(m,) how near the pair of each piece is half way; infinite if it keeps its widened margin."""
-    keys = (pieces.motion << pieces.level) + pieces.number
-    _, at, rows = np.unique(keys, return_index=True, return_inverse=True)
-    start, end = (each[pieces.motion[at]] for each in ends)
-    places = place(bodies, start + pieces.middle[at][:, None] * (end - start))
-    items = Items(rows, pieces.pair, margins)
-    near = np.where(gaps(bodies, places, items) <= margins, margins, np.inf)
-    exact = np.flatnonzero(np.isfinite(near) & (margins - bodies.margins[pieces.pair] <= _COARSE))
-    near[exact] = distances(bodies, places, items.taken(exact), pieces.motion[exact])
-    return near
 
 
 def _travels(bodies: BodyPairs, start: Joints, end: Joints) -> Scalars:

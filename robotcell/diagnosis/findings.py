@@ -74,9 +74,8 @@ class PathInCell:
         return found.reshape(len(poses), -1, found.shape[2])
 
 
-def unreachable(subject: PathInCell, samples: Indices) -> list[Finding]:
+def unreachable(subject: PathInCell, samples: Indices) -> Iterator[Finding]:
     """Report poses that no configuration reaches, and what keeps the robot from them."""
-    findings: list[Finding] = []
     for made_by, members in subject.grouped(samples):
         worst = int(members[len(members) // 2])
         rows = subject.configurations(worst, subject.path.T_base_tcp[worst][None])[0]
@@ -87,8 +86,7 @@ def unreachable(subject: PathInCell, samples: Indices) -> list[Finding]:
             rule, text = JOINT_LIMIT, f"reached only beyond a joint's limit: {beyond}"
         count = f"{len(members)} points, such as this, are" if len(members) > 1 else "this point is"
         message = f"{count} {text}; {_what_reaches(subject, worst)}."
-        findings.append(Finding(rule, message, made_by, subject.place(worst)))
-    return findings
+        yield Finding(rule, message, made_by, subject.place(worst))
 
 
 def _least_excess(robot: Robot, rows: NDArray[np.float64]) -> str:
@@ -105,8 +103,17 @@ def _least_excess(robot: Robot, rows: NDArray[np.float64]) -> str:
 def _what_reaches(subject: PathInCell, sample: int) -> str:
     """Describe the smallest shift, and the smallest tilt, by which a pose would be reached."""
     pose = subject.path.T_base_tcp[sample]
-    shift = _nearest_shift(subject, sample, pose)
-    helps = [shift] if shift else []
+    flat = np.array([pose[0, 3], pose[1, 3], 0.0])
+    inward = -flat / max(float(np.linalg.norm(flat)), 1e-9)
+    up = np.linalg.inv(subject.queries.cell.T_cell_base)[:3, 2]
+    axis = "the robot's axis"
+    ways = ((inward, f"nearer to {axis}"), (-inward, f"farther from {axis}"), (up, "higher"), (-up, "lower"))
+    shifts: list[tuple[float, str]] = []
+    for way, text in ways:
+        tried = np.repeat(pose[None], len(_FAR_M), axis=0)
+        tried[:, :3, 3] += _FAR_M[:, None] * way
+        shifts += [(float(far), text) for far in _FAR_M[_reached(subject, sample, tried)][:1]]
+    helps = [f"{far * 1e3:g} mm {text}" for far, text in sorted(shifts, key=lambda shift: shift[0])[:1]]
     turns = np.radians(np.arange(0.0, 360.0, 45.0))
     for degrees in _TILTS_DEG:
         tilts = np.radians(degrees) * np.column_stack((np.cos(turns), np.sin(turns)))
@@ -118,32 +125,12 @@ def _what_reaches(subject: PathInCell, sample: int) -> str:
     return f"it would be reached {', or '.join(helps)}"
 
 
-def _nearest_shift(subject: PathInCell, sample: int, pose: Poses) -> str:
-    flat = np.array([pose[0, 3], pose[1, 3], 0.0])
-    inward = -flat / max(float(np.linalg.norm(flat)), 1e-9)
-    up = np.linalg.inv(subject.queries.cell.T_cell_base)[:3, 2]
-    ways = (
-        (inward, "nearer to the robot's axis"),
-        (-inward, "farther from the robot's axis"),
-        (up, "higher"),
-        (-up, "lower"),
-    )
-    best: tuple[float, str] | None = None
-    for way, text in ways:
-        tried = np.repeat(pose[None], len(_FAR_M), axis=0)
-        tried[:, :3, 3] += _FAR_M[:, None] * way
-        good = np.flatnonzero(_reached(subject, sample, tried))
-        if len(good) and (best is None or _FAR_M[good[0]] < best[0]):
-            best = (float(_FAR_M[good[0]]), text)
-    return "" if best is None else f"{best[0] * 1e3:g} mm {best[1]}"
-
-
 def _reached(subject: PathInCell, sample: int, poses: Poses) -> Flags:
     """(k,) whether poses are reached within the limits at some azimuth that is allowed."""
     return np.any(is_inside(subject.queries.cell.robot, subject.configurations(sample, poses)), axis=1)
 
 
-def collisions(subject: PathInCell, motion: Motion) -> list[Finding]:
+def collisions(subject: PathInCell, motion: Motion) -> Iterator[Finding]:
     """Report the pairs that collide in every configuration, once for each pair and recipe path."""
     seen: dict[tuple[Source, str, str], list[int]] = {}
     path = subject.path
@@ -152,48 +139,39 @@ def collisions(subject: PathInCell, motion: Motion) -> list[Finding]:
         pair = subject.queries.first_pair(q, tool, placement)
         if pair is not None:
             seen.setdefault((subject.made_by(sample), *pair), []).append(sample)
-    return [
-        Finding(
-            COLLISION,
-            f"{body} collides with {other} at {len(samples)} of the points checked, in every configuration.",
-            made_by,
-            subject.place(samples[0]),
-        )
-        for (made_by, body, other), samples in seen.items()
-    ]
+    for (made_by, body, other), samples in seen.items():
+        text = f"{body} collides with {other} at {len(samples)} of the points checked, in every configuration."
+        yield Finding(COLLISION, text, made_by, subject.place(samples[0]))
 
 
-def breaks(subject: PathInCell, motion: Motion) -> list[Finding]:
+def breaks(subject: PathInCell, motion: Motion) -> Iterator[Finding]:
     """Report where the path cannot be tracked in one go."""
-    findings: list[Finding] = []
-    for node in motion.discontinuities.tolist():
-        sample = int(motion.nodes.sample[node])
-        text = (
-            "the robot would have to change its configuration here while the jet is on: no configuration before this "
-            "place continues into one after it. Move or turn the board, or let the stroke end here."
-        )
-        findings.append(Finding(CONFIGURATION_JUMP, text, subject.made_by(sample), subject.place(sample)))
-    for node in motion.blocked.tolist():
-        sample = int(motion.nodes.sample[node])
-        text = (
-            "the robot has to change its configuration or its tool here, and every way that was tried, straight and by "
-            "way of home, collides. Choose another home, or another place for the board."
-        )
-        findings.append(Finding(TRANSFER_BLOCKED, text, subject.made_by(sample), subject.place(sample)))
+    jump = (
+        "the robot would have to change its configuration here while the jet is on: no configuration before this place "
+        "continues into one after it. Move or turn the board, or let the stroke end here."
+    )
+    blocked = (
+        "the robot has to change its configuration or its tool here, and every way that was tried, straight and by way "
+        "of home, collides. Choose another home, or another place for the board."
+    )
+    for rule, text, nodes in (
+        (CONFIGURATION_JUMP, jump, motion.discontinuities),
+        (TRANSFER_BLOCKED, blocked, motion.blocked),
+    ):
+        for sample in motion.nodes.sample[nodes].tolist():
+            yield Finding(rule, text, subject.made_by(sample), subject.place(sample))
     for made_by, members in subject.grouped(motion.lost):
         text = f"no configuration continues the one before at {_points(len(members))}, within the joints' limits."
-        findings.append(Finding(JUMP, text, made_by, subject.place(int(members[0]))))
-    return findings
+        yield Finding(JUMP, text, made_by, subject.place(int(members[0])))
 
 
-def slowness(subject: PathInCell, retiming: Retiming) -> list[Finding]:
+def slowness(subject: PathInCell, retiming: Retiming) -> Iterator[Finding]:
     """Report where the robot sprays more slowly than programmed, once for each recipe path."""
     path = subject.path
     length = np.linalg.norm(np.diff(path.T_base_tcp[:, :3, 3], axis=0), axis=1)
     lasting = np.diff(path.times)
     spraying = path.jet_on[1:] & path.jet_on[:-1] & (lasting > 1e-6)
     slow = np.flatnonzero(spraying & (retiming.share < _SLOW)) + 1
-    findings: list[Finding] = []
     for made_by, members in subject.grouped(slow):
         interval = members - 1
         late = retiming.lasting[interval] - lasting[interval]
@@ -213,35 +191,30 @@ def slowness(subject: PathInCell, retiming: Retiming) -> list[Finding]:
             f"the robot takes {late.sum():.2f} s longer than programmed; slowest here, {speeds}: {joint} is at its "
             f"{limit}."
         )
-        findings.append(Finding(SPEED_NOT_HELD, text, made_by, subject.place(worst), override=severity))
-    return findings
+        yield Finding(SPEED_NOT_HELD, text, made_by, subject.place(worst), override=severity)
 
 
-def tilts(subject: PathInCell, tracked: TrackedPath) -> list[Finding]:
+def tilts(subject: PathInCell, tracked: TrackedPath) -> Iterator[Finding]:
     """Report where the jet is tilted from the programmed direction."""
     tilt = np.linalg.norm(tracked.tilt, axis=1)
-    findings: list[Finding] = []
     for made_by, members in subject.grouped(np.flatnonzero((tilt > _LEAST_TURN) & subject.path.jet_on)):
         worst = int(members[np.argmax(tilt[members])])
         text = (
             f"the jet is tilted by up to {np.degrees(tilt[worst]):.1f} degrees from the programmed direction: nothing "
             "else is clear."
         )
-        findings.append(Finding(JET_LEANT, text, made_by, subject.place(worst)))
-    return findings
+        yield Finding(JET_LEANT, text, made_by, subject.place(worst))
 
 
-def nearly_singular(subject: PathInCell, condition: Scalars) -> list[Finding]:
+def nearly_singular(subject: PathInCell, condition: Scalars) -> Iterator[Finding]:
     """Report where the robot sprays near a singular configuration."""
-    findings: list[Finding] = []
     for made_by, members in subject.grouped(np.flatnonzero(subject.path.jet_on & (condition < _NEAR_SINGULAR))):
         worst = int(members[np.argmin(condition[members])])
         text = (
             f"near a singular configuration at {_points(len(members))}, inverse condition {condition[worst]:.4f} at "
             "the worst: the joints move far for a short way. Move or turn the board."
         )
-        findings.append(Finding(NEAR_SINGULAR, text, made_by, subject.place(worst)))
-    return findings
+        yield Finding(NEAR_SINGULAR, text, made_by, subject.place(worst))
 
 
 def _points(count: int) -> str:

@@ -63,14 +63,13 @@ def _check_tool(tool: Tool) -> Iterator[Finding]:
         yield Finding(TCP_UNITS, message, at)
     if length > _LARGEST_M:
         yield Finding(TCP_UNITS, f"the orifice of {tool.name} is {length:g} m from the flange", at)
-    flange_ahead = float(inverse(tool.T_flange_tcp)[2, 3])
-    if length > 0.0 and flange_ahead > 0.5 * length:
+    T_tcp_flange = inverse(tool.T_flange_tcp)
+    if length > 0.0 and T_tcp_flange[2, 3] > 0.5 * length:
         message = (
             f"the jet of {tool.name} points back at the flange; turn the TCP: add 180 degrees to the roll of rpy_deg"
         )
         yield Finding(TCP_TURNED, message, at)
         return
-    T_tcp_flange = inverse(tool.T_flange_tcp)
     for body in tool.bodies:
         corners = corners_of(body) @ T_tcp_flange[:3, :3].T + T_tcp_flange[:3, 3]
         low, high = corners.min(axis=0), corners.max(axis=0)

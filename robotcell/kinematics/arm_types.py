@@ -92,9 +92,12 @@ def _fit(zero: Zero, T_base_plane: Poses, centre: NDArray[np.float64], *, parall
     """Give the numbers of the closed form, or ``None`` if a link has no length."""
     turn, origin = T_base_plane[:3, :3], T_base_plane[:3, 3]
     axes, points, goal = zero.axes @ turn, (zero.points - origin) @ turn, (centre - origin) @ turn
-    bend = _bend(points[1], points[2], points[3] if parallel else goal)
-    if bend is None:
+    links = (points[2] - points[1])[:2], ((points[3] if parallel else goal) - points[2])[:2]
+    lengths = float(np.hypot(*links[0])), float(np.hypot(*links[1]))
+    if min(lengths) < ALIKE:
         return None
+    angles = float(np.arctan2(links[0][1], links[0][0])), float(np.arctan2(links[1][1], links[1][0]))
+    bend = Bend((float(points[1, 0]), float(points[1, 1])), lengths, angles)
     y, z = axes[4], np.array([0.0, 0.0, 1.0]) if parallel else axes[3]
     wrist = np.stack((np.cross(y, z), y, z), axis=1)
     along = wrist.T @ axes[5]
@@ -111,16 +114,6 @@ def _fit(zero: Zero, T_base_plane: Poses, centre: NDArray[np.float64], *, parall
     last = (float(goal[0] - points[3, 0]), float(goal[1] - points[3, 1]))
     azimuth = float(np.arctan2(-y[0], y[1]))
     return ParallelArm(T_plane_base, T_flange_wrist, aside, bend, signs, last, azimuth, tilt)
-
-
-def _bend(first: NDArray[np.float64], second: NDArray[np.float64], end: NDArray[np.float64]) -> Bend | None:
-    """Two links in the plane, or None if one has no length."""
-    links = (second - first)[:2], (end - second)[:2]
-    lengths = float(np.hypot(*links[0])), float(np.hypot(*links[1]))
-    if min(lengths) < ALIKE:
-        return None
-    angles = float(np.arctan2(links[0][1], links[0][0])), float(np.arctan2(links[1][1], links[1][0]))
-    return Bend((float(first[0]), float(first[1])), lengths, angles)
 
 
 def _parallel(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:

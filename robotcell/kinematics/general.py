@@ -7,11 +7,9 @@ configurations. ssik solves every arm, a hundred times slower: where EAIK has no
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robotcell.errors import CellError
-from robotcell.kinematics.chain import Chain
-from robotcell.kinematics.polish import polish_rows
+from robotcell.kinematics.chain import Chain, polish_rows
 from robotcell.robot.robot import Joints, Poses, Robot, singularity
 
 MOST_BRANCHES = 16
@@ -34,7 +32,7 @@ def prepare_general(robot: Robot, chain: Chain) -> GeneralArm:
     """Prepare EAIK and ssik; for the most general arms this takes ssik a minute, once in a user's cache.
 
     Raises:
-        CellError: they are missing, or know no closed form.
+        CellError: they are missing, or have no closed form.
     """
     try:
         import ssik
@@ -66,7 +64,13 @@ def solve_general(arm: GeneralArm, chain: Chain, poses: Poses, rows: Joints) -> 
         known = np.flatnonzero(doubtful)
         for index, found in zip(known, arm.bulk.IK_batched(poses[known], 1), strict=True):
             _polish_found(chain, poses[index], found.Q, rows[index])
-        doubtful[known] = _is_doubtful(arm.robot, rows[known])
+        # configurations may be lost: none, an odd number, or one that is nearly singular
+        real = ~np.isnan(rows[known, :, 0])
+        inverse_condition = np.ones(real.shape)
+        if np.any(real):
+            inverse_condition[real] = singularity(arm.robot, rows[known][real])[1]
+        count = np.sum(real, axis=1)
+        doubtful[known] = (count % 2 == 1) | (count == 0) | np.any(inverse_condition < NEARLY_SINGULAR, axis=1)
     for index in np.flatnonzero(doubtful):
         found = arm.sure.solve(poses[index], respect_limits=False, enumerate_windings=False)
         _polish_found(chain, poses[index], [one.q for one in found], rows[index])
@@ -77,15 +81,5 @@ def _polish_found(chain: Chain, pose: Poses, found: Any, rows: Joints) -> None:
     rows[:] = np.nan
     joints = np.array(found, dtype=np.float64).reshape(-1, 6)[:MOST_BRANCHES]
     rows[: len(joints)] = joints
-    polish_rows(chain, pose, rows)
+    polish_rows(chain, pose[None], rows[None])
     rows[:] = rows[np.lexsort(np.round(rows, 6).T[::-1])]
-
-
-def _is_doubtful(robot: Robot, rows: Joints) -> NDArray[np.bool_]:
-    """Give (n,) where configurations may be lost: none, an odd number, or one that is nearly singular."""
-    real = ~np.isnan(rows[:, :, 0])
-    inverse_condition = np.ones(real.shape)
-    if np.any(real):
-        inverse_condition[real] = singularity(robot, rows[real])[1]
-    count = np.sum(real, axis=1)
-    return (count % 2 == 1) | (count == 0) | np.any(inverse_condition < NEARLY_SINGULAR, axis=1)

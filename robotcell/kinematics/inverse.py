@@ -11,10 +11,9 @@ from geometry.arrays import Indices
 from robotcell.errors import CellError
 from robotcell.kinematics.arm_types import ParallelArm, SphericalArm, recognise
 from robotcell.kinematics.chain import Chain, chain_of, zero_of
+from robotcell.kinematics.closed_forms import solve_six_axis
 from robotcell.kinematics.gantry import Gantry, recognise_gantry, solve_gantry
 from robotcell.kinematics.general import MOST_BRANCHES, GeneralArm, prepare_general, solve_general
-from robotcell.kinematics.parallel_axes import solve_parallel
-from robotcell.kinematics.spherical_wrist import solve_spherical
 from robotcell.robot.robot import Joints, Poses, Robot
 
 Form: TypeAlias = SphericalArm | ParallelArm | Gantry | GeneralArm
@@ -100,10 +99,11 @@ def solve(
     rows = np.full((len(poses), kinematics.branches, robot.dof), np.nan)
     azimuth = np.zeros(rows.shape[:2])
     match kinematics.form:
-        case SphericalArm() as arm:
-            solve_spherical(arm, kinematics.chain, poses, _preferred(robot, preferred, len(poses)), rows)
-        case ParallelArm() as arm:
-            solve_parallel(arm, kinematics.chain, poses, _preferred(robot, preferred, len(poses)), rows)
+        case SphericalArm() | ParallelArm() as arm:
+            if preferred is None:
+                preferred = np.minimum(np.maximum(0.0, robot.lowest), robot.highest)
+            favoured = np.ascontiguousarray(np.broadcast_to(preferred, (len(poses), robot.dof)), dtype=np.float64)
+            solve_six_axis(arm, kinematics.chain, poses, favoured, rows)
         case GeneralArm() as arm:
             solve_general(arm, kinematics.chain, poses, rows)
         case Gantry() as gantry:
@@ -112,10 +112,3 @@ def solve(
         case _:
             assert_never(kinematics.form)
     return Solutions(rows, np.sum(~np.isnan(rows[:, :, 0]), axis=1), azimuth)
-
-
-def _preferred(robot: Robot, preferred: Joints | None, count: int) -> Joints:
-    """(count, dof) angles for joints that turn freely."""
-    if preferred is None:
-        preferred = np.array([min(max(0.0, joint.lowest), joint.highest) for joint in robot.joints])
-    return np.ascontiguousarray(np.broadcast_to(preferred, (count, robot.dof)), dtype=np.float64)

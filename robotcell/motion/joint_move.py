@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -20,14 +21,6 @@ IsBlocked: TypeAlias = Callable[[Joints, Joints, int], Flags]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class JointMove:
-    """A move through joint rows, straight from one to the next, at rest at each."""
-
-    way: Joints
-    """(k, dof) k >= 2"""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Reconfiguration:
     """A joint move in place of a piece of the path."""
 
@@ -35,13 +28,12 @@ class Reconfiguration:
     """Sample before it,"""
     end: int
     """and after it."""
-    move: JointMove
+    way: Joints
+    """(k, dof) rows of joints, straight from one to the next, at rest at each; k >= 2"""
 
 
-def find_move(
-    cell: Cell, begin: Joints, end: Joints, tools: tuple[int, int], is_blocked: IsBlocked
-) -> JointMove | None:
-    """Find a move that collides with nothing: straight, over lifted configurations, by way of home; else ``None``.
+def find_move(cell: Cell, begin: Joints, end: Joints, tools: tuple[int, int], is_blocked: IsBlocked) -> Joints | None:
+    """Find the way (k, dof) of a joint move that collides with nothing: straight, lifted, or via home; else ``None``.
 
     Args:
         cell: Whose home.
@@ -53,7 +45,7 @@ def find_move(
     for way, carried in _ways(cell, begin, end, tools):
         legs = (is_blocked(way[at : at + 1], way[at + 1 : at + 2], tool)[0] for at, tool in enumerate(carried))
         if not any(legs):
-            return JointMove(way)
+            return way
     return None
 
 
@@ -77,31 +69,26 @@ def _ways(cell: Cell, begin: Joints, end: Joints, tools: tuple[int, int]) -> lis
     return ways
 
 
-def time_move(robot: Robot, move: JointMove) -> tuple[Scalars, Joints]:
-    """Sample a move: times (k,) from 0 and joints (k, dof), ends included; trapezoids of speed from rest to rest."""
-    times, rows, clock = [np.zeros(1)], [move.way[:1]], 0.0
-    for begin, end in zip(move.way[:-1], move.way[1:], strict=True):
+def time_move(robot: Robot, way: Joints) -> tuple[Scalars, Joints]:
+    """Sample a joint move: times (k,) from 0 and joints (k, dof), with trapezoids of speed from rest to rest."""
+    times, rows, clock = [np.zeros(1)], [way[:1]], 0.0
+    for begin, end in pairwise(way):
         far = np.abs(end - begin)
         if far.max() < 1e-9:
             continue
-        ways = [(joint, way) for joint, way in zip(robot.joints, far.tolist(), strict=True) if way > 0]
-        speed = min(SHARE * joint.speed / way for joint, way in ways)
-        push = min(SHARE * joint.acceleration / way for joint, way in ways)
-        at, share = _trapezoid(speed, push)
+        spans = [(joint, span) for joint, span in zip(robot.joints, far.tolist(), strict=True) if span > 0]
+        speed = min(SHARE * joint.speed / span for joint, span in spans)
+        push = min(SHARE * joint.acceleration / span for joint, span in spans)
+        ramp = min(speed / push, float(np.sqrt(1.0 / push)))
+        top = ramp * push
+        cruise = max(0.0, 1.0 / top - ramp)
+        total = 2.0 * ramp + cruise
+        at = np.linspace(0.0, total, max(4, int(np.ceil(total / _SAMPLE_S)) + 1))
+        at = np.unique(np.round(np.concatenate((at, np.array([ramp, ramp + cruise]))), 12)).astype(np.float64)
+        up, down = np.minimum(at, ramp), np.maximum(at - ramp - cruise, 0.0)
+        share = 0.5 * push * up**2 + top * np.clip(at - ramp, 0.0, cruise) + top * down - 0.5 * push * down**2
+        share = np.clip(share, 0.0, 1.0)
         times.append(clock + at[1:])
         rows.append(begin + share[1:, None] * (end - begin))
         clock += float(at[-1])
     return np.concatenate(times), np.concatenate(rows)
-
-
-def _trapezoid(speed: float, push: float) -> tuple[Scalars, Scalars]:
-    """Times and shares of the way, from rest to rest, for a way of length 1."""
-    ramp = min(speed / push, float(np.sqrt(1.0 / push)))
-    top = ramp * push
-    cruise = max(0.0, 1.0 / top - ramp)
-    total = 2.0 * ramp + cruise
-    at = np.linspace(0.0, total, max(4, int(np.ceil(total / _SAMPLE_S)) + 1))
-    at = np.unique(np.round(np.concatenate((at, np.array([ramp, ramp + cruise]))), 12)).astype(np.float64)
-    up, down = np.minimum(at, ramp), np.maximum(at - ramp - cruise, 0.0)
-    share = 0.5 * push * up**2 + top * np.clip(at - ramp, 0.0, cruise) + top * down - 0.5 * push * down**2
-    return at, np.asarray(np.clip(share, 0.0, 1.0), dtype=np.float64)

@@ -50,7 +50,7 @@ def build_robot_program(
         lasting: (n - 1,) s that it takes from sample to sample; unused where joint moves replace the path.
         moves: Joint moves in place of pieces of the path, in order.
     """
-    timed = [time_move(cell.robot, each.move) for each in moves]
+    timed = [time_move(cell.robot, each.way) for each in moves]
     spent = lasting.copy()
     for each, (at, _) in zip(moves, timed, strict=True):
         spent[each.begin : each.end] = at[-1] / (each.end - each.begin)

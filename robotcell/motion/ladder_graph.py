@@ -198,7 +198,7 @@ def with_home_costs(cell: Cell, states: States) -> States:
     """Add the time of the moves from and to home to the costs of the first and the last node."""
     ladder = states.ladder
     cost = ladder.cost.copy()
-    seconds = np.array([1.0 / joint.speed for joint in cell.robot.joints])
+    seconds = 1.0 / cell.robot.speed
     for begin, end in ((0, ladder.first[1]), (ladder.first[-2], ladder.first[-1])):
         cost[begin:end] += np.max(np.abs(ladder.q[begin:end] - cell.home) * seconds, axis=1, initial=0.0)
     return replace(states, ladder=ladder._replace(cost=cost))
@@ -237,7 +237,7 @@ def joint_speeds(robot: Robot, multi_turn: Iterable[int] = ()) -> JointSpeeds:
     """
     wraps = robot.turning & (robot.highest - robot.lowest >= 2.0 * np.pi - 1e-6)
     wraps[list(multi_turn)] = False
-    return JointSpeeds(np.array([1.0 / joint.speed for joint in robot.joints]), wraps, robot.turning)
+    return JointSpeeds(1.0 / robot.speed, wraps, robot.turning)
 
 
 def _turn_between(poses: Poses) -> Scalars:

@@ -119,7 +119,7 @@ def _first_choice(search: Search, tilt: float, progress: Progress) -> Choice:
 
 
 def _separate_turns(search: Search, choice: Choice) -> bool:
-    """Give joints that a choice turns beyond their limits states for each whole turn; tell whether there are any."""
+    """Give joints that a choice turns beyond their limits states for each whole turn; return whether there are any."""
     robot = search.queries.cell.robot
     wraps = joint_speeds(robot, search.multi_turn).wraps
     q = chosen_configurations(robot, search.states.ladder, choice, search.nodes, wraps).q
@@ -208,7 +208,7 @@ def _fan(angles: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _close_repeats(search: Search, choice: Choice) -> bool:
-    """Let each repeated part end in the configuration in which it begins; tell whether anything had to be changed."""
+    """Let each repeated part end in the configuration in which it begins; return whether anything had to be changed."""
     changed = False
     ladder, path = search.states.ladder, search.path
     for begin, end in search.queries.repeats(path):
@@ -226,7 +226,7 @@ def _close_repeats(search: Search, choice: Choice) -> bool:
 
 
 def _note_flaws(search: Search, choice: Choice, motion: Motion) -> bool:
-    """Note what is wrong with an attempt for the next search; tell whether there was anything that it may mend."""
+    """Note what is wrong with an attempt for the next search; return whether there was anything that it may mend."""
     noted = _blame(search, choice, motion, forbid_pairs=True)
     noted |= _blame(search, choice, motion, forbid_pairs=False)
     for node in motion.blocked.tolist():

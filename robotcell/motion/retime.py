@@ -84,12 +84,6 @@ class Retiming:
     """(n - 1,) whether it is that joint's greatest speed; else its acceleration."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Limits:
-    speed: Scalars
-    acceleration: Scalars
-
-
 def retime(robot: Robot, times: Scalars, q: Joints, cuts: Flags) -> Retiming:
     """Find the fastest timing that keeps to the joints' limits and is nowhere faster than the program.
 
@@ -99,31 +93,28 @@ def retime(robot: Robot, times: Scalars, q: Joints, cuts: Flags) -> Retiming:
         q: (n, dof)
         cuts: (n - 1,) intervals that are not tracked: the robot stands still before and after.
     """
-    limits = _Limits(
-        np.array([joint.speed for joint in robot.joints]), np.array([joint.acceleration for joint in robot.joints])
-    )
     lasting = np.diff(times)
     moving = (lasting > _LEAST_S) & (np.abs(np.diff(q, axis=0)).max(axis=1) > 1e-9) & ~cuts
     changed = lasting.copy()
-    slow = [run for run in runs_of(moving) if _exceeds(times, q, cuts, run, limits)]
+    slow = [run for run in runs_of(moving) if _exceeds(times, q, cuts, run, robot)]
     if slow:
-        for (a, b), seconds in zip(slow, _retime_runs(times, q, cuts, slow, limits), strict=True):
+        for (a, b), seconds in zip(slow, _retime_runs(times, q, cuts, slow, robot), strict=True):
             changed[a:b] = seconds
     share = np.where(moving & (changed > _LEAST_S), lasting / np.maximum(changed, _LEAST_S), 1.0)
     rates, changes = differences(np.maximum(changed, _LEAST_S), q)
-    changes = np.abs(changes) / limits.acceleration
-    hard, fast = np.maximum(changes[:-1], changes[1:]), np.abs(rates) / limits.speed
+    changes = np.abs(changes) / robot.acceleration
+    hard, fast = np.maximum(changes[:-1], changes[1:]), np.abs(rates) / robot.speed
     row = np.arange(len(lasting))
     hardest, fastest = np.argmax(hard, axis=1), np.argmax(fast, axis=1)
     by_speed = fast[row, fastest] >= hard[row, hardest]
     return Retiming(changed, np.minimum(share, 1.0), np.where(by_speed, fastest, hardest), by_speed)
 
 
-def _exceeds(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], limits: _Limits) -> bool:
+def _exceeds(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], robot: Robot) -> bool:
     """Whether the program's own timing of a run exceeds a joint's limits."""
     a, b = run
     rates, changes = differences(np.diff(times[a : b + 1]), q[a : b + 1])
-    if np.any(np.abs(rates) > limits.speed * _ROUNDING) or np.any(np.abs(changes) > limits.acceleration * _ROUNDING):
+    if np.any(np.abs(rates) > robot.speed * _ROUNDING) or np.any(np.abs(changes) > robot.acceleration * _ROUNDING):
         return True
     stops = _stops(cuts, run)
     return (stops[0] and not _rests(rates[0])) or (stops[1] and not _rests(rates[-1]))
@@ -139,7 +130,7 @@ def _stops(cuts: Flags, run: tuple[int, int]) -> tuple[bool, bool]:
     return bool(a > 0 and cuts[a - 1]), bool(b < len(cuts) and cuts[b])
 
 
-def _retime_runs(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]], limits: _Limits) -> list[Scalars]:
+def _retime_runs(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]], robot: Robot) -> list[Scalars]:
     """Give the seconds of the intervals of each run.
 
     A stage takes its changes of rate as if the clock ran evenly about a sample. Where it slows down within one sample
@@ -149,14 +140,14 @@ def _retime_runs(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, i
     todo = list(range(len(runs)))
     found = [np.empty(0)] * len(runs)
     for _ in range(_TIGHTENED):
-        squared = _slow_down([_stages(times, q, cuts, runs[at], limits, ceilings[at]) for at in todo])
+        squared = _slow_down([_stages(times, q, cuts, runs[at], robot, ceilings[at]) for at in todo])
         again: list[int] = []
         for at, x in zip(todo, squared, strict=True):
             a, b = runs[at]
             root = np.sqrt(np.maximum(x, 0.0))
             found[at] = 2.0 * np.diff(times[a : b + 1]) / np.maximum(root[:-1] + root[1:], 1e-9)
             _, changes = differences(found[at], q[a : b + 1])
-            excess = np.max(np.abs(changes) / limits.acceleration, axis=1)
+            excess = np.max(np.abs(changes) / robot.acceleration, axis=1)
             if excess.max() > _TOLERATED:
                 again.append(at)
                 worst = np.maximum(excess, np.maximum(np.append(excess[1:], 0.0), np.append(0.0, excess[:-1])))
@@ -197,30 +188,30 @@ class _Stages:
     """Squared rates (k + 1,) of a clock that runs evenly and so slowly that no limit is exceeded: the last resort."""
 
 
-def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], limits: _Limits, ceiling: Scalars) -> _Stages:
+def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], robot: Robot, ceiling: Scalars) -> _Stages:
     """Rows ``a u + b x <= 1`` (m, 4 dof) that hold at both ends of each stage, and bounds (m,) of x."""
     a, b = run
     lasting = np.diff(times[a : b + 1])
     rates, changes = differences(lasting, q[a : b + 1])
     pull, begin, end = (
-        rates / limits.acceleration,
-        changes[:-1] / limits.acceleration,
-        changes[1:] / limits.acceleration,
+        rates / robot.acceleration,
+        changes[:-1] / robot.acceleration,
+        changes[1:] / robot.acceleration,
     )
     late = pull + 2.0 * lasting[:, None] * end
     of_u = np.hstack((pull, -pull, late, -late))
     of_x = np.hstack((begin, -begin, end, -end))
     with np.errstate(divide="ignore"):
-        cap = np.minimum(1.0, ((limits.speed / np.abs(rates)) ** 2).min(axis=1))
+        cap = np.minimum(1.0, ((robot.speed / np.abs(rates)) ** 2).min(axis=1))
     highest = np.minimum(np.concatenate((cap[:1], cap)), np.concatenate((cap, cap[-1:])))
-    highest = np.minimum(highest, _zero_inertia_caps(rates, changes, limits))
+    highest = np.minimum(highest, _zero_inertia_caps(rates, changes, robot))
     stops = _stops(cuts, run)
     if stops[0] and not _rests(rates[0]):
         highest[0] = 0.0
     if stops[1] and not _rests(rates[-1]):
         highest[-1] = 0.0
-    too_fast = float(np.max(np.abs(rates) / limits.speed))
-    too_hard = float(np.max(np.abs(changes) / limits.acceleration))
+    too_fast = float(np.max(np.abs(rates) / robot.speed))
+    too_hard = float(np.max(np.abs(changes) / robot.acceleration))
     idle = np.zeros((1, of_u.shape[1]))
     return _Stages(
         length=np.concatenate(([_GAP_S], lasting, [_GAP_S])),
@@ -231,7 +222,7 @@ def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], limits
     )
 
 
-def _zero_inertia_caps(rates: NDArray[np.float64], changes: NDArray[np.float64], limits: _Limits) -> Scalars:
+def _zero_inertia_caps(rates: NDArray[np.float64], changes: NDArray[np.float64], robot: Robot) -> Scalars:
     """Give the highest x (k + 1,) at samples where a joint hardly moves, so that u cannot help it: d x <= acceleration.
 
     Without it toppra may begin such a place too fast and then has to creep: Pham, "A general, fast, and robust
@@ -240,7 +231,7 @@ def _zero_inertia_caps(rates: NDArray[np.float64], changes: NDArray[np.float64],
     around = np.minimum(np.abs(np.concatenate((rates[:1], rates))), np.abs(np.concatenate((rates, rates[-1:]))))
     slow = around <= _TURN_S * np.abs(changes)
     with np.errstate(divide="ignore"):
-        most = np.where(slow, limits.acceleration / np.abs(changes), np.inf)
+        most = np.where(slow, robot.acceleration / np.abs(changes), np.inf)
     return most.min(axis=1)
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
 from robotcell.motion.cell_queries import CellQueries
-from robotcell.motion.joint_move import JointMove, Reconfiguration, find_move
+from robotcell.motion.joint_move import Reconfiguration, find_move
 from robotcell.motion.ladder_graph import (
     ConfigurationSolver,
     Nodes,
@@ -108,25 +108,32 @@ class NodeTargets:
 def attempt_motion(search: Search, choice: Choice) -> Motion:
     """Track a choice at every sample, and look for what is wrong with it."""
     nodes, tracked = _track_choice(search, choice)
-    moves = _joint_moves(search, choice, nodes, tracked)
     queries, path = search.queries, tracked.path
+    moves: list[Reconfiguration] = []
+    blocked: list[int] = []
+    for node in np.flatnonzero(choice.reconfigurations & ~choice.discontinuities).tolist():
+        begin, end = int(nodes.until[node]), int(nodes.sample[node + 1])
+        tools = int(path.tool[begin]), int(path.tool[end])
+        lifted = [queries.lifted(tracked.q[at], tracked.T_base_tcp[at], int(path.tool[at])) for at in (begin, end)]
+        way = find_move(queries.cell, lifted[0], lifted[1], tools, queries.blocked_at(int(path.placement[end])))
+        if way is None:  # every way collides
+            blocked.append(node)
+        else:
+            moves.append(Reconfiguration(begin, end, way))
     lost = tracked.lost | np.append(_joint_turns(queries.cell.robot, tracked) > 2.0 * _WIDEST, False)
     hits = queries.collide(tracked.q, path.tool, path.placement)
     expected = search.known.verdict[choice.state] == HITS
     if not lost.any() and not (hits.any() and not expected.any()):
         same = np.flatnonzero(np.diff(tracked.piece) == 0)
         hits[same] |= queries.collide_between(tracked.q, path.tool, path.placement, same)
-    found = [(node, move) for node, move in moves if move is not None]
     return Motion(
         nodes=nodes,
         tracked=tracked,
-        reconfigurations=tuple(
-            Reconfiguration(int(nodes.until[node]), int(nodes.sample[node + 1]), move) for node, move in found
-        ),
+        reconfigurations=tuple(moves),
         hits=np.flatnonzero(hits),
         lost=np.flatnonzero(lost),
         discontinuities=np.flatnonzero(choice.discontinuities),
-        blocked=np.array([node for node, move in moves if move is None], dtype=np.int64),
+        blocked=np.array(blocked, dtype=np.int64),
     )
 
 
@@ -162,21 +169,6 @@ def _joint_turns(robot: Robot, tracked: TrackedPath) -> NDArray[np.float64]:
     """Give how far a joint turns in each interval (n - 1,) that is tracked, rad."""
     far = np.max(np.abs(np.diff(tracked.q, axis=0)), axis=1, where=robot.turning, initial=0.0)
     return np.where(np.diff(tracked.piece) == 0, far, 0.0)
-
-
-def _joint_moves(
-    search: Search, choice: Choice, nodes: Nodes, tracked: TrackedPath
-) -> list[tuple[int, JointMove | None]]:
-    """Find a joint move for each reconfiguration of a choice; ``None`` where every way collides."""
-    moves: list[tuple[int, JointMove | None]] = []
-    queries, path = search.queries, tracked.path
-    for node in np.flatnonzero(choice.reconfigurations & ~choice.discontinuities).tolist():
-        begin, end = int(nodes.until[node]), int(nodes.sample[node + 1])
-        tools = int(path.tool[begin]), int(path.tool[end])
-        is_blocked = queries.blocked_at(int(path.placement[end]))
-        ends = [queries.lifted(tracked.q[at], tracked.T_base_tcp[at], int(path.tool[at])) for at in (begin, end)]
-        moves.append((node, find_move(queries.cell, ends[0], ends[1], tools, is_blocked)))
-    return moves
 
 
 def widened(flags: Flags, by: int) -> Flags:

@@ -9,7 +9,7 @@ mean hides single bad points, so that by default the least is maximised.
 import heapq
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,8 +60,6 @@ class Placement:
     not reached; -3 where the board has no room."""
     least: float
     mean: float
-    branch: int
-    """The IK branch in which every point is reached so."""
     distance: float
     """m from the base's axis to the middle of the targets."""
     yaw: float
@@ -70,12 +68,10 @@ class Placement:
     """Places that were evaluated."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Score:
+class _Score(NamedTuple):
     value: float
-    least: float
-    mean: float
-    branch: int
+    least: float = -np.inf
+    mean: float = -np.inf
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,9 +81,6 @@ class _Task:
     goal: PlacementGoal
     collider: Collider | None
     has_room: HasRoom | None = None
-
-
-_NO_ROOM = _Score(-3.0, -np.inf, -np.inf, 0)
 
 
 def find_placements(
@@ -140,16 +133,7 @@ def judge_placement(
 
 
 def _placement(task: _Task, place: NDArray[np.float64], score: _Score, tried: int) -> Placement:
-    return Placement(
-        T_cell_board=_placed(task, place),
-        value=score.value,
-        least=score.least,
-        mean=score.mean,
-        branch=score.branch,
-        distance=float(place[0]),
-        yaw=float(place[1]),
-        tried=tried,
-    )
+    return Placement(_placed(task, place), *score, distance=float(place[0]), yaw=float(place[1]), tried=tried)
 
 
 def _here(task: _Task) -> NDArray[np.float64]:
@@ -255,7 +239,7 @@ def _score(task: _Task, place: NDArray[np.float64]) -> _Score:
     """Evaluate a place by the best single branch."""
     T_cell_board = _placed(task, place)
     if task.has_room is not None and not task.has_room(T_cell_board):
-        return _NO_ROOM
+        return _Score(-3.0)
     found = configurations_at(task.cell, T_cell_board, task.targets, _AZIMUTHS)
     collider = None if task.collider is None else with_board_at(task.collider, T_cell_board)
     if collider is not None:
@@ -265,13 +249,12 @@ def _score(task: _Task, place: NDArray[np.float64]) -> _Score:
     branches = int(found.branch.max(initial=0)) + 1
     best = np.full((branches, count), -np.inf)
     np.maximum.at(best, (found.branch, found.target), values)
-    reached = np.isfinite(best)
     scores: list[_Score] = []
-    for branch, (row, there) in enumerate(zip(best, reached, strict=True)):
+    for row, there in zip(best, np.isfinite(best), strict=True):
         if not there.all():
-            scores.append(_Score(-1.0 - float(np.mean(~there)), -np.inf, -np.inf, branch))
+            scores.append(_Score(-1.0 - float(np.mean(~there))))
             continue
         least, mean = float(row.min()), float(row.mean())
         value = least if task.goal.criterion == "least" else mean
-        scores.append(_Score(least - task.goal.floor - 1e-9 if least < task.goal.floor else value, least, mean, branch))
-    return max(scores, key=lambda score: (round(score.value, 12), -score.branch))
+        scores.append(_Score(least - task.goal.floor - 1e-9 if least < task.goal.floor else value, least, mean))
+    return max(scores, key=lambda score: round(score.value, 12))

@@ -109,6 +109,16 @@ class Robot:
         return np.array([0.5 * (low + high) if np.isfinite(high - low) else 0.0 for low, high in limits])
 
     @property
+    def speed(self) -> NDArray[np.float64]:
+        """(dof,) greatest speeds, rad/s or m/s."""
+        return np.array([joint.speed for joint in self.joints])
+
+    @property
+    def acceleration(self) -> NDArray[np.float64]:
+        """(dof,) greatest accelerations, rad/s² or m/s²."""
+        return np.array([joint.acceleration for joint in self.joints])
+
+    @property
     def turning(self) -> NDArray[np.bool_]:
         """(dof,) whether a joint is revolute."""
         return np.array([joint.kind == "revolute" for joint in self.joints])
@@ -119,7 +129,15 @@ def link_poses(robot: Robot, q: Joints) -> Poses:
     poses = np.empty((len(q), robot.dof + 1, 4, 4))
     poses[:, 0] = np.eye(4)
     for index, joint in enumerate(robot.joints):
-        np.matmul(poses[:, index] @ joint.T_parent_joint, _moved(joint, q[:, index]), out=poses[:, index + 1])
+        values, moved = q[:, index], np.tile(np.eye(4), (len(q), 1, 1))
+        if joint.kind == "prismatic":
+            moved[:, :3, 3] = values[:, None] * joint.axis
+        else:  # Rodrigues' formula
+            x, y, z = joint.axis
+            cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+            sine, cosine = np.sin(values)[:, None, None], np.cos(values)[:, None, None]
+            moved[:, :3, :3] = np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross)
+        np.matmul(poses[:, index] @ joint.T_parent_joint, moved, out=poses[:, index + 1])
     return poses
 
 
@@ -191,17 +209,3 @@ def limit_share(robot: Robot, q: Joints) -> NDArray[np.float64]:
         return np.ones(len(q))
     near = np.minimum(q - low, high - q)[:, bounded] / (0.5 * (high - low)[bounded])
     return np.clip(near.min(axis=1), 0.0, 1.0)
-
-
-def _moved(joint: Joint, values: NDArray[np.float64]) -> Poses:
-    """(n, 4, 4) what a joint adds at each of its positions; Rodrigues' formula for a turn."""
-    poses = np.zeros((len(values), 4, 4))
-    poses[:] = np.eye(4)
-    if joint.kind == "prismatic":
-        poses[:, :3, 3] = values[:, None] * joint.axis
-        return poses
-    x, y, z = joint.axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    sine, cosine = np.sin(values)[:, None, None], np.cos(values)[:, None, None]
-    poses[:, :3, :3] = np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross)
-    return poses

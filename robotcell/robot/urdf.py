@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from robotcell.errors import CellError
 from robotcell.robot.meshes import cylinder_triangles, read_mesh
 from robotcell.robot.poses import inverse, pose
-from robotcell.robot.robot import Body, Box, Capsule, Joint, Mesh, Poses, Robot, Shape
+from robotcell.robot.robot import Body, Box, Capsule, Joint, Mesh, Poses, Robot
 
 _MOVING = ("revolute", "continuous", "prismatic")
 _LARGEST_TEXT = 5_000_000
@@ -245,16 +245,30 @@ def read_bodies(link: Element, T_carrier_link: Poses) -> list[Body]:
     """Read the collision bodies of a link; each is named after the link unless it has a name of its own.
 
     Raises:
-        CellError: a shape is not known, or its mesh cannot be read.
+        CellError: a shape is of an unknown kind, or its mesh cannot be read.
     """
-    return [
-        Body(
-            each.attributes.get("name", link.text("name")),
-            _read_shape(each.need("geometry")),
-            T_carrier_link @ read_origin(each),
-        )
-        for each in link.all("collision")
-    ]
+    bodies: list[Body] = []
+    for each in link.all("collision"):
+        geometry = each.need("geometry")
+        if len(geometry.children) != 1:
+            raise geometry.error(f"holds {len(geometry.children)} shapes; it takes one")
+        element = geometry.children[0]
+        match element.tag:
+            case "box":
+                x, y, z = _sizes(element, "size", 3)
+                shape = Box((x, y, z))
+            case "sphere":
+                shape = Capsule(_sizes(element, "radius", 1)[0], 0.0)
+            case "cylinder":
+                shape = Mesh(cylinder_triangles(_sizes(element, "radius", 1)[0], _sizes(element, "length", 1)[0]))
+            case "mesh":
+                scale = read_numbers(element, "scale", 3) if "scale" in element.attributes else np.ones(3)
+                shape = Mesh(read_mesh(_find_mesh(element)) * scale)
+            case _:
+                raise element.error("is not a shape that is known: box, sphere, cylinder, mesh")
+        name = each.attributes.get("name", link.text("name"))
+        bodies.append(Body(name, shape, T_carrier_link @ read_origin(each)))
+    return bodies
 
 
 def read_origin(element: Element) -> Poses:
@@ -280,25 +294,6 @@ def read_numbers(element: Element, name: str, count: int) -> NDArray[np.float64]
     if len(numbers) != count or not np.isfinite(numbers).all():
         raise element.error(f"has {name}={text[:40]!r}; it takes {count} finite numbers")
     return numbers
-
-
-def _read_shape(geometry: Element) -> Shape:
-    if len(geometry.children) != 1:
-        raise geometry.error(f"holds {len(geometry.children)} shapes; it takes one")
-    shape = geometry.children[0]
-    match shape.tag:
-        case "box":
-            x, y, z = _sizes(shape, "size", 3)
-            return Box((x, y, z))
-        case "sphere":
-            return Capsule(_sizes(shape, "radius", 1)[0], 0.0)
-        case "cylinder":
-            return Mesh(cylinder_triangles(_sizes(shape, "radius", 1)[0], _sizes(shape, "length", 1)[0]))
-        case "mesh":
-            scale = read_numbers(shape, "scale", 3) if "scale" in shape.attributes else np.ones(3)
-            return Mesh(read_mesh(_find_mesh(shape)) * scale)
-        case _:
-            raise shape.error("is not a shape that is known: box, sphere, cylinder, mesh")
 
 
 def _sizes(shape: Element, name: str, count: int) -> list[float]:

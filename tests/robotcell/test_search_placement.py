@@ -92,8 +92,8 @@ def _refusing(monkeypatch: pytest.MonkeyPatch, moved: int) -> None:
     """Have the check refuse so many of the places that are tried."""
     calls: list[int] = []
 
-    def refuse(*asked: object, **how: object) -> CellReport:
-        report = track(*asked, **how)  # type: ignore[arg-type]
+    def refuse(*requested: object, **how: object) -> CellReport:
+        report = track(*requested, **how)  # type: ignore[arg-type]
         calls.append(0)
         wrong = made_finding("made-up", "error", "no")
         return dataclasses.replace(report, findings=(wrong,)) if 1 < len(calls) <= 1 + moved else report
@@ -144,7 +144,7 @@ def test_a_board_has_no_room_in_the_table_or_in_the_robot() -> None:
     assert not room(place_pose(Place(xyz_mm=(-10, -10, 50))))
 
 
-TOLD = """cell: told  # a name
+TEXT = """cell: placed  # a name
 board:                        # measured on a Monday
   pose: {xyz_mm: [400, -50, 150]}   # to be measured again
 fixtures: {}   # none
@@ -155,9 +155,9 @@ home_deg_mm: [ 0,0 , 0]
 
 
 def test_only_the_place_is_changed_in_the_text() -> None:
-    changed = with_place(TOLD, Place(xyz_mm=(410.5, -50, 150), rpy_deg=(0, 0, 30.25)), file=_FILE)
+    changed = with_place(TEXT, Place(xyz_mm=(410.5, -50, 150), rpy_deg=(0, 0, 30.25)), file=_FILE)
     new = "  pose: {xyz_mm: [410.5, -50, 150], rpy_deg: [0, 0, 30.25]} # to be measured again"
-    assert changed == TOLD.replace("  pose: {xyz_mm: [400, -50, 150]}   # to be measured again", new)
+    assert changed == TEXT.replace("  pose: {xyz_mm: [400, -50, 150]}   # to be measured again", new)
 
 
 def test_three_measured_points_give_way_to_the_place() -> None:

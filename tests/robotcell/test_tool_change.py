@@ -127,12 +127,12 @@ def test_the_file_says_the_same_change() -> None:
     np.testing.assert_allclose(targets[0], targets[1], atol=1e-3)
 
 
-def after_a_line(*told: Instruction) -> TimedProgram:
+def after_a_line(*items: Instruction) -> TimedProgram:
     """A line with the first tool, then something else; times count from the line's end, poses are below the last."""
     program = line_program()
     end_s = program.totals.duration_s
     top = moves_of(program)[-1]
-    later = [replace(item, time_s=item.time_s + end_s) for item in told]
+    later = [replace(item, time_s=item.time_s + end_s) for item in items]
     x, y, _ = top.position
     down = replace(top, time_s=later[-1].time_s + 2.0, position=(x, y, HEIGHT))
     return program_of(*program.instructions, *later, down, liquid=(("clean", 1.0),))
@@ -141,14 +141,14 @@ def after_a_line(*told: Instruction) -> TimedProgram:
 @pytest.mark.parametrize("after_s", [0.0, 0.5])
 def test_a_wait_after_the_change_begins_when_the_tool_is_there(after_s: float) -> None:
     change = Command(0.0, "NOZZLE", ("knife", "TOOL", "2"), "sequence[1]")
-    asked = after_a_line(change, Wait(after_s, 1.0, "sequence[1]"))
-    program = track(asked, CELL, None, terms=TERMS).program
+    requested = after_a_line(change, Wait(after_s, 1.0, "sequence[1]"))
+    program = track(requested, CELL, None, terms=TERMS).program
     native.parse(native.render(program))  # refuses a wait that is cut short
     wait = next(item for item in program.instructions if isinstance(item, Wait) and str(item.made_by) == "sequence[1]")
     held = playback(program, np.linspace(wait.time_s + 1e-3, wait.time_s + wait.duration_s - 1e-3, 5)).tcp
     assert np.ptp(held, axis=0).max() < 1e-3
     begin_s = line_program().totals.duration_s + after_s
-    np.testing.assert_allclose(held[0], playback(asked, np.array([begin_s + 0.5])).tcp[0], atol=1e-3)
+    np.testing.assert_allclose(held[0], playback(requested, np.array([begin_s + 0.5])).tcp[0], atol=1e-3)
 
 
 def test_a_tool_that_is_changed_some_time_after_the_last_move_is_changed_before_the_next() -> None:

@@ -55,9 +55,9 @@ def test_asked_places_are_kept_and_others_lie_between_them() -> None:
     for move in moves_of(program):
         at += next(index for index, place in enumerate(places[at:]) if np.allclose(place, move.position, atol=1e-5))
     others = [item for item in report.program.instructions if not isinstance(item, MoveTo)]
-    asked = [item for item in program.instructions if not isinstance(item, MoveTo)]
+    requested = [item for item in program.instructions if not isinstance(item, MoveTo)]
     assert [dataclasses.replace(item, time_s=0.0) for item in others] == [
-        dataclasses.replace(item, time_s=0.0) for item in asked
+        dataclasses.replace(item, time_s=0.0) for item in requested
     ]
 
 
@@ -96,9 +96,9 @@ def test_the_jet_goes_on_and_off_at_the_same_places() -> None:
     program = line_program(speed=120.0)
     report = track(program, slow(cell_of("ur5e-bench"), 0.1), None, terms=ROUND)
 
-    def switched(told: TimedProgram) -> np.ndarray:
-        times = np.array([item.time_s for item in told.instructions if isinstance(item, SetNozzle)])
-        return playback(told, times).tcp
+    def switched(items: TimedProgram) -> np.ndarray:
+        times = np.array([item.time_s for item in items.instructions if isinstance(item, SetNozzle)])
+        return playback(items, times).tcp
 
     np.testing.assert_allclose(switched(report.program), switched(program), atol=1e-3)
     wait = next(item for item in report.program.instructions if isinstance(item, Wait))

@@ -16,19 +16,19 @@ from specs.errors import JobError
 
 def shrunk(program: TimedProgram) -> TimedProgram:
     """The same where a robot may reach it: over the board, the jet more or less down."""
-    told = []
+    items = []
     for item in program.instructions:
         if isinstance(item, MoveTo):
             x, y, z = item.position
             w, i, j, k = np.array([0.0, 1.0, 0.0, 0.0]) + 0.15 * np.array(item.quaternion)
             length = float(np.sqrt(w * w + i * i + j * j + k * k))
             turn = (w / length, i / length, j / length, k / length)
-            told.append(MoveTo(item.time_s, (80 + 0.1 * x, 50 + 0.1 * y, 90 + 0.05 * z), turn, 10.0, item.made_by))
+            items.append(MoveTo(item.time_s, (80 + 0.1 * x, 50 + 0.1 * y, 90 + 0.05 * z), turn, 10.0, item.made_by))
         elif isinstance(item, Command) and item.keyword == "NOZZLE":
-            told.append(Command(item.time_s, "NOZZLE", (item.arguments[0], "TOOL", "1"), item.made_by))
+            items.append(Command(item.time_s, "NOZZLE", (item.arguments[0], "TOOL", "1"), item.made_by))
         else:
-            told.append(item)
-    return program_of(*told)
+            items.append(item)
+    return program_of(*items)
 
 
 @pytest.mark.slow
@@ -37,9 +37,9 @@ def shrunk(program: TimedProgram) -> TimedProgram:
 @given(program=programs(), near=st.booleans())
 def test_any_program_is_done_or_refused_with_reasons(name: str, program: TimedProgram, near: bool) -> None:
     loaded = read_cell(name)
-    asked = shrunk(program) if near else program
+    requested = shrunk(program) if near else program
     try:
-        report = track(asked, loaded.cell, None, terms=Terms())
+        report = track(requested, loaded.cell, None, terms=Terms())
     except JobError:
         return
     if not report.possible:
@@ -57,7 +57,7 @@ def test_any_program_is_done_or_refused_with_reasons(name: str, program: TimedPr
     places = (np.linalg.inv(loaded.cell.T_cell_board) @ poses)[:, :3, 3] * 1e3
     np.testing.assert_allclose(places, [move.position for move in moves], atol=1e-3)
     others = [item for item in report.program.instructions if not isinstance(item, MoveTo)]
-    assert len(others) == sum(not isinstance(item, MoveTo) for item in asked.instructions)
+    assert len(others) == sum(not isinstance(item, MoveTo) for item in requested.instructions)
     if not any(isinstance(item, Command) and item.keyword == "ENDREPEAT" for item in others):
         assert native.render(report.program)
 

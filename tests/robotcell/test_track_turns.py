@@ -1,4 +1,4 @@
-"""Turning boards over, repeating, winding up, leaning: what a robot has to do besides going along."""
+"""Turning boards over, repeating, multi-turn joints, tilting: what a robot has to do besides going along."""
 
 import dataclasses
 import math
@@ -20,7 +20,7 @@ ROUND = Terms(round_nozzles=frozenset({"ring60"}))
 
 
 def tilting(azimuth: float, tilt: float = math.radians(35)) -> tuple[float, float, float, float]:
-    """Jet leaning towards a direction, the tool's azimuth kept: down, then tipped about a level axis."""
+    """Jet tilted towards a direction, the tool's azimuth kept: down, then tipped about a level axis."""
     x, y = -math.sin(azimuth), math.cos(azimuth)  # axis of the tip: at right angles to the direction
     half = -tilt / 2
     w, i, j = math.cos(half), x * math.sin(half), y * math.sin(half)
@@ -29,7 +29,7 @@ def tilting(azimuth: float, tilt: float = math.radians(35)) -> tuple[float, floa
 
 
 def laps(count: int, strokes: int = 1) -> TimedProgram:
-    """Round a circle with the jet leaning inwards, lap after lap with the jet on, in one stroke or several."""
+    """Round a circle with the jet tilted inwards, lap after lap with the jet on, in one stroke or several."""
     found: list[Instruction] = [Command(0.0, "NOZZLE", ("ring60", "TOOL", "1"), "sequence[0]")]
     now = 0.0
     for stroke in range(strokes):

@@ -9,7 +9,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 from small_cells import CELL, urdf
 
-from robotcell.cell.load import cell_library, load_cell, read_cell, read_cell_text
+from robotcell.cell.load import cell_library, read_cell, read_cell_text
 from robotcell.errors import CellError
 from robotcell.robot.robot import Box, Capsule, Mesh
 
@@ -29,8 +29,8 @@ def test_a_cell_is_in_metres_and_radians() -> None:
 def test_a_cell_comes_from_the_library_or_from_a_file(tmp_path: Path) -> None:
     file = tmp_path / "mine.yaml"
     file.write_bytes(b"\xef\xbb\xbf" + cell_library()["gantry"].read_bytes().replace(b"\n", b"\r\n"))
-    assert load_cell(file).name == load_cell("gantry").name
-    np.testing.assert_array_equal(load_cell(str(file)).home, load_cell("gantry").home)
+    assert read_cell(file).cell.name == read_cell("gantry").cell.name
+    np.testing.assert_array_equal(read_cell(str(file)).cell.home, read_cell("gantry").cell.home)
 
 
 def test_bodies_of_every_kind(tmp_path: Path) -> None:
@@ -44,7 +44,7 @@ def test_bodies_of_every_kind(tmp_path: Path) -> None:
 """
     file = tmp_path / "a.yaml"
     file.write_text(CELL.replace("fixtures:\n", "fixtures:" + bodies), "utf-8")
-    post, bar, rod, first, second, block, table = load_cell(file).fixtures
+    post, bar, rod, first, second, block, table = read_cell(file).cell.fixtures
     assert [body.name for body in (first, second, table)] == ["hose", "hose", "table"]
     assert isinstance(post.shape, Box)
     assert post.shape.size == (0.01, 0.02, 0.03)
@@ -69,7 +69,7 @@ def test_a_robot_of_ones_own_with_tighter_limits(tmp_path: Path) -> None:
     )
     file = tmp_path / "a.yaml"
     file.write_text(text, "utf-8")
-    cell = load_cell(file)
+    cell = read_cell(file).cell
     np.testing.assert_allclose(cell.home, [0.1, np.radians(30)])
     assert [joint.speed for joint in cell.robot.joints] == pytest.approx([0.05, 2.0])
     for before, after, message in (
@@ -80,7 +80,7 @@ def test_a_robot_of_ones_own_with_tighter_limits(tmp_path: Path) -> None:
     ):
         file.write_text(text.replace(before, after), "utf-8")
         with pytest.raises(CellError, match=message):
-            load_cell(file)
+            read_cell(file)
 
 
 def test_every_place_of_a_cell_may_be_turned_by_degrees_about_each_axis() -> None:

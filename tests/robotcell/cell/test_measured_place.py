@@ -1,4 +1,4 @@
-"""Three measured points say where the board is; points that cannot be right are refused in words."""
+"""Three measured points give the pose of the board; points that cannot be right are refused with the reason."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The library's robots are what the makers' data sheets say."""
+"""The library's robots agree with the makers' data sheets."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The committed schema of a cell and the table of its keys say what the model says."""
+"""The committed schema of a cell and the table of its keys agree with the model."""
 
 import json
 from pathlib import Path

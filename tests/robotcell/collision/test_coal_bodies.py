@@ -1,4 +1,4 @@
-"""Every shape meets what another computation says it meets, for random poses."""
+"""Every shape meets what another computation finds that it meets, for random poses."""
 
 import numpy as np
 from flying_cells import at, board_with, box_triangles, cell_of, flyer, flying_poses, mesh, scattered

@@ -8,7 +8,7 @@ from small_cells import CELL
 
 from boards.board import Board
 from boards.load import board_library, load_board
-from robotcell.cell.load import cell_library, load_cell, read_cell_text
+from robotcell.cell.load import cell_library, read_cell, read_cell_text
 from robotcell.diagnosis.frame_table import describe_direction, frame_card
 from robotcell.diagnosis.plausibility import check_cell, longest_reach
 from robotcell.robot.robot import flange_poses
@@ -27,7 +27,7 @@ def rules(text: str, board: Board | None = None) -> dict[str, str]:
 
 @pytest.mark.parametrize("name", cell_library())
 def test_library_cells_have_no_findings(name: str) -> None:
-    assert check_cell(load_cell(name), demo()) == ()
+    assert check_cell(read_cell(name).cell, demo()) == ()
 
 
 def test_a_tool_in_metres() -> None:
@@ -67,7 +67,7 @@ def test_fixtures_in_metres_and_fixtures_in_the_board() -> None:
 
 @pytest.mark.parametrize("name", cell_library())
 def test_no_orifice_comes_farther_than_the_longest_reach(name: str) -> None:
-    cell = load_cell(name)
+    cell = read_cell(name).cell
     lowest, highest = (np.array([getattr(joint, end) for joint in cell.robot.joints]) for end in ("lowest", "highest"))
     bounds = np.maximum(lowest, -2 * np.pi), np.minimum(highest, 2 * np.pi)  # one axis turns without end
     q = np.random.default_rng(4).uniform(*bounds, (500, cell.robot.dof))

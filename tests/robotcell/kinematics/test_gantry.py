@@ -1,4 +1,4 @@
-"""Five axes bring the orifice and the jet where they belong; the azimuth follows and is told."""
+"""Five axes bring the orifice and the jet where they belong; the azimuth follows and is reported."""
 
 from dataclasses import replace
 
@@ -60,25 +60,25 @@ def robot_axis(robot: Robot) -> np.ndarray:
 
 
 @settings(deadline=None, max_examples=40)
-@given(seed=st.integers(0, 10_000), lean=st.floats(-0.6, 0.6), turn=st.floats(-3.0, 3.0))
-def test_with_any_tool_the_orifice_and_the_jet_are_as_asked(seed: int, lean: float, turn: float) -> None:
+@given(seed=st.integers(0, 10_000), tilt=st.floats(-0.6, 0.6), turn=st.floats(-3.0, 3.0))
+def test_with_any_tool_the_orifice_and_the_jet_are_as_requested(seed: int, tilt: float, turn: float) -> None:
     robot = library_robot("gantry")
-    tool = at(0.02, -0.01, 0.12) @ about("x", lean) @ about("z", turn)
+    tool = at(0.02, -0.01, 0.12) @ about("x", tilt) @ about("z", turn)
     q = random_rows(robot, 20, seed)
-    asked = flange_poses(robot, q)
-    found = solve(robot, asked, T_flange_tcp=tool)
+    requested = flange_poses(robot, q)
+    found = solve(robot, requested, T_flange_tcp=tool)
     assert np.max(np.min(apart(robot, found.q, q[:, None]), axis=1)) < 1e-6
-    tips = (asked @ tool)[:, None] @ np.array([[about("z", one) for one in row] for row in found.azimuth])
+    tips = (requested @ tool)[:, None] @ np.array([[about("z", one) for one in row] for row in found.azimuth])
     reached = flange_poses(robot, np.nan_to_num(found.q).reshape(-1, 5)).reshape(20, 2, 4, 4) @ tool
     real = ~np.isnan(found.q[:, :, 0])
     assert np.max(np.abs(reached - tips)[real]) < 1e-9
 
 
 def test_another_azimuth_asks_for_the_same_joints(gantry: Robot) -> None:
-    """They cannot turn the nozzle about a tilted jet: the difference is told instead."""
-    asked = flange_poses(gantry, np.array([[0.1, 0.05, -0.1, 0.4, 0.5]]))
-    straight = solve(gantry, asked, T_flange_tcp=LANCE)
-    turned = solve(gantry, asked @ LANCE @ about("z", 0.8) @ np.linalg.inv(LANCE), T_flange_tcp=LANCE)
+    """They cannot turn the nozzle about a tilted jet: the difference is reported instead."""
+    requested = flange_poses(gantry, np.array([[0.1, 0.05, -0.1, 0.4, 0.5]]))
+    straight = solve(gantry, requested, T_flange_tcp=LANCE)
+    turned = solve(gantry, requested @ LANCE @ about("z", 0.8) @ np.linalg.inv(LANCE), T_flange_tcp=LANCE)
     np.testing.assert_allclose(turned.q, straight.q, atol=1e-9)
     away = turned.azimuth - straight.azimuth + 0.8
     np.testing.assert_allclose(np.sin(away), 0.0, atol=1e-9)
@@ -86,38 +86,38 @@ def test_another_azimuth_asks_for_the_same_joints(gantry: Robot) -> None:
 
 
 def test_straight_down_the_azimuth_can_be_had_and_its_opposite_is_offered_too(gantry: Robot) -> None:
-    asked = down(gantry) @ about("z", 0.7)
-    found = solve(gantry, asked)
+    requested = down(gantry) @ about("z", 0.7)
+    found = solve(gantry, requested)
     assert found.count[0] == 2
     assert found.azimuth[0, 0] == pytest.approx(0.0, abs=1e-9)
     assert abs(found.azimuth[0, 1]) == pytest.approx(np.pi, abs=1e-9)
 
 
-@pytest.mark.parametrize("lean", [1e-3, 1e-6, 1e-9, 1e-12])
-def test_a_hardly_tilted_jet_loses_no_digits(gantry: Robot, lean: float) -> None:
-    asked = down(gantry) @ about("x", lean)
-    found = solve(gantry, asked)
+@pytest.mark.parametrize("tilt", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_a_hardly_tilted_jet_loses_no_digits(gantry: Robot, tilt: float) -> None:
+    requested = down(gantry) @ about("x", tilt)
+    found = solve(gantry, requested)
     assert found.count[0] == 2
     reached = flange_poses(gantry, found.q[0])
-    np.testing.assert_allclose(reached[:, :3, 2], asked[[0, 0], :3, 2], atol=2e-9)
-    np.testing.assert_allclose(reached[:, :3, 3], asked[[0, 0], :3, 3], atol=1e-12)
+    np.testing.assert_allclose(reached[:, :3, 2], requested[[0, 0], :3, 2], atol=2e-9)
+    np.testing.assert_allclose(reached[:, :3, 3], requested[[0, 0], :3, 3], atol=1e-12)
 
 
 def test_a_pose_beyond_the_travel_is_solved_and_outside_the_limits(gantry: Robot) -> None:
-    asked = np.concatenate([down(gantry), at(5.0, 0.0, 0.0) @ down(gantry)])
-    assert list(solve(gantry, asked).count) == [2, 2]
-    assert not is_inside(gantry, solve(gantry, asked).q[1]).any()
+    requested = np.concatenate([down(gantry), at(5.0, 0.0, 0.0) @ down(gantry)])
+    assert list(solve(gantry, requested).count) == [2, 2]
+    assert not is_inside(gantry, solve(gantry, requested).q[1]).any()
 
 
 def test_a_leaning_tool_cannot_spray_straight_down_without_tilting_back(gantry: Robot) -> None:
     """With the jet leaned about the nozzle's own way of tilting only; sideways there is no such configuration."""
     q = np.array([[0.0, 0.0, 0.0, 0.3, 0.0]])
     swing = robot_axis(gantry)
-    leaned = [np.array(about(axis, 0.4)) for axis in "xy"]
+    tilted_tools = [np.array(about(axis, 0.4)) for axis in "xy"]
     counts = []
-    for tool in leaned:
-        asked = down(gantry) @ np.linalg.inv(tool)
-        found = solve(gantry, asked, T_flange_tcp=tool)
+    for tool in tilted_tools:
+        requested = down(gantry) @ np.linalg.inv(tool)
+        found = solve(gantry, requested, T_flange_tcp=tool)
         counts.append(int(found.count[0]))
         for row in found.q[0, : found.count[0]]:
             jet = (flange_poses(gantry, row[None]) @ tool)[0, :3, 2]

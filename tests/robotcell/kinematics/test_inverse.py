@@ -13,7 +13,7 @@ from robotcell.robot.robot import Joint, Poses, Robot, flange_poses, singularity
 
 ARMS = [name for name in LIBRARY if library_robot(name).dof == 6]
 AMONG = 1e-6
-"""m and rad, asked of every configuration; what is measured is a thousand times less"""
+"""m and rad, required of every configuration; what is measured is a thousand times less"""
 
 
 def turned_about_jet(poses: Poses, azimuth: np.ndarray) -> Poses:
@@ -29,8 +29,8 @@ def check(robot: Robot, poses: Poses, found: Solutions, accuracy: float = 1e-9) 
     real = ~np.isnan(found.q)
     assert np.array_equal(np.all(real, axis=2), np.any(real, axis=2))
     assert np.array_equal(np.sum(real[:, :, 0], axis=1), found.count)
-    asked = turned_about_jet(poses, found.azimuth)[real[:, :, 0]]
-    assert np.max(miss(flange_poses(robot, found.q[real[:, :, 0]]), asked), initial=0.0) < accuracy
+    requested = turned_about_jet(poses, found.azimuth)[real[:, :, 0]]
+    assert np.max(miss(flange_poses(robot, found.q[real[:, :, 0]]), requested), initial=0.0) < accuracy
     turns = [joint.kind == "revolute" for joint in robot.joints]
     angles = found.q[:, :, turns]
     assert np.all(np.isnan(angles) | ((angles > -np.pi) & (angles <= np.pi)))
@@ -79,7 +79,7 @@ def test_a_long_search_from_many_places_finds_nothing_else(name: str) -> None:
 
 
 def test_the_search_is_worth_its_name() -> None:
-    """It finds all eight by itself: were one missing it would tell."""
+    """It finds all eight by itself: a missing one would show."""
     robot = dh_arm("ur5", *UR5)
     pose = flange_poses(robot, np.array([[0.3, -1.2, 1.4, -0.7, -1.1, 0.4]]))[0]
     assert len(search(robot, pose, 300, 0)) == 8
@@ -214,11 +214,11 @@ def test_reach_asks_for_the_limits_too() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rows", "told"),
+    ("rows", "message"),
     [(UR5 + UR5[:1], "7 turning and 0 straight joints. More than six"), (UR5[:5], "5 turning and 0 straight joints")],
 )
-def test_robots_without_a_closed_form_are_refused(rows: tuple, told: str) -> None:
-    with pytest.raises(CellError, match=told):
+def test_robots_without_a_closed_form_are_refused(rows: tuple, message: str) -> None:
+    with pytest.raises(CellError, match=message):
         solve(dh_arm("odd", *rows), np.eye(4))
 
 

@@ -9,7 +9,7 @@ from robotcell.kinematics.inverse import kinematics_of, solve
 from robotcell.robot.robot import Joints, Robot, flange_poses
 
 ARMS = [name for name in LIBRARY if library_robot(name).dof == 6]
-POSTURES = ["wrist", "turned wrist", "elbow", "elbow and wrist", "fold", "fold and wrist", "shoulder"]
+CASES = ["wrist", "turned wrist", "elbow", "elbow and wrist", "fold", "fold and wrist", "shoulder"]
 NEAR = 1e-4
 """m and rad to the poses beside a singular one"""
 
@@ -26,14 +26,14 @@ def elbow_at(robot: Robot, bent: float) -> float:
     return form.signs[2] * (bent - form.bend.angles[1] + form.bend.angles[0])
 
 
-def singular_rows(robot: Robot, posture: str, count: int) -> Joints:
-    q = random_rows(robot, count, len(posture))
+def singular_rows(robot: Robot, case: str, count: int) -> Joints:
+    q = random_rows(robot, count, len(case))
     straight_wrist = -form_of(robot).tilt
-    if "wrist" in posture:
-        q[:, 4] = straight_wrist + (np.pi if "turned" in posture else 0.0)
-    if "elbow" in posture:
+    if "wrist" in case:
+        q[:, 4] = straight_wrist + (np.pi if "turned" in case else 0.0)
+    if "elbow" in case:
         q[:, 2] = elbow_at(robot, 0.0)
-    if "fold" in posture:
+    if "fold" in case:
         q[:, 2] = elbow_at(robot, np.pi)
     return q
 
@@ -66,8 +66,8 @@ def forward(robot: Robot, form: SphericalArm | ParallelArm, rows: Joints) -> np.
     return (form.T_plane_base @ flange_poses(robot, still) @ form.T_flange_wrist)[:, 0, 3]
 
 
-def rows_of(robot: Robot, posture: str, count: int) -> Joints:
-    return over_the_shoulder(robot, count) if posture == "shoulder" else singular_rows(robot, posture, count)
+def rows_of(robot: Robot, case: str, count: int) -> Joints:
+    return over_the_shoulder(robot, count) if case == "shoulder" else singular_rows(robot, case, count)
 
 
 def branches(robot: Robot, found: Joints, border: float) -> tuple[np.ndarray, np.ndarray]:
@@ -79,9 +79,9 @@ def branches(robot: Robot, found: Joints, border: float) -> tuple[np.ndarray, np
     return np.sum(away, axis=1), np.sum(~away & ~np.isnan(bent), axis=1)
 
 
-def is_as_rich_as_its_neighbours(name: str, posture: str, count: int, neighbours: int) -> None:
+def is_as_rich_as_its_neighbours(name: str, case: str, count: int, neighbours: int) -> None:
     robot = library_robot(name)
-    q = rows_of(robot, posture, count)
+    q = rows_of(robot, case, count)
     poses = flange_poses(robot, q)
     found = solve(robot, poses)
     real = ~np.isnan(found.q[:, :, 0])
@@ -93,17 +93,17 @@ def is_as_rich_as_its_neighbours(name: str, posture: str, count: int, neighbours
     assert np.all(simple + 2 * merged >= np.max(beside, axis=0))
 
 
-@pytest.mark.parametrize("posture", POSTURES)
+@pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("name", ARMS)
-def test_a_singular_pose_has_as_many_configurations_as_those_beside_it(name: str, posture: str) -> None:
-    is_as_rich_as_its_neighbours(name, posture, 100, 3)
+def test_a_singular_pose_has_as_many_configurations_as_those_beside_it(name: str, case: str) -> None:
+    is_as_rich_as_its_neighbours(name, case, 100, 3)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("posture", POSTURES)
+@pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("name", ARMS)
-def test_two_thousand_singular_poses_have_as_many_as_those_beside_them(name: str, posture: str) -> None:
-    is_as_rich_as_its_neighbours(name, posture, 2000, 3)
+def test_two_thousand_singular_poses_have_as_many_as_those_beside_them(name: str, case: str) -> None:
+    is_as_rich_as_its_neighbours(name, case, 2000, 3)
 
 
 @pytest.mark.parametrize("name", ARMS)

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotcell.motion.joint_move import JointMove, time_move
+from robotcell.motion.joint_move import time_move
 from robotcell.motion.retime import retime
 from robotcell.robot.robot import Joint, Robot
 
@@ -83,7 +83,7 @@ def test_pauses_last_as_long_as_before_and_cuts_are_stops() -> None:
 
 
 def test_a_joint_move_takes_half_of_what_the_joints_can() -> None:
-    times, q = time_move(robot(2.0, 8.0, 2), JointMove(np.array([[0.0, 0.0], [1.0, -0.5]])))
+    times, q = time_move(robot(2.0, 8.0, 2), np.array([[0.0, 0.0], [1.0, -0.5]]))
     assert times[-1] == pytest.approx(1.0 / 1.0 + 1.0 / 4.0)  # L / v + v / a with v = 1, a = 4
     np.testing.assert_allclose(q[-1], [1.0, -0.5])
     np.testing.assert_allclose(q[:, 1], -0.5 * q[:, 0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robotcell.cell.cell import Cell, Tool
-from robotcell.cell.load import load_cell
+from robotcell.cell.load import read_cell
 from robotcell.cell.robot_library import load_robot
 from robotcell.collision.collision import Collider, build_collider
 from robotcell.placement.optimise import Placement, PlacementGoal, find_placements
@@ -82,7 +82,7 @@ def test_a_wall_moves_the_best_place() -> None:
 
 
 def test_a_map_is_best_where_the_arm_is_neither_stretched_nor_folded() -> None:
-    cell = load_cell("ur5e-bench")
+    cell = read_cell("ur5e-bench").cell
     x = np.linspace(-0.6, 0.9, 301)
     poses = np.tile(pose((0, 0, 0.1), (np.pi, 0, 0)), (len(x), 1, 1))
     poses[:, 0, 3] = x
@@ -99,7 +99,7 @@ def test_a_map_is_best_where_the_arm_is_neither_stretched_nor_folded() -> None:
 
 
 def test_configurations_reach_their_targets() -> None:
-    cell = load_cell("kr6-bench")
+    cell = read_cell("kr6-bench").cell
     targets = flat_top(3, 2)
     found = configurations_at(cell, cell.T_cell_board, targets, 12)
     reached = cell.T_cell_base @ flange_poses(cell.robot, found.q) @ cell.tools[0].T_flange_tcp
@@ -108,7 +108,7 @@ def test_configurations_reach_their_targets() -> None:
 
 
 def test_distances_need_a_collider() -> None:
-    cell = load_cell("ur5e-bench")
+    cell = read_cell("ur5e-bench").cell
     with pytest.raises(ValueError, match="collider"):
         measure(cell, cell.home[None], np.zeros(1, dtype=np.int64), "clearance")
     near = measure(cell, cell.home[None], np.zeros(1, dtype=np.int64), "clearance", build_collider(cell, None))

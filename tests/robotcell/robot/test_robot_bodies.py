@@ -7,14 +7,14 @@ import pytest
 from numpy.typing import NDArray
 
 from robotcell.cell.cell import Cell
-from robotcell.cell.load import load_cell
+from robotcell.cell.load import read_cell
 from robotcell.collision.collision import build_collider, collides, first_pairs
 from robotcell.robot.robot import link_poses
 
 
 def alone(name: str) -> Cell:
     """A cell without anything but the robot; home is all zero, so that nothing is let off for touching there."""
-    cell = load_cell(name)
+    cell = read_cell(name).cell
     bare = replace(cell.tools[0], bodies=())
     return replace(cell, fixtures=(), tools=(bare,), home=np.zeros(cell.robot.dof))
 
@@ -27,14 +27,14 @@ def at_random(cell: Cell, count: int) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize("name", ["cairo-bench", "ur5-bench", "ur5e-bench"])
-def test_most_postures_are_free(name: str) -> None:
+def test_most_configurations_are_free(name: str) -> None:
     cell = alone(name)
     assert 0.05 < collides(build_collider(cell, None), at_random(cell, 600), 1).mean() < 0.4
 
 
 def test_the_cairo_arm_is_free_wherever_it_works() -> None:
     """Elbow up, the jet straight down: shoulder, elbow and wrist turn over the whole table before the robot."""
-    cell = load_cell("cairo-bench")
+    cell = read_cell("cairo-bench").cell
     turns = np.random.default_rng(6).uniform([-90, -100, 40, -180], [90, -20, 130, 180], (600, 4))
     pan, lift, elbow, last = turns.T
     q = np.radians(np.column_stack((pan, lift, elbow, 90.0 - lift - elbow, np.full(600, -90.0), last)))
