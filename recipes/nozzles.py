@@ -1,7 +1,7 @@
 """Nozzles and the pattern each sprays."""
 
 from itertools import pairwise
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias, get_args
 
 from pydantic import Field, model_validator
 
@@ -83,3 +83,5 @@ class AirKnife(_Nozzle):
 
 
 Nozzle: TypeAlias = Annotated[HollowCone | FullCone | FlatFan | AirKnife, Field(discriminator="pattern")]
+NOZZLE_PATTERNS: tuple[type[Nozzle], ...] = get_args(get_args(Nozzle)[0])
+"""The nozzle patterns, in the order of the union."""

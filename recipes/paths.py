@@ -1,6 +1,9 @@
-"""The six path classes of Sandia 1993 as specs; their planners are ``rulesengine/paths/<same word>.py``."""
+"""Path classes as specs, the six of Sandia 1993; their planners are ``rulesengine/paths/<same word>.py``.
 
-from typing import Annotated, Literal, TypeAlias, TypeVar
+Key tables, schema, page and tests take the classes from the union at the end.
+"""
+
+from typing import Annotated, Literal, TypeAlias, TypeVar, get_args
 
 from pydantic import Field
 
@@ -190,3 +193,5 @@ class StraightLine(_OpenPath):
 PathSpec: TypeAlias = Annotated[
     BoardPerimeter | Raster | ComponentPerimeter | FinalFlush | StepFunction | StraightLine, Field(discriminator="path")
 ]
+PATH_CLASSES: tuple[type[PathSpec], ...] = get_args(get_args(PathSpec)[0])
+"""The path classes, in the order of the union."""

@@ -1,18 +1,35 @@
 """The recipe's JSON schema for editors, and the table of its keys for people: both made from the model."""
 
+from typing import get_args
+
 from recipes.load import RECIPE
+from recipes.nozzles import NOZZLE_PATTERNS
+from recipes.paths import PATH_CLASSES
+from specs.spec import Spec
 from specs.yaml.schema import extending_schema, key_tables
+
+
+def _parts_of_paths() -> dict[str, tuple[str, ...]]:
+    """Titles and models of the parts that templates have, by key and path class."""
+    return {
+        f"templates: {key} of a {spec.model_fields['path'].default}": (part.__name__,)
+        for spec in PATH_CLASSES
+        for key, field in spec.model_fields.items()
+        for part in get_args(field.annotation)
+        if isinstance(part, type) and issubclass(part, Spec)
+    }
+
 
 _SECTIONS = {
     "The recipe": ("Recipe",),
     "functions": ("Function",),
-    "nozzles": ("HollowCone", "FullCone", "FlatFan", "AirKnife"),
+    "nozzles": tuple(nozzle.__name__ for nozzle in NOZZLE_PATTERNS),
     "nozzles: wavefront of a hollow_cone": ("Wavefront",),
     "classes": ("ComponentClass",),
     "classes: pins, area_mm2, height_mm, standoff_mm, neighbour_mm": ("Range",),
     "masks": ("Mask",),
-    "templates": ("BoardPerimeter", "Raster", "ComponentPerimeter", "FinalFlush", "StepFunction", "StraightLine"),
-    "templates: near of a component_perimeter": ("Near",),
+    "templates": tuple(spec.__name__ for spec in PATH_CLASSES),
+    **_parts_of_paths(),
     "limits": ("Limits",),
     "sequence": ("Step",),
     "sequence: until": ("Until",),

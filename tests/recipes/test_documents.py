@@ -1,13 +1,14 @@
-"""What docs/recipe.md shows is what Washboard does."""
+"""What docs/recipe.md and docs/planning.md show is what Washboard does."""
 
 import re
 from pathlib import Path
 
 from recipes.load import load_recipe, parse_recipe, recipe_library
-from recipes.paths import FinalFlush
+from recipes.paths import PATH_CLASSES, FinalFlush
 from recipes.schema import recipe_keys
 
-PAGE = (Path(__file__).parents[2] / "docs" / "recipe.md").read_text("utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE, PLANNING = ((DOCS / name).read_text("utf-8") for name in ("recipe.md", "planning.md"))
 
 
 def test_the_example_of_extends_does_what_its_comments_say() -> None:
@@ -20,7 +21,13 @@ def test_the_example_of_extends_does_what_its_comments_say() -> None:
 
 
 def test_the_page_names_every_path_class_and_every_library_recipe() -> None:
-    paths = set(re.findall(r"## templates: (\w+)\n", recipe_keys()))
-    assert len(paths) == 6
+    paths = [spec.model_fields["path"].default for spec in PATH_CLASSES]
+    assert re.findall(r"## templates: (\w+)\n", recipe_keys()) == paths
     for word in (*paths, *recipe_library()):
-        assert f"`{word}`" in PAGE
+        assert f"`{word}`" in PAGE, f"docs/recipe.md: add {word} to its table"
+
+
+def test_the_page_on_planning_has_a_row_for_every_path_class() -> None:
+    for spec in PATH_CLASSES:
+        row = f"| `{spec.model_fields['path'].default}` |"
+        assert row in PLANNING, f"docs/planning.md: add a row {row} to the table of path classes"

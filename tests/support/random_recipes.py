@@ -1,9 +1,12 @@
-"""Hypothesis strategies over everything a recipe may say, and boards to go with them."""
+"""Hypothesis strategies over everything a recipe may state; those of templates follow the union of path classes."""
+
+from typing import Literal, get_args, get_origin
 
 from hypothesis import assume
 from hypothesis import strategies as st
 
 from recipes.consistency import find_problems
+from recipes.paths import PATH_CLASSES
 from recipes.recipe import Recipe
 
 CLASSES = {"tall": {"height_mm": {"min": 10}}, "small": {"area_mm2": {"max": 5}}, "others": {}}
@@ -30,7 +33,6 @@ LIMITS = st.fixed_dictionaries(
 SPEEDS = st.sampled_from([0.7, 12, 40, 99.9])
 DELAYS = st.sampled_from([0, 0.0003, 0.25, 1.7])
 TILTS = st.sampled_from([0, 10, 26, 38])
-LEAN = st.sampled_from(["travel", "against_travel", "left", "right"])
 
 
 def by_class(values):
@@ -39,70 +41,49 @@ def by_class(values):
     return values | listed
 
 
-def spec(kind, required, **optional):
-    """A template of a path class with some of its values."""
-    shared = {
-        "lead_in_mm": st.sampled_from([0, 3, 25]),
-        "overshoot_mm": st.sampled_from([0, 0.4, 12]),
-        "repeats": st.sampled_from([0, 1, 3]),
-    }
-    if kind == "component_perimeter":
-        del shared["repeats"]
-    if kind in ("board_perimeter", "component_perimeter"):
-        del shared["overshoot_mm"]
-    return st.fixed_dictionaries({"path": st.just(kind), **required}, optional=shared | optional)
-
-
 HEIGHTS = st.sampled_from([9.5, 20, 50])
-FLAT = {"height_mm": HEIGHTS, "speed_mm_s": SPEEDS}
-LINES = {
+VALUES = {
+    "height_mm": HEIGHTS,
+    "speed_mm_s": SPEEDS,
+    "tilt_deg": TILTS,
+    "lead_in_mm": st.sampled_from([0, 3, 25]),
+    "overshoot_mm": st.sampled_from([0, 0.4, 12]),
+    "repeats": st.sampled_from([0, 1, 3]),
+    "edge_delay_s": DELAYS,
+    "corner_delay_s": DELAYS,
+    "delay_s": DELAYS,
+    "offset_mm": st.sampled_from([0, 6, -4, -200]),
+    "corner_deg": st.sampled_from([5, 30, 120]),
     "direction_deg": st.sampled_from([0, 90, 17.3, -135, "longest_edge", "across_longest_edge"]),
     "overlap": st.sampled_from([0, 0.3, 0.8]),
     "pitch_mm": st.sampled_from(["auto", 7, 60]),
     "margin_mm": st.sampled_from([0, 4, 40, -8]),
-    "tilt_deg": TILTS,
-    "toward": LEAN,
-    "start": st.sampled_from(["auto", "first", "last"]),
+    "from": st.just([-5, 12]),
+    "to": st.sampled_from([[70, 12], [30, 44], [-5, 12.5]]),
+    "distance_mm": st.sampled_from([0, 2.5, -1, -30]),
+    "passes": st.sampled_from([0, 1, 2, 5]),
+    "merge_gap_mm": st.sampled_from([0, 2, 9]),
+    "near": st.just({"within_mm": 6, "speed_mm_s": 8, "passes": 3, "tilt_deg": 12}),
+    "only": st.sampled_from([[], ["tall"], ["small", "others"]]),
 }
-TEMPLATES = st.one_of(
-    spec(
-        "board_perimeter",
-        FLAT,
-        offset_mm=st.sampled_from([0, 6, -4, -200]),
-        tilt_deg=TILTS,
-        toward=st.sampled_from(["inside", "outside", "travel", "against_travel"]),
-        corner_delay_s=DELAYS,
-        corner_deg=st.sampled_from([5, 30, 120]),
-        direction=st.sampled_from(["counterclockwise", "clockwise"]),
-        start=st.sampled_from(["auto", "front_left", "back_right"]),
-        follow=st.sampled_from(["outline", "outline_and_cutouts"]),
-    ),
-    spec("raster", FLAT, edge_delay_s=DELAYS, **LINES),
-    spec("final_flush", FLAT, edge_delay_s=DELAYS, **LINES),
-    spec("step_function", FLAT, delay_s=by_class(DELAYS), **LINES),
-    spec(
-        "straight_line",
-        FLAT | {"from": st.just([-5, 12]), "to": st.sampled_from([[70, 12], [30, 44], [-5, 12.5]])},
-        tilt_deg=TILTS,
-        toward=LEAN,
-        edge_delay_s=DELAYS,
-    ),
-    spec(
-        "component_perimeter",
-        {"height_mm": by_class(HEIGHTS), "speed_mm_s": by_class(SPEEDS)},
-        align=st.sampled_from(["wavefront", "axis"]),
-        distance_mm=by_class(st.sampled_from([0, 2.5, -1, -30])),
-        tilt_deg=by_class(TILTS),
-        toward=st.sampled_from(["component", "away", "travel", "against_travel"]),
-        passes=by_class(st.sampled_from([0, 1, 2, 5])),
-        edge_delay_s=by_class(DELAYS),
-        corner_deg=st.sampled_from([5, 30, 120]),
-        merge_gap_mm=st.sampled_from([0, 2, 9]),
-        direction=st.sampled_from(["auto", "counterclockwise", "clockwise"]),
-        near=st.just({"within_mm": 6, "speed_mm_s": 8, "passes": 3, "tilt_deg": 12}),
-        only=st.sampled_from([[], ["tall"], ["small", "others"]]),
-    ),
-)
+"""Values by key; a key of choices has all of them. One that is not here keeps its default."""
+
+
+def template_of(spec):
+    """Templates of a path class: what it needs, with some of its other values."""
+    required, optional = {"path": st.just(spec.model_fields["path"].default)}, {}
+    for name, field in spec.model_fields.items():
+        key, kinds = field.alias or name, get_args(field.annotation)
+        listed = any(get_origin(kind) is dict for kind in kinds)
+        values = st.sampled_from(kinds) if get_origin(field.annotation) is Literal else VALUES.get(key)
+        if values is None or key == "path":
+            assert not field.is_required(), f"add values of {key} to VALUES in {__file__}"
+            continue
+        (required if field.is_required() else optional)[key] = by_class(values) if listed else values
+    return st.fixed_dictionaries(required, optional=optional)
+
+
+TEMPLATES = st.one_of(*(template_of(spec) for spec in PATH_CLASSES))
 NAMES = ["one", "two", "three"]
 STEPS = st.fixed_dictionaries(
     {
