@@ -13,7 +13,6 @@ from programs.program import MoveTo
 from recipes.recipe import Limits
 from rulesengine.timing.corner_blending import round_corners
 from rulesengine.timing.coupled_limits import solve_runs, spans_of
-from rulesengine.timing.limit_intervals import take
 from rulesengine.timing.speed_profile import parametrise
 from rulesengine.timing.time_plan import chain_of, time_plan
 
@@ -79,7 +78,7 @@ def main() -> None:
     program = time_plan(plan, limits)
     ours = time.process_time() - begin
     profile = parametrise(round_corners(chain_of(plan), limits), limits)
-    moving = take(profile, np.flatnonzero(np.isfinite(profile.stages.grip)))
+    moving = profile.pick(np.flatnonzero(np.isfinite(profile.stages.grip)))
     begin = time.process_time()
     for span in spans_of(moving.stages):
         solve_runs(moving.stages, [span], np.radians(limits.rotation_acceleration_deg_s2))

@@ -9,8 +9,7 @@ from commandline.arguments import BoardSource, ParametersOption, Parts, RecipeSo
 from commandline.errors import job_errors
 
 if TYPE_CHECKING:
-    from rulesengine.tuning.trial.request import TuningRequest
-    from rulesengine.tuning.trial.result import TuningResult
+    from rulesengine.tuning.trial.request import TuningRequest, TuningResult
 
 Goal: TypeAlias = Literal["clean", "clean-and-dry"]
 _NOT_CLEAN = 1

@@ -11,7 +11,7 @@ from reports.tables.wording import amount, clock
 from reports.terminal.console import print_facts, print_line, print_table
 from rulesengine.tuning.report import Reason, is_unfinished
 from rulesengine.tuning.trial.outcome import Figures
-from rulesengine.tuning.trial.result import TuningResult
+from rulesengine.tuning.trial.request import TuningResult
 
 _MOST_REASONS = 12
 _STYLES = {"+": "green", "-": "red", "@": "dim"}

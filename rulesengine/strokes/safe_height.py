@@ -71,14 +71,7 @@ class Floors:
 
 
 def floors(board: Board, side: Side, clearance_mm: float, blend_mm: float = 0.0) -> Floors:
-    """Grow every body of a side by the clearance, outwards and upwards, and outwards by what corners are cut by.
-
-    Args:
-        board: Its bodies.
-        side: Which bodies.
-        clearance_mm: Least distance of the orifice.
-        blend_mm: How far the timing may leave the path at a corner.
-    """
+    """Grow every body of a side by the clearance, outwards and upwards, and outwards by what corners are cut by."""
     obstacles = board.obstacles(side)
     # An arc of chords lies inside its circle: grow by so much more that the chords touch it from outside.
     cut = blend_mm + _CHORD_MM if blend_mm else 0.0

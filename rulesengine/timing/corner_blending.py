@@ -1,4 +1,4 @@
-"""Corners rounded: the vertices the plan asks for become lines, arcs and smoothly turning orientations.
+"""Corner blending: the vertices of a plan become lines, arcs and smoothly turning orientations.
 
 One path parameter runs through the whole plan: millimetres of the rounded path, and radians where the nozzle turns
 on the spot. Board frame.
@@ -25,7 +25,7 @@ _MIN_RADIUS_MM = 1e-3
 _CURVE_MARGIN = 1.2
 """Corners are rounded no wider than the speed needs, with this much left for rounding in the program."""
 _SPRAY_SWING_RAD = np.radians(3.0)
-"""How far the jet may point away from what a vertex asks, so that the turning need not stop there."""
+"""How far the jet may point away from the orientation of a vertex, so that the turning need not stop there."""
 _WINDOW_TURN_RAD = 0.25
 """How far the nozzle turns in half a window at most: the quadratic curve of orientations is only nearly exact."""
 _STEADY_RAD_S = np.radians(0.02)
@@ -34,7 +34,7 @@ _STEADY_RAD_S = np.radians(0.02)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chain:
-    """All vertices of a plan in order, n of them, and what is asked on the n - 1 segments between them."""
+    """All vertices of a plan in order, n of them, and what is programmed on the n - 1 segments between them."""
 
     tcp: Points
     quaternion: Quaternions
@@ -42,7 +42,7 @@ class Chain:
     item: Indices
     """(n - 1,) which item of the plan each segment belongs to."""
     speed: Scalars
-    """(n - 1,) asked speed, mm/s."""
+    """(n - 1,) programmed speed, mm/s."""
     spraying: Flags
     """(n - 1,)"""
     stop: Flags
@@ -83,7 +83,7 @@ class Path:
         return float(self.knots[-1])
 
     def positions(self, at: Scalars) -> Points:
-        """Give the places (m, 3) at path parameters (m,)."""
+        """(m, 3) Places at path parameters (m,)."""
         piece = np.searchsorted(self.start, at, side="right") - 1
         along = at - self.start[piece]
         curvature = self.curvature[piece]
@@ -94,7 +94,7 @@ class Path:
         return self.origin[piece] + forward[:, None] * self.tangent[piece] + aside[:, None] * self.normal[piece]
 
     def orientations(self, at: Scalars) -> Quaternions:
-        """Give the orientations (m, 4) at path parameters (m,).
+        """(m, 4) Orientations at path parameters (m,).
 
         Slerp from vertex to vertex; within a window the quadratic Bezier curve of Shoemake's construction, which
         meets both rates.
@@ -107,9 +107,9 @@ class Path:
         vertex, window = vertex[inside], self.window[vertex[inside]]
         centre = self.knots[vertex]
         fraction = (at[inside] - centre + window) / (2.0 * window)
-        asked = self.chain.quaternion[vertex]
-        before = slerp(self._slerp(vertex - 1, centre - window), asked, fraction)
-        after = slerp(asked, self._slerp(vertex, centre + window), fraction)
+        planned = self.chain.quaternion[vertex]
+        before = slerp(self._slerp(vertex - 1, centre - window), planned, fraction)
+        after = slerp(planned, self._slerp(vertex, centre + window), fraction)
         turned[inside] = slerp(before, after, fraction)
         return turned
 
@@ -133,7 +133,8 @@ def round_corners(chain: Chain, limits: Limits) -> Path:
     lengths = np.where(spin, 0.0, lengths)
     along = np.where(spin[:, None], 0.0, steps / np.where(spin, 1.0, lengths)[:, None])
     bend = np.zeros(len(chain.tcp))
-    bend[1:-1] = _angles_between(along[:-1], along[1:])
+    cross = np.linalg.norm(np.cross(along[:-1], along[1:]), axis=1)
+    bend[1:-1] = np.arctan2(cross, np.einsum("ij,ij->i", along[:-1], along[1:]))  # exact for small angles too
     cut, radius = _corner_arcs(bend, lengths, chain.speed, limits)
     same_axis = np.linalg.norm(_unit(turns)[1:] - _unit(turns)[:-1], axis=1) < 1e-6
     rest = _stops(chain, spin, same_axis, (bend, radius))
@@ -181,7 +182,7 @@ def _corner_arcs(bend: Scalars, lengths: Scalars, speed: Scalars, limits: Limits
 
 
 def _stops(chain: Chain, spin: Flags, same_axis: Flags, corner: tuple[Scalars, Scalars]) -> Flags:
-    """Where the nozzle has to stop (n,): asked, at an end, around a turn on the spot, where it cannot go round."""
+    """Where the nozzle has to stop (n,): stated, at an end, around a turn on the spot, where it cannot go round."""
     bend, radius = corner
     rest = chain.stop.copy()
     rest[0] = rest[-1] = True
@@ -208,11 +209,6 @@ def _windows(chain: Chain, knots: Scalars, rate: Directions, rest: Flags) -> Sca
     swing = np.where(chain.spraying[:-1] | chain.spraying[1:], 4.0 * _SPRAY_SWING_RAD, np.inf)
     window[1:-1] = np.where(moving, np.minimum(room, swing / np.maximum(jump, 1e-12)), 0.0)
     return window
-
-
-def _angles_between(a: Directions, b: Directions) -> Scalars:
-    """Angles (n,) between unit vectors, exact for small ones too; 0 where one of them is zero."""
-    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ij,ij->i", a, b))
 
 
 def _unit(vectors: Directions) -> Directions:

@@ -4,7 +4,7 @@ Import this module late: toppra takes half a second to import.
 """
 
 import logging
-from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, TypeAlias
 
@@ -14,9 +14,9 @@ from toppra.algorithm import TOPPRA
 from toppra.constraint.linear_constraint import LinearConstraint
 
 from geometry.arrays import Scalars
-from rulesengine.timing.limit_intervals import Profile, Stages, cautious, join, take
+from rulesengine.timing.limit_intervals import Profile, Stages, cautious, join
 
-# toppra also says what went wrong through its result; that is what we look at.
+# toppra reports failures through its result too, which is what counts here.
 logging.getLogger("toppra").addHandler(logging.NullHandler())
 
 _FACETS = 3
@@ -56,7 +56,7 @@ class _StageLimits(LinearConstraint):
 
 
 class _Line:
-    """The path parameter itself, which is all that toppra needs to know of the path."""
+    """The path parameter itself, which is all of the path that toppra needs."""
 
     dof = 1
 
@@ -76,9 +76,15 @@ def parametrise_coupled(envelope: Profile, turn_acceleration: float) -> Profile:
     keys = np.stack((rounded.length, rounded.curvature, rounded.turn, rounded.turn_change, rounded.cap), axis=1)
     twins = [seen.setdefault(keys[a:b].tobytes(), run) for run, (a, b) in enumerate(runs)]
     solutions: dict[int, Scalars | None] = {}
-    for batch in _batches(sorted(seen.values()), runs):
-        solved = solve_runs(rounded, [runs[run] for run in batch], turn_acceleration)
-        solutions.update(zip(batch, solved, strict=True))
+    batch: list[int] = []
+    size, distinct = 0, sorted(seen.values())
+    for run in distinct:
+        batch.append(run)
+        size += runs[run][1] - runs[run][0]
+        if size > _BATCH_STAGES or run == distinct[-1]:
+            solved = solve_runs(rounded, [runs[each] for each in batch], turn_acceleration)
+            solutions.update(zip(batch, solved, strict=True))
+            batch, size = [], 0
     begin, end = np.zeros(len(keys)), np.zeros(len(keys))
     unsolved = np.zeros(len(keys), dtype=np.bool_)
     for twin, (a, b) in zip(twins, runs, strict=True):
@@ -90,11 +96,11 @@ def parametrise_coupled(envelope: Profile, turn_acceleration: float) -> Profile:
     if not unsolved.any():
         return fastest
     careful = cautious(stages.pick(np.flatnonzero(unsolved)), turn_acceleration)
-    return join(take(fastest, np.flatnonzero(~unsolved)), careful)
+    return join(fastest.pick(np.flatnonzero(~unsolved)), careful)
 
 
 def spans_of(stages: Stages) -> Spans:
-    """Give where each run begins and ends."""
+    """First stage of each run, and the one after its last."""
     edges = np.concatenate(([0], np.flatnonzero(np.diff(stages.run)) + 1, [len(stages.run)]))
     return list(pairwise(edges.tolist()))
 
@@ -117,46 +123,29 @@ def refine(envelope: Profile) -> Stages:
     length = np.repeat((parts / np.maximum(counts, 1)).ravel(), counts.ravel())
     before = np.cumsum(length) - length
     first = np.searchsorted(parent, np.arange(len(ramp)))
-    return stages.pick(parent).cut(stages.start[parent] + before - before[first][parent], length)
+    start = stages.start[parent] + before - before[first][parent]
+    return replace(stages.pick(parent), start=start, length=length)
 
 
 def _rounded(stages: Stages) -> Stages:
-    """Round off what a motion of the whole board leaves in the last digits, so that alike runs are the same."""
+    """Round off what a motion of the whole board leaves in the last digits, so that equal runs are the same."""
 
     def digits(values: Scalars) -> Scalars:
         scale = 10.0 ** (7.0 - np.ceil(np.log10(np.where(values > 0.0, values, 1.0))))
         return np.round(values * scale) / scale
 
-    return Stages(
-        start=stages.start,
+    return replace(
+        stages,
         length=np.maximum(np.round(stages.length, 6), 1e-6),
-        run=stages.run,
-        segment=stages.segment,
         curvature=digits(stages.curvature),
         turn=digits(stages.turn),
         turn_change=digits(stages.turn_change),
         cap=digits(stages.cap),
-        push=stages.push,
-        grip=stages.grip,
     )
 
 
-def _batches(distinct: list[int], runs: Spans) -> Iterator[list[int]]:
-    """Group runs so that a call is neither tiny nor huge."""
-    batch: list[int] = []
-    size = 0
-    for run in distinct:
-        batch.append(run)
-        size += runs[run][1] - runs[run][0]
-        if size > _BATCH_STAGES:
-            yield batch
-            batch, size = [], 0
-    if batch:
-        yield batch
-
-
 def solve_runs(stages: Stages, spans: Spans, turn_acceleration: float) -> list[Scalars | None]:
-    """Give the squared speeds at the borders of the stages of each run; ``None`` where toppra finds none.
+    """Squared speeds at the borders of the stages of each run; ``None`` where toppra finds none.
 
     All runs go to toppra in one call; where that fails, each goes on its own.
     """
@@ -171,22 +160,27 @@ def solve_runs(stages: Stages, spans: Spans, turn_acceleration: float) -> list[S
     a, b = limit_rows(chosen, length, turn_acceleration)
     highest = np.minimum(chosen.cap, np.concatenate(([0.0], chosen.cap[:-1])))
     highest[starts] = highest[ends] = 0.0
-    squared = _call_toppra(a, b, highest, np.concatenate(([0.0], np.cumsum(length)[:-1])))
+    grid = np.concatenate(([0.0], np.cumsum(length)[:-1]))
+    solver = TOPPRA(
+        [_StageLimits(a, b, highest)],
+        _Line(float(grid[-1])),
+        gridpoints=grid,
+        solver_wrapper="seidel",
+        parametrizer="ParametrizeConstAccel",
+    )
+    solver.compute_parameterization(0.0, 0.0)
+    speeds = solver.problem_data.sd_vec
+    squared = np.full(len(grid), np.nan) if speeds is None else np.asarray(speeds, dtype=np.float64) ** 2
     parts = [squared[first : last + 1] for first, last in zip(starts.tolist(), ends.tolist(), strict=True)]
-    if all(_moves(part) for part in parts):
+    if all(len(part) > 2 and np.all(np.isfinite(part)) and np.all(part[1:-1] > 0.0) for part in parts):
         return list(parts)
     return [None] if len(spans) == 1 else [solve_runs(stages, [span], turn_acceleration)[0] for span in spans]
-
-
-def _moves(squared: Scalars) -> bool:
-    """Whether a run gets from its start to its end."""
-    return len(squared) > 2 and bool(np.all(np.isfinite(squared)) and np.all(squared[1:-1] > 0.0))
 
 
 def limit_rows(
     stages: Stages, length: Scalars, turn_acceleration: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give rows (m, k) of ``a u + b x <= 1`` that hold at both ends of each stage.
+    """Rows (m, k) of ``a u + b x <= 1`` that hold at both ends of each stage.
 
     x grows by 2 u length along a stage. A polygon inside the disc of accelerations stands for it, with corners
     where all of it is tangential and where all of it is centripetal.
@@ -203,17 +197,3 @@ def limit_rows(
         b.append(stages.turn_change / turn_acceleration)
     at_begin, slope = np.stack(a, axis=1), np.stack(b, axis=1)
     return np.hstack((at_begin, at_begin + 2.0 * length[:, None] * slope)), np.hstack((slope, slope))
-
-
-def _call_toppra(a: NDArray[np.float64], b: NDArray[np.float64], highest: Scalars, grid: Scalars) -> Scalars:
-    """Squared speeds at the grid, from rest to rest; not finite where there are none."""
-    solver = TOPPRA(
-        [_StageLimits(a, b, highest)],
-        _Line(float(grid[-1])),
-        gridpoints=grid,
-        solver_wrapper="seidel",
-        parametrizer="ParametrizeConstAccel",
-    )
-    solver.compute_parameterization(0.0, 0.0)
-    speeds = solver.problem_data.sd_vec
-    return np.full(len(grid), np.nan) if speeds is None else np.asarray(speeds, dtype=np.float64) ** 2

@@ -1,6 +1,6 @@
 """Stretches of a path with constant limits, and the speeds along them."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -33,13 +33,8 @@ class Stages:
     """Highest acceleration of the orifice; infinite on turns on the spot, where it stays."""
 
     def pick(self, index: Indices) -> "Stages":
-        """Take stages by index, again and again if asked."""
+        """Take stages by index, also repeatedly."""
         return Stages(*(getattr(self, field.name)[index] for field in fields(self)))
-
-    def cut(self, start: Scalars, length: Scalars) -> "Stages":
-        """Give the same limits to other stretches."""
-        rest = (getattr(self, field.name) for field in fields(self)[2:])
-        return Stages(start, length, *rest)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,12 +45,16 @@ class Profile:
     begin: Scalars
     end: Scalars
 
+    def pick(self, index: Indices) -> "Profile":
+        """Take stages by index."""
+        return Profile(self.stages.pick(index), self.begin[index], self.end[index])
+
     def accelerations(self) -> Scalars:
-        """Give the tangential acceleration (m,) of each stage."""
+        """(m,) Tangential acceleration of each stage."""
         return 0.5 * (self.end - self.begin) / self.stages.length
 
     def durations(self) -> Scalars:
-        """Give the seconds (m,) each stage takes."""
+        """(m,) Seconds of each stage."""
         return 2.0 * self.stages.length / (np.sqrt(self.begin) + np.sqrt(self.end))
 
 
@@ -81,7 +80,7 @@ def envelope(stages: Stages) -> Profile:
     speeds = np.stack((first, peak, peak, last), axis=1)
     kept = lengths > np.minimum(_SAME, 1e-3 * stages.length)[:, None]
     parent = np.nonzero(kept)[0]
-    parts = stages.pick(parent).cut(begins[kept], lengths[kept])
+    parts = replace(stages.pick(parent), start=begins[kept], length=lengths[kept])
     return Profile(parts, speeds[:, :3][kept], speeds[:, 1:][kept])
 
 
@@ -91,26 +90,12 @@ def cautious(stages: Stages, turn_acceleration: float) -> Profile:
         share = np.minimum(stages.grip * np.sqrt(0.5) / stages.curvature, 0.5 * turn_acceleration / stages.turn_change)
         push = np.where(stages.curvature > 0.0, stages.grip * np.sqrt(0.5), stages.push)
         push = np.where(stages.turn_change > 0.0, np.minimum(push, 0.5 * turn_acceleration / stages.turn), push)
-    careful = Stages(
-        **{field.name: getattr(stages, field.name) for field in fields(stages) if field.name not in {"cap", "push"}},
-        cap=np.minimum(stages.cap, share),
-        push=np.minimum(stages.push, push),
-    )
-    return envelope(careful)
-
-
-def take(profile: Profile, index: Indices) -> Profile:
-    """Take stages by index."""
-    return Profile(profile.stages.pick(index), profile.begin[index], profile.end[index])
+    return envelope(replace(stages, cap=np.minimum(stages.cap, share), push=np.minimum(stages.push, push)))
 
 
 def join(one: Profile, other: Profile) -> Profile:
     """Put two profiles of different runs together, in the order of the path."""
-    both = Stages(
-        *(
-            np.concatenate((getattr(one.stages, field.name), getattr(other.stages, field.name)))
-            for field in fields(Stages)
-        )
-    )
+    names = [field.name for field in fields(Stages)]
+    both = Stages(*(np.concatenate((getattr(one.stages, name), getattr(other.stages, name))) for name in names))
     profile = Profile(both, np.concatenate((one.begin, other.begin)), np.concatenate((one.end, other.end)))
-    return take(profile, np.argsort(both.start, kind="stable"))
+    return profile.pick(np.argsort(both.start, kind="stable"))

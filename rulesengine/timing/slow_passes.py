@@ -9,7 +9,7 @@ from geometry.arrays import Indices, Scalars
 from programs.plan import Plan, SprayPass
 from recipes.recipe import Limits
 from rulesengine.timing.corner_blending import Path
-from rulesengine.timing.limit_intervals import Profile, take
+from rulesengine.timing.limit_intervals import Profile
 from specs.finding import Finding, Severity
 from specs.finding_rules import SPEED_BELOW_ASKED
 from specs.source import Source
@@ -56,7 +56,7 @@ def find_slow_passes(plan: Plan, path: Path, profile: Profile, limits: Limits) -
     chosen = np.flatnonzero(path.chain.spraying[segment] & ~path.spin[segment])
     if len(chosen) == 0:
         return ()
-    sprayed = _look(path, take(profile, chosen), limits.acceleration_mm_s2)
+    sprayed = _look(path, profile.pick(chosen), limits.acceleration_mm_s2)
     names: dict[Source, int] = {}
     numbers = [names.setdefault(x.made_by, len(names)) if isinstance(x, SprayPass) else -1 for x in plan.items]
     group = np.array(numbers)[sprayed.item]

@@ -16,7 +16,7 @@ import numpy as np
 from geometry.arrays import Indices, Scalars
 from recipes.recipe import Limits
 from rulesengine.timing.corner_blending import Path
-from rulesengine.timing.limit_intervals import Profile, Stages, envelope, join, take
+from rulesengine.timing.limit_intervals import Profile, Stages, envelope, join
 
 _SAME = 1e-8
 """Breaks of the path closer than this (mm, radians) are one."""
@@ -26,14 +26,18 @@ def parametrise(path: Path, limits: Limits) -> Profile:
     """Find the fastest motion along the path within the limits, at rest at every stop."""
     spin_rate = np.radians(limits.rotation_acceleration_deg_s2)
     profile = envelope(_stages(path, limits))
-    coupled = _coupled_runs(profile, spin_rate)
+    stages, push = profile.stages, np.abs(profile.accelerations())
+    highest = np.maximum(profile.begin, profile.end)
+    sideways = np.where(np.isinf(stages.grip), 0.0, np.hypot(push, stages.curvature * highest) / stages.grip)
+    turning = (push * stages.turn + highest * stages.turn_change) / spin_rate
+    coupled = np.unique(stages.run[np.maximum(sideways, turning) > 1.0 + 1e-6])
     if len(coupled) == 0:
         return profile
     from rulesengine.timing.coupled_limits import parametrise_coupled
 
-    chosen = np.isin(profile.stages.run, coupled)
-    solved = parametrise_coupled(take(profile, np.flatnonzero(chosen)), spin_rate)
-    return join(take(profile, np.flatnonzero(~chosen)), solved)
+    chosen = np.isin(stages.run, coupled)
+    solved = parametrise_coupled(profile.pick(np.flatnonzero(chosen)), spin_rate)
+    return join(profile.pick(np.flatnonzero(~chosen)), solved)
 
 
 def _stages(path: Path, limits: Limits) -> Stages:
@@ -42,7 +46,11 @@ def _stages(path: Path, limits: Limits) -> Stages:
     middle = 0.5 * (borders[:-1] + borders[1:])
     segment = np.clip(np.searchsorted(path.knots, middle, side="right") - 1, 0, len(path.knots) - 2)
     piece = np.searchsorted(path.start, middle, side="right") - 1
-    turn, turn_change = _turning(path, borders, segment)
+    # In a window the rate of rotation goes over linearly.
+    rates = np.stack([_rates_at(path, at, segment) for at in (borders[:-1], borders[1:])])
+    turn = np.max(np.linalg.norm(rates, axis=2), axis=0)
+    turn_change = np.linalg.norm(rates[1] - rates[0], axis=1) / np.diff(borders)
+    turn_change = np.where(turn_change > 1e-9, turn_change, 0.0)
     curvature, spin = path.curvature[piece], path.spin[segment]
     grip = np.where(spin, np.inf, limits.acceleration_mm_s2)
     speed = np.where(spin, np.inf, path.chain.speed[segment])
@@ -68,14 +76,6 @@ def _borders(path: Path) -> Scalars:
     return borders[np.concatenate(([True], np.diff(borders) > _SAME))]
 
 
-def _turning(path: Path, borders: Scalars, segment: Indices) -> tuple[Scalars, Scalars]:
-    """Highest rate of rotation and change of rate on each stage; in a window the rate goes over linearly."""
-    rates = np.stack([_rates_at(path, at, segment) for at in (borders[:-1], borders[1:])])
-    turn = np.max(np.linalg.norm(rates, axis=2), axis=0)
-    turn_change = np.linalg.norm(rates[1] - rates[0], axis=1) / np.diff(borders)
-    return turn, np.where(turn_change > 1e-9, turn_change, 0.0)
-
-
 def _rates_at(path: Path, at: Scalars, segment: Indices) -> Scalars:
     """Vector of rotation per path parameter (m, 3) at each place, seen from inside its segment."""
     left, right = at - path.knots[segment], path.knots[segment + 1] - at
@@ -86,13 +86,3 @@ def _rates_at(path: Path, at: Scalars, segment: Indices) -> Scalars:
     last = len(path.rate) - 1
     before, after = path.rate[np.maximum(vertex - 1, 0)], path.rate[np.minimum(vertex, last)]
     return np.where(inside[:, None], (1.0 - fraction) * before + fraction * after, path.rate[segment])
-
-
-def _coupled_runs(profile: Profile, turn_acceleration: float) -> Indices:
-    """Runs whose envelope asks too much where limits couple."""
-    stages, push = profile.stages, np.abs(profile.accelerations())
-    highest = np.maximum(profile.begin, profile.end)
-    on_spot = np.isinf(stages.grip)
-    sideways = np.where(on_spot, 0.0, np.hypot(push, stages.curvature * highest) / stages.grip)
-    turning = (push * stages.turn + highest * stages.turn_change) / turn_acceleration
-    return np.unique(stages.run[np.maximum(sideways, turning) > 1.0 + 1e-6])

@@ -17,7 +17,7 @@ from rulesengine.timing.speed_profile import parametrise
 from rulesengine.timing.write_instructions import narrate
 
 ACCELERATION_SHARE = 0.94
-"""Of the limit that is planned with: positions rounded to 1 um, 8 ms apart, may pretend 31 mm/s2 on top, and a
+"""Of the limit that is planned with: positions rounded to 1 um, 8 ms apart, may add 31 mm/s2, and a
 reader of the file is to find the limit kept."""
 _SAME_MM = 1e-4
 _SAME_RAD = 1e-5
@@ -28,14 +28,15 @@ _GAP_RAD = 1e-3
 
 
 def time_plan(plan: Plan, limits: Limits) -> TimedProgram:
-    """Time a plan: the fastest motion within the limits, at the asked speed while spraying wherever they allow it.
+    """Time a plan: the fastest motion within the limits, at the programmed speed while spraying wherever they allow it.
 
-    The findings are what the timing saw; those of the plan stay with the plan.
+    The findings are those of the timing; those of the plan stay with the plan.
 
     Raises:
         ValueError: An item of the plan does not start where the one before it ended.
     """
-    limits = _with_room(limits)
+    # Keeps back what the rounding of the file may add to the acceleration.
+    limits = limits.model_copy(update={"acceleration_mm_s2": ACCELERATION_SHARE * limits.acceleration_mm_s2})
     chain = chain_of(plan)
     if len(chain.item) == 0:
         instructions, totals = narrate(plan, hold(chain))
@@ -46,13 +47,8 @@ def time_plan(plan: Plan, limits: Limits) -> TimedProgram:
     return TimedProgram(plan.origin, totals, instructions, find_slow_passes(plan, path, profile, limits))
 
 
-def _with_room(limits: Limits) -> Limits:
-    """Keep back what the rounding of the file may pretend to be acceleration."""
-    return limits.model_copy(update={"acceleration_mm_s2": ACCELERATION_SHARE * limits.acceleration_mm_s2})
-
-
 def chain_of(plan: Plan) -> Chain:
-    """String the items' vertices together, each pose once."""
+    """Chain of the items' vertices, each pose once."""
     moving = [(number, item) for number, item in enumerate(plan.items) if isinstance(item, SprayPass | Transfer)]
     owner = np.repeat([number for number, _ in moving], [len(item.tcp) for _, item in moving]).astype(np.int64)
     tcp = _stack([item.tcp for _, item in moving])
@@ -61,7 +57,10 @@ def chain_of(plan: Plan) -> Chain:
     )
     lengths = np.linalg.norm(np.diff(tcp, axis=0), axis=1)
     angles = rotation_angles(quaternion[:-1], quaternion[1:])
-    _check_joints(plan, owner, (lengths > _GAP_MM) | (angles > _GAP_RAD))
+    wrong = np.flatnonzero(((lengths > _GAP_MM) | (angles > _GAP_RAD)) & (np.diff(owner) > 0))
+    if len(wrong):
+        before, after = (plan.items[int(owner[wrong[0] + k])].made_by for k in (0, 1))
+        raise ValueError(f"{after}: does not start where {before} ended, in position and orientation.")
     kept = np.concatenate((np.ones(len(tcp[:1]), dtype=np.bool_), (lengths > _SAME_MM) | (angles > _SAME_RAD)))
     item = owner[kept][1:]
     stop, lead_in = _stops(plan, item)
@@ -81,15 +80,6 @@ def chain_of(plan: Plan) -> Chain:
 
 def _stack(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:
     return np.concatenate([np.empty((0, 3)), *parts])
-
-
-def _check_joints(plan: Plan, owner: Indices, apart: Flags) -> None:
-    """Refuse a plan whose items do not meet: it would spray or move where nobody looked."""
-    wrong = np.flatnonzero(apart & (np.diff(owner) > 0))
-    if len(wrong) == 0:
-        return
-    before, after = (plan.items[int(owner[wrong[0] + k])].made_by for k in (0, 1))
-    raise ValueError(f"{after}: does not start where {before} ended, in position and orientation.")
 
 
 def _stops(plan: Plan, item: Indices) -> tuple[Flags, Flags]:

@@ -8,9 +8,8 @@ from cleaning.verdicts.rules import Rule
 from rulesengine.tuning.changes.candidate_changes import candidate_changes, variables_of
 from rulesengine.tuning.changes.expected_effect import expected_share
 from rulesengine.tuning.trial.outcome import Figures
-from rulesengine.tuning.trial.request import AllowedChanges
+from rulesengine.tuning.trial.request import AllowedChanges, TuningResult
 from rulesengine.tuning.trial.requirements import UnmetRequirement
-from rulesengine.tuning.trial.result import TuningResult
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 from rulesengine.tuning.variables.recipe_edits import is_kept
 from specs.json import Json
@@ -62,8 +61,14 @@ def _why(result: TuningResult, unmet: UnmetRequirement) -> str:
     judgement = unmet.judgement
     if unmet not in result.last.attainable:
         return _UNATTAINABLE.get(judgement.rule, judgement.advice)
-    sentences = [*_not_permitted(result, unmet), *_limits_reached(result), *_end_of_search(result, unmet)]
-    return " ".join(sentences) or judgement.advice
+    limits, last = result.request.limits, result.last
+    reached: list[str] = []
+    if limits.seconds is not None and last.seconds >= _NEAR * limits.seconds:
+        reached.append(f"the limit on time, {limits.seconds:g} s, leaves no more of it")
+    if limits.litres is not None and last.litres >= _NEAR * limits.litres:
+        reached.append(f"the limit on litres, {limits.litres:g} l, leaves no more of them")
+    besides = [f"Besides, {' and '.join(reached)}."] if reached else []
+    return " ".join([*_not_permitted(result, unmet), *besides, *_end_of_search(result, unmet)]) or judgement.advice
 
 
 def _not_permitted(result: TuningResult, unmet: UnmetRequirement) -> list[str]:
@@ -75,16 +80,6 @@ def _not_permitted(result: TuningResult, unmet: UnmetRequirement) -> list[str]:
     kept = [spell_path(path) for path in allowed.kept if any(is_kept(edit, (path,)) for edit in edits)]
     sentences = [f"Not allowed, though it may help: {', '.join(kinds)}."] if kinds else []
     return [*sentences, f"Kept, though it may help: {', '.join(kept)}."] if kept else sentences
-
-
-def _limits_reached(result: TuningResult) -> list[str]:
-    limits, last = result.request.limits, result.last
-    reached: list[str] = []
-    if limits.seconds is not None and last.seconds >= _NEAR * limits.seconds:
-        reached.append(f"the limit on time, {limits.seconds:g} s, leaves no more of it")
-    if limits.litres is not None and last.litres >= _NEAR * limits.litres:
-        reached.append(f"the limit on litres, {limits.litres:g} l, leaves no more of them")
-    return [f"Besides, {' and '.join(reached)}."] if reached else []
 
 
 def _end_of_search(result: TuningResult, unmet: UnmetRequirement) -> list[str]:
@@ -124,19 +119,18 @@ def tuning_report(result: TuningResult, reasons: Sequence[Reason], diff: str) ->
             {"what": list[Json](each.what), "before": _figures(each.before), "after": _figures(each.after)}
             for each in result.changes
         ],
-        "wanting": [_reason(reason) for reason in reasons],
+        "wanting": [
+            {
+                "component": each.component,
+                "rule": each.rule.id,
+                "name": each.name,
+                "because": each.because,
+                "why": each.why,
+            }
+            for each in reasons
+        ],
         "residues": dict[str, Json]({name: float(f"{share:.6g}") for name, share in last.residues.items()}),
         "diff": diff,
-    }
-
-
-def _reason(reason: Reason) -> dict[str, Json]:
-    return {
-        "component": reason.component,
-        "rule": reason.rule.id,
-        "name": reason.name,
-        "because": reason.because,
-        "why": reason.why,
     }
 
 

@@ -66,15 +66,9 @@ class Effect:
 
 
 def suggest(run: Run, report: CleaningReport, goal: Goal = "clean") -> tuple[Suggestion, ...]:
-    """Suggest edits for each component that is not clean, the highest expected gain first; nothing is analysed.
+    """Suggest at most three edits for each component that is not clean, the highest expected gain first.
 
-    Args:
-        run: A recipe on a board.
-        report: Analysis of its program.
-        goal: Which requirements count.
-
-    Returns:
-        At most three for each component, in the report's order; none where no recipe helps.
+    Components come in the report's order; there are none for what no recipe can meet. Nothing is analysed.
     """
     outcome = outcome_of(run, report, goal)
     unmet: dict[str, list[UnmetRequirement]] = {}

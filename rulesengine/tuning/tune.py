@@ -14,8 +14,7 @@ from rulesengine.tuning.search.by_bisection import enforce_limits, shorten_by_bi
 from rulesengine.tuning.search.by_linear_program import shorten_by_linear_program
 from rulesengine.tuning.search.improve import Improvement, improve
 from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.request import TuningRequest
-from rulesengine.tuning.trial.result import AcceptedChange, TuningResult
+from rulesengine.tuning.trial.request import AcceptedChange, TuningRequest, TuningResult
 from rulesengine.tuning.trial.trial_runner import TrialRunner, TuningContext
 from specs.yaml.edit import remove_value
 
@@ -25,11 +24,6 @@ _RESERVES = (0.4, 0.2, 0.0)
 
 def tune(runner: TrialRunner, text: str, request: TuningRequest) -> TuningResult:
     """Change a recipe until all that it can clean is predicted clean, in little time.
-
-    Args:
-        runner: Of trials, unused.
-        text: The recipe.
-        request: Goal, limits and permitted changes.
 
     Raises:
         JobError: the recipe cannot be read, planned or analysed.

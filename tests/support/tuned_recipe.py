@@ -5,9 +5,8 @@ from dataclasses import fields
 from cleaning.verdicts.results import Judgement, Number
 from cleaning.verdicts.rules import RESIDUE_LEFT
 from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest
+from rulesengine.tuning.trial.request import AcceptedChange, AllowedChanges, ProgramLimits, TuningRequest, TuningResult
 from rulesengine.tuning.trial.requirements import UnmetRequirement
-from rulesengine.tuning.trial.result import AcceptedChange, TuningResult
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 from webui.page.proposal import Proposal
 

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from math import isfinite
 
 from boards.board import Board
-from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest
+from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest, TuningResult
 from rulesengine.tuning.trial.requirements import Goal
-from rulesengine.tuning.trial.result import TuningResult
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS, ChangeKind
 from specs.errors import JobError
 from webui.page.document import Document

@@ -5,7 +5,7 @@ from html import escape
 from reports.tables.wording import clock
 from rulesengine.tuning.report import Reason, explain, is_unfinished
 from rulesengine.tuning.trial.outcome import Figures
-from rulesengine.tuning.trial.result import AcceptedChange, TuningResult
+from rulesengine.tuning.trial.request import AcceptedChange, TuningResult
 from rulesengine.tuning.variables.recipe_edits import recipe_diff
 from webui.theme.html import box_html, quiet_html
 from webui.theme.palette import ACCENT, QUIET, to_hex

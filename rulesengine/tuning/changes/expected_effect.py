@@ -5,7 +5,6 @@ Each kind of change has an expected effect on each rule; 0 means that it is not 
 
 from dataclasses import dataclass
 
-from cleaning.parameters.model import Use
 from cleaning.verdicts import rules
 from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.requirements import PROCESS, Key, Requirement, UnmetRequirement
@@ -13,8 +12,11 @@ from rulesengine.tuning.variables.design_variables import ChangeKind, DesignVari
 from rulesengine.tuning.variables.recipe_edits import Edits
 from specs.source import Source
 
-_WASH_RULES = frozenset({rules.DRY_GAP, rules.NOT_FLUSHED, rules.RESIDUE_LEFT, rules.ONE_SIDED})
-_RINSE_RULES = frozenset({rules.INCOMPLETE_RINSE, rules.IONIC_RESIDUE})
+_USE = {
+    **dict.fromkeys((rules.DRY_GAP, rules.NOT_FLUSHED, rules.RESIDUE_LEFT, rules.ONE_SIDED), "wash"),
+    **{rules.INCOMPLETE_RINSE: "rinse", rules.IONIC_RESIDUE: "rinse", rules.WET_GAP: "dry"},
+}
+"""Rules that depend on the steps of one use, whatever step they name."""
 AMOUNT_RULES = frozenset({rules.UNDER_EXPOSED, rules.NOT_FLUSHED, rules.RESIDUE_LEFT, rules.INCOMPLETE_RINSE})
 _RULES = (
     rules.MISSED, rules.UNDER_EXPOSED, rules.DAMAGE_RISK, rules.DRY_GAP, rules.NOT_FLUSHED, rules.RESIDUE_LEFT,
@@ -93,24 +95,16 @@ def time_factor(unmet: UnmetRequirement) -> float:
 
 def steps_for(requirement: Requirement, outcome: Outcome) -> frozenset[str]:
     """Steps on the component's side that a requirement depends on."""
-    uses = _uses(requirement, outcome)
+    rule, uses = requirement.rule, ("wash", "rinse")
+    if rule in _USE:
+        uses = (_USE[rule],)
+    elif use := outcome.use_of(str(requirement.judgement.stage)):
+        uses = (use,)
     side = outcome.sides.get(requirement.component)
     steps = enabled_steps(outcome.recipe)
     return frozenset(
         made_by for made_by, step in steps if (side is None or step.side == side) and outcome.use_of(made_by) in uses
     )
-
-
-def _uses(requirement: Requirement, outcome: Outcome) -> tuple[Use, ...]:
-    rule = requirement.rule
-    if rule in _WASH_RULES:
-        return ("wash",)
-    if rule in _RINSE_RULES:
-        return ("rinse",)
-    if rule == rules.WET_GAP:
-        return ("dry",)
-    use = outcome.use_of(str(requirement.judgement.stage))
-    return ("wash", "rinse") if use is None else (use,)
 
 
 def expected_share(variable: DesignVariable, unmet: UnmetRequirement, outcome: Outcome) -> float:

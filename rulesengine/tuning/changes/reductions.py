@@ -8,7 +8,7 @@ from rulesengine.tuning.changes.candidate_changes import variables_of
 from rulesengine.tuning.changes.expected_effect import AMOUNT_RULES, is_unreached, steps_for, template_share
 from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.request import AllowedChanges
-from rulesengine.tuning.trial.requirements import MetRequirement, UnmetRequirement
+from rulesengine.tuning.trial.requirements import UnmetRequirement
 from rulesengine.tuning.variables.design_variables import ChangeKind, DesignVariable
 from rulesengine.tuning.variables.recipe_edits import Edits
 from specs.yaml.located import YamlPath, spell_path
@@ -71,12 +71,7 @@ class Reduction:
 def reductions(outcome: Outcome, initial: Mapping[YamlPath, float], allowed: AllowedChanges) -> dict[str, Reduction]:
     """List ways to save time by name.
 
-    What acts in drying is made no shorter than it was to begin with: no rule requires a time of drying.
-
-    Args:
-        outcome: Of the recipe to be shortened.
-        initial: Values of the variables of the recipe that tuning began with.
-        allowed: What may be changed.
+    What acts in drying is made no shorter than its ``initial`` value: no rule requires a time of drying.
     """
     drying = frozenset(step.made_by for step in outcome.steps if step.use == "dry")
     found: dict[str, Reduction] = {}
@@ -109,34 +104,18 @@ def _omitted_paths(outcome: Outcome, drying: frozenset[str], allowed: AllowedCha
 
 
 def acceptable_share(outcome: Outcome, reduction: Reduction, saved_s: float) -> float:
-    """Estimate the share of a reduction that keeps the requirements met, 0 to 1; an analysis decides.
-
-    Args:
-        outcome: Of the recipe before the reduction.
-        reduction: What is taken away.
-        saved_s: Time that the whole reduction saves.
-    """
-    if any(_is_short_of(unmet, outcome, reduction) for unmet in outcome.attainable):
-        return 0.0
-    return min((share for met in outcome.met for share in _by_slack(met, outcome, reduction, saved_s)), default=1.0)
-
-
-def _is_short_of(unmet: UnmetRequirement, outcome: Outcome, reduction: Reduction) -> bool:
-    """Whether a reduction takes away from what has too little of it already."""
-    steps = steps_for(unmet, outcome)
-    if unmet.rule not in _AMOUNT_RULES or is_unreached(unmet) or not steps & frozenset(reduction.steps):
-        return False
-    if unmet.rule == rules.RESIDUE_LEFT:
-        return True
-    return template_share(unmet.component, reduction.template, steps, outcome) > _NEGLIGIBLE
-
-
-def _by_slack(met: MetRequirement, outcome: Outcome, reduction: Reduction, saved_s: float) -> Iterator[float]:
-    steps = steps_for(met, outcome)
-    if not steps & frozenset(reduction.steps):
-        return
-    if met.rule == rules.RESIDUE_LEFT:
-        yield met.slack * outcome.seconds_in(steps) / saved_s if saved_s > 0 else 1.0
-    else:
-        taken = template_share(met.component, reduction.template, steps, outcome)
-        yield max(met.slack / taken if taken > 0 else 1.0, _LEAST_SHARE)
+    """Estimate the share of a reduction, which saves ``saved_s`` in all, that keeps the requirements met, 0 to 1."""
+    shares: list[float] = []
+    for each in (*outcome.attainable, *outcome.met):
+        steps = steps_for(each, outcome)
+        if each.rule not in _AMOUNT_RULES or not steps & frozenset(reduction.steps):
+            continue
+        taken = template_share(each.component, reduction.template, steps, outcome)
+        if isinstance(each, UnmetRequirement):  # nothing is taken away from what has too little of it already
+            if not is_unreached(each) and (each.rule == rules.RESIDUE_LEFT or taken > _NEGLIGIBLE):
+                return 0.0
+        elif each.rule == rules.RESIDUE_LEFT:
+            shares.append(each.slack * outcome.seconds_in(steps) / saved_s if saved_s > 0 else 1.0)
+        else:
+            shares.append(max(each.slack / taken if taken > 0 else 1.0, _LEAST_SHARE))
+    return min(shares, default=1.0)

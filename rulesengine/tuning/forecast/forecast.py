@@ -16,8 +16,7 @@ from cleaning.verdicts import rules
 from cleaning.verdicts.exposed_area import LOW, percentile
 from geometry.arrays import Scalars
 from rulesengine.tuning.changes.expected_effect import is_unreached, steps_for
-from rulesengine.tuning.trial.deposits import Deposits
-from rulesengine.tuning.trial.outcome import Outcome
+from rulesengine.tuning.trial.outcome import Deposits, Outcome
 from rulesengine.tuning.trial.requirements import Key, MetRequirement, Requirement, UnmetRequirement
 from rulesengine.tuning.variables.design_variables import enabled_steps
 
@@ -52,12 +51,7 @@ class LowerBound:
     """(cells,)"""
 
     def amount(self, times: Scalars, durations: Mapping[str, float]) -> float:
-        """Predict the amount or time.
-
-        Args:
-            times: (all deposits,) how many times as long each is sprayed.
-            durations: Of the steps, s.
-        """
+        """Predict the amount or time, with each of all deposits sprayed so many times as long."""
         if self.kind == "time":
             return sum(durations[step] for step in self.steps)
         if not len(self.areas):
@@ -108,12 +102,7 @@ class Forecast:
     bounds: tuple[LowerBound, ...]
 
     def durations(self, times: Scalars, repeats: Mapping[str, float]) -> dict[str, float]:
-        """Predict the durations of the steps, s.
-
-        Args:
-            times: (deposits,) how many times as long each is sprayed.
-            repeats: How many times as often a step is done; 1 if it is not named.
-        """
+        """Predict the durations of the steps, s, done so many times as often; once where they are not named."""
         found = {step: idle * repeats.get(step, 1.0) for step, idle in self.idle_s.items()}
         for deposit, many in zip(self.deposits.each, times.tolist(), strict=True):
             found[deposit.step] += many * deposit.seconds
@@ -125,13 +114,7 @@ class Forecast:
 
 
 def forecast(outcome: Outcome, corrections: Corrections, unattainable: frozenset[Key] = frozenset()) -> Forecast:
-    """Take an outcome apart: met requirements must stay met, unmet ones must not lose.
-
-    Args:
-        outcome: Of an analysis.
-        corrections: From earlier analyses.
-        unattainable: Requirements that no spraying time meets; they give no bounds.
-    """
+    """Take an outcome apart: what is met must stay met, what is not must not lose; unattainable ones do not count."""
     deposits = outcome.deposits
     idle = {step.made_by: step.seconds for step in outcome.steps}
     for deposit in deposits.each:
@@ -153,11 +136,9 @@ def forecast(outcome: Outcome, corrections: Corrections, unattainable: frozenset
 
 
 def unattainable(outcome: Outcome, longest: Mapping[str, float]) -> frozenset[Key]:
-    """Requirements that no spraying time meets: not a matter of amounts, or out of reach.
+    """Requirements that no spraying time meets: not a matter of amounts, or out of reach of the longest times.
 
-    Args:
-        outcome: With requirements that are not met.
-        longest: How many times as long each template may spray at most; 1 for those that are not named.
+    ``longest`` is relative to the present times, by template; 1 for those that are not named.
     """
     times = np.array([longest.get(deposit.template, 1.0) for deposit in outcome.deposits.each])
     found = {each.key for each in outcome.unmet if each.rule not in _AMOUNT_RULES or is_unreached(each)}

@@ -1,6 +1,6 @@
 """Options that shorten a recipe, with their forecasts: less often, a path less, and the speeds that go with it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from rulesengine.tuning.changes.reductions import Reduction, reductions
@@ -25,21 +25,12 @@ class Option:
 
 
 def shortening_options(context: TuningContext, predicted: Forecast, curves: Mapping[str, SpeedCurve]) -> list[Option]:
-    """Predict the shortest program for each smaller whole number and each path that is left out; the shortest first."""
+    """Predict the shortest program with other speeds alone, with each smaller whole number, with each path left out.
+
+    The shortest comes first.
+    """
     bounds = {name: curve.bounds for name, curve in curves.items()}
-    found: list[Option] = []
-    for name, what, edits, scheme in _schemes(context, predicted, bounds):
-        times = minimum_times(predicted, scheme)
-        if times is not None:
-            found.append(Option(name, what, edits, scheme, times))
-    return sorted(found, key=lambda option: round(option.found.seconds, 3))
-
-
-def _schemes(
-    context: TuningContext, predicted: Forecast, bounds: Mapping[str, tuple[float, float]]
-) -> Iterator[tuple[str, tuple[str, ...], Edits, Scheme]]:
-    """Nothing but speeds; then each whole number made smaller, each path left out."""
-    yield "", (), (), Scheme(bounds)
+    schemes: list[tuple[str, tuple[str, ...], Edits, Scheme]] = [("", (), (), Scheme(bounds))]
     sources = [(deposit.step, deposit.template) for deposit in predicted.deposits.each]
     for each in reductions(predicted.outcome, context.initial_values, context.request.allowed).values():
         for value in _whole_values(each):
@@ -51,7 +42,10 @@ def _schemes(
             }
             repeats = {} if each.template else dict.fromkeys(each.steps, ratio)
             what, edits = each.change_to(value)
-            yield f"{each.name} {value:g}", (what,), edits, Scheme(bounds, fixed, repeats)
+            schemes.append((f"{each.name} {value:g}", (what,), edits, Scheme(bounds, fixed, repeats)))
+    timed = [(scheme, minimum_times(predicted, scheme[3])) for scheme in schemes]
+    found = [Option(*scheme, times) for scheme, times in timed if times is not None]
+    return sorted(found, key=lambda option: round(option.found.seconds, 3))
 
 
 def _whole_values(reduction: Reduction) -> list[float]:

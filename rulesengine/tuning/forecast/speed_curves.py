@@ -74,17 +74,15 @@ def tunable_speeds(context: TuningContext, outcome: Outcome) -> dict[str, Design
 
 
 def speed_curves(runner: TrialRunner, text: str, speeds: Mapping[str, DesignVariable]) -> dict[str, SpeedCurve]:
-    """Plan a recipe with all of some speeds as high and as low as they may become.
-
-    Args:
-        runner: Plans it.
-        text: The recipe.
-        speeds: By template; what cannot be planned keeps its speed.
-    """
+    """Plan a recipe with the speeds of its templates as high and as low as they may become."""
     now = runner.spray_durations(text)
     found = {name: {variable.value: 1.0} for name, variable in speeds.items() if _total(now, name) > 0}
     for times in (_FASTER, 1.0 / _SLOWER):
-        values = {name: _scaled(speeds[name], times) for name in found}
+        values = {
+            name: each.rounded(min(max(each.value * times, each.lower), each.upper))
+            for name, each in speeds.items()
+            if name in found
+        }
         changed = runner.candidate(text, tuple(edit for name in found for edit in speeds[name].edit(values[name])))
         sprayed = {} if changed is None else runner.spray_durations(changed.text)
         for name in found if sprayed else ():
@@ -99,14 +97,9 @@ def plan_speeds(
     required: SprayTimes,
     factors: Mapping[str, float],
 ) -> SpeedPlan | None:
-    """Find speeds for required times; ``None`` where the recipe cannot be planned.
+    """Find speeds for required times; ``None`` where the recipe, a text with other edits, cannot be planned.
 
-    Args:
-        runner: Plans it.
-        recipe: Its text, and what else changes.
-        curves: By template.
-        required: How long each is to spray, s.
-        factors: How many times as long as now by its speed alone, by template.
+    ``factors`` are those of each template by its speed alone.
     """
     text, edits = recipe
     for left in reversed(range(_ROUNDS)):
@@ -130,10 +123,6 @@ def plan_speeds(
             return SpeedPlan(candidate, tuple(each.describe(value) for each, value in changed), times)
         curves = better
     return None
-
-
-def _scaled(variable: DesignVariable, times: float) -> float:
-    return variable.rounded(min(max(variable.value * times, variable.lower), variable.upper))
 
 
 def _total(times: SprayTimes, name: str) -> float:

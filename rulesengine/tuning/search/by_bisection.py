@@ -3,7 +3,7 @@
 from rulesengine.tuning.changes.reductions import Reduction, acceptable_share, reductions
 from rulesengine.tuning.search.acceptance import Acceptance
 from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.result import AcceptedChange
+from rulesengine.tuning.trial.request import AcceptedChange
 from rulesengine.tuning.trial.trial_runner import Candidate, TuningContext
 
 _TRIALS = 3

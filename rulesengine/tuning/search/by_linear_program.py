@@ -12,8 +12,8 @@ from rulesengine.tuning.forecast.shortening_options import Option, shortening_op
 from rulesengine.tuning.forecast.speed_curves import SpeedCurve, plan_speeds, speed_curves, tunable_speeds
 from rulesengine.tuning.search.acceptance import Acceptance
 from rulesengine.tuning.trial.outcome import Outcome
+from rulesengine.tuning.trial.request import AcceptedChange
 from rulesengine.tuning.trial.requirements import BOARD, UnmetRequirement
-from rulesengine.tuning.trial.result import AcceptedChange
 from rulesengine.tuning.trial.trial_runner import TuningContext
 
 _LEAST_SAVED = 0.01

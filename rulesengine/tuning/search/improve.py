@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 from rulesengine.tuning.changes.candidate_changes import candidate_changes
 from rulesengine.tuning.changes.expected_effect import Change
 from rulesengine.tuning.trial.outcome import Outcome
+from rulesengine.tuning.trial.request import AcceptedChange
 from rulesengine.tuning.trial.requirements import Key
-from rulesengine.tuning.trial.result import AcceptedChange
 from rulesengine.tuning.trial.trial_runner import Candidate, TuningContext
 
 _MOST_PLANNED = 12
@@ -40,13 +40,7 @@ class Improvement:
 
 
 def improve(state: Improvement, begin: Outcome, reserve: int) -> tuple[Outcome, list[AcceptedChange]]:
-    """Change a recipe until every requirement is met, nothing improves it, or few analyses are left.
-
-    Args:
-        state: Of this and earlier calls.
-        begin: An outcome within the limits, or as near to them as can be.
-        reserve: Analyses to be left for what comes after.
-    """
+    """Change a recipe until every requirement is met, nothing improves it, or only the reserve of analyses is left."""
     now, accepted = begin, list[AcceptedChange]()
     while now.attainable and state.context.runner.left > reserve:
         better = _next_change(state, now, reserve)
@@ -60,8 +54,12 @@ def improve(state: Improvement, begin: Outcome, reserve: int) -> tuple[Outcome, 
 
 def _next_change(state: Improvement, now: Outcome, reserve: int) -> tuple[Sequence[Change], Outcome] | None:
     runner = state.context.runner
-    ranked = _ranked(state, now)
-    bundle = _bundle(ranked, now)
+    ranked, bundle, taken = _ranked(state, now), list[Change](), set[str]()
+    for change in ranked:  # the best change, and the best of other uses: washing and rinsing are changed at once
+        uses = {str(now.use_of(step)) for step in change.steps}
+        if uses and not uses & taken:
+            bundle.append(change)
+            taken |= uses
     tries = [bundle] if len(bundle) > 1 else []
     for changes in [*tries, *([change] for change in ranked[:_MOST_TRIED])]:
         if runner.left <= reserve:
@@ -117,15 +115,3 @@ def _within_limits(state: Improvement, now: Outcome, changes: Sequence[Change]) 
     if candidate is None or state.context.excess(candidate) > state.context.excess(now):
         return None
     return candidate
-
-
-def _bundle(ranked: Sequence[Change], now: Outcome) -> list[Change]:
-    """Take the best change, and the best ones of other uses: washing and rinsing are changed at once."""
-    chosen: list[Change] = []
-    taken: set[str] = set()
-    for change in ranked:
-        uses = {str(now.use_of(step)) for step in change.steps}
-        if uses and not uses & taken:
-            chosen.append(change)
-            taken |= uses
-    return chosen

@@ -1,14 +1,23 @@
-"""Outcome of one recipe: the requirements that are and are not met, its time and its liquid."""
+"""Outcome of one recipe: the requirements that are and are not met, time, liquid, and deposits of each template.
 
-from collections.abc import Mapping
+Deposits add up cell by cell, whatever the order.
+"""
+
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.board import Side
 from cleaning.parameters.model import Use
+from cleaning.process.stages import Stage
+from cleaning.verdicts.exposed_area import BARE, cells_of, cells_of_each
 from cleaning.verdicts.results import CleaningReport
+from geometry.arrays import Indices, Scalars
 from recipes.recipe import Recipe
 from rulesengine.planning.pipeline import Run
 from rulesengine.strokes.classify import read_masks
-from rulesengine.tuning.trial.deposits import Deposits, deposits_of
 from rulesengine.tuning.trial.requirements import (
     BOARD,
     PROCESS,
@@ -21,6 +30,32 @@ from rulesengine.tuning.trial.requirements import (
     unmet_requirements,
 )
 from specs.source import Source
+
+_LEAST = 1e-12
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Deposit:
+    """Liquid that one template leaves in one step, all its repeats together."""
+
+    step: str
+    """Such as ``"sequence[0]"``."""
+    template: str
+    seconds: float
+    """Spraying."""
+    volume_mm: NDArray[np.float32]
+    """(c,) on each cell of the surface."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Deposits:
+    """All deposits of a program, and the cells of each component."""
+
+    each: tuple[Deposit, ...]
+    areas_mm2: Scalars
+    """(c,)"""
+    cells: Mapping[tuple[str, Side], Indices]
+    """The exposed cells of each component on its own side, and of the bare board on both."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,3 +173,37 @@ def seconds_of(run: Run) -> float:
 def litres_of(run: Run) -> float:
     """Liquid that the program of a run sprays; loops count once. Rounded."""
     return round(sum(litres for _, litres in run.program.totals.liquid_l), 6)
+
+
+def deposits_of(report: CleaningReport) -> Deposits:
+    """Deposits of an analysis by step and template."""
+    facets, board = report.facets, report.board
+    cells: dict[tuple[str, Side], Indices] = {
+        (component.name, component.side): own
+        for component, own in zip(board.components, cells_of_each(facets, board), strict=True)
+    }
+    for stage in report.stages:
+        if (BOARD, stage.side) not in cells:
+            cells[BOARD, stage.side] = cells_of(facets, board, BARE, stage.side)
+    shown = {key: own[facets.cell_exposed[own]] for key, own in cells.items()}
+    found: list[Deposit] = []
+    for stage, exposure in zip(report.stages, report.exposures, strict=True):
+        samples, growth, volume = stage.samples, exposure.growth, exposure.volume_mm
+        last = np.searchsorted(samples.times, growth.until_s) - 1
+        of_entry = np.repeat(samples.templates[last], np.diff(growth.start))
+        grown = np.bincount(growth.cell, growth.volume_mm, minlength=len(volume))
+        for (step, template), seconds in spray_durations(stage):
+            mine = of_entry == template
+            own = np.bincount(growth.cell[mine], growth.volume_mm[mine], minlength=len(volume))
+            # Cells that few rays hit have been refined since they grew: the shares are kept all the same.
+            overall = np.full(len(volume), own.sum() / max(grown.sum(), _LEAST))
+            share = np.divide(own, grown, out=overall, where=grown > 0)
+            found.append(Deposit(step, template, seconds, (share * volume).astype(np.float32)))
+    return Deposits(tuple(found), facets.cell_areas_mm2, shown)
+
+
+def spray_durations(stage: Stage) -> Iterator[tuple[tuple[str, str], float]]:
+    """Seconds for which each template sprays in a stage, by step and template."""
+    of_sample = stage.samples.templates
+    for template in dict.fromkeys(of_sample.tolist()):
+        yield (str(stage.made_by), template), float(stage.samples.seconds[of_sample == template].sum())

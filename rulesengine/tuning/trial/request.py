@@ -1,9 +1,10 @@
-"""What tuning is to reach, with what it may change and spend."""
+"""Request of tuning (goal, limits, permitted changes, budget), and its result."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
 
+from rulesengine.tuning.trial.outcome import Figures, Outcome
 from rulesengine.tuning.trial.requirements import Goal
 from rulesengine.tuning.variables.design_variables import ChangeKind
 from rulesengine.tuning.variables.recipe_edits import Edits, is_kept
@@ -49,6 +50,39 @@ class TuningRequest:
     limits: ProgramLimits
     allowed: AllowedChanges
     max_analyses: int
+
+
+@dataclass(frozen=True, slots=True)
+class AcceptedChange:
+    """One accepted change, with the figures of the analyses before and after it."""
+
+    what: tuple[str, ...]
+    """Values from and to; several where they were made at once because they concern different steps."""
+    before: Figures
+    after: Figures
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TuningResult:
+    """A request, the outcomes of the first and the best recipe, and the changes between them."""
+
+    request: TuningRequest
+    first: Outcome
+    last: Outcome
+    """Of the best recipe."""
+    changes: tuple[AcceptedChange, ...]
+    used: int
+    """Analyses that were made."""
+
+    @property
+    def within_limits(self) -> bool:
+        """Whether the limits are kept."""
+        return self.request.limits.excess(self.last.seconds, self.last.litres) == 0
+
+    @property
+    def out_of_analyses(self) -> bool:
+        """Whether tuning ended because no analysis was left."""
+        return self.used >= self.request.max_analyses
 
 
 def read_limits(words: Sequence[str]) -> ProgramLimits:

@@ -74,10 +74,7 @@ class MetRequirement(Requirement):
 def unmet_requirements(report: CleaningReport, goal: Goal, excluded: frozenset[str]) -> tuple[UnmetRequirement, ...]:
     """List the judgements that are not met, in the report's order: components, bare board, process.
 
-    Args:
-        report: An analysis.
-        goal: ``clean`` ignores water under parts (R12); neither requires a verdict where the model has none (R14).
-        excluded: Components that masks take out.
+    The goal ``clean`` ignores water under parts (R12); neither goal requires a verdict where the model has none (R14).
     """
     parts = [part for part in report.parts if part.component not in excluded]
     judged = [(part.component, each) for part in (*parts, report.bare) for each in part.judgements]

@@ -9,8 +9,7 @@ from cleaning.prepared_board import PreparedBoard
 from cleaning.process.split_stages import stages_of
 from recipes.load import parse_recipe
 from rulesengine.planning.pipeline import Run, run
-from rulesengine.tuning.trial.deposits import spray_durations
-from rulesengine.tuning.trial.outcome import Outcome, litres_of, outcome_of, seconds_of
+from rulesengine.tuning.trial.outcome import Outcome, litres_of, outcome_of, seconds_of, spray_durations
 from rulesengine.tuning.trial.request import TuningRequest
 from rulesengine.tuning.trial.requirements import Goal
 from rulesengine.tuning.variables.recipe_edits import Edits, apply_edits

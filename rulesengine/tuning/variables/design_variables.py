@@ -96,10 +96,7 @@ def design_variables(
 ) -> tuple[DesignVariable, ...]:
     """List all design variables, template by template, then steps, then functions.
 
-    Args:
-        recipe: Whose numbers.
-        classes: Those that have members on the board.
-        windows: Permitted temperatures of the liquid of a function, by function.
+    ``classes`` are those with members on the board, ``windows`` the permitted temperatures of liquids by function.
     """
     steps = enabled_steps(recipe)
     found: list[DesignVariable] = []

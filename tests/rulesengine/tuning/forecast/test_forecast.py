@@ -14,7 +14,7 @@ from rulesengine.planning.pipeline import run
 from rulesengine.tuning.changes.candidate_changes import variables_of
 from rulesengine.tuning.forecast.forecast import Corrections, correct, forecast
 from rulesengine.tuning.forecast.speed_curves import SpeedCurve, plan_speeds, speed_curves
-from rulesengine.tuning.trial.deposits import deposits_of
+from rulesengine.tuning.trial.outcome import deposits_of
 from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.variables.design_variables import DesignVariable
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cleaning.verdicts.rules import UNDER_EXPOSED
 from rulesengine.tuning.forecast.forecast import Forecast, LowerBound
 from rulesengine.tuning.forecast.minimum_times import Scheme, minimum_times
-from rulesengine.tuning.trial.deposits import Deposit, Deposits
+from rulesengine.tuning.trial.outcome import Deposit, Deposits
 
 WASH = "sequence[0]"
 FREE = MappingProxyType({"a": (0.01, 10.0), "b": (0.01, 10.0)})
