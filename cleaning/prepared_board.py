@@ -86,15 +86,17 @@ def _field(
     underside: Underside, case: GapCase, cells: int, solved: dict[tuple[float, float, GapCase], GapField]
 ) -> GapField:
     """Solve a gap, or take the result of one like it: to a micrometre it is the same package."""
-    joints = tuple(_rounded(joint) for joint in case.joints)
-    key = (round(underside.length_mm, 3), round(underside.width_mm, 3), GapCase(round(case.gap_height_mm, 5), joints))
+    joints: list[Joint] = []
+    for joint in case.joints:
+        numbers = (joint.x_mm, joint.y_mm, joint.length_mm, joint.width_mm)
+        x, y, length, width = (round(number, 3) + 0.0 for number in numbers)
+        joints.append(Joint(x, y, length, width, joint.round, round(joint.turn_rad, 4) + 0.0))
+    key = (
+        round(underside.length_mm, 3),
+        round(underside.width_mm, 3),
+        GapCase(round(case.gap_height_mm, 5), tuple(joints)),
+    )
     if key not in solved:
         length, width, rounded = key
-        solved[key] = solve_gap(_MM * length, _MM * width, _MM * rounded.gap_height_mm, joints, cells)
+        solved[key] = solve_gap(_MM * length, _MM * width, _MM * rounded.gap_height_mm, rounded.joints, cells)
     return solved[key]
-
-
-def _rounded(joint: Joint) -> Joint:
-    numbers = (joint.x_mm, joint.y_mm, joint.length_mm, joint.width_mm)
-    x, y, length, width = (round(number, 3) + 0.0 for number in numbers)
-    return Joint(x, y, length, width, joint.round, round(joint.turn_rad, 4) + 0.0)

@@ -7,14 +7,13 @@ from typing import cast
 
 import numpy as np
 
-from boards.undersides.underside import Underside
 from cleaning.exposure.exposure import Exposure
 from cleaning.gap.flow_field import GapField
 from cleaning.parameters.provenance import assumptions_of
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult, GapStage
 from cleaning.verdicts.cleanliness import cleanliness, count_cleanliness, stays_wet
-from cleaning.verdicts.results import CleaningReport, ExposedPart, Judgement, Part
+from cleaning.verdicts.results import CleaningReport, Judgement, Part
 from cleaning.verdicts.rules import VERDICTS
 from cleaning.verify import Verified
 from specs.finding import finding_data
@@ -62,7 +61,7 @@ def cleaning_report(
         "process": [_judgement(each) for each in report.process],
         "bare_board": _part(report.bare),
         "components": [_part(part) for part in report.parts],
-        "verified": [_plain(asdict(each)) for each in verified],
+        "verified": [_plain(asdict(each) | {"made_by": str(each.made_by)}) for each in verified],
         "worst_first": [part.component for part in report.worst_first()],
         "findings": [finding_data(finding) for finding in report.findings],
         "assumptions": [
@@ -141,11 +140,30 @@ def _stage(stage: Stage, exposure: Exposure) -> Json:
 
 
 def _part(part: Part) -> Json:
+    exposed = [{} if each is None else asdict(each) for each in part.exposed]
+    for fields in exposed:  # least, 5th percentile and mean by name
+        fields |= {
+            key: dict(zip(_SPREAD, each, strict=True)) for key, each in fields.items() if isinstance(each, tuple)
+        }
+    below = part.underside
     return {
         **summarise_part(part),
         "judgements": [_judgement(each) for each in part.judgements],
-        "exposed": [None if each is None else _exposed(each) for each in part.exposed],
-        "underside": None if part.underside is None else _underside(part.underside),
+        "exposed": [_plain(fields) or None for fields in exposed],
+        "underside": None
+        if below is None
+        else _plain(
+            {
+                "x_mm": below.x_mm,
+                "y_mm": below.y_mm,
+                "turn_deg": math.degrees(below.turn_rad),
+                "length_mm": below.length_mm,
+                "width_mm": below.width_mm,
+                "standoff_source": below.gap_height_source,
+                "joints_source": below.joints_source,
+                "cases": [{"standoff_mm": each.gap_height_mm, "joints": len(each.joints)} for each in below.cases],
+            }
+        ),
         "gaps": [_gap(gap) for gap in part.gaps],
         "elasticity": _plain(dict(part.elasticity)),
         "makers": [{"made_by": str(made_by), "share": _plain(share)} for made_by, share in part.makers],
@@ -165,30 +183,6 @@ def _judgement(judgement: Judgement) -> Json:
             "stage": str(judgement.stage),
             "where": judgement.where,
             "sides": judgement.sides,
-        }
-    )
-
-
-def _exposed(exposed: ExposedPart) -> Json:
-    """Its fields; least, 5th percentile and mean by name."""
-    fields = asdict(exposed)
-    spreads = {
-        name: dict(zip(_SPREAD, value, strict=True)) for name, value in fields.items() if isinstance(value, tuple)
-    }
-    return _plain(fields | spreads)
-
-
-def _underside(underside: Underside) -> Json:
-    return _plain(
-        {
-            "x_mm": underside.x_mm,
-            "y_mm": underside.y_mm,
-            "turn_deg": math.degrees(underside.turn_rad),
-            "length_mm": underside.length_mm,
-            "width_mm": underside.width_mm,
-            "standoff_source": underside.gap_height_source,
-            "joints_source": underside.joints_source,
-            "cases": [{"standoff_mm": each.gap_height_mm, "joints": len(each.joints)} for each in underside.cases],
         }
     )
 

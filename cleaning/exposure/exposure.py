@@ -87,7 +87,9 @@ def expose(
     totals = CellSums(
         np.zeros((len(facets.cell_areas_mm2), accumulate.SUMS)), np.zeros((len(samples.makers), components + 1))
     )
-    blocks = _blocks(samples)
+    # Blocks of the growth are even, and end where another template begins.
+    evenly = np.linspace(0, len(samples.times), _BLOCKS + 1).round().astype(np.int64)
+    blocks = np.union1d(evenly, np.flatnonzero(samples.templates[1:] != samples.templates[:-1]) + 1)
     step = max(1, _BATCH_RAYS // rays_per_sample)
     # Runs of samples whose rays fit a batch, none across the end of a block.
     batches = [
@@ -104,13 +106,6 @@ def expose(
             progress(str(stage.made_by), last / len(samples.times))
     growth = _growth(grown, samples, blocks, facets)
     return _exposure_of(stage, jet, facets, rays_per_sample, totals, growth)
-
-
-def _blocks(samples: Samples) -> Indices:
-    """(b + 1,) where the blocks of the growth begin and end."""
-    evenly = np.linspace(0, len(samples.times), _BLOCKS + 1).round().astype(np.int64)
-    templates = samples.templates
-    return np.union1d(evenly, np.flatnonzero(templates[1:] != templates[:-1]) + 1)
 
 
 def _growth(grown: list[tuple[Indices, Scalars]], samples: Samples, blocks: Indices, facets: Facets) -> Growth:

@@ -78,18 +78,14 @@ def locate_parameters(text: str, *, file: Path | str = "<parameters>") -> Loaded
     Raises:
         CleaningError: it cannot be used.
     """
-    root = _described_by_itself(resolve_text(text, file, PARAMETERS))
+    root = resolve_text(text, file, PARAMETERS)
+    described = root.get("description")
+    if described is not None and described.mark.file != root.mark.file and isinstance(root.value, dict):
+        # It was inherited, and describes another set.
+        root = Located({key: node for key, node in root.value.items() if key != "description"}, root.mark)
     parameters = parse_spec(root, PARAMETERS)
     raise_problems(find_problems(parameters, root), root, PARAMETERS)
     return LoadedParameters(parameters, root)
-
-
-def _described_by_itself(root: Located) -> Located:
-    """Leave out a description that was inherited: it is of another set."""
-    described = root.get("description")
-    if described is None or described.mark.file == root.mark.file or not isinstance(root.value, dict):
-        return root
-    return Located({key: node for key, node in root.value.items() if key != "description"}, root.mark)
 
 
 def parameters_sha256(parameters: Parameters) -> str:

@@ -6,6 +6,8 @@ from cleaning_report import small_report
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import Provenance
 from cleaning.report import Traceability, cleaning_report
+from cleaning.verify import Verified
+from specs.source import Source
 
 
 def test_the_same_report_gives_the_same_text_and_it_is_json():
@@ -47,6 +49,16 @@ def test_what_has_no_bound_is_null_because_json_has_no_infinity():
     part = replace(report.parts[0], gaps=(gap,))
     text = json.dumps(cleaning_report(replace(report, parts=(part,))), allow_nan=False)
     assert json.loads(text)["components"][0]["gaps"][0]["exchanges_needed"] is None
+
+
+def test_what_was_computed_exactly_names_the_step_of_the_recipe():
+    step = Source.parse("sequence[0]")
+    both = Verified("U1", "clean", step, rays_mm=1.0, exact_mm=1.23456789, worst_mm=0.5, cells=7)
+    (found,) = json.loads(json.dumps(cleaning_report(small_report(), [both])))["verified"]
+    assert found == {
+        "component": "U1", "function": "clean", "made_by": "sequence[0]", "rays_mm": 1.0, "exact_mm": 1.23457,
+        "worst_mm": 0.5, "cells": 7,
+    }  # fmt: skip
 
 
 def test_what_was_entered_and_which_program_it_is_about_are_in_the_data():
