@@ -1,1 +1,1 @@
-"""What the nozzle is told: plans, timed programs, their files."""
+"""Plans, timed programs, and the robot programs made from them."""

@@ -26,7 +26,7 @@ class Columns:
     spray_at: Indices
     """(s,) which instructions switch the nozzle."""
     spray: NDArray[np.bool_]
-    """(s,) whether the jet is wanted from then on."""
+    """(s,) whether the jet is requested from then on."""
 
 
 def columns_of(program: TimedProgram) -> Columns:

@@ -37,10 +37,10 @@ class SprayPass:
     reference: Directions
     """(n, 3) unit vectors of the nozzle's reference azimuth, at right angles to ``approach``: tool +X."""
     speed_mm_s: float
-    """Asked speed of the orifice; never above the function's maximum."""
+    """Programmed speed of the orifice; never above the function's maximum."""
     jet: Jet
     made_by: Source
-    """Recipe path that asked for it, e.g. ``"sequence[0]/around/U12"``."""
+    """Recipe path it comes from, e.g. ``"sequence[0]/around/U12"``."""
 
 
 @dataclass(frozen=True, slots=True)

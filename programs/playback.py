@@ -1,4 +1,4 @@
-"""What the nozzle does at any moment of a program: the only place that interprets its instructions."""
+"""State of the nozzle at any moment of a program: the only place that interprets its instructions."""
 
 from dataclasses import dataclass
 
@@ -33,7 +33,7 @@ class Naming:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Timeline:
-    """A program laid out for quick questions; build it once and ask it 60 times a second.
+    """A program laid out for fast look-ups; built once and evaluated 60 times a second.
 
     k key poses in the order of time: one for each move, one for the beginning and one for the end of each wait.
     Board frame, mm, s.
@@ -66,7 +66,7 @@ class ToolStates:
     """The nozzle at n moments. Board frame, mm, s."""
 
     times: Scalars
-    """(n,) as they were asked for."""
+    """(n,) as requested."""
     tcp: Points
     """(n, 3)"""
     quaternion: Quaternions
@@ -76,7 +76,7 @@ class ToolStates:
     speed: Scalars
     """(n,) of the orifice, mm/s; 0 while it is held and outside the program."""
     spraying: NDArray[np.bool_]
-    """(n,) whether the jet is wanted."""
+    """(n,) whether the jet is on."""
     function: Indices
     """(n,) index into ``functions``; 0 is none yet."""
     nozzle: Indices
@@ -86,7 +86,7 @@ class ToolStates:
     instruction: Indices
     """(n,) the instruction that runs: the move under way or the wait that holds."""
     made_by: Indices
-    """(n,) index into ``makers``: who asked for that instruction."""
+    """(n,) index into ``makers``: the recipe path of that instruction."""
     functions: tuple[str, ...]
     nozzles: tuple[str, ...]
     solutions: tuple[str, ...]
@@ -94,7 +94,7 @@ class ToolStates:
 
 
 def playback(program: TimedProgram, times_s: Scalars) -> ToolStates:
-    """Say where the nozzle is and what it does at each of (n,) times, in any order.
+    """Nozzle states at each of (n,) times, in any order.
 
     Before its first move and after its last instruction the program stands still. At the moment of an instruction it
     counts as done: at the time of a SPRAY ON the jet is on, at the time of a move the next one is under way.
@@ -136,7 +136,7 @@ def build_timeline(program: TimedProgram) -> Timeline:
 
 
 def play(timeline: Timeline, times_s: Scalars) -> ToolStates:
-    """Say where the nozzle is and what it does at each of (n,) times, in any order; see ``playback``."""
+    """Nozzle states at each of (n,) times, in any order; see ``playback``."""
     times = np.asarray(times_s, dtype=np.float64)
     key = np.searchsorted(timeline.times, times, side="right")  # the next key pose; 0 before the first
     last = len(timeline.times) - 1

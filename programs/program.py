@@ -23,7 +23,7 @@ class MoveTo:
 
 @dataclass(frozen=True, slots=True)
 class SetNozzle:
-    """The jet is wanted at the orifice, or no longer wanted, at this time; valve lags are the posts' business."""
+    """The jet begins or ends at the orifice at this time; the valves' lags are taken into account in the posts."""
 
     time_s: float
     spraying: bool

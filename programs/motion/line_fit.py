@@ -24,27 +24,21 @@ _ROOM = 0.4
 def lines_of(track: Track, makers: tuple[Source, ...]) -> list[Line]:
     """Draw the lines of a track; the last ends with a stop, and so does each that ends where the motion rests."""
     vertices = find_vertices(track)
-    kept = vertices.kept.tolist()
-    rates = _rates(track)
-    lines = [_line(track, first, last, rates, makers) for first, last in pairwise(kept)]
-    stops = vertices.rests[1:].tolist()
-    passed = [
-        line if stop else replace(line, blend_mm=_zone(line, after))
-        for line, stop, after in zip(lines, stops, [*lines[1:], lines[-1]], strict=True)
-    ]
-    return [part for line in passed for part in _without_half_turns(line)]
-
-
-def _rates(track: Track) -> NDArray[np.float64]:
-    """(n - 1, 2) speed of the orifice and rate of the turn of each segment: mm/s, rad/s."""
     way = np.linalg.norm(np.diff(track.tcp, axis=0), axis=1)
     turn = rotation_angles(track.quaternion[:-1], track.quaternion[1:])
-    return np.column_stack((way, turn)) / np.diff(track.times)[:, None]
+    rates = np.column_stack((way, turn)) / np.diff(track.times)[:, None]
+    lines = [_line(track, first, last, rates, makers) for first, last in pairwise(vertices.kept.tolist())]
+    parts: list[Line] = []
+    for line, rests, after in zip(lines, vertices.rests[1:].tolist(), [*lines[1:], lines[-1]], strict=True):
+        passed = line if rests else replace(line, blend_mm=_zone(line, after))
+        # Where the tool turns about half way round, controllers would choose the way by themselves.
+        turns_far = line.angle_rad > _LARGEST_TURN_RAD
+        parts += split_line(passed, (0.5,), _NARROWEST_MM) if turns_far else [passed]
+    return parts
 
 
 def _line(track: Track, first: int, last: int, rates: NDArray[np.float64], makers: tuple[Source, ...]) -> Line:
     """Draw the line between two samples; it ends with a stop."""
-    start, target = (pose_of(track, at) for at in (first, last))
     speed, turn = rates[first:last].max(axis=0).tolist()
     samples = SampledLine(
         seconds=track.times[first : last + 1] - track.times[first],
@@ -52,8 +46,8 @@ def _line(track: Track, first: int, last: int, rates: NDArray[np.float64], maker
         joints=track.joints[first : last + 1],
     )
     line = Line(
-        start=start,
-        target=target,
+        start=pose_of(track, first),
+        target=pose_of(track, last),
         speed_mm_s=speed,
         turn_rad_s=turn,
         blend_mm=0.0,
@@ -65,19 +59,14 @@ def _line(track: Track, first: int, last: int, rates: NDArray[np.float64], maker
 
 
 def pose_of(track: Track, at: int) -> Pose:
-    """Give a sample of a track as a pose."""
+    """Pose of a sample of a track."""
     x, y, z = track.tcp[at].tolist()
     a, b, c, d = track.quaternion[at].tolist()
     return Pose((x, y, z), (a, b, c, d))
 
 
-def _without_half_turns(line: Line) -> list[Line]:
-    """Divide a line on which the tool turns about half way round: controllers would choose the way by themselves."""
-    return split_line(line, (0.5,), _NARROWEST_MM) if line.angle_rad > _LARGEST_TURN_RAD else [line]
-
-
 def _zone(line: Line, after: Line) -> float:
-    """Find how early the corner may be left.
+    """Distance from the corner at which it may be left.
 
     A parabola that leaves the corner r before it and meets the next line r behind it stays r sin(angle / 2) / 2 away
     from the corner, the angle being the change of direction.
@@ -85,10 +74,6 @@ def _zone(line: Line, after: Line) -> float:
     room = _ROOM * min(line.length_mm, after.length_mm)
     if room <= SAME_MM:
         return _NARROWEST_MM
-    one, two = (
-        [(b - a) / each.length_mm for a, b in zip(each.start.position, each.target.position, strict=True)]
-        for each in (line, after)
-    )
-    sine = 0.5 * math.dist(one, two)  # of half the change of direction
+    sine = 0.5 * math.dist(line.direction, after.direction)  # of half the change of direction
     widest = 2.0 * BLEND_ERROR_MM / sine if sine > 1e-9 else _WIDEST_MM
     return max(min(room, widest, _WIDEST_MM), _NARROWEST_MM)

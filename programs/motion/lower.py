@@ -164,16 +164,16 @@ def _holding(part: Line, line: Line, events: tuple[Event, ...], cut: float) -> L
     is_first = part.start is line.start
     begin, size = (0.0, cut) if is_first else (cut, 1.0 - cut)
     begin_s = 0.0 if is_first else line.samples.second_at(cut)
-    held: list[Event] = []
+    own: list[Event] = []
     for event in events:
         share, signal_s = (event.share - begin) / size, event.signal_s - begin_s
         if 0.0 <= share <= 1.0:
             place_mm = share * part.length_mm - (part.length_mm if event.reference == "end" else 0.0)
-            held.append(replace(event, share=share, offset_mm=place_mm, signal_s=signal_s))
+            own.append(replace(event, share=share, offset_mm=place_mm, signal_s=signal_s))
         else:
             offset_s = signal_s - part.duration_s
-            held.append(replace(event, reference="end", share=1.0, offset_mm=0.0, offset_s=offset_s, signal_s=signal_s))
-    return replace(part, events=tuple(held))
+            own.append(replace(event, reference="end", share=1.0, offset_mm=0.0, offset_s=offset_s, signal_s=signal_s))
+    return replace(part, events=tuple(own))
 
 
 def _expressed(line: Line, event: Event, capability: Capability) -> Event:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from geometry.arrays import Scalars
 from programs.motion.installation import Channel, Sensor
 from programs.plan import Origin
-from programs.pose import Pose, angle, between, distance
+from programs.pose import Pose, Position, angle, between, distance
 from specs.finding import Finding
 from specs.source import Source
 
@@ -86,6 +86,12 @@ class Line:
     def length_mm(self) -> float:
         """Way of the orifice."""
         return distance(self.start, self.target)
+
+    @property
+    def direction(self) -> Position:
+        """Unit vector of the way, of a line that has a length."""
+        (x, y, z), (a, b, c), size = self.start.position, self.target.position, self.length_mm
+        return ((a - x) / size, (b - y) / size, (c - z) / size)
 
     @property
     def angle_rad(self) -> float:

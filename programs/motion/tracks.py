@@ -40,7 +40,7 @@ class Track:
     quaternion: Quaternions
     """(n, 4) neighbours with the same sign."""
     maker: Indices
-    """(n,) who asked for the segment that ends at each sample."""
+    """(n,) number of the recipe path of the segment that ends at each sample."""
     joints: NDArray[np.float64]
     """(n, dof); dof is 0 where they are not known."""
 
@@ -124,14 +124,14 @@ def _bends(steps: NDArray[np.float64], lengths: Scalars) -> Scalars:
 def _left_at_end(rates: Scalars, change: Scalars, alike: Flags) -> Scalars:
     """What is left of the mean speed of a segment at one end of it, carried on from its neighbour on the other.
 
-    Over a segment much longer than its neighbour the speed is level: a slope between the two says nothing about it.
+    Over a segment much longer than its neighbour the speed is level: a slope between the two does not apply to it.
     """
     left = np.maximum(rates + change - _REST_FLOOR, 0.0) / np.maximum(rates, 1e-9)
     return np.where(alike, left, 1.0)
 
 
 def _speed_borders(rates: list[float], lasting: list[float]) -> set[int]:
-    """Say where between two rests the commanded speed has to change: samples, counted from the first rest.
+    """Where the commanded speed has to change between two rests: samples, counted from the first rest.
 
     Where the motion slows down to a lower level the border is where the level begins; where it speeds up, where the
     level ends. So the faster line never covers what is to be slow.

@@ -125,7 +125,7 @@ def _read_instruction(words: list[str], made_by: Source) -> Instruction:
     """Read one line.
 
     Raises:
-        ValueError: it is not an instruction; the message says why.
+        ValueError: it is not an instruction; the message gives the reason.
     """
     keyword = words[1] if len(words) > 1 else ""
     arguments = words[2:]

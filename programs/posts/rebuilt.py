@@ -1,4 +1,4 @@
-"""What a reader finds in a program's text: steps as they would be executed, each loop once. Board frame, mm, s."""
+"""A program rebuilt from its text: steps as they would be executed, each loop once. Board frame, mm, s."""
 
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -12,7 +12,7 @@ class ReadSignal:
     """An output that changes during a line."""
 
     channel: str
-    """As the language calls it; ``Channel.name``, or kind and number such as ``digital 3``."""
+    """Its name in the language: ``Channel.name``, or kind and number such as ``digital 3``."""
     value: float
     share: float
     """Place that the time counts from, as a share of the line that was read."""
@@ -22,7 +22,7 @@ class ReadSignal:
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """Where the axes are, in languages that say that instead of a pose."""
+    """Positions of the axes, in languages that have those instead of poses."""
 
     values: tuple[float, ...]
     """In the order of the cell's joints, degrees or mm."""
@@ -97,7 +97,7 @@ class ReadRepeat:
     least: float | None
     """The quantity, in its own unit, that ends it; ``None`` where it only counts."""
     reading: tuple[float, float] | None = None
-    """Scale and offset that turn the input's number into the quantity; ``None`` where the text does not say them."""
+    """Scale and offset that turn the input's number into the quantity; ``None`` where the text does not have them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ ReadStep: TypeAlias = (
 
 @dataclass(frozen=True, slots=True)
 class Rebuilt:
-    """A program as its text says it."""
+    """A program as its text executes."""
 
     steps: tuple[ReadStep, ...]
     analog: Counting = IN_OWN_UNIT

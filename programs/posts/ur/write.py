@@ -15,7 +15,7 @@ from programs.posts.writing.wording import fixed, indent, join_lines, short
 _NARROWEST_MM = 0.001
 """A blend that is written as 0 is a stop."""
 _ACCELERATION, _REACH_SPEED = "a=1.2", "a=0.5, v=0.25"
-"""m/s2 and rad/s2; 1.2 is what movel takes if nothing is said."""
+"""m/s2 and rad/s2; 1.2 is the default of movel."""
 _EXPLANATIONS = (
     "Units: m, m/s, s, rad; poses are x, y, z and axis times angle, in the board's CAD frame: pose_trans(board, ...).",
     "movel rather than movep: it blends with the moves before and after, reaches the same speed on a straight line,",

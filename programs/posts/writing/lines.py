@@ -50,11 +50,7 @@ def is_straight(line: Line, after: Line | None) -> bool:
     """Whether the next line has the same direction."""
     if after is None or line.turns_on_the_spot or after.turns_on_the_spot:
         return False
-    one, two = (
-        [(b - a) / each.length_mm for a, b in zip(each.start.position, each.target.position, strict=True)]
-        for each in (line, after)
-    )
-    return math.dist(one, two) <= _STRAIGHT
+    return math.dist(line.direction, after.direction) <= _STRAIGHT
 
 
 def turn_limit(line: Line) -> float | None:
