@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Event, Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import Event, Line, Reach, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.driver import Routine, Syntax
@@ -37,6 +37,12 @@ class Rapid(Syntax):
     reserved = _RESERVED
     longest_name = 32
     longest_program_name = 26
+    loop_begin = ("{counter}:=0;", "WHILE {condition} DO", "  {counter}:={counter}+1;")
+    loop_end = ("ENDWHILE",)
+    counted = "{counter}<{count}"
+    sensed = "{counter}<{count} AND ({counter}=0 OR {reading}<{least})"
+    reading = "{scale}*AInput({name})+{offset}"
+    reading_digits = 6
     move = "MoveL"
     """A motion in a line that switches nothing."""
 
@@ -50,7 +56,7 @@ class Rapid(Syntax):
     def line(self, line: Line, placed: Placed) -> Iterator[str]:
         """Write ``MoveL``, or ``TriggL`` with up to eight triggers."""
         zone = "fine" if line.blend_mm == 0.0 else next(name for size, name in _ZONES if line.blend_mm >= size)
-        way = f"{self.target(line.target)},{self.speed(line)}"
+        way = f"{self.point(line.target)},{self.speed(line)}"
         triggers = [self.trigger(event) for event in line.events]
         marks = [f"\\T{n}:={trigger}" for n, trigger in enumerate(triggers[1:], start=2)]
         switched = "".join([f",{trigger}" for trigger in triggers[:1]] + marks)
@@ -62,7 +68,7 @@ class Rapid(Syntax):
         self.speeds[_REACH_SPEED] = "[100,500,5000,1000]"
         if reach.joints:
             yield f"MoveAbsJ {self.joint_target(reach.joints)}\\NoEOffs,{frames}"
-        yield f"{'MoveL' if reach.joints else 'MoveJ'} {self.target(reach.target)},{frames}"
+        yield f"{'MoveL' if reach.joints else 'MoveJ'} {self.point(reach.target)},{frames}"
 
     def use(self, step: UseTool | UseBoard) -> Iterable[str]:
         """Name tool and work object of the motions that follow."""
@@ -73,7 +79,7 @@ class Rapid(Syntax):
             self.board = name
         return ()
 
-    def target(self, pose: Pose) -> str:
+    def point(self, pose: Pose) -> str:
         """Declare a target."""
         self.points += 1
         self.data.append(f"LOCAL CONST robtarget p{self.points}:=[{_pose(pose)[1:-1]},[0,0,0,0],{_NO_AXES}];")
@@ -115,19 +121,6 @@ class Rapid(Syntax):
         if self.installation.home:
             self.speeds[_REACH_SPEED] = "[100,500,5000,1000]"
             yield f"MoveAbsJ jHome\\NoEOffs,{_REACH_SPEED},fine,{next(iter(self.tools), 'tool0')};"
-
-    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write ``WHILE``, which reads its input after the first turn."""
-        counter, condition = f"nLoop{number}", ""
-        if loop.sensor is not None:
-            reading = f"{short(loop.sensor.scale, 6)}*AInput({loop.sensor.name})+{short(loop.sensor.offset, 6)}"
-            condition = f" AND ({counter}=0 OR {reading}<{short(loop.least, 6)})"
-        head = f"WHILE {counter}<{loop.count}{condition} DO"
-        return [self.loop_comment(loop), f"{counter}:=0;", head, f"  {counter}:={counter}+1;"]
-
-    def end_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write ``ENDWHILE``."""
-        return ["ENDWHILE"]
 
     def declarations(self) -> Iterator[str]:
         """Declare tools, work objects, speeds, triggers and counters."""

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import Line, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
@@ -33,6 +33,15 @@ class PacScript(Syntax):
     group = "IOB[{number}] = {value}"
     analog = "IOW[{number}] = {value}"
     off_on = ("Reset", "Set")
+    to_joints = "Move P, @0 J({}), Speed = 10"
+    by_joints = "Move P, @0 {}, Speed = 10"
+    straight = "Move L, @0 {}, Speed = 10"
+    home_comment = " ' home"
+    loop_begin = ("For {counter} = 1 To {count}",)
+    loop_end = ("{condition}", "Next {counter}")
+    sensed = "  If {reading} >= {least} Then Exit For"
+    reading = "{scale} * IOW[{number}] + {offset}"
+    last = ("GiveArm",)
     rounds_groups = True
     reserved = frozenset({
         "main", "sub", "end", "move", "tool", "work", "call", "next", "arrive", "speed", "home", "loop", "set", "reset",
@@ -55,7 +64,7 @@ class PacScript(Syntax):
         if line.turns_on_the_spot:
             speed = f"{fixed(degrees_per_s(line), 1)} * PER_DEG_S"
         goes_on = ", Next" if placed.begins or placed.inside else ""
-        yield f"Move L, {passing} {_position(line.target)}, Speed = {speed}{goes_on}"
+        yield f"Move L, {passing} {self.point(line.target)}, Speed = {speed}{goes_on}"
         yield from (self.output(event.channel, event.value) for event in placed.begins)
         for event in placed.inside:
             yield f"Arrive {round(100.0 * event.share)}"
@@ -64,15 +73,9 @@ class PacScript(Syntax):
             yield "WaitMotion 4, 0"  # until 0 ms before its end: what follows is done at rest
         yield from (self.output(event.channel, event.value) for event in placed.ends)
 
-    def reach(self, reach: Reach) -> Iterator[str]:
-        """Write ``Move P`` to joint values and the line that is left, or to the pose."""
-        if reach.joints:
-            yield self.joint_move(reach.joints)
-        yield f"Move {'L' if reach.joints else 'P'}, @0 {_position(reach.target)}, Speed = 10"
-
-    def joint_move(self, joints: tuple[float, ...]) -> str:
-        """Move to joint values."""
-        return f"Move P, @0 J({', '.join(self.joints(joints))}), Speed = 10"
+    def point(self, pose: Pose) -> str:
+        """Write a position of the arm; figure -1 keeps the one it has."""
+        return f"{_frame(pose)[:-1]}, -1)"
 
     def use(self, step: UseTool | UseBoard) -> list[str]:
         """Select a tool or a work."""
@@ -89,26 +92,6 @@ class PacScript(Syntax):
         yield from ("TakeArm Keep = 0", "Speed 100", "Accel 100, 100")
         for kind, number, name, pose in self.slots.entries(self.installation):
             yield f"{'Tool' if kind == 'tool' else 'Work'} {number}, {_frame(pose)} ' {cut(name, 40)}"
-
-    def home(self) -> list[str]:
-        """Go home."""
-        return [f"{self.joint_move(self.installation.home)} ' home"] if self.installation.home else []
-
-    def finish(self) -> list[str]:
-        """Give the arm back."""
-        return ["GiveArm"]
-
-    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write ``For``."""
-        return [self.loop_comment(loop), f"For nLoop{number} = 1 To {loop.count}"]
-
-    def end_loop(self, number: int, loop: Repeat) -> Iterator[str]:
-        """Write ``Next``, after a look at the input."""
-        if loop.sensor is not None:
-            scale, offset = self.dialect.capability.analog.reading(loop.sensor)
-            reading = f"{short(scale, 9)} * IOW[{loop.sensor.number}] + {short(offset, 9)}"
-            yield f"  If {reading} >= {short(loop.least, 6)} Then Exit For"
-        yield f"Next nLoop{number}"
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one file, or a file for each subprogram and one that calls them."""
@@ -127,11 +110,6 @@ class PacScript(Syntax):
 def _frame(pose: Pose) -> str:
     """Write a pose without an arm's figure."""
     return f"P({', '.join(pose_words(pose, fixed_xyz))})"
-
-
-def _position(pose: Pose) -> str:
-    """Write a pose of the arm; figure -1 keeps the one it has."""
-    return f"{_frame(pose)[:-1]}, -1)"
 
 
 def _title(name: str) -> str:

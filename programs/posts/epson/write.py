@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import Line, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import moving_zyx
@@ -12,7 +12,7 @@ from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import list_outputs
 from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.posts.writing.naming import Names, number_slots
-from programs.posts.writing.wording import cut, fixed, indent, join_lines, make_name, pose_words, short
+from programs.posts.writing.wording import cut, fixed, indent, join_lines, make_name, pose_words
 
 _MOST_FRAMES = 15
 """Tools and locals are 1 to 15."""
@@ -29,6 +29,16 @@ class Spel(Syntax):
     group = "Out {number}, {value}"
     analog = "AIO_Out {number}, {value}"
     off_on = ("Off", "On")
+    to_joints = "Go JA({})"
+    by_joints = "Go {}"
+    straight = "Move {}"
+    home_comment = " ' home"
+    loop_begin = ("{counter} = 0", "Do", "  {counter} = {counter} + 1")
+    loop_end = ("Loop While {condition}",)
+    counted = "{counter} < {count}"
+    sensed = "{counter} < {count} And {reading} < {least}"
+    reading = "{scale} * AIO_In({number}) + {offset}"
+    reading_digits = 6
     rounds_groups = True
     reserved = frozenset({
         "main", "function", "fend", "tool", "local", "home", "move", "go", "wait", "call", "do", "loop", "start",
@@ -54,12 +64,6 @@ class Spel(Syntax):
         parallel = f" !{'; '.join(outputs)}!" if outputs else ""
         yield f"Move {self.point(line.target)}{' ROT' * turns}{' CP' * (line.blend_mm > 0.0)}{parallel}"
 
-    def reach(self, reach: Reach) -> Iterator[str]:
-        """Write ``Go`` to joint values and the line that is left, or to the pose."""
-        if reach.joints:
-            yield f"Go JA({', '.join(self.joints(reach.joints))})"
-        yield f"{'Move' if reach.joints else 'Go'} {self.point(reach.target)}"
-
     def use(self, step: UseTool | UseBoard) -> Iterable[str]:
         """Select a tool; the local stands with each point."""
         self.slots.use(step)
@@ -76,24 +80,6 @@ class Spel(Syntax):
         yield from ("SpeedS 100", "AccelS 2000, 2000", "SpeedR 90", "AccelR 1000, 1000")
         for kind, number, name, pose in self.slots.entries(self.installation):
             yield f"{'TLSet' if kind == 'tool' else 'Local'} {number}, {_xy(pose)} ' {cut(name, 40)}"
-
-    def home(self) -> list[str]:
-        """Go home."""
-        home = self.installation.home
-        return [f"Go JA({', '.join(self.joints(home))}) ' home"] if home else []
-
-    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write ``Do``."""
-        counter = f"nLoop{number}"
-        return [self.loop_comment(loop), f"{counter} = 0", "Do", f"  {counter} = {counter} + 1"]
-
-    def end_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write ``Loop While``."""
-        condition = f"nLoop{number} < {loop.count}"
-        if loop.sensor is not None:
-            reading = f"{short(loop.sensor.scale, 6)} * AIO_In({loop.sensor.number}) + {short(loop.sensor.offset, 6)}"
-            condition = f"{condition} And {reading} < {short(loop.least, 6)}"
-        return [f"Loop While {condition}"]
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one file, or a file for each function and one with main."""

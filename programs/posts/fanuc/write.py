@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from programs.errors import ProgramError
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import Line, Repeat, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
@@ -16,7 +16,7 @@ from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import sheet, short_heading
 from programs.posts.writing.lines import Placed, is_straight
 from programs.posts.writing.naming import Names, number_slots, table_lines
-from programs.posts.writing.wording import fixed, join_lines, make_name, operand, pose_words, short, split_wait
+from programs.posts.writing.wording import fixed, join_lines, make_name, operand, pose_words, split_wait
 
 LONGEST_WAIT_S = 327.0
 """WAIT takes up to 327.67 s."""
@@ -44,6 +44,12 @@ class Tp(Syntax):
     group = "GO[{number}]={value}"
     analog = "AO[{number}]={value}"
     off_on = ("OFF", "ON")
+    by_joints = f"J {{}} {_REACH_PERCENT}% FINE"
+    straight = "L {} 100mm/sec FINE"
+    counter = "R[{number}]"
+    first_counter = _COUNTER
+    loop_text = "until {key} >= {least}"
+    loop_begin = ("{counter}=0", "LBL[{number}]", "{counter}={counter}+1")
     longest_name = 8  # of a program on any controller; 36 on newer ones
     indents_loops = False
     numbers_points_by_routine = True
@@ -100,7 +106,7 @@ class Tp(Syntax):
         output = "".join(
             f" TB {_hundredths(-event.offset_s)}sec,{self.output(event.channel, event.value)}" for event in line.events
         )
-        yield f"L {self.position(line.target)} {speed} {self.termination(line)}{output}"
+        yield f"L {self.point(line.target)} {speed} {self.termination(line)}{output}"
 
     def termination(self, line: Line) -> str:
         """FINE stops, CNT passes: straight on, CNT100 leaves the path alone; a corner is kept as narrow as planned."""
@@ -110,14 +116,6 @@ class Tp(Syntax):
             return "CNT100"
         share = line.blend_mm / max(line.speed_mm_s * _SLOW_CORNER_S, 0.1)
         return f"CNT{min(max(math.floor(100.0 * share), 1), 100)}"
-
-    def reach(self, reach: Reach) -> Iterator[str]:
-        """Write ``J`` to joint values and the line that is left, or to the pose."""
-        if reach.joints:
-            yield self.joint_move(reach.joints)
-            yield f"L {self.position(reach.target)} 100mm/sec FINE"
-        else:
-            yield f"J {self.position(reach.target)} {_REACH_PERCENT}% FINE"
 
     def use(self, step: UseTool | UseBoard) -> list[str]:
         """Select a tool or a user frame."""
@@ -129,7 +127,7 @@ class Tp(Syntax):
         """Write as many waits as it takes."""
         yield from (f"WAIT {_hundredths(each)}(sec)" for each in split_wait(seconds, LONGEST_WAIT_S, 2))
 
-    def position(self, pose: Pose) -> str:
+    def point(self, pose: Pose) -> str:
         """Declare a position in the frames in use."""
         x, y, z, w, p, r = pose_words(pose, fixed_xyz)
         where = f"X = {x:>9}  mm,\tY = {y:>9}  mm,\tZ = {z:>9}  mm"
@@ -166,12 +164,6 @@ class Tp(Syntax):
             yield f"UFRAME_NUM={self.slots.board}"
             yield f"UTOOL_NUM={self.slots.tool}"
             yield self.joint_move(self.installation.home)
-
-    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write a label."""
-        register = f"R[{_COUNTER - 1 + number}]"
-        remark = self.comment(f"until {loop.key} >= {short(loop.least, 6)}")
-        return [remark, f"{register}=0", f"LBL[{number}]", f"{register}={register}+1"]
 
     def end_loop(self, number: int, loop: Repeat) -> list[str]:
         """Write the jump back to the label."""

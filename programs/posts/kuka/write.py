@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from programs.motion.steps import Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import Line, Reach, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.writing.angles import moving_zyx
@@ -27,6 +27,11 @@ class Krl(Syntax):
     analog = "$ANOUT[{number}]={value}"
     off_on = ("FALSE", "TRUE")
     setting_form = "{}={}"
+    loop_begin = ("{counter}=0", "REPEAT", "  {counter}={counter}+1")
+    loop_end = ("UNTIL {condition}",)
+    counted = "{counter}>={count}"
+    sensed = "({counter}>={count}) OR ({reading}>={least})"
+    reading = "{scale}*$ANIN[{number}]+{offset}"
     reserved = frozenset(
         {"home", "main", "end", "def", "loop", "tool", "base", "frame", "load", "signal", "path", "trigger"}
     )
@@ -72,6 +77,10 @@ class Krl(Syntax):
         prefix = self.name[:10]
         return self.names.give("load", tool, f"{prefix}_l_{self.tools[tool].name}")
 
+    def operand(self, value: float, digits: int = 6) -> str:
+        """Write a number in an expression; a negative one stands in brackets."""
+        return operand(value, digits)
+
     def forget(self) -> None:
         """Keep the speeds: assumed that an integrator's routine leaves ``$VEL`` and ``$APO`` as they are."""
 
@@ -96,20 +105,6 @@ class Krl(Syntax):
     def home(self) -> list[str]:
         """Go to ``HOME_POSITION``."""
         return ["PTP HOME_POSITION"] if self.installation.home else []
-
-    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write ``REPEAT``."""
-        counter = f"nLoop{number}"
-        return [self.loop_comment(loop), f"{counter}=0", "REPEAT", f"  {counter}={counter}+1"]
-
-    def end_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write ``UNTIL``."""
-        done = f"nLoop{number}>={loop.count}"
-        if loop.sensor is None:
-            return [f"UNTIL {done}"]
-        scale, offset = self.dialect.capability.analog.reading(loop.sensor)
-        reading = f"{operand(scale, 9)}*$ANIN[{loop.sensor.number}]+{operand(offset, 9)}"
-        return [f"UNTIL ({done}) OR ({reading}>={operand(loop.least)})"]
 
     def routine_name(self, chapter: Chapter) -> str:
         """Name a routine; it is global, so it begins with the program's name."""

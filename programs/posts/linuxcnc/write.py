@@ -43,6 +43,7 @@ class GCode(Syntax):
 
     call_form = "o<{}> call"
     pause_form = "G4 P{}"
+    last = ("M2",)
     longest_name = 40
 
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
@@ -181,10 +182,6 @@ class GCode(Syntax):
         if self.installation.home:
             self.offset, self.written = (), ()
             yield f"G53 G0 {self.axes(self.installation.home)}"
-
-    def finish(self) -> list[str]:
-        """End the program."""
-        return ["M2"]
 
     def begin_loop(self, number: int, loop: Repeat) -> list[str]:
         """Write ``repeat``, or ``do`` where an input is read."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from programs.motion.steps import Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import Line, Reach, UseBoard, UseTool
 from programs.pose import Pose, inverse
 from programs.posts.dialect import ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
@@ -24,6 +24,15 @@ class MelfaBasic(Syntax):
     digital = "M_Out({number})={value}"
     group = "M_Outb({number})={value}"
     analog = "M_Outw({number})={value}"
+    by_joints = "Mov {}"
+    straight = "Mvs {}"
+    counter = "M{number}"
+    loop_begin = ("{counter}=0", "*LOOP{number}", "{counter}={counter}+1")
+    loop_end = ("If {condition} Then GoTo *LOOP{number}",)
+    counted = "{counter}<{count}"
+    sensed = "{counter}<{count} And ({reading})<{least}"
+    reading = "{scale}*M_Inw({number})+{offset}"
+    last = ("Base P_NBase", "Tool P_NTool")
     rounds_groups = True
     longest_name = 12  # of a program, in capital letters and digits
     indents_loops = False
@@ -59,11 +68,9 @@ class MelfaBasic(Syntax):
         yield from (self.output(event.channel, event.value) for event in placed.ends)
 
     def reach(self, reach: Reach) -> Iterator[str]:
-        """Write ``Mov`` to joint values and the line that is left, or to the pose."""
+        """Write a joint motion that stops."""
         yield from self.set("Cnt", "0")
-        if reach.joints:
-            yield self.joint_move(reach.joints)
-        yield f"{'Mvs' if reach.joints else 'Mov'} {self.point(reach.target)}"
+        yield from super().reach(reach)
 
     def joint_move(self, joints: tuple[float, ...]) -> str:
         """Move to a joint position, and declare it."""
@@ -93,27 +100,6 @@ class MelfaBasic(Syntax):
     def prepare(self) -> list[str]:
         """Set the overrides."""
         return ["Ovrd 100", "JOvrd 10", "Cnt 0"]
-
-    def home(self) -> list[str]:
-        """Go home."""
-        return [self.joint_move(self.installation.home)] if self.installation.home else []
-
-    def finish(self) -> list[str]:
-        """Leave the controller with its own base and tool."""
-        return ["Base P_NBase", "Tool P_NTool"]
-
-    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write a label."""
-        return [self.loop_comment(loop), f"M{number}=0", f"*LOOP{number}", f"M{number}=M{number}+1"]
-
-    def end_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write the jump back."""
-        condition = f"M{number}<{loop.count}"
-        if loop.sensor is not None:
-            scale, offset = self.dialect.capability.analog.reading(loop.sensor)
-            reading = f"{short(scale, 9)}*M_Inw({loop.sensor.number})+{short(offset, 9)}"
-            condition += f" And ({reading})<{short(loop.least, 6)}"
-        return [f"If {condition} Then GoTo *LOOP{number}"]
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write a file for each program: its steps by number, then its positions."""

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
-from programs.motion.steps import RESOLUTION_MM, Event, Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import RESOLUTION_MM, Event, Line, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.ur.watcher import KINDS, WATCHER
@@ -30,6 +30,16 @@ class UrScript(Syntax):
     call_form = "{}()"
     pause_form = "sleep({})"
     digital, group, analog = (f"set_out({code}, {{number}}, {{value}})" for code in KINDS.values())
+    to_joints = f"movej([{{}}], {_REACH_SPEED})"
+    by_joints = f"movej({{}}, {_REACH_SPEED})"
+    straight = f"movel({{}}, {_REACH_SPEED})"
+    counter = "n_loop_{number}"
+    loop_begin = ("{counter} = 0", "while {condition}:", "  {counter} = {counter} + 1")
+    loop_end = ("end",)
+    counted = "{counter} < {count}"
+    sensed = "{counter} < {count} and ({counter} == 0 or {reading} < {least})"
+    reading = "{scale}*get_standard_analog_in({number})+{offset}"
+    last = ("kill run_watch",)
     reserved = frozenset(
         {"arm", "fire", "settle", "set_out", "watch", "board", "main", "end", "def", "thread", "global", "local"}
     )
@@ -46,7 +56,7 @@ class UrScript(Syntax):
             elif event not in late:
                 yield self.output(event.channel, event.value)
         pace = f"t={fixed(max(line.duration_s, 0.01), 3)}" if line.turns_on_the_spot else f"v={_m(line.speed_mm_s)}"
-        yield f"movel({_in_board(line.target)}, {_ACCELERATION}, {pace}, r={_m(self.blend(line))})"
+        yield f"movel({self.point(line.target)}, {_ACCELERATION}, {pace}, r={_m(self.blend(line))})"
         yield from (self.output(event.channel, event.value) for event in late)
         if line.events and line.blend_mm == 0.0 and way_mm:
             yield "settle()"
@@ -62,11 +72,13 @@ class UrScript(Syntax):
         room = min((way for way in ways if way > 0.0), default=math.inf)
         return min(line.blend_mm, max(0.45 * room, _NARROWEST_MM))
 
-    def reach(self, reach: Reach) -> Iterator[str]:
-        """Write ``movej`` to joint values and the line that is left, or to the pose."""
-        if reach.joints:
-            yield _movej(reach.joints)
-        yield f"{'movel' if reach.joints else 'movej'}({_in_board(reach.target)}, {_REACH_SPEED})"
+    def point(self, pose: Pose) -> str:
+        """Write a point on the board."""
+        return f"pose_trans(board, {_pose(pose)})"
+
+    def joint_move(self, joints: tuple[float, ...]) -> str:
+        """Write a motion to joint values in radians."""
+        return self.to_joints.format(",".join(short(value, 6) for value in joints))
 
     def use(self, step: UseTool | UseBoard) -> Iterator[str]:
         """Set TCP and payload, or the pose that all others are seen from."""
@@ -83,28 +95,6 @@ class UrScript(Syntax):
         for name, pose in self.poses.items():
             yield f"global {name} = {_pose(pose)}"
         yield "run_watch = run watch()"
-
-    def home(self) -> list[str]:
-        """Go home."""
-        return [_movej(self.installation.home)] if self.installation.home else []
-
-    def finish(self) -> list[str]:
-        """End the thread."""
-        return ["kill run_watch"]
-
-    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write ``while``, which reads its input after the first turn."""
-        counter, condition = f"n_loop_{number}", ""
-        if loop.sensor is not None:
-            scale, offset = self.dialect.capability.analog.reading(loop.sensor)
-            reading = f"{short(scale, 9)}*get_standard_analog_in({loop.sensor.number})+{short(offset, 9)}"
-            condition = f" and ({counter} == 0 or {reading} < {short(loop.least, 6)})"
-        head = f"while {counter} < {loop.count}{condition}:"
-        return [self.loop_comment(loop), f"{counter} = 0", head, f"  {counter} = {counter} + 1"]
-
-    def end_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write ``end``."""
-        return ["end"]
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one program, or a file of functions for each part and a program that calls them."""
@@ -137,12 +127,3 @@ def _pose(pose: Pose) -> str:
     """Write a pose: metres, and axis times angle in radians."""
     numbers = [*map(_m, pose.position), *(short(value, 6) for value in rotation_vector(pose.quaternion))]
     return f"p[{','.join(numbers)}]"
-
-
-def _in_board(pose: Pose) -> str:
-    return f"pose_trans(board, {_pose(pose)})"
-
-
-def _movej(joints: tuple[float, ...]) -> str:
-    """Move to joint values in radians."""
-    return f"movej([{','.join(short(value, 6) for value in joints)}], {_REACH_SPEED})"

@@ -43,6 +43,13 @@ class Val3(Syntax):
     group = "dioSet(go{number},{value})"
     analog = "aioSet(ao{number},{value})"
     off_on = ("false", "true")
+    loop_begin = ("{counter}=0", "do", "  {counter}={counter}+1")
+    loop_end = ("until {condition}",)
+    counted = "{counter}>={count}"
+    sensed = "{counter}>={count} or {reading}>={least}"
+    reading = "{scale}*aioGet(ai{number})+{offset}"
+    reading_digits = 6
+    last = ('taskKill("watch")',)
     rounds_groups = True
     reserved = frozenset({
         "start", "stop", "watch", "trigger", "setoutput", "begin", "end", "call", "return", "wait", "open", "close",
@@ -144,23 +151,6 @@ class Val3(Syntax):
         """Go home."""
         return ["movej(jHome,flange,mReach)", "waitEndMove()"] if self.installation.home else []
 
-    def finish(self) -> list[str]:
-        """End the task."""
-        return ['taskKill("watch")']
-
-    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write ``do``."""
-        counter = f"nLoop{number}"
-        return [self.loop_comment(loop), f"{counter}=0", "do", f"  {counter}={counter}+1"]
-
-    def end_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write ``until``."""
-        done = f"nLoop{number}>={loop.count}"
-        if loop.sensor is not None:
-            reading = f"{short(loop.sensor.scale, 6)}*aioGet(ai{loop.sensor.number})+{short(loop.sensor.offset, 6)}"
-            done = f"{done} or {reading}>={short(loop.least, 6)}"
-        return [f"until {done}"]
-
     def variables(self) -> Iterator[str]:
         """Declare all variables."""
         yield from (variable(name, "frame", [place(pose, "world")]) for name, pose in self.boards.items())
@@ -198,7 +188,7 @@ class Val3(Syntax):
         units = "Units: mm, mm/s, deg/s; points in the board's CAD frame, rx ry rz about x, y', z''"
         programs = {
             "start": code("start", [*self.heading(*list_outputs(self.motion), units), *main.body]),
-            "stop": code("stop", self.finish()),
+            "stop": code("stop", self.last),
             **{each.name: code(each.name, each.body) for each in routines},
             "watch": code("watch", WATCH),
             "trigger": code("trigger", TRIGGER, _PARAMETERS),

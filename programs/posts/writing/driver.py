@@ -67,6 +67,29 @@ class Syntax(ABC):
     """Forms that set an output of each kind, of its ``name``, ``number`` and ``value``."""
     off_on: ClassVar[tuple[str, str]] = ("0", "1")
     """Values of a digital output."""
+    to_joints: ClassVar[str] = ""
+    """Of a motion to joint values: those, with commas between them."""
+    by_joints: ClassVar[str] = ""
+    """Of a motion by joints to a point."""
+    straight: ClassVar[str] = ""
+    """Of the line to a point that is left after its joint values."""
+    home_comment: ClassVar[str] = ""
+    counter: ClassVar[str] = "nLoop{number}"
+    first_counter: ClassVar[int] = 1
+    """Of the loops, by their ``number``, and the number of the first."""
+    loop_text: ClassVar[str] = "until {key} >= {least}, {count} times at most"
+    """Of the comment before a loop."""
+    loop_begin: ClassVar[tuple[str, ...]] = ()
+    loop_end: ClassVar[tuple[str, ...]] = ()
+    """Lines around a loop, of its ``number``, ``counter``, ``count`` and ``condition``; empty ones are left out."""
+    counted: ClassVar[str] = ""
+    sensed: ClassVar[str] = ""
+    """Condition of a loop that counts, and of one that reads an input too: of ``reading`` and ``least`` as well."""
+    reading: ClassVar[str] = ""
+    """Of the quantity that an input shows: ``scale``, ``name`` or ``number`` of the input, ``offset``."""
+    reading_digits: ClassVar[int] = 9
+    last: ClassVar[tuple[str, ...]] = ()
+    """End of main."""
     rounds_groups: ClassVar[bool] = False
     """Whether a group takes whole numbers only."""
     reserved: ClassVar[AbstractSet[str]] = frozenset()
@@ -159,7 +182,7 @@ class Syntax(ABC):
                 lines = write(part.number, part.loop)
             yield from (f"{indent if self.indents_loops else ''}{line}" for line in lines)
         yield from home
-        yield from self.finish()
+        yield from self.last
 
     def prepare(self) -> Iterable[str]:
         """Write what comes before the first motion."""
@@ -167,19 +190,31 @@ class Syntax(ABC):
 
     def home(self) -> Iterable[str]:
         """Write the motion to the cell's home; nothing where it has none."""
-        return ()
+        home = self.installation.home
+        return [f"{self.joint_move(home)}{self.home_comment}"] if home else []
 
-    def finish(self) -> Iterable[str]:
-        """Write what comes after the last motion."""
-        return ()
-
-    @abstractmethod
-    def begin_loop(self, number: int, loop: Repeat) -> Iterable[str]:
+    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
         """Begin a loop of main; loops are numbered from 1."""
+        return [self.loop_comment(loop), *self.loop_lines(self.loop_begin, number, loop)]
 
-    @abstractmethod
-    def end_loop(self, number: int, loop: Repeat) -> Iterable[str]:
+    def end_loop(self, number: int, loop: Repeat) -> list[str]:
         """End a loop of main."""
+        return self.loop_lines(self.loop_end, number, loop)
+
+    def loop_lines(self, forms: Sequence[str], number: int, loop: Repeat) -> list[str]:
+        """Fill in the lines of a loop."""
+        counter = self.counter.format(number=self.first_counter - 1 + number)
+        words = {"number": str(number), "counter": counter, "count": str(loop.count)}
+        condition = self.counted
+        if (sensor := loop.sensor) is not None:
+            scale, offset = (
+                self.operand(value, self.reading_digits) for value in self.dialect.capability.analog.reading(sensor)
+            )
+            reading = self.reading.format(scale=scale, name=sensor.name, number=sensor.number, offset=offset)
+            condition = self.sensed
+            words |= {"reading": reading, "least": self.operand(loop.least)}
+        words["condition"] = condition.format(**words)
+        return [line for form in forms if (line := form.format(**words))]
 
     @abstractmethod
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
@@ -212,9 +247,19 @@ class Syntax(ABC):
     def line(self, line: Line, placed: Placed) -> Iterable[str]:
         """Write a line, and the outputs that change on it."""
 
-    @abstractmethod
     def reach(self, reach: Reach) -> Iterable[str]:
-        """Write a joint motion to a pose: by joint values and the line that is left, or by the pose alone."""
+        """Write a joint motion to a pose: to joint values and along the line that is left, or to the pose alone."""
+        if reach.joints:
+            yield self.joint_move(reach.joints)
+        yield (self.straight if reach.joints else self.by_joints).format(self.point(reach.target))
+
+    def joint_move(self, joints: tuple[float, ...]) -> str:
+        """Write a motion to joint values."""
+        return self.to_joints.format(", ".join(self.joints(joints)))
+
+    def point(self, pose: Pose) -> str:
+        """Write or declare a point on the board."""
+        raise NotImplementedError
 
     @abstractmethod
     def use(self, step: UseTool | UseBoard) -> Iterable[str]:
@@ -240,6 +285,10 @@ class Syntax(ABC):
         """Write the value of an output that is not digital."""
         return short(value, 6)
 
+    def operand(self, value: float, digits: int = 6) -> str:
+        """Write a number in an expression."""
+        return short(value, digits)
+
     def call(self, name: str) -> str:
         """Call a routine."""
         return self.call_form.format(name)
@@ -261,7 +310,8 @@ class Syntax(ABC):
 
     def loop_comment(self, loop: Repeat) -> str:
         """Write under which condition a loop ends."""
-        return self.comment(f"until {cut(loop.key, 40)} >= {short(loop.least, 6)}, {loop.count} times at most")
+        least = short(loop.least, 6)
+        return self.comment(self.loop_text.format(key=cut(loop.key, 40), least=least, count=loop.count))
 
     def joints(self, joints: tuple[float, ...], digits: int = 4) -> list[str]:
         """Write joint values: degrees and mm."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from programs.errors import ProgramError
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Line, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import Line, Reach, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
@@ -15,20 +15,18 @@ from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import sheet, short_heading
 from programs.posts.writing.lines import Placed, is_straight
 from programs.posts.writing.naming import Names, number_slots, table_lines
-from programs.posts.writing.wording import fixed, join_lines, pose_words, short, split_wait
+from programs.posts.writing.wording import fixed, join_lines, pose_words, split_wait
 
 LONGEST_WAIT_S = 655.0
 """TIMER takes up to 655.35 s."""
 _REACH_PERCENT = "10.00"
-_COUNTER = 90
-"""I090 and up count loops. Assumed free."""
 _NARROWEST_CR_MM = 1.0
 """CR takes no smaller corner radius."""
 _NOTES = (
     "Rx, Ry, Rz turn about the fixed x, then y, then z axis; points are in the board's CAD frame, as user frame",
     "Positions are RECTAN, as the pulses of a degree differ from robot to robot",
     "V in mm/s, VR in degrees/s; PL=0 stops, PL=1 passes: let parameter S1CxG033 be 0.3 mm or less",
-    f"I{_COUNTER:03d} and up count loops; ENWAIT T counts from the end of its motion, in s",
+    "I090 and up count loops; ENWAIT T counts from the end of its motion, in s",
 )
 
 
@@ -42,6 +40,11 @@ class Inform(Syntax):
     group = "DOUT OG#({number}) {value}"
     analog = "AOUT AO#({number}) {value}"
     off_on = ("OFF", "ON")
+    counter = "I{number:03d}"
+    first_counter = 90  # assumed free
+    loop_text = "until {key} >= {least}"
+    loop_begin = ("SET {counter} 0", "*LOOP{number}", "INC {counter}")
+    loop_end = ("JUMP *LOOP{number} IF {counter}<{count}",)
     longest_name = 32
     longest_program_name = 28
     indents_loops = False
@@ -99,6 +102,10 @@ class Inform(Syntax):
         """Write ``MOVJ``."""
         yield f"MOVJ {self.position(reach.target, reach.joints)} VJ={_REACH_PERCENT} PL=0"
 
+    def home(self) -> tuple[str, ...]:
+        """Go nowhere: the first motion is a ``MOVJ`` from where the robot is."""
+        return ()
+
     def use(self, step: UseTool | UseBoard) -> list[str]:
         """Number tool and user frame of the positions that follow."""
         self.slots.use(step)
@@ -126,16 +133,6 @@ class Inform(Syntax):
     def prepare(self) -> list[str]:
         """Write the header of remarks; the rest is on the page."""
         return [*map(self.comment, short_heading(self.lowered, self.installation, f"{self.name}.TXT"))]
-
-    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write a label."""
-        counter = f"I{_COUNTER - 1 + number:03d}"
-        remark = self.comment(f"until {loop.key} >= {short(loop.least, 6)}")
-        return [remark, f"SET {counter} 0", f"*LOOP{number}", f"INC {counter}"]
-
-    def end_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write the jump back to the label."""
-        return [f"JUMP *LOOP{number} IF I{_COUNTER - 1 + number:03d}<{loop.count}"]
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write main, a job for each routine, and a page for the integrator."""
