@@ -25,7 +25,7 @@ from boards.formats.prism import prism
 from boards.formats.tri.tri import read_tri, write_tri
 from boards.understand import understand
 from geometry.coverage.route import forget_routes
-from programs.native import write as native
+from programs import native
 from recipes.load import load_recipe
 from recipes.recipe import Recipe
 from rulesengine.planning.pipeline import make_plan

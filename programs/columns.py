@@ -1,6 +1,6 @@
 """A timed program as arrays, for everything that is done to all of its instructions at once."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,12 +52,9 @@ def rounded(columns: Columns) -> Columns:
     moves[:, :3] = np.round(moves[:, :3], 3)
     moves[:, 3:7] = np.round(moves[:, 3:7], 7)
     moves[:, 7] = np.round(moves[:, 7], 3)
-    return Columns(
+    return replace(
+        columns,
         times=np.round(columns.times, 4) + 0.0,
-        move_at=columns.move_at,
         moves=moves + 0.0,
-        wait_at=columns.wait_at,
         waits=np.round(columns.waits, 4) + 0.0,
-        spray_at=columns.spray_at,
-        spray=columns.spray,
     )

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from programs import native
 from programs.errors import ProgramError
-from programs.native import write as native
 from programs.program import TimedProgram
 
 LARGEST_BYTES = 200_000_000

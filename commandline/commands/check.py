@@ -88,7 +88,7 @@ def check(
 
 def _write(done: "CellReport", reports: list[Path], output: Path | None) -> list[Path]:
     """Render everything, then write it; a picture of joints is left out where there is no motion."""
-    from programs.native import write as native
+    from programs import native
     from reports.files.atomic_write import write_outputs
     from reports.files.write_run import json_bytes
     from reports.pictures.joint_picture import draw_joints

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from programs.errors import ProgramError
 from programs.motion.installation import Assignment, Installation
 from programs.motion.layout import Layout, lay_out
-from programs.motion.line_fit import lines_of, pose_of
 from programs.motion.steps import (
     RESOLUTION_MM,
     Call,
@@ -25,7 +24,7 @@ from programs.motion.steps import (
     UseBoard,
     UseTool,
 )
-from programs.motion.tracks import Track
+from programs.motion.tracks import Track, lines_of, pose_of
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import Pose, angle, distance
 from programs.program import TILT_BAND, Command, MoveTo, SetNozzle, TimedProgram, Wait

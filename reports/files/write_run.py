@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from boards.load import SUFFIXES
+from programs import native
 from programs.errors import ProgramError
-from programs.native import write as native
 from reports.files.atomic_write import OutputError, output_errors, write_outputs
 from reports.pictures.sheet import check_suffix
 from reports.tables.run_report import report

@@ -24,7 +24,7 @@ from judge_space import covered_share, segment_triangle_distances, too_close, tu
 from shapely import box
 from small_programs import DOWN, hand_program
 
-from programs.native import write as native
+from programs import native
 
 HAND = native.render(hand_program())
 HEAD = "WASHBOARD 1\nTOTALS duration_s 0 spray_s 0 travel_mm 0 moves 0\nBEGIN\n"

@@ -3,10 +3,9 @@ from pathlib import Path
 import pytest
 from small_programs import hand_program
 
-from programs import load
+from programs import load, native
 from programs.errors import ProgramError
 from programs.load import load_program
-from programs.native import write as native
 
 HAND = native.render(hand_program())
 

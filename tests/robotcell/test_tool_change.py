@@ -10,11 +10,11 @@ from small_cells import TWO_TCPS
 from small_programs import program_of
 from tracked import HEIGHT, line_program, moves_of
 
+from programs import native
 from programs.motion.installation import Installation
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import Line, MotionProgram, Reach, UseTool
-from programs.native import write as native
 from programs.playback import playback
 from programs.pose import Pose, angle, distance
 from programs.posts.dialects import DIALECTS

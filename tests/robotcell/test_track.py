@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tracked import MADE_BY, line_program, moves_of, rates, reached_mm
 
-from programs.native import write as native
+from programs import native
 from programs.playback import playback
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from robotcell.cell.cell import Cell

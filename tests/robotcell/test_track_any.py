@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 from small_programs import program_of, programs
 from tracked import moves_of
 
+from programs import native
 from programs.errors import ProgramError
-from programs.native import write as native
 from programs.program import Command, MoveTo, TimedProgram
 from robotcell.cell.load import read_cell
 from robotcell.robot.robot import flange_poses

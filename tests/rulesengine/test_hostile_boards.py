@@ -13,8 +13,8 @@ from rigid import Motion, differences, moved_bodies, moved_recipe
 
 from boards.board import Board
 from boards.understand import understand
-from programs.native import write as native
-from programs.native.read import parse
+from programs import native
+from programs.native import parse
 from recipes.load import load_recipe
 from rulesengine.modifiers.raise_over import lowest_profile
 from rulesengine.planning.pipeline import make_plan, run

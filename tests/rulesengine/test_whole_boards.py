@@ -10,8 +10,8 @@ from rigid import Motion, differences, moved_bodies, moved_recipe
 from boards.formats.tri.tri import write_tri
 from boards.load import board_library, load_board
 from boards.understand import understand
-from programs.native import write as native
-from programs.native.read import parse
+from programs import native
+from programs.native import parse
 from recipes.load import load_recipe, recipe_library
 from rulesengine.planning.pipeline import run
 

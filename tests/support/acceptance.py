@@ -11,7 +11,7 @@ import judge_space
 import numpy as np
 from shapely import MultiPoint
 
-from programs.native import write as native
+from programs import native
 from recipes.nozzles import FullCone, HollowCone
 from recipes.paths import ComponentPerimeter, Raster, StepFunction, for_class
 from rulesengine.strokes.classify import read_masks

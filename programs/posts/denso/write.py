@@ -2,21 +2,16 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from programs.motion.installation import Installation
-from programs.motion.lower import Lowered
 from programs.motion.steps import Line, UseBoard, UseTool
 from programs.pose import Pose
-from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.dialect import ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import list_outputs
 from programs.posts.writing.lines import Placed, degrees_per_s
-from programs.posts.writing.naming import number_slots
 from programs.posts.writing.wording import cut, fixed, indent, join_lines, pose_words, short
 
-_MOST_FRAMES = 63
-"""Tools and works are 1 to 63."""
 _SPEEDS = (
     "#Define PER_MM_S 0.1 ' percent of Speed for 1 mm/s, assumed: 100 / greatest CP speed of this arm",
     "#Define PER_DEG_S 0.2 ' percent of Speed for 1 deg/s, assumed: 100 / greatest turn of this arm",
@@ -33,6 +28,9 @@ class PacScript(Syntax):
     group = "IOB[{number}] = {value}"
     analog = "IOW[{number}] = {value}"
     off_on = ("Reset", "Set")
+    select_tool = "ChangeTool {}"
+    select_board = "ChangeWork {}"
+    most_frames = 63
     to_joints = "Move P, @0 J({}), Speed = 10"
     by_joints = "Move P, @0 {}, Speed = 10"
     straight = "Move L, @0 {}, Speed = 10"
@@ -48,10 +46,6 @@ class PacScript(Syntax):
     })  # fmt: skip
     longest_name = 32
     longest_title = 29
-
-    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
-        super().__init__(dialect, lowered, installation)
-        self.slots = number_slots(self.motion, _MOST_FRAMES)
 
     def initial_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard | None]:
         """Select the tool, then the board."""
@@ -76,11 +70,6 @@ class PacScript(Syntax):
     def point(self, pose: Pose) -> str:
         """Write a position of the arm; figure -1 keeps the one it has."""
         return f"{_frame(pose)[:-1]}, -1)"
-
-    def use(self, step: UseTool | UseBoard) -> list[str]:
-        """Select a tool or a work."""
-        self.slots.use(step)
-        return [f"ChangeTool {self.slots.tool}" if isinstance(step, UseTool) else f"ChangeWork {self.slots.board}"]
 
     def pause(self, seconds: float) -> list[str]:
         """Write a delay in milliseconds."""

@@ -2,20 +2,15 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from programs.motion.installation import Installation
-from programs.motion.lower import Lowered
-from programs.motion.steps import Line, UseBoard, UseTool
+from programs.motion.steps import Line
 from programs.pose import Pose
-from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.dialect import ProgramFiles
 from programs.posts.writing.angles import moving_zyx
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import list_outputs
 from programs.posts.writing.lines import Placed, degrees_per_s
-from programs.posts.writing.naming import Names, number_slots
+from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import cut, fixed, indent, join_lines, make_name, pose_words
-
-_MOST_FRAMES = 15
-"""Tools and locals are 1 to 15."""
 
 
 class Spel(Syntax):
@@ -29,6 +24,8 @@ class Spel(Syntax):
     group = "Out {number}, {value}"
     analog = "AIO_Out {number}, {value}"
     off_on = ("Off", "On")
+    select_tool = "Tool {}"
+    most_frames = 15
     to_joints = "Go JA({})"
     by_joints = "Go {}"
     straight = "Move {}"
@@ -47,10 +44,6 @@ class Spel(Syntax):
     longest_name = 32
     longest_title = 29
 
-    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
-        super().__init__(dialect, lowered, installation)
-        self.slots = number_slots(self.motion, _MOST_FRAMES)
-
     def make_names(self) -> Names:
         """Begin the list of names; a file may be called like a function of another."""
         return Names(self.longest_name, set(self.reserved))
@@ -63,11 +56,6 @@ class Spel(Syntax):
         outputs = [f"D{round(100.0 * event.share)}; {self.output(event.channel, event.value)}" for event in line.events]
         parallel = f" !{'; '.join(outputs)}!" if outputs else ""
         yield f"Move {self.point(line.target)}{' ROT' * turns}{' CP' * (line.blend_mm > 0.0)}{parallel}"
-
-    def use(self, step: UseTool | UseBoard) -> Iterable[str]:
-        """Select a tool; the local stands with each point."""
-        self.slots.use(step)
-        return [f"Tool {self.slots.tool}"] if isinstance(step, UseTool) else []
 
     def point(self, pose: Pose) -> str:
         """Write a point on the board."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from programs.errors import ProgramError
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Line, Repeat, UseBoard, UseTool
+from programs.motion.steps import Line, Repeat
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
@@ -15,7 +15,7 @@ from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import sheet, short_heading
 from programs.posts.writing.lines import Placed, is_straight
-from programs.posts.writing.naming import Names, number_slots, table_lines
+from programs.posts.writing.naming import Names, table_lines
 from programs.posts.writing.wording import fixed, join_lines, make_name, operand, pose_words, split_wait
 
 LONGEST_WAIT_S = 327.0
@@ -44,6 +44,8 @@ class Tp(Syntax):
     group = "GO[{number}]={value}"
     analog = "AO[{number}]={value}"
     off_on = ("OFF", "ON")
+    select_tool = "UTOOL_NUM={}"
+    select_board = "UFRAME_NUM={}"
     by_joints = f"J {{}} {_REACH_PERCENT}% FINE"
     straight = "L {} 100mm/sec FINE"
     counter = "R[{number}]"
@@ -56,7 +58,6 @@ class Tp(Syntax):
 
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
         super().__init__(dialect, lowered, installation)
-        self.slots = number_slots(self.motion)
         self.configuration = "N U T, 0, 0, 0"
 
     def make_names(self) -> Names:
@@ -116,12 +117,6 @@ class Tp(Syntax):
             return "CNT100"
         share = line.blend_mm / max(line.speed_mm_s * _SLOW_CORNER_S, 0.1)
         return f"CNT{min(max(math.floor(100.0 * share), 1), 100)}"
-
-    def use(self, step: UseTool | UseBoard) -> list[str]:
-        """Select a tool or a user frame."""
-        self.slots.use(step)
-        tool = isinstance(step, UseTool)
-        return [f"UTOOL_NUM={self.slots.tool}" if tool else f"UFRAME_NUM={self.slots.board}"]
 
     def pause(self, seconds: float) -> Iterator[str]:
         """Write as many waits as it takes."""

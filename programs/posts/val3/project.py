@@ -35,7 +35,7 @@ TRIGGER = (
 """Puts an output into the queue of the task."""
 
 
-def project(programs: Sequence[str], data: str) -> str:
+def listing(programs: Sequence[str], data: str) -> str:
     """Write the project file."""
     listed = "".join(f'    <Program file="{name}.pgx" />\n' for name in programs)
     return (

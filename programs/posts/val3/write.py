@@ -7,19 +7,7 @@ from programs.motion.lower import Lowered
 from programs.motion.steps import Call, Line, Pause, Reach, Repeat, Step, Switch, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
-from programs.posts.val3.project import (
-    OUTPUTS,
-    PERIOD_S,
-    QUEUE,
-    TRIGGER,
-    WATCH,
-    code,
-    database,
-    movement,
-    place,
-    project,
-    variable,
-)
+from programs.posts.val3 import project
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import channels_of, list_outputs
@@ -125,7 +113,7 @@ class Val3(Syntax):
         """Put a point into the routine's array for the board in use."""
         array = self.names.give("points", (self.chapter_number, self.board), f"p_{self.chapter_number:02d}")
         values = self.arrays.setdefault(array, [])
-        values.append(place(pose, self.board) + ' shoulder="ssame" elbow="esame" wrist="wsame"')
+        values.append(project.place(pose, self.board) + ' shoulder="ssame" elbow="esame" wrist="wsame"')
         return f"{array}[{len(values) - 1}]"
 
     def joint_value(self, joints: tuple[float, ...]) -> str:
@@ -139,13 +127,13 @@ class Val3(Syntax):
         zone = f"z{fixed(line.blend_mm, 2)}" if line.blend_mm else "fine"
         proposed = f"{'r' if turns else 'm'}{short(rate, 1)}_{zone}".replace(".", "p")
         name = self.names.give("movement", proposed, proposed)
-        self.movements[name] = movement(*((_FASTEST, rate) if turns else (rate, _FASTEST)), line.blend_mm)
+        self.movements[name] = project.movement(*((_FASTEST, rate) if turns else (rate, _FASTEST)), line.blend_mm)
         return name
 
     def prepare(self) -> Iterator[str]:
         """Start the task."""
         yield from ("nHead=0", "nTail=0")
-        yield f'taskCreateSync "watch",{short(PERIOD_S, 3)},bOverrun,watch()'
+        yield f'taskCreateSync "watch",{short(project.PERIOD_S, 3)},bOverrun,watch()'
 
     def home(self) -> list[str]:
         """Go home."""
@@ -153,29 +141,33 @@ class Val3(Syntax):
 
     def variables(self) -> Iterator[str]:
         """Declare all variables."""
-        yield from (variable(name, "frame", [place(pose, "world")]) for name, pose in self.boards.items())
+        yield from (
+            project.variable(name, "frame", [project.place(pose, "world")]) for name, pose in self.boards.items()
+        )
         for name, tool in self.tools.items():
-            yield variable(name, "tool", [place(tool.T_flange_tcp, "flange")])
+            yield project.variable(name, "tool", [project.place(tool.T_flange_tcp, "flange")])
         yield from self.signals()
-        yield from (variable(name, "num", (), QUEUE) for name in ("nMove", "nOutput", "nValue"))
+        yield from (project.variable(name, "num", (), project.QUEUE) for name in ("nMove", "nOutput", "nValue"))
         for name in ("nHead", "nTail", "nId", *(f"nLoop{number}" for number in self.loops)):
-            yield variable(name, "num", (), 1)
-        yield variable("bOverrun", "bool", (), 1)
-        yield variable("mReach", "mdesc", [movement(100.0, 30.0, 0.0)])
-        yield from (variable(name, "mdesc", [value]) for name, value in self.movements.items())
+            yield project.variable(name, "num", (), 1)
+        yield project.variable("bOverrun", "bool", (), 1)
+        yield project.variable("mReach", "mdesc", [project.movement(100.0, 30.0, 0.0)])
+        yield from (project.variable(name, "mdesc", [value]) for name, value in self.movements.items())
         if self.installation.home:
-            yield variable("jHome", "jointRx", [self.joint_value(self.installation.home)])
+            yield project.variable("jHome", "jointRx", [self.joint_value(self.installation.home)])
         if self.reached:
-            yield variable("jReach", "jointRx", self.reached)
-        yield from (variable(name, "pointRx", values) for name, values in self.arrays.items())
+            yield project.variable("jReach", "jointRx", self.reached)
+        yield from (project.variable(name, "pointRx", values) for name, values in self.arrays.items())
 
     def signals(self) -> Iterator[str]:
         """Declare outputs and inputs; what they are linked to is the integrator's."""
         for name, kind in sorted({(_signal(channel), channel.kind) for channel in channels_of(self.motion)}):
-            yield variable(name, "aio" if kind == "analog" else "dio", (), _GROUP_BITS if kind == "group" else 1)
+            yield project.variable(
+                name, "aio" if kind == "analog" else "dio", (), _GROUP_BITS if kind == "group" else 1
+            )
         sensors = (step.sensor for step in self.motion.steps if isinstance(step, Repeat))
         for number in sorted({sensor.number for sensor in sensors if sensor is not None}):
-            yield variable(f"ai{number}", "aio", (), 1)
+            yield project.variable(f"ai{number}", "aio", (), 1)
 
     def setters(self) -> Iterator[str]:
         """Write what sets the output of a number."""
@@ -187,20 +179,20 @@ class Val3(Syntax):
         """Write a project: its file, the data, start and stop, a program for each routine, and those of the task."""
         units = "Units: mm, mm/s, deg/s; points in the board's CAD frame, rx ry rz about x, y', z''"
         programs = {
-            "start": code("start", [*self.heading(*list_outputs(self.motion), units), *main.body]),
-            "stop": code("stop", self.last),
-            **{each.name: code(each.name, each.body) for each in routines},
-            "watch": code("watch", WATCH),
-            "trigger": code("trigger", TRIGGER, _PARAMETERS),
-            "setOutput": code("setOutput", self.setters(), _PARAMETERS[1:]),
+            "start": project.code("start", [*self.heading(*list_outputs(self.motion), units), *main.body]),
+            "stop": project.code("stop", self.last),
+            **{each.name: project.code(each.name, each.body) for each in routines},
+            "watch": project.code("watch", project.WATCH),
+            "trigger": project.code("trigger", project.TRIGGER, _PARAMETERS),
+            "setOutput": project.code("setOutput", self.setters(), _PARAMETERS[1:]),
         }
         return {
-            f"{self.name}.pjx": project(list(programs), self.name),
-            f"{self.name}.dtx": database(self.variables()),
+            f"{self.name}.pjx": project.listing(list(programs), self.name),
+            f"{self.name}.dtx": project.database(self.variables()),
             **{f"{name}.pgx": text for name, text in programs.items()},
         }
 
 
 def _signal(channel: Channel) -> str:
     """Name the variable of an output."""
-    return f"{OUTPUTS[channel.kind]}{channel.number}"
+    return f"{project.OUTPUTS[channel.kind]}{channel.number}"

@@ -27,7 +27,7 @@ from programs.posts.writing.axes import in_controller_units
 from programs.posts.writing.chapters import Chapter, Part, divide, nest
 from programs.posts.writing.heading import heading
 from programs.posts.writing.lines import Placed, follow, place_events
-from programs.posts.writing.naming import Names
+from programs.posts.writing.naming import Names, number_slots
 from programs.posts.writing.wording import cut, fixed, make_name, short
 from specs.source import NO_SOURCE
 
@@ -88,6 +88,11 @@ class Syntax(ABC):
     reading: ClassVar[str] = ""
     """Of the quantity that an input shows: ``scale``, ``name`` or ``number`` of the input, ``offset``."""
     reading_digits: ClassVar[int] = 9
+    select_tool: ClassVar[str] = ""
+    select_board: ClassVar[str] = ""
+    """Of another tool or frame from now on, by its number; empty where numbers stand with the points."""
+    most_frames: ClassVar[int | None] = None
+    """Numbers of tools, and of frames, from 1; ``None`` where tools have any number."""
     last: ClassVar[tuple[str, ...]] = ()
     """End of main."""
     rounds_groups: ClassVar[bool] = False
@@ -118,6 +123,8 @@ class Syntax(ABC):
                 self.call_name(step.name)
         self.following = follow(self.motion.steps)
         """The line right after each line that is passed, by its identity."""
+        self.slots = number_slots(self.motion, self.most_frames)
+        """Tools and places of the board by numbers, for languages that number them."""
         self.tools: dict[str, Tool] = {}
         self.boards: dict[str, Pose] = {}
         self.poses: dict[str, Pose] = {}
@@ -261,9 +268,12 @@ class Syntax(ABC):
         """Write or declare a point on the board."""
         raise NotImplementedError
 
-    @abstractmethod
     def use(self, step: UseTool | UseBoard) -> Iterable[str]:
         """Use another tool or place of the board from now on."""
+        self.slots.use(step)
+        tool = isinstance(step, UseTool)
+        form = self.select_tool if tool else self.select_board
+        return [form.format(self.slots.tool if tool else self.slots.board)] if form else []
 
     def pause(self, seconds: float) -> Iterable[str]:
         """Hold the pose."""

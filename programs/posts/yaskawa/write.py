@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from programs.errors import ProgramError
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Line, Reach, UseBoard, UseTool
+from programs.motion.steps import Line, Reach
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
@@ -14,7 +14,7 @@ from programs.posts.writing.chapters import Chapter, Part, part_at_boards
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import sheet, short_heading
 from programs.posts.writing.lines import Placed, is_straight
-from programs.posts.writing.naming import Names, number_slots, table_lines
+from programs.posts.writing.naming import Names, table_lines
 from programs.posts.writing.wording import fixed, join_lines, pose_words, split_wait
 
 LONGEST_WAIT_S = 655.0
@@ -52,7 +52,6 @@ class Inform(Syntax):
 
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
         super().__init__(dialect, lowered, installation)
-        self.slots = number_slots(self.motion)
         self.heads: list[str] = []
         """Headings of positions that are in force."""
         self.turns = "0,0,0"
@@ -105,11 +104,6 @@ class Inform(Syntax):
     def home(self) -> tuple[str, ...]:
         """Go nowhere: the first motion is a ``MOVJ`` from where the robot is."""
         return ()
-
-    def use(self, step: UseTool | UseBoard) -> list[str]:
-        """Number tool and user frame of the positions that follow."""
-        self.slots.use(step)
-        return []
 
     def pause(self, seconds: float) -> Iterator[str]:
         """Write as many timers as it takes."""

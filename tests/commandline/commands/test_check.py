@@ -7,8 +7,8 @@ from command import contents, washboard
 from tracked import line_program
 
 import recipes
+from programs import native
 from programs.load import load_program
-from programs.native import write as native
 from reports.files.inputs import find_board
 
 

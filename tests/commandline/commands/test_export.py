@@ -4,7 +4,7 @@ import pytest
 from command import contents, washboard
 from robot_programs import PROGRAMS
 
-from programs.native import write as native
+from programs import native
 from programs.posts.abb import DIALECT
 from programs.posts.dialects import DIALECTS
 from programs.posts.rebuilt import ReadLine, ReadRepeat

@@ -10,12 +10,12 @@ from installations import bare_cell, small_cell
 from robot_programs import PROGRAMS, joints_of, three_speeds
 from small_programs import DOWN, program_of, programs
 
+from programs import native
 from programs.export import Exported, export
 from programs.motion.installation import Installation
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
-from programs.native import write as native
 from programs.posts.dialects import DIALECTS
 from programs.posts.reading.compare import compare
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Wait

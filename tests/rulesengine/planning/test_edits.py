@@ -9,7 +9,7 @@ from small_boards import board_of, part
 
 from boards.load import load_board
 from geometry.coverage.route import forget_routes
-from programs.native.write import render
+from programs.native import render
 from recipes.load import load_recipe
 from recipes.recipe import Recipe
 from rulesengine.planning import stroke_cache as job

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_plans import JET, LIMITS, leaning, moved, pause, plan_of, random_plan, spray, transfer
 
-from programs.native import write as native
+from programs import native
 from programs.plan import Command as PlanCommand
 from programs.plan import Plan
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait

@@ -7,7 +7,7 @@ from html import escape
 
 from geometry.arrays import Scalars
 from programs.errors import ProgramError
-from programs.native.write import render_line
+from programs.native import render_line
 from programs.playback import Timeline, build_timeline
 from recipes.load import LoadedRecipe
 from rulesengine.planning.pipeline import Run

@@ -10,7 +10,7 @@ from small_page import find, press, small_page
 from tiny_session import tiny_session
 
 from programs.errors import ProgramError
-from programs.native.write import render_line
+from programs.native import render_line
 from webui.layers.paths.nozzle import moment
 from webui.panels.results import playback
 from webui.panels.results.playback import PlaybackPanel, lay_out_run, now_html, veil_html

@@ -1,20 +1,21 @@
-"""Reads the text of a native program, ``.wash``."""
+"""The native program file, ``.wash``: written and read back."""
 
 import re
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from programs.columns import columns_of, rounded
+from programs.columns import Columns, columns_of, rounded
 from programs.errors import ProgramError
 from programs.plan import Origin
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Totals, Wait
 from programs.soundness import COMMANDS, first_fault, wrong_arguments
 from specs.source import Source
 
-MAGIC = "WASHBOARD 1"
-FIXED_HEADER = ("UNITS mm s", "FRAME board")
-BEGIN = "BEGIN"
-END = "END"
+_MAGIC = "WASHBOARD 1"
+_FIXED_HEADER = ("UNITS mm s", "FRAME board")
+_BEGIN = "BEGIN"
+_END = "END"
 
 _BOARD_AT, _RECIPE_AT, _TOTALS_AT = 3, 4, 5
 _NUMBERS = {"MOVE": (8, "numbers (x y z qw qx qy qz v)"), "WAIT": (1, "number (seconds)")}
@@ -27,6 +28,67 @@ _TOTALS = re.compile(
     rf"TOTALS duration_s {_AMOUNT} spray_s {_AMOUNT} travel_mm {_AMOUNT} moves (\d{{1,9}})", flags=re.ASCII
 )
 _LIQUID = re.compile(rf"LIQUID (\S+) {_AMOUNT} l", flags=re.ASCII)
+_COMMENT_COLUMN = 56
+"""Where the recipe path begins; longer lines are followed by three spaces and then their own."""
+
+
+def render(program: TimedProgram) -> str:
+    """Write a program as the text of a ``.wash`` file.
+
+    Numbers are rounded to the file's digits; reading the text and writing it again gives the same text.
+
+    Raises:
+        ProgramError: the program is one that the reader would refuse.
+    """
+    columns = rounded(columns_of(program))
+    fault = first_fault(program, columns)
+    if fault is not None:
+        place = "" if fault.index is None else f" at instruction {fault.index + 1}"
+        raise ProgramError(f"this program cannot be written{place}: {fault.message}")
+    return "\n".join([*_header(program), _BEGIN, *_body(program.instructions, columns), _END, ""])
+
+
+def render_line(program: TimedProgram, index: int) -> str:
+    """Write one instruction of a program as its line of the file."""
+    alone = replace(program, instructions=program.instructions[index : index + 1])
+    return _body(alone.instructions, rounded(columns_of(alone)))[0]
+
+
+def _header(program: TimedProgram) -> list[str]:
+    origin, totals = program.origin, program.totals
+    return [
+        _MAGIC,
+        *_FIXED_HEADER,
+        f"BOARD {origin.board} sha256 {origin.board_sha256}",
+        f"RECIPE {origin.recipe} sha256 {origin.recipe_sha256}",
+        f"TOTALS duration_s {totals.duration_s:.4f} spray_s {totals.spray_s:.4f} "
+        f"travel_mm {totals.travel_mm:.3f} moves {totals.moves}",
+        *(f"LIQUID {name} {litres:.3f} l" for name, litres in totals.liquid_l),
+    ]
+
+
+def _body(instructions: tuple[Instruction, ...], columns: Columns) -> list[str]:
+    words = [""] * len(instructions)
+    move = "MOVE %.3f %.3f %.3f %.7f %.7f %.7f %.7f %.3f"
+    for index, numbers in zip(columns.move_at.tolist(), columns.moves.tolist(), strict=True):
+        words[index] = move % tuple(numbers)
+    for index, duration_s in zip(columns.wait_at.tolist(), columns.waits.tolist(), strict=True):
+        words[index] = f"WAIT {duration_s:.4f}"
+    lines: list[str] = []
+    for time_s, word, item in zip(columns.times.tolist(), words, instructions, strict=True):
+        line = f"{time_s:.4f} {word or _words(item)}"
+        lines.append(f"{line:<{_COMMENT_COLUMN - 3}}   ; {item.made_by}" if item.made_by else line)
+    return lines
+
+
+def _words(instruction: Instruction) -> str:
+    match instruction:
+        case SetNozzle():
+            return "SPRAY ON" if instruction.spraying else "SPRAY OFF"
+        case Command():
+            return " ".join((instruction.keyword, *instruction.arguments))
+        case MoveTo() | Wait():
+            raise AssertionError("moves and waits are written from their columns")
 
 
 class _LineError(Exception):
@@ -65,11 +127,11 @@ def parse(text: str, *, file: Path | str | None = None) -> TimedProgram:
 
 def _read_header(lines: list[str]) -> tuple[Origin, Totals, int]:
     """Read up to BEGIN, and give its line."""
-    if lines[0] != MAGIC:
+    if lines[0] != _MAGIC:
         if lines[0].startswith("WASHBOARD "):
-            raise _LineError(0, f"this is {lines[0][:40]!r}; only {MAGIC!r} can be read. Plan the board again.")
-        raise _LineError(0, f"this is not a Washboard program: its first line is not {MAGIC!r}.")
-    for at, fixed in enumerate(FIXED_HEADER, start=1):
+            raise _LineError(0, f"this is {lines[0][:40]!r}; only {_MAGIC!r} can be read. Plan the board again.")
+        raise _LineError(0, f"this is not a Washboard program: its first line is not {_MAGIC!r}.")
+    for at, fixed in enumerate(_FIXED_HEADER, start=1):
         _match_line(lines, at, re.compile(re.escape(fixed)), fixed)
     board = _match_line(lines, _BOARD_AT, _BOARD, "BOARD name sha256 hash")
     recipe = _match_line(lines, _RECIPE_AT, _RECIPE, "RECIPE name sha256 hash")
@@ -82,7 +144,7 @@ def _read_header(lines: list[str]) -> tuple[Origin, Totals, int]:
         name, litres = _match_line(lines, at, _LIQUID, "LIQUID function litres l").groups()
         liquid.append((name, float(litres)))
         at += 1
-    _match_line(lines, at, re.compile(BEGIN), "LIQUID function litres l, or BEGIN")
+    _match_line(lines, at, re.compile(_BEGIN), "LIQUID function litres l, or BEGIN")
     duration_s, spray_s, travel_mm, moves = totals.groups()
     return (
         Origin(board[1], board[2], recipe[1], recipe[2]),
@@ -109,7 +171,7 @@ def _read_body(lines: list[str], start: int) -> dict[int, Instruction]:
             if made_by:
                 raise _LineError(at, "a recipe path without an instruction before it; remove the line.")
             continue
-        if words == [END]:
+        if words == [_END]:
             rest = next((after for after in range(at + 1, len(lines)) if lines[after].strip()), None)
             if rest is not None:
                 raise _LineError(rest, f"text after END: {lines[rest][:80]!r}; remove it.")

@@ -7,8 +7,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from small_programs import DOWN, hand_program, program_of, programs
 
+from programs import native
 from programs.errors import ProgramError
-from programs.native import write as native
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 
 HAND = native.render(hand_program())

@@ -1,1 +1,0 @@
-"""The native program file: writer and reader."""
