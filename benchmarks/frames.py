@@ -35,7 +35,7 @@ from rulesengine.planning.pipeline import run
 from webui.glb.ribbons import board_size_mm, line_width_mm
 from webui.layers.paths.strokes import StrokeLine, stroke_lines, strokes_glb, tint_strokes
 from webui.layers.surface.ground import ground_glb
-from webui.scene.lighting import light_scene
+from webui.scene.camera import light_scene
 
 TRIANGLES, VERTICES = 200_000, 50_000
 SECONDS = 20.0

@@ -1,6 +1,6 @@
 """A scene without a camera: it remembers where it was to look, what was drawn, and which moments were asked for."""
 
-from webui.scene.robot_view import RobotView
+from webui.scene.moving import RobotView
 from webui.scene.scene import View
 
 

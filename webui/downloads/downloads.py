@@ -1,4 +1,4 @@
-"""What a page gives away: the bytes that the command line would write, under names that any system takes."""
+"""Files that a page offers: the bytes that the command line would write, under portable names."""
 
 import re
 import threading
@@ -7,44 +7,52 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 
+import numpy as np
+
 from programs.errors import ProgramError
 from reports.files.write_run import cleaning_bytes, program_bytes, report_bytes
 from reports.tables.wording import amount, shorten
+from robotcell.cell.installation import installation_of
+from robotcell.robot.robot import Joints, Robot
 from rulesengine.planning.pipeline import Run
-from specs.finding import Finding, blocking
-from specs.progress import Progress
+from specs.finding import Finding, blocking, worst_first
+from specs.progress import Progress, subprogress
+from webui.downloads.program_text import Written, write_program, zip_bytes
+from webui.page.checked import Checked, check_program
 from webui.page.session import Session
 
 _ODD = re.compile(r"[^\w.+-]+")
-KINDS: dict[str, str] = {
-    "Program (.wash)": ".wash",
-    "Picture (PNG)": ".png",
-    "Picture (SVG)": ".svg",
-    "Report (JSON)": ".json",
-    "Playback (HTML)": ".html",
-    "Recipe (YAML)": ".yaml",
-    "Cleaning report (HTML)": "-cleaning.html",
-    "Cleaning report (JSON)": "-cleaning.json",
+KINDS: dict[str, tuple[str, str]] = {
+    "Program (.wash)": (".wash", "The timed program; washboard show reads it."),
+    "Picture (PNG)": (".png", "Board, paths and heights on one sheet."),
+    "Picture (SVG)": (".svg", "The same, to be enlarged or edited."),
+    "Report (JSON)": (".json", "Totals, classes, components and findings as data."),
+    "Playback (HTML)": (".html", "One file that plays in any browser, without Washboard."),
+    "Recipe (YAML)": (".yaml", "The recipe as it is edited now."),
+    "Cleaning report (HTML)": ("-cleaning.html", "The cleaning prediction, to look at and print."),
+    "Cleaning report (JSON)": ("-cleaning.json", "The same as data."),
 }
-"""What can be downloaded, as it is called on the page, and how the file's name ends."""
+"""Suffix and description of each file, by its name on the page."""
+_CHECKING = 0.8
+"""Share of the check in the work for a robot's program."""
 _ONE_DRAWS = threading.Lock()
 """Matplotlib is made for one thread."""
 
 
 @dataclass(frozen=True, slots=True)
 class Download:
-    """A file for the browser to keep."""
+    """A file that the browser saves."""
 
     name: str
     content: bytes
 
 
 def make_download(kind: str, session: Session, allowed: Collection[str], rate: float, progress: Progress) -> Download:
-    """Make a file of a session.
+    """File of a session.
 
     Args:
         kind: One of ``KINDS``.
-        session: What is shown.
+        session: The session.
         allowed: Rules whose errors do not forbid a program.
         rate: How many times faster than the robot a playback runs.
         progress: Receives the stage and the share done.
@@ -52,33 +60,29 @@ def make_download(kind: str, session: Session, allowed: Collection[str], rate: f
     Raises:
         ProgramError: there is no program of the recipe as it is now, or a finding forbids it.
     """
-    suffix = KINDS[kind]
+    suffix, _ = KINDS[kind]
     if suffix == ".yaml":
         return Download(f"{plain_name(session.document.file.stem)}.yaml", session.document.text.encode())
-    run = session.run
-    if run is None or not session.planned:
-        raise ProgramError("the recipe as it is now is not planned yet; wait until it is, or mend what stops it.")
+    run = session.planned_run
     progress(f"making {kind}", 0.0)
     if suffix.startswith("-cleaning"):
-        content = _cleaning(session, suffix)
+        content = _cleaning_report(session, run, suffix)
+    elif suffix == ".html":
+        from webui.downloads.recording import record
+
+        content = record(session.played or run, rate, progress, session.check).encode()
     else:
-        content = _playback(session, run, rate, progress) if suffix == ".html" else _content(suffix, run, allowed)
-    return Download(f"{plain_name(run.board.name)}-{plain_name(run.recipe.recipe)}{suffix}", content)
+        content = _content(suffix, run, allowed)
+    return Download(f"{_file_stem(run)}{suffix}", content)
 
 
-def forbidding(run: Run | None) -> dict[str, int]:
-    """Rules whose errors forbid a program, and how often each was broken; in the order of the findings."""
-    return dict(Counter(finding.rule.id for finding in blocking(run.findings, ()))) if run is not None else {}
+def forbidding(findings: Sequence[Finding]) -> dict[str, int]:
+    """Rules whose errors forbid a program, with the number of their findings, in their order."""
+    return dict(Counter(finding.rule.id for finding in blocking(findings, ())))
 
 
-def _playback(session: Session, run: Run, rate: float, progress: Progress) -> bytes:
-    from webui.downloads.recording import record
-
-    return record(session.played or run, rate, progress, session.check).encode()
-
-
-def _cleaning(session: Session, suffix: str) -> bytes:
-    """Write the report of the analysis as ``washboard analyse`` does.
+def _cleaning_report(session: Session, run: Run, suffix: str) -> bytes:
+    """Report of the analysis as ``washboard analyse`` writes it.
 
     Raises:
         ProgramError: the program was not analysed.
@@ -86,8 +90,8 @@ def _cleaning(session: Session, suffix: str) -> bytes:
     from reports.html.cleaning_page import Traceability, cleaning_page
     from reports.tables.report_header import this_producer
 
-    analysis, run = session.analysis, session.run
-    if analysis is None or run is None:
+    analysis = session.analysis
+    if analysis is None:
         raise ProgramError("this program was not analysed with these parameters; press Analyse in the tab Cleaning.")
     producer = this_producer(analysis.effort)
     trace = Traceability(program_sha256=sha256(program_bytes(run)).hexdigest())
@@ -132,5 +136,61 @@ def refuse_errors(findings: Sequence[Finding], allowed: Collection[str]) -> None
 
 
 def plain_name(name: str) -> str:
-    """Leave of a name what can stand in a file's name everywhere."""
+    """A name reduced to characters that are valid in file names everywhere."""
     return _ODD.sub("-", name).strip("-.")[:80] or "board"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotProgram:
+    """A robot's program and its check."""
+
+    checked: Checked
+    written: Written
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Findings of plan, check and export, worst first."""
+        return worst_first((*self.checked.run.findings, *self.checked.findings, *self.written.findings))
+
+
+def make_program(session: Session, dialect: str, progress: Progress) -> RobotProgram:
+    """Write the program of a session for the robot of its cell, after a check where there is none.
+
+    Raises:
+        JobError: there is no such program yet, or it cannot be written.
+    """
+    cell = session.cell
+    if cell is None:
+        raise ProgramError("no cell is chosen; choose one in the tab Robot.")
+    run = session.planned_run
+    checked = session.check or check_program(run, cell, subprogress(progress, 0.0, _CHECKING))
+    joints = None if checked.motion is None else exported_joints(cell.cell.robot, checked.motion.joints)
+    progress("writing", _CHECKING)
+    return RobotProgram(checked, write_program(checked.program, installation_of(cell), dialect, joints))
+
+
+def exported_joints(robot: Robot, joints: Joints) -> Joints:
+    """Joints in the units of programs: radians, and millimetres where they are prismatic."""
+    return joints * np.array([1000.0 if joint.kind == "prismatic" else 1.0 for joint in robot.joints])
+
+
+def download_program(made: RobotProgram, allowed: Collection[str]) -> Download:
+    """Pack a program for the browser: one file as it is, several as a zip; the same program gives the same bytes.
+
+    Args:
+        made: The program.
+        allowed: Rules whose errors do not forbid it.
+
+    Raises:
+        ProgramError: a finding forbids it.
+    """
+    refuse_errors(made.findings, allowed)
+    content = made.written.content
+    if len(content) == 1:
+        name, text = next(iter(content.items()))
+        return Download(name, text.encode("ascii"))
+    return Download(f"{_file_stem(made.checked.run)}-{made.written.dialect}.zip", zip_bytes(content))
+
+
+def _file_stem(run: Run) -> str:
+    return f"{plain_name(run.board.name)}-{plain_name(run.recipe.recipe)}"

@@ -1,4 +1,4 @@
-"""A playback in one HTML file that opens without a server and without a network."""
+"""A recorded playback in one HTML file, which opens without a server and without a network."""
 
 import threading
 from collections.abc import Callable, Generator, Iterator
@@ -21,29 +21,28 @@ from webui.layers.paths.timeline import clock
 from webui.layers.robot.robot import joints_at, tool_at
 from webui.layers.surface.ground import ground_glb
 from webui.page.checked import Checked
-from webui.scene.lighting import light_scene
-from webui.scene.nozzle_view import NozzleView
-from webui.scene.robot_view import RobotView
+from webui.scene.camera import light_scene
+from webui.scene.moving import NozzleView, RobotView
 
 _ONE_AT_A_TIME = threading.Lock()
 _M = 0.001
 _FRAMES_PER_S = 15
 _MOST_FRAMES = 6000
 _STAMPS = 400
-"""How often the time that is written in the scene changes."""
+"""Number of changes of the time label in the scene."""
 
 
 def record(run: Run, rate: float = 10.0, progress: Progress = no_progress, checked: Checked | None = None) -> str:
-    """Record a whole program, played at some speed, with its board and paths.
+    """Recording of a whole program at a playback speed, with its board and paths.
 
     Args:
-        run: What to play.
+        run: The run.
         rate: How many times faster than the robot; > 0.
         progress: Receives the stage and the share done.
-        checked: What came of the check of just this program: then its robot is seen too.
+        checked: Check of this very program, which adds its robot.
 
     Returns:
-        An HTML document that needs nothing else.
+        A self-contained HTML document.
 
     Raises:
         ProgramError: there is nothing to play.
@@ -53,7 +52,7 @@ def record(run: Run, rate: float = 10.0, progress: Progress = no_progress, check
         raise ProgramError("a playback needs a program that takes time and a speed above 0.")
     with _quiet_server() as server:
         _look_at(server, run.board)
-        _draw_still(server.scene, run)
+        _draw_static(server.scene, run)
         recording = server.get_scene_serializer()
         move = _robot_mover(server.scene, checked)
         for now_s, lasting in _play(server.scene, run, frame_times(end_s, rate), progress):
@@ -63,13 +62,13 @@ def record(run: Run, rate: float = 10.0, progress: Progress = no_progress, check
 
 
 def frame_times(end_s: float, rate: float) -> Scalars:
-    """(n,) moments to record, from the beginning to the end, evenly; long recordings have fewer a second."""
+    """(n,) times to record, evenly from the beginning to the end; long recordings have fewer a second."""
     count = int(np.clip(np.ceil(end_s / rate * _FRAMES_PER_S), 1, _MOST_FRAMES))
     return np.linspace(0.0, end_s, count + 1)
 
 
 def _play(api: viser.SceneApi, run: Run, times: Scalars, progress: Progress) -> Iterator[tuple[float, float]]:
-    """Draw moment after moment; after each, say when it is and how long it stays."""
+    """Draw frame after frame; yield the time of each and its duration."""
     timeline = build_timeline(run.program)
     tool = NozzleView(api, tint_functions(run.recipe))
     low_x, low_y, _, _ = run.board.outline.bounds
@@ -86,20 +85,16 @@ def _play(api: viser.SceneApi, run: Run, times: Scalars, progress: Progress) -> 
 
 
 def _robot_mover(api: viser.SceneApi, checked: Checked | None) -> Callable[[float], None]:
-    """Draw the robot, if there is one; the answer moves it to where it is at a time."""
+    """Draw the robot, if there is one; return a function that moves it to its pose at a time."""
     if checked is None or checked.motion is None:
-        return _stay
+        return lambda _now_s: None
     view, motion = RobotView(api), checked.motion
     view.show_cell(checked.cell.cell)
     return lambda now_s: view.stand(joints_at(motion, np.array([now_s]))[0], tool_at(motion, now_s))
 
 
-def _stay(_now_s: float) -> None:
-    pass
-
-
-def _draw_still(api: viser.SceneApi, run: Run) -> None:
-    """Draw what does not move."""
+def _draw_static(api: viser.SceneApi, run: Run) -> None:
+    """Draw light, board and paths."""
     light_scene(api)
     lines = stroke_lines(run.plan)
     tints, _ = tint_strokes(lines, "function", [None] * len(lines))
@@ -124,7 +119,7 @@ def _look_at(server: viser.ViserServer, board: Board) -> None:
 
 @contextmanager
 def _quiet_server() -> Generator[viser.ViserServer]:
-    """A server that only this machine reaches, for as long as it takes; what it would print is not printed."""
+    """A temporary server, reachable from this machine only, which prints nothing."""
     console = rich.get_console()
     with _ONE_AT_A_TIME:
         loud, console.quiet = console.quiet, True

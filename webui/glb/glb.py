@@ -21,6 +21,7 @@ _DIMMED = 0.52
 """Base colour factor of lit surfaces: light falls from so many sides that colours would be washed out."""
 _UNLIT: dict[str, Any] = {"doubleSided": True, "extensions": {"KHR_materials_unlit": {}}}
 _LINES, _TRIANGLES = 1, 4
+_CHANNELS = np.array([1 << 16, 1 << 8, 1], np.uint32)
 _FLOAT, _BYTE, _INT, _VERTEX_DATA, _INDEX_DATA = 5126, 5121, 5125, 34962, 34963
 _EXPOSURE = 1.0 / 0.6
 _INPUT = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
@@ -49,7 +50,7 @@ def triangles_glb(corners: Points, colours: Colours) -> bytes:
         colours: (3 n, 3) at each of them.
     """
     surface = {"metallicFactor": 0.0, "roughnessFactor": 0.9, "baseColorFactor": [_DIMMED] * 3 + [1.0]}
-    kept, index = shared_corners(corners, colours)
+    kept, index = shared_corners(corners, np.asarray(colours, dtype=np.uint32) @ _CHANNELS)
     materials = [{"doubleSided": True, "pbrMetallicRoughness": surface}]
     return _glb(corners[kept], colours[kept], _TRIANGLES, materials, index)
 
@@ -65,18 +66,18 @@ def flat_indexed_glb(corners: Points, colours: Colours, index: NDArray[np.uint32
     return _glb(corners, colours, _TRIANGLES, [_UNLIT], index)
 
 
-def shared_corners(corners: Points, colours: Colours) -> tuple[NDArray[np.intp], NDArray[np.uint32]]:
+def shared_corners(corners: Points, labels: NDArray[np.integer[Any]]) -> tuple[NDArray[np.intp], NDArray[np.uint32]]:
     """Corners that are the same in the precision of a browser.
 
     Args:
         corners: (n, 3)
-        colours: (n, 3)
+        labels: (n,) below 2^32; corners with different labels stay apart.
 
     Returns:
         (m,) the corners to keep, the first of each; (n,) index of each corner among those.
     """
     place = np.ascontiguousarray(corners + 0.0, dtype=np.float32).view(np.uint32)  # + 0.0: there is no minus zero
-    rows = np.column_stack([place, np.asarray(colours, dtype=np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)])
+    rows = np.column_stack([place, labels.astype(np.uint32)])
     order = np.lexsort(rows.T)
     fresh = np.concatenate([np.ones(min(len(rows), 1), bool), (rows[order[1:]] != rows[order[:-1]]).any(axis=1)])
     group = np.empty(len(rows), dtype=np.int64)
@@ -157,23 +158,11 @@ def light_of(colours: Colours) -> Scalars:
     return np.where(screen <= 0.04045, screen / 12.92, ((screen + 0.055) / 1.055) ** 2.4)
 
 
-def on_screen(colours: Colours) -> Colours:
-    """(n, 3) screen colours of (n, 3) plain colours."""
-    v = _EXPOSURE * light_of(colours) @ _INPUT.T
-    fitted = (v * (v + _A) - _B) / (v * (_C * v + _D) + _E)
-    return _screen(fitted @ _OUTPUT.T)
-
-
 def as_seen(colours: Colours) -> Colours:
-    """(n, 3) plain colours that are seen as (n, 3) colours; as near as can be where a screen shows no such colour."""
+    """(n, 3) plain colours that appear as (n, 3) colours; the nearest where a screen shows no such colour."""
     y = np.clip(light_of(colours) @ np.linalg.inv(_OUTPUT).T, 0.0, 1.0)
     half, square = y * _D - _A, y * _C - 1.0  # square v^2 + half v + (y e + b) = 0
     v = (-half - np.sqrt(half**2 - 4 * square * (y * _E + _B))) / (2 * square)
-    return _screen(v @ np.linalg.inv(_INPUT).T / _EXPOSURE)
-
-
-def _screen(light: Scalars) -> Colours:
-    """Back from light (IEC 61966-2-1)."""
-    light = np.clip(light, 0.0, 1.0)
-    screen = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    light = np.clip(v @ np.linalg.inv(_INPUT).T / _EXPOSURE, 0.0, 1.0)
+    screen = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)  # IEC 61966-2-1
     return np.round(255 * screen).astype(np.uint8)

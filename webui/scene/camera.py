@@ -1,24 +1,83 @@
-"""The camera of one page: it flies to boxes, so that one sees where they are."""
+"""Camera and light of one page: the camera moves smoothly to poses from which a box is visible."""
 
 import threading
 import time
+from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import viser
 
 from geometry.arrays import Points
-from webui.scene.camera_fit import Lens, Pose, between, frame_box
 
 _M = 0.001
 """The scene is in metres."""
 _FOV = float(np.radians(40))
 _PANELS_PX = 2 * 364
-"""What stands beside the scene takes this much of the window; the browser says so only some time later."""
+"""Width of the panels beside the scene; the browser reports it only some time later."""
 _NARROWEST = 0.4
 _CLEAR = 0.45
-"""Share of the way from the eye to what is looked at in which nothing is shown: paths there would hide all the rest."""
+"""Share of the way from the eye to the target in which nothing is shown: paths there would hide all the rest."""
 _SAME = 0.1
 _FLIGHT_S, _STEPS = 0.4, 12
+_FROM = np.array([0.0, -0.62, 0.785])
+"""From the target towards the eye: from the front, well above it, so that stripes and heights both show."""
+_BESIDE = 0.9
+_ABOVE, _BELOW = 0.85, 0.35
+"""Shares of half the picture's width and height that may be filled: the playback is at its foot."""
+_FROM_BELOW = 4.0
+"""The default lights are all above."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lens:
+    """View of a camera."""
+
+    fov: float
+    """Vertical angle of view, radians."""
+    aspect: float
+    """Width of the free part of the picture divided by the height of all of it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """Position and target of a camera. Board frame, mm."""
+
+    eye: Points
+    """(3,)"""
+    target: Points
+    """(3,)"""
+
+
+def frame_box(low: Points, high: Points, lens: Lens, *, from_below: bool = False) -> Pose:
+    """Nearest pose from which a box is visible as a whole, above the panel at the foot of the page.
+
+    Every corner c, seen from the middle of the box in the camera's axes (right, up, towards the eye), must keep
+    ``|right| <= share * tan(fov / 2) * aspect * (distance - towards)``, and the same upwards.
+
+    Args:
+        low: (3,) lowest corner.
+        high: (3,) highest corner.
+        lens: View of the camera.
+        from_below: Look at the bottom side.
+    """
+    towards = _FROM * [1.0, 1.0, -1.0 if from_below else 1.0]
+    right = np.array([1.0, 0.0, 0.0])
+    upward = np.cross(towards, right)
+    corners = np.array(list(product(*zip(low, high, strict=True)))) - (low + high) / 2
+    tall = float(np.tan(lens.fov / 2))
+    depth = corners @ towards
+    across = np.abs(corners @ right) / (_BESIDE * tall * lens.aspect)
+    height = np.abs(corners @ upward) / ((_ABOVE + _BELOW) / 2 * tall)
+    distance = float((np.maximum(across, height) + depth).max())
+    target = (low + high) / 2 - upward * ((_ABOVE - _BELOW) / 2 * tall * distance)
+    return Pose(target + distance * towards, target)
+
+
+def between(begin: Pose, end: Pose, share: float) -> Pose:
+    """Pose on the way from one to another, with smooth start and end."""
+    eased = share * share * (3.0 - 2.0 * share)
+    return Pose(begin.eye + eased * (end.eye - begin.eye), begin.target + eased * (end.target - begin.target))
 
 
 class Camera:
@@ -37,33 +96,33 @@ class Camera:
             client.camera.up_direction = (0.0, 0.0, 1.0)
         client.camera.on_update(lambda _: self._clear_the_way())
 
-    def show_at_once(self, low: Points, high: Points) -> None:
-        """Look at a box from above, without a flight.
+    def show_box(self, low: Points, high: Points) -> None:
+        """Show a box from above at once.
 
         Args:
             low: (3,) lowest corner, mm.
             high: (3,) highest corner, mm.
         """
-        self._take_off()
+        self._stop_move()
         self._stand(frame_box(low, high, self._lens()))
 
     def fly_to(self, low: Points, high: Points, *, from_below: bool = False) -> None:
-        """Fly to where one sees a box.
+        """Move smoothly to a view of a box.
 
         Args:
             low: (3,) lowest corner, mm.
             high: (3,) highest corner, mm.
-            from_below: Look at the bottom side.
+            from_below: Show the bottom side.
         """
         end = frame_box(low, high, self._lens(), from_below=from_below)
-        threading.Thread(target=self._fly, args=(self._take_off(), end), name="flight", daemon=True).start()
+        threading.Thread(target=self._fly, args=(self._stop_move(), end), name="flight", daemon=True).start()
 
-    def land(self) -> None:
-        """End a flight; the browser is gone."""
-        self._take_off()
+    def stop(self) -> None:
+        """Stop a move; the browser has disconnected."""
+        self._stop_move()
 
     def _clear_the_way(self) -> None:
-        """Begin to show things nearer to the eye the nearer it is to what it looks at."""
+        """Set the near plane in proportion to the distance of the target."""
         camera = self._client.camera
         near = _CLEAR * float(np.linalg.norm(np.array(camera.look_at) - np.array(camera.position)))
         if near > 0 and abs(camera.near / near - 1.0) > _SAME:
@@ -75,8 +134,8 @@ class Camera:
         free = max(camera.image_width - taken, _NARROWEST * camera.image_height)
         return Lens(camera.fov, free / max(camera.image_height, 1))
 
-    def _take_off(self) -> int:
-        """End the flight that is under way."""
+    def _stop_move(self) -> int:
+        """Stop the move that is under way."""
         with self._lock:
             self._flight += 1
             return self._flight
@@ -96,3 +155,13 @@ class Camera:
             self._client.camera.position = pose.eye * _M
             self._client.camera.look_at = pose.target * _M
             self._clear_the_way()
+
+
+def light_scene(api: viser.SceneApi) -> None:
+    """Light a scene from both sides, without shadows, which cost as much time as all the rest.
+
+    The browser's own environment map stays: others that a server sends fade the whole picture in some browsers.
+    """
+    api.set_up_direction("+z")
+    api.configure_default_lights(cast_shadow=False)
+    api.add_light_directional("/light", intensity=_FROM_BELOW, position=(0.0, -0.4, -1.0))

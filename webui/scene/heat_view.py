@@ -10,7 +10,7 @@ from webui.layers.surface.heat import HeatPiece, has_changed, heat_pieces, paint
 
 _M = 0.001
 _FADE_S = 0.4
-"""A browser takes some time to take up a piece; the one that it replaces stays so long beneath it."""
+"""A browser needs some time to load a piece; the one that it replaces stays so long beneath it."""
 
 
 class HeatView:
@@ -20,7 +20,7 @@ class HeatView:
         """Show nothing yet.
 
         Args:
-            api: Where to draw; its unit is the metre and its frame the board's.
+            api: The scene, in metres and in the board's frame.
         """
         self._api = api
         self._lock = threading.Lock()
@@ -33,14 +33,14 @@ class HeatView:
         self._sent = 0
 
     def show(self, facets: Facets, colours: Colours) -> int:
-        """Draw a surface in colours.
+        """Show a surface in colours.
 
         Args:
             facets: The surface.
             colours: (c, 3) of its cells.
 
         Returns:
-            How many bytes were sent.
+            Number of bytes sent.
         """
         with self._lock:
             if facets is not self._facets:
@@ -59,7 +59,7 @@ class HeatView:
         return sent
 
     def hide(self) -> None:
-        """Show nothing; what was laid out is kept for the next time."""
+        """Hide the map; its pieces are kept for the next time."""
         with self._lock:
             self._clear()
 
@@ -76,7 +76,7 @@ class HeatView:
                     handle.remove()
 
     def _add(self, number: int, glb: bytes) -> int:
-        """Draw a piece under a name of its own: the one before goes a little later, so that nothing flickers."""
+        """Draw a piece under a new name: the replaced one is removed later, so that nothing flickers."""
         self._sent += 1
         self._shown[number] = self._api.add_glb(f"/heat/{number}_{self._sent}", glb, scale=_M, cast_shadow=False)
         return len(glb)

@@ -1,4 +1,4 @@
-"""What a click meets: the body under it, or the strokes in front of that. Board frame, millimetres."""
+"""Picking by a click: the body under it, or the strokes in front of that. Board frame, millimetres."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ _PARALLEL = 1e-12
 _ROUNDING_MM = 1e-6
 """Boxes are a little larger than bodies, so that a ray along a face meets both."""
 _NEAR = 0.005
-"""How far beside a stroke a click still means it, as a share of its distance from the eye: about 6 pixels."""
+"""Tolerance of a click on a stroke, as a share of its distance from the eye: about 6 pixels."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hit:
-    """Where a ray first meets a body."""
+    """First intersection of a ray with a body."""
 
     body: str
     point: Points
@@ -30,7 +30,7 @@ class Hit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Target:
-    """A board laid out for many rays."""
+    """A board arranged for many rays."""
 
     bodies: tuple[Body, ...]
     low: Points
@@ -39,7 +39,7 @@ class Target:
 
 
 def target_of(board: Board) -> Target:
-    """Lay a board out for rays."""
+    """Arrange a board for rays."""
     bodies = tuple(body for body in board.bodies if len(body.patches))
     low = [body.patches.min(axis=(0, 1)) - _ROUNDING_MM for body in bodies]
     high = [body.patches.max(axis=(0, 1)) + _ROUNDING_MM for body in bodies]
@@ -47,11 +47,11 @@ def target_of(board: Board) -> Target:
 
 
 def first_hit(target: Target, origin: Points, direction: Points) -> Hit | None:
-    """Find the first body along a ray; of two in one place the first of the file.
+    """First body along a ray; of two in one place the first of the file.
 
     Args:
-        target: What the ray may meet.
-        origin: (3,) where it begins.
+        target: The board.
+        origin: (3,) start of the ray.
         direction: (3,) its direction, of any length.
     """
     along = direction / np.linalg.norm(direction)
@@ -67,14 +67,14 @@ def first_hit(target: Target, origin: Points, direction: Points) -> Hit | None:
 def strokes_at(
     lines: Sequence[StrokeLine], origin: Points, direction: Points, before_mm: float, within_mm: float = 0.0
 ) -> tuple[Source, ...]:
-    """Name the makers of the strokes that a ray passes by closely, in front of what it meets; the closest first.
+    """Strokes that a ray passes closely, in front of the body that it meets; the closest first.
 
     Args:
-        lines: Strokes that are shown.
-        origin: (3,) where the ray begins.
+        lines: Visible strokes.
+        origin: (3,) start of the ray.
         direction: (3,) its direction, of any length.
         before_mm: Strokes farther away than this are hidden.
-        within_mm: Strokes so near to the ray are meant too, also where that is many pixels.
+        within_mm: Strokes so near to the ray count too, also where that is many pixels.
     """
     if not lines:
         return ()
@@ -94,15 +94,15 @@ def strokes_at(
 
 
 def choose_stroke(makers: Sequence[Source], selected: Source) -> Source:
-    """Choose one of the makers under a click: the closest; click after click, the next that lies there too."""
+    """The closest stroke under a click; click after click, the next one there."""
     if selected not in makers:
         return makers[0] if makers else NO_SOURCE
-    around = sorted(makers, key=str)
-    return around[(around.index(selected) + 1) % len(around)]
+    there = sorted(makers, key=str)
+    return there[(there.index(selected) + 1) % len(there)]
 
 
 def _boxes_met(target: Target, origin: Points, along: Points) -> NDArray[np.bool_]:
-    """Say which boxes a ray passes through (slabs: Kay and Kajiya 1986)."""
+    """(n,) which boxes a ray passes through (slabs: Kay and Kajiya 1986)."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         one, other = (target.low - origin) / along, (target.high - origin) / along
         enter = np.fmax.reduce(np.fmin(one, other), axis=1)
@@ -111,7 +111,7 @@ def _boxes_met(target: Target, origin: Points, along: Points) -> NDArray[np.bool
 
 
 def _distance(patches: Triangles, origin: Points, along: Points) -> float:
-    """How far along a ray of unit direction it first meets a patch, else infinity (Moeller and Trumbore 1997)."""
+    """Distance along a ray of unit direction to the first patch, else infinity (Moeller and Trumbore 1997)."""
     corner = patches[:, 0]
     first, second = patches[:, 1] - corner, patches[:, 2] - corner
     across = np.cross(along, second)
@@ -128,7 +128,7 @@ def _distance(patches: Triangles, origin: Points, along: Points) -> float:
 
 
 def _closest(begin: Points, run: Points, along: Points) -> tuple[Scalars, Scalars]:
-    """(n,) shares of segments, and lengths along the ray from its origin, where the two are closest."""
+    """(n,) shares of segments, and lengths along the ray, at the closest points of both."""
     square = np.einsum("ij,ij->i", run, run)
     mixed, shadow = run @ along, begin @ along
     cross = square - mixed**2

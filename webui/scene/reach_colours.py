@@ -1,4 +1,4 @@
-"""How well the robot can do each part of the sprayed paths, as colours along them."""
+"""How well the robot reaches each part of the sprayed paths, as colours along them."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -14,10 +14,9 @@ from robotcell.robot.robot import limit_share, singularity
 from webui.glb.glb import flat_triangles_glb
 from webui.glb.ribbons import bars
 from webui.layers.robot.proximity import clearances_mm
-from webui.layers.robot.robot import JointMotion, tool_at
-from webui.layers.surface.ground import Tints
+from webui.layers.robot.robot import JointMotion, rows_by_tool
 from webui.page.checked import Checked
-from webui.theme.palette import of_values
+from webui.theme.palette import Tints, tint_values
 
 Metric: TypeAlias = Literal["manipulability", "inverse condition", "limits", "clearance"]
 
@@ -27,7 +26,7 @@ METRICS: dict[str, Metric] = {
     "Joint limits": "limits",
     "Clearance (mm)": "clearance",
 }
-"""As they are called on the page."""
+"""By their names on the page."""
 _STEP_MM = 3.0
 _BEND = float(np.cos(np.radians(3.0)))
 _WIDER = 1.6
@@ -36,17 +35,17 @@ _MARKS = 5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reached:
-    """The sprayed path of a program, in pieces. Board frame, mm."""
+    """The sprayed paths of a program, in pieces. Board frame, mm."""
 
     segments: NDArray[np.float64]
     """(k, 2, 3) begin and end of each piece."""
     move: NDArray[np.intp]
-    """(k,) the ``MoveTo`` with which each ends, counted among moves."""
+    """(k,) index of the last ``MoveTo`` of each piece."""
 
 
 @dataclass(frozen=True, slots=True)
 class Worst:
-    """Where the least value is first."""
+    """Place and time of the smallest value."""
 
     place_mm: tuple[float, float, float]
     time_s: float
@@ -62,11 +61,11 @@ class Painted:
 
 
 def paint_reach(metric: Metric, check: Checked, width_mm: float) -> Painted:
-    """Colour what is sprayed by a metric; nothing where the robot cannot do it.
+    """Sprayed paths in the colours of a metric; none where the robot cannot execute the program.
 
     Args:
-        metric: What to measure.
-        check: What came of the check.
+        metric: The metric.
+        check: The check.
         width_mm: Of the lines of paths.
 
     Raises:
@@ -85,11 +84,15 @@ def paint_reach(metric: Metric, check: Checked, width_mm: float) -> Painted:
     else:
         values = measure(metric, check.cell.cell, check.motion, reached.move)
         glb, legend = reach_glb(reached, values, (float(values.min()), float(values.max())), width_mm)
-    return Painted(glb, legend, _worst(reached, values, check.motion) if np.ptp(values) > 0 else None)
+    worst, least = None, int(np.argmin(values))
+    if np.ptp(values) > 0:
+        x, y, z = reached.segments[least, 1].tolist()
+        worst = Worst((x, y, z), float(check.motion.times[reached.move[least]]))
+    return Painted(glb, legend, worst)
 
 
 def reached_path(program: TimedProgram) -> Reached:
-    """Collect what is sprayed, in pieces of a few millimetres that leave no corner out."""
+    """Sprayed paths in pieces of a few millimetres, which end at corners."""
     moves = [item for item in program.instructions if isinstance(item, MoveTo)]
     points = np.array([move.position for move in moves])
     times = np.array([move.time_s for move in moves])
@@ -107,46 +110,33 @@ def reached_path(program: TimedProgram) -> Reached:
 
 
 def measure(metric: Metric, cell: Cell, motion: JointMotion, rows: NDArray[np.intp]) -> Scalars:
-    """Measure (k,) postures of a motion; more is better.
+    """(k,) values of a metric along a motion; more is better.
 
     Args:
-        metric: What to measure, other than the clearance.
+        metric: The metric, other than the clearance.
         cell: Whose robot it is.
-        motion: How the joints stand at each move.
-        rows: (k,) which moves.
+        motion: Joints at each move.
+        rows: (k,) indices of the moves.
     """
     joints = motion.joints[rows]
     if metric == "limits":
         return limit_share(cell.robot, joints)
     carried = {tool.number: tool.T_flange_tcp for tool in cell.tools}
-    numbers = np.array([tool_at(motion, float(time_s)) for time_s in motion.times[rows]])
     values = np.zeros(len(rows))
-    for number in np.unique(numbers).tolist():
-        mine = numbers == number
+    for number, mine in rows_by_tool(motion, rows):
         w, condition = singularity(cell.robot, joints[mine], carried.get(number))
         values[mine] = w if metric == "manipulability" else condition
     return values
 
 
 def reach_glb(reached: Reached, values: Scalars, scale: tuple[float, float], width_mm: float) -> tuple[bytes, Tints]:
-    """Draw pieces in the colours of their values, over the lines of the paths; and the legend.
+    """Pieces in the colours of their values, over the lines of the paths; and the legend.
 
     Args:
         reached: The pieces.
         values: (k,) of each.
-        scale: What is dark, and what is light.
+        scale: Values of the dark and the light end.
         width_mm: Of the lines of paths.
     """
-    marks = np.linspace(*scale, _MARKS)
-    colours = of_values(np.concatenate([values, marks]), *scale)
-    glb = flat_triangles_glb(*bars(reached.segments, colours[: len(values)], _WIDER * width_mm))
-    legend = {
-        f"{mark:.3g}": (int(r), int(g), int(b)) for mark, (r, g, b) in zip(marks, colours[len(values) :], strict=True)
-    }
-    return glb, legend
-
-
-def _worst(reached: Reached, values: Scalars, motion: JointMotion) -> Worst:
-    least = int(np.argmin(values))
-    x, y, z = reached.segments[least, 1].tolist()
-    return Worst((x, y, z), float(motion.times[reached.move[least]]))
+    tints, legend = tint_values(values, {f"{mark:.3g}": mark for mark in np.linspace(*scale, _MARKS)})
+    return flat_triangles_glb(*bars(reached.segments, np.array(tints, dtype=np.uint8), _WIDER * width_mm)), legend

@@ -1,4 +1,4 @@
-"""The scene: board, paths and what is selected, redrawn where the session changed."""
+"""The scene: board, paths and selection, redrawn where the session changed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -19,22 +19,21 @@ from webui.layers.paths.timeline import Span, spray_spans
 from webui.layers.robot.robot import joints_at, tool_at
 from webui.layers.surface import ground
 from webui.page.page import Page
-from webui.page.session import Selection, Session
-from webui.scene.camera import Camera
-from webui.scene.lighting import light_scene
+from webui.page.session import Session
+from webui.scene.camera import Camera, light_scene
+from webui.scene.moving import RobotView
 from webui.scene.picking import Target, choose_stroke, first_hit, strokes_at, target_of
-from webui.scene.robot_view import RobotView
 from webui.theme.palette import ACCENT
 
 _M = 0.001
 """The scene is in metres: a browser clips scenes of hundreds of units."""
 _NEAREST_MM = 15.0
-"""Half of the least that is looked at: smaller parts are seen with their neighbours."""
+"""Half width of the closest view: smaller parts are shown with their neighbours."""
 _ROOM = 3.0
-"""How much more than a component is looked at."""
+"""Width of the view of a component, as a multiple of its size."""
 _NEAR_STROKE_MM = 2.0
 _NOZZLE_MM = 50.0
-"""Paths run about so high above a board."""
+"""Usual height of paths above a board."""
 
 ClickTaker: TypeAlias = Callable[[Points, Points], None]
 """Takes the ray of a click: (3,) where it comes from, mm, and (3,) its direction."""
@@ -42,7 +41,7 @@ ClickTaker: TypeAlias = Callable[[Points, Points], None]
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What of a session is shown, and how; it stays when the session changes."""
+    """What of a session is visible, and in which colours; kept when the session changes."""
 
     components_by: ground.ColourBy = "nothing"
     strokes_by: strokes.ColourBy = "function"
@@ -51,7 +50,7 @@ class View:
     transfers: bool = True
     markers: bool = True
     paths: bool = True
-    """Without them only what is selected is drawn of the paths."""
+    """Without them only the selected strokes are drawn."""
 
 
 class Scene:
@@ -61,16 +60,16 @@ class Scene:
         """Set up light and camera."""
         self._page = page
         self._camera = Camera(page.client)
-        page.on_close(self._camera.land)
+        page.on_close(self._camera.stop)
         self._api = page.client.scene
         light_scene(self._api)
         self.view = View()
         self.strokes: list[strokes.StrokeLine] = []
         self.spans: list[Span | None] = []
-        """When each stroke is sprayed, where colours say so."""
+        """Time span of each stroke, where colours show it."""
         self.legends: dict[str, ground.Tints] = {}
         self.click_taker: ClickTaker | None = None
-        """Who is told of clicks instead of the selection, while there is somebody."""
+        """Receives clicks in place of the selection."""
         self._target: Target | None = None
         self._api.on_click()(self._clicked)
         self._handles: dict[str, viser.GlbHandle] = {}
@@ -78,14 +77,14 @@ class Scene:
         self._label: viser.LabelHandle | None = None
         self.robot = RobotView(self._api)
         self.seek: Callable[[float], None] = self.show_moment
-        """Goes to a moment of the program, s; the playback takes it over."""
+        """Goes to a time of the program, s; replaced by the playback."""
         self._followers: list[Callable[[float], None]] = []
 
     def show(self, session: Session, before: Session | None) -> None:
         """Redraw what changed."""
         if before is None or session.board is not before.board:
             self._target = target_of(session.board)
-            self._camera.show_at_once(*_room(session.board))
+            self._camera.show_box(*_room(session.board))
             self._draw_ground(session)
         elif self.view.components_by == "class" and session.run is not before.run:
             self._draw_ground(session)
@@ -95,11 +94,12 @@ class Scene:
             self.strokes = [] if session.plan is None else strokes.stroke_lines(session.plan)
             self.spans = [] if session.run is None else self._spans(session.run)
             self._draw_strokes(session)
-        if before is None or session.plan is not before.plan or _pointed(session) != _pointed(before):
+        selected = session.selection, session.lit
+        if before is None or session.plan is not before.plan or selected != (before.selection, before.lit):
             self._draw_selection(session)
 
     def change_view(self, view: View) -> None:
-        """Show the same session in another way."""
+        """Show the same session in another view."""
         before, self.view = self.view, view
         session = self._page.session
         if view.components_by != before.components_by:
@@ -120,7 +120,7 @@ class Scene:
         parts = {component.name for component in self._page.session.board.components}
         part = hit.body if hit is not None and hit.body in parts else ""
         makers = strokes_at(shown, origin, direction, before_mm)
-        if not makers and not part:  # nothing else can be meant there
+        if not makers and not part:  # on the bare board
             makers = strokes_at(shown, origin, direction, before_mm, _NEAR_STROKE_MM)
         if makers:
             self._page.select(made_by=choose_stroke(makers, self._page.session.selection.made_by))
@@ -128,11 +128,11 @@ class Scene:
             self._page.select(component=part)
 
     def on_moment(self, follow: Callable[[float], None]) -> None:
-        """Have somebody told which moment of the program the playback shows, s."""
+        """Call a function with each time of the program that the playback shows, s."""
         self._followers.append(follow)
 
     def show_moment(self, now_s: float) -> None:
-        """Show what stands where at a moment of the program, s; the nozzle itself is the playback's."""
+        """Show the robot at a time of the program, s, and notify followers; the nozzle is drawn by the playback."""
         check = self._page.session.check
         if check is not None and check.motion is not None:
             self.robot.stand(joints_at(check.motion, np.array([now_s]))[0], tool_at(check.motion, now_s))
@@ -140,11 +140,18 @@ class Scene:
             follow(now_s)
 
     def draw_over(self, name: str, glb: bytes) -> None:
-        """Draw a layer of a panel, mm in the board frame, in place of the one of that name; no bytes, no layer."""
-        self._put(name, glb)
+        """Draw a layer, mm in the board frame, in place of the one of that name; no bytes remove it."""
+        if self._drawn.get(name, b"") == glb:
+            return
+        handle = self._handles.pop(name, None)
+        if handle is not None:
+            handle.remove()
+        if glb:
+            self._handles[name] = self._api.add_glb(name, glb, scale=_M)
+        self._drawn[name] = glb
 
     def point_on_board(self, origin: Points, direction: Points) -> tuple[float, float] | None:
-        """Where a ray meets the board or what stands on it, else the plane of its top, mm; nowhere if it runs away."""
+        """Point where a ray meets the board or a part, else the plane of its top, mm; ``None`` if it meets neither."""
         hit = None if self._target is None else first_hit(self._target, origin, direction)
         if hit is not None:
             return round(float(hit.point[0]), 2), round(float(hit.point[1]), 2)
@@ -155,17 +162,17 @@ class Scene:
         return round(x, 2), round(y, 2)
 
     def look_at_board(self, side: Side = "top") -> None:
-        """Look at the whole board and the room in which the nozzle moves, from the front."""
+        """Show the whole board and the space of the nozzle, from the front."""
         self._camera.fly_to(*_room(self._page.session.board, side), from_below=side == "bottom")
 
     def look_at_cell(self) -> None:
-        """Look at the robot as it stands and at the board."""
+        """Show the robot and the board."""
         low, high = _room(self._page.session.board)
         robot_low, robot_high = self.robot.bounds_mm() or (low, high)
         self._camera.fly_to(np.minimum(low, robot_low), np.maximum(high, robot_high))
 
     def look_at(self, component: Component, board: Board) -> None:
-        """Fly to a component."""
+        """Zoom in on a component."""
         x_min, y_min, x_max, y_max = component.outline.bounds
         surface = board.surface_z_mm(component.side)
         middle = np.array([(x_min + x_max) / 2, (y_min + y_max) / 2, surface])
@@ -174,7 +181,7 @@ class Scene:
         self._camera.fly_to(middle - half, middle + half, from_below=component.side == "bottom")
 
     def look_at_place(self, place: tuple[float, float, float], around_mm: float = _NEAREST_MM) -> None:
-        """Fly to a place, mm, from the side of the board on which it is, and see so much to each side of it."""
+        """Zoom in on a place, mm, from its side of the board, with a half width of the view."""
         board, half = self._page.session.board, np.array([around_mm, around_mm, 0.0])
         below = place[2] < (board.top_z_mm + board.bottom_z_mm) / 2
         self._camera.fly_to(np.array(place) - half, np.array(place) + half, from_below=below)
@@ -184,39 +191,39 @@ class Scene:
         classified = session.run.classified if session.run is not None and by == "class" else ()
         painted = ground.paint_board(session.board, classified, by)
         self.legends["components"] = painted.legend
-        self._put("/board", painted.glb)
+        self.draw_over("/board", painted.glb)
 
     def _draw_strokes(self, session: Session) -> None:
         plan, size = session.plan, board_size_mm(session.board)
         tints, self.legends["strokes"] = strokes.tint_strokes(self.strokes, self.view.strokes_by, self.spans)
         shown = [index for index, line in enumerate(self.strokes) if self._shows(line)]
         lines = [self.strokes[index] for index in shown]
-        self._put("/strokes", strokes.strokes_glb(lines, [tints[index] for index in shown], line_width_mm(size)))
+        self.draw_over("/strokes", strokes.strokes_glb(lines, [tints[index] for index in shown], line_width_mm(size)))
         transfers = self.view.paths and self.view.transfers and plan is not None
-        self._put("/transfers", strokes.transfers_glb(plan, self.view.hidden) if transfers and plan else b"")
+        self.draw_over("/transfers", strokes.transfers_glb(plan, self.view.hidden) if transfers and plan else b"")
         found = find_markers(plan) if self.view.paths and self.view.markers and plan is not None else []
         seen = [marker for marker in found if marker.made_by not in self.view.hidden]
-        self._put("/markers", markers_glb(seen, size / 260))
+        self.draw_over("/markers", markers_glb(seen, size / 260))
 
     def _shows(self, line: strokes.StrokeLine) -> bool:
         return self.view.paths and line.place not in self.view.hidden
 
     def _spans(self, run: Run) -> list[Span | None]:
-        """When strokes are sprayed; the program is read for it only where their colours say so."""
+        """Time spans of strokes; computed only where their colours show them."""
         if self.view.strokes_by != "time":
             return [None] * len(self.strokes)
         return strokes.stroke_spans(self.strokes, spray_spans(run.program))
 
     def _draw_selection(self, session: Session) -> None:
         component = session.selection.component
-        self._put("/selection", ground.component_glb(session.board, component, ACCENT))
+        self.draw_over("/selection", ground.component_glb(session.board, component, ACCENT))
         self._name_selected(session)
         lit = session.lit
         chosen = [line for line in self.strokes if line.made_by in lit]
         segments = np.concatenate([np.empty((0, 2, 3)), *(line.segments for line in chosen)])
         segments = segments[unlike_segments(segments)]
         tints = np.tile(np.array(ACCENT, dtype=np.uint8), (len(segments), 1))
-        self._put(
+        self.draw_over(
             "/chosen", flat_triangles_glb(*bars(segments, tints, 2.0 * line_width_mm(board_size_mm(session.board))))
         )
 
@@ -225,7 +232,7 @@ class Scene:
         if self._label is not None:
             self._label.remove()
             self._label = None
-        chosen = next((each for each in session.board.components if each.name == session.selection.component), None)
+        chosen = session.component
         if chosen is None:
             return
         place = chosen.outline.centroid
@@ -233,24 +240,9 @@ class Scene:
         z = session.board.surface_z_mm(chosen.side) + (up if chosen.side == "top" else -up)
         self._label = self._api.add_label("/name", chosen.name, position=(place.x * _M, place.y * _M, z * _M))
 
-    def _put(self, name: str, glb: bytes) -> None:
-        """Show what is there under a name, in place of what was shown before."""
-        if self._drawn.get(name, b"") == glb:
-            return
-        handle = self._handles.pop(name, None)
-        if handle is not None:
-            handle.remove()
-        if glb:
-            self._handles[name] = self._api.add_glb(name, glb, scale=_M)
-        self._drawn[name] = glb
-
-
-def _pointed(session: Session) -> tuple[Selection, frozenset[Source]]:
-    return session.selection, session.lit
-
 
 def _room(board: Board, side: Side = "top") -> tuple[Points, Points]:
-    """Lowest and highest corner, mm, of a board and, over its top, some of the room where paths run."""
+    """Lowest and highest corner, mm, of a board and, over its top, of the space of the nozzle."""
     x_min, y_min, x_max, y_max = board.outline.bounds
     tallest = max((each.height_mm for each in board.components if each.side == side), default=0.0)
     if side == "bottom":

@@ -4,7 +4,7 @@ import pytest
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium
 
 from robotcell.cell.load import read_cell
-from webui.downloads.robot_program import make_program
+from webui.downloads.downloads import make_program
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)]
 

@@ -4,8 +4,8 @@ import pytest
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium
 
 from webui.panels.cleaning.fix import APPLY, SUGGEST
-from webui.panels.cleaning.tuning_window import APPLY as TAKE
-from webui.panels.cleaning.tuning_window import CLOSE, START
+from webui.panels.cleaning.tuning import APPLY as TAKE
+from webui.panels.cleaning.tuning import CLOSE, START
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)]
 

@@ -17,6 +17,7 @@ from reports.files.export_robot import write_tracked
 from robotcell.cell.installation import installation_of
 from robotcell.cell.load import read_cell
 from specs.source import NO_SOURCE, Source
+from webui.downloads.downloads import exported_joints
 from webui.downloads.program_text import (
     PAGE_LINES,
     TextFile,
@@ -28,7 +29,6 @@ from webui.downloads.program_text import (
     write_program,
     zip_bytes,
 )
-from webui.downloads.robot_program import exported_joints
 from webui.layers.paths.markers import motion_glb
 from webui.page.checked import check_program
 from webui.panels.robot.text_preview import TextPreview
@@ -57,7 +57,7 @@ def tracked_text(dialect):
 def test_text_and_place_belong_together(dialect):
     """What the language's own reader finds in the text, motion by motion, is where the page shows it."""
     done = tracked_text(dialect)
-    assert done.tells_places
+    assert done.places_known
     moves = [move for file in done.files for move in file.moves if move is not None]
     read = [step.target for step in DIALECTS[dialect].read(done.content).steps if hasattr(step, "target")]
     assert len(moves) == len(read)

@@ -4,8 +4,17 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from webui.glb.glb import as_seen, on_screen
+from webui.glb import glb
+from webui.glb.glb import as_seen
 from webui.theme.palette import of_values
+
+
+def on_screen(colours):
+    """What the viewer's tone mapping makes of plain colours."""
+    v = glb._EXPOSURE * glb.light_of(colours) @ glb._INPUT.T
+    light = np.clip((v * (v + glb._A) - glb._B) / (v * (glb._C * v + glb._D) + glb._E) @ glb._OUTPUT.T, 0.0, 1.0)
+    screen = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return np.round(255 * screen).astype(np.uint8)
 
 
 def test_what_a_browser_showed():

@@ -7,7 +7,7 @@ from tiny_session import tiny_session
 
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import flange_poses
-from webui.scene.robot_view import RobotView, robot_bounds_mm
+from webui.scene.moving import RobotView, robot_bounds_mm
 
 
 def nodes(page):

@@ -14,7 +14,7 @@ from robotcell.robot.poses import inverse
 from specs.source import Source
 from webui.glb.glb import flat_triangles_glb
 from webui.glb.ribbons import bars
-from webui.layers.robot.robot import JointMotion, joints_at, tool_at
+from webui.layers.robot.robot import JointMotion, joints_at, rows_by_tool, tool_at
 from webui.theme.palette import COLLIDING
 
 if TYPE_CHECKING:
@@ -69,10 +69,8 @@ def clearances_mm(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[n
     from robotcell.collision.collision import FARTHEST, clearance
 
     collider = _collider(cell, board)
-    tools = np.array([tool_at(motion, float(time_s)) for time_s in motion.times[rows]], dtype=np.int64)
     distances = np.zeros(len(rows))
-    for tool in np.unique(tools).tolist():
-        mine = tools == tool
+    for tool, mine in rows_by_tool(motion, rows):
         distances[mine] = clearance(collider, motion.joints[rows[mine]], tool).distances
     return distances * _MM, FARTHEST * _MM
 

@@ -4,6 +4,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geometry.arrays import Scalars, Triangles
 from programs.program import Command, MoveTo, TimedProgram, Wait
@@ -76,6 +77,12 @@ def tool_at(motion: JointMotion, time_s: float) -> int:
     """Number of the tool in use at a time; of the first one before it is taken, 0 where there is none."""
     taken = int(np.searchsorted(motion.tool_times, time_s, side="right"))
     return motion.tools[max(taken - 1, 0)] if motion.tools else 0
+
+
+def rows_by_tool(motion: JointMotion, rows: NDArray[np.intp]) -> list[tuple[int, NDArray[np.bool_]]]:
+    """Tools in use at some moves, each with the (k,) rows of its own."""
+    tools = np.array([tool_at(motion, float(time_s)) for time_s in motion.times[rows]], dtype=np.int64)
+    return [(tool, tools == tool) for tool in np.unique(tools).tolist()]
 
 
 def bodies_glb(bodies: Sequence[Body], tint: Tint, marked: Collection[str] = (), mark: Tint = (0, 0, 0)) -> bytes:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from cleaning.exposure.exposure import Growth
 from cleaning.surface.facets import Facets
 from geometry.arrays import Directions, Indices, Points, Scalars
-from webui.glb.glb import Colours, flat_indexed_glb
+from webui.glb.glb import Colours, flat_indexed_glb, shared_corners
 
 _LIFT_MM = 0.03
 """Above the board that is drawn below, and above the selected part."""
@@ -81,15 +81,9 @@ def has_changed(piece: HeatPiece, colours: Colours, before: Colours | None) -> b
 
 def _piece(facets: Facets, chosen: Indices) -> HeatPiece:
     lifted = facets.triangles[chosen] + _LIFT_MM * facets.normals[chosen][:, None, :]
-    corners = np.ascontiguousarray(lifted.reshape(-1, 3) + 0.0, dtype=np.float32)  # + 0.0: there is no minus zero
-    cell = np.repeat(facets.cell[chosen], 3)
-    rows = np.column_stack([corners.view(np.uint32).astype(np.int64), cell])
-    order = np.lexsort(rows.T)
-    fresh = np.concatenate([[True], (rows[order[1:]] != rows[order[:-1]]).any(axis=1)])
-    index = np.empty(len(rows), dtype=np.uint32)
-    index[order] = np.cumsum(fresh) - 1
-    kept = order[fresh]
-    return HeatPiece(corners[kept].astype(np.float64), cell[kept], index, np.unique(cell))
+    corners, cell = lifted.reshape(-1, 3), np.repeat(facets.cell[chosen], 3)
+    kept, index = shared_corners(corners, cell)
+    return HeatPiece(corners[kept], cell[kept], index, np.unique(cell))
 
 
 class Accumulation:

@@ -229,15 +229,8 @@ def cell_values(report: CleaningReport, measure: Measure, stage: int) -> Scalars
 
 def exposed_values(exposure: Exposure, name: MeasureName) -> Scalars:
     """(c,) value of each cell after one stage."""
-    match name:
-        case "cone":
-            return exposure.cone_s
-        case "front":
-            return exposure.front_s
-        case "peak":
-            return exposure.peak_pa
-        case _:
-            return exposure.volume_mm
+    fields = {"cone": exposure.cone_s, "front": exposure.front_s, "peak": exposure.peak_pa}
+    return fields.get(name, exposure.volume_mm)
 
 
 def part_value(part: Part, name: MeasureName, stage: int) -> float:

@@ -1,20 +1,21 @@
-"""The board: import, parts table, card, colours and views."""
+"""The board and its components: import, parts table, cards, colours and views."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import viser
 
 from boards.board import Board, Side
 from boards.load import board_library, load_board
 from specs.progress import Progress
-from webui.cards.component_card import board_html
+from webui.cards.component_card import board_html, component_html, list_rows, rows_html
 from webui.layers.surface.ground import ColourBy
-from webui.page.imports import Loaded, import_board, join_table
 from webui.page.page import Page
+from webui.page.project import Project, ProjectError
 from webui.page.session import Session
-from webui.panels.widgets.choices import offer, on_choice
+from webui.panels.widgets.choices import ComponentStepper, offer, on_choice
 from webui.panels.widgets.job import Job
 from webui.scene.scene import Scene
 from webui.theme.html import legend_html
@@ -23,6 +24,60 @@ _COLOURS: dict[str, ColourBy] = {"Nothing": "nothing", "Class": "class", "Height
 _SIDES: dict[str, Side] = {"Top side": "top", "Bottom side": "bottom"}
 _LIBRARY_HALF = ".emp"
 """An IDF board comes in two files; this one holds the heights and is no board."""
+_TABLES = (".csv", ".tsv", ".txt", ".pos")
+_LARGEST_TABLE = 20_000_000
+_HINTS = (
+    "Zooms in and shows the card; a click on a part in the picture does too.",
+    "Go through the list, those with findings first.",
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loaded:
+    """A board, and its name in the project's list."""
+
+    name: str
+    board: Board
+
+
+def import_board(project: Project, name: str, content: bytes, progress: Progress) -> Loaded:
+    """Store an uploaded board in the project folder and read it; if reading fails or is cancelled, it is removed.
+
+    Raises:
+        ProjectError: its name, kind or size cannot be used.
+        OutputError: it cannot be written.
+        BoardError: it cannot be read.
+    """
+    stored = project.store(name, content)
+    try:
+        return Loaded(stored.name, load_board(project.locate(stored.name), None, progress))
+    except BaseException:
+        if stored.fresh:
+            project.discard(stored.name)
+        raise
+
+
+def join_table(name: str, content: bytes, read: Callable[[Path], Board]) -> Board:
+    """Read a board again with an uploaded parts table, which is not stored.
+
+    Args:
+        name: Of the table, whose suffix is its kind.
+        content: Of the table.
+        read: Reads the board with the table in this file.
+
+    Raises:
+        ProjectError: the table's kind or size cannot be used.
+        BoardError: the table or the board cannot be read.
+    """
+    suffix = next((each for each in _TABLES if name.lower().endswith(each)), None)
+    if suffix is None:
+        raise ProjectError(f"{name[:40]!r} is no parts table. Known are {', '.join(_TABLES)}.")
+    if len(content) > _LARGEST_TABLE:
+        raise ProjectError(f"{name[:40]!r}: {len(content) / 1e6:.0f} MB are too many for a parts table.")
+    with TemporaryDirectory(prefix="washboard-") as folder:
+        table = Path(folder) / f"parts{suffix}"
+        table.write_bytes(content)
+        return read(table)
 
 
 class BoardPanel:
@@ -120,3 +175,31 @@ class BoardPanel:
         with self._page.client.atomic():
             self._scene.change_view(replace(self._scene.view, components_by=_COLOURS[self._by.value]))
             self._legend.content = legend_html(self._scene.legends.get("components", {}).items())
+
+
+class ComponentsPanel:
+    """The list of components, and the card of the selected one."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the elements in the container that is open."""
+        self._page, self._scene = page, scene
+        gui = page.client.gui
+        self._filter = gui.add_text("Filter", "", hint="Part of a name, package or class, or a pattern such as C1*.")
+        self._steps = ComponentStepper(page, scene, ("Go to", "Step"), _HINTS)
+        self._list = gui.add_html("")
+        with gui.add_folder("Selected part"):
+            self._card = gui.add_html("")
+        self._filter.on_update(lambda _: self._list_components(page.session))
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        same = before is not None and session.board is before.board and session.run is before.run
+        if before is None or not same or session.selection != before.selection:
+            self._card.content = component_html(session, self._scene.strokes)
+            self._list_components(session)
+
+    def _list_components(self, session: Session) -> None:
+        rows, selected = list_rows(session, self._filter.value), session.selection.component
+        with self._page.client.atomic():
+            self._list.content = rows_html(rows, selected)
+            self._steps.offer([row.component.name for row in rows], selected)

@@ -103,24 +103,22 @@ class LineTool:
     def _start(self) -> None:
         self._points = []
         self._scene.click_taker = self._take
-        self._hint.content = box_html("Click where the line begins.")
-        self._draw.visible, self._cancel.visible, self._form.visible = False, True, False
+        self._show_state("Click where the line begins.", drawing=True)
 
     def _take(self, origin: Points, direction: Points) -> None:
         place = self._scene.point_on_board(origin, direction)
         if place is None:
-            self._hint.content = box_html("That is beside the board's plane; click on the board.")
+            self._show_state("That is beside the board's plane; click on the board.", drawing=True)
             return
         self._points.append(place)
         if len(self._points) == 1:
             self._begin.value = self._end.value = place
-            self._hint.content = box_html("Click where it ends.")
+            self._show_state("Click where it ends.", drawing=True)
             return
         self._scene.click_taker = None
         self._end.value = place
         self._name.value = free_name(self._page.session.recipe)
-        self._hint.content = box_html("Give it a name and a step.")
-        self._form.visible = True
+        self._show_state("Give it a name and a step.", drawing=True, form=True)
         self._preview()
 
     def _finish(self) -> None:
@@ -135,9 +133,12 @@ class LineTool:
     def _stop(self) -> None:
         self._scene.click_taker = None
         self._points = []
-        self._hint.content = box_html(_IDLE)
-        self._draw.visible, self._cancel.visible, self._form.visible = True, False, False
+        self._show_state(_IDLE, drawing=False)
         self._preview()
+
+    def _show_state(self, hint: str, *, drawing: bool, form: bool = False) -> None:
+        self._hint.content = box_html(hint)
+        self._draw.visible, self._cancel.visible, self._form.visible = not drawing, drawing, form
 
     def _preview(self) -> None:
         z = self._page.session.board.top_z_mm + 0.5

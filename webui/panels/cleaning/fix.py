@@ -10,8 +10,8 @@ from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.job import RunButton
 from webui.theme.html import quiet_html
+from webui.tuning.accept import Fix, apply_fix
 from webui.tuning.proposal_html import fix_html
-from webui.tuning.quick_fix import Fix, apply_fix
 
 SUGGEST, CANCEL, APPLY = "Suggest changes", "Cancel suggesting", "Apply this change"
 _MOST = 3
@@ -73,7 +73,7 @@ class FixCard:
         component = part.component
 
         def work(progress: Progress) -> tuple[Fix, ...]:
-            from webui.tuning.suggestions import Failing, suggest_fixes
+            from webui.tuning.background import Failing, suggest_fixes
 
             parameters = project.open_parameters(analysis.parameters_name)
             return suggest_fixes(Failing(component, session.document, run, parameters, analysis), progress)

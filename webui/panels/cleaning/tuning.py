@@ -1,16 +1,153 @@
-"""Tuning the recipe: the button that opens its window, the job in the background, and the decision on its proposal."""
+"""Tuning the recipe: the job in the background, its window, and the decision on its proposal."""
 
-from specs.errors import JobError
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import viser
+
+from rulesengine.tuning.variables.design_variables import ChangeKind
 from specs.progress import Progress
 from webui.forms.spec_form import reason_of
 from webui.page.page import Page
-from webui.page.proposal import Proposal, TuningError, TuningSettings
+from webui.page.proposal import GOALS, KIND_WORDS, Proposal, TuningError, TuningSettings
 from webui.page.session import Change, Session
-from webui.panels.cleaning.tuning_window import APPLY, CANCEL, CLOSE, DISCARD, SAVE, START, TuningWindow
 from webui.panels.widgets.job import Job
-from webui.theme.html import quiet_html
+from webui.theme.html import progress_html, quiet_html, remark_html
+from webui.theme.palette import QUIET
 from webui.tuning.accept import apply_proposal, save_proposal
-from webui.tuning.proposal_html import headline_of
+from webui.tuning.proposal_html import changes_html, diff_html, headline_of, reasons_html, totals_html
+
+START, CANCEL, APPLY, SAVE, DISCARD, CLOSE = (
+    "Start", "Cancel tuning", "Apply these changes", "Save as a new recipe", "Discard", "Close",
+)  # fmt: skip
+_MARK = "washboard-tuning"
+_STYLE = f"""<style>
+.mantine-Modal-content:has(.{_MARK}) {{ flex: 0 0 min(820px, 94vw) !important; max-height: 94vh !important; }}
+</style><div class="{_MARK}"></div>"""
+"""Recipes are wider than the usual window."""
+
+_NOTE = (
+    "Changes what is ticked until all that can be cleaned is predicted clean, then shortens the recipe. "
+    "The recipe stays as it is until you apply that."
+)
+
+Actions = Mapping[str, Callable[[], None]]
+"""Actions by the label of their button."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Inputs:
+    """Inputs of the settings."""
+
+    kinds: tuple[viser.GuiCheckboxHandle, ...]
+    goal: viser.GuiDropdownHandle[str]
+    seconds: viser.GuiNumberHandle[float]
+    litres: viser.GuiNumberHandle[float]
+    analyses: viser.GuiNumberHandle[float]
+
+
+class TuningWindow:
+    """Window of tuning: it shows one of its three parts at a time."""
+
+    def __init__(self, page: Page, settings: TuningSettings, actions: Actions) -> None:
+        """Open it with settings filled in."""
+        self._gui, self._actions = page.client.gui, actions
+        self._window = self._gui.add_modal("Tune the recipe")
+        with self._window:
+            self._form = self._gui.add_folder(None)
+            with self._form:
+                self._gui.add_html(quiet_html(_NOTE))
+                self._inputs = self._add_inputs(settings)
+                self._remark = self._gui.add_html("")
+                self._add_button(START)
+            self._working = self._gui.add_html("", visible=False)
+            self._proposing = self._gui.add_folder(None, visible=False)
+            with self._proposing:
+                self._gui.add_html(_STYLE)
+                self._proposal = self._gui.add_html("")
+                self._name = self._gui.add_text("New recipe", "", hint="A file in the project folder.")
+                self._refusal = self._gui.add_html("")
+                self._takes = tuple(self._add_button(label) for label in (APPLY, SAVE, DISCARD))
+            self._cancel = self._add_button(CANCEL)
+            self._cancel.visible = False
+            self._add_button(CLOSE)
+
+    def _add_inputs(self, settings: TuningSettings) -> _Inputs:
+        gui = self._gui
+        return _Inputs(
+            tuple(
+                gui.add_checkbox(label, kind in settings.kinds, hint=hint) for kind, (label, hint) in KIND_WORDS.items()
+            ),
+            gui.add_dropdown(
+                "For",
+                tuple(GOALS),
+                initial_value=next(label for label, goal in GOALS.items() if goal == settings.goal),
+                hint="Whether water left under parts counts too.",
+            ),
+            gui.add_number("Time at most (s)", settings.seconds, min=0.0, hint="Of the program; 0 is no limit."),
+            gui.add_number("Liquid at most (l)", settings.litres, min=0.0, hint="Of the program; 0 is no limit."),
+            gui.add_number(
+                "Analyses at most", settings.analyses, min=2.0, step=1.0, hint="More of them find a better recipe."
+            ),
+        )
+
+    def _add_button(self, label: str) -> viser.GuiButtonHandle:
+        button = self._gui.add_button(label, color=None if label in (START, APPLY) else QUIET)
+        button.on_click(lambda _: self._actions[label]())
+        return button
+
+    def settings(self) -> TuningSettings:
+        """Settings that are filled in."""
+        inputs = self._inputs
+        ticked = frozenset[ChangeKind](kind for kind, box in zip(KIND_WORDS, inputs.kinds, strict=True) if box.value)
+        goal = GOALS[inputs.goal.value]
+        return TuningSettings(ticked, goal, inputs.seconds.value, inputs.litres.value, inputs.analyses.value)
+
+    @property
+    def name(self) -> str:
+        """Name for a new recipe."""
+        return self._name.value.strip()
+
+    def show_form(self, remark: str = "") -> None:
+        """Show the inputs, and why tuning did not begin or failed."""
+        self._remark.content = remark_html(remark)
+        self._show(self._form)
+
+    def show_progress(self, what: str, done: float) -> None:
+        """Show the progress."""
+        self._working.content = progress_html(what, done)
+        self._show(self._working)
+
+    def propose(self, proposal: Proposal) -> None:
+        """Show a proposal."""
+        tuned = proposal.tuned
+        self._proposal.content = (
+            totals_html(tuned)
+            + changes_html(tuned.changes)
+            + diff_html(proposal.document.text, proposal.text)
+            + reasons_html(tuned)
+        )
+        self._name.value = f"{proposal.document.file.stem}-tuned.yaml"
+        self._refusal.content = ""
+        for button in self._takes[:2]:
+            button.visible = proposal.changes
+        self._name.visible = proposal.changes
+        self._show(self._proposing)
+
+    def refuse(self, reason: str) -> None:
+        """Show why the proposal was not applied."""
+        self._refusal.content = remark_html(reason)
+
+    def _show(self, part: viser.GuiFolderHandle | viser.GuiHtmlHandle) -> None:
+        for each in (self._form, self._working, self._proposing):
+            if each.visible != (each is part):
+                each.visible = each is part
+        self._cancel.visible = part is self._working
+
+    def close(self) -> None:
+        """Close it; what is under way goes on."""
+        if not self._window.closed:
+            self._window.close()
 
 
 class TuneCard:
@@ -21,12 +158,11 @@ class TuneCard:
         self._page = page
         self._settings = TuningSettings()
         self._window: TuningWindow | None = None
-        gui = page.client.gui
-        self._button = gui.add_button(
+        button = page.client.gui.add_button(
             "Tune\N{HORIZONTAL ELLIPSIS}", hint="Changes the recipe until all that it can clean is predicted clean."
         )
         self._job: Job[Proposal] = Job(page, self._show_progress)
-        self._button.on_click(lambda _: self._open())
+        button.on_click(lambda _: self._open())
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
@@ -36,39 +172,42 @@ class TuneCard:
             self._job.show(state_html(session))
 
     def _open(self) -> None:
+        def discard() -> None:
+            self._page.remember(lambda session: session.with_proposal(None))
+            window.show_form()
+
+        def accept(change: Change) -> None:
+            if self._page.attempt(change, lambda error: window.refuse(reason_of(error))):
+                self._close()
+
         self._close()
-        self._window = TuningWindow(
-            self._page,
-            self._settings,
-            {
-                START: self._start,
-                CANCEL: self._cancel,
-                APPLY: lambda: self._take(apply_proposal),
-                SAVE: self._save,
-                DISCARD: self._discard,
-                CLOSE: self._close,
-            },
-        )
+        actions: Actions = {
+            START: lambda: self._start(window),
+            CANCEL: self._cancel,
+            APPLY: lambda: accept(apply_proposal),
+            SAVE: lambda: accept(save_proposal(self._page.project, window.name)),
+            DISCARD: discard,
+            CLOSE: self._close,
+        }
+        self._window = window = TuningWindow(self._page, self._settings, actions)
         proposal = self._page.session.proposal
         if self._job.running:
-            self._window.show_progress("tuning", 0.0)
+            window.show_progress("tuning", 0.0)
         elif proposal is not None:
-            self._window.propose(proposal)
+            window.propose(proposal)
 
     def _close(self) -> None:
         window, self._window = self._window, None
         if window is not None:
             window.close()
 
-    def _start(self) -> None:
+    def _start(self, window: TuningWindow) -> None:
         """Begin with the recipe as it is edited now; it need not be planned."""
-        if self._window is None:
-            return
-        self._settings = self._window.settings()
+        self._settings = window.settings()
         try:
             request = self._settings.request()
         except TuningError as error:
-            self._window.show_form(str(error))
+            window.show_form(str(error))
             return
         session, project = self._page.session, self._page.project
         name = session.parameters_name
@@ -79,20 +218,19 @@ class TuneCard:
             task = Task(session.document, session.board, name, project.open_parameters(name), request)
             return propose(task, session.analysed, progress)
 
-        self._job.start(work, self._propose, self._show_form)
+        def take(proposal: Proposal) -> None:
+            if proposal.board is self._page.session.board:  # else another one was chosen just now
+                self._page.remember(lambda session: session.with_proposal(proposal))
+                if self._window is not None:
+                    with self._page.client.atomic():
+                        self._window.propose(proposal)
+
+        self._job.start(work, take, self._show_form)
 
     def _cancel(self) -> None:
         with self._page.client.atomic():
             self._job.stop()
             self._show_form("")
-
-    def _propose(self, proposal: Proposal) -> None:
-        if proposal.board is not self._page.session.board:  # another one was chosen just now
-            return
-        self._page.remember(lambda session: session.with_proposal(proposal))
-        if self._window is not None:
-            with self._page.client.atomic():
-                self._window.propose(proposal)
 
     def _show_form(self, remark: str) -> None:
         if self._window is not None:
@@ -101,23 +239,6 @@ class TuneCard:
     def _show_progress(self, what: str, done: float) -> None:
         if self._window is not None:
             self._window.show_progress(what, done)
-
-    def _take(self, change: Change) -> None:
-        if self._page.attempt(change, self._refuse):
-            self._close()
-
-    def _save(self) -> None:
-        if self._window is not None:
-            self._take(save_proposal(self._page.project, self._window.name))
-
-    def _discard(self) -> None:
-        self._page.remember(lambda session: session.with_proposal(None))
-        if self._window is not None:
-            self._window.show_form()
-
-    def _refuse(self, error: JobError) -> None:
-        if self._window is not None:
-            self._window.refuse(reason_of(error))
 
 
 def state_html(session: Session) -> str:

@@ -10,16 +10,6 @@ from webui.theme.html import box_html, quiet_html
 from webui.threads.worker import Worker
 
 _RATES = ("1", "2", "5", "10", "20", "50")
-_HINTS = {
-    "Program (.wash)": "The timed program; washboard show reads it.",
-    "Picture (PNG)": "Board, paths and heights on one sheet.",
-    "Picture (SVG)": "The same, to be enlarged or edited.",
-    "Report (JSON)": "Totals, classes, components and findings as data.",
-    "Playback (HTML)": "One file that plays in any browser, without Washboard.",
-    "Recipe (YAML)": "The recipe as it is edited now.",
-    "Cleaning report (HTML)": "The cleaning prediction, to look at and print.",
-    "Cleaning report (JSON)": "The same as data.",
-}
 
 
 class OutputPanel:
@@ -33,7 +23,7 @@ class OutputPanel:
         gui = page.client.gui
         self._state = gui.add_html("")
         self._kind = gui.add_dropdown("File", tuple(KINDS), hint="What to download.")
-        self._hint = gui.add_html(quiet_html(next(iter(_HINTS.values()))))
+        self._hint = gui.add_html(quiet_html(next(iter(KINDS.values()))[1]))
         self._rate = gui.add_dropdown(
             "Speed (x)", _RATES, initial_value="10", visible=False, hint="How many times faster than the robot."
         )
@@ -45,7 +35,7 @@ class OutputPanel:
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
         if before is None or session.run is not before.run:
-            rules = forbidding(session.run)
+            rules = forbidding(() if session.run is None else session.run.findings)
             violated = ", ".join(f"{rule} ({count})" for rule, count in rules.items())
             errors = amount(sum(rules.values()), "error").capitalize()
             hint = "Correct them, or tick the rule below to write the program in spite of it."
@@ -53,7 +43,7 @@ class OutputPanel:
             self._allowed.offer(rules)
 
     def _choose(self, kind: str) -> None:
-        self._hint.content = quiet_html(_HINTS[kind])
+        self._hint.content = quiet_html(KINDS[kind][1])
         self._rate.visible = kind.startswith("Playback")
 
     def _make(self) -> None:

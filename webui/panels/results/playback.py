@@ -27,7 +27,7 @@ from webui.layers.paths.timeline import (
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.choices import on_choice
-from webui.scene.nozzle_view import NozzleView
+from webui.scene.moving import NozzleView
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, quiet_html, small_html
 from webui.threads.playback_clock import Player
@@ -114,7 +114,8 @@ class PlaybackPanel:
         self._player = Player(self._draw)
         self._player.rate = 5.0
         self._worker: Worker[Playable] = Worker(no_progress)
-        page.on_close(self._close)
+        for close in (self._worker.close, self._player.pause, lambda: self._quiet.cancel()):
+            page.on_close(close)
         self._buttons.on_click(lambda event: self._press(event.target.value))
         on_choice(self._slider, self._seek)
         self._rate.on_update(lambda event: setattr(self._player, "rate", float(event.target.value)))
@@ -205,11 +206,6 @@ class PlaybackPanel:
 
     def _seek(self, time_s: float) -> None:
         self._when_ready(lambda: self._player.seek(time_s))
-
-    def _close(self) -> None:
-        self._quiet.cancel()
-        self._player.pause()
-        self._worker.close()
 
     def _name_button(self) -> None:
         options = (_BACK, _PAUSE if self._player.playing else _PLAY, _ON)

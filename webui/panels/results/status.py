@@ -33,7 +33,7 @@ class StatusPanel:
         gui = page.client.gui
         self._html = gui.add_html("")
         self._button = gui.add_button(_CANCEL, visible=False, color="gray", hint="Give up planning, or plan again.")
-        self._button.on_click(lambda _: self._press())
+        self._button.on_click(lambda _: page.cancel() if self._button.label == _CANCEL else page.plan())
         self._patience = self._new_patience()
         page.on_progress(self._show_progress)
         page.on_close(lambda: self._patience.cancel())
@@ -62,19 +62,15 @@ class StatusPanel:
                 self.show(self._page.session, None)
 
     def _new_patience(self) -> threading.Timer:
-        timer = threading.Timer(_PATIENCE_S, self._offer_to_cancel)
+        """Timer after which planning can be cancelled."""
+
+        def offer() -> None:
+            if not self._page.session.planned:
+                self._button.visible = True
+
+        timer = threading.Timer(_PATIENCE_S, offer)
         timer.daemon = True
         return timer
-
-    def _offer_to_cancel(self) -> None:
-        if not self._page.session.planned:
-            self._button.visible = True
-
-    def _press(self) -> None:
-        if self._button.label == _CANCEL:
-            self._page.cancel()
-        else:
-            self._page.plan()
 
 
 def status_html(session: Session, planned_s: float | None, what: str, share: float) -> str:
@@ -90,9 +86,11 @@ def status_html(session: Session, planned_s: float | None, what: str, share: flo
             f'<span data-total style="font-size:22px;font-weight:600">{clock(run.program.totals.duration_s)}</span>'
             f'<span style="font-size:15px">{litres_of(run):.1f} l</span></div>'
         )
-    if session.planned:
+    if run is not None and session.planned:
         took = f"Planned in {planned_s:.2f} s." if planned_s is not None else "Planned."
-        rows += [_line(f"{took} {_findings(run)}" if run is not None else took), bar_html(None)]
+        counts = Counter(finding.severity for finding in run.findings)
+        found = ", ".join(amount(counts[severity], severity) for severity in _SEVERITIES if counts[severity])
+        rows += [_line(f"{took} {found.capitalize() or 'No errors or warnings'}."), bar_html(None)]
     elif what in _STOPPED:
         older = " The paths are those of the recipe before." if run is not None else ""
         rows += [_line(f"{what.capitalize()}.{older}", ACCENT), bar_html(None)]
@@ -106,12 +104,6 @@ def status_html(session: Session, planned_s: float | None, what: str, share: flo
 def litres_of(run: Run) -> float:
     """Liquid of all functions together, l."""
     return sum(litres for _, litres in run.program.totals.liquid_l)
-
-
-def _findings(run: Run) -> str:
-    counts = Counter(finding.severity for finding in run.findings)
-    found = [amount(counts[severity], severity) for severity in _SEVERITIES if counts[severity]]
-    return f"{', '.join(found).capitalize()}." if found else "No errors or warnings."
 
 
 def _line(text: str, colour: Tint = QUIET, mark: str = "data-progress") -> str:

@@ -4,7 +4,7 @@ from programs.posts.dialects import DIALECTS
 from specs.errors import JobError
 from specs.source import NO_SOURCE
 from webui.cards.finding_list import mistakes_html
-from webui.downloads.robot_program import Made, download_program, forbidding, make_program
+from webui.downloads.downloads import RobotProgram, download_program, forbidding, make_program
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.robot.text_preview import TextPreview
@@ -22,12 +22,12 @@ class ProgramPanel:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page = page
-        self._made: Made | None = None
+        self._made: RobotProgram | None = None
         gui = page.client.gui
         self._names = {language.title: name for name, language in DIALECTS.items()}
         self._language = gui.add_dropdown("Language", tuple(self._names), hint="Of the robot's controller.")
         self._notes = gui.add_html("")
-        self._run: RunButton[Made] = RunButton(
+        self._run: RunButton[RobotProgram] = RunButton(
             page, "Write", self._begin, "The program is checked in the cell first, if that was not done."
         )
         self._preview = TextPreview(page, scene)
@@ -64,7 +64,7 @@ class ProgramPanel:
             lambda _: self._forget(self._page.session),
         )
 
-    def _take(self, made: Made) -> None:
+    def _take(self, made: RobotProgram) -> None:
         if made.checked is not self._page.session.checked:
             self._page.remember(lambda session: session.with_check(made.checked))
         session = self._page.session
@@ -75,7 +75,7 @@ class ProgramPanel:
             self._made = made
             self._run.show(written_html(made))
             self._preview.open(made.written.files, session.selection.made_by)
-            self._allowed.offer(forbidding(made))
+            self._allowed.offer(forbidding(made.findings))
             self._download.visible = True
 
     def _forget(self, session: Session) -> None:
@@ -100,7 +100,7 @@ class ProgramPanel:
         self._page.client.send_file_download(download.name, download.content, save_immediately=True)
 
 
-def written_html(made: Made) -> str:
+def written_html(made: RobotProgram) -> str:
     """Files, timing errors of the jet, and findings of a written program."""
     written = made.written
     language, error = DIALECTS[written.dialect], written.error

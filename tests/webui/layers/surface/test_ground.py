@@ -63,7 +63,8 @@ def test_shared_corners_stand_for_all_of_them(data):
     corners = np.array(data.draw(st.lists(corner, min_size=count, max_size=count))).reshape(-1, 3)
     tint = st.sampled_from([(0, 0, 1), (0, 1, 0), (255, 255, 255)])
     colours = np.array(data.draw(st.lists(tint, min_size=count, max_size=count)), dtype=np.uint8).reshape(-1, 3)
-    kept, index = shared_corners(corners, colours)
+    labels = colours.astype(np.int64) @ [65536, 256, 1]
+    kept, index = shared_corners(corners, labels)
     np.testing.assert_allclose(corners[kept][index], corners, atol=1e-6)
     np.testing.assert_array_equal(colours[kept][index], colours)
     assert list(kept) == sorted(set(kept))

@@ -8,7 +8,7 @@ from tiny_session import tiny_session
 
 from specs.source import Source
 from webui.layers.paths.strokes import stroke_lines
-from webui.panels.board.components import ComponentsPanel
+from webui.panels.board.board import ComponentsPanel
 
 NONE = "\N{EN DASH}"
 

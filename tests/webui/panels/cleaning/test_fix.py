@@ -20,8 +20,8 @@ from webui.page.analysed import Analysed
 from webui.page.project import open_project
 from webui.page.session import Selection
 from webui.panels.cleaning.fix import APPLY, CANCEL, SUGGEST, FixCard
-from webui.tuning import suggestions as tuning_suggest
-from webui.tuning.quick_fix import Fix
+from webui.tuning import background as tuning_suggest
+from webui.tuning.accept import Fix
 
 BEFORE, AFTER = Figures(2, 9, 0.31, 90.0, 2.5), Figures(3, 6, 0.04, 104.5, 2.9)
 

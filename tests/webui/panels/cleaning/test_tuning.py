@@ -10,8 +10,7 @@ from tuned_recipe import proposal, slower
 
 from cleaning.errors import CleaningError
 from webui.page.project import open_project
-from webui.panels.cleaning.tuning import TuneCard
-from webui.panels.cleaning.tuning_window import APPLY, CANCEL, CLOSE, DISCARD, SAVE, START
+from webui.panels.cleaning.tuning import APPLY, CANCEL, CLOSE, DISCARD, SAVE, START, TuneCard
 from webui.tuning import background as tuning_run
 
 TUNE = "Tune\N{HORIZONTAL ELLIPSIS}"

@@ -81,9 +81,9 @@ def test_errors_forbid_the_program_until_their_rule_is_allowed(session: Session)
 
 
 def test_what_forbids_a_program_is_counted(session: Session) -> None:
-    assert forbidding(None) == {}
-    assert forbidding(session.run) == {}
-    assert forbidding(broken(session).run) == {"not-served": 1}
+    assert forbidding(()) == {}
+    assert forbidding(session.run.findings) == {}
+    assert forbidding(broken(session).run.findings) == {"not-served": 1}
 
 
 @pytest.mark.parametrize("kind", [PROGRAM, PNG, REPORT])

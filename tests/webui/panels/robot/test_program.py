@@ -12,8 +12,8 @@ from tiny_session import tiny_session
 
 from programs.errors import ProgramError
 from robotcell.cell.load import read_cell
-from webui.downloads import robot_program
-from webui.downloads.robot_program import download_program, forbidding, make_program
+from webui.downloads import downloads
+from webui.downloads.downloads import download_program, forbidding, make_program
 from webui.page.checked import check_program
 from webui.page.project import open_project
 from webui.panels.robot.program import ProgramPanel, written_html
@@ -46,7 +46,7 @@ def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
 
 def test_a_program_that_was_not_checked_is_checked_first(monkeypatch):
     done, told = ready().check, []
-    monkeypatch.setattr(robot_program, "check_program", lambda run, cell, progress: replace(done, run=run, cell=cell))
+    monkeypatch.setattr(downloads, "check_program", lambda run, cell, progress: replace(done, run=run, cell=cell))
     fresh = replace(ready(), checked=None)
     made = make_program(fresh, "abb", lambda what, share: told.append((what, share)))
     assert made.checked.run is fresh.run
@@ -66,7 +66,7 @@ def test_errors_forbid_the_download_until_their_rules_are_allowed():
         done, report=replace(done.report, findings=(made_finding("collision", "error", "it hits the wall"),))
     )
     made = make_program(replace(ready(), checked=wrong), "abb", quiet)
-    assert forbidding(made) == ("collision",)
+    assert forbidding(made.findings).keys() == {"collision"}
     with pytest.raises(ProgramError, match="it hits the wall"):
         download_program(made, ())
     assert download_program(made, ("collision",)).name == "tiny.mod"

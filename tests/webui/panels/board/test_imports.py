@@ -4,8 +4,8 @@ import pytest
 
 from boards.errors import BoardError
 from boards.load import board_library, load_board
-from webui.page.imports import import_board, join_table
 from webui.page.project import ProjectError, open_project
+from webui.panels.board.board import import_board, join_table
 from webui.threads.worker import CancelledError
 
 TINY = board_library()["tiny"]

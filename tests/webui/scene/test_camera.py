@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from webui.scene.camera_fit import Lens, Pose, between, frame_box
+from webui.scene.camera import Lens, Pose, between, frame_box
 
 SIZES = st.floats(1.0, 500.0)
 

@@ -1,6 +1,6 @@
-"""The robot cell in a scene; the robot is moved from pose to pose."""
+"""What moves in a scene: the nozzle with its jet, and the robot in its cell."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import viser
@@ -9,11 +9,75 @@ from geometry.arrays import Points, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Body, Poses, link_poses
+from webui.layers.paths.nozzle import Moment, cone_of, nozzle_body, outlines_of
 from webui.layers.robot.robot import bodies_glb, placed_triangles
-from webui.theme.palette import COLLIDING, ROBOT, STAND, TOOL, Tint
+from webui.theme.palette import ACCENT, COLLIDING, QUIET, ROBOT, STAND, TOOL, Tint
 
-_MM = 1000.0
+_M, _MM = 0.001, 1000.0
+_STEEL = (124, 136, 146)
+_SAME_MM = 0.02
+"""A rim that moved less against the orifice is not sent again."""
 _NONE: frozenset[str] = frozenset()
+
+
+class NozzleView:
+    """Draws one nozzle; for pages and recordings."""
+
+    def __init__(self, api: viser.SceneApi, tints: Mapping[str, Tint]) -> None:
+        """Create the nodes, hidden.
+
+        Args:
+            api: The scene.
+            tints: Colour of each function's jet.
+        """
+        self._tints = dict(tints)
+        corners, faces = nozzle_body()
+        rim, faces_of_cone = cone_of(np.zeros((96, 3)))
+        self._frame = api.add_frame("/tool", show_axes=False, visible=False)
+        api.add_mesh_simple("/tool/body", corners * _M, faces, color=_STEEL, cast_shadow=False)
+        self._cone = api.add_mesh_simple(
+            "/jet", rim, faces_of_cone, color=QUIET, opacity=0.28, side="double", visible=False, cast_shadow=False
+        )
+        self._front = api.add_line_segments(
+            "/front", np.zeros((1, 2, 3)), ACCENT, thickness=2.5, thickness_units="screen", visible=False
+        )
+        self._rim: Points = np.empty((0, 3))
+        self._function = ""
+
+    def show(self, moment: Moment) -> None:
+        """Show the nozzle at a time of the program."""
+        place = moment.tcp * _M
+        self._frame.position, self._frame.wxyz = place, moment.quaternion
+        if not self._frame.visible:
+            self._frame.visible = True
+        sprays = len(moment.rim) > 0
+        if sprays:
+            self._cone.position = self._front.position = place
+            self._shape(moment)
+        self._switch(sprays)
+
+    def hide(self) -> None:
+        """Hide the nozzle."""
+        self._frame.visible = False
+        self._switch(False)
+
+    def recolour(self, tints: Mapping[str, Tint]) -> None:
+        """Set the colours of functions."""
+        self._tints, self._function = dict(tints), ""
+
+    def _switch(self, spraying: bool) -> None:
+        if self._cone.visible != spraying:
+            self._cone.visible = self._front.visible = spraying
+
+    def _shape(self, moment: Moment) -> None:
+        if moment.function != self._function:
+            self._function = moment.function
+            self._cone.color = self._tints.get(moment.function, QUIET)
+        if self._rim.shape == moment.rim.shape and np.abs(self._rim - moment.rim).max() < _SAME_MM:
+            return
+        self._rim = moment.rim
+        self._cone.vertices = (cone_of(moment.rim)[0] * _M).astype(np.float32)
+        self._front.points = (outlines_of(moment.rim, moment.core) * _M).astype(np.float32)
 
 
 class RobotView:

@@ -4,9 +4,9 @@ import pytest
 from made_findings import made_finding
 from tiny_session import tiny_session
 
-from webui.cards.stroke_card import card_html
 from webui.layers.paths.strokes import stroke_lines
 from webui.page.session import Selection
+from webui.panels.board.paths import card_html
 from webui.theme.html import legend_html
 
 
