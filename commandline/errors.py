@@ -77,7 +77,7 @@ def _print_error(message: str) -> None:
 
 
 def _print_internal(error: Exception) -> None:
-    """Ask for a report of an internal error; its traceback is printed on request."""
+    """Request a report of an internal error; its traceback is printed if so set in the environment."""
     if os.environ.get(DEBUG_VARIABLE, "") not in ("", "0"):
         _print_error("".join(traceback.format_exception(error)).rstrip())
     text = " ".join(str(error).split())[:300]

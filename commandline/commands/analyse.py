@@ -80,7 +80,7 @@ def analyse(
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places, cleaning_bytes
         from reports.html.cleaning_page import cleaning_page
-        from reports.tables.report_header import this_producer
+        from reports.tables.cleaning_tables import this_producer
         from reports.terminal.cleaning_card import print_cleaning, print_verified
         from reports.terminal.console import open_console, print_files
 

@@ -146,7 +146,7 @@ def schema() -> None:
     with job_errors():
         from robotcell.cell.schema import cell_schema
 
-        typer.echo(cell_schema().encode(), nl=False)  # UTF-8 whatever the terminal speaks
+        typer.echo(cell_schema().encode(), nl=False)  # UTF-8 whatever encoding the terminal has
 
 
 @app.command()

@@ -50,7 +50,7 @@ def compare(
     with job_errors():
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places, json_bytes
-        from reports.html.comparison_page import comparison_page
+        from reports.html.cleaning_page import comparison_page
         from reports.tables import comparison
         from reports.terminal.cleaning_card import print_comparison
         from reports.terminal.console import open_console, print_files

@@ -111,7 +111,7 @@ def _analyse(run: "Run", folder: Path) -> None:
     from reports.files.atomic_write import write_outputs
     from reports.files.write_run import cleaning_bytes
     from reports.html.cleaning_page import cleaning_page
-    from reports.tables.report_header import this_producer
+    from reports.tables.cleaning_tables import this_producer
     from reports.terminal.cleaning_card import print_worst
     from reports.terminal.console import open_console, print_files
 

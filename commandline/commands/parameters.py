@@ -28,7 +28,7 @@ def show(source: ParametersSource = "default") -> None:
     with job_errors():
         from cleaning.parameters.load import read_parameters
         from reports.terminal.console import open_console
-        from reports.terminal.parameters_card import print_parameters
+        from reports.terminal.spec_card import print_parameters
 
         print_parameters(open_console(), read_parameters(source))
 
@@ -42,7 +42,7 @@ def schema() -> None:
     with job_errors():
         from cleaning.parameters.schema import parameters_schema
 
-        typer.echo(parameters_schema().encode(), nl=False)  # UTF-8 whatever the terminal speaks
+        typer.echo(parameters_schema().encode(), nl=False)  # UTF-8 whatever encoding the terminal has
 
 
 @app.command()

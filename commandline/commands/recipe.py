@@ -81,7 +81,7 @@ def show(source: RecipeSource = "smt-aqueous") -> None:
     with job_errors():
         from recipes.load import read_recipe
         from reports.terminal.console import open_console
-        from reports.terminal.recipe_card import print_recipe
+        from reports.terminal.spec_card import print_recipe
 
         print_recipe(open_console(), read_recipe(source))
 
@@ -95,7 +95,7 @@ def schema() -> None:
     with job_errors():
         from recipes.schema import recipe_schema
 
-        typer.echo(recipe_schema().encode(), nl=False)  # UTF-8 whatever the terminal speaks
+        typer.echo(recipe_schema().encode(), nl=False)  # UTF-8 whatever encoding the terminal has
 
 
 @app.command()

@@ -32,7 +32,7 @@ class CellExport:
 def export_in_cell(
     program: TimedProgram, loaded: LoadedCell, dialect: str, board: Board | None, progress: Progress = no_progress
 ) -> CellExport:
-    """Track a program in a cell and write what the robot does; where it cannot do it, write what was asked for.
+    """Track a program in a cell and write what the robot does; where it cannot do it, write it as planned.
 
     Args:
         program: As planned.
@@ -42,7 +42,7 @@ def export_in_cell(
         progress: Receives the stage and the share done.
 
     Raises:
-        JobError: the cell lacks something that the program names, or the language cannot say it.
+        JobError: the cell lacks something that the program names, or the language cannot express it.
     """
     report = track(program, loaded.cell, board, terms=terms_of(loaded), progress=progress)
     return CellExport(report, write_tracked(report, loaded, dialect))
@@ -52,7 +52,7 @@ def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str) -> Expor
     """Write what a robot does with a program.
 
     Raises:
-        ProgramError: the language needs the joint motion and there is none, or it cannot say the program.
+        ProgramError: the language needs the joint motion and there is none, or it cannot express the program.
     """
     installation = installation_of(loaded)
     if not report.possible:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cleaning.report import Traceability
     from cleaning.verdicts.results import CleaningReport
     from cleaning.verify import Verified
-    from reports.tables.report_header import Producer
+    from reports.tables.cleaning_tables import Producer
     from rulesengine.planning.pipeline import Run
 
 _KINDS = {

@@ -1,4 +1,4 @@
-"""A cleaning report as one page of HTML that needs nothing else: to look at, print and keep."""
+"""A cleaning report, or two side by side, as one page of HTML that needs nothing else: to read, print and keep."""
 
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -16,11 +16,20 @@ from cleaning.verdicts.cleanliness import (
 from cleaning.verdicts.results import CleaningReport, Part
 from cleaning.verify import Verified
 from reports.html.page import image, section, table_html, verdict_mark, whole_page
-from reports.pictures.cleaning_curves import draw_limiting, draw_volumes
-from reports.pictures.cleaning_pictures import VERDICT_COLOURS, draw_exposures, draw_verdicts
+from reports.pictures.cleaning_pictures import (
+    VERDICT_COLOURS,
+    draw_exposures,
+    draw_limiting,
+    draw_verdicts,
+    draw_volumes,
+)
 from reports.pictures.gap_picture import draw_gaps
 from reports.pictures.sheet import ACCENT
 from reports.tables.cleaning_tables import (
+    GRADES,
+    LIMITS,
+    VERDICT_WORDS,
+    Producer,
     assumptions_table,
     caveat,
     gap_table,
@@ -35,8 +44,7 @@ from reports.tables.cleaning_tables import (
     wet_count,
     wet_words,
 )
-from reports.tables.report_header import Producer
-from reports.tables.rule_texts import GRADES, LIMITS, VERDICT_WORDS
+from reports.tables.comparison import Row, comparison_tables
 from reports.tables.similar_components import group_alike, unclean
 from reports.tables.table import Table
 from reports.tables.wording import clock
@@ -83,6 +91,40 @@ def cleaning_page(
         section("All that was assumed", table_html(assumptions_table(report), "small")),
     ]
     return whole_page(f"{origin.board} with {origin.recipe}: cleaning", sections)
+
+
+def comparison_page(rows: Sequence[Row], reports: tuple[CleaningReport, CleaningReport], names: tuple[str, str]) -> str:
+    """Write the page; the same reports give the same text.
+
+    Args:
+        rows: What is compared.
+        reports: What each cleans, on the same board.
+        names: Name of each.
+    """
+    here, _ = reports
+    one, other = names
+    title = f"{one} and {other}"
+    verdicts = "".join(
+        f'<p><span class="mark" style="background:{VERDICT_COLOURS[report_outcome(report)]}"></span>'
+        f"<b>{escape(name)}</b> {escape(headline(report))}</p>"
+        for name, report in zip(names, reports, strict=True)
+    )
+    head = (
+        f'<header><p class="q">{escape(here.origin.board)}</p><h1>{escape(title)}</h1>'
+        f'{verdicts}<p class="caveat">{escape(caveat(here))}</p></header>'
+    )
+    tables = [section(table.title, table_html(table, "both")) for table in comparison_tables(rows, names, "Change")]
+    boards = [
+        section(f"{name}: the board", legend(), *map(image, draw_verdicts(report)))
+        for name, report in zip(names, reports, strict=True)
+    ]
+    origins = [
+        ("board", here.origin.board, here.origin.board_sha256),
+        *(("recipe", each.origin.recipe, each.origin.recipe_sha256) for each in reports),
+        ("parameter set", here.parameters.parameters, here.parameters_sha256),
+    ]
+    traces = section("Where it comes from", hash_lines(origins))
+    return whole_page(f"{here.origin.board}: {title}", [head, *tables, *boards, traces])
 
 
 def head_html(report: CleaningReport) -> str:

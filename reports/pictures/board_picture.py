@@ -16,6 +16,7 @@ from reports.pictures.sheet import (
     SHEET_MM,
     SIDES,
     TOP_MM,
+    add_panels,
     arrange,
     check_suffix,
     components_of,
@@ -67,18 +68,16 @@ def draw_board(board: Board, suffix: str) -> bytes:
             f"{x1 - x0:.1f} x {y1 - y0:.1f} mm    {board.top_z_mm - board.bottom_z_mm:.2f} mm thick    "
             f"{len(board.components)} components: {counts}",
         )
-        bottom, top = (foot_mm + 6) / height_mm, 1 - TOP_MM / height_mm
-        grid = figure.add_gridspec(
-            layout.rows, layout.columns, left=LEFT_MM / SHEET_MM[0], right=1 - _SCALE_MM / SHEET_MM[0],
-            bottom=bottom, top=top, hspace=0.12, wspace=0.03,
-        )  # fmt: skip
-        for number, side in enumerate(sides):
-            axes = figure.add_subplot(grid[number // layout.columns, number % layout.columns])
+        panels = add_panels(
+            figure, len(sides), layout.columns, bottom_mm=foot_mm + 6, right_mm=_SCALE_MM, spaces=(0.03, 0.12)
+        )
+        for axes, side in zip(panels, sides, strict=True):
             frame_board(axes, view)
             _draw_side(axes, board, side, tallest)
             for number, (x, y, _) in enumerate(places, start=1):
                 axes.plot(x, y, marker="o", markersize=11, markerfacecolor="none", markeredgecolor=ACCENT, zorder=8)
                 axes.text(x, y, f"   {number}", color=ACCENT, fontsize=7, va="center", zorder=8, clip_on=True)
+        bottom, top = (foot_mm + 6) / height_mm, 1 - TOP_MM / height_mm
         scale = figure.add_axes((1 - 0.7 * _SCALE_MM / SHEET_MM[0], bottom, 0.010, top - bottom))
         _draw_height_scale(scale, tallest)
         place = (LEFT_MM / SHEET_MM[0], foot_mm / height_mm)

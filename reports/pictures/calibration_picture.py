@@ -16,11 +16,9 @@ from reports.pictures.sheet import (
     ACCENT,
     FUNCTION_COLOURS,
     INK,
-    LEFT_MM,
     QUIET,
-    RIGHT_MM,
-    SHEET_MM,
     TOP_MM,
+    add_panels,
     sheet,
     to_bytes,
     write_foot,
@@ -119,18 +117,7 @@ def _height_mm(panels: int) -> float:
 
 
 def _panels(figure: Figure, count: int) -> list[Axes]:
-    height_mm = figure.get_figheight() * 25.4
-    grid = figure.add_gridspec(
-        math.ceil(count / _COLUMNS),
-        min(count, _COLUMNS),
-        left=LEFT_MM / SHEET_MM[0],
-        right=1 - RIGHT_MM / SHEET_MM[0],
-        top=1 - TOP_MM / height_mm,
-        bottom=_BOTTOM_MM / height_mm,
-        hspace=0.25,
-        wspace=0.2,
-    )
-    panels = [figure.add_subplot(grid[index // _COLUMNS, index % _COLUMNS]) for index in range(count)]
+    panels = add_panels(figure, count, min(count, _COLUMNS), bottom_mm=_BOTTOM_MM, spaces=(0.2, 0.25))
     for axes in panels:
         axes.tick_params(length=2, colors=QUIET)
     return panels

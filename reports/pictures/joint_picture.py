@@ -15,11 +15,9 @@ from reports.pictures.sheet import (
     ACCENT,
     FUNCTION_COLOURS,
     INK,
-    LEFT_MM,
     QUIET,
-    RIGHT_MM,
-    SHEET_MM,
     TOP_MM,
+    add_panels,
     sheet,
     to_bytes,
     write_foot,
@@ -132,28 +130,18 @@ def draw_joints(report: CellReport, suffix: str) -> bytes:
     names = dict.fromkeys(each.function for each in functions)
     colours = {name: FUNCTION_COLOURS[index % len(FUNCTION_COLOURS)] for index, name in enumerate(names)}
     with sheet(height_mm) as figure:
-        grid = figure.add_gridspec(
-            len(joints) + 1,
-            3,
-            left=LEFT_MM / SHEET_MM[0],
-            right=1 - RIGHT_MM / SHEET_MM[0],
-            top=1 - TOP_MM / height_mm,
-            bottom=_BOTTOM_MM / height_mm,
-            hspace=0.42,
-            wspace=0.12,
-        )
-        panels = [[figure.add_subplot(grid[row, column]) for column in range(3)] for row in range(len(joints) + 1)]
+        panels = add_panels(figure, 3 * len(joints) + 3, 3, bottom_mm=_BOTTOM_MM, spaces=(0.12, 0.42))
         for column, quantity in enumerate(QUANTITIES):
             for row, curve in enumerate(joint_curves(joints, rates, quantity)):
-                axes = panels[row][column]
+                axes = panels[3 * row + column]
                 _draw_values(axes, report, f"{curve.name}, {quantity} ({curve.unit})", (curve.times, curve.values))
                 axes.set_title(curve.summary, fontsize=6.5, loc="right", color=QUIET)
                 low, high = curve.span
                 axes.set_ylim(low, high)
                 _draw_limits(axes, [limit for limit in (curve.lowest, curve.highest) if low <= limit <= high])
                 axes.tick_params(labelbottom=False)
-        _draw_measures(panels[-1], report)
-        for axes in (each for row in panels for each in row):  # a strip along the bottom: which function runs when
+        _draw_measures(panels[-3:], report)
+        for axes in panels:  # a strip along the bottom: which function runs when
             for each in functions:
                 span = (each.start_s, each.start_s + each.duration_s)
                 axes.axvspan(*span, ymax=0.05, color=colours[each.function], linewidth=0)

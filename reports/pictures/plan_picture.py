@@ -22,6 +22,7 @@ from reports.pictures.sheet import (
     SHEET_MM,
     SIDES,
     TOP_MM,
+    add_panels,
     arrange,
     check_suffix,
     components_of,
@@ -90,10 +91,6 @@ def draw_plan(board: Board, program: TimedProgram, suffix: str) -> bytes:
     layout = arrange(len(panels), view, width_mm, SHEET_MM[1] - TOP_MM - _STRIP_MM)
     height_mm = TOP_MM + layout.height_mm + _STRIP_MM
     with sheet(height_mm) as figure:
-        grid = figure.add_gridspec(
-            layout.rows, layout.columns, left=LEFT_MM / SHEET_MM[0], right=1 - RIGHT_MM / SHEET_MM[0],
-            bottom=(_STRIP_MM + 6) / height_mm, top=1 - TOP_MM / height_mm, hspace=0.20, wspace=0.03,
-        )  # fmt: skip
         totals = program.totals
         litres = "    ".join(f"{name} {amount:.2f} l" for name, amount in totals.liquid_l)
         write_title(
@@ -102,8 +99,8 @@ def draw_plan(board: Board, program: TimedProgram, suffix: str) -> bytes:
             f"{clock(totals.duration_s)} in all    {clock(totals.spray_s)} sprayed    "
             f"{totals.travel_mm / 1000:.2f} m    {totals.moves} moves    {litres}",
         )
-        for number, panel in enumerate(panels):
-            axes = figure.add_subplot(grid[number // layout.columns, number % layout.columns])
+        placed = add_panels(figure, len(panels), layout.columns, bottom_mm=_STRIP_MM + 6, spaces=(0.03, 0.20))
+        for axes, panel in zip(placed, panels, strict=True):
             frame_board(axes, view)
             _draw_panel(axes, board, program, motion, panel)
         strip = (LEFT_MM / SHEET_MM[0], 22 / height_mm, width_mm / SHEET_MM[0], (_STRIP_MM - 34) / height_mm)

@@ -125,6 +125,33 @@ def sheet(height_mm: float, width_mm: float = SHEET_MM[0]) -> Generator[Figure]:
         yield figure
 
 
+def add_panels(
+    figure: Figure,
+    count: int,
+    columns: int,
+    *,
+    bottom_mm: float,
+    right_mm: float = RIGHT_MM,
+    spaces: tuple[float, float],
+) -> list[Axes]:
+    """Lay out panels row by row below the title.
+
+    Args:
+        figure: The sheet.
+        count: How many panels.
+        columns: How many stand side by side.
+        bottom_mm: Room below them.
+        right_mm: Room at their right.
+        spaces: Between columns and between rows, as shares of a panel.
+    """
+    height_mm = figure.get_figheight() * 25.4
+    grid = figure.add_gridspec(
+        -(-count // columns), columns, left=LEFT_MM / SHEET_MM[0], right=1 - right_mm / SHEET_MM[0],
+        bottom=bottom_mm / height_mm, top=1 - TOP_MM / height_mm, wspace=spaces[0], hspace=spaces[1],
+    )  # fmt: skip
+    return [figure.add_subplot(grid[index // columns, index % columns]) for index in range(count)]
+
+
 def to_bytes(figure: Figure, suffix: str) -> bytes:
     """Give the file's content; the same figure gives the same bytes.
 

@@ -1,23 +1,94 @@
-"""A cleaning report in words and tables."""
+"""A cleaning report in words and tables: grades, limits of the model, headline, producer, rows."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import TYPE_CHECKING
 
-from cleaning.parameters.model import Provenance
+from cleaning.parameters.model import Known, Provenance
 from cleaning.parameters.provenance import assumptions_of
 from cleaning.report import mean_residue
 from cleaning.undersides.rinse import film_exchanges
 from cleaning.verdicts.cleanliness import count_cleanliness, outcome, report_cleanliness, stays_wet
 from cleaning.verdicts.results import CleaningReport, Judgement, Part
-from cleaning.verdicts.rules import RULES, VERDICTS
+from cleaning.verdicts.rules import RULES, VERDICTS, Grade, Verdict
 from cleaning.verify import Verified
-from reports.tables.rule_texts import CALIBRATED, CAVEAT, KNOWN_WORDS, SYNTHETIC, UNCALIBRATED
 from reports.tables.similar_components import Description, Group, describe
 from reports.tables.table import Cell, Line, Lines, Table, Text
 from reports.tables.wording import amount, clock, name_some, number_text, short_number
+from specs.json import Json
 
+if TYPE_CHECKING:
+    from cleaning.analyse import Effort
+
+GRADES: dict[Grade, str] = {
+    "A": "geometry and balances",
+    "B": "physics, with parameters from the literature or proposed",
+    "C": "removal kinetics: for ranking only, until they are calibrated",
+}
+
+VERDICT_WORDS: dict[Verdict, str] = {
+    "dirty": "is predicted to stay dirty",
+    "marginal": "is near a limit",
+    "no verdict": "is outside of what the model holds for",
+    "clean": "is predicted to be clean",
+}
+
+KNOWN_WORDS: dict[Known, str] = {
+    "source": "read in a source",
+    "derived": "calculated",
+    "literature": "believed from the literature, unchecked",
+    "proposed": "proposed by us",
+    "calibrated": "fitted to your measurements",
+    "synthetic": "fitted to made-up data",
+}
+
+CAVEAT = (
+    "This is a prediction and no proof of cleanliness. Qualify the process by surface insulation resistance (SIR) or "
+    "ion chromatography (IC) on coupons that stand for the board."
+)
+UNCALIBRATED = "Its removal kinetics are uncalibrated: take it as a ranking of components, not as amounts."
+CALIBRATED = "Its removal kinetics were fitted to measurements that the parameter set names."
+SYNTHETIC = "Some of its parameters were fitted to made-up data: it demonstrates the method and nothing else."
+
+LIMITS: tuple[str, ...] = (
+    "No constant of the kinetics and none of the edge pressure has been checked by experiment. The pressure that the "
+    "film raises at the edge of a component is the most uncertain link; film depth, its decay and its retention can "
+    "change a residue by a factor of two to four.",
+    "Contact angles and surface tensions are typical values. Measure those of your solution, board and flux.",
+    "Not in the model: foam and splashing, bubbles that are trapped, puddles around tall parts, residue that settles "
+    "again elsewhere, a cleaning agent that is used up, flux that hardened in a long reflow, flux that flows unlike "
+    "water, capillary bridges at the necks of balls, a board that bends.",
+    "Solder balls count as cylinders of their mean diameter.",
+    "The ionic index is an estimate from dilution. It cannot be compared with an extract (ROSE) or with IC.",
+    "Surfaces inside of connectors, under shields and in blind holes are not judged; their area is given as hidden.",
+    "The influence of washing time on residue is stronger here than in the one published study of it.",
+)
 _MOST_NAMES = 8
 """In the narrow column; more stand in the wide one."""
 _MOST_PACKAGES = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Producer:
+    """Version of Washboard and effort of an analysis."""
+
+    version: str
+    effort: "Effort"
+
+    def __str__(self) -> str:
+        """Write both as a person reads them."""
+        return f"Washboard {self.version}, effort {self.effort}"
+
+    def add_to(self, report: dict[str, Json]) -> dict[str, Json]:
+        """Add both to a report as plain data, after its first key, which is the version of the data."""
+        (first, of_data), *rest = report.items()
+        return {first: of_data, "washboard": self.version, "effort": self.effort, **dict(rest)}
+
+
+def this_producer(effort: "Effort") -> Producer:
+    """Give the running Washboard as the producer."""
+    return Producer(version("washboard"), effort)
 
 
 def headline(report: CleaningReport) -> str:

@@ -54,7 +54,7 @@ def print_ring(console: Console, fit: RingFit) -> None:
     ]  # fmt: skip
     print_table(console, Table.of(("sheet", ">rows", ">rms", f">mean, {fit.unit}"), sheets))
     if len({sheet.tilt_deg for sheet in fit.sheets}) == 1:
-        console.print("All sheets have one tilt: a nozzle that points askew cannot be told from an irregular ring.")
+        console.print("All sheets have one tilt: a skewed nozzle cannot be distinguished from an irregular ring.")
 
 
 def print_gap(console: Console, fit: GapFit) -> None:

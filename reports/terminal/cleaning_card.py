@@ -9,6 +9,7 @@ from cleaning.verdicts.cleanliness import count_cleanliness, outcome, report_out
 from cleaning.verdicts.results import CleaningReport
 from cleaning.verify import Verified
 from reports.tables.cleaning_tables import (
+    Producer,
     board_judgements,
     caveat,
     headline,
@@ -19,7 +20,6 @@ from reports.tables.cleaning_tables import (
     wet_words,
 )
 from reports.tables.comparison import Row, comparison_tables
-from reports.tables.report_header import Producer
 from reports.tables.similar_components import Description, Group, deciding, describe, group_alike
 from reports.tables.table import Cell, Facts, Table, Text
 from reports.tables.wording import amount, clock, name_some, number_text, shorten

@@ -88,7 +88,7 @@ def _cleaning_report(session: Session, run: Run, suffix: str) -> bytes:
         ProgramError: the program was not analysed.
     """
     from reports.html.cleaning_page import Traceability, cleaning_page
-    from reports.tables.report_header import this_producer
+    from reports.tables.cleaning_tables import this_producer
 
     analysis = session.analysis
     if analysis is None:

@@ -3,7 +3,7 @@ from dataclasses import replace
 from cleaning_report import small_report
 
 from cleaning.report import cleaning_report
-from reports.html.comparison_page import comparison_page
+from reports.html.cleaning_page import comparison_page
 from reports.tables.comparison import Row, compare_cleaning, comparison_data
 
 NAMES = ("smt-aqueous", "other & better")

@@ -9,8 +9,15 @@ from PIL import Image
 
 from cleaning.undersides.gap_result import GapStage
 from cleaning.verdicts.exposed_area import shown_on_side
-from reports.pictures.cleaning_curves import draw_limiting, draw_volumes, growth_of
-from reports.pictures.cleaning_pictures import VERDICT_COLOURS, draw_exposures, draw_verdicts, see_cells
+from reports.pictures.cleaning_pictures import (
+    VERDICT_COLOURS,
+    draw_exposures,
+    draw_limiting,
+    draw_verdicts,
+    draw_volumes,
+    growth_of,
+    see_cells,
+)
 from reports.pictures.gap_picture import draw_gaps, gap_drawing, pressed_side, strongest_stage
 from reports.pictures.sheet import ACCENT, view_of
 

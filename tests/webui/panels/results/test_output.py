@@ -10,7 +10,7 @@ from made_findings import made_finding
 from programs.errors import ProgramError
 from reports.files.write_run import cleaning_bytes, write_run
 from reports.html.cleaning_page import Traceability, cleaning_page
-from reports.tables.report_header import this_producer
+from reports.tables.cleaning_tables import this_producer
 from rulesengine.planning.pipeline import run
 from specs.progress import no_progress
 from webui.downloads.downloads import KINDS, forbidding, make_download

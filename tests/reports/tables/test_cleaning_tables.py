@@ -3,7 +3,7 @@ from typing import get_args
 
 from cleaning.parameters.model import Known
 from cleaning.verdicts.rules import Grade, Verdict
-from reports.tables.rule_texts import GRADES, KNOWN_WORDS, LIMITS, VERDICT_WORDS
+from reports.tables.cleaning_tables import GRADES, KNOWN_WORDS, LIMITS, VERDICT_WORDS
 
 PAGE = (Path(__file__).parents[3] / "docs" / "cleaning.md").read_text("utf-8")
 
