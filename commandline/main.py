@@ -69,17 +69,14 @@ def main() -> None:
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it logs where its cache is if no home can be written
     try:
         with job_errors():
-            sys.exit(_run())
+            try:
+                code = app(standalone_mode=False) or 0  # None unless something raised typer.Exit
+            except UsageError as error:
+                code = report_usage(error)
+            finally:
+                stdout = cast("TextIO | None", sys.stdout)
+                if stdout is not None:  # a shell may have closed it: washboard >&-
+                    stdout.flush()  # here a closed pipe is distinct from a defect; at exit it would not be
+            sys.exit(code)
     except typer.Exit as end:
         sys.exit(end.exit_code)
-
-
-def _run() -> int:
-    try:
-        return app(standalone_mode=False) or 0  # None unless something raised typer.Exit
-    except UsageError as error:
-        return report_usage(error)
-    finally:
-        stdout = cast("TextIO | None", sys.stdout)
-        if stdout is not None:  # a shell may have closed it: washboard >&-
-            stdout.flush()  # here a closed pipe is distinct from a defect; at exit it would not be

@@ -11,7 +11,6 @@ from specs.errors import JobError
 
 if TYPE_CHECKING:
     from reports.files.export_robot import CellExport
-    from reports.tables.table import Facts
 
 
 def complete_dialect(incomplete: str) -> list[str]:
@@ -89,6 +88,7 @@ def _write(done: "CellExport", dialect: str, output: Path | None, allowed: list[
     from programs.errors import ProgramError
     from reports.files.atomic_write import write_files
     from reports.files.write_run import export_refusal
+    from reports.terminal.cell_report import export_facts
     from reports.terminal.console import open_console, print_facts, print_files, print_findings, print_line
     from specs.finding import blocking
 
@@ -101,25 +101,8 @@ def _write(done: "CellExport", dialect: str, output: Path | None, allowed: list[
         if output is not None:
             written = write_files(output, done.exported.files)
     finally:
-        print_facts(console, _facts(done, dialect))
+        print_facts(console, export_facts(done, dialect))
         print_findings(console, done.findings)
     print_files(console, *written)
     if output is None:
         print_line(console, ("Nothing was written; -o OUT writes it.", "dim"))
-
-
-def _facts(done: "CellExport", dialect: str) -> "Facts":
-    from programs.posts.dialects import DIALECTS
-    from reports.tables.wording import clock
-
-    language, error = DIALECTS[dialect], done.exported.error
-    files, text = done.exported.files, "".join(done.exported.files.values())
-    planned_s, takes_s = done.report.requested.totals.duration_s, done.report.program.totals.duration_s
-    longer = f", {clock(planned_s)} programmed" if abs(takes_s - planned_s) >= 0.5 else ""
-    return [
-        ("language", f"{language.title}, class {language.capability.controller_class}"),
-        ("files", f"{len(files)}, {text.count(chr(10))} lines, {len(text) / 1000:.0f} kB"),
-        ("time", clock(takes_s) + longer),
-        ("events", f"wrong by at most {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"),
-        ("note", language.notes),
-    ]

@@ -1,16 +1,11 @@
 """``washboard show``: a program read back."""
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from commandline.arguments import Parts, Picture, ProgramSource, complete_board
 from commandline.errors import job_errors
-
-if TYPE_CHECKING:
-    from boards.board import Board
-    from programs.program import TimedProgram
 
 
 def show(
@@ -34,6 +29,9 @@ def show(
     washboard show demo.wash --board smt-demo --picture demo.png[/dim]
     """
     with job_errors():
+        from boards.load import board_library
+        from commandline.loading import read_program_board
+        from programs.errors import ProgramError
         from programs.load import load_program
         from reports.files.atomic_write import write_bytes_atomically
         from reports.files.write_run import check_places
@@ -43,7 +41,12 @@ def show(
 
         check_places((program, board, parts), {"a picture": picture})
         loaded = load_program(program)
-        drawn_on = None if picture is None and board is None else _read_board(loaded, program, board, parts)
+        drawn_on = None
+        if picture is not None or board is not None:
+            named = board or loaded.origin.board
+            if board is None and named not in board_library():
+                raise ProgramError(f"made for {named}, which is no sample; name its board with --board.", file=program)
+            drawn_on = read_program_board(loaded, program, named, parts)
         if picture is not None and drawn_on is not None:
             write_bytes_atomically(picture, draw_plan(drawn_on, loaded, picture.suffix))
         console = open_console()
@@ -51,20 +54,3 @@ def show(
         print_extent(console, loaded)
         print_commands(console, loaded)
         print_files(console, picture=picture)
-
-
-def _read_board(program: "TimedProgram", file: Path, board: str | None, parts: Path | None) -> "Board | None":
-    """Read the board that was named, or the sample that the program names.
-
-    Raises:
-        ProgramError: no board was named, and the program was not made for a sample.
-        BoardError: the board cannot be used.
-    """
-    from boards.load import board_library
-    from commandline.loading import read_program_board
-    from programs.errors import ProgramError
-
-    named = program.origin.board
-    if board is None and named not in board_library():
-        raise ProgramError(f"made for {named}, which is no sample; name its board with --board.", file=file)
-    return read_program_board(program, file, board or named, parts)

@@ -71,6 +71,8 @@ def cleaning_page(
     """
     origin = report.origin
     grades = "; ".join(f"{grade}: {escape(words)}" for grade, words in GRADES.items())
+    limits = draw_limiting([part for part in rank_parts(report) if part.limiting][:_MOST_LIMITED])
+    note = '<p class="q">How strongly the residue depends on each factor; the strongest is marked.</p>'
     sections = [
         head_html(report),
         section(
@@ -82,7 +84,7 @@ def cleaning_page(
         section("Components, the worst first", components_html(report)),
         section("The process and the bare board", table_html(process_table(report), "parts")),
         section("Under the worst parts", *_gaps(report)),
-        section("What limits them", *_limiting(report)),
+        section("What limits them", *([] if limits is None else [note, image(limits)])),
         section("What reaches the surface", *_surface(report)),
         section("Worked out exactly", table_html(Table.of(_VERIFIED, verified_rows(verified)))),
         section("The rules", table_html(rules_table(report)), f'<p class="q">Grades. {grades}.</p>'),
@@ -186,12 +188,6 @@ def _gaps(report: CleaningReport) -> list[str]:
             f"{table_html(gap_table(report, part))}</article>"
         )
     return html if shown else []
-
-
-def _limiting(report: CleaningReport) -> list[str]:
-    picture = draw_limiting([part for part in rank_parts(report) if part.limiting][:_MOST_LIMITED])
-    note = '<p class="q">How strongly the residue depends on each factor; the strongest is marked.</p>'
-    return [] if picture is None else [note, image(picture)]
 
 
 def _surface(report: CleaningReport) -> list[str]:

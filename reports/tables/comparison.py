@@ -39,12 +39,17 @@ class Row:
 
 def compare(here: Run, there: Run) -> list[Row]:
     """Compare totals, litres by function, strokes by template, and findings by severity."""
-    one, other = (Counter(finding.severity for finding in run.findings) for run in (here, there))
-    return [
-        *compare_programs(here.program, there.program),
-        *_compare_strokes(here, there),
-        *(Row("Findings", word, str(one[each]), str(other[each])) for each, word in SEVERITY_WORDS.items()),
-    ]
+    rows = compare_programs(here.program, there.program)
+    strokes = _strokes_by_template(here), _strokes_by_template(there)
+    for name in dict.fromkeys([*strokes[0], *strokes[1]]):
+        ways = strokes[0].get(name), strokes[1].get(name)
+        row = _row("Strokes", name, (sum(ways[0]) if ways[0] else None, sum(ways[1]) if ways[1] else None), _metres)
+        counts = [f"{len(each)}, " if each else "" for each in ways]
+        rows.append(replace(row, here=counts[0] + row.here, there=counts[1] + row.there))
+    found, found_there = (Counter(finding.severity for finding in run.findings) for run in (here, there))
+    for severity, word in SEVERITY_WORDS.items():
+        rows.append(Row("Findings", word, str(found[severity]), str(found_there[severity])))
+    return rows
 
 
 def compare_programs(here: TimedProgram, there: TimedProgram) -> list[Row]:
@@ -125,18 +130,6 @@ def _by_component(here: CleaningReport, there: CleaningReport) -> dict[str, tupl
     one, other = ({part.component: part for part in report.parts} for report in (here, there))
     worst = dict.fromkeys(part.component for report in (here, there) for part in report.worst_first())
     return {name: (one.get(name), other.get(name)) for name in worst}
-
-
-def _compare_strokes(here: Run, there: Run) -> list[Row]:
-    """Compare the strokes of each template in each step: their count, and the way that they spray."""
-    one, other = _strokes_by_template(here), _strokes_by_template(there)
-    rows: list[Row] = []
-    for name in dict.fromkeys([*one, *other]):
-        ways = one.get(name, ()), other.get(name, ())
-        counts = [f"{len(each)}, " if each else "" for each in ways]
-        row = _row("Strokes", name, (sum(ways[0]) if ways[0] else None, sum(ways[1]) if ways[1] else None), _metres)
-        rows.append(replace(row, here=counts[0] + row.here, there=counts[1] + row.there))
-    return rows
 
 
 def _strokes_by_template(run: Run) -> dict[str, list[float]]:

@@ -62,6 +62,9 @@ def board_facts(board: Board) -> dict[str, str]:
     top = [component for component in board.components if component.side == "top"]
     tallest = max(board.components, key=lambda component: component.height_mm, default=None)
     sources = Counter(component.gap_height_source.split(" ")[0] for component in board.components)
+    joints = [underside.joints_source for underside in undersides_of(board)]
+    known = Counter(next(word for word in ("board file", "family", "unknown") if word in source) for source in joints)
+    origins = ", ".join(f"{count} {source}" for source, count in known.most_common())
     facts = {
         "size": f"{x_max - x_min:.2f} x {y_max - y_min:.2f} mm, {board.top_z_mm - board.bottom_z_mm:.2f} mm thick",
         "outline": f"{board.outline.area / 100:.1f} cm2, {len(board.outline.interiors)} holes and slots",
@@ -70,21 +73,13 @@ def board_facts(board: Board) -> dict[str, str]:
         "components": f"{len(board.components)} ({len(top)} top, {len(board.components) - len(top)} bottom)",
         "patches": str(sum(len(body.patches) for body in board.bodies)),
         "standoff": ", ".join(f"{count} {source}" for source, count in sources.most_common()) or "no components",
-        "undersides": _undersides(board),
+        "undersides": f"{len(joints)} thin gaps, joints: {origins}" if joints else "no thin gaps",
         "sha256": board.sha256[:16],
     }
     if tallest is not None:
         facts["tallest"] = f"{tallest.name}, {tallest.height_mm:.2f} mm"
     fixtures = sum(body.role == "fixture" for body in board.bodies)
     return facts | ({"fixtures": str(fixtures)} if fixtures else {})
-
-
-def _undersides(board: Board) -> str:
-    """How many components stand over a thin gap, and from where their joints are known."""
-    sources = [underside.joints_source for underside in undersides_of(board)]
-    counts = Counter(next(word for word in ("board file", "family", "unknown") if word in source) for source in sources)
-    known = ", ".join(f"{count} {source}" for source, count in counts.most_common())
-    return f"{len(sources)} thin gaps, joints: {known}" if known else "no thin gaps"
 
 
 def _components(run: "Run") -> list[Json]:

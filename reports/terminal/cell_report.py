@@ -1,10 +1,12 @@
-"""What a robot does with a program, and where it holds the board best, on the terminal."""
+"""What a robot does with a program, its export, and where it holds the board best, on the terminal."""
 
 import math
 
 import numpy as np
 from rich.console import Console
 
+from programs.posts.dialects import DIALECTS
+from reports.files.export_robot import CellExport
 from reports.tables.table import Facts, Table
 from reports.tables.wording import amount, clock
 from reports.terminal.console import print_facts, print_findings, print_line, print_table
@@ -67,6 +69,21 @@ def _facts(report: CellReport) -> Facts:
             "nearest",
             f"nothing within {near:.0f} mm" if touch is None else f"{touch.body} to {touch.other}, {near:.1f} mm",
         ),
+    ]
+
+
+def export_facts(done: CellExport, dialect: str) -> Facts:
+    """Language, size, time and accuracy of an exported program."""
+    language, error = DIALECTS[dialect], done.exported.error
+    files, text = done.exported.files, "".join(done.exported.files.values())
+    planned_s, takes_s = done.report.requested.totals.duration_s, done.report.program.totals.duration_s
+    longer = f", {clock(planned_s)} programmed" if abs(takes_s - planned_s) >= 0.5 else ""
+    return [
+        ("language", f"{language.title}, class {language.capability.controller_class}"),
+        ("files", f"{len(files)}, {text.count(chr(10))} lines, {len(text) / 1000:.0f} kB"),
+        ("time", clock(takes_s) + longer),
+        ("events", f"wrong by at most {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"),
+        ("note", language.notes),
     ]
 
 

@@ -20,7 +20,7 @@ from reports.tables.cleaning_tables import (
     wet_words,
 )
 from reports.tables.comparison import Row, comparison_tables
-from reports.tables.similar_components import Description, Group, deciding, describe, group_alike
+from reports.tables.similar_components import Description, deciding, describe, group_alike
 from reports.tables.table import Cell, Facts, Table, Text
 from reports.tables.wording import amount, clock, name_some, number_text, shorten
 from reports.terminal.console import STYLES, print_facts, print_line, print_table
@@ -41,8 +41,12 @@ def print_cleaning(console: Console, report: CleaningReport, producer: Producer)
     print_line(console, (caveat(report), "dim"))
     print_table(console, Table.of(_STAGES, [row[: len(_STAGES)] for row in stage_rows(report)]))
     groups = group_alike(unclean_parts(report), deciding)
-    if groups:
-        print_table(console, Table.of(_PARTS, map(_group_row, groups[:_MOST_GROUPS])))
+    rows: list[tuple[Cell, ...]] = []
+    for group in groups[:_MOST_GROUPS]:
+        first, verdict = group.descriptions[0], Text(outcome(group.parts[0]), tone=outcome(group.parts[0]))
+        names, rule = name_some(group.names, _MOST_NAMES), f"{first.rule} {first.name}"
+        rows.append((names, verdict, first.grade, rule, _because(first), first.advice))
+    print_table(console, Table.of(_PARTS, rows))
     more = sum(len(group.parts) for group in groups[_MOST_GROUPS:])
     if more:
         console.print(f"and {amount(more, 'more component')}; --html and --json have all of them")
@@ -82,13 +86,6 @@ def print_comparison(console: Console, rows: Sequence[Row], report: CleaningRepo
     print_line(console, (report.origin.board, "bold"), " with ", (" and ".join(names), "bold"), ".")
     print_line(console, (caveat(report), "dim"))
     print_table(console, *comparison_tables(rows, names, "change"))
-
-
-def _group_row(group: Group) -> tuple[Cell, ...]:
-    first, verdict = group.descriptions[0], outcome(group.parts[0])
-    rule = f"{first.rule} {first.name}"
-    names = name_some(group.names, _MOST_NAMES)
-    return names, Text(verdict, tone=verdict), first.grade, rule, _because(first), first.advice
 
 
 def _because(description: Description) -> str:
