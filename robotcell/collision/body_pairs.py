@@ -4,7 +4,7 @@ In a pair the body that moves more (the later link) is the second; the first sta
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,12 +84,6 @@ def all_pairs(cell: Cell, solids: tuple[Solid, ...]) -> BodyPairs:
     array = np.array(pairs, np.int64).reshape(-1, 2)
     margins = np.array([_margin(cell, solids[one], solids[other]) for one, other in pairs])
     return BodyPairs(cell.robot, cell.T_cell_base, solids, array[:, 0], array[:, 1], margins)
-
-
-def without(bodies: BodyPairs, dropped: NDArray[np.bool_]) -> BodyPairs:
-    """Leave pairs out."""
-    kept = ~dropped
-    return replace(bodies, first=bodies.first[kept], second=bodies.second[kept], margins=bodies.margins[kept])
 
 
 def place(bodies: BodyPairs, q: Joints) -> Places:

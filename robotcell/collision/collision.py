@@ -31,7 +31,6 @@ from robotcell.collision.body_pairs import (
     gaps,
     near_items,
     place,
-    without,
 )
 from robotcell.collision.coal_bodies import board_solid, body_solid
 from robotcell.collision.contacts import Probe, Touch, probe_of, touch_of
@@ -86,7 +85,8 @@ def build_collider(cell: Cell, board: Board | None) -> Collider:
         touching = np.isfinite(contact_distances(every, at_home, items, np.arange(len(items.rows))))
         dropped = _under_the_base(every)
         dropped[items.pairs[touching]] = True  # made so; a swept check could mistake them for colliding
-        by_tool[tool.number] = without(every, dropped)
+        first, second, margins = (each[~dropped] for each in (every.first, every.second, every.margins))
+        by_tool[tool.number] = replace(every, first=first, second=second, margins=margins)
     return Collider(MappingProxyType(by_tool), cell.T_cell_board)
 
 

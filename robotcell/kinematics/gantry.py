@@ -35,12 +35,7 @@ def recognise_gantry(zero: Zero) -> Gantry | None:
     return Gantry(zero, np.linalg.inv(along).astype(np.float64))
 
 
-def solve_gantry(
-    gantry: Gantry,
-    robot: Robot,
-    poses: Poses,
-    T_flange_tcp: Poses,
-) -> tuple[Joints, Values]:
+def solve_gantry(gantry: Gantry, robot: Robot, poses: Poses, T_flange_tcp: Poses) -> tuple[Joints, Values]:
     """Give the joints (n, 2, 5), tilted one way and the other, and the azimuths (n, 2) that come of it.
 
     Where the jet lies along the first turning axis, that axis turns freely: the first branch takes the

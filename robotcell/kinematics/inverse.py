@@ -23,7 +23,6 @@ Form: TypeAlias = SphericalArm | ParallelArm | Gantry | GeneralArm
 class Kinematics:
     """The closed form of a robot, recognised once by its axes."""
 
-    robot: Robot
     chain: Chain
     form: Form
     branches: int
@@ -57,11 +56,11 @@ def kinematics_of(robot: Robot) -> Kinematics:
     if kinds == "TTTTTT":
         arm = recognise(zero_of(robot))
         if arm is not None:
-            return Kinematics(robot, chain, arm, 8)
-        return Kinematics(robot, chain, prepare_general(robot, chain), MOST_BRANCHES)
+            return Kinematics(chain, arm, 8)
+        return Kinematics(chain, prepare_general(robot, chain), MOST_BRANCHES)
     gantry = recognise_gantry(zero_of(robot)) if kinds == "SSSTT" else None
     if gantry is not None:
-        return Kinematics(robot, chain, gantry, 2)
+        return Kinematics(chain, gantry, 2)
     known = "Known are arms of six turning joints, and gantries of three straight joints followed by two turning ones."
     if kinds == "SSSTT":
         reason = f"{robot.name}: its straight joints do not span space, or its turning joints are parallel."
