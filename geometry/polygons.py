@@ -151,7 +151,14 @@ def canonical(polygon: Polygon, anchors: Points2) -> Polygon:
     holes = [_begin(_ring(hole.coords, ccw=False), anchors) for hole in polygon.interiors]
     if len(holes) > 1:
         starts = np.array([hole[0] for hole in holes])
-        keys = [_quantised(starts, anchor) for anchor in _tripod(anchors)]
+        # Distances to the first three anchors that are not in line identify a point.
+        reference, away = anchors[:1], np.flatnonzero(_quantised(anchors, anchors[0]) > 0)
+        if len(away):
+            x, y = anchors[away[0]] - anchors[0]
+            across = np.abs((anchors - anchors[0]) @ (np.array([-y, x]) / np.linalg.norm((x, y))))
+            third = np.flatnonzero(across > _ANCHOR_MM)[:1]
+            reference = np.vstack([anchors[0], anchors[away[0]], *anchors[third]])
+        keys = [_quantised(starts, anchor) for anchor in reference]
         holes = [holes[place] for place in np.lexsort(keys[::-1]).tolist()]
     return Polygon(outer, holes)
 
@@ -169,18 +176,6 @@ def _begin(ring: Points2, anchors: Points2) -> Points2:
         if len(first) == 1:
             break
     return np.roll(ring, -int(first[0]), axis=0)
-
-
-def _tripod(anchors: Points2) -> Points2:
-    """Return the first three anchors that are not in line: distances to them identify a point."""
-    away = np.flatnonzero(_quantised(anchors, anchors[0]) > 0)
-    if not len(away):
-        return anchors[:1]
-    second = anchors[away[0]]
-    x, y = second - anchors[0]
-    across = np.abs((anchors - anchors[0]) @ (np.array([-y, x]) / np.linalg.norm((x, y))))
-    third = np.flatnonzero(across > _ANCHOR_MM)
-    return np.vstack([anchors[0], second, *anchors[third[:1]]])
 
 
 def _quantised(points: Points2, anchor: Points2) -> Points2:

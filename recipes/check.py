@@ -26,7 +26,7 @@ _TAKES_ALL = ComponentClass()
 
 def check_recipe(recipe: Recipe) -> tuple[Finding, ...]:
     """Find what a recipe states in vain: parts without use, classes that cannot match, rings that contradict."""
-    checks = (_find_unused, _find_idle_classes, _find_idle_near, _find_odd_rings, _find_early_rinses)
+    checks = (_find_unused, _find_idle_classes, _find_contradictions, _find_early_rinses)
     return tuple(finding for check in checks for finding in check(recipe))
 
 
@@ -59,7 +59,7 @@ def _find_idle_classes(recipe: Recipe) -> Iterator[Finding]:
         yield Finding(NO_CLASS_FOR_THE_REST, message, Source(entry="classes"))
 
 
-def _find_idle_near(recipe: Recipe) -> Iterator[Finding]:
+def _find_contradictions(recipe: Recipe) -> Iterator[Finding]:
     for name, spec in recipe.templates.items():
         if isinstance(spec, ComponentPerimeter) and spec.near is not None and spec.near.within_mm <= spec.merge_gap_mm:
             message = (
@@ -67,9 +67,6 @@ def _find_idle_near(recipe: Recipe) -> Iterator[Finding]:
                 "so close are followed as one outline, so near seldom holds; raise within_mm"
             )
             yield Finding(NEAR_WITHIN_MERGE_GAP, message, Source(entry=f"templates.{name}.near"))
-
-
-def _find_odd_rings(recipe: Recipe) -> Iterator[Finding]:
     for name, nozzle in recipe.nozzles.items():
         if not isinstance(nozzle, HollowCone) or nozzle.wavefront is None:
             continue

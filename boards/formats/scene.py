@@ -184,8 +184,12 @@ def _find_frame(board: _Flatness, path: Path) -> tuple[_Frame, list[Finding]]:
         size = f"{board.length:.3g} across and {board.thickness:.3g} thick"
         message = f"the board is {size} in the units of the file: looks like {unit}, taken as such (not {default})."
         findings.append(Finding(UNIT_GUESSED, message))
-    turn = _turn_flat(board.normal)
-    if turn is not None:
+    axis = np.eye(3)[int(np.argmax(np.abs(board.normal)))]
+    x, y, z = axis if np.linalg.norm(board.normal - axis) < _SMALLEST_TURN_RAD else board.normal
+    turn = None
+    if z != 1.0:  # the smallest rotation that takes the normal to z (Rodrigues)
+        cross = np.array([[0.0, 0.0, -x], [0.0, 0.0, -y], [x, y, 0.0]])
+        turn = np.eye(3) + cross + cross @ cross / (1.0 + z)
         x, y, z = (round(float(value), 3) + 0.0 for value in board.normal)
         message = (
             f"the board did not lie in the x/y plane: turned so that its direction ({x:g}, {y:g}, {z:g}) became z."
@@ -223,14 +227,3 @@ def _measure_flatness(patches: Triangles) -> _Flatness:
     area = float(areas[np.abs(unit @ normal) > _SAME_WAY].sum()) / 2.0
     length = 2.0 * float(np.linalg.norm(flat - middle, axis=1).max())
     return _Flatness(normal, area, float(np.ptp(along)), length)
-
-
-def _turn_flat(normal: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Return the smallest rotation that takes ``normal`` to z (Rodrigues), or ``None`` if it is there already."""
-    axis = np.eye(3)[int(np.argmax(np.abs(normal)))]
-    towards = axis if np.linalg.norm(normal - axis) < _SMALLEST_TURN_RAD else normal
-    x, y, z = towards
-    if z == 1.0:
-        return None
-    cross = np.array([[0.0, 0.0, -x], [0.0, 0.0, -y], [x, y, 0.0]])
-    return np.eye(3) + cross + cross @ cross / (1.0 + z)

@@ -115,22 +115,12 @@ def shortest_route(
     known = _routes.get(key)
     if known is not None:
         return known
-    route = _find_route(choices, (start, end), effort, progress)
-    return _routes.put(key, route) if route.settled else route
-
-
-def forget_routes() -> None:
-    """Search again the next time: for those who measure the search."""
-    _routes.clear()
-
-
-def _find_route(choices: Choices, ends: tuple[Points, Points | None], effort: Effort, progress: Progress) -> Route:
     # numba takes a moment to load: only those who plan should wait for it
     from geometry.coverage.exact import choose_ways
     from geometry.coverage.local_search import is_kicked, search_order
     from geometry.coverage.network import MICRONS_PER_MM, build_network
 
-    network = build_network(choices.entries, choices.exits, *ends)
+    network = build_network(choices.entries, choices.exits, start, end)
     count = len(choices.entries)
     given = np.array([count, *range(count), count + 1])
     given_um, given_ways = choose_ways(network, given)
@@ -139,10 +129,16 @@ def _find_route(choices: Choices, ends: tuple[Points, Points | None], effort: Ef
     if length_um >= given_um:
         order, ways, length_um = given, given_ways, given_um
     strokes = order[1:-1]
-    return Route(
+    route = Route(
         order=tuple(strokes.tolist()),
         choice=tuple((ways[strokes] - network.first[strokes]).tolist()),
         length_mm=length_um / MICRONS_PER_MM,
         given_length_mm=given_um / MICRONS_PER_MM,
         settled=effort == "full" or not is_kicked(network),
     )
+    return _routes.put(key, route) if route.settled else route
+
+
+def forget_routes() -> None:
+    """Clear the cache of routes, so that the search can be measured."""
+    _routes.clear()

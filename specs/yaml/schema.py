@@ -53,7 +53,12 @@ def _node_at(path: YamlPath, data: Any, whole: Schema) -> tuple[Schema, Any]:
     """Follow a path through schema and data; a union at its end is not resolved."""
     node = whole
     for key in path:
-        node = _member(_resolve(node, data, whole), str(key))
+        node = _resolve(node, data, whole)
+        # A key of the model, a name of a mapping of named entries, or an index of a list.
+        patterns = list(node.get("patternProperties", {}).values())
+        others = patterns[0] if patterns else node.get("items", node.get("additionalProperties", {}))
+        inner = node.get("properties", {}).get(str(key), others)
+        node = cast(Schema, inner) if isinstance(inner, dict) else {}
         data = _value_at(data, key)
     return node, data
 
@@ -63,16 +68,6 @@ def _value_at(data: Any, key: str | int) -> Any:
         return cast("dict[Any, Any]", data).get(key)
     items = cast("list[Any]", data) if isinstance(data, list) else []
     return items[key] if isinstance(key, int) and key < len(items) else None
-
-
-def _member(node: Schema, key: str) -> Schema:
-    properties = cast("dict[str, Schema]", node.get("properties", {}))
-    if key in properties:
-        return properties[key]
-    for pattern in cast("dict[str, Schema]", node.get("patternProperties", {})).values():
-        return pattern
-    items = node.get("items", node.get("additionalProperties", {}))
-    return cast(Schema, items) if isinstance(items, dict) else {}
 
 
 def _resolve(node: Schema, data: Any, whole: Schema) -> Schema:

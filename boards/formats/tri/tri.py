@@ -133,6 +133,10 @@ def _build(
         if first == last:
             raise item.error(f"object {item.name} has no patch with an area.")
         stated = item.attributes
+        word = stated.get("standoff", "")
+        gap_mm = float(word) * scale_mm + 0.0 if is_number(word) else None
+        if "standoff" in stated and (gap_mm is None or not 0.0 <= gap_mm <= _FARTHEST_MM):
+            raise item.error(f"standoff={word[:40]!r} of {item.name}: write a length ≥ 0.")
         yield Body(
             name=item.name,
             role=role,
@@ -144,18 +148,12 @@ def _build(
             value=stated.get("value"),
             pins=read_count(stated["pins"], f"pins of {item.name}", item) if "pins" in stated else None,
             side=cast(Side | None, _choice(item, "side", get_args(Side))),
-            gap_height_mm=_read_gap_height(item, stated["standoff"], scale_mm) if "standoff" in stated else None,
+            gap_height_mm=gap_mm,
             extra=tuple((key, value) for key, value in stated.items() if key.startswith("x-")),
             pads=tuple(_read_pad(word, item, scale_mm) for word in stated["pads"].split(";"))
             if stated.get("pads")
             else (),
         )
-
-
-def _read_gap_height(item: Item, word: str, scale_mm: float) -> float:
-    if is_number(word) and 0.0 <= float(word) * scale_mm <= _FARTHEST_MM:
-        return float(word) * scale_mm + 0.0
-    raise item.error(f"standoff={word[:40]!r} of {item.name}: write a length ≥ 0.")
 
 
 def _read_pad(word: str, item: Item, scale_mm: float) -> Pad:
