@@ -75,7 +75,7 @@ def test_who_sprays_a_part_is_told_with_shares_of_the_volume():
     shares = [share for _, share in part.makers]
     assert shares == sorted(shares, reverse=True)
     assert 12 / 20 < sum(shares) < 1.0
-    assert {maker for maker, _ in part.makers} <= set(many)
+    assert {str(maker) for maker, _ in part.makers} <= set(many)
 
 
 def test_shares_are_of_all_stages_together():
@@ -84,7 +84,7 @@ def test_shares_are_of_all_stages_together():
         spraying(BOTH, "rinse", tcp=np.tile(LINES, (3, 1)), makers=("flush",)),
     )
     part = judged(0, by=(first, last))
-    assert [maker for maker, _ in part.makers] == ["flush", "sweep"]
+    assert [str(maker) for maker, _ in part.makers] == ["flush", "sweep"]
     assert part.makers[0][1] == pytest.approx(0.75, abs=0.05)
 
 

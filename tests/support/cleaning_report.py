@@ -32,7 +32,7 @@ from recipes.nozzles import HollowCone
 from specs.source import Source
 
 STAGES = 2
-_MAKER = "sequence[0]/around/U1"
+_MAKER = Source(0, "around", ("U1",))
 WET = Judgement(rule=WET_GAP, verdict="marginal", because="It stays wet.", advice="Bake it.")
 
 
@@ -114,7 +114,7 @@ def _stage(index, parameters) -> Stage:
             tcp=tcp,
             axes=np.broadcast_to(np.diag([1.0, -1.0, -1.0]), (len(tcp), 3, 3)),
             made_by=np.arange(len(tcp)) % 2,
-            makers=(f"sequence[{index}]/sweep", f"sequence[{index}]/around/U1"),
+            makers=(Source(index, "sweep"), Source(index, "around", ("U1",))),
         ),
     )
 
@@ -220,7 +220,7 @@ def _part(name, judgements, volume, underside=None, gaps=()) -> Part:
         gaps=gaps,
         elasticity=elasticity if gaps else {},
         limiting="time" if gaps else "",
-        makers=((_MAKER, 0.62), ("sequence[0]/sweep", 0.38)),
+        makers=((_MAKER, 0.62), (Source(0, "sweep"), 0.38)),
     )
 
 

@@ -49,7 +49,7 @@ def samples_of(tcp, axes=None, seconds=0.1, made_by=None, makers=("sequence[0]/s
         tcp=tcp,
         axes=np.broadcast_to(axes, (len(tcp), 3, 3)).copy(),
         made_by=np.zeros(len(tcp), dtype=np.int64) if made_by is None else np.asarray(made_by),
-        makers=makers,
+        makers=tuple(map(Source.parse, makers)),
     )
 
 

@@ -24,6 +24,7 @@ from small_sprays import (
 from cleaning.exposure.exposure import expose
 from cleaning.surface.facets import build_facets
 from cleaning.surface.ray_scene import build_scene
+from specs.source import Source
 
 SQUARE = box(-60, -60, 60, 60, ccw=True)
 PLATE = solid_board(outline=SQUARE)
@@ -164,7 +165,9 @@ def test_the_volume_grows_to_what_it_is_in_the_end():
 def test_who_sprays_what():
     samples = sweep()
     first = np.arange(len(samples.times)) < len(samples.times) // 2
-    samples = replace(samples, made_by=np.where(first, 1, 0), makers=("later", "sooner", "never"))
+    samples = replace(
+        samples, made_by=np.where(first, 1, 0), makers=tuple(map(Source.parse, ("later", "sooner", "never")))
+    )
     found = on_loaded(stage_of(samples))
     assert found.by_maker_mm3.shape == (len(LOADED.components) + 1, 3)
     assert found.by_maker_mm3.sum() == pytest.approx(found.landed_mm3)
