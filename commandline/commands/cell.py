@@ -144,7 +144,7 @@ def schema() -> None:
     [dim]washboard cell schema > cell.schema.json[/dim]
     """
     with job_errors():
-        from robotcell.cell.schema import cell_schema
+        from robotcell.cell.load import cell_schema
 
         typer.echo(cell_schema().encode(), nl=False)  # UTF-8 whatever encoding the terminal has
 
@@ -153,7 +153,7 @@ def schema() -> None:
 def keys() -> None:
     """Print every key of a cell with its default and meaning, as Markdown."""
     with job_errors():
-        from robotcell.cell.schema import cell_keys
+        from robotcell.cell.load import cell_keys
 
         typer.echo(cell_keys().encode(), nl=False)
 

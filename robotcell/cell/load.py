@@ -1,5 +1,6 @@
-"""Reading cells, from the library by name or from a file, as metres and radians."""
+"""Reading cells, from the library by name or from a file, as metres and radians; their schema and key tables."""
 
+import json
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,10 +19,28 @@ from specs.yaml.file_kind import FileKind
 from specs.yaml.load import find_file, parse_spec, read_text
 from specs.yaml.located import Located, YamlPath, read_yaml
 from specs.yaml.problems import Problem, raise_problems
-from specs.yaml.schema import name_nearest
+from specs.yaml.schema import DIALECT, key_tables, name_nearest, schema_parts
 
 _LIBRARY = Path(__file__).parents[1] / "library" / "cells"
 _SLACK = 1e-9
+_SHAPES = ("BoxSpec", "CapsuleSpec", "CylinderSpec", "HoseSpec", "MeshSpec")
+_SECTIONS = {
+    "The cell": ("CellSpec",),
+    "base, tcp, pose, at": ("Place",),
+    "robot, where it is not of the library": ("RobotSpec",),
+    "joints": ("JointLimits",),
+    "board, placements": ("Hold",),
+    "board: points": ("PointPair",),
+    "board: touched": ("Touched",),
+    "tools": ("ToolSpec",),
+    "tools: bodies, and fixtures": _SHAPES,
+    "nozzles": ("NozzleSpec",),
+    "io": ("InputOutput",),
+    "io: outputs": ("Output",),
+    "io: settings": ("OutputSetting",),
+    "io: sensors": ("Sensor",),
+    "io: grip": ("Grip",),
+}
 
 
 def cell_library() -> dict[str, Path]:
@@ -30,6 +49,22 @@ def cell_library() -> dict[str, Path]:
 
 
 CELL = FileKind("cell", "cell: NAME", "washboard cell", CellError, CellSpec, cell_library)
+
+
+def cell_schema() -> str:
+    """Write the JSON schema of a cell's file, with a line feed at the end."""
+    schema = {
+        "$schema": DIALECT,
+        "title": "Washboard cell",
+        **{key: value for key, value in CELL.schema().items() if key not in ("title", "$defs")},
+        "$defs": schema_parts(CELL),
+    }
+    return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
+
+
+def cell_keys() -> str:
+    """Write every key of a cell as Markdown."""
+    return key_tables(CELL, _SECTIONS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

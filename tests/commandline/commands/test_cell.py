@@ -10,9 +10,8 @@ from typer.testing import CliRunner, Result
 
 from commandline.arguments import complete_cell
 from commandline.commands.cell import app
-from robotcell.cell.load import cell_library, read_cell
+from robotcell.cell.load import cell_keys, cell_library, cell_schema, read_cell
 from robotcell.cell.robot_library import robot_library
-from robotcell.cell.schema import cell_keys, cell_schema
 
 
 def call(*arguments: str | Path) -> Result:

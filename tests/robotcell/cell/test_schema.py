@@ -10,8 +10,7 @@ from ruamel.yaml import YAML
 from small_cells import CELL
 
 from robotcell.cell.load import CELL as CELL_FILE
-from robotcell.cell.load import cell_library
-from robotcell.cell.schema import cell_keys, cell_schema
+from robotcell.cell.load import cell_keys, cell_library, cell_schema
 
 ROOT = Path(__file__).parents[3]
 VALIDATOR = jsonschema.Draft202012Validator(json.loads(cell_schema()))
