@@ -6,6 +6,7 @@ Where a case needs a value that cannot be derived from the class, ``REQUIRED`` o
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from types import UnionType
 from typing import Any, Literal, Union, cast, get_args, get_origin
 
@@ -56,6 +57,7 @@ def spec_of(path: str, **changes: Any) -> Any:
     return CLASSES[path].model_validate({key: REQUIRED[key] for key in needed} | changes)
 
 
+@cache
 def board_with(side: Side = "top", motion: Motion | None = None) -> Board:
     """A rectangle with a slot; on one side a turned part, two that stand close together and a long one by itself."""
     parts = [part("U1", 30, 20, 12, 8, turn_deg=30, side=side), part("J1", 80, 5, 6, 50, 4, side=side)]
