@@ -52,18 +52,13 @@ def keep_out(strokes: StrokeSet, zone: Polygon | MultiPolygon, nozzle: Nozzle, m
         (cut if pieces else lost).append("+".join(stroke.made_by.components) or str(stroke.made_by))
     if not cut and not lost:
         return strokes
-    return replace(strokes, strokes=tuple(kept), findings=(*strokes.findings, _finding(cut, lost, made_by)))
-
-
-def _finding(cut: list[str], lost: list[str], made_by: Source) -> Finding:
-    """Tell how many strokes lost something, and which where they serve components."""
-    parts = [f"Strokes cut to keep the wave front off what is avoided: {len(cut) + len(lost)}."]
+    sentences = [f"Strokes cut to keep the wave front off what is avoided: {len(cut) + len(lost)}."]
     if lost:
-        parts.append(f"Left out altogether: {', '.join(lost)}.")
-    names = [name for name in cut if name != str(made_by)]
-    if names:
-        parts.append(f"Not followed all around: {', '.join(names)}.")
-    return Finding(CUT_BY_MASK, " ".join(parts), made_by, override="warning" if lost else "info")
+        sentences.append(f"Left out altogether: {', '.join(lost)}.")
+    if around := [name for name in cut if name != str(made_by)]:
+        sentences.append(f"Not followed all around: {', '.join(around)}.")
+    finding = Finding(CUT_BY_MASK, " ".join(sentences), made_by, override="warning" if lost else "info")
+    return replace(strokes, strokes=tuple(kept), findings=(*strokes.findings, finding))
 
 
 def _allowed(stroke: Stroke, zone: Polygon | MultiPolygon, nozzle: Nozzle) -> list[Stroke] | None:

@@ -20,7 +20,7 @@ _SAME_MM = 1e-6
 
 @dataclass(slots=True)
 class Assembly:
-    """A plan in the making: remembers where the nozzle is, so that every item starts where the last one ended."""
+    """A plan in the making, with the pose of the nozzle, so that every item starts where the last one ended."""
 
     board: Board
     limits: Limits
@@ -48,7 +48,7 @@ class Assembly:
         self.pose = pose
 
     def turn_over(self, side: Side, floors: Floors, speed_mm_s: float, made_by: Source) -> None:
-        """Have the board turned over; the nozzle is parked before and after."""
+        """Turn the board over; the nozzle is parked before and after."""
         self.park(speed_mm_s, made_by)
         before = to_board(self.board, self.side, [self.pose], speed_mm_s, made_by)
         self.command("CALL", f"flip_to_{side}", made_by=made_by)

@@ -1,4 +1,4 @@
-"""Recipe and board in; plan and timed program out."""
+"""Planning pipeline: recipe and board to plan and timed program."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -44,14 +44,6 @@ class Run:
     """Floors and strokes for the next run."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Assembled:
-    """A plan, and whether the full effort would give the same."""
-
-    plan: Plan
-    settled: bool
-
-
 def run(
     recipe: Recipe,
     board: Board,
@@ -62,11 +54,10 @@ def run(
     """Plan and time a recipe on a board.
 
     Args:
-        recipe: What to do.
-        board: Where.
+        recipe: Recipe to plan.
+        board: Board to plan it on.
         progress: Receives the stage and the share done.
-        sketched: Is shown a first plan if the final one takes a search; its strokes come in an order that is not
-            the shortest yet.
+        sketched: Receives a first plan, whose strokes are not in the shortest order yet, if a search is needed.
         before: A run whose strokes are taken where nothing changed that they depend on; the result is the same.
 
     Raises:
@@ -82,7 +73,7 @@ def run(
 
 
 def make_plan(recipe: Recipe, board: Board, progress: Progress = no_progress) -> Plan:
-    """Turn a recipe into passes, dwells, transfers and commands on a board, in order.
+    """Plan a recipe on a board: passes, dwells, transfers and commands, in order.
 
     Raises:
         RecipeError: a component matches no class, or nothing is left to do.
@@ -92,15 +83,16 @@ def make_plan(recipe: Recipe, board: Board, progress: Progress = no_progress) ->
 
 def _plan(job: PlanningJob, progress: Progress, sketched: Callable[[Plan], None] | None) -> Plan:
     if sketched is None:
-        return _assemble(job, "full", progress).plan
-    sketch = _assemble(job, "sketch", subprogress(progress, 0.0, _SKETCH_SHARE))
-    if sketch.settled:
-        return sketch.plan
-    sketched(sketch.plan)
-    return _assemble(job, "full", subprogress(progress, _SKETCH_SHARE, 1.0)).plan
+        return _assemble(job, "full", progress)[0]
+    sketch, settled = _assemble(job, "sketch", subprogress(progress, 0.0, _SKETCH_SHARE))
+    if settled:
+        return sketch
+    sketched(sketch)
+    return _assemble(job, "full", subprogress(progress, _SKETCH_SHARE, 1.0))[0]
 
 
-def _assemble(job: PlanningJob, effort: Effort, progress: Progress) -> _Assembled:
+def _assemble(job: PlanningJob, effort: Effort, progress: Progress) -> tuple[Plan, bool]:
+    """A plan, and whether the full effort would give the same."""
     recipe, board = job.recipe, job.board
     steps = [(index, step) for index, step in enumerate(recipe.sequence) if step.enabled]
     first = steps[0][1].side
@@ -113,20 +105,17 @@ def _assemble(job: PlanningJob, effort: Effort, progress: Progress) -> _Assemble
         part(f"planning {step.function}", 0.0)
         _do_step(job, assembly, (index, step), effort, part)
     if not any(isinstance(item, SprayPass | Dwell) for item in assembly.items):
-        raise RecipeError(_idle(board, steps), path="sequence")
+        counts = {side: sum(component.side == side for component in board.components) for side in ("top", "bottom")}
+        listed = ", ".join(f"{name} on the {step.side}" for _, step in steps for name in step.paths)
+        raise RecipeError(
+            f"there is nothing to spray on {board.name}, which has {counts['top']} components on the top and "
+            f"{counts['bottom']} on the bottom: {listed} all come out empty. Add a template that covers the board, "
+            "such as a raster, or look at side, repeats, passes, only and masks.",
+            path="sequence",
+        )
     assembly.findings += find_unserved(recipe, board, job.masks, [step for _, step in steps], assembly.items)
     origin = Origin(board.name, board.sha256, recipe.recipe, recipe_sha256(recipe))
-    return _Assembled(Plan(origin, tuple(assembly.items), tuple(assembly.findings)), assembly.settled)
-
-
-def _idle(board: Board, steps: list[tuple[int, Step]]) -> str:
-    counts = {side: sum(component.side == side for component in board.components) for side in ("top", "bottom")}
-    asked = ", ".join(f"{name} on the {step.side}" for _, step in steps for name in step.paths)
-    return (
-        f"there is nothing to spray on {board.name}, which has {counts['top']} components on the top and "
-        f"{counts['bottom']} on the bottom: {asked} all come out empty. Add a template that covers the board, such as "
-        "a raster, or look at side, repeats, passes, only and masks."
-    )
+    return Plan(origin, tuple(assembly.items), tuple(assembly.findings)), assembly.settled
 
 
 def _do_step(
@@ -136,10 +125,11 @@ def _do_step(
     made_by = Source(index)
     function = job.recipe.functions[step.function]
     speed = min(job.recipe.limits.transfer_speed_mm_s, function.max_speed_mm_s)
-    _announce(job, assembly, step, made_by)  # first, so that the way around the edge keeps this function's speed
+    jet = _begin_step(
+        job, assembly, step, made_by
+    )  # first, so that the way around the edge keeps this function's speed
     if step.side != assembly.side:
         assembly.turn_over(step.side, job.floors(step.side), speed, Source(index, motion="turn"))
-    jet = _jet(job.recipe, step)
     sets = [job.strokes(step, jet, name, Source(index, name)) for name in step.paths]
     assembly.findings += [finding for strokes in sets for finding in strokes.findings]
     if step.until is not None:
@@ -158,7 +148,8 @@ def _do_step(
         assembly.command("ENDREPEAT", made_by=made_by)
 
 
-def _announce(job: PlanningJob, assembly: Assembly, step: Step, made_by: Source) -> None:
+def _begin_step(job: PlanningJob, assembly: Assembly, step: Step, made_by: Source) -> Jet:
+    """Add the commands at the beginning of a step."""
     function, nozzle = job.recipe.functions[step.function], job.recipe.nozzles[step.nozzle]
     assembly.command("FUNCTION", step.function, made_by=made_by)
     assembly.command("NOZZLE", step.nozzle, "TOOL", str(nozzle.tool), made_by=made_by)
@@ -168,10 +159,6 @@ def _announce(job: PlanningJob, assembly: Assembly, step: Step, made_by: Source)
         assembly.command("SET", "temperature_c", f"{function.temperature_c:.3f}", made_by=made_by)
     if job.recipe.limits.tilt_band_deg > 0:
         assembly.command("SET", TILT_BAND, f"{job.recipe.limits.tilt_band_deg:.3f}", made_by=made_by)
-
-
-def _jet(recipe: Recipe, step: Step) -> Jet:
-    function, nozzle = recipe.functions[step.function], recipe.nozzles[step.nozzle]
     kind = function.solution_kind or ("gas" if isinstance(nozzle, AirKnife) else "liquid")
     flow = nozzle.flow_lpm * float(np.sqrt(function.pressure_bar / nozzle.at_bar))
     return Jet(step.function, step.nozzle, function.solution, flow, kind == "liquid")

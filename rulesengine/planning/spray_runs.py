@@ -1,4 +1,4 @@
-"""What a plan sprays in one go each time."""
+"""Sprayed runs of a plan: passes of one stroke that follow each other."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from specs.source import Source
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sprayed:
-    """All that one maker sprays in one go: passes that follow each other with nothing but pauses between them."""
+    """Passes of one stroke that follow each other with nothing but pauses between them."""
 
     passes: tuple[SprayPass, ...]
     """At least one."""
@@ -39,7 +39,7 @@ class Sprayed:
 
 
 def sprayed_in(plan: Plan) -> list[Sprayed]:
-    """Collect what a plan sprays, in order."""
+    """Sprayed runs of a plan, in order."""
     found: list[Sprayed] = []
     passes: list[SprayPass] = []
     pauses: list[Dwell] = []

@@ -1,4 +1,4 @@
-"""In which order strokes are done, and where each begins, so that the nozzle travels least with the jet off."""
+"""Order of strokes, and where each begins, such that the nozzle travels least with the jet off."""
 
 from dataclasses import dataclass, replace
 
@@ -50,7 +50,14 @@ def order_strokes(
     done = tuple(
         _begun(todo[index], ways[index][choice]) for index, choice in zip(route.order, route.choice, strict=True)
     )
-    return Ordered(done, _gain(route.length_mm, route.given_length_mm, len(todo), made_by), route.settled)
+    length, given = route.length_mm, route.given_length_mm
+    if len(todo) < 2 or given <= 0:
+        return Ordered(done, (), route.settled)
+    message = (
+        f"Order of {len(todo)} strokes: {length:.0f} mm between them instead of {given:.0f} mm in the given order "
+        f"({100 * (1 - length / given):.0f} % less)."
+    )
+    return Ordered(done, (Finding(ORDER_GAIN, message, made_by),), route.settled)
 
 
 def _in_turn(todo: list[Stroke], start: Points) -> tuple[Stroke, ...]:
@@ -87,13 +94,3 @@ def _begun(stroke: Stroke, way: tuple[int, int]) -> Stroke:
     if not turns_there:
         delays[0] = 0.0  # nothing has arrived there yet
     return replace(opened, delays=delays, closed=False, laps=1, entries=(0,))
-
-
-def _gain(length_mm: float, given_mm: float, count: int, made_by: Source) -> tuple[Finding, ...]:
-    if count < 2 or given_mm <= 0:
-        return ()
-    message = (
-        f"Order of {count} strokes: {length_mm:.0f} mm between them instead of {given_mm:.0f} mm in the given order "
-        f"({100 * (1 - length_mm / given_mm):.0f} % less)."
-    )
-    return (Finding(ORDER_GAIN, message, made_by),)

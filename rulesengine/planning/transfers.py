@@ -25,13 +25,13 @@ class Pose:
     azimuth: Directions2
 
     def same_as(self, other: "Pose") -> bool:
-        """Say whether nothing has to move to get from one to the other."""
+        """Whether nothing has to move to get from one to the other."""
         mine, theirs = (np.concatenate([p.tcp, p.approach, p.azimuth]) for p in (self, other))
         return bool(np.allclose(mine, theirs, rtol=0, atol=_SAME))
 
 
 def parked(board: Board, limits: Limits, floors: Floors) -> Pose:
-    """Above the middle of the board, or where the recipe says, pointing down, above everything."""
+    """Above the middle of the board, or at the recipe's place, pointing down, above everything."""
     centre = board.outline.centroid
     place = np.array([centre.x, centre.y]) if limits.park_mm is None else np.array(limits.park_mm)
     height = max(limits.park_height_mm, floors.highest)
@@ -62,7 +62,7 @@ def transfer(start: Pose, end: Pose, floors: Floors, retract: Retract) -> list[P
 
 
 def to_board(board: Board, side: Side, poses: list[Pose], speed_mm_s: float, made_by: Source) -> Transfer:
-    """Bring a transfer from the side frame into the board frame."""
+    """Transform a transfer from the side frame into the board frame."""
     tcp, approach, reference = board_frame(
         board,
         side,
@@ -86,15 +86,9 @@ def board_frame(
 def around_edge(
     board: Board, limits: Limits, start: Transfer, end: Transfer, speed_mm_s: float, made_by: Source
 ) -> Transfer:
-    """Go from above one side to above the other, past the edge: how a board that is turned over looks from itself.
+    """Transfer from above one side to above the other past the edge, as turning the board over looks from the board.
 
-    Args:
-        board: Bodies to stay away from, overhanging ones too.
-        limits: Clearance, reference azimuth.
-        start: Ends at the parked pose of the side that is left.
-        end: Begins at the parked pose of the side that comes.
-        speed_mm_s: Of the transfer.
-        made_by: Recipe path of the step.
+    It runs from the end of ``start`` to the beginning of ``end`` and clears all bodies, overhanging ones too.
     """
     along = reference_azimuth(board, limits)
     out = np.array([-along[1], along[0]])

@@ -1,4 +1,4 @@
-"""When to say where the nozzle is: the profile sampled on the 0.1 ms grid of the program file.
+"""Sampling: the profile on the 0.1 ms grid of the program file.
 
 The file rounds times to a tick and positions to a micrometre. Each run is therefore stretched to whole ticks, and
 the exact profile is evaluated at whole ticks: a reader who takes differences sees the planned speeds and accelerations
@@ -20,16 +20,16 @@ _SPACING_TICKS = 80
 """Samples closer than this would only show the rounding of positions: 1 um in 8 ms, twice, is 31 mm/s2."""
 _SHORTEST_RUN_TICKS = 80
 _SPEED_SHARE = 0.02
-"""How far the speed between two samples may be from their mean, as a share of the asked speed."""
+"""How far the speed between two samples may be from their mean, as a share of the programmed speed."""
 _DEVIATION_MM = 0.03
 """How far the orifice may be from the straight line between two samples at the same time."""
 _DEVIATION_RAD = np.radians(0.05)
 _UNEVENTFUL = 0.02
-"""Stretches that ask for fewer samples a second than this need only their end points."""
+"""Stretches with fewer samples a second than this need only their end points."""
 _ROUNDING_MM = 1.8e-3
 """What rounding the two ends of a segment to a micrometre can add to its length: sqrt(3) of them."""
 _SPEED_MARGIN = 5e-4
-"""Share of the asked speed by which a segment of the file may seem faster for it."""
+"""Share of the programmed speed by which a segment of the file may seem faster for it."""
 _TIE = 1e-5
 """Ticks by which a tie is rounded up, so that the last bits do not decide."""
 
@@ -75,8 +75,13 @@ def sample(path: Path, profile: Profile) -> Samples:
     owner = item[np.append(changes, len(item) - 1)][np.searchsorted(item_ends, ticks, side="left")]
     speed = path.chain.speed[profile.stages.segment[stage]]
     lengths = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    # Segments get ticks more where rounding of their ends could show more than the programmed speed: for the worst
+    # rounding, not the actual one, so that it does not depend on where the board lies.
+    longest = np.where(lengths > 1e-6, lengths + _ROUNDING_MM, 0.0)
+    needed = np.ceil(longest / (speed * (1.0 + _SPEED_MARGIN) * TICK_S) - _TIE).astype(np.int64)
+    paced = np.concatenate((ticks[:1], ticks[0] + np.cumsum(np.maximum(np.diff(ticks), needed))))
     return Samples(
-        tick=_slow_down(ticks, lengths, speed),
+        tick=paced,
         item=owner,
         position=np.round(positions, 3) + 0.0,
         quaternion=np.round(quaternions, 7) + 0.0,
@@ -84,7 +89,7 @@ def sample(path: Path, profile: Profile) -> Samples:
 
 
 def hold(chain: Chain) -> Samples:
-    """Give the one pose of a plan that does not move; none if it has none."""
+    """The one pose of a plan that does not move; none if it has none."""
     count = len(chain.tcp)
     return Samples(
         tick=np.zeros(count, dtype=np.int64),
@@ -125,8 +130,8 @@ def _density(path: Path, profile: Profile) -> Scalars:
     stages = profile.stages
     push, squared = np.abs(profile.accelerations()), np.maximum(profile.begin, profile.end)
     spin = np.isinf(stages.grip)
-    asked = path.chain.speed[stages.segment]
-    speed = push / (2.0 * _SPEED_SHARE * asked)
+    programmed = path.chain.speed[stages.segment]
+    speed = push / (2.0 * _SPEED_SHARE * programmed)
     place = np.sqrt(np.hypot(push, stages.curvature * squared) / (8.0 * _DEVIATION_MM))
     turn = np.sqrt((push * stages.turn + squared * stages.turn_change) / (8.0 * _DEVIATION_RAD))
     density = np.maximum(np.where(spin, 0.0, np.maximum(speed, place)), turn)
@@ -171,8 +176,8 @@ def _fill(ticks: Indices, density: Scalars, clock: _Clock) -> Indices:
     gap = np.repeat(np.arange(len(gaps)), parts)
     number = np.arange(len(gap)) - (np.cumsum(parts) - parts)[gap]
     share = number / parts[gap]
-    wanted = level[gap] + share * np.diff(level)[gap]
-    inner = _round(np.interp(wanted, count, time))
+    level_at = level[gap] + share * np.diff(level)[gap]
+    inner = _round(np.interp(level_at, count, time))
     inner = np.clip(inner, ticks[gap], ticks[gap + 1])
     return np.union1d(ticks, inner[number > 0])
 
@@ -187,17 +192,6 @@ def _locate(profile: Profile, clock: _Clock, ticks: Indices) -> tuple[Scalars, I
     at = stages.start[stage] + np.clip(along, 0.0, stages.length[stage])
     middle = np.searchsorted(clock.begin, 0.5 * (ticks[:-1] + ticks[1:]), side="right") - 1
     return at, middle
-
-
-def _slow_down(ticks: Indices, lengths: Scalars, speed: Scalars) -> Indices:
-    """Add ticks to segments so short that the rounding of their ends could show more than the asked speed.
-
-    It reckons with the worst rounding, not with the actual one, so that it does not depend on where the board lies.
-    """
-    longest = np.where(lengths > 1e-6, lengths + _ROUNDING_MM, 0.0)
-    needed = np.ceil(longest / (speed * (1.0 + _SPEED_MARGIN) * TICK_S) - _TIE).astype(np.int64)
-    gaps = np.diff(ticks)
-    return np.concatenate((ticks[:1], ticks[0] + np.cumsum(np.maximum(gaps, needed))))
 
 
 def _round(ticks: Scalars) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""Where the nozzle sprays more slowly than asked, and why."""
+"""Passes that are sprayed more slowly than programmed, and the causes."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -15,7 +15,7 @@ from specs.finding_rules import SPEED_BELOW_ASKED
 from specs.source import Source
 
 _SHARE = 0.98
-"""Slower than this share of the asked speed is slow."""
+"""Slower than this share of the programmed speed is slow."""
 _LEAST_MM = 0.01
 _MOST_SHARE = 0.5
 """Above this share of the sprayed length it is a warning, up to it a note."""
@@ -24,11 +24,10 @@ Cause: TypeAlias = Literal["stop", "corner", "rotation", "length"]
 _ADVICE: dict[Cause, str] = {
     "stop": "it stops inside the path, to turn on the spot or at a bend that cannot be rounded; "
     "round the bend or raise limits.blend_mm",
-    "corner": "a corner is too sharp; raise limits.blend_mm or limits.acceleration_mm_s2, or ask for less speed",
+    "corner": "a corner is too sharp; raise limits.blend_mm or limits.acceleration_mm_s2, or lower the speed",
     "rotation": "the nozzle has to turn; raise limits.rotation_deg_s or limits.rotation_acceleration_deg_s2, "
-    "or ask for less speed",
-    "length": "the path is too short to get there; raise limits.acceleration_mm_s2, give a lead-in, "
-    "or ask for less speed",
+    "or lower the speed",
+    "length": "the path is too short to get there; raise limits.acceleration_mm_s2, give a lead-in, or lower the speed",
 }
 
 
@@ -38,17 +37,17 @@ class _Sprayed:
 
     profile: Profile
     item: Indices
-    asked: Scalars
+    programmed: Scalars
     slow_mm: Scalars
     """How much of the stage is slow, the ramps at the ends of its pass left out."""
     worst: Scalars
-    """Speed to tell of, mm/s: the lowest there, or the highest of a pass that is too short."""
+    """Speed to report, mm/s: the lowest there, or the highest of a pass that is too short."""
     place: Scalars
     """Path parameter of that speed."""
 
 
 def find_slow_passes(plan: Plan, path: Path, profile: Profile, limits: Limits) -> tuple[Finding, ...]:
-    """Find where the sprayed speed is more than 2 % below the asked one: one finding for each ``made_by``.
+    """Find where the sprayed speed is more than 2 % below the programmed one: one finding for each ``made_by``.
 
     The ramps from and to rest at the ends of a pass are left out, unless the pass is too short for anything else.
     """
@@ -62,7 +61,7 @@ def find_slow_passes(plan: Plan, path: Path, profile: Profile, limits: Limits) -
     group = np.array(numbers)[sprayed.item]
     slow_mm = np.bincount(group, sprayed.slow_mm, minlength=len(names))
     total_mm = np.bincount(group, sprayed.profile.stages.length, minlength=len(names))
-    ratio = np.where(sprayed.slow_mm > 0.0, np.round(sprayed.worst / sprayed.asked, 6), np.inf)
+    ratio = np.where(sprayed.slow_mm > 0.0, np.round(sprayed.worst / sprayed.programmed, 6), np.inf)
     order = np.lexsort((ratio, group))
     first = np.searchsorted(group[order], np.arange(len(names)))
     findings: list[Finding] = []
@@ -73,8 +72,8 @@ def find_slow_passes(plan: Plan, path: Path, profile: Profile, limits: Limits) -
             share = slow_mm[number] / total_mm[number]
             severity: Severity = "warning" if share > _MOST_SHARE else "info"
             message = (
-                f"{share:.1%} of {total_mm[number]:.1f} mm is sprayed more slowly than asked, at "
-                f"{sprayed.worst[worst]:.1f} instead of {sprayed.asked[worst]:.1f} mm/s: "
+                f"{share:.1%} of {total_mm[number]:.1f} mm is sprayed more slowly than programmed, at "
+                f"{sprayed.worst[worst]:.1f} instead of {sprayed.programmed[worst]:.1f} mm/s: "
                 f"{_ADVICE[_cause(sprayed, worst, limits)]}."
             )
             findings.append(Finding(SPEED_BELOW_ASKED, message, made_by, (x, y, z), override=severity))
@@ -84,8 +83,8 @@ def find_slow_passes(plan: Plan, path: Path, profile: Profile, limits: Limits) -
 def _look(path: Path, profile: Profile, acceleration: float) -> _Sprayed:
     """Measure what is slow on each stage, between the ramps at the ends of its pass."""
     stages = profile.stages
-    item, asked = path.chain.item[stages.segment], path.chain.speed[stages.segment]
-    enough = (_SHARE * asked) ** 2
+    item, programmed = path.chain.item[stages.segment], path.chain.speed[stages.segment]
+    enough = (_SHARE * programmed) ** 2
     ramp = 0.5 * enough / acceleration
     begins = np.cumsum(stages.length) - stages.length
     borders = np.flatnonzero(np.diff(item)) + 1
@@ -103,7 +102,7 @@ def _look(path: Path, profile: Profile, acceleration: float) -> _Sprayed:
     last = np.where((profile.begin < enough) & (profile.end >= enough), crossing, last)
     first = np.maximum(first, pass_begin + ramp - begins)
     last = np.minimum(last, pass_end - ramp - begins)
-    # A short pass is told by the speed that it gets to; any other one by the lowest between its ramps.
+    # A short pass is reported with its highest speed, any other one with the lowest between its ramps.
     highest = np.maximum(profile.begin, profile.end)
     peak = highest == np.maximum.reduceat(highest, firsts)[of_pass]
     at = np.where((growth >= 0.0) != short, first, last)
@@ -111,7 +110,7 @@ def _look(path: Path, profile: Profile, acceleration: float) -> _Sprayed:
     return _Sprayed(
         profile=profile,
         item=item,
-        asked=asked,
+        programmed=programmed,
         slow_mm=np.maximum(last - first, 0.0),
         worst=np.where(short & ~peak, np.inf, worst),
         place=stages.start + at,
@@ -119,7 +118,7 @@ def _look(path: Path, profile: Profile, acceleration: float) -> _Sprayed:
 
 
 def _cause(sprayed: _Sprayed, worst: int, limits: Limits) -> Cause:
-    """Say what keeps the nozzle slow at the worst stage: look at it and at its neighbours in the same pass."""
+    """Cause of the low speed at the worst stage: from it and its neighbours in the same pass."""
     stages = sprayed.profile.stages
     near = np.arange(max(worst - 1, 0), min(worst + 2, len(sprayed.item)))
     near = near[sprayed.item[near] == sprayed.item[worst]]
@@ -129,7 +128,7 @@ def _cause(sprayed: _Sprayed, worst: int, limits: Limits) -> Cause:
     free = np.where(
         stages.curvature[near] > 0.0, limits.acceleration_mm_s2 / np.maximum(stages.curvature[near], 1e-12), np.inf
     )
-    held = stages.cap[near] < np.minimum(free, sprayed.asked[near] ** 2) * (1.0 - 1e-9)
+    held = stages.cap[near] < np.minimum(free, sprayed.programmed[near] ** 2) * (1.0 - 1e-9)
     if np.any(turning & (held | (stages.push[near] < limits.acceleration_mm_s2))):
         return "rotation"
     return "corner" if np.any(stages.curvature[near] > 0.0) else "length"

@@ -14,7 +14,7 @@ from rulesengine.timing.corner_blending import Chain, Flags, round_corners
 from rulesengine.timing.sampling import hold, sample
 from rulesengine.timing.slow_passes import find_slow_passes
 from rulesengine.timing.speed_profile import parametrise
-from rulesengine.timing.write_instructions import narrate
+from rulesengine.timing.write_instructions import write_instructions
 
 ACCELERATION_SHARE = 0.94
 """Of the limit that is planned with: positions rounded to 1 um, 8 ms apart, may add 31 mm/s2, and a
@@ -39,11 +39,11 @@ def time_plan(plan: Plan, limits: Limits) -> TimedProgram:
     limits = limits.model_copy(update={"acceleration_mm_s2": ACCELERATION_SHARE * limits.acceleration_mm_s2})
     chain = chain_of(plan)
     if len(chain.item) == 0:
-        instructions, totals = narrate(plan, hold(chain))
+        instructions, totals = write_instructions(plan, hold(chain))
         return TimedProgram(plan.origin, totals, instructions)
     path = round_corners(chain, limits)
     profile = parametrise(path, limits)
-    instructions, totals = narrate(plan, sample(path, profile))
+    instructions, totals = write_instructions(plan, sample(path, profile))
     return TimedProgram(plan.origin, totals, instructions, find_slow_passes(plan, path, profile, limits))
 
 

@@ -1,1 +1,1 @@
-"""One trial: what is asked, the run and analysis of a recipe, its open requirements."""
+"""One trial: the request, the run and analysis of a recipe, its open requirements."""
