@@ -25,8 +25,8 @@ from cleaning.exposure.exposure import Exposure, expose
 from cleaning.jet.jet import Jet, jet_of
 from cleaning.parameters.load import load_parameters
 from cleaning.process.stages import Samples, Stage
-from cleaning.surface.facets import Facets, build_facets
-from cleaning.surface.ray_scene import Scene, build_scene
+from cleaning.surface.facets import Facets, build_facets, build_scene
+from geometry.rays import RayScene
 from recipes.nozzles import HollowCone
 from specs.source import Source
 
@@ -70,7 +70,7 @@ def wash(board: Board) -> tuple[Stage, Jet]:
     return stage, jet_of(stage, parameters.spray)
 
 
-def bare(stage: Stage, jet: Jet, scene: Scene, per_sample: int) -> Callable[[], None]:
+def bare(stage: Stage, jet: Jet, scene: RayScene, per_sample: int) -> Callable[[], None]:
     """Give embree the same rays, dealt beforehand."""
     rays, poses = rays_of(jet, per_sample), poses_of(stage.samples)
     step = max(1, BATCH // per_sample)
@@ -95,7 +95,7 @@ def seconds(work: Callable[[], object]) -> NDArray[np.float64]:
     return np.array([time.perf_counter() - begin[0], time.process_time() - begin[1]])
 
 
-def judge(stage: Stage, jet: Jet, facets: Facets, scene: Scene, exposure: Exposure) -> None:
+def judge(stage: Stage, jet: Jet, facets: Facets, scene: RayScene, exposure: Exposure) -> None:
     up = np.flatnonzero(facets.cell_exposed & (facets.cell_normals[:, 2] > 0.9) & (facets.cell_areas_mm2 > 0.5))
     cells = up[:: max(1, len(up) // CELLS)]
     begin = time.perf_counter()

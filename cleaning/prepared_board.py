@@ -9,10 +9,10 @@ from boards.undersides.underside import GapCase, Joint, Underside, undersides_of
 from cleaning.gap.edge_segments import Edges, build_edges
 from cleaning.gap.flow_field import GapField, solve_gap
 from cleaning.parameters.model import Parameters, PartOverride
-from cleaning.surface.facets import Facets, build_facets
-from cleaning.surface.ray_scene import Scene, build_scene, cast
+from cleaning.surface.facets import Facets, build_facets, build_scene
 from cleaning.verdicts.exposed_area import cells_of_each
 from geometry.arrays import Indices
+from geometry.rays import RayScene, cast
 from specs.progress import Progress
 
 _MM = 1e-3
@@ -25,7 +25,7 @@ class PreparedBoard:
 
     board: Board
     parameters: Parameters
-    scene: Scene
+    scene: RayScene
     facets: Facets
     cells: tuple[Indices, ...]
     """Per component the cells that it has on its own side."""

@@ -12,8 +12,8 @@ from cleaning.jet.compiled_jet import KNIFE, JetForm, stress_factor
 from cleaning.jet.jet import Jet
 from cleaning.jet.ray_samples import ray_samples_of
 from cleaning.process.stages import Samples
-from cleaning.surface.ray_scene import Scene, cast_rays
 from geometry.compiled import compiled, quick
+from geometry.rays import RayScene, cast_rays
 
 VOLUME, CONE, FRONT, NORMAL, TANGENTIAL, PEAK, HITS = range(7)
 """Columns of what is added up for each cell; volumes in mm³, the rest times area in mm²."""
@@ -169,7 +169,7 @@ def rays_of(jet: Jet, per_sample: int) -> Rays:
 
 
 def trace_batches(
-    rays: Rays, poses: Poses, scene: Scene, batches: Sequence[tuple[int, int]]
+    rays: Rays, poses: Poses, scene: RayScene, batches: Sequence[tuple[int, int]]
 ) -> Iterator[NDArray[np.int32]]:
     """Follow the rays of batch after batch of samples, given by first and last + 1.
 

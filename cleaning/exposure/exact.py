@@ -19,10 +19,10 @@ from cleaning.jet.jet import Jet
 from cleaning.jet.ray_samples import FRONT
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
-from cleaning.surface.ray_scene import Scene, are_blocked, cast
 from cleaning.surface.sky_view import SMALL_MM2, inner_points
 from geometry.arrays import Indices, Points, Scalars
 from geometry.compiled import quick
+from geometry.rays import RayScene, are_blocked, cast
 
 _CONE, _FRONT, _VOLUME, _NORMAL, _TANGENTIAL, _PEAK, _COLUMNS = range(7)
 _RAYS = 200_000
@@ -50,7 +50,7 @@ class ExactExposure:
     impulse_t_pa_s: Scalars
 
 
-def exact_exposure(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices) -> ExactExposure:
+def exact_exposure(stage: Stage, jet: Jet, facets: Facets, scene: RayScene, cells: Indices) -> ExactExposure:
     """Add up, over all samples, what each chosen cell gets.
 
     Args:
@@ -79,7 +79,7 @@ def exact_exposure(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: 
     return ExactExposure(cells, cone, front, volume * (0.0 if jet.gas else 1.0), peak, normal, tangential)
 
 
-def visible_flux(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices) -> ExactExposure:
+def visible_flux(stage: Stage, jet: Jet, facets: Facets, scene: RayScene, cells: Indices) -> ExactExposure:
     """Flux on each chosen cell at one place alone: exact there, and many times quicker than ``exact_exposure``.
 
     The place is the middle of the largest facet of the cell that is exposed.
@@ -95,7 +95,7 @@ def visible_flux(stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: In
 
 
 def refine_sparse_cells(
-    exposure: Exposure, stage: Stage, jet: Jet, facets: Facets, scene: Scene, cells: Indices
+    exposure: Exposure, stage: Stage, jet: Jet, facets: Facets, scene: RayScene, cells: Indices
 ) -> Exposure:
     """Put exact values in the place of estimates that rest on nothing, or on too little.
 
@@ -121,7 +121,7 @@ def refine_sparse_cells(
     return replace(exposure, **changed)
 
 
-def occluder(cells: Indices, stage: Stage, jet: Jet, facets: Facets, scene: Scene) -> int:
+def occluder(cells: Indices, stage: Stage, jet: Jet, facets: Facets, scene: RayScene) -> int:
     """Find the body that most often stands before cells that a stage misses.
 
     Rays go from the largest of the cells to the nozzle at moments, evenly chosen, in which it points at them.
@@ -163,7 +163,7 @@ class SightLines(NamedTuple):
     """(n, 6) what reaches the place if nothing stands in between: s, s, mm, Pa s, Pa s, Pa."""
 
 
-def _reached(stage: Stage, jet: Jet, scene: Scene, places: Points, normals: Points) -> NDArray[np.float64]:
+def _reached(stage: Stage, jet: Jet, scene: RayScene, places: Points, normals: Points) -> NDArray[np.float64]:
     """(n, 6) of (n, 3) places: seconds in cone and front, mm, Pa s, Pa s, and the highest stress."""
     poses = poses_of(stage.samples)
     found = np.zeros((len(places), _COLUMNS))

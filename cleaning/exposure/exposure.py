@@ -11,8 +11,8 @@ from cleaning.exposure.accumulate import CellSums, SurfaceLookup, accumulate_hit
 from cleaning.jet.jet import Jet
 from cleaning.process.stages import Samples, Stage
 from cleaning.surface.facets import Facets
-from cleaning.surface.ray_scene import Scene
 from geometry.arrays import Indices, Scalars
+from geometry.rays import RayScene
 from specs.progress import Progress, no_progress
 
 _BLOCKS = 160
@@ -66,7 +66,7 @@ class Exposure:
 
 
 def expose(
-    stage: Stage, jet: Jet, facets: Facets, scene: Scene, rays_per_sample: int = 64, progress: Progress = no_progress
+    stage: Stage, jet: Jet, facets: Facets, scene: RayScene, rays_per_sample: int = 64, progress: Progress = no_progress
 ) -> Exposure:
     """Follow rays of the jet from every sample of a stage, and add up what they bring to each cell.
 

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Board
-from cleaning.surface.ray_scene import Scene
 from cleaning.surface.sky_view import open_share
 from geometry.arrays import Directions, Indices, Points, Scalars, Triangles
+from geometry.rays import RayScene, build_ray_scene
 
 _TIE = 1e-6
 """Coordinates are rounded to this share of a cell: no facet changes its cell for the last bits of a float."""
@@ -51,7 +51,15 @@ class Facets:
     """(c,) whether any facet of a cell is exposed."""
 
 
-def build_facets(board: Board, scene: Scene, cell_mm: float = 1.5) -> Facets:
+def build_scene(board: Board, longest_mm: float = 2.0) -> RayScene:
+    """Make all bodies of a board ready for rays; no edge of a triangle stays longer. Board frame, mm."""
+    body = np.repeat(np.arange(len(board.bodies)), [len(each.patches) for each in board.bodies])
+    patches = np.concatenate([each.patches for each in board.bodies])
+    normals = np.concatenate([each.normals for each in board.bodies])
+    return build_ray_scene(patches, normals, body, longest_mm)
+
+
+def build_facets(board: Board, scene: RayScene, cell_mm: float = 1.5) -> Facets:
     """Gather the faces of a scene in cells, and find which are exposed.
 
     Args:
@@ -90,7 +98,7 @@ def build_facets(board: Board, scene: Scene, cell_mm: float = 1.5) -> Facets:
     )
 
 
-def number_cells(board: Board, scene: Scene, cell_mm: float) -> Indices:
+def number_cells(board: Board, scene: RayScene, cell_mm: float) -> Indices:
     """Number the cells: what one body shows to one of six directions in one block of about ``cell_mm``.
 
     Blocks divide the box of each body evenly, in a frame that turns with the board.

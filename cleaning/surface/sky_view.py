@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Board
-from cleaning.surface.ray_scene import Scene, cast_rays
 from geometry.arrays import Directions, Points, Scalars, Triangles
+from geometry.rays import RayScene, cast_rays
 
 _DIRECTIONS = 24
 _ENOUGH = 4
@@ -28,7 +28,7 @@ def inner_points(triangles: Triangles) -> NDArray[np.float64]:
     return np.einsum("kc,mcx->mkx", CORNERS, triangles)
 
 
-def open_share(board: Board, scene: Scene) -> Scalars:
+def open_share(board: Board, scene: RayScene) -> Scalars:
     """(m,) share of each face that sees enough sky of its own side: 0, 1/3, 2/3 or 1.
 
     A place sees sky if four of 24 directions within 60 degrees of the side's normal lead away from its facet and hit
@@ -48,7 +48,7 @@ def open_share(board: Board, scene: Scene) -> Scalars:
     return np.count_nonzero(seen, axis=1) / 3.0
 
 
-def _looks(board: Board, scene: Scene) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _looks(board: Board, scene: RayScene) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """(m,) whether a face looks for the sky above, and for that below."""
     sides = {component.name: component.side for component in board.components}
     side = np.array([{"top": 1, "bottom": -1}.get(sides.get(body.name, ""), 0) for body in board.bodies])[scene.body]
@@ -70,7 +70,7 @@ def _sky(board: Board, sign: float) -> Directions:
     return np.column_stack([sine * np.cos(azimuth), sine * np.sin(azimuth), sign * upward])
 
 
-def _sees(scene: Scene, places: Points, normals: Directions, sky: Directions) -> NDArray[np.bool_]:
+def _sees(scene: RayScene, places: Points, normals: Directions, sky: Directions) -> NDArray[np.bool_]:
     """(n,) whether enough directions of the sky are free. Places that have seen enough are skipped."""
     starts = (places - scene.origin + _LIFT_MM * normals).astype(np.float32)
     free = np.zeros(len(places), dtype=np.int64)

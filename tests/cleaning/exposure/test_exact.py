@@ -8,8 +8,7 @@ from small_sprays import CONE, FAN, KNIFE, LOPSIDED, RING, downward, samples_of,
 
 from cleaning.exposure.exact import exact_exposure
 from cleaning.exposure.exposure import expose
-from cleaning.surface.facets import build_facets
-from cleaning.surface.ray_scene import build_scene
+from cleaning.surface.facets import build_facets, build_scene
 
 SQUARE = box(-40, -40, 40, 40, ccw=True)
 BOARD = solid_board(part("T1", 8, -6, 8, 12, 12.0), outline=SQUARE)

@@ -5,8 +5,7 @@ from small_boards import part
 from small_sprays import RING, downward, samples_of, solid_board, sprayed, stage_of
 
 from cleaning.exposure.exact import occluder
-from cleaning.surface.facets import build_facets
-from cleaning.surface.ray_scene import build_scene
+from cleaning.surface.facets import build_facets, build_scene
 
 OUTLINE = box(-40, -40, 40, 40, ccw=True)
 LOW, WALL, OTHER = part("U1", -3, -3, 6, 6, 1.0), part("W1", 6, -15, 2, 30, 25.0), part("W2", -8, -15, 2, 30, 25.0)

@@ -5,8 +5,7 @@ from small_sprays import downward, samples_of, sprayed, stage_of
 
 from cleaning.exposure.exact import exact_exposure, refine_sparse_cells, visible_flux
 from cleaning.exposure.exposure import expose
-from cleaning.surface.facets import build_facets
-from cleaning.surface.ray_scene import build_scene
+from cleaning.surface.facets import build_facets, build_scene
 from cleaning.verdicts.exposed_area import cells_of_side
 
 BOARD = board_of("U1")

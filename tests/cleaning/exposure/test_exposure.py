@@ -22,8 +22,7 @@ from small_sprays import (
 )
 
 from cleaning.exposure.exposure import expose
-from cleaning.surface.facets import build_facets
-from cleaning.surface.ray_scene import build_scene
+from cleaning.surface.facets import build_facets, build_scene
 from specs.source import Source
 
 SQUARE = box(-60, -60, 60, 60, ccw=True)

@@ -6,8 +6,7 @@ from rigid import Motion
 from small_boards import part
 from small_sprays import moved_board, solid_board
 
-from cleaning.surface.facets import build_facets
-from cleaning.surface.ray_scene import build_scene
+from cleaning.surface.facets import build_facets, build_scene
 
 BOARD = solid_board(
     part("U1", 20, 20, 14, 14, 2.0),

@@ -9,8 +9,7 @@ from shapely import box
 from small_boards import THICKNESS_MM, part
 from small_sprays import solid_board
 
-from cleaning.surface.facets import build_facets
-from cleaning.surface.ray_scene import build_scene
+from cleaning.surface.facets import build_facets, build_scene
 from cleaning.verdicts.exposed_area import (
     BARE,
     cells_of,

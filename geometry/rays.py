@@ -1,4 +1,4 @@
-"""Rays against everything that a board carries."""
+"""Rays against triangles, traced by Embree."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board
 from geometry.arrays import Directions, Indices, Points, Scalars, Triangles
 from geometry.mesh import areas_and_normals
 
@@ -17,10 +16,10 @@ _SHY = 1.0 - 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Scene:
-    """All bodies of a board, cut into triangles that are short enough to say where on them a ray landed.
+class RayScene:
+    """Bodies, cut into triangles that are short enough to tell where on them a ray landed. Face i is triangle i.
 
-    Board frame, mm. Face i of the scene is triangle i, and facet i of ``Facets``.
+    Millimetres.
     """
 
     embree: Any
@@ -33,37 +32,36 @@ class Scene:
     areas_mm2: Scalars
     """(m,)"""
     body: Indices
-    """(m,) index into the board's bodies."""
+    """(m,) index of the body."""
     planes: NDArray[np.float64]
     """(m, 4) normal and its product with a vertex: where a ray meets the face, in full precision."""
 
 
-def build_scene(board: Board, longest_mm: float = 2.0) -> Scene:
-    """Make a board ready for rays.
+def build_ray_scene(patches: Triangles, normals: Directions, body: Indices, longest_mm: float) -> RayScene:
+    """Make triangles ready for rays.
 
     Args:
-        board: Any board.
+        patches: (n, 3, 3) mm.
+        normals: (n, 3) outward; a patch that is wound the other way is turned around.
+        body: (n,) index of the body that each patch belongs to.
         longest_mm: No edge of a triangle stays longer.
     """
-    body = np.repeat(np.arange(len(board.bodies)), [len(each.patches) for each in board.bodies])
-    patches = np.concatenate([each.patches for each in board.bodies])
-    stated = np.concatenate([each.normals for each in board.bodies])
-    _, normals = areas_and_normals(patches.copy())  # it spoils a lone last patch of what it is given
-    contradicts = np.einsum("ij,ij->i", normals, stated) < 0
-    patches = np.where(contradicts[:, None, None], patches[:, ::-1], patches)
-    triangles, parent = split_patches(patches, longest_mm)
-    areas, normals = areas_and_normals(triangles.copy())
+    _, found = areas_and_normals(patches.copy())  # it spoils a lone last patch of what it is given
+    contradicts = np.einsum("ij,ij->i", found, normals) < 0
+    wound = np.where(contradicts[:, None, None], patches[:, ::-1], patches)
+    triangles, parent = split_patches(wound, longest_mm)
+    areas, found = areas_and_normals(triangles.copy())
     solid = areas > 0
-    triangles, areas, normals, body = triangles[solid], areas[solid], normals[solid], body[parent[solid]]
+    triangles, areas, found = triangles[solid], areas[solid], found[solid]
     origin = (triangles.reshape(-1, 3).min(axis=0) + triangles.reshape(-1, 3).max(axis=0)) / 2
-    return Scene(
+    return RayScene(
         embree=_embree(triangles - origin),
         origin=origin,
         triangles=triangles,
-        normals=normals,
+        normals=found,
         areas_mm2=areas,
-        body=body,
-        planes=np.column_stack([normals, np.einsum("ij,ij->i", normals, triangles[:, 0])]),
+        body=body[parent[solid]],
+        planes=np.column_stack([found, np.einsum("ij,ij->i", found, triangles[:, 0])]),
     )
 
 
@@ -98,12 +96,12 @@ def split_patches(patches: Triangles, longest_mm: float) -> tuple[Triangles, Ind
     return (np.concatenate(done)[order] if done else patches), together[order]
 
 
-def cast_rays(scene: Scene, origins: NDArray[np.float32], directions: NDArray[np.float32]) -> NDArray[np.int32]:
+def cast_rays(scene: RayScene, origins: NDArray[np.float32], directions: NDArray[np.float32]) -> NDArray[np.int32]:
     """First face that each ray hits, or -1: (n,). Origins are counted from the scene's own."""
     return scene.embree.run(origins, directions)
 
 
-def cast(scene: Scene, origins: Points, directions: Directions) -> tuple[Indices, Scalars]:
+def cast(scene: RayScene, origins: Points, directions: Directions) -> tuple[Indices, Scalars]:
     """Follow rays until they hit something.
 
     Args:
@@ -125,7 +123,7 @@ def cast(scene: Scene, origins: Points, directions: Directions) -> tuple[Indices
 
 
 def are_blocked(
-    scene: Scene, origins: NDArray[np.float32], directions: NDArray[np.float32], lengths: NDArray[np.float32]
+    scene: RayScene, origins: NDArray[np.float32], directions: NDArray[np.float32], lengths: NDArray[np.float32]
 ) -> NDArray[np.bool_]:
     """(n,) whether rays hit something before they are so long. Origins are counted from the scene's own."""
     found = scene.embree.run(origins, directions, dists=lengths * np.float32(_SHY), query="OCCLUDED")

@@ -1,4 +1,4 @@
-"""Rays against a board, asked of boxes whose faces are known."""
+"""Rays against boxes whose faces are known."""
 
 from dataclasses import replace
 
@@ -10,8 +10,9 @@ from rigid import Motion
 from small_boards import part
 from small_sprays import moved_board, solid_board
 
-from cleaning.surface.ray_scene import are_blocked, build_scene, cast, split_patches
+from cleaning.surface.facets import build_scene
 from geometry.mesh import areas_and_normals
+from geometry.rays import are_blocked, cast, split_patches
 
 BOARD = solid_board(part("U1", 40, 20, 20, 20, 5.0))
 SCENE = build_scene(BOARD)
