@@ -1,6 +1,6 @@
 """Names for the arrays that travel through the house; shapes are in the comments.
 
-Every array of lengths is in millimetres unless its name says otherwise.
+Every array of lengths is in millimetres unless its name has another unit.
 """
 
 from typing import TypeAlias

@@ -17,7 +17,7 @@ _SHY = 1.0 - 1e-4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RayScene:
-    """Bodies, cut into triangles that are short enough to tell where on them a ray landed. Face i is triangle i.
+    """Bodies, cut into triangles that are short enough to locate where a ray landed. Face i is triangle i.
 
     Millimetres.
     """

@@ -20,7 +20,7 @@ class Range(Spec):
         return self
 
     def holds(self, value: float) -> bool:
-        """Say whether the value lies in the interval, ends included."""
+        """Whether the value lies in the interval, ends included."""
         return (self.min is None or value >= self.min) and (self.max is None or value <= self.max)
 
 

@@ -45,7 +45,7 @@ class Finding:
     message: str
     """What was seen, with numbers, and what to do about it."""
     made_by: Source = NO_SOURCE
-    """Recipe path that asked for it, such as ``"sequence[0]/around/U12"``; empty for the board's own."""
+    """What in the recipe caused it, such as ``"sequence[0]/around/U12"``; empty for the board's own."""
     where: tuple[float, float, float] | None = None
     """Place in the board frame, mm; ``None`` where there is no one place."""
     override: Severity | None = None

@@ -51,7 +51,7 @@ class Source:
         return "/".join(filter(None, [begin, self.template, "+".join(self.components), self.motion]))
 
     def __bool__(self) -> bool:
-        """Tell it from the empty one."""
+        """Whether it is not the empty one."""
         return self.step is not None or bool(self.entry)
 
     @property

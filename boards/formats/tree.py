@@ -85,13 +85,13 @@ def package_of(node: Node) -> str | None:
 
 
 def is_called_board(node: Node, stem: str) -> bool:
-    """Tell whether a node (not the root) is named like a bare board, or like the file."""
+    """Whether a node (not the root) is named like a bare board, or like the file."""
     names = (node.name, node.product)
     return any(_BOARD.search(name) or name == stem for name in names) and refdes_of(node.name) is None
 
 
 def has_refdes(node: Node) -> bool:
-    """Tell whether any node of the subtree is named like a reference designator."""
+    """Whether any node of the subtree is named like a reference designator."""
     return any(refdes_of(below.name) for below in node.walk())
 
 

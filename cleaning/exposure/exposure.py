@@ -53,7 +53,7 @@ class Exposure:
     impulse_t_pa_s: Scalars
     """(c,) tangential stress over time."""
     hits: Indices
-    """(c,) rays that landed: fewer than 30 say little."""
+    """(c,) rays that landed: fewer than 30 are too few."""
     sprayed_mm3: float
     """Volume that left the nozzle."""
     landed_mm3: float

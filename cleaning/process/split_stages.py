@@ -85,7 +85,7 @@ def choose_liquid(name: str, function: Function, nozzle: Nozzle, parameters: Par
     Args:
         name: Of the function.
         function: Names its solution.
-        nozzle: An air knife sprays gas unless the function says otherwise.
+        nozzle: An air knife sprays gas unless the function states otherwise.
         parameters: Hold the known liquids.
 
     Returns:

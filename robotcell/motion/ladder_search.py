@@ -52,7 +52,7 @@ class Steps(NamedTuple):
     lasting: Scalars
     """(n - 1,) s"""
     kind: Indices
-    """(n - 1,) FOLLOW, MAY_LEAP or MUST_LEAP"""
+    """(n - 1,) FOLLOW, MAY_RECONFIGURE or MUST_RECONFIGURE"""
     slack: Scalars
     """(n - 1,) rad that a joint may turn while the path is followed."""
     window: Scalars

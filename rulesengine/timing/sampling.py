@@ -79,9 +79,9 @@ def sample(path: Path, profile: Profile) -> Samples:
     # rounding, not the actual one, so that it does not depend on where the board lies.
     longest = np.where(lengths > 1e-6, lengths + _ROUNDING_MM, 0.0)
     needed = np.ceil(longest / (speed * (1.0 + _SPEED_MARGIN) * TICK_S) - _TIE).astype(np.int64)
-    paced = np.concatenate((ticks[:1], ticks[0] + np.cumsum(np.maximum(np.diff(ticks), needed))))
+    retimed = np.concatenate((ticks[:1], ticks[0] + np.cumsum(np.maximum(np.diff(ticks), needed))))
     return Samples(
-        tick=paced,
+        tick=retimed,
         item=owner,
         position=np.round(positions, 3) + 0.0,
         quaternion=np.round(quaternions, 7) + 0.0,

@@ -11,7 +11,7 @@ from programs.posts.fanuc.write import Tp
 DIALECT = Dialect(
     title="FANUC TP",
     notes="ASCII programs for R-30iA and newer (option ASCII Upload). Run the program that ends in FR once, or enter "
-    "your own UFRAME and UTOOL; the .txt says which. Analog channels count 2000 at full scale.",
+    "your own UFRAME and UTOOL; the .txt names them. Analog channels count 2000 at full scale.",
     capability=Capability(
         controller_class=1,
         timing="time",

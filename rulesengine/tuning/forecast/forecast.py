@@ -198,7 +198,7 @@ def _time_bound(of: Requirement, outcome: Outcome, share: float) -> LowerBound:
 
 
 def _low_bound(of: MetRequirement | UnmetRequirement, outcome: Outcome, share: float) -> LowerBound:
-    """Bound on the least wetted places; where the judgement names no step, its number tells which it adds up."""
+    """Bound on the least wetted places; without a step, of the sum of steps nearest to the value of the judgement."""
     now = np.ones(len(outcome.deposits.each))
     value = of.judgement.numbers[0].value
     groups = [frozenset({str(of.judgement.stage)})]

@@ -15,7 +15,7 @@ from geometry.arrays import Scalars
 from rulesengine.tuning.forecast.forecast import Forecast, LowerBound
 
 _ROUNDS = 20
-_TRUST_FACTOR = 1.6
+_REGION_FACTOR = 1.6
 """No time changes by more than this in one round."""
 _CONVERGED = 1e-3
 _PARTS = (1.0, 0.5, 0.25, 0.1)
@@ -131,10 +131,12 @@ def _solve(problem: _Problem, x: Scalars) -> Scalars | None:
         else:
             rows.append((bound.slopes(times) @ problem.spread[list(bound.which)])[None])
             least.append(np.array([bound.least]))
-    trust = np.column_stack([np.maximum(problem.low, x / _TRUST_FACTOR), np.minimum(problem.high, x * _TRUST_FACTOR)])
+    region = np.column_stack(
+        [np.maximum(problem.low, x / _REGION_FACTOR), np.minimum(problem.high, x * _REGION_FACTOR)]
+    )
     scale = np.maximum(np.abs(np.concatenate(least)), 1e-9)
     found = linprog(
-        seconds @ problem.spread, -np.concatenate(rows) / scale[:, None], -np.concatenate(least) / scale, bounds=trust
+        seconds @ problem.spread, -np.concatenate(rows) / scale[:, None], -np.concatenate(least) / scale, bounds=region
     )
     return np.asarray(found.x) if found.success else None
 
