@@ -146,7 +146,7 @@ def makers_html(makers: tuple[tuple[Source, float], ...]) -> str:
         f"<span>{100 * share:.0f} %</span></div>"
         for maker, share in makers[:_MOST_MAKERS]
     )
-    return heading_html("Sprayed by") + (rows or grey_html("nobody")) + more_html(len(makers) - _MOST_MAKERS)
+    return heading_html("Sprayed by") + (rows or grey_html("nothing")) + more_html(len(makers) - _MOST_MAKERS)
 
 
 def _bar(name: str, value: float, share: float, *, marked: bool) -> str:

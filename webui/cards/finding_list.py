@@ -4,13 +4,14 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
+from pathlib import Path
 
 from boards.board import Board
 from recipes.load import LoadedRecipe
 from reports.tables.comparison import SEVERITY_WORDS
 from reports.tables.wording import shorten
 from specs.finding import Finding, Severity, worst_first
-from webui.cards.recipe_location import recipe_line
+from specs.source import Source
 from webui.page.session import Session
 from webui.theme.html import box_html, edged_html, grey_html, more_html, small_html
 from webui.theme.palette import ACCENT, SEVERITY_COLOURS, to_hex
@@ -123,3 +124,14 @@ def _finding_html(finding: Finding, title: str, message: str, place: str, *, mar
         to_hex(ACCENT) if marked else colour,
         f"background:{'#fbf1ee' if marked else 'transparent'};padding:2px 0 3px 8px;margin-bottom:8px",
     )
+
+
+def recipe_line(loaded: LoadedRecipe, made_by: Source) -> str:
+    """File and line of the entry of a source, such as ``smt-aqueous.yaml, line 104``; empty where there is none."""
+    node = loaded.root
+    for key in made_by.recipe_path:
+        inner = node.get(key)
+        if inner is None:
+            break
+        node = inner
+    return "" if node is loaded.root else f"{Path(node.mark.file).name}, line {node.mark.line}"

@@ -1,1 +1,1 @@
-"""What the page gives to download: programs, reports, playback recordings."""
+"""Downloads: programs, reports, recordings of the playback."""

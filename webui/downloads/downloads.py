@@ -18,7 +18,7 @@ from rulesengine.planning.pipeline import Run
 from specs.finding import Finding, blocking, worst_first
 from specs.progress import Progress, subprogress
 from webui.downloads.program_text import Written, write_program, zip_bytes
-from webui.page.checked import Checked, check_program
+from webui.page.evaluations import Checked, check_program
 from webui.page.session import Session
 
 _ODD = re.compile(r"[^\w.+-]+")
@@ -131,7 +131,7 @@ def refuse_errors(findings: Sequence[Finding], allowed: Collection[str]) -> None
         raise ProgramError(
             f"{amount(len(stops), 'finding')} of severity error forbid{'s' if len(stops) == 1 else ''} the program. "
             f"First {first.rule.id} at {shorten(str(first.made_by)) or 'the board'}: {shorten(first.message)} "
-            "Mend it, or tick its rule below the button to write the program in spite of it."
+            "Correct it, or tick its rule below the button to write the program in spite of it."
         )
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import rich
 import viser
 
-from boards.board import Board
 from geometry.arrays import Scalars
 from programs.errors import ProgramError
 from programs.playback import build_timeline
@@ -20,7 +19,7 @@ from webui.layers.paths.strokes import stroke_lines, strokes_glb, tint_functions
 from webui.layers.paths.timeline import clock
 from webui.layers.robot.robot import joints_at, tool_at
 from webui.layers.surface.ground import ground_glb
-from webui.page.checked import Checked
+from webui.page.evaluations import Checked
 from webui.scene.camera import light_scene
 from webui.scene.moving import NozzleView, RobotView
 
@@ -51,8 +50,7 @@ def record(run: Run, rate: float = 10.0, progress: Progress = no_progress, check
     if end_s <= 0 or rate <= 0:
         raise ProgramError("a playback needs a program that takes time and a speed above 0.")
     with _quiet_server() as server:
-        _look_at(server, run.board)
-        _draw_static(server.scene, run)
+        _draw_static(server, run)
         recording = server.get_scene_serializer()
         move = _robot_mover(server.scene, checked)
         for now_s, lasting in _play(server.scene, run, frame_times(end_s, rate), progress):
@@ -93,9 +91,9 @@ def _robot_mover(api: viser.SceneApi, checked: Checked | None) -> Callable[[floa
     return lambda now_s: view.stand(joints_at(motion, np.array([now_s]))[0], tool_at(motion, now_s))
 
 
-def _draw_static(api: viser.SceneApi, run: Run) -> None:
-    """Draw light, board and paths."""
-    light_scene(api)
+def _draw_static(server: viser.ViserServer, run: Run) -> None:
+    """Draw light, board and paths, and set the first view."""
+    light_scene(server.scene)
     lines = stroke_lines(run.plan)
     tints, _ = tint_strokes(lines, "function", [None] * len(lines))
     parts = {
@@ -105,16 +103,12 @@ def _draw_static(api: viser.SceneApi, run: Run) -> None:
     }
     for name, glb in parts.items():
         if glb:
-            api.add_glb(name, glb, scale=_M)
-
-
-def _look_at(server: viser.ViserServer, board: Board) -> None:
-    left, front, right, back = board.outline.bounds
-    centre = np.array([(left + right) / 2, (front + back) / 2, board.top_z_mm]) * _M
+            server.scene.add_glb(name, glb, scale=_M)
+    left, front, right, back = run.board.outline.bounds
+    centre = np.array([(left + right) / 2, (front + back) / 2, run.board.top_z_mm]) * _M
     camera = server.initial_camera
-    camera.near = 0.001
-    camera.look_at = centre
-    camera.position = centre + board_size_mm(board) * _M * np.array([0.0, -0.75, 0.95])
+    camera.near, camera.look_at = 0.001, centre
+    camera.position = centre + board_size_mm(run.board) * _M * np.array([0.0, -0.75, 0.95])
 
 
 @contextmanager

@@ -204,7 +204,7 @@ def moved(session: Session, entry: Entry, by: int) -> tuple[Session, YamlPath]:
 
 
 def added(session: Session, section: str, name: str, value: Tree) -> tuple[Session, YamlPath]:
-    """Put a new entry into a section, last; a class before the one that takes what is left.
+    """Session with a new entry, last in its section; a class before the one that takes all others.
 
     Raises:
         RecipeError: the name is taken or cannot be one, or the entry is refused.
@@ -227,7 +227,7 @@ def added(session: Session, section: str, name: str, value: Tree) -> tuple[Sessi
 
 
 def copied(session: Session, entry: Entry) -> tuple[Session, YamlPath]:
-    """Put a copy of an entry after it, under a name of its own.
+    """Session with a copy of an entry after it, under a new name.
 
     Raises:
         RecipeError: the text cannot be changed there.

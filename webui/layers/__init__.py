@@ -1,1 +1,1 @@
-"""What the scene shows, as arrays and GLB: pure conversions that need no server."""
+"""Layers of the scene as arrays and GLB: pure conversions that need no server."""

@@ -1,4 +1,4 @@
-"""A recipe that is being edited: its text, where it is saved, what can be undone."""
+"""A recipe that is being edited: its text, its file, its undo history."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,24 +14,24 @@ _MOST_UNDO = 200
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """A recipe's text with its past and its future."""
+    """Text of a recipe with its undo and redo history."""
 
     file: Path
-    """What it is read from. It is saved there too, unless it belongs to the library."""
+    """File that it is read from and saved to, unless it belongs to the library."""
     text: str
     saved: str
-    """What the file said when it was opened or saved last."""
+    """Text of the file when it was opened or saved last."""
     past: tuple[str, ...] = ()
     future: tuple[str, ...] = ()
 
     @property
     def belongs_to_library(self) -> bool:
-        """Say whether it needs a file of its own before it can be saved."""
+        """Whether it needs a file of its own before it can be saved."""
         return self.file in recipe_library().values()
 
     @property
     def dirty(self) -> bool:
-        """Say whether there is something to save."""
+        """Whether there is something to save."""
         return self.text != self.saved
 
     def read(self) -> LoadedRecipe:
@@ -43,7 +43,7 @@ class Document:
         return read_recipe_text(self.text, file=self.file)
 
     def edited(self, text: str) -> "Document":
-        """Give the document another text; the same text changes nothing. Whether it is a recipe, reading it says."""
+        """Document with another text, which is not checked; the same text changes nothing."""
         if text == self.text:
             return self
         return replace(self, text=text, past=(*self.past, self.text)[-_MOST_UNDO:], future=())
@@ -61,18 +61,18 @@ class Document:
         return replace(self, text=self.future[0], past=(*self.past, self.text), future=self.future[1:])
 
     def on_disk(self) -> str | None:
-        """Read what the file says now; nothing where it cannot be read."""
+        """Present text of the file; ``None`` where it cannot be read."""
         try:
             return read_text(self.file, RECIPE)
         except RecipeError:
             return None
 
     def changed_on_disk(self) -> bool:
-        """Say whether somebody else wrote the file since it was opened or saved here."""
+        """Whether the file was changed elsewhere since it was opened or saved here."""
         return self.on_disk() != self.saved
 
     def reload(self) -> "Document":
-        """Take over what the file says now; it can be undone.
+        """Load the file again; it can be undone.
 
         Raises:
             RecipeError: it cannot be read.

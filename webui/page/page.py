@@ -49,7 +49,7 @@ class Page:
         self._planning: tuple[Recipe, Board] | None = None
         """Recipe and board that are being planned."""
         self._progress: list[Progress] = []
-        self._closers: list[Callable[[], None]] = []
+        self._closers: list[Callable[[], object]] = []
         self._pollers: list[Callable[[], None]] = []
         self._closed = False
 
@@ -71,7 +71,7 @@ class Page:
         for close in self._closers:
             close()
 
-    def on_close(self, close: Callable[[], None]) -> None:
+    def on_close(self, close: Callable[[], object]) -> None:
         """Call a function when the browser disconnects."""
         self._closers.append(close)
 
@@ -86,7 +86,7 @@ class Page:
                 poll()
 
     def on_progress(self, progress: Progress) -> None:
-        """Have somebody told how far planning is."""
+        """Call a function with the progress of planning."""
         self._progress.append(progress)
 
     def attempt(self, change: Change, refused: Callable[[JobError], None] | None = None) -> bool:

@@ -14,6 +14,7 @@ from recipes.load import recipe_library
 from reports.files.atomic_write import OutputError, write_bytes_atomically
 from robotcell.cell.load import LoadedCell, cell_library, read_cell
 from specs.errors import JobError
+from webui.page.document import Document, open_document
 
 _LARGEST_UPLOAD = 200_000_000
 _MOST_FILES = 500
@@ -107,6 +108,23 @@ class Project:
         if exists and not path.is_file():
             raise ProjectError(f"{name!r} is no file; choose one of the list.")
         return path
+
+    def open_recipe(self, name: str) -> Document:
+        """Open a recipe by a name that a browser sent.
+
+        Raises:
+            ProjectError: it is outside the folder.
+            RecipeError: it cannot be used.
+        """
+        return open_document(name if name in recipe_library() else self.locate(name))
+
+    def recipe_file(self, name: str) -> Path:
+        """File for a recipe under a name that a browser sent, with the suffix of recipes.
+
+        Raises:
+            ProjectError: it is not inside the folder.
+        """
+        return self.locate(name if name.endswith(_RECIPES) else f"{name}.yaml")
 
     def store(self, name: str, content: bytes) -> Stored:
         """Store an uploaded board in the folder; a file of that name with other content stays.

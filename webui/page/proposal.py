@@ -27,12 +27,12 @@ _GIVEN = frozenset(CHANGE_KINDS) - {"pressure", "temperature"}
 
 
 class TuningError(JobError):
-    """Tuning cannot be done, or what came of it cannot be used."""
+    """Tuning cannot be done, or its proposal cannot be used."""
 
 
 @dataclass(frozen=True, slots=True)
 class TuningSettings:
-    """What is filled in; ``0`` is no limit."""
+    """Settings of the form; ``0`` is no limit."""
 
     kinds: frozenset[ChangeKind] = _GIVEN
     """Pressure and temperature change only where they are ticked."""
@@ -63,7 +63,7 @@ class Proposal:
     """A recipe that tuning found, until it is applied or discarded."""
 
     document: Document
-    """What was tuned."""
+    """The recipe before tuning."""
     board: Board
     parameters_name: str
     """As the project lists it."""

@@ -14,9 +14,8 @@ from rulesengine.planning.pipeline import Run
 from specs.source import NO_SOURCE, Source
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
-from webui.page.analysed import Analysed
-from webui.page.checked import Checked
 from webui.page.document import Document
+from webui.page.evaluations import Analysed, Checked
 from webui.page.proposal import Proposal
 
 
@@ -86,7 +85,9 @@ class Session:
             ProgramError: it is not planned yet.
         """
         if self.run is None or not self.planned:
-            raise ProgramError("the recipe as it is now is not planned yet; wait until it is, or mend what stops it.")
+            raise ProgramError(
+                "the recipe as it is now is not planned yet; wait until it is, or correct what prevents it."
+            )
         return self.run
 
     @property
@@ -144,26 +145,6 @@ class Session:
             proposal=None,
             selection=Selection(),
         )
-
-    def with_cell(self, name: str, cell: LoadedCell | None) -> "Session":
-        """Session with another robot, or none."""
-        return replace(self, cell_name=name, cell=cell)
-
-    def with_check(self, checked: Checked) -> "Session":
-        """Session with a check, which states its run and cell."""
-        return replace(self, checked=checked)
-
-    def with_parameters(self, name: str) -> "Session":
-        """Session with another parameter set."""
-        return replace(self, parameters_name=name)
-
-    def with_analysis(self, analysed: Analysed) -> "Session":
-        """Session with an analysis, which states its program and parameters."""
-        return replace(self, analysed=analysed)
-
-    def with_proposal(self, proposal: Proposal | None) -> "Session":
-        """Session with a proposal of tuning; none where it was accepted or discarded."""
-        return replace(self, proposal=proposal)
 
     def edited(self, text: str) -> "Session":
         """Session with another text of the recipe.

@@ -1,1 +1,1 @@
-"""What stands beside the scene: each panel shows a session and edits it."""
+"""Panels beside the scene, which show a session and edit it."""

@@ -103,7 +103,7 @@ class Camera:
             low: (3,) lowest corner, mm.
             high: (3,) highest corner, mm.
         """
-        self._stop_move()
+        self.stop()
         self._stand(frame_box(low, high, self._lens()))
 
     def fly_to(self, low: Points, high: Points, *, from_below: bool = False) -> None:
@@ -115,11 +115,7 @@ class Camera:
             from_below: Show the bottom side.
         """
         end = frame_box(low, high, self._lens(), from_below=from_below)
-        threading.Thread(target=self._fly, args=(self._stop_move(), end), name="flight", daemon=True).start()
-
-    def stop(self) -> None:
-        """Stop a move; the browser has disconnected."""
-        self._stop_move()
+        threading.Thread(target=self._fly, args=(self.stop(), end), name="flight", daemon=True).start()
 
     def _clear_the_way(self) -> None:
         """Set the near plane in proportion to the distance of the target."""
@@ -134,8 +130,8 @@ class Camera:
         free = max(camera.image_width - taken, _NARROWEST * camera.image_height)
         return Lens(camera.fov, free / max(camera.image_height, 1))
 
-    def _stop_move(self) -> int:
-        """Stop the move that is under way."""
+    def stop(self) -> int:
+        """Stop the move that is under way; return the number of the next one."""
         with self._lock:
             self._flight += 1
             return self._flight

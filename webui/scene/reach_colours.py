@@ -15,7 +15,7 @@ from webui.glb.glb import flat_triangles_glb
 from webui.glb.ribbons import bars
 from webui.layers.robot.proximity import clearances_mm
 from webui.layers.robot.robot import JointMotion, rows_by_tool
-from webui.page.checked import Checked
+from webui.page.evaluations import Checked
 from webui.theme.palette import Tints, tint_values
 
 Metric: TypeAlias = Literal["manipulability", "inverse condition", "limits", "clearance"]
@@ -43,21 +43,14 @@ class Reached:
     """(k,) index of the last ``MoveTo`` of each piece."""
 
 
-@dataclass(frozen=True, slots=True)
-class Worst:
-    """Place and time of the smallest value."""
-
-    place_mm: tuple[float, float, float]
-    time_s: float
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Painted:
     """The sprayed paths in the colours of a metric."""
 
     glb: bytes
     legend: Tints
-    worst: Worst | None
+    worst: tuple[tuple[float, float, float], float] | None
+    """Place, mm, and time, s, of the smallest value; ``None`` where all are equal."""
 
 
 def paint_reach(metric: Metric, check: Checked, width_mm: float) -> Painted:
@@ -87,7 +80,7 @@ def paint_reach(metric: Metric, check: Checked, width_mm: float) -> Painted:
     worst, least = None, int(np.argmin(values))
     if np.ptp(values) > 0:
         x, y, z = reached.segments[least, 1].tolist()
-        worst = Worst((x, y, z), float(check.motion.times[reached.move[least]]))
+        worst = (x, y, z), float(check.motion.times[reached.move[least]])
     return Painted(glb, legend, worst)
 
 

@@ -189,9 +189,8 @@ class Scene:
     def _draw_ground(self, session: Session) -> None:
         by = self.view.components_by
         classified = session.run.classified if session.run is not None and by == "class" else ()
-        painted = ground.paint_board(session.board, classified, by)
-        self.legends["components"] = painted.legend
-        self.draw_over("/board", painted.glb)
+        glb, self.legends["components"] = ground.paint_board(session.board, classified, by)
+        self.draw_over("/board", glb)
 
     def _draw_strokes(self, session: Session) -> None:
         plan, size = session.plan, board_size_mm(session.board)
@@ -206,7 +205,7 @@ class Scene:
         self.draw_over("/markers", markers_glb(seen, size / 260))
 
     def _shows(self, line: strokes.StrokeLine) -> bool:
-        return self.view.paths and line.place not in self.view.hidden
+        return self.view.paths and line.made_by.place not in self.view.hidden
 
     def _spans(self, run: Run) -> list[Span | None]:
         """Time spans of strokes; computed only where their colours show them."""

@@ -6,7 +6,7 @@ import socket
 import threading
 import warnings
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import rich
@@ -127,7 +127,7 @@ def open_session(board: str, recipe: str, cell: str = "") -> Session:
     """
     document = open_document(recipe)
     session = Session(board_name=board, board=load_board(Path(board)), document=document, loaded=document.read())
-    return session.with_cell(cell, read_cell(cell)) if cell else session
+    return replace(session, cell_name=cell, cell=read_cell(cell)) if cell else session
 
 
 def serve(first: Session, project: Project, host: str, port: int) -> Server:

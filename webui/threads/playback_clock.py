@@ -1,4 +1,4 @@
-"""The clock of a playback: runs at a chosen speed, stops at the end, says what time it is."""
+"""The clock of a playback: runs at a chosen speed and stops at the end."""
 
 import threading
 import time
@@ -8,13 +8,13 @@ _FRAME_S = 1 / 22
 
 
 class Player:
-    """Tells the time of a program while it plays, from a thread that exists only then."""
+    """Clock of a program; its thread exists only while it runs."""
 
     def __init__(self, draw: Callable[[float], None]) -> None:
-        """Stand at the beginning of an empty program.
+        """Start at the beginning of an empty program.
 
         Args:
-            draw: Is told each moment to show, s; one call at a time.
+            draw: Is called with each time to show, s; one call at a time.
         """
         self._draw = draw
         self._lock = threading.RLock()
@@ -33,7 +33,7 @@ class Player:
 
     @property
     def playing(self) -> bool:
-        """Say whether the time runs."""
+        """Whether the time runs."""
         return self._playing
 
     def load(self, end_s: float) -> None:

@@ -1,4 +1,4 @@
-"""Work beside the page: the newest request wins, and long work says how far it is."""
+"""Work in the background with progress; the newest request wins."""
 
 import threading
 from collections.abc import Callable
@@ -11,14 +11,14 @@ T = TypeVar("T")
 
 
 class CancelledError(Exception):
-    """The work is no longer wanted."""
+    """The work was cancelled."""
 
 
 class Worker(Generic[T]):
-    """Does one piece of work at a time, in a thread of its own.
+    """Runs one piece of work at a time, in a thread of its own.
 
-    A new piece replaces the one under way: that is told to stop the next time it says how far it is. The threads do
-    not keep the process alive: who ends the server does not wait for a plan.
+    A new piece replaces the one under way, which is cancelled at its next progress report. The threads do not keep the
+    process alive: a server that is stopped does not wait for a plan.
     """
 
     def __init__(self, progress: Progress) -> None:
@@ -26,24 +26,24 @@ class Worker(Generic[T]):
         self._progress = progress
         self._lock = threading.Lock()
         self._last: threading.Thread | None = None
-        self._wanted = 0
+        self._ticket = 0
         self._closed = False
 
     def start(
         self, work: Callable[[Progress], T], done: Callable[[T], None], failed: Callable[[Exception], None]
     ) -> "Future[None]":
-        """Begin a piece of work once the last one has stopped; its end is told unless another one came.
+        """Start a piece of work once the last one has stopped; its end is reported unless another one was started.
 
         Returns:
-            Is done when nothing more will be told of this piece; cancelled if the worker was closed before.
+            Done after the last report of this piece; cancelled if the worker was closed before.
         """
         future: Future[None] = Future()
         with self._lock:
             if self._closed:
                 future.cancel()
                 return future
-            self._wanted += 1
-            ticket, before = self._wanted, self._last
+            self._ticket += 1
+            ticket, before = self._ticket, self._last
 
             def live() -> None:
                 if before is not None:
@@ -56,14 +56,14 @@ class Worker(Generic[T]):
         return future
 
     def cancel(self) -> None:
-        """Give up what is under way."""
+        """Cancel what is under way."""
         with self._lock:
-            self._wanted += 1
+            self._ticket += 1
 
     def close(self) -> None:
-        """Give up what is under way; nothing more is begun."""
+        """Cancel what is under way; nothing more is started."""
         with self._lock:
-            self._wanted += 1
+            self._ticket += 1
             self._closed = True
 
     def _do(
@@ -74,7 +74,7 @@ class Worker(Generic[T]):
         failed: Callable[[Exception], None],
     ) -> None:
         def progress(what: str, share: float) -> None:
-            if ticket != self._wanted:
+            if ticket != self._ticket:
                 raise CancelledError
             self._progress(what, share)
 
@@ -86,5 +86,5 @@ class Worker(Generic[T]):
         except CancelledError:
             return
         except Exception as error:
-            if ticket == self._wanted:
+            if ticket == self._ticket:
                 failed(error)

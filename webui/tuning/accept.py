@@ -1,6 +1,6 @@
 """Accepting what tuning found, as one edit or as a new file: a proposal, or a single change for one part."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rulesengine.tuning.trial.outcome import Figures
 from webui.page.document import Document
@@ -18,7 +18,7 @@ class Fix:
     what: str
     """Such as ``"templates.sweep.speed_mm_s: 60 -> 40"``."""
     document: Document
-    """What would be changed."""
+    """The recipe before it."""
     text: str
     """The recipe with it."""
     before: Figures
@@ -52,18 +52,17 @@ def apply_proposal(session: Session) -> Session:
             "The text is not the one that was tuned any more. Undo the edits since, save the tuned one as a new "
             "recipe, or discard it and tune again."
         )
-    return session.edited(proposal.text).with_proposal(None)
+    return replace(session.edited(proposal.text), proposal=None)
 
 
 def save_proposal(project: Project, name: str) -> Change:
     """Write the proposed recipe to a new file of the project, and open that."""
-    file = name if name.endswith((".yaml", ".yml")) else f"{name}.yaml"
 
     def change(session: Session) -> Session:
         proposal = session.proposal
         if proposal is None:
             return session
-        document = proposal.document.edited(proposal.text).save_as(project.locate(file))
-        return session.with_document(document).with_proposal(None)
+        document = proposal.document.edited(proposal.text).save_as(project.recipe_file(name))
+        return replace(session.with_document(document), proposal=None)
 
     return change

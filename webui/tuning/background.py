@@ -16,8 +16,8 @@ from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.tune import tune
 from specs.errors import JobError
 from specs.progress import Progress, subprogress
-from webui.page.analysed import Analysed, prepare_board
 from webui.page.document import Document
+from webui.page.evaluations import Analysed, prepare_board
 from webui.page.proposal import Proposal
 from webui.tuning.accept import Fix
 

@@ -96,7 +96,7 @@ def test_a_file_that_changes_on_the_disk_is_noticed(browser, start_server, tmp_p
     tab = DrivenPage(browser, start_server("tiny", str(file)).address)
     file.write_text(text.replace("recipe: mine", "# by somebody else\nrecipe: mine"))
     tab.see("mine.yaml was changed by somebody else.")
-    tab.press("Load what it says")
+    tab.press("Load the file")
     tab.tab("YAML")
     tab.page.wait_for_function("document.querySelector('textarea')?.value.includes('# by somebody else')")
     assert tab.errors == []

@@ -112,7 +112,7 @@ def test_a_stage_on_the_other_side_says_so():
 
 def test_many_makers_are_counted():
     assert "and 6 more" in makers_html(tuple((f"sequence[0]/around/U{n}", 1 / 12) for n in range(12)))
-    assert "nobody" in makers_html(())
+    assert "nothing" in makers_html(())
 
 
 def test_numbers_stand_beside_their_limits():

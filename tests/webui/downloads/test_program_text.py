@@ -30,7 +30,7 @@ from webui.downloads.program_text import (
     zip_bytes,
 )
 from webui.layers.paths.markers import motion_glb
-from webui.page.checked import check_program
+from webui.page.evaluations import check_program
 from webui.panels.robot.text_preview import TextPreview
 
 J1 = Source(0, "around", ("J1",))

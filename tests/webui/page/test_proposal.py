@@ -49,7 +49,7 @@ def test_impossible_settings_are_refused(wrong, message):
 
 def test_a_proposal_is_one_edit_and_comments_stay():
     session = tiny_session()
-    proposed = session.with_proposal(proposal(session))
+    proposed = replace(session, proposal=proposal(session))
     applied = apply_proposal(proposed)
     assert applied.document.text == slower(session.document.text)
     assert applied.proposal is None
@@ -61,7 +61,7 @@ def test_a_proposal_is_one_edit_and_comments_stay():
 
 def test_edits_made_meanwhile_are_not_lost():
     session = tiny_session()
-    proposed = session.with_proposal(proposal(session))
+    proposed = replace(session, proposal=proposal(session))
     edited = proposed.edited(session.document.text + "# mine\n")
     with pytest.raises(JobError, match="not the one that was tuned"):
         apply_proposal(edited)
@@ -71,7 +71,7 @@ def test_edits_made_meanwhile_are_not_lost():
 def test_a_proposal_becomes_a_new_file_and_the_old_one_stays(tmp_path):
     session = tiny_session()
     project = open_project(tmp_path)
-    saved = save_proposal(project, "tuned")(session.with_proposal(proposal(session)))
+    saved = save_proposal(project, "tuned")(replace(session, proposal=proposal(session)))
     file = tmp_path / "tuned.yaml"
     assert saved.document.file == file
     assert not saved.document.dirty
@@ -82,14 +82,14 @@ def test_a_proposal_becomes_a_new_file_and_the_old_one_stays(tmp_path):
     assert read.templates != session.recipe.templates
     assert session.document.file.read_text() == session.document.text
     with pytest.raises(JobError, match="there already"):
-        save_proposal(project, "tuned.yaml")(session.with_proposal(proposal(session)))
+        save_proposal(project, "tuned.yaml")(replace(session, proposal=proposal(session)))
     with pytest.raises(JobError):
-        save_proposal(project, "../outside")(session.with_proposal(proposal(session)))
+        save_proposal(project, "../outside")(replace(session, proposal=proposal(session)))
 
 
 def test_another_board_has_no_proposal():
     session = tiny_session()
-    assert session.with_proposal(proposal(session)).with_board("other", session.board).proposal is None
+    assert replace(session, proposal=proposal(session)).with_board("other", session.board).proposal is None
 
 
 def test_the_headline_says_what_was_reached():

@@ -41,7 +41,7 @@ def test_a_change_is_asked_about_once_and_can_be_loaded(page, file):
     page.poll()
     page.poll()
     assert len(windows(page)) == 1
-    press(page, "Load what it says")
+    press(page, "Load the file")
     assert page.session.document.text == OTHER
     assert not page.session.document.dirty
     page.poll()
@@ -68,14 +68,14 @@ def test_another_change_replaces_the_question(page, file):
     file.write_text(TEXT.replace("tilt_deg: 35", "tilt_deg: 31"))
     page.poll()
     assert len(windows(page)) == 1
-    press(page, "Load what it says")
+    press(page, "Load the file")
     assert "tilt_deg: 31" in page.session.document.text
 
 
 def test_what_is_no_recipe_any_more_is_not_loaded(page, file):
     file.write_text("recipe: [")
     page.poll()
-    press(page, "Load what it says")
+    press(page, "Load the file")
     assert page.session.document.text == TEXT
     assert len(windows(page)) == 1
 

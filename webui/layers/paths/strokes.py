@@ -43,11 +43,6 @@ class StrokeLine:
     """The sprayed side."""
 
     @property
-    def place(self) -> Source:
-        """Recipe path of the template in its step, such as ``"sequence[0]/around"``."""
-        return self.made_by.place
-
-    @property
     def template(self) -> str:
         """Name of the template, such as ``"around"``."""
         return self.made_by.template

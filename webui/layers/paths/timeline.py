@@ -39,15 +39,6 @@ class Span:
     end_s: float
 
 
-@dataclass(frozen=True, slots=True)
-class Band:
-    """Time span with a name."""
-
-    name: str
-    begin_s: float
-    end_s: float
-
-
 def spray_spans(program: TimedProgram) -> list[Span]:
     """Time spans of strokes, ascending; pauses belong to the stroke before them."""
     spans: list[Span] = []
@@ -81,23 +72,19 @@ def step_event(events: Scalars, now_s: float, steps: int) -> float:
     return float(earlier[-1]) if len(earlier) else now_s
 
 
-def function_bands(timeline: Timeline, end_s: float) -> list[Band]:
-    """Time spans of functions."""
+def function_bands(timeline: Timeline, end_s: float) -> list[tuple[str, float, float]]:
+    """Functions with their begin and end, s."""
     begins = [*np.maximum(timeline.function.times, 0.0).tolist(), end_s]
     names = [timeline.function.names[int(code)] for code in timeline.function.codes]
-    return [
-        Band(name, begin, end) for name, begin, end in zip(names, begins[:-1], begins[1:], strict=True) if end > begin
-    ]
+    return [(name, begin, end) for name, begin, end in zip(names, begins[:-1], begins[1:], strict=True) if end > begin]
 
 
-def spray_bands(timeline: Timeline, end_s: float) -> list[Band]:
-    """Time spans with the jet on."""
+def spray_bands(timeline: Timeline, end_s: float) -> list[tuple[float, float]]:
+    """Begin and end, s, of the times with the jet on."""
     times = [*timeline.switch_times.tolist(), end_s]
     on = timeline.switched_on[1:].tolist()
     return [
-        Band("spray", begin, end)
-        for spraying, begin, end in zip(on, times[:-1], times[1:], strict=True)
-        if spraying and end > begin
+        (begin, end) for spraying, begin, end in zip(on, times[:-1], times[1:], strict=True) if spraying and end > begin
     ]
 
 
@@ -118,12 +105,18 @@ def strip_html(timeline: Timeline, end_s: float, tints: Mapping[str, tuple[int, 
         end_s: How long it takes; > 0.
         tints: Colour of each function.
     """
-    bands = "".join(_function_box(band, end_s, tints.get(band.name, QUIET)) for band in function_bands(timeline, end_s))
-    sprays = "".join(
-        f'<rect x="{_share(band.begin_s, end_s):.3f}" y="0" width="{_share(band.end_s - band.begin_s, end_s):.3f}" '
-        'height="6"/>'
-        for band in spray_bands(timeline, end_s)
-    )
+    bands, sprays = "", ""
+    for name, begin_s, stop_s in function_bands(timeline, end_s):
+        width = _share(stop_s - begin_s, end_s)
+        bands += (
+            f'<div title="{escape(name)}" style="position:absolute;left:{_share(begin_s, end_s):.3f}%;'
+            f"width:{width:.3f}%;top:0;height:18px;line-height:18px;box-sizing:border-box;border-right:1px solid #fff;"
+            f"background:{to_hex(tints.get(name, QUIET))};color:#fff;overflow:hidden;white-space:nowrap;"
+            f'padding-left:{6 if width > 5 else 0}px">{escape(name) if width > 5 else ""}</div>'
+        )
+    for begin_s, stop_s in spray_bands(timeline, end_s):
+        left, width = _share(begin_s, end_s), _share(stop_s - begin_s, end_s)
+        sprays += f'<rect x="{left:.3f}" y="0" width="{width:.3f}" height="6"/>'
     speeds = top_speeds(timeline, end_s)
     top = max(float(speeds.max()), 1e-9)
     x = np.linspace(0, 100, len(speeds))
@@ -161,16 +154,6 @@ def clock_html(now_s: float, end_s: float) -> str:
     minutes, seconds = divmod(round(end_s), 60)
     end = f"{minutes} min {seconds} s" if minutes else f"{seconds} s"
     return f"<b>{clock(now_s)}</b> of {escape(end)}"
-
-
-def _function_box(band: Band, end_s: float, tint: tuple[int, int, int]) -> str:
-    width = _share(band.end_s - band.begin_s, end_s)
-    return (
-        f'<div title="{escape(band.name)}" style="position:absolute;left:{_share(band.begin_s, end_s):.3f}%;'
-        f"width:{width:.3f}%;top:0;height:18px;line-height:18px;box-sizing:border-box;border-right:1px solid #fff;"
-        f"background:{to_hex(tint)};color:#fff;overflow:hidden;white-space:nowrap;padding-left:"
-        f'{6 if width > 5 else 0}px">{escape(band.name) if width > 5 else ""}</div>'
-    )
 
 
 def _share(seconds: float, end_s: float) -> float:

@@ -11,7 +11,6 @@ from boards.board import Board
 from geometry.arrays import Points, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.robot.poses import inverse
-from specs.source import Source
 from webui.glb.glb import flat_triangles_glb
 from webui.glb.ribbons import bars
 from webui.layers.robot.robot import JointMotion, joints_at, rows_by_tool, tool_at
@@ -86,21 +85,6 @@ def near_at(cell: Cell, board: Board, motion: JointMotion, time_s: float) -> Nea
     collider, joints, tool = _collider(cell, board), joints_at(motion, np.array([time_s])), tool_at(motion, time_s)
     touch = first_pairs(collider, joints, tool)[0] or clearance(collider, joints, tool).touches[0]
     return None if touch is None else _near(cell, touch, time_s)
-
-
-def moment_of(motion: JointMotion, places: Points, makers: tuple[Source, ...], made_by: Source, where: Points) -> float:
-    """Time at which the orifice is nearest to a place, s: among the moves of one origin if it has any.
-
-    Args:
-        motion: Time of each move.
-        places: (m, 3) target of each move, mm.
-        makers: (m,) origin of each move.
-        made_by: The origin to look for.
-        where: (3,) mm.
-    """
-    own = np.array([maker == made_by for maker in makers], dtype=np.bool_)
-    away = np.linalg.norm(places - where, axis=1)
-    return float(motion.times[int(np.argmin(np.where(own | ~own.any(), away, np.inf)))])
 
 
 def near_glb(near: Near) -> bytes:

@@ -1,6 +1,5 @@
 """The board and its components as coloured triangles, and the outline of one component."""
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, TypeAlias
 
@@ -23,17 +22,9 @@ _THICKEST = 0.03
 _REMEMBERED = 8
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Painted:
-    """A board in its colours."""
-
-    glb: bytes
-    legend: Tints
-
-
 @lru_cache(_REMEMBERED)
-def paint_board(board: Board, classified: tuple[Classified, ...], by: ColourBy) -> Painted:
-    """A board with its components coloured; the last few are cached for all pages.
+def paint_board(board: Board, classified: tuple[Classified, ...], by: ColourBy) -> tuple[bytes, Tints]:
+    """A board with its components coloured, and the legend; the last few are cached for all pages.
 
     Args:
         board: The board.
@@ -41,7 +32,7 @@ def paint_board(board: Board, classified: tuple[Classified, ...], by: ColourBy) 
         by: Meaning of the colours.
     """
     tints, legend = tint_components(board, classified, by)
-    return Painted(ground_glb(board, tints), legend)
+    return ground_glb(board, tints), legend
 
 
 def ground_glb(board: Board, tints: Tints) -> bytes:

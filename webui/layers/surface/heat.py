@@ -1,14 +1,18 @@
-"""The sprayed surface of a board as pieces that are drawn in changing colours, and the volume on it over time."""
+"""Heat maps as meshes: the sprayed surface in pieces, the volume on it over time, and the gaps under parts."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from boards.board import Board
+from boards.undersides.underside import Underside
 from cleaning.exposure.exposure import Growth
 from cleaning.surface.facets import Facets
-from geometry.arrays import Directions, Indices, Points, Scalars
-from webui.glb.glb import Colours, flat_indexed_glb, shared_corners
+from cleaning.verdicts.results import CleaningReport
+from geometry.arrays import Directions, Indices, Points, Points2, Scalars
+from webui.glb.glb import Colours, as_seen, flat_indexed_glb, shared_corners
+from webui.layers.surface.heat_scale import GapValues, Scale, harder_gap, scale_colours
 
 _LIFT_MM = 0.03
 """Above the board that is drawn below, and above the selected part."""
@@ -18,6 +22,12 @@ _FACETS = 6000
 """In one piece: where few cells change their colour, little is sent."""
 _DRAWN = 500_000
 """A browser turns so many smoothly; where there are more, the smallest are left out."""
+_OVER_PART_MM = 0.06
+"""Lift of gap patches above the part, and above its own heat map."""
+_PATCHES = 60_000
+"""Where gaps have more cells, neighbouring ones are drawn as one."""
+_JOINT = (141, 143, 146)
+_MM = 1000.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +61,13 @@ def heat_pieces(facets: Facets, most: int = _FACETS, drawn: int = _DRAWN) -> tup
     cell = facets.cell[seen]
     first = np.searchsorted(cell, cell)  # where each facet's cell begins: a cell stays whole
     ends = np.flatnonzero(np.diff(first // most)) + 1
-    return tuple(_piece(facets, each) for each in np.split(seen, ends))
+    pieces: list[HeatPiece] = []
+    for chosen in np.split(seen, ends):
+        lifted = facets.triangles[chosen] + _LIFT_MM * facets.normals[chosen][:, None, :]
+        corners, owner = lifted.reshape(-1, 3), np.repeat(facets.cell[chosen], 3)
+        kept, index = shared_corners(corners, owner)
+        pieces.append(HeatPiece(corners[kept], owner[kept], index, np.unique(owner)))
+    return tuple(pieces)
 
 
 def paint_piece(piece: HeatPiece, colours: Colours) -> bytes:
@@ -77,13 +93,6 @@ def shade(colours: Colours, normals: Directions) -> Colours:
 def has_changed(piece: HeatPiece, colours: Colours, before: Colours | None) -> bool:
     """Whether a piece looks different in other colours; always where there were none."""
     return before is None or not np.array_equal(colours[piece.cells], before[piece.cells])
-
-
-def _piece(facets: Facets, chosen: Indices) -> HeatPiece:
-    lifted = facets.triangles[chosen] + _LIFT_MM * facets.normals[chosen][:, None, :]
-    corners, cell = lifted.reshape(-1, 3), np.repeat(facets.cell[chosen], 3)
-    kept, index = shared_corners(corners, cell)
-    return HeatPiece(corners[kept], cell[kept], index, np.unique(cell))
 
 
 class Accumulation:
@@ -115,3 +124,72 @@ class Accumulation:
             )
             self._blocks = blocks
         return self._sum
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patches:
+    """Rectangles in the frame of one underside, mm."""
+
+    middles: Points2
+    """(n, 2)"""
+    size: tuple[float, float]
+    """Along x and y."""
+    values: Scalars
+    """(n,) not a number at joints."""
+
+
+def gap_patches_glb(report: CleaningReport, stage: int, scale: Scale, most: int = _PATCHES) -> bytes:
+    """Each gap that a stage acts on, seen through its part; of two bounds the harder.
+
+    Args:
+        report: The analysis.
+        stage: Counted from 0.
+        scale: Of the shear or the residue under parts.
+        most: Patches altogether, about.
+    """
+    gaps = [
+        (part.underside, values)
+        for part in report.parts
+        if part.underside is not None and (values := harder_gap(part, scale.measure.name, stage)) is not None
+    ]
+    total = sum(values.field.shape[0] * values.field.shape[1] for _, values in gaps)
+    together = int(np.ceil(np.sqrt(total / most))) if total > most else 1
+    drawn = [(underside, pool(values, together)) for underside, values in gaps]
+    if not drawn:
+        return b""
+    corners = np.concatenate([place(report.board, underside, patches) for underside, patches in drawn])
+    values = np.concatenate([patches.values for _, patches in drawn])
+    colours = np.tile(np.array(_JOINT, dtype=np.uint8), (len(values), 1))
+    known = np.isfinite(values)
+    colours[known] = scale_colours(values[known], scale)
+    first = 4 * np.arange(len(values), dtype=np.uint32)[:, None]
+    index = (first + np.array([0, 1, 2, 0, 2, 3], dtype=np.uint32)).ravel()
+    return flat_indexed_glb(corners.reshape(-1, 3), np.repeat(as_seen(colours), 4, axis=0), index)
+
+
+def pool(gap: GapValues, together: int) -> Patches:
+    """Mean of the open cells in blocks of so many along x and along y."""
+    rows, columns = gap.field.shape
+    down, across = -(-rows // together), -(-columns // together)
+    row, column = np.divmod(gap.field.cells, columns)
+    block = (row // together) * across + column // together
+    count = np.bincount(block, minlength=down * across)
+    sums = np.bincount(block, gap.values, minlength=down * across)
+    values = np.where(count > 0, sums / np.maximum(count, 1), np.nan)
+    size = (_MM * gap.field.length_m / across, _MM * gap.field.width_m / down)
+    y, x = np.divmod(np.arange(down * across), across)
+    middles = np.column_stack([(x + 0.5 - across / 2) * size[0], (y + 0.5 - down / 2) * size[1]])
+    return Patches(middles, size, values)
+
+
+def place(board: Board, underside: Underside, patches: Patches) -> NDArray[np.float64]:
+    """(n, 4, 3) corners of patches on top of the part, mm in the board frame."""
+    component = next(each for each in board.components if each.name == underside.component)
+    outward = 1.0 if component.side == "top" else -1.0
+    z = board.surface_z_mm(component.side) + outward * (component.height_mm + _OVER_PART_MM)
+    half = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array(patches.size) / 2
+    plan = (patches.middles[:, None, :] + half).reshape(-1, 2)
+    cos, sin = np.cos(underside.turn_rad), np.sin(underside.turn_rad)
+    turned: Points2 = plan @ np.array([[cos, sin], [-sin, cos]]) + (underside.x_mm, underside.y_mm)
+    corners: Points = np.column_stack([turned, np.full(len(turned), z)])
+    return corners.reshape(-1, 4, 3)

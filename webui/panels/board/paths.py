@@ -7,8 +7,7 @@ from dataclasses import replace
 import viser
 
 from specs.source import NO_SOURCE, Source
-from webui.cards.finding_list import messages_html
-from webui.cards.recipe_location import recipe_line
+from webui.cards.finding_list import messages_html, recipe_line
 from webui.layers.paths.markers import COLOURS
 from webui.layers.paths.strokes import ColourBy, StrokeLine
 from webui.layers.paths.timeline import clock, spray_spans

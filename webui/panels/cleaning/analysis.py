@@ -1,12 +1,13 @@
 """The cleaning prediction of the program: the analysis, its headline, and the cards that show it."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import viser
 
 from cleaning.verdicts.cleanliness import report_outcome
 from webui.cards.cleaning_card import headline_html
-from webui.page.analysed import Analysed, AnalysisSettings, analyse_run
+from webui.page.evaluations import Analysed, AnalysisSettings, analyse_run
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.cleaning.fix import FixCard
@@ -47,7 +48,7 @@ class CleaningPanel:
         )
         self._tune = TuneCard(page)
         self._cards = (PartsCard(page, scene), HeatCard(page, scene), PartCard(page), FixCard(page), GapCard(page))
-        on_choice(self._choice, lambda name: page.remember(lambda session: session.with_parameters(name)))
+        on_choice(self._choice, lambda name: page.remember(lambda session: replace(session, parameters_name=name)))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
@@ -71,7 +72,7 @@ class CleaningPanel:
             lambda progress: analyse_run(
                 run, AnalysisSettings(name, project.open_parameters(name), effort), before, progress
             ),
-            lambda analysed: self._page.remember(lambda session: session.with_analysis(analysed)),
+            lambda analysed: self._page.remember(lambda session: replace(session, analysed=analysed)),
         )
 
 

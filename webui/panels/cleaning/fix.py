@@ -1,9 +1,5 @@
 """Fix this: single changes for the selected part, each with its predicted effect, each one edit."""
 
-from dataclasses import dataclass
-
-import viser
-
 from cleaning.verdicts.results import Part
 from specs.progress import Progress
 from webui.page.page import Page
@@ -20,14 +16,6 @@ _NOTHING = "No single change was found that helps this part. Tune changes severa
 _TRIED = "Tested one at a time, best first."
 
 
-@dataclass(frozen=True, slots=True)
-class _Slot:
-    """Elements of one suggestion."""
-
-    text: viser.GuiHtmlHandle
-    button: viser.GuiButtonHandle
-
-
 class FixCard:
     """Fix this: single changes for the selected part, each with its predicted effect."""
 
@@ -40,11 +28,11 @@ class FixCard:
         self._folder = gui.add_folder("Fix this", visible=False)
         with self._folder:
             self._run: RunButton[tuple[Fix, ...]] = RunButton(page, SUGGEST, self._begin, _NOTE, CANCEL)
-            self._slots = tuple(
-                _Slot(gui.add_html("", visible=False), gui.add_button(APPLY, visible=False)) for _ in range(_MOST)
-            )
-        for number, slot in enumerate(self._slots):
-            slot.button.on_click(lambda _, number=number: self._apply(number))
+            self._slots = [
+                (gui.add_html("", visible=False), gui.add_button(APPLY, visible=False)) for _ in range(_MOST)
+            ]
+        for number, (_, button) in enumerate(self._slots):
+            button.on_click(lambda _, number=number: self._apply(number))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
@@ -61,9 +49,9 @@ class FixCard:
     def _show_found(self, part: Part | None) -> None:
         found = None if part is None else self._found.get(part.component)
         self._run.show(quiet_html(_NOTE if found is None else _TRIED if found else _NOTHING))
-        for slot, fix in zip(self._slots, [*(found or ())[:_MOST], *[None] * _MOST], strict=False):
-            slot.text.visible = slot.button.visible = fix is not None
-            slot.text.content = fix_html(fix) if fix is not None else ""
+        for (text, button), fix in zip(self._slots, [*(found or ())[:_MOST], *[None] * _MOST], strict=False):
+            text.visible = button.visible = fix is not None
+            text.content = fix_html(fix) if fix is not None else ""
 
     def _begin(self) -> None:
         session, project = self._page.session, self._page.project

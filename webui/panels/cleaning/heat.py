@@ -9,9 +9,8 @@ import viser
 from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Scalars
 from webui.cards.cleaning_card import stage_names
-from webui.layers.surface.gap_patches import gap_patches_glb
 from webui.layers.surface.ground import outline_glb
-from webui.layers.surface.heat import Accumulation
+from webui.layers.surface.heat import Accumulation, gap_patches_glb
 from webui.layers.surface.heat_scale import (
     COLOURINGS,
     MEASURES,

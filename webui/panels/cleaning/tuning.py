@@ -1,7 +1,7 @@
 """Tuning the recipe: the job in the background, its window, and the decision on its proposal."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 
 import viser
 
@@ -35,17 +35,6 @@ Actions = Mapping[str, Callable[[], None]]
 """Actions by the label of their button."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Inputs:
-    """Inputs of the settings."""
-
-    kinds: tuple[viser.GuiCheckboxHandle, ...]
-    goal: viser.GuiDropdownHandle[str]
-    seconds: viser.GuiNumberHandle[float]
-    litres: viser.GuiNumberHandle[float]
-    analyses: viser.GuiNumberHandle[float]
-
-
 class TuningWindow:
     """Window of tuning: it shows one of its three parts at a time."""
 
@@ -57,7 +46,7 @@ class TuningWindow:
             self._form = self._gui.add_folder(None)
             with self._form:
                 self._gui.add_html(quiet_html(_NOTE))
-                self._inputs = self._add_inputs(settings)
+                self._add_inputs(settings)
                 self._remark = self._gui.add_html("")
                 self._add_button(START)
             self._working = self._gui.add_html("", visible=False)
@@ -72,23 +61,20 @@ class TuningWindow:
             self._cancel.visible = False
             self._add_button(CLOSE)
 
-    def _add_inputs(self, settings: TuningSettings) -> _Inputs:
-        gui = self._gui
-        return _Inputs(
-            tuple(
-                gui.add_checkbox(label, kind in settings.kinds, hint=hint) for kind, (label, hint) in KIND_WORDS.items()
-            ),
-            gui.add_dropdown(
-                "For",
-                tuple(GOALS),
-                initial_value=next(label for label, goal in GOALS.items() if goal == settings.goal),
-                hint="Whether water left under parts counts too.",
-            ),
-            gui.add_number("Time at most (s)", settings.seconds, min=0.0, hint="Of the program; 0 is no limit."),
-            gui.add_number("Liquid at most (l)", settings.litres, min=0.0, hint="Of the program; 0 is no limit."),
-            gui.add_number(
-                "Analyses at most", settings.analyses, min=2.0, step=1.0, hint="More of them find a better recipe."
-            ),
+    def _add_inputs(self, settings: TuningSettings) -> None:
+        gui, hint = self._gui, "Of the program; 0 is no limit."
+        self._kinds: dict[ChangeKind, viser.GuiCheckboxHandle] = {
+            kind: gui.add_checkbox(label, kind in settings.kinds, hint=hint)
+            for kind, (label, hint) in KIND_WORDS.items()
+        }
+        goal = next(label for label, goal in GOALS.items() if goal == settings.goal)
+        self._goal = gui.add_dropdown(
+            "For", tuple(GOALS), initial_value=goal, hint="Whether water left under parts counts too."
+        )
+        self._seconds = gui.add_number("Time at most (s)", settings.seconds, min=0.0, hint=hint)
+        self._litres = gui.add_number("Liquid at most (l)", settings.litres, min=0.0, hint=hint)
+        self._analyses = gui.add_number(
+            "Analyses at most", settings.analyses, min=2.0, step=1.0, hint="More of them find a better recipe."
         )
 
     def _add_button(self, label: str) -> viser.GuiButtonHandle:
@@ -98,10 +84,9 @@ class TuningWindow:
 
     def settings(self) -> TuningSettings:
         """Settings that are filled in."""
-        inputs = self._inputs
-        ticked = frozenset[ChangeKind](kind for kind, box in zip(KIND_WORDS, inputs.kinds, strict=True) if box.value)
-        goal = GOALS[inputs.goal.value]
-        return TuningSettings(ticked, goal, inputs.seconds.value, inputs.litres.value, inputs.analyses.value)
+        ticked = frozenset[ChangeKind](kind for kind, box in self._kinds.items() if box.value)
+        limits = self._seconds.value, self._litres.value, self._analyses.value
+        return TuningSettings(ticked, GOALS[self._goal.value], *limits)
 
     @property
     def name(self) -> str:
@@ -173,7 +158,7 @@ class TuneCard:
 
     def _open(self) -> None:
         def discard() -> None:
-            self._page.remember(lambda session: session.with_proposal(None))
+            self._page.remember(lambda session: replace(session, proposal=None))
             window.show_form()
 
         def accept(change: Change) -> None:
@@ -220,7 +205,7 @@ class TuneCard:
 
         def take(proposal: Proposal) -> None:
             if proposal.board is self._page.session.board:  # else another one was chosen just now
-                self._page.remember(lambda session: session.with_proposal(proposal))
+                self._page.remember(lambda session: replace(session, proposal=proposal))
                 if self._window is not None:
                     with self._page.client.atomic():
                         self._window.propose(proposal)

@@ -55,7 +55,7 @@ class RecipePanel:
         on_choice(self._section, lambda section: self._open(section, ""))
         on_choice(self._choice, lambda label: self._open(self._section.value, label))
         self._edit.on_click(lambda event: self._do(event.target.value))
-        self._order.on_click(lambda event: self._move(-1 if event.target.value == _UP else 1))
+        self._order.on_click(lambda event: self._do(event.target.value))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session; the form follows the stroke that is selected."""
@@ -124,12 +124,10 @@ class RecipePanel:
             )
         elif entry is not None and what == _DUPLICATE:
             self._page.attempt(lambda session: self._opened(*entries.copied(session, entry)))
-        elif entry is not None:
+        elif entry is not None and what == _REMOVE:
             self._page.attempt(lambda session: entries.removed(session, entry))
-
-    def _move(self, by: int) -> None:
-        entry = self._entry
-        if entry is not None:
+        elif entry is not None:
+            by = -1 if what == _UP else 1
             self._page.attempt(lambda session: self._opened(*entries.moved(session, entry, by)))
 
     def _open_dialog(self, section: str) -> None:

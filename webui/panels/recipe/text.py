@@ -2,13 +2,11 @@
 
 from html import escape
 
-from recipes.load import recipe_library
 from specs.errors import JobError
 from webui.forms.spec_form import reason_of
-from webui.page.document import Document, open_document
+from webui.page.document import Document
 from webui.page.page import Page
-from webui.page.project import Project
-from webui.page.session import Change, Session
+from webui.page.session import Session
 from webui.panels.widgets.dialog import Dialog
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, remark_html, sticky_html
@@ -93,7 +91,8 @@ class TextPanel:
                 note = "Changes that were not saved are lost." if self._page.session.document.dirty else ""
                 dialog = Dialog(self._page, "Open", note)
                 dialog.choice("Recipe", self._page.project.recipes(), "Of the library, or of the project folder.")
-                dialog.buttons({"Open": lambda _, name: opened(self._page.project, name)})
+                files = self._page.project
+                dialog.buttons({"Open": lambda _, name: lambda now: now.with_document(files.open_recipe(name))})
 
     def _mark(self) -> None:
         """Show whether a text is typed that is not that of the recipe, unless there is a remark."""
@@ -107,7 +106,7 @@ class TextPanel:
             note = f"{document.file.name} was changed by somebody else since it was opened. Undo brings back your text."
             dialog = Dialog(self._page, "Changed on disk", note)
             dialog.buttons(
-                {"Overwrite it": lambda _name, _choice: saved, "Load what it says": lambda _name, _choice: reloaded}
+                {"Overwrite it": lambda _name, _choice: saved, "Load the file": lambda _name, _choice: reloaded}
             )
         elif self._page.attempt(saved):
             self._page.notify("Saved", str(document.file))
@@ -124,14 +123,17 @@ class TextPanel:
         unsaved = " You have unsaved changes; Undo brings them back." if document.dirty else ""
         note = f"{document.file.name} was changed by somebody else.{unsaved}"
         self._dialog = Dialog(self._page, "Changed on disk", note)
-        self._dialog.buttons({"Load what it says": lambda _name, _choice: reloaded}, "Keep this text")
+        self._dialog.buttons({"Load the file": lambda _name, _choice: reloaded}, "Keep this text")
 
     def _open_save_as(self) -> None:
         document = self._page.session.document
         note = "It belongs to the library and stays as it is." if document.belongs_to_library else ""
         dialog = Dialog(self._page, "Save as", note)
         dialog.name("File", f"my-{document.file.stem}.yaml", f"In {self._page.project.folder}.")
-        dialog.buttons({"Save": lambda name, _: saved_as(self._page.project, name)})
+        files = self._page.project
+        dialog.buttons(
+            {"Save": lambda name, _: lambda now: now.with_document(now.document.save_as(files.recipe_file(name)))}
+        )
 
     def _refuse(self, error: JobError) -> None:
         self._show_remark(
@@ -179,16 +181,3 @@ def reloaded(session: Session) -> Session:
         JobError: it cannot be read.
     """
     return session.with_document(session.document.reload())
-
-
-def saved_as(project: Project, name: str) -> Change:
-    """Write the recipe to a new file of the project."""
-    file = name if name.endswith((".yaml", ".yml")) else f"{name}.yaml"
-    return lambda session: session.with_document(session.document.save_as(project.locate(file)))
-
-
-def opened(project: Project, name: str) -> Change:
-    """Edit another recipe of the library or the project."""
-    return lambda session: session.with_document(
-        open_document(name if name in recipe_library() else str(project.locate(name)))
-    )

@@ -9,14 +9,12 @@ import numpy as np
 import viser
 
 from geometry.arrays import Points
-from recipes.load import recipe_library
 from reports.tables.comparison import Row, compare, comparison_tables
 from reports.tables.table import lines_of
 from rulesengine.planning.pipeline import Run, run
 from specs.progress import Progress
 from webui.glb.ribbons import board_size_mm, line_width_mm
 from webui.layers.paths.strokes import StrokeLine, stroke_lines, strokes_glb
-from webui.page.document import open_document
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.choices import offer, on_choice
@@ -75,7 +73,7 @@ class ComparePanel:
             if name == _SAVED:
                 document = replace(document, text=document.saved)
             else:
-                document = open_document(name if name in recipe_library() else self._page.project.locate(name))
+                document = self._page.project.open_recipe(name)
             return run(document.read().recipe, session.board, progress)
 
         def take(other: Run) -> None:

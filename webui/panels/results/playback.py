@@ -12,7 +12,7 @@ from programs.playback import Timeline, build_timeline
 from recipes.load import LoadedRecipe
 from rulesengine.planning.pipeline import Run
 from specs.progress import no_progress
-from webui.cards.recipe_location import recipe_line
+from webui.cards.finding_list import recipe_line
 from webui.layers.paths.nozzle import Moment, moment
 from webui.layers.paths.strokes import tint_functions
 from webui.layers.paths.timeline import (
@@ -122,7 +122,7 @@ class PlaybackPanel:
         scene.seek = self._seek
 
     def show(self, session: Session, before: Session | None) -> None:
-        """Take a new run; it is prepared when it is to be played, or nothing happens for a while."""
+        """Take a new run; it is prepared when it is to be played, or nothing changes for a while."""
         if before is not None and session.run is before.run and session.check is before.check:
             return
         self._player.pause()

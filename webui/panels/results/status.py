@@ -6,7 +6,6 @@ from collections import Counter
 from html import escape
 
 from reports.tables.wording import amount, clock
-from rulesengine.planning.pipeline import Run
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.scene.scene import Scene
@@ -80,11 +79,12 @@ def status_html(session: Session, planned_s: float | None, what: str, share: flo
     names = f"{session.board.name} \N{MULTIPLICATION SIGN} {session.document.file.stem}{star}"
     rows = [f'<div style="white-space:nowrap;overflow:hidden;text-overflow:ellipsis">{escape(names)}</div>']
     if run is not None:
+        litres = sum(litres for _, litres in run.program.totals.liquid_l)
         rows.append(
             '<div style="display:flex;justify-content:space-between;align-items:baseline;'
             'font-variant-numeric:tabular-nums">'
             f'<span data-total style="font-size:22px;font-weight:600">{clock(run.program.totals.duration_s)}</span>'
-            f'<span style="font-size:15px">{litres_of(run):.1f} l</span></div>'
+            f'<span style="font-size:15px">{litres:.1f} l</span></div>'
         )
     if run is not None and session.planned:
         took = f"Planned in {planned_s:.2f} s." if planned_s is not None else "Planned."
@@ -99,11 +99,6 @@ def status_html(session: Session, planned_s: float | None, what: str, share: flo
     else:
         rows += [_line(f"{what.capitalize() or 'Planning'}\N{HORIZONTAL ELLIPSIS} {share:.0%}"), bar_html(share)]
     return box_html("".join(rows), "font-size:13px;line-height:1.5")
-
-
-def litres_of(run: Run) -> float:
-    """Liquid of all functions together, l."""
-    return sum(litres for _, litres in run.program.totals.liquid_l)
 
 
 def _line(text: str, colour: Tint = QUIET, mark: str = "data-progress") -> str:

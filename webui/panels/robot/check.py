@@ -1,5 +1,7 @@
 """The check of the program in the cell: its result, its findings and their places."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from programs.program import MoveTo
@@ -10,8 +12,8 @@ from specs.finding import Finding
 from specs.finding_rules import COLLISION
 from specs.source import NO_SOURCE, Source
 from webui.cards.finding_list import kinds_html, tally
-from webui.layers.robot.proximity import Near, moment_of, near_at, near_glb, nearest_of
-from webui.page.checked import Checked, check_program
+from webui.layers.robot.proximity import Near, near_at, near_glb, nearest_of
+from webui.page.evaluations import Checked, check_program
 from webui.page.page import Page
 from webui.page.session import Session, component_named
 from webui.panels.widgets.choices import FindingStepper
@@ -68,7 +70,7 @@ class CheckCard:
         if cell is not None:
             self._run.start(
                 lambda progress: check_program(run, cell, progress, lean),
-                lambda checked: self._page.remember(lambda session: session.with_check(checked)),
+                lambda checked: self._page.remember(lambda session: replace(session, checked=checked)),
             )
 
     def _list_findings(self, session: Session) -> None:
@@ -129,13 +131,13 @@ class CheckCard:
 
 
 def when(finding: Finding, check: Checked) -> float:
-    """Time at which the robot is at the place of a finding, s; 0 without a motion."""
+    """Time at which the robot is nearest to the place of a finding, s: among the moves of its origin if it has any."""
     moves = [item for item in check.program.instructions if isinstance(item, MoveTo)]
     if check.motion is None or finding.where is None:
         return 0.0
-    places = np.array([move.position for move in moves])
-    makers = tuple(move.made_by for move in moves)
-    return moment_of(check.motion, places, makers, finding.made_by, np.array(finding.where))
+    own = np.array([move.made_by == finding.made_by for move in moves], dtype=np.bool_)
+    away = np.linalg.norm(np.array([move.position for move in moves]) - np.array(finding.where), axis=1)
+    return float(check.motion.times[int(np.argmin(np.where(own | ~own.any(), away, np.inf)))])
 
 
 def state_html(session: Session) -> str:

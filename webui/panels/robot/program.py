@@ -1,5 +1,7 @@
 """The robot's program: its text, linked with the motions in the scene, and its download."""
 
+from dataclasses import replace
+
 from programs.posts.dialects import DIALECTS
 from specs.errors import JobError
 from specs.source import NO_SOURCE
@@ -66,7 +68,7 @@ class ProgramPanel:
 
     def _take(self, made: RobotProgram) -> None:
         if made.checked is not self._page.session.checked:
-            self._page.remember(lambda session: session.with_check(made.checked))
+            self._page.remember(lambda session: replace(session, checked=made.checked))
         session = self._page.session
         with self._page.client.atomic():
             if made.checked is not session.check:  # the program has changed meanwhile

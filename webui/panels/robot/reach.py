@@ -68,8 +68,9 @@ class ReachCard:
     def _go_to_worst(self) -> None:
         worst = None if self._painted is None else self._painted.worst
         if worst is not None:
-            self._scene.seek(worst.time_s)
-            self._scene.look_at_place(worst.place_mm, _AROUND_MM)
+            place_mm, time_s = worst
+            self._scene.seek(time_s)
+            self._scene.look_at_place(place_mm, _AROUND_MM)
 
 
 class JointsCard:

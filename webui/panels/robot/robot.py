@@ -1,6 +1,7 @@
 """The robot cell: its choice, its frames, its views and its cards."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 
 from robotcell.cell.load import LoadedCell
@@ -73,8 +74,8 @@ class RobotPanel:
 
         def change(session: Session) -> Session:
             if name == _NONE:
-                return session.with_cell("", None)
-            return session.with_cell(name, self._page.project.open_cell(name))
+                return replace(session, cell_name="", cell=None)
+            return replace(session, cell_name=name, cell=self._page.project.open_cell(name))
 
         if self._page.attempt(change):
             self._look_at(cell=name != _NONE)

@@ -13,10 +13,6 @@ from webui.threads.worker import Worker
 T = TypeVar("T")
 
 
-def _ignore(_remark: str) -> None:
-    """Ignore why there is no result."""
-
-
 class Job(Generic[T]):
     """Work in the background, and a line below: its progress, why it failed, else the text at rest."""
 
@@ -54,7 +50,7 @@ class Job(Generic[T]):
             self._line.content = at_rest
 
     def start(
-        self, work: Callable[[Progress], T], done: Callable[[T], None], failed: Callable[[str], None] = _ignore
+        self, work: Callable[[Progress], T], done: Callable[[T], None], failed: Callable[[str], None] | None = None
     ) -> None:
         """Begin work in place of what is under way.
 
@@ -75,7 +71,8 @@ class Job(Generic[T]):
             if not reason:
                 self._page.report(error)
             with self._page.client.atomic():
-                failed(reason)
+                if failed is not None:
+                    failed(reason)
                 self._line.content = remark_html(reason if self._refuse is None else "") or self._at_rest
                 if reason and self._refuse is not None:
                     self._refuse(reason)

@@ -32,7 +32,7 @@ def two_strokes():
 def test_passes_with_pauses_between_are_one_stroke_and_a_transfer_ends_it():
     around, edge = stroke_lines(two_strokes())
     assert (around.made_by, around.pauses, around.paused_s) == (AROUND, 1, 0.5)
-    assert (around.place, around.template, around.side) == (Source(0, "around"), "around", "top")
+    assert (around.made_by.place, around.template, around.side) == (Source(0, "around"), "around", "top")
     assert edge.template == "edge"
 
 

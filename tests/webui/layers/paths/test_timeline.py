@@ -10,7 +10,6 @@ from tiny_session import tiny_session
 
 from programs.playback import build_timeline
 from webui.layers.paths.timeline import (
-    Band,
     Span,
     clock,
     clock_html,
@@ -58,8 +57,8 @@ def test_at_the_ends_a_step_stays():
 
 def test_bands_say_when_function_and_jet_hold():
     timeline = build_timeline(hand_program())
-    assert [band for band in function_bands(timeline, 4.2) if band.name] == [Band("clean", 0.0, 4.2)]
-    assert spray_bands(timeline, 4.2) == [Band("spray", 1.0, 3.2)]
+    assert [band for band in function_bands(timeline, 4.2) if band[0]] == [("clean", 0.0, 4.2)]
+    assert spray_bands(timeline, 4.2) == [(1.0, 3.2)]
 
 
 def test_the_speed_curve_keeps_every_peak():

@@ -9,7 +9,7 @@ from drawn_glb import drawn
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from webui.layers.surface.gap_patches import gap_patches_glb, place, pool
+from webui.layers.surface.heat import gap_patches_glb, place, pool
 from webui.layers.surface.heat_scale import MEASURES, cell_values, harder_gap, make_scale
 
 REPORT = small_report()

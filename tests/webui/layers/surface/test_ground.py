@@ -101,7 +101,7 @@ def test_a_painted_board_is_remembered_until_its_colours_change():
     board, classified = session.board, session.run.classified
     painted = paint_board(board, classified, "class")
     assert paint_board(board, tuple(classified), "class") is painted
-    assert painted.legend == tint_components(board, classified, "class")[1]
+    assert painted[1] == tint_components(board, classified, "class")[1]
     others = tuple(replace(each, component_class="other") for each in classified)
-    assert list(paint_board(board, others, "class").legend) == ["other"]
-    assert paint_board(board, others, "class").glb != painted.glb
+    assert list(paint_board(board, others, "class")[1]) == ["other"]
+    assert paint_board(board, others, "class")[0] != painted[0]

@@ -10,7 +10,7 @@ from small_scene import SmallScene
 from tiny_session import tiny_session
 
 from webui.cards.finding_list import ALL, CLEANING, PLANNING, component_of, findings_of, name_findings
-from webui.page.analysed import Analysed
+from webui.page.evaluations import Analysed
 from webui.panels.results.findings import FindingsPanel
 
 JUDGED = made_finding("r7-residue", "warning", "U1: 31 % of the residue is left.", "sequence[0]", (9.0, 12.0, 0.0))
@@ -22,7 +22,7 @@ def analysed_session(findings=(JUDGED, WIDE)):
     session = tiny_session()
     session = replace(session, run=replace(session.run, findings=(PLANNED,)))
     report = replace(small_report(), findings=tuple(findings))
-    return session.with_analysis(Analysed(session.run.program, "default", report))
+    return replace(session, analysed=Analysed(session.run.program, "default", report))
 
 
 @contextmanager
@@ -40,7 +40,7 @@ def test_both_sources_are_listed_worst_first_and_apart():
     assert findings_of(session) == (PLANNED, JUDGED, WIDE)
     assert findings_of(session, PLANNING) == (PLANNED,)
     assert findings_of(session, CLEANING) == (JUDGED, WIDE)
-    assert findings_of(session.with_parameters("other")) == (PLANNED,)
+    assert findings_of(replace(session, parameters_name="other")) == (PLANNED,)
     assert findings_of(replace(session, run=None)) == ()
 
 
@@ -61,7 +61,7 @@ def test_choosing_a_judgement_flies_there_and_lights_what_sprays_the_part():
         press(page, "Go to", "2 r7-residue U1")
         assert scene.looked == [((9.0, 12.0, 0.0), 15.0)]
         assert page.session.selection.component == "U1"
-        assert page.session.lit == {"sequence[0]/around/U1", "sequence[0]/sweep"}
+        assert set(map(str, page.session.lit)) == {"sequence[0]/around/U1", "sequence[0]/sweep"}
         press(page, "Go to", "1 speed-below-asked around/C1")
         assert str(page.session.selection.made_by) == "sequence[0]/around/C1"
 
@@ -74,7 +74,7 @@ def test_the_source_can_be_chosen_while_there_is_an_analysis():
         assert "sequence[0]" in panel._list.content
         assert "9.0, 12.0, 0.0 mm" in panel._list.content
         assert "2 warnings, 1 note" in panel._tally.content
-        page.remember(lambda session: session.with_parameters("other"))
+        page.remember(lambda session: replace(session, parameters_name="other"))
         assert not find(page, "Source").visible
         assert find(page, "Go to").options == ("\N{EN DASH}", "1 speed-below-asked around/C1")
         press(page, "Source", ALL)

@@ -16,7 +16,7 @@ from cleaning.verdicts.rules import RESIDUE_LEFT, WET_GAP
 from recipes.errors import RecipeError
 from rulesengine.tuning.suggest import Effect, Suggestion
 from rulesengine.tuning.trial.outcome import Figures
-from webui.page.analysed import Analysed
+from webui.page.evaluations import Analysed
 from webui.page.project import open_project
 from webui.page.session import Selection
 from webui.panels.cleaning.fix import APPLY, CANCEL, SUGGEST, FixCard
@@ -29,7 +29,7 @@ BEFORE, AFTER = Figures(2, 9, 0.31, 90.0, 2.5), Figures(3, 6, 0.04, 104.5, 2.9)
 def analysed_session(component="U1", effort="fast"):
     session = tiny_session()
     analysed = Analysed(session.run.program, "default", small_report(), None, effort)
-    return replace(session.with_analysis(analysed), selection=Selection(component=component))
+    return replace(replace(session, analysed=analysed), selection=Selection(component=component))
 
 
 def fix(session, what="templates.sweep.speed_mm_s: 60 -> 45", *, resolved=True):
@@ -73,7 +73,7 @@ def test_it_is_offered_only_for_parts_that_are_not_clean(tmp_path):
         page.select()
         assert not card._folder.visible  # the bare board is clean
         page.select(component="U1")
-        page.remember(lambda session: session.with_parameters("other"))
+        page.remember(lambda session: replace(session, parameters_name="other"))
         assert not card._folder.visible
 
 
@@ -83,10 +83,10 @@ def test_suggestions_tell_effect_and_cost_and_one_is_applied(tmp_path, by_hand):
         press(page, SUGGEST)
         wait_for(lambda: shown(page) == [True, True, False])
         assert by_hand == ["U1"]
-        told = card._slots[0].text.content
+        told = card._slots[0][0].content
         for wanted in ("60 -&gt; 45", "clean", "31.0 %", "4.0 %", "+14.5 s, +0.40 l"):
             assert wanted in told
-        assert "not clean yet" in card._slots[1].text.content
+        assert "not clean yet" in card._slots[1][0].content
         press(page, APPLY, at=0)
         assert page.session.document.text == slower(before)
         assert page.session.analysis is None
@@ -105,7 +105,7 @@ def test_suggestions_are_kept_by_part_while_their_analysis_counts(tmp_path, by_h
         page.select(component="U1")
         assert shown(page) == [True, True, False]
         newer = Analysed(page.session.run.program, "default", small_report())
-        page.remember(lambda session: session.with_analysis(newer))
+        page.remember(lambda session: replace(session, analysed=newer))
         assert not any(shown(page))
 
 

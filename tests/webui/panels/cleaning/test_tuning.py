@@ -2,6 +2,7 @@
 
 import time
 from contextlib import contextmanager
+from dataclasses import replace
 
 import pytest
 from small_page import find, inputs, press, small_page, wait_for, windows
@@ -83,7 +84,7 @@ def test_impossible_settings_are_shown_in_the_window_and_can_be_corrected(tmp_pa
 
 def test_a_proposal_waits_until_somebody_decides(tmp_path, by_hand):
     session = tiny_session()
-    with opened(session.with_proposal(proposal(session)), tmp_path) as (page, card):
+    with opened(replace(session, proposal=proposal(session)), tmp_path) as (page, card):
         assert "not applied" in card._job._line.content
         press(page, TUNE)
         assert "data-diff" in card._window._proposal.content
@@ -105,7 +106,7 @@ def test_a_proposal_waits_until_somebody_decides(tmp_path, by_hand):
 def test_a_proposal_is_saved_under_a_name_of_its_own(tmp_path):
     session = tiny_session()
     (tmp_path / "there.yaml").write_text("recipe: there\nextends: smt-aqueous\n")
-    with opened(session.with_proposal(proposal(session)), tmp_path) as (page, card):
+    with opened(replace(session, proposal=proposal(session)), tmp_path) as (page, card):
         press(page, TUNE)
         assert find(page, "New recipe").value == "smt-aqueous-tuned.yaml"
         press(page, "New recipe", "there.yaml")

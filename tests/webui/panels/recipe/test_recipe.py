@@ -29,7 +29,7 @@ from webui.page.document import open_document
 from webui.page.project import Project, ProjectError
 from webui.panels.recipe.entry_card import card_html, sketch_nozzle
 from webui.panels.recipe.recipe import RecipePanel
-from webui.panels.recipe.text import TextPanel, line_of, opened, saved_as, state_html
+from webui.panels.recipe.text import TextPanel, line_of, state_html
 from webui.theme.html import remark_html
 
 SESSION = tiny_session()
@@ -369,9 +369,10 @@ def test_a_recipe_of_the_library_is_saved_under_a_name_of_its_own(page, tmp_path
     assert "saved" in state_html(page.session.document)
 
 
-@pytest.mark.parametrize(("answer", "solution"), [("Overwrite it", "mine"), ("Load what it says", "theirs")])
+@pytest.mark.parametrize(("answer", "solution"), [("Overwrite it", "mine"), ("Load the file", "theirs")])
 def test_a_file_that_somebody_changed_is_asked_about(page, tmp_path, answer, solution):
-    page.attempt(saved_as(page.project, "house"))
+    file = page.project.recipe_file("house")
+    page.attempt(lambda session: session.with_document(session.document.save_as(file)))
     file = tmp_path / "house.yaml"
     theirs = file.read_text().replace("saponifier-15", "theirs")
     page.attempt(lambda session: session.set_value(("functions", "clean", "solution"), "mine"))
@@ -392,7 +393,7 @@ def test_another_recipe_is_opened(page):
     assert page.session.recipe.recipe == "dry-only"
     assert find(page, "Entry").value in page.session.recipe.templates
     with pytest.raises(ProjectError):
-        opened(page.project, "../secret.yaml")(page.session)
+        page.project.open_recipe("../secret.yaml")
 
 
 def test_an_entry_knows_what_can_be_done_to_it():

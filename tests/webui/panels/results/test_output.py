@@ -14,7 +14,7 @@ from reports.tables.cleaning_tables import this_producer
 from rulesengine.planning.pipeline import run
 from specs.progress import no_progress
 from webui.downloads.downloads import KINDS, forbidding, make_download
-from webui.page.analysed import Analysed
+from webui.page.evaluations import Analysed
 from webui.page.session import Session
 from webui.server.server import open_session
 
@@ -46,7 +46,7 @@ def test_the_cleaning_report_is_the_one_that_the_command_line_writes(session: Se
     assert session.run is not None
     with pytest.raises(ProgramError, match="tab Cleaning"):
         make_download(CLEANING_DATA, session, (), 10.0, no_progress)
-    analysed = session.with_analysis(Analysed(session.run.program, "default", small_report()))
+    analysed = replace(session, analysed=Analysed(session.run.program, "default", small_report()))
     program = sha256(make_download(PROGRAM, session, (), 10.0, no_progress).content).hexdigest()
     producer, trace = this_producer("fast"), Traceability(program_sha256=program)
     data, page = (make_download(kind, analysed, (), 10.0, no_progress) for kind in (CLEANING_DATA, CLEANING_PAGE))

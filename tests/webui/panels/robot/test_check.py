@@ -20,7 +20,7 @@ from robotcell.robot.robot import Body, Box, flange_poses
 from specs.errors import JobError
 from webui.downloads.recording import record
 from webui.layers.robot.proximity import Near, near_at, near_glb, nearest_of
-from webui.page.checked import check_program
+from webui.page.evaluations import check_program
 from webui.page.project import open_project
 from webui.panels.robot import check
 from webui.panels.robot.check import facts_of, state_html, when
@@ -51,7 +51,7 @@ def walled():
 
 def checked_session():
     done = tried()
-    return replace(tiny_session(), run=done.run, cell=done.cell, cell_name="ur5e-bench").with_check(done)
+    return replace(replace(tiny_session(), run=done.run, cell=done.cell, cell_name="ur5e-bench"), checked=done)
 
 
 @pytest.mark.slow
@@ -81,16 +81,16 @@ def test_a_check_counts_for_its_program_and_its_cell_alone():
     assert newer.played is newer.run
     assert "changed since" in state_html(newer)
     assert replace(session, cell=read_cell("gantry")).check is None
-    assert session.with_cell("", None).check is None
+    assert replace(session, cell_name="", cell=None).check is None
     assert session.with_board("other", session.board).checked is None
     assert "Not checked" in state_html(replace(session, checked=None))
 
 
 def test_an_error_is_said_at_one_glance():
     wrong = finding_only(made_finding("collision", "error", "wall"))
-    session = replace(tiny_session(), cell=wrong.cell).with_check(wrong)
+    session = replace(replace(tiny_session(), cell=wrong.cell), checked=wrong)
     assert "cannot do it as it is" in state_html(session)
-    assert "The robot cannot do it." in state_html(session.with_check(replace(finding_only(), motion=None)))
+    assert "The robot cannot do it." in state_html(replace(session, checked=replace(finding_only(), motion=None)))
 
 
 def test_bodies_that_touch_are_named_with_their_nearest_points():
@@ -131,7 +131,7 @@ def test_every_metric_colours_the_paths_and_names_a_worst_place():
             assert list(painted.legend)[-1].endswith(" or more")
             assert painted.worst is None
             continue
-        assert 0 <= painted.worst.time_s <= done.program.totals.duration_s
+        assert 0 <= painted.worst[1] <= done.program.totals.duration_s
     assert paint_reach("limits", replace(done, motion=None), 0.5).glb == b""
 
 

@@ -14,7 +14,7 @@ from programs.errors import ProgramError
 from robotcell.cell.load import read_cell
 from webui.downloads import downloads
 from webui.downloads.downloads import download_program, forbidding, make_program
-from webui.page.checked import check_program
+from webui.page.evaluations import check_program
 from webui.page.project import open_project
 from webui.panels.robot.program import ProgramPanel, written_html
 
@@ -28,7 +28,7 @@ def ready():
     """A session whose program was checked in a cell."""
     cell = read_cell("ur5e-bench")
     session = replace(tiny_session(), cell=cell, cell_name="ur5e-bench")
-    return session.with_check(check_program(session.run, cell, quiet))
+    return replace(session, checked=check_program(session.run, cell, quiet))
 
 
 @pytest.mark.slow
