@@ -5,15 +5,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import count
-from typing import cast, get_args
+from typing import cast
 
 from boards.board import Board
 from recipes import rewrite
 from recipes.classes import ComponentClass, Mask
 from recipes.errors import RecipeError
 from recipes.load import read_recipe, recipe_library
-from recipes.nozzles import Nozzle
-from recipes.paths import PathSpec
+from recipes.nozzles import NOZZLE_PATTERNS
+from recipes.paths import PATH_CLASSES
 from recipes.recipe import Function, Limits, Recipe, Step
 from specs.source import Source
 from specs.spec import Spec
@@ -26,14 +26,19 @@ GENERAL = ("recipe", "description", "extends")
 """Keys of the recipe itself that are no section of their own."""
 _NAMED = ("functions", "nozzles", "classes", "templates")
 _ORDERED = ("classes", "masks", "sequence")
-_KIND = {"templates": ("path", PathSpec), "nozzles": ("pattern", Nozzle)}
-"""Sections whose entries have kinds: the key of the kind, and the union of the specifications."""
+_KIND: dict[str, tuple[str, tuple[type[Spec], ...]]] = {
+    "templates": ("path", PATH_CLASSES),
+    "nozzles": ("pattern", NOZZLE_PATTERNS),
+}
+"""Sections whose entries have kinds: the key of the kind, and the specifications."""
+_FIRST_VALUES: dict[str, Tree] = {"height_mm": 50, "speed_mm_s": 40}
+_FIRST_NUMBER = 10
+"""Values of the keys that an entry needs and that the library has for no entry of its kind."""
 _NOT_IN_LIBRARY: dict[str, dict[str, Tree]] = {
-    "straight_line": {"path": "straight_line", "height_mm": 50, "speed_mm_s": 40},
     "full_cone": {"pattern": "full_cone", "half_angle_deg": 30, "flow_lpm": 2, "at_bar": 3},
     "flat_fan": {"pattern": "flat_fan", "half_angle_deg": 40, "flow_lpm": 2, "at_bar": 3},
 }
-"""First values of kinds that no recipe of the library has."""
+"""First values of nozzles that no recipe of the library has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,8 +261,8 @@ def entry_at(recipe: Recipe, made_by: Source) -> YamlPath | None:
 def kinds_of(section: str) -> tuple[str, ...]:
     """Kinds of entries that a section can have, such as the path classes of templates; most have one."""
     if section in _KIND:
-        key, union = _KIND[section]
-        return tuple(str(each.model_fields[key].default) for each in get_args(get_args(union)[0]))
+        key, specs = _KIND[section]
+        return tuple(str(each.model_fields[key].default) for each in specs)
     return ("avoid", "clean", "ignore") if section == "masks" else ()
 
 
@@ -273,12 +278,15 @@ def default_entry(recipe: Recipe, board: Board, section: str, kind: str, name: s
     """
     match section:
         case "templates" | "nozzles":
-            value = dict(_library_entries(section).get(kind) or _NOT_IN_LIBRARY[kind])
-            if kind == "straight_line":
-                left, front, right, back = (float(bound) for bound in board.outline.bounds)
-                middle = round((front + back) / 2, 2)
-                value |= {"from": [round(left, 2), middle], "to": [round(right, 2), middle]}
-            return value
+            tag, specs = _KIND[section]
+            fields = next(each.model_fields for each in specs if each.model_fields[tag].default == kind)
+            needed = [field.alias or name for name, field in fields.items() if field.is_required()]
+            value = _library_entries(section).get(kind) or _NOT_IN_LIBRARY.get(kind) or {tag: kind}
+            value = value | {key: value.get(key, first) for key, first in _FIRST_VALUES.items() if key in needed}
+            left, front, right, back = (float(bound) for bound in board.outline.bounds)
+            middle = round((front + back) / 2, 2)
+            ends: dict[str, Tree] = {"from": [round(left, 2), middle], "to": [round(right, 2), middle]}
+            return value | {key: ends.get(key) or value.get(key, _FIRST_NUMBER) for key in needed}
         case "functions":
             return dict(_library_entries(section)["clean"])
         case "classes":
