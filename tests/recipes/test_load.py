@@ -7,6 +7,7 @@ import pytest
 
 from recipes.errors import RecipeError
 from recipes.load import load_recipe, parse_recipe, read_recipe, recipe_library, recipe_sha256
+from recipes.paths import PATH_CLASSES
 
 DEFAULT = recipe_library()["smt-aqueous"].read_text("utf-8")
 
@@ -69,9 +70,12 @@ def test_a_closed_path_has_no_ends_to_overshoot(template: str, path: str) -> Non
     text = DEFAULT.replace(before, f"{before}    overshoot_mm: 3\n")
     with pytest.raises(RecipeError) as caught:
         parse_recipe(text, file="mine.yaml")
+    *first, last = sorted(
+        spec.model_fields["path"].default for spec in PATH_CLASSES if "overshoot_mm" in spec.model_fields
+    )
     assert str(caught.value).startswith(
         f"mine.yaml:{line_of(text, 'overshoot_mm')}: templates.{template}.overshoot_mm: no key of {path}; "
-        "final_flush, raster, step_function and straight_line have it. Known: lead_in_mm, path, height_mm, "
+        f"{', '.join(first)} and {last} have it. Known: lead_in_mm, path, height_mm, "
     )
 
 

@@ -66,7 +66,8 @@ VALUES = {
     "near": st.just({"within_mm": 6, "speed_mm_s": 8, "passes": 3, "tilt_deg": 12}),
     "only": st.sampled_from([[], ["tall"], ["small", "others"]]),
 }
-"""Values by key; a key of choices has all of them. One that is not here keeps its default."""
+"""Values by key; a key of choices has all of them. One that is not here keeps its default, or takes a number."""
+NUMBERS = st.sampled_from([2, 7])
 
 
 def template_of(spec):
@@ -76,10 +77,11 @@ def template_of(spec):
         key, kinds = field.alias or name, get_args(field.annotation)
         listed = any(get_origin(kind) is dict for kind in kinds)
         values = st.sampled_from(kinds) if get_origin(field.annotation) is Literal else VALUES.get(key)
-        if values is None or key == "path":
-            assert not field.is_required(), f"add values of {key} to VALUES in {__file__}"
-            continue
-        (required if field.is_required() else optional)[key] = by_class(values) if listed else values
+        if field.is_required():
+            needed = NUMBERS if values is None else values
+            required[key] = by_class(needed) if listed else needed
+        elif values is not None and key != "path":
+            optional[key] = by_class(values) if listed else values
     return st.fixed_dictionaries(required, optional=optional)
 
 

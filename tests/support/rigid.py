@@ -80,7 +80,7 @@ def differences(program, moved, motion, most=5):
 
 
 def _unlike(one, other, motion):
-    if type(one) is not type(other) or str(one.made_by) != other.made_by:
+    if type(one) is not type(other) or one.made_by != other.made_by:
         yield "not the same"
         return
     if abs(one.time_s - other.time_s) > _TIME_S:
