@@ -63,7 +63,13 @@ def keep_out(strokes: StrokeSet, zone: Polygon | MultiPolygon, nozzle: Nozzle, m
 
 def _allowed(stroke: Stroke, zone: Polygon | MultiPolygon, nozzle: Nozzle) -> list[Stroke] | None:
     """Open strokes that are left of one; None if nothing is touched."""
-    dense, vertex = _sampled(stroke)
+    # Points at most one step apart; vertices are those that were there before.
+    ahead = np.roll(stroke.tcp, -1, axis=0) if stroke.closed else np.vstack([stroke.tcp[1:], stroke.tcp[-1:]])
+    counts = np.maximum(1, np.ceil(np.round(np.linalg.norm(ahead - stroke.tcp, axis=1) / _STEP_MM, 6))).astype(int)
+    segment = np.repeat(np.arange(len(counts)), counts - 1)
+    first = np.cumsum(counts - 1) - (counts - 1)
+    dense, order = stroke.insert(segment, (np.arange(len(segment)) - first[segment] + 1) / counts[segment])
+    vertex = order < len(counts)
     free = ~_touches(dense, zone, nozzle)
     if free.all():
         return None
@@ -78,16 +84,6 @@ def _allowed(stroke: Stroke, zone: Polygon | MultiPolygon, nozzle: Nozzle) -> li
         if np.linalg.norm(np.diff(piece.tcp, axis=0), axis=1).sum() >= _SHORTEST_MM:
             pieces.append(replace(piece, closed=False, laps=1, entries=(0,)))
     return pieces
-
-
-def _sampled(stroke: Stroke) -> tuple[Stroke, NDArray[np.bool_]]:
-    """Add points at most one step apart; the flags mark those that were there before."""
-    ahead = np.roll(stroke.tcp, -1, axis=0) if stroke.closed else np.vstack([stroke.tcp[1:], stroke.tcp[-1:]])
-    counts = np.maximum(1, np.ceil(np.round(np.linalg.norm(ahead - stroke.tcp, axis=1) / _STEP_MM, 6))).astype(int)
-    segment = np.repeat(np.arange(len(counts)), counts - 1)
-    first = np.cumsum(counts - 1) - (counts - 1)
-    dense, order = stroke.insert(segment, (np.arange(len(segment)) - first[segment] + 1) / counts[segment])
-    return dense, order < len(counts)
 
 
 def _touches(dense: Stroke, zone: Polygon | MultiPolygon, nozzle: Nozzle) -> NDArray[np.bool_]:

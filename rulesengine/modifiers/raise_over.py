@@ -86,7 +86,14 @@ def raise_over(strokes: StrokeSet, floors: Floors) -> StrokeSet:
         level, _ = loop.insert(segment, (stops - at[segment]) / (at[segment + 1] - at[segment]))
         heights = np.maximum(level.tcp[:, 2], profile.at(_lengths(level)))
         lifted = replace(level, tcp=np.column_stack([level.tcp[:, :2], heights]))
-        findings.append(_finding(lifted, level))
+        lift = np.round(heights - level.tcp[:, 2], 4)
+        worst = int(np.argmax(lift))
+        x, y, z = np.round(lifted.tcp[worst], 4).tolist()
+        message = (
+            f"Raised by up to {lift[worst]:.1f} mm, to {z:.1f} mm above the board, to clear what stands there; the jet "
+            "spreads wider on the board. Raise height_mm, or mask the component."
+        )
+        findings.append(Finding(RAISED_OVER_BODY, message, stroke.made_by, (x, y, z)))
         raised.append(lifted.pick(np.arange(len(heights) - 1)) if opened else lifted)
     return replace(strokes, strokes=tuple(raised), findings=tuple(findings))
 
@@ -109,14 +116,3 @@ def _stops(profile: Profile, at: Scalars, loop: Stroke) -> Scalars:
         slopes = np.diff(heights) / np.diff(both)
     inner = both[1:-1][np.abs(np.diff(slopes)) > _SAME_SLOPE]
     return np.setdiff1d(inner, at)
-
-
-def _finding(raised: Stroke, level: Stroke) -> Finding:
-    lift = np.round(raised.tcp[:, 2] - level.tcp[:, 2], 4)
-    worst = int(np.argmax(lift))
-    x, y, z = np.round(raised.tcp[worst], 4)
-    message = (
-        f"Raised by up to {lift[worst]:.1f} mm, to {z:.1f} mm above the board, to clear what stands there; the jet "
-        "spreads wider on the board. Raise height_mm, or mask the component."
-    )
-    return Finding(RAISED_OVER_BODY, message, raised.made_by, (float(x), float(y), float(z)))

@@ -39,9 +39,14 @@ def order_strokes(
             todo.reverse()
     if not todo:
         return Ordered((), ())
-    if strokes.freedom != "free":
-        return Ordered(_in_turn(todo, start), ())
     ways = [_ways(stroke) for stroke in todo]
+    if strokes.freedom != "free":  # the order stays; each begins where it is nearest
+        kept: list[Stroke] = []
+        for stroke, way in zip(todo, ways, strict=True):
+            away = np.linalg.norm(stroke.tcp[[begin for begin, _ in way]] - start, axis=1)
+            kept.append(_begun(stroke, way[int(np.argmax(away < away.min() + _AS_NEAR_MM))]))
+            start = kept[-1].tcp[-1]
+        return Ordered(tuple(kept), ())
     choices = Choices(
         tuple(stroke.tcp[[begin for begin, _ in way]] for stroke, way in zip(todo, ways, strict=True)),
         tuple(stroke.tcp[[end for _, end in way]] for stroke, way in zip(todo, ways, strict=True)),
@@ -58,17 +63,6 @@ def order_strokes(
         f"({100 * (1 - length / given):.0f} % less)."
     )
     return Ordered(done, (Finding(ORDER_GAIN, message, made_by),), route.settled)
-
-
-def _in_turn(todo: list[Stroke], start: Points) -> tuple[Stroke, ...]:
-    """Keep the order; begin each where it is nearest."""
-    done: list[Stroke] = []
-    for stroke in todo:
-        ways = _ways(stroke)
-        away = np.linalg.norm(stroke.tcp[[begin for begin, _ in ways]] - start, axis=1)
-        done.append(_begun(stroke, ways[int(np.argmax(away < away.min() + _AS_NEAR_MM))]))
-        start = done[-1].tcp[-1]
-    return tuple(done)
 
 
 def _ways(stroke: Stroke) -> list[tuple[int, int]]:

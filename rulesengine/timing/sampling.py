@@ -69,11 +69,16 @@ def sample(path: Path, profile: Profile) -> Samples:
     keep = np.unique(np.concatenate(([0], _round(clock.end[_ends_of_runs(profile)]), item_ends)))
     density = _density(path, profile)
     ticks = _fill(_thin(forced, keep), density, clock)
-    at, stage = _locate(profile, clock, ticks)
+    stages = profile.stages
+    stage = np.clip(np.searchsorted(clock.begin, ticks, side="right") - 1, 0, len(clock.begin) - 1)
+    seconds = np.maximum(ticks - clock.begin[stage], 0.0) * TICK_S / clock.stretch[stage]
+    along = np.sqrt(profile.begin[stage]) * seconds + 0.5 * profile.accelerations()[stage] * seconds**2
+    at = stages.start[stage] + np.clip(along, 0.0, stages.length[stage])
+    middle = np.searchsorted(clock.begin, 0.5 * (ticks[:-1] + ticks[1:]), side="right") - 1
     positions = path.positions(at)
     quaternions = path.orientations(at)
     owner = item[np.append(changes, len(item) - 1)][np.searchsorted(item_ends, ticks, side="left")]
-    speed = path.chain.speed[profile.stages.segment[stage]]
+    speed = path.chain.speed[stages.segment[middle]]
     lengths = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     # Segments get ticks more where rounding of their ends could show more than the programmed speed: for the worst
     # rounding, not the actual one, so that it does not depend on where the board lies.
@@ -180,18 +185,6 @@ def _fill(ticks: Indices, density: Scalars, clock: _Clock) -> Indices:
     inner = _round(np.interp(level_at, count, time))
     inner = np.clip(inner, ticks[gap], ticks[gap + 1])
     return np.union1d(ticks, inner[number > 0])
-
-
-def _locate(profile: Profile, clock: _Clock, ticks: Indices) -> tuple[Scalars, Indices]:
-    """Path parameter (k,) at each tick, and the stage (k - 1,) in which the middle of each interval lies."""
-    stages = profile.stages
-    stage = np.clip(np.searchsorted(clock.begin, ticks, side="right") - 1, 0, len(clock.begin) - 1)
-    seconds = np.maximum(ticks - clock.begin[stage], 0.0) * TICK_S / clock.stretch[stage]
-    push = profile.accelerations()[stage]
-    along = np.sqrt(profile.begin[stage]) * seconds + 0.5 * push * seconds**2
-    at = stages.start[stage] + np.clip(along, 0.0, stages.length[stage])
-    middle = np.searchsorted(clock.begin, 0.5 * (ticks[:-1] + ticks[1:]), side="right") - 1
-    return at, middle
 
 
 def _round(ticks: Scalars) -> NDArray[np.int64]:

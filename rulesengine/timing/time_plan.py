@@ -5,12 +5,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.arrays import Indices
 from geometry.frames import quaternions_from_axes, rotation_angles
 from programs.plan import Plan, SprayPass, Transfer
 from programs.program import TimedProgram
 from recipes.recipe import Limits
-from rulesengine.timing.corner_blending import Chain, Flags, round_corners
+from rulesengine.timing.corner_blending import Chain, round_corners
 from rulesengine.timing.sampling import hold, sample
 from rulesengine.timing.slow_passes import find_slow_passes
 from rulesengine.timing.speed_profile import parametrise
@@ -63,7 +62,11 @@ def chain_of(plan: Plan) -> Chain:
         raise ValueError(f"{after}: does not start where {before} ended, in position and orientation.")
     kept = np.concatenate((np.ones(len(tcp[:1]), dtype=np.bool_), (lengths > _SAME_MM) | (angles > _SAME_RAD)))
     item = owner[kept][1:]
-    stop, lead_in = _stops(plan, item)
+    # A stop wherever the item changes, except where a run-up may meet its pass without one.
+    run_up = [isinstance(a, Transfer) and isinstance(b, SprayPass) for a, b in pairwise(plan.items)]
+    served = np.concatenate(([False], np.array(run_up, dtype=np.bool_)))
+    lead_in = (np.diff(item) == 1) & served[item[1:]]
+    stop = (np.diff(item) > 0) & ~lead_in
     speed, spraying = np.zeros(len(plan.items)), np.zeros(len(plan.items), dtype=np.bool_)
     for number, move in moving:
         speed[number], spraying[number] = move.speed_mm_s, isinstance(move, SprayPass)
@@ -73,20 +76,10 @@ def chain_of(plan: Plan) -> Chain:
         item=item,
         speed=speed[item],
         spraying=spraying[item],
-        stop=stop,
-        lead_in=lead_in,
+        stop=np.pad(stop, 1, constant_values=True),
+        lead_in=np.pad(lead_in, 1, constant_values=False),
     )
 
 
 def _stack(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:
     return np.concatenate([np.empty((0, 3)), *parts])
-
-
-def _stops(plan: Plan, item: Indices) -> tuple[Flags, Flags]:
-    """Which vertices (n,) are stops for sure, and at which a run-up may meet its pass without one."""
-    run_up = [isinstance(a, Transfer) and isinstance(b, SprayPass) for a, b in pairwise(plan.items)]
-    served = np.concatenate(([False], np.array(run_up, dtype=np.bool_)))
-    border = np.diff(item) > 0
-    joint = (np.diff(item) == 1) & served[item[1:]]
-    ends = np.ones(1, dtype=np.bool_)
-    return np.concatenate((ends, border & ~joint, ends)), np.concatenate((~ends, joint, ~ends))

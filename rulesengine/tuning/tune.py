@@ -13,7 +13,6 @@ from rulesengine.tuning.search.acceptance import acceptance_of
 from rulesengine.tuning.search.by_bisection import enforce_limits, shorten_by_bisection
 from rulesengine.tuning.search.by_linear_program import shorten_by_linear_program
 from rulesengine.tuning.search.improve import Improvement, improve
-from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.request import AcceptedChange, TuningRequest, TuningResult
 from rulesengine.tuning.trial.trial_runner import TrialRunner, TuningContext
 from specs.yaml.edit import remove_value
@@ -46,14 +45,10 @@ def tune(runner: TrialRunner, text: str, request: TuningRequest) -> TuningResult
         unlimited = request.limits.seconds is None and request.limits.litres is None
         if not now.attainable or runner.left <= 0 or (ended and unlimited):
             break
-    return TuningResult(request, first, _without_unused(runner, first, now), tuple(changes), runner.used)
-
-
-def _without_unused(runner: TrialRunner, first: Outcome, last: Outcome) -> Outcome:
-    """Remove templates that tuning added and no step uses any more: the program is the same without them."""
-    used = {name for step in last.recipe.sequence for name in step.paths}
-    text = last.text
-    for name in last.recipe.templates:
-        if name not in first.recipe.templates and name not in used:
-            text = remove_value(text, ("templates", name))
-    return last if text == last.text else replace(last, text=text, recipe=parse_recipe(text, file=runner.file))
+    # Templates that tuning added and no step uses any more go: the program is the same without them.
+    used, text = {name for step in now.recipe.sequence for name in step.paths}, now.text
+    for name in [name for name in now.recipe.templates if name not in first.recipe.templates and name not in used]:
+        text = remove_value(text, ("templates", name))
+    if text != now.text:
+        now = replace(now, text=text, recipe=parse_recipe(text, file=runner.file))
+    return TuningResult(request, first, now, tuple(changes), runner.used)

@@ -90,7 +90,12 @@ def _path_added(word: str, template: dict[str, Any], steps: list[_OpenStep], rec
     if not gain:
         return
     function = steps[0].step.function
-    name = _free_name(f"{word}_{function}", recipe, function)
+    # A name that no template has, or that of one that was added to another step of this function before.
+    base, count = f"{word}_{function}", 2
+    users = {step.function for _, step in enabled_steps(recipe) if base in step.paths}
+    name = base
+    while name in recipe.templates and not (name == base and users == {function}):
+        name, count = f"{base}_{count}", count + 1
     edits: list[tuple[YamlPath, Any]] = [] if name in recipe.templates else [(("templates", name), template)]
     edits += [(("sequence", each.at, "paths"), [*each.step.paths, name]) for each in steps]
     where = ", ".join(f"sequence[{each.at}].paths" for each in steps)
@@ -103,15 +108,6 @@ def _path_added(word: str, template: dict[str, Any], steps: list[_OpenStep], rec
         tuple(f"sequence[{each.at}]" for each in steps),
         targets=frozenset(each.key for open_ in steps for each in open_.unmet if _gain(word, each) > 0),
     )
-
-
-def _free_name(base: str, recipe: Recipe, function: str) -> str:
-    """Name that no template has, or that of one that was added to another step of this function before."""
-    users = {step.function for _, step in enabled_steps(recipe) if base in step.paths}
-    name, count = base, 2
-    while name in recipe.templates and not (name == base and users == {function}):
-        name, count = f"{base}_{count}", count + 1
-    return name
 
 
 def _side_added(outcome: Outcome, unmet: Sequence[UnmetRequirement]) -> Iterator[Change]:

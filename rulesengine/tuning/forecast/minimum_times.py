@@ -1,4 +1,4 @@
-"""Minimum spraying times for which a forecast keeps its bounds: a sequence of linear programs.
+"""Minimum spraying times for which a forecast keeps its bounds, by linear programs, and the options for shortening.
 
 The 5th percentile is not linear, for other places are the least wetted when the times change. So it is linearised
 near the times of the last round, and these move a part of the way at a time.
@@ -12,7 +12,11 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from geometry.arrays import Scalars
+from rulesengine.tuning.changes.reductions import Reduction, reductions
 from rulesengine.tuning.forecast.forecast import Forecast, LowerBound
+from rulesengine.tuning.forecast.speed_curves import SpeedCurve
+from rulesengine.tuning.trial.trial_runner import TuningContext
+from rulesengine.tuning.variables.recipe_edits import Edits
 
 _ROUNDS = 20
 _REGION_FACTOR = 1.6
@@ -150,3 +154,50 @@ def _line_search(problem: _Problem, x: Scalars, goal: Scalars) -> Scalars | None
             if problem.seconds(tried) < problem.seconds(x) and problem.worst_ratio(tried) >= _FEASIBLE:
                 return tried
     return None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Option:
+    """One option for a shorter recipe."""
+
+    name: str
+    """Empty: nothing but speeds change."""
+    what: tuple[str, ...]
+    """What else changes, from and to."""
+    edits: Edits
+    scheme: Scheme
+    found: MinimumTimes
+
+
+def shortening_options(context: TuningContext, predicted: Forecast, curves: Mapping[str, SpeedCurve]) -> list[Option]:
+    """Predict the shortest program with other speeds alone, with each smaller whole number, with each path left out.
+
+    The shortest comes first.
+    """
+    bounds = {name: curve.bounds for name, curve in curves.items()}
+    schemes: list[tuple[str, tuple[str, ...], Edits, Scheme]] = [("", (), (), Scheme(bounds))]
+    sources = [(deposit.step, deposit.template) for deposit in predicted.deposits.each]
+    for each in reductions(predicted.outcome, context.initial_values, context.request.allowed).values():
+        for value in _whole_values(each):
+            ratio = 0.0 if each.variable is None else value / each.variable.value
+            fixed = {
+                (step, template): ratio
+                for step, template in sources
+                if step in each.steps and each.template in ("", template)
+            }
+            repeats = {} if each.template else dict.fromkeys(each.steps, ratio)
+            what, edits = each.change_to(value)
+            schemes.append((f"{each.name} {value:g}", (what,), edits, Scheme(bounds, fixed, repeats)))
+    timed = [(scheme, minimum_times(predicted, scheme[3])) for scheme in schemes]
+    found = [Option(*scheme, times) for scheme, times in timed if times is not None]
+    return sorted(found, key=lambda option: round(option.found.seconds, 3))
+
+
+def _whole_values(reduction: Reduction) -> list[float]:
+    variable, end = reduction.variable, reduction.end
+    if variable is None:
+        return [end]
+    if variable.kind not in ("passes", "wash_time") or variable.component_class:
+        return []
+    values = (end, reduction.bisect(reduction.begin, end), reduction.begin - 1.0)
+    return list(dict.fromkeys(value for value in values if value is not None and value >= end))

@@ -8,7 +8,7 @@ import numpy as np
 from rulesengine.tuning.changes.expected_effect import Change
 from rulesengine.tuning.changes.new_paths import new_paths
 from rulesengine.tuning.forecast.forecast import Corrections, Forecast, correct, forecast
-from rulesengine.tuning.forecast.shortening_options import Option, shortening_options
+from rulesengine.tuning.forecast.minimum_times import Option, shortening_options
 from rulesengine.tuning.forecast.speed_curves import SpeedCurve, plan_speeds, speed_curves, tunable_speeds
 from rulesengine.tuning.search.acceptance import Acceptance
 from rulesengine.tuning.trial.outcome import Outcome

@@ -40,23 +40,19 @@ def read_kept(words: Sequence[str], root: Located) -> tuple[YamlPath, ...]:
         if not word or "".join(part.group(0) for part in parts) != word:
             raise RecipeError(f"{word!r} is no path; write it as in templates.around.speed_mm_s or sequence[0]")
         path: YamlPath = tuple(int(part[2]) if part[2] else part[1] for part in parts)
-        _check_path(path, root)
+        node = root
+        for at, key in enumerate(path):
+            inner = node.get(key)
+            if inner is None:
+                why = "it is a single value"
+                if isinstance(node.value, dict):
+                    why = name_nearest(str(key), list(node.value))
+                elif isinstance(node.value, list):
+                    why = f"the list has {len(node.value)} items, counted from 0"
+                raise RecipeError(f"nothing to keep there: {why}", path=spell_path(path[: at + 1]))
+            node = inner
         found.append(path)
     return tuple(found)
-
-
-def _check_path(path: YamlPath, root: Located) -> None:
-    node = root
-    for at, key in enumerate(path):
-        inner = node.get(key)
-        if inner is None:
-            why = "it is a single value"
-            if isinstance(node.value, dict):
-                why = name_nearest(str(key), list(node.value))
-            elif isinstance(node.value, list):
-                why = f"the list has {len(node.value)} items, counted from 0"
-            raise RecipeError(f"nothing to keep there: {why}", path=spell_path(path[: at + 1]))
-        node = inner
 
 
 def is_kept(path: YamlPath, kept: Sequence[YamlPath]) -> bool:
