@@ -46,6 +46,10 @@ def build_ray_scene(patches: Triangles, normals: Directions, body: Indices, long
         body: (n,) index of the body that each patch belongs to.
         longest_mm: No edge of a triangle stays longer.
     """
+    # Imported late: it is compiled code that no other command needs.
+    from embreex.mesh_construction import TriangleMesh  # pyright: ignore[reportMissingImports]
+    from embreex.rtcore_scene import EmbreeScene  # pyright: ignore[reportMissingImports]
+
     _, found = areas_and_normals(patches.copy())  # it spoils a lone last patch of what it is given
     contradicts = np.einsum("ij,ij->i", found, normals) < 0
     wound = np.where(contradicts[:, None, None], patches[:, ::-1], patches)
@@ -54,8 +58,10 @@ def build_ray_scene(patches: Triangles, normals: Directions, body: Indices, long
     solid = areas > 0
     triangles, areas, found = triangles[solid], areas[solid], found[solid]
     origin = (triangles.reshape(-1, 3).min(axis=0) + triangles.reshape(-1, 3).max(axis=0)) / 2
+    embree: Any = EmbreeScene()
+    TriangleMesh(embree, _single(triangles - origin))
     return RayScene(
-        embree=_embree(triangles - origin),
+        embree=embree,
         origin=origin,
         triangles=triangles,
         normals=found,
@@ -132,13 +138,3 @@ def are_blocked(
 
 def _single(values: NDArray[np.float64]) -> NDArray[np.float32]:
     return np.ascontiguousarray(values, dtype=np.float32)
-
-
-def _embree(triangles: Triangles) -> Any:
-    # Imported late: it is compiled code that no other command needs.
-    from embreex.mesh_construction import TriangleMesh  # pyright: ignore[reportMissingImports]
-    from embreex.rtcore_scene import EmbreeScene  # pyright: ignore[reportMissingImports]
-
-    embree: Any = EmbreeScene()
-    TriangleMesh(embree, _single(triangles))
-    return embree

@@ -9,11 +9,7 @@ Progress: TypeAlias = Callable[[str, float], None]
 
 def subprogress(progress: Progress, begin: float, end: float) -> Progress:
     """Map the progress of a subtask, 0 to 1, onto its share of the whole."""
-
-    def report(what: str, done: float) -> None:
-        progress(what, begin + (end - begin) * done)
-
-    return report
+    return lambda what, done: progress(what, begin + (end - begin) * done)
 
 
 def no_progress(_what: str, _done: float) -> None:

@@ -70,8 +70,8 @@ def write_program(program: TimedProgram, installation: Installation, dialect: st
     content = language.render(lowered, installation)
     moves = tuple(step for step in lowered.motion.steps if isinstance(step, Line | Reach))
     files = match_lines(content, moves, language.move)
-    tells = any(move is not None for file in files for move in file.moves)
-    return Written(dialect, files, content, lowered.motion.findings, lowered.error, tells)
+    places_known = any(move is not None for file in files for move in file.moves)
+    return Written(dialect, files, content, lowered.motion.findings, lowered.error, places_known)
 
 
 def match_lines(

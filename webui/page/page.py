@@ -204,7 +204,7 @@ class Page:
             self.refuse(str(error))
             return
         _log.exception("a defect of washboard", exc_info=error)
-        self.refuse(f"A defect of washboard ({type(error).__name__}); the server's log says more. Please report it.")
+        self.refuse(f"A defect of washboard ({type(error).__name__}); see the server's log, and please report it.")
 
     def _report_progress(self, what: str, done: float) -> None:
         for progress in self._progress:

@@ -1,0 +1,124 @@
+"""The house: how many modules a room holds, and the words that the code and its documents do not use."""
+
+import ast
+import re
+import tokenize
+import tomllib
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = tuple(tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["root_packages"])
+MODULES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+DOCUMENTS = [*sorted((ROOT / "docs").rglob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+MOST_MODULES = 14
+
+_RETIRED = """
+tell tells told telling retell retold say says said saying ask asks asked asking want wants wanted wanting wish wishes
+wished hope hopes hoped hopeless trust trusts trusted despair disappointed foretell foretells foretold knob knobs leap
+leaps torn posture postures leant glimpse narrate narrates paced
+"""
+RETIRED = frozenset(_RETIRED.split())
+"""Of a private dialect; docs/glossary.md has the field's words for what they stood for."""
+KEPT_NAMES = frozenset({"JET_LEANT", "SPEED_BELOW_ASKED"})
+"""Named after the ids of findings, which users write behind ``--allow``."""
+KEPT_KEYS = frozenset({"asked", "wanting", "judgements_wanting"})
+"""Of JSON reports."""
+KEPT_TEXTS = (
+    "jet-leant",
+    "speed-below-asked",
+    "torn.yaml",  # an example's file
+    "torn.wash",
+    "torn.txt",
+    "recipe: torn",
+    "judgements_wanting",  # keys of the data that `tune --report` writes
+    "`wanting`",
+)
+
+
+@cache
+def tokens(path: Path) -> list[tokenize.TokenInfo]:
+    with path.open("rb") as file:
+        return list(tokenize.tokenize(file.readline))
+
+
+def names(path: Path) -> Iterator[tuple[int, str]]:
+    """Identifiers with their lines."""
+    for token in tokens(path):
+        if token.type == tokenize.NAME and token.string not in KEPT_NAMES:
+            yield token.start[0], token.string
+
+
+def retired_parts(name: str) -> set[str]:
+    """Retired words that an identifier in snake or camel case is made of."""
+    return {part.lower() for part in re.split(r"_|(?<=[a-z])(?=[A-Z])", name)} & RETIRED
+
+
+def retired_words(text: str) -> set[str]:
+    if text in KEPT_KEYS:
+        return set()
+    for kept in KEPT_TEXTS:
+        text = text.replace(kept, "")
+    return set(re.findall(r"[a-z]+", text.lower())) & RETIRED
+
+
+def test_a_room_holds_at_most_so_many_modules() -> None:
+    rooms = {path.parent for path in MODULES}
+    counts = {str(room.relative_to(ROOT)): sum(1 for _ in room.glob("[!_]*.py")) for room in rooms}
+    assert {room: count for room, count in counts.items() if count > MOST_MODULES} == {}
+
+
+def test_every_package_has_a_contract_for_its_rooms() -> None:
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
+    contained = {each["containers"][0] for each in contracts if each.get("exhaustive")}
+    inits = [path for path in MODULES if path.name == "__init__.py"]
+    with_rooms = {
+        ".".join(path.parent.relative_to(ROOT).parts)
+        for path in inits
+        if any(other.parent.parent == path.parent for other in inits)
+    }
+    assert with_rooms <= contained
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_no_identifier_is_made_of_retired_words(package: str) -> None:
+    found = [
+        f"{path.relative_to(ROOT)}:{line}: {name}"
+        for path in MODULES
+        if path.relative_to(ROOT).parts[0] == package
+        for line, name in names(path)
+        if retired_parts(name)
+    ]
+    assert found == []
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_no_docstring_message_or_comment_uses_retired_words(package: str) -> None:
+    found: list[str] = []
+    for path in MODULES:
+        if path.relative_to(ROOT).parts[0] == package:
+            texts = [
+                (node.lineno, node.value)
+                for node in ast.walk(ast.parse(path.read_text("utf-8")))
+                if isinstance(node, ast.Constant) and isinstance(node.value, str)
+            ]
+            texts += [(token.start[0], token.string) for token in tokens(path) if token.type == tokenize.COMMENT]
+            found += [
+                f"{path.relative_to(ROOT)}:{line}: {sorted(retired_words(text))}"
+                for line, text in texts
+                if retired_words(text)
+            ]
+    assert found == []
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_no_document_uses_retired_words(path: Path) -> None:
+    found = [
+        f"{path.relative_to(ROOT)}:{number}: {sorted(retired_words(line))}"
+        for number, line in enumerate(path.read_text("utf-8").splitlines(), start=1)
+        if retired_words(line)
+    ]
+    assert found == []
