@@ -15,6 +15,7 @@ from rulesengine.timing.corner_blending import round_corners
 from rulesengine.timing.coupled_limits import solve_runs, spans_of
 from rulesengine.timing.speed_profile import parametrise
 from rulesengine.timing.time_plan import chain_of, time_plan
+from specs.source import Source
 
 JET = Jet("clean", "ring60", "saponifier-15", 2.0, True)
 UP = 110.0
@@ -56,18 +57,18 @@ def synthetic_plan(parts: int) -> Plan:
         path = shape if number % 3 < 2 else (shape[0][:2], shape[1][:2], shape[2][:2])
         if here is not None:
             items += between(here, path, number)
-        items.append(SprayPass(path[0], path[1], path[2], 40.0, JET, f"part-{number}"))
-        items.append(Dwell(0.2, JET, f"part-{number}"))
+        items.append(SprayPass(path[0], path[1], path[2], 40.0, JET, Source(number, "part")))
+        items.append(Dwell(0.2, JET, Source(number, "part")))
         here = path
-    return Plan(Origin("synthetic", "0", "synthetic", "0"), (Command("FUNCTION", ("clean",), "0"), *items), ())
+    return Plan(Origin("synthetic", "0", "synthetic", "0"), (Command("FUNCTION", ("clean",), Source(0)), *items), ())
 
 
-def between(here: tuple[Points, ...], there: tuple[Points, ...], number: int) -> list[PlanItem]:
+def between(here: tuple[Points, ...], there: tuple[Points, ...], number: int) -> list[Transfer]:
     """Up, across while turning, and down."""
     a, b = here[0][-1], there[0][0]
     tcp = np.array([a, (a[0], a[1], UP), (b[0], b[1], UP), b])
     approach, reference = (np.array([here[k][-1], here[k][-1], there[k][0], there[k][0]]) for k in (1, 2))
-    return [Transfer(tcp, approach, reference, 250.0, f"transfer-{number}")]
+    return [Transfer(tcp, approach, reference, 250.0, Source(number, "part", motion="transfer"))]
 
 
 def main() -> None:

@@ -24,6 +24,7 @@ from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, Tuni
 from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.tune import tune
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
+from specs.progress import no_progress
 
 FILE = recipe_library()["smt-aqueous"].with_name("poor.yaml")
 POOR = """recipe: poor
@@ -91,7 +92,7 @@ def main() -> None:
     reader.add_argument("--analyses", type=int, default=40)
     reader.add_argument("--grid", type=int, default=432)
     options = reader.parse_args()
-    prepared = prepare(load_board(Path(options.board)), load_parameters(), lambda *_: None)
+    prepared = prepare(load_board(Path(options.board)), load_parameters(), no_progress)
     begin = time.perf_counter()
     tuned = tune(
         TrialRunner(FILE, prepared, "clean", options.analyses),
