@@ -2,29 +2,16 @@
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
-from typing import TypeVar, assert_never
+from importlib import import_module
+from typing import TypeVar
 
 from boards.board import Board, Side
 from programs.plan import Jet
-from recipes.paths import (
-    BoardPerimeter,
-    ComponentPerimeter,
-    FinalFlush,
-    PathSpec,
-    Raster,
-    StepFunction,
-    StraightLine,
-)
+from recipes.paths import PathSpec
 from recipes.recipe import Recipe, Step
 from rulesengine.modifiers.keep_out import avoided_zone, keep_out
 from rulesengine.modifiers.pause_at_edges import pause_at_edges
 from rulesengine.modifiers.raise_over import raise_over
-from rulesengine.paths.board_perimeter import plan_board_perimeter
-from rulesengine.paths.component_perimeter import plan_component_perimeter
-from rulesengine.paths.final_flush import plan_final_flush
-from rulesengine.paths.raster import plan_raster
-from rulesengine.paths.step_function import plan_step_function
-from rulesengine.paths.straight_line import plan_straight_line
 from rulesengine.strokes.classify import Classified, ComponentMasks, classify, read_masks
 from rulesengine.strokes.safe_height import Floors, floors
 from rulesengine.strokes.stroke import Site, StrokeSet
@@ -95,22 +82,10 @@ def new_job(recipe: Recipe, board: Board, before: StrokeCache) -> PlanningJob:
 
 
 def plan_path(spec: PathSpec, site: Site) -> StrokeSet:
-    """Plan one template: dispatch over the path classes."""
-    match spec:
-        case BoardPerimeter():
-            return plan_board_perimeter(spec, site)
-        case Raster():
-            return plan_raster(spec, site)
-        case ComponentPerimeter():
-            return plan_component_perimeter(spec, site)
-        case FinalFlush():
-            return plan_final_flush(spec, site)
-        case StepFunction():
-            return plan_step_function(spec, site)
-        case StraightLine():
-            return plan_straight_line(spec, site)
-        case _:
-            assert_never(spec)
+    """Plan one template: ``path: raster`` is planned by ``plan_raster`` of ``rulesengine/paths/raster.py``."""
+    module = import_module(f"rulesengine.paths.{spec.path}")
+    planner: Callable[[PathSpec, Site], StrokeSet] = getattr(module, f"plan_{spec.path}")
+    return planner(spec, site)
 
 
 def _cached(known: dict[Hashable, T], before: dict[Hashable, T], key: Hashable, make: Callable[[], T]) -> T:

@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
 from types import UnionType
-from typing import Any, Literal, Union, cast, get_args, get_origin
+from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
@@ -25,7 +27,7 @@ from recipes.nozzles import FlatFan, Nozzle
 from recipes.paths import PATH_CLASSES, Near
 from rulesengine.planning.stroke_cache import plan_path
 from rulesengine.planning.transfers import board_frame
-from rulesengine.strokes.stroke import Stroke, StrokeSet
+from rulesengine.strokes.stroke import Site, Stroke, StrokeSet
 
 CLASSES = {spec.model_fields["path"].default: spec for spec in PATH_CLASSES}
 """Path class to spec, from the union."""
@@ -222,3 +224,12 @@ def members(annotation: Any) -> list[Any]:
     if get_origin(annotation) in (Union, UnionType):
         return [kind for member in get_args(annotation) for kind in members(member)]
     return members(get_args(annotation)[0]) if hasattr(annotation, "__metadata__") else [annotation]
+
+
+@pytest.mark.parametrize("path", CLASSES)
+def test_it_has_a_planner_of_its_name(path: str) -> None:
+    place = f"rulesengine/paths/{path}.py: def plan_{path}(spec: {CLASSES[path].__name__}, site: Site) -> StrokeSet"
+    assert find_spec(f"rulesengine.paths.{path}") is not None, f"missing: {place}"
+    planner = getattr(import_module(f"rulesengine.paths.{path}"), f"plan_{path}", None)
+    assert planner is not None, f"missing: {place}"
+    assert get_type_hints(planner) == {"spec": CLASSES[path], "site": Site, "return": StrokeSet}, f"expected: {place}"
