@@ -31,7 +31,7 @@ SEND = """([name, text]) => {
 WATCH_PROGRESS = """() => {
   window.told = new Set();
   new MutationObserver(() => {
-    for (const found of document.body.innerText.matchAll(/[a-z].*, \\d+ %/g)) window.told.add(found[0]);
+    for (const found of document.body.innerText.matchAll(/[A-Z].*\\u2026 \\d+%/g)) window.told.add(found[0]);
   }).observe(document.body, {subtree: true, childList: true, characterData: true});
 }"""
 
@@ -92,7 +92,7 @@ def test_what_takes_a_while_says_how_far_it_is(tab):
     tab.page.evaluate(WATCH_PROGRESS)
     send(tab, "demo.tri", render_samples()["smt-demo.tri.gz"])
     tab.wait_for_input("Board", "(value, name) => value === name", "demo.tri")
-    assert "understanding the board, 85 %" in tab.page.evaluate("[...window.told]")
+    assert "Understanding the board\N{HORIZONTAL ELLIPSIS} 85%" in tab.page.evaluate("[...window.told]")
 
 
 BROKEN = {
