@@ -7,7 +7,6 @@ import numpy as np
 
 from boards.undersides.underside import Joint
 from cleaning.gap.flow_field import GapField
-from cleaning.undersides.gap_result import GapStage
 from cleaning.verdicts.results import Part
 from geometry.arrays import Scalars
 from reports.pictures.gap_picture import SIDES, GapDrawing, Quantity, gap_drawing
@@ -41,11 +40,6 @@ def side_words(turn_rad: float) -> tuple[str, ...]:
     """Names on the board of the front, right, back and left side of a turned underside."""
     quarters = round(turn_rad / (np.pi / 2) + 1e-9)
     return tuple(SIDES[(side + quarters) % 4] for side in range(4))
-
-
-def side_means(result: GapStage) -> Scalars:
-    """(4,) highest pressure, Pa, at front, right, back and left side, each the mean of its halves."""
-    return np.array(result.edge_pa).reshape(4, 2).mean(axis=1)
 
 
 def top_of(shown: Quantity, values: Scalars) -> float:
@@ -100,7 +94,8 @@ def gap_facts(drawing: GapDrawing) -> dict[str, str]:
     """Facts of a gap in one stage."""
     gap, result = drawing.gap, drawing.result
     words = side_words(drawing.underside.turn_rad)
-    pressures = ", ".join(f"{word} {value:.0f}" for word, value in zip(words, side_means(result), strict=True))
+    means = np.array(result.edge_pa).reshape(4, 2).mean(axis=1)  # of the two halves of each side
+    pressures = ", ".join(f"{word} {value:.0f}" for word, value in zip(words, means, strict=True))
     entered = "opens" if result.entered else "stays dry"
     return {
         "Standoff": f"{_MM * gap.gap_height_mm:.0f} µm, {drawing.underside.gap_height_source}",

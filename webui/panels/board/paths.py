@@ -19,7 +19,6 @@ from webui.scene.scene import Scene, View
 from webui.theme.html import DIAMOND, box_html, facts_html, grey_html, legend_html, name_html
 
 _COLOURS: dict[str, ColourBy] = {"Function": "function", "Template": "template", "Speed": "speed", "Time": "time"}
-_MOST_FINDINGS = 4
 _STEPS = {"Previous": -1, "Next": 1, "None": 0}
 
 
@@ -109,7 +108,7 @@ def card_html(session: Session, lines: Sequence[StrokeLine]) -> str:
     if spans:
         duration_s = sum(span.end_s - span.begin_s for span in spans)
         facts["Time"] = f"{clock(duration_s)}, from {clock(spans[0].begin_s)} on"
-    found = messages_html([each for each in session.run.findings if each.made_by == made_by], _MOST_FINDINGS)
+    found = messages_html([each for each in session.run.findings if each.made_by == made_by], 4)
     names = filter(None, [made_by.template, "+".join(made_by.components), made_by.motion])
     title = " \N{MIDDLE DOT} ".join(names) or str(made_by)
     return box_html(name_html(title) + facts_html(facts) + found)
