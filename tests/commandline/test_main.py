@@ -229,7 +229,7 @@ def test_what_ends_a_plan_midway_leaves_everything_as_it_was(
 
 @pytest.mark.slow
 def test_ctrl_c_ends_the_real_process_with_130(place: Path) -> None:
-    ready = "import rulesengine.pipeline, boards.understand, time; from rulesengine import pipeline\n"
+    ready = "import boards.understand, time; from rulesengine.planning import pipeline\n"
     wait = "def wait(*_):\n    print('now', flush=True); time.sleep(60)\npipeline.time_plan = wait\n"
     code = f"{ready}{wait}from commandline.main import main; main()"
     words = ["plan", "tiny", "-o", str(place / "a.wash")]

@@ -40,7 +40,7 @@ def test_coupons_make_a_set_that_says_what_they_do_not_tell(tmp_path: Path) -> N
     output, picture = tmp_path / "our-line.yaml", tmp_path / "coupons.png"
     result = washboard("calibrate", "gap", COUPONS, "--date", "2026-11-21", "-o", output, "--picture", picture)
     assert (result.code, result.err) == (0, "")
-    assert any(line.startswith("film.puddle_mm") and "not told" in line for line in result.out.splitlines())
+    assert any(line.startswith("film.puddle_mm") and "undetermined" in line for line in result.out.splitlines())
     mine = load_parameters(output)
     assert mine.soil.k1_per_s == pytest.approx(0.008, rel=0.1)
     assert mine.soil.activation_kj_mol == pytest.approx(42, rel=0.15)
