@@ -167,5 +167,5 @@ def test_a_number_or_word_replaced_in_its_line_reads_as_the_round_trip_writes_it
         if type(value) in (int, float, str)
     ]
     quick = {path: set_value(text, path, value) for path, value in changes[::9]}
-    monkeypatch.setattr("recipes.edit._replace_in_line", lambda *_: None)
+    monkeypatch.setattr("specs.yaml.edit._replace_in_line", lambda *_: None)
     assert quick == {path: set_value(text, path, value) for path, value in changes[::9]}
