@@ -9,6 +9,7 @@ from programs.export import Exported, export
 from programs.program import TimedProgram
 from robotcell.cell.installation import installation_of
 from robotcell.cell.load import LoadedCell
+from robotcell.robot.robot import Joints, Robot
 from robotcell.track import CellReport, terms_of, track
 from specs.finding import Finding, worst_first
 from specs.progress import Progress, no_progress
@@ -57,5 +58,10 @@ def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str) -> Expor
     installation = installation_of(loaded)
     if not report.possible:
         return export(report.requested, installation, dialect)
-    scale = np.array([_MM if joint.kind == "prismatic" else 1.0 for joint in installation.joints])
-    return export(report.program, installation, dialect, report.joints * scale)
+    joints = exported_joints(loaded.cell.robot, report.joints)
+    return export(report.program, installation, dialect, joints)
+
+
+def exported_joints(robot: Robot, joints: Joints) -> Joints:
+    """Joints in the units of programs: radians, and millimetres where they are prismatic."""
+    return joints * np.array([_MM if joint.kind == "prismatic" else 1.0 for joint in robot.joints])

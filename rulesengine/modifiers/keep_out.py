@@ -18,6 +18,7 @@ from specs.source import Source
 
 _STEP_MM = 0.5
 _SHORTEST_MM = 1.0  # a rest of a stroke shorter than this is not worth opening the valve
+_SAME_MM = 1e-6  # a rest of just that length stays, however the board lies
 
 
 def avoided_zone(board: Board, side: Side, masks: ComponentMasks) -> Polygon | MultiPolygon:
@@ -81,7 +82,7 @@ def _allowed(stroke: Stroke, zone: Polygon | MultiPolygon, nozzle: Nozzle) -> li
     for start, stop in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True):
         kept = np.arange(start, stop)
         piece = dense.pick(kept[vertex[kept] | (kept == start) | (kept == stop - 1)])
-        if np.linalg.norm(np.diff(piece.tcp, axis=0), axis=1).sum() >= _SHORTEST_MM:
+        if np.linalg.norm(np.diff(piece.tcp, axis=0), axis=1).sum() >= _SHORTEST_MM - _SAME_MM:
             pieces.append(replace(piece, closed=False, laps=1, entries=(0,)))
     return pieces
 

@@ -7,13 +7,11 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 
-import numpy as np
-
 from programs.errors import ProgramError
+from reports.files.export_robot import exported_joints
 from reports.files.write_run import cleaning_bytes, program_bytes, report_bytes
 from reports.tables.wording import amount, shorten
 from robotcell.cell.installation import installation_of
-from robotcell.robot.robot import Joints, Robot
 from rulesengine.planning.pipeline import Run
 from specs.finding import Finding, blocking, worst_first
 from specs.progress import Progress, subprogress
@@ -167,11 +165,6 @@ def make_program(session: Session, dialect: str, progress: Progress) -> RobotPro
     joints = None if checked.motion is None else exported_joints(cell.cell.robot, checked.motion.joints)
     progress("writing", _CHECKING)
     return RobotProgram(checked, write_program(checked.program, installation_of(cell), dialect, joints))
-
-
-def exported_joints(robot: Robot, joints: Joints) -> Joints:
-    """Joints in the units of programs: radians, and millimetres where they are prismatic."""
-    return joints * np.array([1000.0 if joint.kind == "prismatic" else 1.0 for joint in robot.joints])
 
 
 def download_program(made: RobotProgram, allowed: Collection[str]) -> Download:

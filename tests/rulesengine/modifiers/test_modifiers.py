@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapely import LineString, Polygon, box
+from shapely import LineString, Polygon, affinity, box
 from sites import CONE, site_on
 from small_boards import board_of, part
 
@@ -21,6 +21,7 @@ from rulesengine.paths.straight_line import plan_straight_line
 from rulesengine.strokes.classify import read_masks
 from rulesengine.strokes.safe_height import floors
 from rulesengine.strokes.stroke import StrokeSet
+from specs.source import Source
 
 
 def line_over(board, height=20.0, **changes):
@@ -101,7 +102,7 @@ def test_ring_is_raised_across_its_beginning():
 def masked(board, strokes, *masks):
     recipe = load_recipe("smt-aqueous").model_copy(update={"masks": list(masks)})
     read, _ = read_masks(recipe, board)
-    return keep_out(strokes, avoided_zone(board, "top", read), CONE, "sequence[0]/path")
+    return keep_out(strokes, avoided_zone(board, "top", read), CONE, Source(0, "path"))
 
 
 def test_footprint_never_touches_what_is_avoided():
@@ -114,6 +115,19 @@ def test_footprint_never_touches_what_is_avoided():
     assert min(line.distance(box(45, 28, 49, 32)) for line in sprayed) >= reach - 1e-6
     assert min(line.distance(box(45, 28, 49, 32)) for line in sprayed) <= reach + 1.2
     assert [finding.rule.id for finding in cut.findings] == ["cut-by-mask"]
+
+
+def test_rest_of_just_the_shortest_length_stays_however_the_board_lies():
+    radius = 20 * np.tan(np.radians(36))
+    board, zone = board_of(part("U1", 20, 20, 4, 4)), box(radius + 31.2, -1, 99, 1)
+    kept = set()
+    for turn in np.radians(np.arange(0, 360, 7)):
+        along = np.array([np.cos(turn), np.sin(turn)])
+        stroke = line_over(board, from_mm=tuple(30 * along), to_mm=tuple(100 * along))
+        there = affinity.rotate(zone, turn, origin=(0, 0), use_radians=True)
+        cut = keep_out(StrokeSet((stroke,), "fixed"), there, CONE, Source(0, "path"))
+        kept.add(tuple(round(float(np.ptp(np.hypot(*each.tcp[:, :2].T))), 6) for each in cut.strokes))
+    assert kept == {(1.0,)}
 
 
 def test_ring_that_loses_a_part_is_done_as_often_as_it_was():
