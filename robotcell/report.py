@@ -20,7 +20,7 @@ def cell_report(report: CellReport) -> dict[str, Json]:
         "cell": report.cell.name,
         "robot": report.cell.robot.name,
         "possible": report.possible,
-        "asked": _totals(report.requested.totals),
+        "requested": _totals(report.requested.totals),
         "findings": [finding_data(finding) for finding in report.findings],
     }
     if not report.possible:

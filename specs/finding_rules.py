@@ -154,8 +154,8 @@ CUT_BY_MASK = FindingRule(
 )
 LEAD_IN_BLOCKED = FindingRule("lead-in-blocked", "info", "no room for a run-up", _PLANNING)
 ORDER_GAIN = FindingRule("order-gain", "info", "what the order of strokes saved", _PLANNING)
-SPEED_BELOW_ASKED = FindingRule(
-    "speed-below-asked",
+SPEED_BELOW_PROGRAMMED = FindingRule(
+    "speed-below-programmed",
     "warning",
     "the programmed speed is not reached while spraying; a note where that is so on less than half of the length",
     _PLANNING,
@@ -222,7 +222,7 @@ SPEED_NOT_HELD = FindingRule(
     also="info",
 )
 NEAR_SINGULAR = FindingRule("near-singular", "warning", "the inverse condition is below 0.02 while spraying", _CHECKING)
-JET_LEANT = FindingRule("jet-leant", "warning", "the jet deviates from the programmed direction", _CHECKING)
+JET_TILTED = FindingRule("jet-tilted", "warning", "the jet deviates from the programmed direction", _CHECKING)
 HOME_BLOCKED = FindingRule(
     "home-blocked", "warning", "the way from home to the beginning, or back, collides", _CHECKING
 )

@@ -23,20 +23,6 @@ leaps torn posture postures leant glimpse narrate narrates paced
 """
 RETIRED = frozenset(_RETIRED.split())
 """Of a private dialect; docs/glossary.md has the field's words for what they stood for."""
-KEPT_NAMES = frozenset({"JET_LEANT", "SPEED_BELOW_ASKED"})
-"""Named after the ids of findings, which users write behind ``--allow``."""
-KEPT_KEYS = frozenset({"asked", "wanting", "judgements_wanting"})
-"""Of JSON reports."""
-KEPT_TEXTS = (
-    "jet-leant",
-    "speed-below-asked",
-    "torn.yaml",  # an example's file
-    "torn.wash",
-    "torn.txt",
-    "recipe: torn",
-    "judgements_wanting",  # keys of the data that `tune --report` writes
-    "`wanting`",
-)
 
 
 @cache
@@ -48,7 +34,7 @@ def tokens(path: Path) -> list[tokenize.TokenInfo]:
 def names(path: Path) -> Iterator[tuple[int, str]]:
     """Identifiers with their lines."""
     for token in tokens(path):
-        if token.type == tokenize.NAME and token.string not in KEPT_NAMES:
+        if token.type == tokenize.NAME:
             yield token.start[0], token.string
 
 
@@ -58,10 +44,6 @@ def retired_parts(name: str) -> set[str]:
 
 
 def retired_words(text: str) -> set[str]:
-    if text in KEPT_KEYS:
-        return set()
-    for kept in KEPT_TEXTS:
-        text = text.replace(kept, "")
     return set(re.findall(r"[a-z]+", text.lower())) & RETIRED
 
 

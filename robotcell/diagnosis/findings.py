@@ -18,7 +18,7 @@ from specs.finding import Finding, Severity
 from specs.finding_rules import (
     COLLISION,
     CONFIGURATION_JUMP,
-    JET_LEANT,
+    JET_TILTED,
     JOINT_LIMIT,
     JUMP,
     NEAR_SINGULAR,
@@ -203,7 +203,7 @@ def tilts(subject: PathInCell, tracked: TrackedPath) -> Iterator[Finding]:
             f"the jet is tilted by up to {np.degrees(tilt[worst]):.1f} degrees from the programmed direction: nothing "
             "else is clear."
         )
-        yield Finding(JET_LEANT, text, made_by, subject.place(worst))
+        yield Finding(JET_TILTED, text, made_by, subject.place(worst))
 
 
 def nearly_singular(subject: PathInCell, condition: Scalars) -> Iterator[Finding]:

@@ -11,7 +11,7 @@ from recipes.recipe import Limits
 from rulesengine.timing.corner_blending import Path
 from rulesengine.timing.limit_intervals import Profile
 from specs.finding import Finding, Severity
-from specs.finding_rules import SPEED_BELOW_ASKED
+from specs.finding_rules import SPEED_BELOW_PROGRAMMED
 from specs.source import Source
 
 _SHARE = 0.98
@@ -76,7 +76,7 @@ def find_slow_passes(plan: Plan, path: Path, profile: Profile, limits: Limits) -
                 f"{sprayed.worst[worst]:.1f} instead of {sprayed.programmed[worst]:.1f} mm/s: "
                 f"{_ADVICE[_cause(sprayed, worst, limits)]}."
             )
-            findings.append(Finding(SPEED_BELOW_ASKED, message, made_by, (x, y, z), override=severity))
+            findings.append(Finding(SPEED_BELOW_PROGRAMMED, message, made_by, (x, y, z), override=severity))
     return tuple(findings)
 
 

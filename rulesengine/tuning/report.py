@@ -119,7 +119,7 @@ def tuning_report(result: TuningResult, reasons: Sequence[Reason], diff: str) ->
             {"what": list[Json](each.what), "before": _figures(each.before), "after": _figures(each.after)}
             for each in result.changes
         ],
-        "wanting": [
+        "unmet": [
             {
                 "component": each.component,
                 "rule": each.rule.id,
@@ -136,8 +136,8 @@ def tuning_report(result: TuningResult, reasons: Sequence[Reason], diff: str) ->
 
 def _figures(figures: Figures) -> dict[str, Json]:
     return {
-        "components_held": figures.clean_components,
-        "judgements_wanting": figures.open_requirements,
+        "clean_components": figures.clean_components,
+        "open_requirements": figures.open_requirements,
         "worst_residue": figures.worst_residue,
         "seconds": figures.seconds,
         "litres": figures.litres,

@@ -19,7 +19,7 @@ from rulesengine.planning import pipeline
 
 ROOT = Path(__file__).parents[2]
 PROCESS = f"'{sys.executable}' -c 'import sys; sys.argv[0] = \"washboard\"; from commandline.main import main; main()'"
-CONFLICT = "recipe: torn\nextends: smt-aqueous\nmasks: [{avoid: [C1]}, {clean: [C1]}]\n"
+CONFLICT = "recipe: masked\nextends: smt-aqueous\nmasks: [{avoid: [C1]}, {clean: [C1]}]\n"
 EVERY = ("plan", "show", "classify", "demo", "board import", "board show", "board list")
 RECIPES = ("recipe list", "recipe new", "recipe check", "recipe show", "recipe schema", "recipe keys")
 
@@ -191,7 +191,7 @@ def test_errors_forbid_the_export_until_they_are_allowed_by_name(place: Path) ->
         assert (place / "x.wash").read_text() == "mine"
     assert json.loads((place / "x.json").read_text())["findings"][0]["rule"] == "mask-conflict"
     assert washboard(*words, "--allow", "mask-conflict").code == 0
-    assert load_program(place / "x.wash").origin.recipe == "torn"
+    assert load_program(place / "x.wash").origin.recipe == "masked"
 
 
 def test_errors_do_not_forbid_looking(place: Path) -> None:

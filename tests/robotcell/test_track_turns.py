@@ -212,7 +212,7 @@ def test_the_jet_leans_within_the_band_only_where_it_must() -> None:
     assert not any(finding.rule.id == "collision" for finding in tilted_.findings), tilted_.findings
     granted = granting(line_program(), "20.000")
     np.testing.assert_array_equal(track(granted, cell, None, terms=ROUND).joints, tilted_.joints)
-    found = next(finding for finding in tilted_.findings if finding.rule.id == "jet-leant")
+    found = next(finding for finding in tilted_.findings if finding.rule.id == "jet-tilted")
     assert "degrees" in found.message
     jets = np.array([move.quaternion for move in moves_of(tilted_.program)])
     tilt = np.degrees(np.arccos(np.clip(2 * (jets[:, 1] ** 2 + jets[:, 2] ** 2) - 1, -1, 1)))

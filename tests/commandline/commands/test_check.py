@@ -26,7 +26,7 @@ def test_a_program_that_can_be_done(program: Path, tmp_path: Path) -> None:
     told = json.loads((tmp_path / "r.json").read_text())
     assert told["possible"]
     assert len(told["joints"]) == 6
-    assert told["done"]["duration_s"] >= told["asked"]["duration_s"]
+    assert told["done"]["duration_s"] >= told["requested"]["duration_s"]
     for joint in told["joints"]:
         assert joint["lowest_deg"] <= joint["from_deg"] <= joint["to_deg"] <= joint["highest_deg"]
         assert joint["greatest_speed_deg_s"] <= 1.01 * joint["speed_limit_deg_s"]

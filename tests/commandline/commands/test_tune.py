@@ -26,8 +26,8 @@ def test_a_new_recipe_is_written_and_the_old_one_is_left_alone(own: Path) -> Non
     assert "extends: smt-aqueous   # ours" in new.read_text("utf-8")
     told = json.loads(report.read_text("utf-8"))
     assert told["analyses"] == {"used": 3, "most": 3}
-    assert told["after"]["judgements_wanting"] <= told["before"]["judgements_wanting"]
-    assert {each["component"] for each in told["wanting"]} >= {"U1"}
+    assert told["after"]["open_requirements"] <= told["before"]["open_requirements"]
+    assert {each["component"] for each in told["unmet"]} >= {"U1"}
     assert "-recipe: own\n+recipe: new\n" in told["diff"]
     assert "Not clean: " in done.out
     assert "3 of at most 3" in done.out

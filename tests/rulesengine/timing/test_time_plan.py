@@ -53,7 +53,7 @@ def jet_on(program: TimedProgram) -> list[tuple[float, bool]]:
 
 def one_finding(program: TimedProgram) -> Finding:
     (finding,) = program.findings
-    assert finding.rule.id == "speed-below-asked"
+    assert finding.rule.id == "speed-below-programmed"
     return finding
 
 

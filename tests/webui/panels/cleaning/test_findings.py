@@ -15,7 +15,7 @@ from webui.panels.results.findings import FindingsPanel
 
 JUDGED = made_finding("r7-residue", "warning", "U1: 31 % of the residue is left.", "sequence[0]", (9.0, 12.0, 0.0))
 WIDE = made_finding("r9-change-bath", "info", "process: 5 % of the bath is soil.")
-PLANNED = made_finding("speed-below-asked", "warning", "R1: slower.", "sequence[0]/around/C1")
+PLANNED = made_finding("speed-below-programmed", "warning", "R1: slower.", "sequence[0]/around/C1")
 
 
 def analysed_session(findings=(JUDGED, WIDE)):
@@ -52,7 +52,7 @@ def test_a_judgement_is_about_the_part_that_it_names():
     assert list(name_findings([JUDGED, WIDE, PLANNED])) == [
         "1 r7-residue U1",
         "2 r9-change-bath process",
-        "3 speed-below-asked around/C1",
+        "3 speed-below-programmed around/C1",
     ]
 
 
@@ -62,7 +62,7 @@ def test_choosing_a_judgement_flies_there_and_lights_what_sprays_the_part():
         assert scene.looked == [((9.0, 12.0, 0.0), 15.0)]
         assert page.session.selection.component == "U1"
         assert set(map(str, page.session.lit)) == {"sequence[0]/around/U1", "sequence[0]/sweep"}
-        press(page, "Go to", "1 speed-below-asked around/C1")
+        press(page, "Go to", "1 speed-below-programmed around/C1")
         assert str(page.session.selection.made_by) == "sequence[0]/around/C1"
 
 
@@ -76,7 +76,7 @@ def test_the_source_can_be_chosen_while_there_is_an_analysis():
         assert "2 warnings, 1 note" in panel._tally.content
         page.remember(lambda session: replace(session, parameters_name="other"))
         assert not find(page, "Source").visible
-        assert find(page, "Go to").options == ("\N{EN DASH}", "1 speed-below-asked around/C1")
+        assert find(page, "Go to").options == ("\N{EN DASH}", "1 speed-below-programmed around/C1")
         press(page, "Source", ALL)
 
 

@@ -7,7 +7,7 @@ from webui.cards.finding_list import ALL, choose_findings, component_of, finding
 from webui.server.server import open_session
 
 ERROR = made_finding("not-served", "error", "U1 must be cleaned.", "masks")
-SLOW = made_finding("speed-below-asked", "warning", "Slower.", "sequence[0]/around/U12", (1.0, 2.0, 3.0))
+SLOW = made_finding("speed-below-programmed", "warning", "Slower.", "sequence[0]/around/U12", (1.0, 2.0, 3.0))
 NOTE = made_finding("order-gain", "info", "Order of 34 strokes.", "sequence[0]/around")
 
 
@@ -33,8 +33,8 @@ def test_every_finding_has_a_name_of_its_own_even_if_two_say_the_same() -> None:
     names = name_findings([ERROR, SLOW, SLOW, NOTE])
     assert list(names) == [
         "1 not-served masks",
-        "2 speed-below-asked around/U12",
-        "3 speed-below-asked around/U12",
+        "2 speed-below-programmed around/U12",
+        "3 speed-below-programmed around/U12",
         "4 order-gain around",
     ]
 
@@ -49,7 +49,7 @@ def test_a_finding_about_one_component_names_it(board: Board) -> None:
 def test_the_list_says_what_was_seen_where_and_which_line_asked_for_it(loaded: LoadedRecipe) -> None:
     html = findings_html([ERROR, SLOW], loaded, SLOW)
     line = loaded.root.at(("templates", "around")).mark.line
-    assert html.index("not-served") < html.index("speed-below-asked")
+    assert html.index("not-served") < html.index("speed-below-programmed")
     assert f"smt-aqueous.yaml, line {line}" in html
     assert "1.0, 2.0, 3.0 mm" in html
 
