@@ -4,6 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from specs.errors import LocatedError
+from specs.read_file import read_file
+
+MAX_BYTES = 2_000_000_000
+"""A board file of more than this is refused: nothing that holds a board is so large."""
 
 
 class BoardError(LocatedError):
@@ -23,15 +27,10 @@ class Line:
         return BoardError(message, file=self.file, line=self.line)
 
 
-def read_bytes(file: Path) -> bytes:
-    """Read a file.
+def read_bytes(file: Path, noun: str = "board file") -> bytes:
+    """Read a file of a board, or a table of its parts.
 
     Raises:
-        BoardError: It cannot be read.
+        BoardError: It cannot be read, or is no file of at most 2 GB.
     """
-    try:
-        return file.read_bytes()
-    except IsADirectoryError:
-        raise BoardError("is a directory. Name the file inside it.", file=file) from None
-    except OSError as error:
-        raise BoardError(f"cannot be read ({error.strerror}).", file=file) from None
+    return read_file(file, BoardError, noun, MAX_BYTES)

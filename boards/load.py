@@ -5,16 +5,16 @@ from pathlib import Path
 from typing import TypeAlias
 
 from boards.board import Board, Body
-from boards.errors import BoardError
+from boards.errors import MAX_BYTES, BoardError
 from specs.finding import Finding
 from specs.progress import Progress, no_progress, subprogress
+from specs.read_file import check_file
 
 SUFFIXES = (
     ".tri", ".tri.gz", ".step", ".stp", ".glb", ".gltf", ".stl", ".obj", ".ply", ".emn", ".emp", ".idf", ".kicad_pcb",
 )  # fmt: skip
 """What a board file's name may end with."""
 
-_MAX_BYTES = 2_000_000_000
 _LIBRARY = Path(__file__).parent / "library"
 _Read: TypeAlias = tuple[tuple[Body, ...], tuple[Finding, ...]]
 
@@ -76,25 +76,11 @@ def find_board_file(path: Path) -> Path:
             hint = f"Did you mean {close[0]!r}? " if close else ""
             known = ", ".join(library)
             raise BoardError(f"no board of this name. {hint}The samples are: {known}. Or name a file.", file=path)
-    try:
-        size = path.stat().st_size
-    except FileNotFoundError:
-        raise BoardError("no such file.", file=path) from None
-    except OSError as error:
-        raise BoardError(f"cannot be read ({error.strerror}).", file=path) from None
-    if path.is_dir():
-        raise BoardError("is a directory. Name the board file inside it.", file=path)
-    if size > _MAX_BYTES:
-        raise BoardError(f"holds {size / 1e9:.1f} GB, more than 2 GB. Tessellate the board more coarsely.", file=path)
+    check_file(path, BoardError, "board file", MAX_BYTES)
     return path
 
 
 def _read(file: Path, progress: Progress) -> _Read:
-    try:
-        with file.open("rb"):
-            pass
-    except OSError as error:
-        raise BoardError(f"cannot be read ({error.strerror}).", file=file) from None
     name = file.name.lower()
     match name.removesuffix(".gz").rpartition(".")[2] if name.endswith(".tri.gz") else name.rpartition(".")[2]:
         case "tri":

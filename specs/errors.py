@@ -1,6 +1,23 @@
-"""The root of every error that stops a job, and that of those which have a place in a file."""
+"""The root of every error that stops a job, that of those which have a place in a file, and names safe to print."""
 
 from pathlib import Path
+from typing import Protocol
+
+
+def printable(text: str) -> str:
+    """Escape what would break or forge a line, steer a terminal, or be no text, as in a Python string.
+
+    Backslashes stay as they are, so that a text that was escaped once does not change any more.
+    """
+    return text if text.isprintable() else "".join(map(_escape, text))
+
+
+def _escape(letter: str) -> str:
+    if letter.isprintable():
+        return letter
+    code = ord(letter)
+    # Python stands U+DC80 to U+DCFF for bytes of a file's name that are no UTF-8.
+    return f"\\x{code - 0xDC00:02x}" if 0xDC80 <= code <= 0xDCFF else letter.encode("unicode_escape").decode()
 
 
 class JobError(Exception):
@@ -18,11 +35,22 @@ class LocatedError(JobError):
         self, message: str, *, path: str = "", file: Path | str | None = None, line: int | None = None
     ) -> None:
         """Prefix the message with ``file:line: path:`` as far as they are known."""
-        place = "" if file is None else f"{file}:{line}: " if line is not None else f"{file}: "
+        name = printable(str(file))
+        place = "" if file is None else f"{name}:{line}: " if line is not None else f"{name}: "
         super().__init__(place + (f"{path}: " if path else "") + message)
         self.path = path
         self.file = file
         self.line = line
+
+
+class ErrorFactory(Protocol):
+    """Creates the error of one kind of file."""
+
+    def __call__(
+        self, message: str, *, path: str = "", file: Path | str | None = None, line: int | None = None
+    ) -> JobError:
+        """Prefix the message with ``file:line: path:`` as far as they are known."""
+        ...
 
 
 class EditError(LocatedError):

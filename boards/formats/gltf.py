@@ -1,22 +1,27 @@
-"""glTF 2.0, text and binary: the tree of nodes is walked here, trimesh decodes the meshes."""
+"""glTF 2.0, text and binary: its tree of nodes, and the triangles of its meshes."""
 
 import json
 import struct
-from io import BytesIO
+from base64 import b64decode
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.errors import BoardError
+from boards.bounds import MOST_TRIANGLES
+from boards.errors import BoardError, read_bytes
 from boards.formats.names import cause
 from boards.formats.tree import DEEPEST, Node
 from geometry.arrays import Triangles
 
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
-_IN_FILE = "binary chunk of the file"
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_COLUMNS = {"SCALAR": 1, "VEC3": 3}
+_MOST_NODES = 1_000_000
+_TOO_MANY = f"holds more than {MOST_TRIANGLES:,} triangles, repeated meshes counted. Export it more coarsely."
 
 
 def read_gltf(path: Path) -> Node:
@@ -25,7 +30,7 @@ def read_gltf(path: Path) -> Node:
     Raises:
         BoardError: not glTF 2.0, damaged, compressed, or a ``.bin`` is missing.
     """
-    return parse_gltf(path.read_bytes(), path)
+    return parse_gltf(read_bytes(path), path)
 
 
 def parse_gltf(data: bytes, path: Path) -> Node:
@@ -44,9 +49,9 @@ def parse_gltf(data: bytes, path: Path) -> Node:
             return _build_tree(header, meshes, path)
     except BoardError:
         raise
-    except Exception as reason:  # the header may hold anything anywhere, and trimesh does not check it
+    except Exception as reason:  # the header may hold anything anywhere
         message = f"cannot be read as glTF 2.0, the file is damaged or cut short ({cause(reason)}). Export it again."
-        raise BoardError(message, file=path) from reason
+        raise BoardError(message, file=path) from None
 
 
 def _unpack(data: bytes) -> tuple[dict[str, Any], bytes]:
@@ -65,78 +70,114 @@ def _unpack(data: bytes) -> tuple[dict[str, Any], bytes]:
     return json.loads(chunks[_JSON].decode("utf-8")), chunks.get(_BIN, b"")
 
 
-class _Buffers(dict[str, bytes]):
-    """Gives trimesh its buffers by name: the binary chunk, or a file beside the header."""
-
-    def __init__(self, chunk: bytes, path: Path) -> None:
-        super().__init__({_IN_FILE: chunk})
-        self._path = path
-
-    def __missing__(self, uri: str) -> bytes:
-        beside = self._path.parent / unquote(uri)
-        try:
-            return beside.read_bytes()
-        except (OSError, ValueError) as reason:
-            message = f"its data file {uri!r} cannot be read. Put it beside the .gltf, or export a .glb."
-            raise BoardError(message, file=self._path) from reason
+def _read_buffers(header: dict[str, Any], chunk: bytes, path: Path) -> list[bytes]:
+    """Read every buffer: the binary chunk, data in the header itself, or a file beside it."""
+    buffers: list[bytes] = []
+    for buffer in header.get("buffers", []):
+        uri = buffer.get("uri")
+        if uri is None:
+            buffers.append(chunk)
+        elif (begin := uri.find("base64,")) >= 0:
+            buffers.append(b64decode(uri[begin + len("base64,") :]))
+        else:
+            try:
+                buffers.append(read_bytes(path.parent / unquote(uri), "data file"))
+            except BoardError as reason:
+                message = f"its data file {uri[:80]!r} cannot be read. Put it beside the .gltf, or export a .glb."
+                raise BoardError(message, file=path) from reason
+    return buffers
 
 
 def _decode_meshes(header: dict[str, Any], chunk: bytes, path: Path) -> dict[int, tuple[Triangles, ...]]:
     """Decode every triangulated primitive; mesh index to (n, 3, 3) arrays in the mesh's own frame.
 
-    Names, nodes, materials and pictures are kept from trimesh: it would make names unique, and read pictures.
+    No more than the positions and indices is read, each in place: what a file announces costs nothing.
     """
-    from trimesh.exchange.gltf import load_gltf
-
-    primitives: list[dict[str, Any]] = []
-    owner: dict[str, int] = {}
+    buffers = _read_buffers(header, chunk, path)
+    meshes: dict[int, tuple[Triangles, ...]] = {}
+    count = 0
     for index, mesh in enumerate(header.get("meshes", [])):
-        for primitive in mesh["primitives"]:
-            name = f"primitive-{len(owner)}"
-            owner[name] = index
-            plain = {key: primitive[key] for key in ("indices", "mode") if key in primitive}
-            plain["attributes"] = {"POSITION": primitive["attributes"]["POSITION"]}
-            primitives.append({"name": name, "primitives": [plain]})
-    buffers = [{"uri": _IN_FILE, **buffer} for buffer in header.get("buffers", [])]
-    keep = ("accessors", "bufferViews", "asset")
-    bare = {**{key: header[key] for key in keep if key in header}, "buffers": buffers, "meshes": primitives}
-    loaded = load_gltf(BytesIO(json.dumps(bare).encode()), resolver=cast(Any, _Buffers(chunk, path)))
-    meshes: dict[int, list[Triangles]] = {}
-    for name, content in cast(dict[str, Any], loaded["geometry"]).items():
-        if "faces" in content and len(content["faces"]):
-            vertices = np.asarray(content["vertices"], dtype=np.float64)
-            meshes.setdefault(owner[name], []).append(vertices[np.asarray(content["faces"], dtype=np.int64)])
-    return {index: tuple(arrays) for index, arrays in meshes.items()}
+        decoded = [_decode_primitive(header, buffers, each) for each in mesh["primitives"]]
+        meshes[index] = tuple(patches for patches in decoded if len(patches))
+        count += sum(map(len, meshes[index]))
+        if count > MOST_TRIANGLES:
+            raise BoardError(_TOO_MANY, file=path)
+    return meshes
+
+
+def _decode_primitive(header: dict[str, Any], buffers: list[bytes], primitive: dict[str, Any]) -> Triangles:
+    """Triangles of one primitive, none where it is points or lines (glTF 2.0, 3.7.2.1)."""
+    mode = primitive.get("mode", _TRIANGLES)
+    vertices = _read_accessor(header, buffers, primitive["attributes"]["POSITION"], 3)
+    if "indices" in primitive:
+        indices = _read_accessor(header, buffers, primitive["indices"], 1)[:, 0].astype(np.int64)
+    else:
+        indices = np.arange(len(vertices))
+    if mode == _TRIANGLES:
+        faces = indices.reshape(-1, 3)
+    elif mode == _STRIP:
+        faces = np.column_stack([indices[:-2], indices[1:-1], indices[2:]])
+        faces[1::2] = faces[1::2, [1, 0, 2]]  # every other one is wound the other way
+    elif mode == _FAN:
+        faces = np.column_stack([np.full(max(len(indices) - 2, 0), indices[:1].sum()), indices[1:-1], indices[2:]])
+    else:
+        return np.empty((0, 3, 3))
+    return vertices[faces].astype(np.float64)
+
+
+def _read_accessor(header: dict[str, Any], buffers: list[bytes], index: int, columns: int) -> NDArray[Any]:
+    """Rows of an accessor where they lie in the buffer; numpy refuses what reaches beyond it."""
+    accessor = header["accessors"][index]
+    if "sparse" in accessor or "bufferView" not in accessor:
+        raise ValueError("an accessor is sparse or has no data")
+    if _COLUMNS[accessor["type"]] != columns:
+        raise ValueError(f"an accessor is {accessor['type']}")
+    view = header["bufferViews"][accessor["bufferView"]]
+    kind = np.dtype(_COMPONENTS[accessor["componentType"]])
+    begin = view.get("byteOffset", 0)
+    data = memoryview(buffers[view["buffer"]])[begin : begin + view["byteLength"]]
+    stride = view.get("byteStride", columns * kind.itemsize)
+    shape, strides = (accessor["count"], columns), (stride, kind.itemsize)
+    return np.ndarray(shape, kind, data, accessor.get("byteOffset", 0), strides)
 
 
 def _build_tree(header: dict[str, Any], meshes: dict[int, tuple[Triangles, ...]], path: Path) -> Node:
-    from trimesh.transformations import quaternion_matrix
-
     nodes: list[dict[str, Any]] = header.get("nodes", [])
     scenes: list[dict[str, Any]] = header.get("scenes", [])
     below = {child for node in nodes for child in node.get("children", [])}
     roots = (
         scenes[header.get("scene", 0)].get("nodes", []) if scenes else [i for i in range(len(nodes)) if i not in below]
     )
+    left = {"nodes": _MOST_NODES, "triangles": MOST_TRIANGLES}
 
     def build(index: int, parent: NDArray[np.float64], depth: int) -> Node:
-        if depth > DEEPEST:
-            raise BoardError("the tree of its nodes never ends. Export it again.", file=path)
         node = nodes[index]
-        if "matrix" in node:  # its pose in its parent (glTF 2.0, 3.5.3), or T · R · S
-            pose = np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
-        else:
-            x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
-            pose = np.array(quaternion_matrix([w, x, y, z]), dtype=np.float64)
-            pose[:3, :3] *= np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=np.float64)
-            pose[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
-        matrix = parent @ pose
-        mesh = node.get("mesh", -1)
-        product = str(header["meshes"][mesh].get("name", "")) if mesh >= 0 else ""
-        placed = (patches @ matrix[:3, :3].T + matrix[:3, 3] for patches in meshes.get(mesh, ()))
+        own = meshes.get(node.get("mesh", -1), ())
+        left["nodes"] -= 1
+        left["triangles"] -= sum(map(len, own))
+        if depth > DEEPEST or left["nodes"] < 0:  # nodes that several others hold multiply at every level
+            raise BoardError("the tree of its nodes never ends. Export it again.", file=path)
+        if left["triangles"] < 0:
+            raise BoardError(_TOO_MANY, file=path)
+        matrix = parent @ _pose(node)
+        product = str(header["meshes"][node["mesh"]].get("name", "")) if node.get("mesh", -1) >= 0 else ""
+        placed = (patches @ matrix[:3, :3].T + matrix[:3, 3] for patches in own)
         # A mirroring pose turns the winding inside out.
         patches = tuple(own[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0.0 else own for own in placed)
         children = tuple(build(child, matrix, depth + 1) for child in node.get("children", []))
         return Node(str(node.get("name", "")), product, patches, children)
 
     return Node("", "", (), tuple(build(root, np.eye(4), 1) for root in roots))
+
+
+def _pose(node: dict[str, Any]) -> NDArray[np.float64]:
+    """Pose of a node in its parent, (4, 4): its matrix, or T · R · S (glTF 2.0, 3.5.3)."""
+    from trimesh.transformations import quaternion_matrix
+
+    if "matrix" in node:
+        return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
+    x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
+    pose = np.array(quaternion_matrix([w, x, y, z]), dtype=np.float64)
+    pose[:3, :3] *= np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=np.float64)
+    pose[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    return pose

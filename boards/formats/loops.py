@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.polygon import orient
 
+from boards.bounds import check_corners
 from boards.errors import BoardError
 from geometry.arrays import Points2
 
@@ -170,6 +171,7 @@ def outline_of(
     """
     if not loops:
         raise BoardError("no board outline in the file. Draw the board's edge as a closed line.", file=file)
+    check_corners([*loops, *drills], file)
     polygons = [Polygon(loop) for loop in loops]
     for polygon, loop in zip(polygons, loops, strict=True):
         if not polygon.is_valid or polygon.area < CHAIN_MM**2:

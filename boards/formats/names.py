@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from specs.errors import printable
 from specs.finding import Finding, FindingRule
 from specs.finding_rules import REPEATED_NAME
 
@@ -26,9 +27,20 @@ def listed(rule: FindingRule, names: Sequence[str], text: str) -> list[Finding]:
 
 
 def cause(reason: Exception) -> str:
-    """Cause of a library's exception on one short line: some carry the whole file."""
-    text = " ".join(str(reason)[:200].split())
-    return f"{type(reason).__name__}: {text[:100]}" if text else type(reason).__name__
+    """Cause of an exception that a damaged file led to, on one short line and without Python's words for it."""
+    match reason:
+        case KeyError():
+            return f"{str(reason)[:60]} is missing"
+        case IndexError():
+            return "an index leads beyond the end"
+        case RecursionError():
+            return "nested too deep"
+        case MemoryError():
+            return "more than the memory holds"
+        case ValueError():
+            return printable(" ".join(str(reason)[:200].split())[:100])
+        case _:
+            return "a value of another kind than expected"
 
 
 def distinct_names(names: Sequence[str]) -> tuple[list[str], list[Finding]]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Body, Role, Surface
+from boards.bounds import beyond
 from boards.errors import BoardError
 from boards.formats.gltf import read_gltf
 from boards.formats.meshes import read_mesh
@@ -24,7 +25,6 @@ from specs.progress import Progress, no_progress
 _STEP = (".step", ".stp")
 _GLTF = (".glb", ".gltf")
 _FARTHEST = 1e9  # whatever the unit
-_FARTHEST_MM = 1e6  # what a board file may hold
 _SMALLEST_NAMED_BOARD = 0.1  # of the largest plate; smaller ones are adapters, or parts with a board of their own
 _SAME_WAY = 0.999
 _THICKNESS_TO_SIDE = 0.35
@@ -90,8 +90,8 @@ def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body
     slab = frame.move(Part("board", None, board.patches, is_named=False))
     moved = [frame.move(part) for part in split_parts(tree, board)]
     for part in [slab, *moved]:
-        if any(float(np.abs(patches).max()) > _FARTHEST_MM for patches in part.geometry):
-            message = f"{part.name or 'a body'} lies more than 1 km away. Check its place, and the unit of the file."
+        if any(map(beyond, part.geometry)):
+            message = f"{part.name or 'a body'} lies more than 10 m away. Check its place, and the unit of the file."
             raise BoardError(message, file=path)
     parts, layers = drop_layers(slab.patches(), moved)
     if not loose:

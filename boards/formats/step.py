@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from math import exp
 from pathlib import Path
 
-from boards.errors import BoardError
+from boards.errors import BoardError, read_bytes
 from boards.formats.gltf import parse_gltf
 from boards.formats.names import some
 from boards.formats.tree import Node, refdes_of
@@ -51,7 +51,7 @@ def read_step(path: Path, progress: Progress) -> tuple[Node, tuple[Finding, ...]
     Raises:
         BoardError: not a STEP file, cut short, damaged, or without surfaces.
     """
-    data = path.read_bytes()
+    data = read_bytes(path)
     if b"ISO-10303-21" not in data[:4096]:
         raise BoardError("is not a STEP file: it does not begin with ISO-10303-21. Export it as STEP.", file=path)
     if b"END-ISO-10303-21" not in data[-4096:]:

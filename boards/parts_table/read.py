@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from boards.board import Side
+from boards.bounds import FARTHEST_MM, number_within
 from boards.errors import BoardError, Line, read_bytes
 
 Column: TypeAlias = Literal[
@@ -106,7 +107,7 @@ def read_table(path: Path) -> tuple[Row, ...]:
 
 
 def _read(path: Path) -> str:
-    data = read_bytes(path)
+    data = read_bytes(path, "parts table")
     encodings = ("utf-16",) if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252", "latin-1")
     for encoding in encodings:
         try:
@@ -221,12 +222,10 @@ class _Cells(Line):
         number = hit[1]
         if "," in number and "." in number:  # the last mark of the two is the decimal one
             number = number.replace("," if number.rindex(".") > number.rindex(",") else ".", "")
-        try:
-            value = float(number.replace(",", ".")) * (_UNITS_MM[unit] if unit else self.head.units_mm[column])
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise self.refusal(column, "is not a number.")
+        unit_mm = _UNITS_MM[unit] if unit else self.head.units_mm[column]
+        value = number_within(number.replace(",", "."), FARTHEST_MM, unit_mm)
+        if math.isnan(value):
+            raise self.refusal(column, f"is not a length within ±{FARTHEST_MM / unit_mm:g}. Correct it.")
         return value
 
     def gap(self, column: Column) -> float | None:

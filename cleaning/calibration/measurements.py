@@ -12,6 +12,7 @@ import numpy as np
 
 from cleaning.errors import CleaningError
 from geometry.arrays import Indices, Scalars
+from specs.read_file import read_file
 from specs.yaml.schema import name_nearest
 
 _LARGEST_FILE = 20_000_000
@@ -77,12 +78,7 @@ def read_measurements(path: Path, known: Mapping[str, Column], least: int) -> Me
     Raises:
         CleaningError: it cannot be read or used.
     """
-    try:
-        content = path.read_bytes()
-    except (OSError, ValueError) as error:
-        raise CleaningError(f"cannot be read: {getattr(error, 'strerror', None) or error}", file=path) from None
-    if len(content) > _LARGEST_FILE:
-        raise CleaningError(f"{len(content):,} bytes are too many for a table of measurements", file=path)
+    content = read_file(path, CleaningError, "table of measurements", _LARGEST_FILE)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -88,7 +88,7 @@ def analyse(
         inputs = _read(program, board, recipe, parts)
         names = [name.strip() for name in verify.split(",") if name.strip()]
         report, verified = _analyse(inputs, parameters, effort, names)
-        sha256 = hashlib.sha256(program.read_bytes()).hexdigest() if program.is_file() else ""  # a pipe is read once
+        sha256 = hashlib.sha256(program.read_bytes()).hexdigest()
         trace = Traceability(serial, detergent, bath_c, conductivity, date, sha256)
         producer = this_producer(effort)
         write_outputs({

@@ -7,7 +7,7 @@ from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from specs.errors import JobError
+from specs.errors import JobError, printable
 
 
 class OutputError(JobError):
@@ -15,7 +15,7 @@ class OutputError(JobError):
 
     def __init__(self, path: Path, reason: str, advice: str = "Name another place.") -> None:
         """State which file, why, and what to do."""
-        super().__init__(f"{path}: cannot be written: {reason}. {advice}")
+        super().__init__(f"{printable(str(path))}: cannot be written: {reason}. {advice}")
         self.path = path
 
 

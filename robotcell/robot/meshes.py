@@ -5,11 +5,16 @@ from pathlib import Path
 import numpy as np
 
 from geometry.arrays import Triangles
+from geometry.mesh_file import read_mesh_file
 from robotcell.errors import CellError
+from specs.read_file import read_file
 
 _ENDINGS = (".stl", ".obj", ".ply")
 _LARGEST_FILE = 50_000_000
 _MOST_TRIANGLES = 200_000
+_FARTHEST = 1e6
+"""Of a corner, in the file's unit."""
+
 _SIDES = 32
 
 
@@ -21,25 +26,14 @@ def read_mesh(file: Path) -> Triangles:
     """
     if file.suffix.lower() not in _ENDINGS:
         raise CellError(f"a mesh is read from {', '.join(_ENDINGS)}; convert it", file=file)
+    content = read_file(file, CellError, "mesh", _LARGEST_FILE)
     try:
-        size = file.stat().st_size
-        content = file.open("rb") if size <= _LARGEST_FILE and file.is_file() else None
-    except FileNotFoundError:
-        raise CellError("no such mesh file", file=file) from None
-    except (OSError, ValueError) as error:
-        raise CellError(f"cannot be read: {getattr(error, 'strerror', None) or error}", file=file) from None
-    if content is None:
-        raise CellError(f"not a mesh file of at most {_LARGEST_FILE:,} bytes", file=file)
-    import trimesh
-
-    with content:
-        try:
-            loaded = trimesh.load_mesh(content, file_type=file.suffix.lower().removeprefix("."), process=False)
-            triangles = np.array(loaded.triangles, dtype=np.float64)
-        except Exception as error:  # whatever a reader of broken meshes may raise
-            raise CellError(f"cannot be read as a mesh: {error}", file=file) from None
-    if len(triangles) == 0 or not np.isfinite(triangles).all():
-        raise CellError("holds no triangles, or one with a corner that is no number", file=file)
+        found = read_mesh_file(content, file.suffix.lower().removeprefix("."))
+    except ValueError as reason:
+        raise CellError(str(reason), file=file) from None
+    triangles = np.concatenate([each for _, each in found]) if found else np.empty((0, 3, 3))
+    if len(triangles) == 0 or not (np.abs(triangles) < _FARTHEST).all():
+        raise CellError("holds no triangles, or one with a corner that is no number, or absurdly far", file=file)
     if len(triangles) > _MOST_TRIANGLES:
         raise CellError(f"{len(triangles):,} triangles are too many; simplify to {_MOST_TRIANGLES:,}", file=file)
     return triangles

@@ -18,6 +18,7 @@ from robotcell.errors import CellError
 from robotcell.robot.meshes import cylinder_triangles, read_mesh
 from robotcell.robot.poses import inverse, pose
 from robotcell.robot.robot import Body, Box, Capsule, Joint, Mesh, Poses, Robot
+from specs.read_file import read_file
 
 _MOVING = ("revolute", "continuous", "prismatic")
 _LARGEST_TEXT = 5_000_000
@@ -76,14 +77,7 @@ def read_xml(file: Path) -> Element:
     Raises:
         CellError: it cannot be read, is too large, too deep or no XML.
     """
-    try:
-        text = file.read_bytes()
-    except FileNotFoundError:
-        raise CellError("no such file; give the path of a URDF", file=file) from None
-    except (OSError, ValueError) as error:
-        raise CellError(f"cannot be read: {getattr(error, 'strerror', None) or error}", file=file) from None
-    if len(text) > _LARGEST_TEXT:
-        raise CellError(f"{len(text):,} bytes are too many; at most {_LARGEST_TEXT:,}", file=file)
+    text = read_file(file, CellError, "URDF", _LARGEST_TEXT)
     parser = expat.ParserCreate()
     top = Element("", {}, file, 1)
     opened = [top]
@@ -106,6 +100,8 @@ def read_xml(file: Path) -> Element:
         parser.Parse(text, True)
     except expat.ExpatError as error:
         raise CellError(f"not valid XML: {expat.errors.messages[error.code]}", file=file, line=error.lineno) from None
+    except (LookupError, ValueError):  # the encoding that it states is unknown to Python, or of several bytes
+        raise CellError("is in an encoding that is not read here; save it as UTF-8", file=file, line=1) from None
     return top.children[0]
 
 

@@ -4,23 +4,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any, Generic, Protocol, TypeAlias, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar
 
-from specs.errors import JobError
+from specs.errors import ErrorFactory
 from specs.spec import Spec
 
 Schema: TypeAlias = dict[str, Any]
 S_co = TypeVar("S_co", bound=Spec, covariant=True)
-
-
-class ErrorFactory(Protocol):
-    """Creates the error of one kind of file."""
-
-    def __call__(
-        self, message: str, *, path: str = "", file: Path | str | None = None, line: int | None = None
-    ) -> JobError:
-        """Prefix the message with ``file:line: path:`` as far as they are known."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)

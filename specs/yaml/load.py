@@ -3,12 +3,12 @@
 import difflib
 import json
 import os
-import stat
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from specs.errors import JobError
+from specs.read_file import read_file
 from specs.spec import Spec
 from specs.yaml.file_kind import FileKind, S_co
 from specs.yaml.located import Located, YamlPath, read_yaml, spell_path
@@ -48,19 +48,8 @@ def read_text(path: Path, kind: FileKind[Spec]) -> str:
     Raises:
         JobError: the kind's own: it cannot be read as text.
     """
-    noun = kind.noun
-    try:
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode):
-            raise kind.error(f"is not a file; give the path of a {noun} in YAML", file=path)
-        if status.st_size > _LARGEST_FILE:
-            message = f"{status.st_size:,} bytes are too many; a {noun} has at most {_LARGEST_FILE:,}"
-            raise kind.error(message, file=path)
-        content = path.read_bytes()
-    except FileNotFoundError:
-        raise kind.error(f"no such file; `{kind.command} list` shows the library", file=path) from None
-    except (OSError, ValueError) as error:
-        raise kind.error(f"cannot be read: {getattr(error, 'strerror', None) or error}", file=path) from None
+    missing = f"`{kind.command} list` shows the library"
+    content = read_file(path, kind.error, kind.noun, _LARGEST_FILE, missing=missing)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

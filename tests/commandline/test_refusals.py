@@ -163,7 +163,7 @@ def test_parts_tables_that_cannot_be_used(place: Path, name: str) -> None:
 
 
 def test_parts_tables_that_are_not_there(place: Path) -> None:
-    assert refused(place, "board", "show", "tiny", "--parts", "none.csv").startswith("none.csv: cannot be read")
+    assert refused(place, "board", "show", "tiny", "--parts", "none.csv").startswith("none.csv: no such file")
     assert "is a directory" in refused(place, "board", "show", "tiny", "--parts", ".")
 
 

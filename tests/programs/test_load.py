@@ -52,5 +52,5 @@ def test_an_enormous_file_is_not_opened(tmp_path: Path, monkeypatch: pytest.Monk
     path = tmp_path / "a.wash"
     path.write_text(HAND)
     monkeypatch.setattr(load, "LARGEST_BYTES", 100)
-    with pytest.raises(ProgramError, match="above 200 MB"):
+    with pytest.raises(ProgramError, match="at most 100"):
         load_program(path)

@@ -63,7 +63,7 @@ def read_idf(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
         where = sections[0].opening.file
         raise BoardError("there is no .BOARD_OUTLINE section. Export the board, not the panel.", file=where)
     drills = [
-        tuple(record.number(place, name) * scale_mm for place, name in enumerate(("hole diameter", "x", "y")))
+        tuple(record.length(place, name, scale_mm) for place, name in enumerate(("hole diameter", "x", "y")))
         for section in sections
         if section.name == "DRILLED_HOLES"
         for record in section.records
@@ -145,7 +145,7 @@ def _read_board(
 ) -> tuple[Polygon | MultiPolygon, float]:
     """Read the outline, with drilled holes cut out, and the thickness, mm."""
     edge.need(2)
-    thickness_mm = edge.records[0].number(0, "board thickness") * scale_mm
+    thickness_mm = edge.records[0].length(0, "board thickness", scale_mm)
     if thickness_mm <= 0.0:
         raise edge.records[0].error("the board has no thickness. State it in the board outline.")
     loops = [ring for _, ring in read_loops(edge.records[1:], scale_mm)]
@@ -172,10 +172,10 @@ def _read(section: Section, scale_mm: float) -> list[_Placement]:
         placement = _Placement(
             first,
             *first.fields,
-            x_mm=second.number(0, "x") * scale_mm,
-            y_mm=second.number(1, "y") * scale_mm,
-            offset_mm=second.number(2, "mounting offset") * scale_mm if late == 0 else 0.0,
-            rotation_rad=math.radians(second.number(3 + late, "rotation")),
+            x_mm=second.length(0, "x", scale_mm),
+            y_mm=second.length(1, "y", scale_mm),
+            offset_mm=second.length(2, "mounting offset", scale_mm) if late == 0 else 0.0,
+            rotation_rad=second.angle(3 + late, "rotation"),
             side="top" if side == "TOP" else "bottom",
             placed=status != "UNPLACED",
         )

@@ -85,7 +85,7 @@ def _read_package(section: Section) -> Package:
     if len(head.fields) < 3:
         raise head.error("a package begins with its name, part number, unit and height.")
     scale_mm = unit_mm(head, 2)
-    height_mm = head.number(3, f"height of package {head.fields[0]}") * scale_mm
+    height_mm = head.length(3, f"height of package {head.fields[0]}", scale_mm)
     points = [record for record in section.records[1:] if record.fields[0].upper() != "PROP"]
     loops = read_loops(points, scale_mm)
     if not loops:

@@ -9,12 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
+from boards.bounds import FARTHEST_MM, MOST_CORNERS, MOST_TURN_DEG, number_within
 from boards.errors import BoardError, Line, read_bytes
 from boards.formats.loops import CHAIN_MM, arc, arc_between
 from geometry.arrays import Points2
 
 _TOKEN = re.compile(r'"([^"]*)"|(\S+)')
 _SAME_MM = 1e-6
+_FULL_TURN_DEG = 360.0
+_LARGEST = 1e9
 _FULL_RAD = math.radians(359.99)
 _UNITS_MM = {"MM": 1.0, "THOU": 0.0254, "TNM": 1e-5}
 """TNM, ten nanometres, is in IDF 2.0 only."""
@@ -27,18 +30,40 @@ class Record(Line):
     fields: tuple[str, ...]
 
     def number(self, place: int, name: str) -> float:
-        """Field at a place as a finite number.
+        """Field at a place as a finite number that has no unit.
 
         Raises:
             BoardError: It is missing or no number.
         """
-        try:
-            value = float(self.fields[place])
-        except (IndexError, ValueError):
-            value = math.nan
-        if not math.isfinite(value):
-            stated = self.fields[place] if place < len(self.fields) else "nothing"
-            raise self.error(f"{name} must be a number, not {stated[:40]!r}. Correct it or export the board again.")
+        return self._bounded(place, name, _LARGEST, 1.0)
+
+    def length(self, place: int, name: str, scale_mm: float) -> float:
+        """Field at a place as a length or coordinate, mm.
+
+        Args:
+            place: From 0.
+            name: In the message.
+            scale_mm: Length of the file's unit, mm.
+
+        Raises:
+            BoardError: It is missing, no number, or farther than a board reaches.
+        """
+        return self._bounded(place, name, FARTHEST_MM, scale_mm)
+
+    def angle(self, place: int, name: str, most_deg: float = MOST_TURN_DEG) -> float:
+        """Field at a place as an angle, degrees in the file and radians here.
+
+        Raises:
+            BoardError: It is missing, no number, or larger.
+        """
+        return math.radians(self._bounded(place, name, most_deg, 1.0))
+
+    def _bounded(self, place: int, name: str, bound: float, scale: float) -> float:
+        stated = self.fields[place] if place < len(self.fields) else "nothing"
+        value = number_within(stated, bound, scale)
+        if math.isnan(value):
+            message = f"{name} must be a number within ±{bound / scale:g}, not {stated[:40]!r}"
+            raise self.error(f"{message}. Correct it or export the board again.")
         return value
 
 
@@ -130,15 +155,20 @@ def read_loops(records: Sequence[Record], scale_mm: float) -> list[tuple[int, Po
         BoardError: A record has no numbers, or a loop does not close.
     """
     loops: list[tuple[int, Points2]] = []
+    corners = 0
     run: list[tuple[Record, float, float, float]] = []
     for record in records:
         label = record.number(0, "loop label")
         if run and label != run[0][0].number(0, "loop label"):
             raise _unclosed(run)
-        x, y = record.number(1, "x") * scale_mm, record.number(2, "y") * scale_mm
-        run.append((record, x, y, math.radians(record.number(3, "included angle"))))
+        x, y = record.length(1, "x", scale_mm), record.length(2, "y", scale_mm)
+        run.append((record, x, y, record.angle(3, "included angle", _FULL_TURN_DEG)))
         ring = _ring(run)
         if ring is not None:
+            corners += len(ring)
+            if corners > MOST_CORNERS:
+                message = f"the outline has more than {MOST_CORNERS:,} corners, arcs as chords"
+                raise record.error(f"{message}. Export it with fewer and smaller pieces.")
             ring = ring[np.hypot(*(ring - np.roll(ring, 1, axis=0)).T) > _SAME_MM]  # no point repeats the one before
             if len(ring) < 3:
                 start = f"the loop that starts in line {run[0][0].line} encloses nothing"

@@ -162,7 +162,8 @@ def drill_loops(footprint: Footprint) -> list[Points2]:
     for pad in footprint.pads:
         drill = pad.first("drill")
         atoms = drill.atoms if drill is not None else ()  # such as (drill oval 1 2)
-        sizes = [float(atom) for atom in atoms if _NUMBER.fullmatch(atom) and 0.0 < float(atom) < math.inf]
+        places = [place for place, atom in enumerate(atoms) if _NUMBER.fullmatch(atom)]
+        sizes = [size for place in places if drill is not None and (size := drill.number(place)) > 0.0]
         if not sizes or min(sizes) < DRILL_MM:
             continue
         width, height = sizes[0], sizes[-1]

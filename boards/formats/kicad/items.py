@@ -8,8 +8,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-import sexpdata
 
+from boards.bounds import FARTHEST_MM, MOST_CORNERS, MOST_TURN_DEG, number_within
 from boards.errors import BoardError, Line, read_bytes
 from boards.formats.loops import Point2, arc, arc_through
 from geometry.arrays import Points2
@@ -17,12 +17,14 @@ from geometry.arrays import Points2
 _MARK = re.compile(r'"(?:[^"\\]|\\.)*"|[()]', re.DOTALL)
 _KEPT = re.compile(r"\(\s*(?:general|footprint|module|gr_line|gr_arc|gr_circle|gr_rect|gr_poly|gr_curve)\b")
 _DEPTH = 100
-"""KiCad nests about ten lists; more is no board, and would exhaust the parser's recursion."""
+"""KiCad nests about ten lists; more is no board."""
 
+_TOKEN = re.compile(r'"((?:[^"\\]|\\.)*)"|[()]|([^\s()"]+|")', re.DOTALL)
+_ESCAPE = re.compile(r"\\(.)", re.DOTALL)
+_ESCAPED = {"n": "\n", "r": "\r", "t": "\t"}
 _CURVE_STEPS = 32
-_UNREADABLE = (
-    sexpdata.ExpectClosingBracket, sexpdata.ExpectNothing, sexpdata.ExpectSExp, AttributeError, IndexError
-)  # fmt: skip
+_FULL_TURN_DEG = 360.0
+"""No arc turns farther."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,27 +48,23 @@ class Item(Line):
         item = self.first(head)
         return item.atoms[0] if item is not None and item.atoms else ""
 
-    def number(self, place: int) -> float:
-        """Atom at a place as a finite number.
+    def number(self, place: int, bound: float = FARTHEST_MM) -> float:
+        """Atom at a place as a finite number, at most as large as the bound: a length or coordinate, mm, by default.
 
         Raises:
-            BoardError: It is missing or no number.
+            BoardError: It is missing, no number, or beyond the bound.
         """
-        try:
-            value = float(self.atoms[place])
-        except (IndexError, ValueError):
-            value = math.nan
-        if not math.isfinite(value):
-            stated = self.atoms[place] if place < len(self.atoms) else "nothing"
-            raise self.error(
-                f"number {place + 1} of ({self.head} …) is {stated[:40]!r}. Save the board in KiCad again."
-            )
+        stated = self.atoms[place] if place < len(self.atoms) else "nothing"
+        value = number_within(stated, bound)
+        if math.isnan(value):
+            message = f"number {place + 1} of ({self.head} …) is {stated[:40]!r}, not a number within ±{bound:g}"
+            raise self.error(f"{message}. Save the board in KiCad again.")
         return value
 
     def angle(self) -> float:
         """Third number of the list's ``at`` in radians, 0 without one."""
         at = self.first("at")
-        return math.radians(at.number(2)) if at is not None and len(at.atoms) > 2 else 0.0
+        return math.radians(at.number(2, MOST_TURN_DEG)) if at is not None and len(at.atoms) > 2 else 0.0
 
     def point(self, head: str) -> Point2:
         """First two numbers of a list, ``y`` turned from down to up, mm.
@@ -87,8 +85,7 @@ class Item(Line):
 def read_items(path: Path) -> tuple[Item, tuple[Item, ...]]:
     """Read the items of a board that describe shapes: footprints, drawings, general.
 
-    The text is cut at the top level first and the copper is skipped: that leaves the parser half of a usual board,
-    and gives every item its line, which ``sexpdata`` does not know.
+    The text is cut at the top level first and the copper is skipped: that leaves the parser half of a usual board.
 
     Returns:
         The board's own head (``version`` among its lists) and the items, in file order.
@@ -104,17 +101,12 @@ def read_items(path: Path) -> tuple[Item, tuple[Item, ...]]:
         hint = "Open it in KiCad 5 or newer and save it"
         raise Line(path, 1).error(f"not a KiCad board: it must begin with (kicad_pcb. {hint}.")
     items: list[Item] = []
-    version = re.search(r"\(\s*version\s+(\d+)\s*\)", text[:2000])
+    version = re.search(r"\(\s*version\s+(\d{1,9})\s*\)", text[:2000])
     line, seen = 1, 0
     for start, end in _top_level(text, path):
         line, seen = line + text.count("\n", seen, start), start
         if _KEPT.match(text, start):
-            try:
-                # No Lisp: `nil`, `t` and `;` are words like any other in KiCad.
-                parsed = sexpdata.parse(text[start:end], nil=None, true=None, false=None, line_comment="\0")
-            except _UNREADABLE:
-                raise Line(path, line).error("this item cannot be read. Save the board in KiCad again.") from None
-            items.append(_item(parsed[0], path, line))
+            items.append(_parse(text[start:end], path, line))
     atoms = (version[1],) if version else ()
     return Item(path, 1, "kicad_pcb", atoms, ()), tuple(items)
 
@@ -145,22 +137,42 @@ def _at(path: Path, text: str, place: int) -> Line:
     return Line(path, text.count("\n", 0, place) + 1)
 
 
-def _item(node: list[object], path: Path, line: int) -> Item:
-    atoms: list[str] = []
-    for part in node:
-        if isinstance(part, sexpdata.Symbol):
-            atoms.append(str(part.value()))
-        elif not isinstance(part, list):
-            atoms.append(f"{part:.12g}" if isinstance(part, float) else str(part))
-    lists = [part for part in node if isinstance(part, list)]
-    items = tuple(_item(part, path, line) for part in lists)
-    return Item(path, line, atoms[0] if atoms else "", tuple(atoms[1:]), items)
+def _parse(text: str, path: Path, line: int) -> Item:
+    """Parse one list. KiCad's words are no Lisp: brackets other than round ones, marks and numbers are plain text."""
+    opened: list[tuple[list[str], list[Item]]] = [([], [])]
+    for token in _TOKEN.finditer(text):
+        quoted, plain = token.groups()
+        if quoted is not None:
+            opened[-1][0].append(_ESCAPE.sub(lambda found: _ESCAPED.get(found[1], found[1]), quoted))
+        elif plain == '"':
+            raise Line(path, line).error("a quote in this item is not closed. Save the board in KiCad again.")
+        elif plain is not None:
+            opened[-1][0].append(plain)
+        elif token[0] == "(":
+            opened.append(([], []))
+        else:
+            atoms, items = opened.pop()
+            opened[-1][1].append(Item(path, line, atoms[0] if atoms else "", tuple(atoms[1:]), tuple(items)))
+    return opened[0][1][0]
 
 
 def drawn(items: Iterable[Item], prefix: str, layer: str) -> list[Points2]:
-    """Polylines of the items that a prefix such as ``fp_`` marks as drawings, on one layer."""
-    lines = (polyline(item) for item in items if item.head.startswith(prefix) and item.word("layer") == layer)
-    return [line for line in lines if line is not None]
+    """Polylines of the items that a prefix such as ``fp_`` marks as drawings, on one layer.
+
+    Raises:
+        BoardError: A number of them cannot be read, or they have more corners than an outline may have.
+    """
+    lines: list[Points2] = []
+    count = 0
+    for item in items:
+        line = polyline(item) if item.head.startswith(prefix) and item.word("layer") == layer else None
+        if line is not None:
+            lines.append(line)
+            count += len(line)
+            if count > MOST_CORNERS:
+                message = f"what is drawn on {layer} has more than {MOST_CORNERS:,} corners, arcs as chords"
+                raise item.error(f"{message}. Draw it with fewer and smaller pieces.")
+    return lines
 
 
 def polyline(item: Item) -> Points2 | None:
@@ -210,7 +222,7 @@ def _arc(item: Item) -> Points2:
     angle = item.first("angle")
     if angle is None:
         raise item.error(f"({item.head} …) has neither a mid point nor an angle. Save the board in KiCad again.")
-    return arc(item.point("end"), item.point("start"), -math.radians(angle.number(0)))
+    return arc(item.point("end"), item.point("start"), -math.radians(angle.number(0, _FULL_TURN_DEG)))
 
 
 def _corners(item: Item) -> Points2:

@@ -13,11 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.errors import BoardError, Line, read_bytes
+from boards.errors import MAX_BYTES, BoardError, Line, read_bytes
 from geometry.arrays import Indices, Scalars
-
-MAX_BYTES = 2_000_000_000
-"""A board file of more than this is refused: nothing that holds a board is so large."""
 
 _CHUNK_LINES = 4096  # a block stays in the cache
 _BLANK_STARTS = np.isin(np.arange(256), np.frombuffer(b" \t", np.uint8))

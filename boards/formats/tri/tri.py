@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Body, Pad, Role, Side, Surface
+from boards.bounds import MOST_TURN_DEG
 from boards.errors import BoardError, Line
 from boards.formats.tri.layout import MILLIMETRES, Item, Layout, read_count, read_layout, read_legacy_layout
 from boards.formats.tri.text import cut, is_number, read_text
@@ -21,6 +22,8 @@ SMALLEST_AREA_MM2 = 2.5e-9
 """A smaller triangle is degenerate: on a grid of 0.0001 mm the smallest has twice this area."""
 
 _FARTHEST_MM = 1e6
+"""Where a number is read; what lies within, but farther than a board reaches, is refused with a guess of its units."""
+
 _PATCH = "%.4f " * 9 + "%.5f %.5f %.5f\n"
 _ROWS = 4096
 _PAD_SHAPES = ("rect", "round")
@@ -161,7 +164,8 @@ def _read_pad(word: str, item: Item, scale_mm: float) -> Pad:
     fields = [field.strip() for field in word.split(",")]
     if len(fields) == 6 and fields[5] in _PAD_SHAPES and all(map(is_number, fields[:5])):
         x, y, length, width = (float(field) * scale_mm + 0.0 for field in fields[:4])
-        if round(min(length, width), 4) > 0.0 and max(abs(x), abs(y), length, width) <= _FARTHEST_MM:
+        within = max(abs(x), abs(y), length, width) <= _FARTHEST_MM and abs(float(fields[4])) <= MOST_TURN_DEG
+        if within and round(min(length, width), 4) > 0.0:
             return Pad(x, y, length, width, math.radians(float(fields[4])), fields[5] == "round")
     form = "write x,y,length,width,degrees,rect (or round), pads with ';' between"
     raise item.error(f"pad {word[:60]!r} of {item.name}: {form}.")

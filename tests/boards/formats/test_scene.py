@@ -341,7 +341,7 @@ def test_a_bad_file_is_one_clear_error(
 
 
 def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
-    with pytest.raises(BoardError, match="cannot be read"):
+    with pytest.raises(BoardError, match="no such file"):
         read_scene(tmp_path / "gone.stl")
 
 
@@ -376,6 +376,6 @@ def test_what_a_library_stumbled_over_is_said_briefly(tmp_path: Path) -> None:
     """The exception of a text that is none carries the whole text."""
     path = tmp_path / "board.gltf"
     path.write_bytes(b'{"asset": "' + b"x" * 5000 + b'\xff"}')
-    with pytest.raises(BoardError, match="UnicodeDecodeError") as caught:
+    with pytest.raises(BoardError, match="codec can't decode") as caught:
         read_scene(path)
     assert len(str(caught.value)) < 300 + len(str(path))

@@ -57,7 +57,7 @@ def test_coupons_make_a_set_that_says_what_they_do_not_tell(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("words", "wanted"),
     [
-        (("ring", "none.csv"), "error: none.csv: cannot be read: No such file"),
+        (("ring", "none.csv"), "error: none.csv: no such file"),
         (("ring", RING, "--nozzle", "knife"), "'knife' is no hollow cone of this recipe; known: ring60"),
         (("ring", RING, "--recipe", "dry-only"), "this recipe has no hollow cone; name one that has with --recipe"),
         (("ring", RING, "-o", "mine.wash"), "its name is that of a program, and a YAML file is to be written"),

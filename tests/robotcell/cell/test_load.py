@@ -118,7 +118,12 @@ def test_a_board_that_is_turned_over_has_a_place_of_its_own() -> None:
         ("xyz_mm: [400, -50, 150]", "xyz_m: [400, -50]", "board.pose.xyz_m", "did you mean 'xyz_mm'"),
         ("kind: box", "kind: bx", "fixtures.table.kind", "did you mean 'box'"),
         ("size_mm: [900, 900, 40]", "size_mm: [900, 900, 0]", "fixtures.table.size_mm[2]", "must be above 0"),
-        ("kind: box, size_mm: [900, 900, 40]", "kind: mesh, file: no.stl", "fixtures.table.file", "no such mesh file"),
+        (
+            "kind: box, size_mm: [900, 900, 40]",
+            "kind: mesh, file: no.stl",
+            "fixtures.table.file",
+            "no.stl: no such file",
+        ),
         ("to_mm: [0, 0, 170]", "to_mm: [0, 0, 0]", "tools.1.bodies.lance", "begins where it ends"),
         ("  1:\n", "  100:\n", "tools.100", "must be at most 99"),
         ("valve: doRing,", "valve: doRng,", "nozzles.ring60.valve", "did you mean 'doRing'"),

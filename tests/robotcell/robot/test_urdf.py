@@ -160,7 +160,7 @@ def test_several_ends_have_to_be_told_apart(tmp_path: Path) -> None:
         ("/etc/hostname", "give a path from the URDF's folder"),
         ("http://example.org/a.stl", "give a path from the URDF's folder"),
         ("robot.urdf", "a mesh is read from"),
-        ("empty.stl", "cannot be read as a mesh|holds no triangles"),
+        ("empty.stl", "is not an STL file"),
     ],
 )
 def test_meshes_stay_in_the_folder_and_are_meshes(tmp_path: Path, filename: str, message: str) -> None:
@@ -176,7 +176,7 @@ def test_meshes_stay_in_the_folder_and_are_meshes(tmp_path: Path, filename: str,
 def test_files_that_are_none(tmp_path: Path) -> None:
     with pytest.raises(CellError, match="no such file"):
         read_urdf(tmp_path / "none.urdf")
-    with pytest.raises(CellError, match="cannot be read"):
+    with pytest.raises(CellError, match="is a directory"):
         read_urdf(tmp_path)
     with pytest.raises(CellError, match="deep"):
         read_urdf(write(tmp_path, "<robot>" + "<a>" * 200 + "</a>" * 200 + "</robot>"))

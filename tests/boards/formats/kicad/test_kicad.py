@@ -261,7 +261,7 @@ def test_a_hole_through_the_edge_is_a_notch(tmp_path: Path) -> None:
         (edge_only(*SQUARE, "(gr_line (start 1 1"), r"ends inside a list"),
         (edge_only(*SQUARE) + ")", "bracket too many"),
         (edge_only(*SQUARE, "(" * 200 + ")" * 200), "nested too deep"),
-        (edge_only(*SQUARE, "(footprint x] (at 1 1))"), r":6: .*cannot be read"),
+        (edge_only(*SQUARE, '(footprint "x] (at 1 1))'), r":6: .*quote in this item is not closed"),
         ("", "not a KiCad board"),
         ("(kicad_sch (version 1))", "not a KiCad board"),
     ],

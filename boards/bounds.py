@@ -1,0 +1,51 @@
+"""Bounds of what a board file may state: they hold where a text becomes a number, and again for what was understood.
+
+Geometry libraries hang, fill the memory or end the process on coordinates that no board has.
+"""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from boards.errors import BoardError
+from geometry.arrays import Points2, Triangles
+
+FARTHEST_MM = 10_000.0
+"""No coordinate and no length of a board is larger."""
+
+MOST_TURN_DEG = 3600.0
+"""No angle is larger: ten turns."""
+
+MOST_TRIANGLES = 20_000_000
+"""More than a board file of 2 GB holds."""
+
+MOST_CORNERS = 200_000
+"""Of one outline with its holes, arcs as chords."""
+
+
+def number_within(word: str, bound: float, scale: float = 1.0) -> float:
+    """Read a number as text; NaN where it is none, is not finite, or beyond the bound after it was scaled."""
+    try:
+        value = float(word) * scale
+    except ValueError:
+        return math.nan
+    return value if abs(value) <= bound and "_" not in word else math.nan
+
+
+def beyond(patches: Triangles, bound: float = FARTHEST_MM) -> bool:
+    """Whether a corner is no finite number, or farther from the origin than a board's may be; mm."""
+    return not bool((np.abs(patches) <= bound).all())
+
+
+def check_corners(rings: Sequence[Points2], file: Path | None = None) -> None:
+    """Refuse an outline of more corners than polygons can be computed from.
+
+    Raises:
+        BoardError: There are too many.
+    """
+    count = sum(map(len, rings))
+    if count > MOST_CORNERS:
+        message = f"the board's outline has {count:,} corners, arcs as chords; at most {MOST_CORNERS:,} are read. "
+        raise BoardError(f"{message}Draw it with fewer and smaller pieces.", file=file)

@@ -1,0 +1,90 @@
+"""Triangles out of the bytes of STL, OBJ and PLY files; trimesh decodes them, and is kept from every other file."""
+
+import logging
+import re
+import warnings
+from io import BytesIO
+from typing import Any, cast
+
+import numpy as np
+
+from geometry.arrays import Triangles
+
+_PLY_ELEMENT = re.compile(rb"^element[ \t]+\S+[ \t]+(\S+)[ \t\r]*$", re.MULTILINE)
+_PLY_COUNT = re.compile(rb"\d{1,12}")
+_HEADER_BYTES = 65_536
+
+
+def read_mesh_file(content: bytes, kind: str) -> list[tuple[str, Triangles]]:
+    """Read the objects, groups or solids of a mesh file, in file order, each with its name.
+
+    Args:
+        content: The whole file.
+        kind: ``"stl"``, ``"obj"`` or ``"ply"``.
+
+    Returns:
+        Names and (n, 3, 3) triangles in the file's own unit, those without a triangle left out.
+
+    Raises:
+        ValueError: It is damaged, cut short, not of its kind, or too large; the message is a sentence's end.
+    """
+    import trimesh
+
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # it logs tracebacks of what it survives
+    options = _options(content, kind)
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            # Bytes have no folder: materials and textures that a file names are not looked for.
+            loaded = trimesh.load_scene(BytesIO(content), file_type=kind, process=False, **options)
+            found = [(str(name), cast(Any, mesh)) for name, mesh in loaded.geometry.items() if hasattr(mesh, "faces")]
+            if kind == "obj":  # trimesh hands the groups of an OBJ back last first
+                found.reverse()
+            return [_triangles(name, mesh) for name, mesh in found if len(mesh.faces)]
+    except MemoryError:
+        raise ValueError("is too large for this machine's memory. Export it more coarsely.") from None
+    except Exception:  # trimesh's parsers raise whatever they stumble over
+        damage = "a number is missing or is none, a face names a vertex that is not there, or it is cut short"
+        raise ValueError(f"cannot be read as {kind.upper()}: {damage}. Export it again.") from None
+
+
+def _triangles(name: str, mesh: Any) -> tuple[str, Triangles]:
+    vertices = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+    faces = np.asarray(mesh.faces, dtype=np.int64).reshape(-1, 3)
+    if faces.min() < 0:
+        raise IndexError("a negative index would count from the end")
+    return name, vertices[faces]
+
+
+def _options(content: bytes, kind: str) -> dict[str, Any]:
+    """Check what trimesh does not, and give its options: an OBJ is split by object if it has any, else by group.
+
+    An STL that is cut short is refused: trimesh would take it for text, or for an empty file. A PLY that announces
+    more than it has would fill the memory.
+    """
+    match kind:
+        case "stl":
+            if content[:5].lower() == b"solid" and b"facet" in content[:1024]:
+                whole = b"endsolid" in content[-1024:].lower()
+            else:
+                whole = len(content) >= 84 and len(content) >= 84 + 50 * int.from_bytes(content[80:84], "little")
+            if not whole:
+                raise ValueError("is not an STL file, or it is cut short. Export or copy it again.")
+            return {}
+        case "ply":
+            counts = _PLY_ELEMENT.findall(content[:_HEADER_BYTES].partition(b"end_header")[0])
+            if not all(map(_PLY_COUNT.fullmatch, counts)) or sum(map(int, counts)) > len(content):
+                raise ValueError("announces more than the file holds: it is cut short. Export or copy it again.")
+            return {"skip_materials": True}
+        case _:
+            if re.search(rb"^f[^\n#]*[ \t]-\d", content, re.MULTILINE):
+                raise ValueError(
+                    "counts vertices backwards (negative numbers in 'f' lines). Export it with absolute numbers."
+                )
+            objects = re.search(rb"^o ", content, re.MULTILINE) is not None
+            return {
+                "skip_materials": True,
+                "group_material": False,
+                "split_objects": objects,
+                "split_groups": not objects and re.search(rb"^g ", content, re.MULTILINE) is not None,
+            }
