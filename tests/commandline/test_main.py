@@ -265,7 +265,7 @@ def test_a_terminal_that_knows_only_ascii(place: Path) -> None:
     assert "Usage: washboard" in run.stdout
     assert run.stdout.isascii()
     assert run.stderr.startswith("error: gr")
-    assert run.stderr.endswith("e.tri: no such file.\n")
+    assert run.stderr.endswith("e.tri: no such file; give the path of a board file\n")
     assert run.returncode == 2
 
 

@@ -79,7 +79,7 @@ def test_board_files_that_cannot_be_used(place: Path, name: str) -> None:
 
 def test_boards_that_are_not_there(place: Path) -> None:
     (place / "folder.tri").mkdir()
-    assert refused(place, "plan", "none.step") == "none.step: no such file."
+    assert refused(place, "plan", "none.step") == "none.step: no such file; give the path of a board file"
     assert "no such file" in refused(place, "plan", "none.stl")
     assert "is a directory" in refused(place, "plan", "folder.tri")
     assert "Did you mean 'smt-demo'? The samples are: sensor-hub, smt-demo, tiny" in refused(place, "plan", "smt-dmo")
@@ -132,7 +132,7 @@ def test_recipes_that_are_not_there(place: Path) -> None:
     (place / "junk.yaml").write_bytes(JUNK)
     assert "Did you mean 'smt-aqueous'?" in refused(place, "plan", "tiny", "smt-aquous")
     assert "`washboard recipe list`" in refused(place, "plan", "tiny", "none.yaml")
-    assert "is not a file" in refused(place, "plan", "tiny", ".")
+    assert "is a directory" in refused(place, "plan", "tiny", ".")
     assert "the file is empty" in refused(place, "recipe", "check", "empty.yaml")
     assert refused(place, "recipe", "show", "junk.yaml").startswith("junk.yaml:")
 
@@ -189,7 +189,7 @@ def test_programs_that_cannot_be_read(place: Path, name: str) -> None:
 def test_a_program_whose_board_is_not_known_cannot_be_drawn(place: Path) -> None:
     (place / "a.wash").write_text(PROGRAM.replace("tiny", "mine"))
     assert "name its board with --board" in refused(place, "show", "a.wash", "--picture", "x.png")
-    assert "is a folder" in refused(place, "show", ".")
+    assert "is a directory" in refused(place, "show", ".")
     assert "no such file" in refused(place, "show", "none.wash")
 
 
