@@ -11,3 +11,5 @@
 SI units, except where a name ends in another (``_mm``, ``_um``, ``_c``, ``_bar``). Numbers without meaning raise
 ``errors.CleaningError``.
 """
+
+DISTRIBUTION = "washboard"

@@ -8,6 +8,7 @@ from contextlib import contextmanager, suppress
 
 import typer
 
+from specs import ending
 from specs.errors import JobError
 
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
@@ -47,7 +48,7 @@ def job_errors() -> Generator[None, None, None]:
         _print_error("error: not enough memory for this job; close other programs or use a smaller board")
         raise typer.Exit(_REFUSED) from None
     except KeyboardInterrupt:
-        _print_error("error: interrupted; nothing was left half written")
+        _print_error(f"error: interrupted; {ending.describe_written()}")
         raise typer.Exit(_INTERRUPTED) from None
     except Exception as error:
         _print_internal(error)
@@ -72,8 +73,9 @@ def _print_error(message: str) -> None:
     """Print lines on stderr; of a very long one, which quotes its input, the middle is left out."""
     half = _LONGEST_LINE // 2
     lines = [f"{line[:half]} … {line[-half:]}" if len(line) > 2 * half else line for line in message.splitlines()]
-    with suppress(BrokenPipeError):
+    with ending.lock, suppress(BrokenPipeError):
         typer.echo("\n".join(lines), err=True)
+        ending.note_reported(message)
 
 
 def _print_internal(error: Exception) -> None:

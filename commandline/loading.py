@@ -1,7 +1,8 @@
 """Inputs of a command, read with a progress bar."""
 
+import os
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 
 from boards.board import Board
 from boards.load import load_board
+from specs.ending import undone_at_end
 from specs.progress import Progress, subprogress
 
 if TYPE_CHECKING:
@@ -31,7 +33,14 @@ def progress_bar() -> Generator[Progress]:
             begun = bar.tasks[0].description != what  # shown at once: what follows may keep the bar's thread waiting
             bar.update(task, description=what, completed=done, refresh=begun)
 
-        yield progress
+        with undone_at_end(_clear_bar) if console.is_terminal else nullcontext():
+            yield progress
+
+
+def _clear_bar() -> None:
+    """Empty the line of a bar and show the cursor again: an interrupt leaves the bar no time to do so."""
+    with suppress(OSError):
+        os.write(2, b"\r\x1b[2K\x1b[?25h")
 
 
 def read_board(board: str, parts: Path | None) -> Board:

@@ -24,6 +24,7 @@ from commandline.commands import (
 from commandline.commands import show as program
 from commandline.commands import tune as tuning
 from commandline.errors import UsageError, job_errors, report_usage
+from specs import ending
 
 app = typer.Typer(
     name="washboard",
@@ -64,6 +65,7 @@ def _options(
 
 def main() -> None:
     """Run ``washboard``: whatever happens, it ends in an exit code and not in a traceback."""
+    ending.begin()
     if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal that knows only ASCII gets a mark in place of a letter
         sys.stdout.reconfigure(errors="replace")
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it logs where its cache is if no home can be written

@@ -1,1 +1,3 @@
 """Arrays, frames, polygons, meshes, coverage. Knows nothing about spraying."""
+
+DISTRIBUTION = "washboard"

@@ -1,1 +1,3 @@
 """Plans, timed programs, and the robot programs made from them."""
+
+DISTRIBUTION = "washboard"

@@ -1,1 +1,3 @@
 """Recipes of process engineers: functions, nozzles, classes, masks, templates, sequence."""
+
+DISTRIBUTION = "washboard"

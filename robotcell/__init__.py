@@ -1,1 +1,3 @@
 """Whether a robot can do it: cells, kinematics, collisions, joint motion. Metres and radians stay in here."""
+
+DISTRIBUTION = "washboard"

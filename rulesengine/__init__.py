@@ -1,1 +1,3 @@
 """Recipe and board in, plan and timed program out."""
+
+DISTRIBUTION = "washboard"

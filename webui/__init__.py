@@ -1,1 +1,3 @@
 """The browser: a recipe is edited, its paths are looked at."""
+
+DISTRIBUTION = "washboard"

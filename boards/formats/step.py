@@ -3,7 +3,6 @@
 import re
 import subprocess
 import sys
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterable
@@ -19,6 +18,7 @@ from boards.formats.tree import Node, refdes_of
 from specs.finding import Finding
 from specs.finding_rules import PART_WITHOUT_GEOMETRY
 from specs.progress import Progress
+from specs.temporary import temporary_folder
 
 # Sag of a chord below 0.02 mm; the angle bounds the number of chords of small arcs.
 _TOL_LINEAR_MM = 0.02
@@ -80,8 +80,8 @@ def _convert(path: Path, size: int, progress: Progress) -> tuple[bytes, str]:
     keeps all three away from the caller.
     """
     expected_s = 1.0 + _SECONDS_PER_BYTE * size
-    with tempfile.TemporaryDirectory(prefix="washboard-") as folder:
-        out, log = Path(folder) / "board.glb", Path(folder) / "log.txt"
+    with temporary_folder() as folder:
+        out, log = folder / "board.glb", folder / "log.txt"
         command = [sys.executable, "-P", "-c", _CONVERT, str(path.resolve()), str(out)]
         started = time.monotonic()
         with log.open("wb") as sink, subprocess.Popen(command, stdout=sink, stderr=subprocess.STDOUT) as process:

@@ -1,6 +1,6 @@
 """``washboard ui``."""
 
-from contextlib import suppress
+import signal
 from pathlib import Path
 from typing import Annotated
 
@@ -41,6 +41,7 @@ def ui(
     """
     with job_errors():
         from reports.terminal.console import open_console
+        from specs.ending import stopped_by_signal
         from webui.page.project import open_project
         from webui.server.server import is_loopback, open_session, serve
 
@@ -48,13 +49,15 @@ def ui(
         session = open_session(board, recipe, cell)
         server = serve(session, project, host, port)
         console = open_console()
-        with suppress(KeyboardInterrupt):
+        with stopped_by_signal() as stop:
             if server.port != port:
                 console.print(f"Port {port} is in use.")
             if not is_loopback(host):
                 warning = f"Everyone in this network can read and write {escape(str(project.folder))}."
                 console.print(f"[bold red]{warning}[/bold red]", soft_wrap=True)
             console.print(f"Washboard is at {server.address} (Ctrl-C ends it)")
-            server.viser.sleep_forever()
-        server.stop()
-        console.print("Stopped.")
+            number = stop.wait()
+            server.stop()
+            console.print("Stopped.")
+        if number not in (None, signal.SIGINT):
+            raise typer.Exit(128 + number)

@@ -1,13 +1,20 @@
 """Writing files whole or not at all, and folders of several files as one."""
 
+import ctypes
+import errno
 import os
 import re
-import shutil
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+from specs import ending
 from specs.errors import JobError, printable
+from specs.temporary import REPLACED, sweep, temporary_file, temporary_folder
+
+_HERE = -100
+_EXCHANGE = 2
+"""AT_FDCWD and RENAME_EXCHANGE of Linux's renameat2."""
 
 
 class OutputError(JobError):
@@ -57,7 +64,8 @@ def write_bytes_atomically(path: Path, content: bytes) -> None:
     """Write a file so that it is there as a whole or, after any failure, as it was before.
 
     The content goes to a temporary file in the same folder, is flushed to the disk and renamed. A link is followed;
-    a device or pipe, such as ``/dev/stdout``, is written directly.
+    a device or pipe, such as ``/dev/stdout``, is written directly. What processes that were killed left in the folder
+    is removed.
 
     Raises:
         OutputError: the file cannot be written; what stood there before still does.
@@ -67,15 +75,13 @@ def write_bytes_atomically(path: Path, content: bytes) -> None:
         if target.exists() and not target.is_file():
             target.write_bytes(content)
             return
-        temporary = target.with_name(f".{target.name[:200]}.{os.getpid()}.tmp")
-        try:
-            _write_flushed(temporary, content)
+        with temporary_file(target.parent) as (temporary, descriptor):
             if target.exists():
-                temporary.chmod(target.stat().st_mode & 0o7777)
-            temporary.replace(target)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
+                os.fchmod(descriptor, target.stat().st_mode & 0o7777)
+            _write_flushed(descriptor, content)
+            with ending.lock:
+                temporary.replace(target)
+                ending.note_written(path)
 
 
 def write_files(out: Path, files: Mapping[str, str]) -> list[Path]:
@@ -93,8 +99,10 @@ def write_files(out: Path, files: Mapping[str, str]) -> list[Path]:
         write_bytes_atomically(place, text.encode("ascii"))
         return [place]
     with output_errors(out):
+        if out.is_dir():
+            sweep(out)
         _check_folder(out, files)
-        _replace_folder(Path(os.path.realpath(out)), files)
+        _replace_folder(out, files)
     return [out / name for name in files]
 
 
@@ -117,29 +125,48 @@ def _family(name: str) -> str:
     return re.sub(r"\d+", "#", name.lower())
 
 
-def _replace_folder(target: Path, files: Mapping[str, str]) -> None:
-    fresh = target.with_name(f".{target.name[:200]}.{os.getpid()}.new")
-    stale = target.with_name(f".{target.name[:200]}.{os.getpid()}.old")
-    try:
+def _replace_folder(out: Path, files: Mapping[str, str]) -> None:
+    target = Path(os.path.realpath(out))
+    with temporary_folder(target.parent, replaces=target.name) as folder:
+        fresh, kept = folder / "new", folder / REPLACED
         fresh.mkdir()
         for name, text in files.items():
-            _write_flushed(fresh / name, text.encode("ascii"))
-        if target.exists():
-            target.rename(stale)
-        try:
-            fresh.rename(target)
-        except OSError:
-            if stale.exists():
-                stale.rename(target)
-            raise
-    finally:
-        shutil.rmtree(fresh, ignore_errors=True)
-        shutil.rmtree(stale, ignore_errors=True)
+            with (fresh / name).open("xb") as file:
+                _write_flushed(file.fileno(), text.encode("ascii"))
+        with ending.lock:
+            if not target.exists():
+                fresh.rename(target)
+            elif not _exchange(fresh, target):  # a moment in between without either; the next sweep would mend it
+                target.rename(kept)
+                try:
+                    fresh.rename(target)
+                except OSError:
+                    kept.rename(target)
+                    raise
+            ending.note_written(out)
 
 
-def _write_flushed(path: Path, content: bytes) -> None:
-    """Write a file that is not there yet, down to the disk."""
-    with path.open("xb") as file:
+def _exchange(one: Path, other: Path) -> bool:
+    """Exchange two folders in one step; ``False`` where the file system or the C library cannot.
+
+    Raises:
+        OSError: it is refused.
+    """
+    try:
+        rename = ctypes.CDLL(None, use_errno=True).renameat2
+    except (AttributeError, OSError):
+        return False
+    if rename(_HERE, os.fsencode(one), _HERE, os.fsencode(other), _EXCHANGE) == 0:
+        return True
+    number = ctypes.get_errno()
+    if number in (errno.EINVAL, errno.ENOSYS, errno.EOPNOTSUPP):
+        return False
+    raise OSError(number, os.strerror(number))
+
+
+def _write_flushed(descriptor: int, content: bytes) -> None:
+    """Write all of a new file, down to the disk."""
+    with open(descriptor, "wb", closefd=False) as file:
         file.write(content)
         file.flush()
-        os.fsync(file.fileno())
+        os.fsync(descriptor)

@@ -5,6 +5,7 @@ import typer
 
 from boards.errors import BoardError
 from commandline.errors import DEBUG_VARIABLE, job_errors
+from specs import ending
 from specs.errors import JobError
 
 
@@ -13,7 +14,7 @@ from specs.errors import JobError
     [
         (BoardError("no board", file="x.tri", line=3), 2, "error: x.tri:3: no board\n"),
         (FileNotFoundError(2, "No such file", "y.wash"), 2, "error: y.wash: No such file\n"),
-        (KeyboardInterrupt(), 130, "error: interrupted; nothing was left half written\n"),
+        (KeyboardInterrupt(), 130, "error: interrupted; nothing was written\n"),
         (BrokenPipeError(), 1, ""),
         (MemoryError(), 2, "error: not enough memory for this job; close other programs or use a smaller board\n"),
         (JobError("first\n  and more"), 2, "error: first\n  and more\n"),
@@ -21,6 +22,7 @@ from specs.errors import JobError
     ],
 )
 def test_exit_codes(error: BaseException, code: int, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    ending.begin()
     with pytest.raises(typer.Exit) as caught, job_errors():
         raise error
     assert caught.value.exit_code == code

@@ -15,7 +15,7 @@ WAIT_S = 60.0
 
 
 def start(folder, *options):
-    command = [sys.executable, "-c", "from commandline.main import main; main()", "ui", "tiny", "rinse-only", *options]
+    command = [sys.executable, "-m", "washboard", "ui", "tiny", "rinse-only", *options]
     return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 

@@ -3,13 +3,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import viser
 
 from boards.board import Board, Side
 from boards.load import board_library, load_board
 from specs.progress import Progress
+from specs.temporary import temporary_folder
 from webui.cards.component_card import board_html, component_html, list_rows, rows_html
 from webui.layers.surface.ground import ColourBy
 from webui.page.page import Page
@@ -74,8 +74,8 @@ def join_table(name: str, content: bytes, read: Callable[[Path], Board]) -> Boar
         raise ProjectError(f"{name[:40]!r} is no parts table. Known are {', '.join(_TABLES)}.")
     if len(content) > _LARGEST_TABLE:
         raise ProjectError(f"{name[:40]!r}: {len(content) / 1e6:.0f} MB are too many for a parts table.")
-    with TemporaryDirectory(prefix="washboard-") as folder:
-        table = Path(folder) / f"parts{suffix}"
+    with temporary_folder() as folder:
+        table = folder / f"parts{suffix}"
         table.write_bytes(content)
         return read(table)
 

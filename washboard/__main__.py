@@ -1,0 +1,5 @@
+"""``python -m washboard``."""
+
+from washboard.start import main
+
+main()
