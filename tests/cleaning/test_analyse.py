@@ -139,6 +139,7 @@ def test_a_board_of_the_library_is_as_clean_when_it_is_moved(motion):
     check_moved(board.bodies, recipe, motion, before)
 
 
+@pytest.mark.slow
 def test_finer_rays_and_samples_tell_the_same():
     fine = report_of(recipe_of(WASH, RINSE, DRY), effort="fast")
     for part, other in zip(usual().parts, fine.parts, strict=True):
@@ -239,6 +240,7 @@ def test_a_part_without_a_known_gap_is_judged_by_its_surface():
     assert {each.rule.id for each in connector.judgements} <= {"R1", "R2"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height", [1.0, 20.0])
 @pytest.mark.parametrize("place", [(14, 12, 1, 12), (23, 12, 1, 12), (12, 14, 12, 1), (14, 23, 12, 1)])
 def test_a_wall_beside_a_part_never_makes_it_cleaner(place, height):

@@ -244,6 +244,7 @@ def test_ctrl_c_ends_the_real_process_with_130(place: Path) -> None:
     assert contents(place) == {}
 
 
+@pytest.mark.slow
 def test_a_reader_that_stops_early_is_no_error() -> None:
     for command in ("board show tiny", "--help"):
         run = shell(f"washboard {command} | head -1")
@@ -251,6 +252,7 @@ def test_a_reader_that_stops_early_is_no_error() -> None:
         assert run.stderr == ""
 
 
+@pytest.mark.slow
 def test_streams_that_are_closed_or_full(place: Path) -> None:
     assert shell("washboard recipe show >&-").returncode == 0
     assert shell("washboard show none.wash 2>&-").returncode == 2
@@ -258,6 +260,7 @@ def test_streams_that_are_closed_or_full(place: Path) -> None:
     assert (full.returncode, full.stderr) == (2, "error: No space left on device\n")
 
 
+@pytest.mark.slow
 def test_a_terminal_that_knows_only_ascii(place: Path) -> None:
     plain = {"LC_ALL": "C", "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
     run = shell("washboard recipe show; washboard --help; washboard board show größe.tri", **plain)

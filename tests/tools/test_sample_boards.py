@@ -61,6 +61,7 @@ def volume_mm3(body: Body) -> float:
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", sorted(FILES.values()))
 def test_the_committed_file_is_what_the_script_writes(file: str) -> None:
     content = (FOLDER / file).read_bytes()

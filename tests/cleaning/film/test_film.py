@@ -96,6 +96,7 @@ def test_the_sheet_divides_as_in_the_books(half_deg, share):
     assert outward / (outward + inward) == pytest.approx(share, abs=5e-4)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=25)
 @given(
     nozzle=st.sampled_from(["ring", "lopsided", "cone", "fan"]),

@@ -88,6 +88,7 @@ def same(one, other):
     return render(one.program) == render(other.program) and one.findings == other.findings
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [pytest.param(kind, marks=pytest.mark.slow if kind in LONG else ()) for kind in EDITS])
 def test_a_run_after_an_edit_is_the_run_of_the_edited_recipe(kind):
     before = first()

@@ -64,6 +64,7 @@ def test_text_and_place_belong_together(dialect):
         assert move.target.position == pytest.approx(target.position, abs=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dialect", list(DIALECTS))
 def test_every_sprayed_stroke_is_found_in_every_language(dialect):
     done = tracked_text(dialect)
