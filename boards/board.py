@@ -11,6 +11,12 @@ from specs.finding import Finding
 Role: TypeAlias = Literal["board", "component", "fixture"]
 Side: TypeAlias = Literal["top", "bottom"]
 
+NOMINAL_HEIGHT = "x-height"
+"""Key of the extra attribute of a body whose height is not drawn: its source. A parts table may replace the height."""
+
+STATED_HEIGHT = "stated"
+"""Source of a height that the board file states or draws."""
+
 
 @dataclass(frozen=True, slots=True)
 class Surface:
@@ -88,6 +94,8 @@ class Component:
     """``"stated"``, ``"family SOIC (JEDEC MS-012)"``, or ``"unknown"``."""
     neighbours: tuple[tuple[str, float], ...]
     """The nearest components of the same side and their distance between outlines, nearest first (at most 6)."""
+    height_source: str = STATED_HEIGHT
+    """``"stated"`` by the file, or of a height that it does not state: ``"name states D6.5mm"``, ``"assumed tall"``."""
 
     @property
     def neighbour_mm(self) -> float:

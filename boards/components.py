@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 from shapely import Polygon, STRtree
 
-from boards.board import Body, Component, Side
+from boards.board import NOMINAL_HEIGHT, STATED_HEIGHT, Body, Component, Side
 from boards.errors import BoardError
 from boards.packages.families import pins_of
 from boards.packages.gap_height import gap_height
@@ -133,6 +133,7 @@ def component_of(shape: Shape) -> Component:
         gap_height_mm=gap.nominal_mm,
         gap_height_source=gap.source,
         neighbours=(),
+        height_source=next((text for key, text in body.extra if key == NOMINAL_HEIGHT), STATED_HEIGHT),
     )
 
 

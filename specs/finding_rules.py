@@ -52,12 +52,15 @@ NO_BODY = FindingRule("no-body", "info", "footprints or placed objects without a
 IDF_UNPLACED = FindingRule("idf-unplaced", "info", "an IDF file has components that are not placed yet", _BOARDS)
 SMALL_DRILLS = FindingRule("small-drills", "info", "small drilled holes were left out of the outline", _BOARDS)
 DOUBTFUL_HEIGHT = FindingRule(
-    "doubtful-height", "warning", "components are far higher in the IDF library than their packages are", _BOARDS
+    "doubtful-height",
+    "warning",
+    "heights in an IDF library contradict the packages, or are a layout tool's default",
+    _BOARDS,
 )
 KICAD_VERSION = FindingRule("kicad-version", "warning", "the file is of a KiCad version that is not known", _BOARDS)
 OPEN_EDGE = FindingRule("open-edge", "warning", "lines of the board's edge enclose nothing and were left out", _BOARDS)
 ASSUMED_HEIGHT = FindingRule(
-    "assumed-height", "warning", "components of no known package family were given a height", _BOARDS
+    "assumed-height", "warning", "components of no known package family were assumed tall", _BOARDS
 )
 OUTLINE_FROM_PADS = FindingRule(
     "outline-from-pads", "warning", "footprints without a drawing: the box around their pads is their body", _BOARDS

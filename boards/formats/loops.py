@@ -231,3 +231,21 @@ def slot(centre: Point2, along: Point2, half_mm: float, radius_mm: float) -> Poi
     side = np.array([-along[1], along[0]]) * radius_mm
     right, left = centre + along * half_mm, centre - along * half_mm
     return np.concatenate([arc(right - side, right, np.pi), arc(left + side, left, np.pi)])
+
+
+def enclosed(lines: Sequence[Points2]) -> Polygon | MultiPolygon | None:
+    """Everything that the drawing of a body encloses, ``None`` if nothing; marks beside the body are left out."""
+    strings = [shapely.LineString(line) for line in lines if len(line) > 1 and np.ptp(line, axis=0).max() > 0.0]
+    if not strings:
+        return None
+    # Ends that miss each other by a rounding are snapped to 0.001 mm, or nothing would be enclosed.
+    noded = shapely.union_all(shapely.set_precision(strings, 0.001))
+    cells = [cell for cell in shapely.get_parts(shapely.polygonize([noded])).tolist() if isinstance(cell, Polygon)]
+    if not cells:
+        return None
+    whole = shapely.union_all([Polygon(cell.exterior) for cell in cells])
+    pieces = [Polygon(part.exterior) for part in shapely.get_parts(whole).tolist() if isinstance(part, Polygon)]
+    largest = max(piece.area for piece in pieces)
+    # A mark beside the body, such as the dot of pin 1, is no part of it.
+    kept = [piece for piece in pieces if piece.area >= 0.2 * largest]
+    return kept[0] if len(kept) == 1 else MultiPolygon(kept)

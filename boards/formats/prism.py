@@ -9,9 +9,6 @@ from shapely.geometry.polygon import orient
 from boards.board import Surface
 from geometry.arrays import Directions, Triangles
 
-NOMINAL_HEIGHT = "x-height"
-"""Key of the extra attribute of a body whose height is nominal, not drawn: a parts table may replace it."""
-
 _FLAT_MM = 0.001
 """Points of an outline that stand off its course by less are dropped: they would make patches without area."""
 

@@ -4,12 +4,14 @@ The table is ``packages.yaml``; names are those of KiCad, of IPC-7351 and the lo
 """
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.resources import files
 from typing import Any, cast
 
 import yaml
+
+from boards.packages.sizes import without_library
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,11 +20,13 @@ class PackageFamily:
 
     name: str
     height_mm: float
-    """Largest seated height above the board."""
+    """Largest seated height above the board, for makers' parts of every height in the family."""
     gap_height_mm: float | None
     """Gap between the board and the underside of the body; ``None`` where no document fixes it."""
     source: str
     """The document the numbers are from."""
+    loose: bool = False
+    """Found by a single word only, so that the size may be anything."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,19 +47,6 @@ class _Table:
     metric: dict[str, dict[str, Any]]
 
 
-_HEIGHTS_IN_NAMES = (
-    # IPC-7351: pitch P span X [span X] height in hundredths of a millimetre, then the pins.
-    (re.compile(r"^[a-z]{3,7}\d+p\d+x(?:\d+x)?(\d{2,4})(?:-\d+)?[abclmn]*$"), 0.01),
-    (re.compile(r"^[a-z]{3,7}\d+c\d+p\d+x\d+-\d+x\d+x(\d{2,4})[abclmn]*$"), 0.01),
-    (re.compile(r"^(?:cap|res|ind|led|dio|fus|bead|thrm|var)[a-z]*\d{3,4}x(\d{2,4})[abclmn]*$"), 0.01),
-    # KiCad: `CP_EIA-3216-18` in tenths, `CP_Elec_6.3x11` diameter by height, `L_12x12mm_H8mm`, `L_6.3x6.3_H3`.
-    (re.compile(r"\beia-?\d{4}-(\d\d)\b"), 0.1),
-    (re.compile(r"\b(?:cp?-)elec-[\d.]+x(\d{1,2}(?:\.\d{1,2})?)(?!\d)"), 1.0),
-    # Axial parts: as high as they are thick, or standing on one end, their length and the bend of a lead.
-    (re.compile(r"\baxial-din\d+-l[\d.]+mm-d(\d{1,2}(?:\.\d{1,2})?)mm.*horizontal"), 1.0),
-    (re.compile(r"\baxial-din\d+-l(\d{1,2}(?:\.\d{1,2})?)mm.*vertical"), 1.3),
-    (re.compile(r"-h(\d{1,2}(?:\.\d{1,2})?)(?:mm)?(?![\w.])"), 1.0),
-)
 _IPC_PINS = re.compile(r"^[a-z]{3,7}\d+p\d+x\d+(?:x\d+)?-(\d{1,4})[abclmn]*$")
 _STATED_PINS = re.compile(r"-(\d{1,4})-?p(?:ins?)?\b")
 _ROWS_AND_COLUMNS = re.compile(r"(?<![\d.])([1-9])x(\d{1,2})(?![\d.]|mm)")
@@ -69,16 +60,22 @@ _ARRAY = re.compile(r"\b(\d)x\d{4}\b")
 def package_family(package: str) -> PackageFamily | None:
     """Find the family of a package by its name; ``None`` when no pattern fits.
 
-    A height that the name itself states (IPC-7351, ``CP_Elec_6.3x11``, ``…_H8mm``) replaces the family's.
+    The height is the family's; one that the name itself states is read by ``body_height``.
     """
-    found = _find(_normalise(package))
+    found = _find(normalise(package))
     return None if found is None else found[0]
 
 
 def pins_of(package: str) -> int | None:
     """Return the number of pins that the name states or the family always has; exposed pads are not counted."""
-    found = _find(_normalise(package))
+    found = _find(normalise(package))
     return None if found is None else found[1]
+
+
+def other_chip(family: PackageFamily) -> PackageFamily:
+    """Return the family of capacitors, beads and diodes in the size of a chip resistor; any other family unchanged."""
+    kind, _, code = family.name.rpartition(" ")
+    return _chip_family(_table().imperial[code], "part") if kind == "chip resistor" else family
 
 
 def package_families() -> tuple[PackageFamily, ...]:
@@ -89,24 +86,15 @@ def package_families() -> tuple[PackageFamily, ...]:
     return tuple(dict.fromkeys(rows))
 
 
-def _normalise(package: str) -> str:
+def normalise(package: str) -> str:
     """Lower case, no library prefix, one hyphen for blanks and underscores."""
-    return re.sub(r"[\s_]+", "-", package.rsplit(":", 1)[-1].strip().lower())
+    return re.sub(r"[\s_]+", "-", without_library(package).lower())
 
 
 @lru_cache(maxsize=4096)
 def _find(name: str) -> tuple[PackageFamily, int | None] | None:
     table = _table()
-    found = _first(table.families, name) or _find_chip(table, name) or _first(table.loose, name)
-    if found is None:
-        return None
-    family, pins = found
-    heights = (
-        round(float(hit[1]) * unit_mm, 3) for pattern, unit_mm in _HEIGHTS_IN_NAMES if (hit := pattern.search(name))
-    )
-    if height_mm := next(heights, 0.0):
-        family = replace(family, height_mm=height_mm, source=f"{family.source}, height from the name")
-    return family, pins
+    return _first(table.families, name) or _find_chip(table, name) or _first(table.loose, name)
 
 
 def _first(rows: tuple[_Row, ...], name: str) -> tuple[PackageFamily, int | None] | None:
@@ -160,13 +148,13 @@ def _table() -> _Table:
         imperial.setdefault(chip["imperial"], chip)
     return _Table(
         families=tuple(_row(entry) for entry in data["families"]),
-        loose=tuple(_row(entry) for entry in data["loose"]),
+        loose=tuple(_row(entry, loose=True) for entry in data["loose"]),
         imperial=imperial,
         metric={chip["metric"]: chip for chip in data["chips"]},
     )
 
 
-def _row(entry: dict[str, Any]) -> _Row:
+def _row(entry: dict[str, Any], *, loose: bool = False) -> _Row:
     """Wrap a pattern so that it begins at a word and sees the number before or after it.
 
     A number that belongs to a size or a pitch (``7x7``, ``6.3``, IPC's ``50P``) is not a number of pins.
@@ -175,5 +163,5 @@ def _row(entry: dict[str, Any]) -> _Row:
         rf"(?<![a-z0-9])(?:(?P<before>\d{{1,4}})-?)?(?:{entry['match']})(?![a-z])"
         r"(?:-?(?P<after>\d{1,4})(?![\d.px]|mm))?"
     )
-    family = PackageFamily(entry["name"], entry["height_mm"], entry.get("standoff_mm"), entry["source"])
+    family = PackageFamily(entry["name"], entry["height_mm"], entry.get("standoff_mm"), entry["source"], loose)
     return _Row(family, re.compile(match), re.compile(entry.get("also", "")), entry.get("pins"))

@@ -46,7 +46,7 @@ _HAS_PAD = re.compile(
 @lru_cache(maxsize=4096)
 def package_sizes(package: str) -> PackageSizes:
     """Read the sizes out of a package's name: KiCad's and those of IPC-7351."""
-    name = package.rsplit(":", 1)[-1].strip().lower()
+    name = without_library(package).lower()
     ipc = _IPC.search(name)
     pitch = _first(_PITCH, name) or (int(ipc[1]) / 100.0 if ipc else None)
     body = _pair(_BODY, name) or _pair(_BARE_BODY, name)
@@ -63,6 +63,12 @@ def package_sizes(package: str) -> PackageSizes:
         pad_mm=pad,
         has_pad=True if stated else False if _PITCH.search(name) else None,
     )
+
+
+def without_library(package: str) -> str:
+    """Name of a package without the library before its colon; ``MICROSD_1:1`` states a scale and stays as it is."""
+    library, _, name = package.rpartition(":")
+    return (name if any(letter.isalpha() for letter in name) or len(name) > 3 else package if library else name).strip()
 
 
 def _first(pattern: re.Pattern[str], name: str) -> float | None:

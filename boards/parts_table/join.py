@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from boards.board import Body, Side
+from boards.board import NOMINAL_HEIGHT, Body, Side
 from boards.formats.names import listed
-from boards.formats.prism import NOMINAL_HEIGHT
 from boards.parts_table.fit import assign, centre, fit_pairs, fit_points
 from boards.parts_table.read import Row, read_table
 from geometry.arrays import Points2

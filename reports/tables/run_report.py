@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from boards.board import Board
+from boards.board import STATED_HEIGHT, Board
 from boards.undersides.underside import undersides_of
 from programs.summary import by_function
 from rulesengine.planning.unserved import served_by
@@ -78,8 +78,16 @@ def board_facts(board: Board) -> dict[str, str]:
     }
     if tallest is not None:
         facts["tallest"] = f"{tallest.name}, {tallest.height_mm:.2f} mm"
+    drawn = Counter(_height_word(component.height_source) for component in board.components)
+    if set(drawn) - {STATED_HEIGHT}:
+        facts["heights"] = ", ".join(f"{count} {word}" for word, count in drawn.most_common())
     fixtures = sum(body.role == "fixture" for body in board.bodies)
     return facts | ({"fixtures": str(fixtures)} if fixtures else {})
+
+
+def _height_word(source: str) -> str:
+    """First word of a height's source: ``name``, ``model``, ``family``, ``assumed`` and so on."""
+    return source.split(" ")[0].rstrip(",")
 
 
 def _components(run: "Run") -> list[Json]:
@@ -94,6 +102,7 @@ def _components(run: "Run") -> list[Json]:
             "pins": component.pins,
             "side": component.side,
             "height_mm": round(component.height_mm, 3),
+            "height_source": component.height_source,
             "area_mm2": round(component.area_mm2, 3),
             "standoff_mm": component.gap_height_mm,
             "standoff_source": component.gap_height_source,

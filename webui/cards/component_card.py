@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
-from boards.board import Board, Component
+from boards.board import STATED_HEIGHT, Board, Component
 from programs.plan import Dwell
 from recipes.recipe import Recipe
 from reports.tables.run_report import board_facts
@@ -119,6 +119,11 @@ def board_html(board: Board) -> str:
     return box_html(name_html(board.name) + facts_html(facts) + found)
 
 
+def _height_words(component: Component) -> str:
+    """Source of a height that the board file does not state."""
+    return "" if component.height_source == STATED_HEIGHT else f", {component.height_source}"
+
+
 def _facts(component: Component, known: Classified | None) -> dict[str, str]:
     x_min, y_min, x_max, y_max = component.footprint.bounds
     gap = (
@@ -133,7 +138,7 @@ def _facts(component: Component, known: Classified | None) -> dict[str, str]:
         "Class": _LATER if known is None else known.component_class,
         "Because": _LATER if known is None else known.because,
         "Size": f"{x_max - x_min:.2f} x {y_max - y_min:.2f} mm, {component.area_mm2:.1f} mm2",
-        "Height": f"{component.height_mm:.2f} mm, {component.side} side",
+        "Height": f"{component.height_mm:.2f} mm, {component.side} side{_height_words(component)}",
         "Pins": f"{component.pins}, {component.pins_source}",
         "Standoff": gap,
         "Neighbours": "\n".join(near) or "none on its side",

@@ -1,25 +1,24 @@
 """IDF 3.0 and 2.0: a board file (``.emn``) and its library of outlines (``.emp``)."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from shapely import MultiPolygon, Polygon
 
-from boards.board import Body, Side
+from boards.board import NOMINAL_HEIGHT, Body, Side
 from boards.errors import BoardError
-from boards.formats.idf.library import Package, find_packages
+from boards.formats.idf.library import Package, SeatedHeight, find_packages, seated_height
 from boards.formats.idf.text import Record, Section, read_loops, read_sections, spot_mm, unit_mm
 from boards.formats.loops import DRILL_MM, outline_of, slot
 from boards.formats.names import distinct_names, listed
 from boards.formats.prism import prism
 from specs.finding import Finding
-from specs.finding_rules import DOUBTFUL_HEIGHT, IDF_UNPLACED, NO_BODY, SMALL_DRILLS
+from specs.finding_rules import ASSUMED_HEIGHT, DOUBTFUL_HEIGHT, IDF_UNPLACED, NO_BODY, SMALL_DRILLS
 
 _PARTNERS = {"board": (".emn", ".brd", ".idb", ".bdf", ".idf"), "library": (".emp", ".lib", ".idl", ".ldf", ".pro")}
-_HIGH = "The library's heights were taken; correct them there, or the nozzle keeps far above the board."
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,17 +79,14 @@ def read_idf(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     names, renamed = distinct_names(
         [item.package if item.refdes.upper() in unnamed else item.refdes for item, _ in stand]
     )
-    bodies += [_place(item, package, name, top_z) for (item, package), name in zip(stand, names, strict=True)]
-    high = [
-        f"{body.name} ({package.height_mm:g} mm)"
-        for body, (_, package) in zip(bodies[1:], stand, strict=True)
-        if package.doubtful
-    ]
+    heights = [seated_height(package, item.refdes) for item, package in stand]
+    for (item, package), name, height in zip(stand, names, heights, strict=True):
+        bodies.append(_place(item, package, height, name, top_z))
     small = sum(1 for diameter, _, _ in drills if diameter < DRILL_MM)
     text = f"{small} drilled holes below {DRILL_MM:g} mm are left out of the board's outline."
     return tuple(bodies), (
-        *listed(
-            DOUBTFUL_HEIGHT, high, f"components are far higher in the library than their packages are: {{}}. {_HIGH}"
+        *_height_findings(
+            [(package, name, height) for (_, package), name, height in zip(stand, names, heights, strict=True)]
         ),
         *renamed,
         *listed(
@@ -183,7 +179,26 @@ def _read(section: Section, scale_mm: float) -> list[_Placement]:
     return placements
 
 
-def _place(item: _Placement, package: Package, name: str, top_z_mm: float) -> Body:
+def _height_findings(seated: Sequence[tuple[Package, str, SeatedHeight]]) -> Iterator[Finding]:
+    doubtful = [
+        f"{name} ({package.height_mm:g} mm stated, "
+        + (f"{height.height_mm:g} mm taken: {height.reason})" if height.reason else "a layout tool's default, kept)")
+        for package, name, height in seated
+        if height.is_doubtful
+    ]
+    text = (
+        "components have heights in the library that contradict their packages or were never measured: {}. "
+        "Correct the library, or give a parts table with a height column."
+    )
+    yield from listed(DOUBTFUL_HEIGHT, doubtful, text)
+    assumed = [
+        f"{name} ({package.name}, {height.height_mm:g} mm)" for package, name, height in seated if height.is_assumed
+    ]
+    text = "components have next to no height in the library and are assumed tall, to stay clear of them: {}. "
+    yield from listed(ASSUMED_HEIGHT, assumed, f"{text}State their heights there or in a parts table.")
+
+
+def _place(item: _Placement, package: Package, height: SeatedHeight, name: str, top_z_mm: float) -> Body:
     """Stand a package on its side of the board."""
     cos, sin = math.cos(item.rotation_rad), math.sin(item.rotation_rad)
     ring = package.ring @ np.array([[cos, sin], [-sin, cos]])
@@ -191,7 +206,7 @@ def _place(item: _Placement, package: Package, name: str, top_z_mm: float) -> Bo
     if item.side == "bottom":
         ring, surface_z_mm, up = ring * np.array([-1.0, 1.0]), 0.0, -1.0
     # The offset lifts the whole package: its height is counted from its own underside.
-    near, far = surface_z_mm + up * item.offset_mm, surface_z_mm + up * (item.offset_mm + package.height_mm)
+    near, far = surface_z_mm + up * item.offset_mm, surface_z_mm + up * (item.offset_mm + height.height_mm)
     return Body(
         name,
         "component",
@@ -200,4 +215,5 @@ def _place(item: _Placement, package: Package, name: str, top_z_mm: float) -> Bo
         part=item.part or None,
         side=item.side,
         gap_height_mm=item.offset_mm if item.offset_mm > 0.0 else None,
+        extra=((NOMINAL_HEIGHT, height.reason),) if height.reason else (),
     )

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +12,14 @@ from shapely.affinity import affine_transform
 
 from boards.board import Pad, Side
 from boards.formats.kicad.items import Item, drawn, polyline
-from boards.formats.loops import DRILL_MM, Point2, slot
+from boards.formats.loops import DRILL_MM, Point2, enclosed, slot
 from geometry.arrays import Points2
 
 _COURTYARD_MM = 0.25
 """Usual distance of KiCad's courtyard from the body (KiCad library convention F5.3)."""
 
 _LEAST_PAD_MM = 1e-3
+_UNSCALED = {"1", "1.0"}
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE)
 _PART_KEYS = ("mpn", "manufacturerpartnumber", "mfrpartnumber", "mfrpn", "partnumber", "manufacturerpn", "pn", "part")
 
@@ -38,6 +39,9 @@ class Footprint:
     attributes: frozenset[str]
     value: str
     part: str
+    description: str
+    models: tuple[str, ...]
+    """File names of the 3-D models at their own scale."""
 
     def place(self, points: Points2) -> Points2:
         """Bring points of the footprint's frame ``(n, 2)`` onto the board."""
@@ -93,7 +97,15 @@ def read_footprint(item: Item) -> Footprint:
         attributes=frozenset(attributes),
         value=(properties.get("value") or texts.get("value") or "").strip(),
         part=next((properties[key].strip() for key in _PART_KEYS if properties.get(key, "").strip()), ""),
+        description=(item.word("descr") or properties.get("description", "")).strip(),
+        models=tuple(model.atoms[0] for model in item.all("model") if model.atoms and _is_to_scale(model)),
     )
+
+
+def _is_to_scale(model: Item) -> bool:
+    scale = model.first("scale")
+    xyz = None if scale is None else scale.first("xyz")
+    return xyz is None or set(xyz.atoms) <= _UNSCALED
 
 
 def body_outline(footprint: Footprint) -> tuple[Polygon | MultiPolygon | None, str]:
@@ -111,38 +123,25 @@ def body_outline(footprint: Footprint) -> tuple[Polygon | MultiPolygon | None, s
         points = np.concatenate(corners)
         (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
         pads = shapely.box(x0, y0, x1, y1) if x1 - x0 > 0.01 and y1 - y0 > 0.01 else None
-    fabricated = _filled(footprint.drawn(f"{front}Fab"))
+    fabricated = enclosed(footprint.drawn(f"{front}Fab"))
     if fabricated is not None and (pads is None or fabricated.area >= 0.1 * pads.area):
         return fabricated, "fab"
-    courtyard = _filled(footprint.drawn(f"{front}CrtYd"))
+    courtyard = enclosed(footprint.drawn(f"{front}CrtYd"))
     if courtyard is not None:
         shrunk = courtyard.buffer(-_COURTYARD_MM, join_style="mitre")
         return (courtyard if shrunk.is_empty else shrunk), "courtyard"
     return pads, "pads"
 
 
+def has_leads(footprint: Footprint) -> bool:
+    """Whether a pad of the footprint has a plated hole."""
+    return any("thru_hole" in pad.atoms[1:2] for pad in footprint.pads)
+
+
 def is_copper(footprint: Footprint) -> bool:
     """Whether nothing but one pad is there: a via, a hole or a wire pad that was made a footprint."""
     pads = [pad for pad in footprint.pads if "np_thru_hole" not in pad.atoms]
     return len(pads) < 2 and not footprint.is_drawn and footprint.item.first("model") is None
-
-
-def _filled(lines: Sequence[Points2]) -> Polygon | MultiPolygon | None:
-    """Everything that the lines enclose; ``None`` if they enclose nothing."""
-    strings = [shapely.LineString(line) for line in lines if len(line) > 1 and np.ptp(line, axis=0).max() > 0.0]
-    if not strings:
-        return None
-    # Ends that miss each other by a rounding are snapped to 0.001 mm, or nothing would be enclosed.
-    noded = shapely.union_all(shapely.set_precision(strings, 0.001))
-    cells = [cell for cell in shapely.get_parts(shapely.polygonize([noded])).tolist() if isinstance(cell, Polygon)]
-    if not cells:
-        return None
-    whole = shapely.union_all([Polygon(cell.exterior) for cell in cells])
-    pieces = [Polygon(part.exterior) for part in shapely.get_parts(whole).tolist() if isinstance(part, Polygon)]
-    largest = max(piece.area for piece in pieces)
-    # A mark beside the body, such as the dot of pin 1, is no part of it.
-    kept = [piece for piece in pieces if piece.area >= 0.2 * largest]
-    return kept[0] if len(kept) == 1 else MultiPolygon(kept)
 
 
 def _pad_corners(pad: Item, footprint: Footprint) -> Points2:

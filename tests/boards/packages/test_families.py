@@ -62,7 +62,7 @@ NAMES = [
     ("SMA_Amphenol_132134", "coaxial connector", None),
     ("D_SOD-123F", "SOD-123", 2),
     ("D_MiniMELF", "MELF", 2),
-    ("D_DO-15_P12.70mm_Horizontal", "axial diode", 2),
+    ("D_DO-15_P12.70mm_Horizontal", "DO-15", 2),
     ("DIP-8_W7.62mm", "DIP", 8),
     ("Crystal_HC18-U_Horizontal", "lying crystal can", 2),
     ("Crystal_SMD_3225-4Pin_3.2x2.5mm", "SMD crystal", 4),
@@ -157,28 +157,6 @@ def test_an_unknown_name_is_unknown(name: str) -> None:
     assert pins_of(name) is None
 
 
-@pytest.mark.parametrize(
-    ("name", "height_mm"),
-    [
-        ("CP_Elec_6.3x11", 11.0),
-        ("CP_EIA-7343-43_Kemet-X", 4.3),
-        ("CAPC2012X140N", 1.4),
-        ("SOIC127P600X160-8N", 1.6),
-        ("QFN50P700X700X80-49N", 0.8),
-        ("BGA256C100P16X16_1700X1700X155N", 1.55),
-        ("L_12x12mm_H6.5mm", 6.5),
-        ("L_6.3x6.3_H3", 3.0),
-        ("R_Axial_DIN0918_L18.0mm_D9.0mm_P22.86mm_Horizontal", 9.0),
-        ("R_Axial_DIN0207_L6.3mm_D2.5mm_P2.54mm_Vertical", 8.19),
-    ],
-)
-def test_a_height_in_the_name_wins(name: str, height_mm: float) -> None:
-    found = package_family(name)
-    assert found is not None
-    assert found.height_mm == pytest.approx(height_mm)
-    assert found.source.endswith("height from the name")
-
-
 def test_thicker_gaps_under_leads_and_balls_than_under_leadless_parts() -> None:
     gap = {name: package_family(name) for name in ("C_0402", "QFN-48", "LQFP-48", "SOIC-8", "BGA-256", "DIP-8")}
     gaps_mm = [
@@ -201,7 +179,7 @@ def test_every_row_is_of_engineering_size_and_names_its_source() -> None:
     assert len(families) > 100
     for family in families:
         assert family.source
-        assert 0 < family.height_mm < 50
+        assert 0 < family.height_mm < 65
         assert family.gap_height_mm is None or 0 < family.gap_height_mm < family.height_mm
 
 

@@ -9,9 +9,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from shapely import box
 
-from boards.board import Body, Side
+from boards.board import NOMINAL_HEIGHT, Body, Side
 from boards.errors import BoardError
-from boards.formats.prism import NOMINAL_HEIGHT, prism
+from boards.formats.prism import prism
 from boards.parts_table.join import join_parts
 from specs.finding import Finding
 

@@ -32,7 +32,7 @@ def test_keys(done: Run) -> None:
         *("function", "nozzle", "solution", "start_s", "duration_s", "spray_s", "spray_mm", "travel_mm")
     }
     assert set(told["components"][0]) == {
-        *("name", "class", "because", "package", "pins", "side", "height_mm", "area_mm2"),
+        *("name", "class", "because", "package", "pins", "side", "height_mm", "height_source", "area_mm2"),
         *("standoff_mm", "standoff_source", "neighbour_mm", "served_by"),
     }
     assert set(told["findings"][0]) == {"rule", "severity", "message", "made_by", "where"}

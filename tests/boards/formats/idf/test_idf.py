@@ -226,18 +226,65 @@ def test_copper_of_hardly_any_height_is_left_out(tmp_path: Path, height: str) ->
     assert "FD1" not in names
 
 
-def test_a_height_that_no_such_package_has_is_said(tmp_path: Path) -> None:
-    emn, emp = (
-        EMN.replace("can PN-2 C1", "SOIC_8 PN-2 C1"),
-        EMP.replace("can PN-2 THOU 393.7", "SOIC_8 PN-2 THOU 2000.0"),
+def seated(folder: Path, package: str, thou: float, reference: str = "C1") -> tuple[float, Body, dict[str, str]]:
+    """Height above its offset of one part of a package, the part, and what was noticed by rule."""
+    emn = EMN.replace("can PN-2 C1", f"{package} PN-2 {reference}").replace("can PN-2 C2", f"{package} PN-2 C2")
+    bodies, notes = read_idf(
+        write(folder, emn, EMP.replace("can PN-2 THOU 393.7007874", f"{package} PN-2 THOU {thou}"))
     )
-    bodies, notes = read_idf(write(tmp_path, emn.replace("can PN-2 C2", "SOIC_8 PN-2 C2"), emp))
-    messages = {note.rule.id: note.message for note in notes}
+    body = next(body for body in bodies if body.name == reference)
+    return extent(body)[1][2] - 1.6 - 0.5, body, {note.rule.id: note.message for note in notes}
+
+
+@pytest.mark.parametrize(
+    ("package", "thou", "height_mm"),
+    [
+        ("SOIC_8", 2000.0, 1.75),
+        ("0603", 2000.0, 1.0),
+        ("SOIC_8", 0.0, 1.75),
+        ("SOIC_8", 1.0, 1.75),
+        ("SOIC_8", 240.0, 1.75),
+        ("TO-220", 1000.0, 23.0),
+        ("L_12x12mm_H4.5mm", 40.0, 4.5),
+        ("CP_Axial_L18.0mm_D6.5mm_P25.00mm_Horizontal", 1417.0, 6.5),
+    ],
+)
+def test_a_height_that_contradicts_the_package_is_reported_and_not_believed(
+    tmp_path: Path, package: str, thou: float, height_mm: float
+) -> None:
+    found_mm, body, messages = seated(tmp_path, package, thou)
+    assert found_mm == pytest.approx(height_mm)
     assert messages["doubtful-height"].startswith("1 components")
-    assert "C1 (50.8 mm)" in messages["doubtful-height"]
-    assert extent(next(body for body in bodies if body.name == "C1"))[1][2] == pytest.approx(1.6 + 0.5 + 50.8, abs=0.01)
-    (tmp_path / "sane").mkdir()
-    assert "doubtful-height" not in {note.rule.id for note in read_idf(write(tmp_path / "sane"))[1]}
+    assert f"C1 ({thou * 0.0254:g} mm stated, {height_mm:g} mm taken: " in messages["doubtful-height"]
+    assert dict(body.extra)["x-height"] in messages["doubtful-height"]
+
+
+@pytest.mark.parametrize(
+    ("package", "thou"), [("SOIC_8", 61.0), ("SOIC_8", 180.0), ("Relay_X", 206.0), ("mystery", 900.0)]
+)
+def test_a_height_that_may_be_true_is_believed(tmp_path: Path, package: str, thou: float) -> None:
+    found_mm, body, messages = seated(tmp_path, package, thou)
+    assert found_mm == pytest.approx(thou * 0.0254)
+    assert not body.extra
+    assert not {"doubtful-height", "assumed-height"} & set(messages)
+
+
+def test_the_default_of_a_layout_tool_is_kept_where_nothing_is_known_and_reported(tmp_path: Path) -> None:
+    found_mm, _, messages = seated(tmp_path, "mystery", 2000.0)
+    assert found_mm == pytest.approx(50.8)
+    assert "C1 (50.8 mm stated, a layout tool's default, kept)" in messages["doubtful-height"]
+
+
+def test_next_to_no_height_of_an_unknown_package_is_taken_for_tall(tmp_path: Path) -> None:
+    found_mm, body, messages = seated(tmp_path, "mystery", 1.0)
+    assert found_mm == pytest.approx(25.0)
+    assert "C1 (mystery, 25 mm)" in messages["assumed-height"]
+    assert body.extra == (("x-height", "assumed tall"),)
+
+
+def test_a_capacitor_on_the_lands_of_a_resistor_is_a_capacitor(tmp_path: Path) -> None:
+    assert seated(tmp_path, "R_1210", 2000.0, "C1")[0] == pytest.approx(2.8)
+    assert seated(tmp_path, "R_1210", 2000.0, "R1")[0] == pytest.approx(0.7)
 
 
 def test_a_point_that_is_there_twice_does_not_matter(tmp_path: Path) -> None:

@@ -82,7 +82,7 @@ def test_a_component_stands_on_its_side_with_its_nominal_height(tmp_path: Path) 
     assert bottom[0][2] < -0.3
     assert (bodies["U1"].side, bodies["C1"].side) == ("top", "bottom")
     assert bodies["U1"].gap_height_mm is None
-    assert bodies["U1"].extra == (("x-height", "nominal"),)
+    assert bodies["U1"].extra == (("x-height", "family SOIC (JEDEC MS-012)"),)
 
 
 def test_the_body_is_the_fabrication_drawing_turned_with_the_footprint(tmp_path: Path) -> None:
@@ -102,9 +102,9 @@ def test_without_a_drawing_the_courtyard_is_shrunk_and_at_last_the_pads_are_boxe
     assert bodies["X1"].pins == 1
     notes = messages(tmp_path, NEW)
     assert "X1" in notes["outline-from-pads"]
-    assert "X1 (Gizmo)" in notes["assumed-height"]
+    assert "X1 (Gizmo, 25 mm)" in notes["assumed-height"]
     assert "parts table" in notes["assumed-height"]
-    assert extent(bodies["X1"])[1][2] == pytest.approx(1.2 + 3.0)
+    assert extent(bodies["X1"])[1][2] == pytest.approx(1.2 + 25.0)
 
 
 def test_what_carries_no_body_is_listed(tmp_path: Path) -> None:

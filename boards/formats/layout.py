@@ -1,0 +1,147 @@
+"""Boards from layout files, which draw the edge and the outlines of parts and state no heights: KiCad and Eagle."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from shapely import LineString, MultiPolygon, Polygon
+
+from boards.board import NOMINAL_HEIGHT, Body, Pad, Side
+from boards.errors import BoardError
+from boards.formats.loops import CHAIN_MM, Point2, chain, outline_of
+from boards.formats.names import distinct_names, listed
+from boards.formats.prism import prism
+from boards.packages.gap_height import gap_height
+from boards.packages.heights import BodyHeight, HeightEvidence, body_height
+from geometry.arrays import Points2
+from specs.finding import Finding
+from specs.finding_rules import ASSUMED_HEIGHT, NO_BODY, OPEN_EDGE, OUTLINE_FROM_PADS
+
+THICKNESS_MM = 1.6
+"""Of a board whose file states none."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LayoutPart:
+    """A placed part. Board frame, mm, as seen from the top."""
+
+    name: str
+    outline: Polygon | MultiPolygon
+    side: Side
+    evidence: HeightEvidence
+    from_pads: bool = False
+    """Whether the outline is only the box around the pads."""
+    part: str = ""
+    value: str = ""
+    pins: int | None = None
+    pads: tuple[Pad, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class LayoutWords:
+    """How a program calls what the messages are about."""
+
+    program: str
+    edge: str
+    """Layer of the board's edge."""
+    drawing: str
+    """Layer in which the outline of a body is drawn."""
+    spot: Callable[[Point2], str]
+    """Describes a point as the program shows it."""
+
+
+@dataclass(slots=True)
+class LayoutNotes:
+    """Names for the findings, as they are met."""
+
+    left_out: list[str] = field(default_factory=list[str])
+    opened: list[str] = field(default_factory=list[str])
+
+
+def read_outline(
+    edges: Sequence[Points2], drills: Sequence[Points2], file: Path, words: LayoutWords, notes: LayoutNotes
+) -> Polygon | MultiPolygon:
+    """Chain what is drawn on the layer of the edge into the board's outline.
+
+    Lines that enclose nothing are noted where a closed edge lies around them: breaking and scoring lines.
+
+    Raises:
+        BoardError: The edge is missing, open or crosses itself.
+    """
+    loops, opened = chain(edges)
+    largest = max((Polygon(loop) for loop in loops), key=lambda loop: round(loop.area, 4), default=Polygon())
+    if opened and not (largest.is_valid and all(largest.buffer(CHAIN_MM).covers(LineString(line)) for line in opened)):
+        more = f" and in {len(opened) - 1} more places" if len(opened) > 1 else ""
+        gap = f"is open between {words.spot(opened[0][0])} and {words.spot(opened[0][-1])}{more}"
+        close = f"({words.program}'s coordinates). Close it within {CHAIN_MM:g} mm in {words.program}."
+        raise BoardError(f"the board outline on {words.edge} {gap} {close}", file=file)
+    notes.opened += [words.spot(line[0]) for line in opened]
+    return outline_of(loops, drills, file=file, spot=words.spot)
+
+
+def build_bodies(
+    outline: Polygon | MultiPolygon,
+    thickness_mm: float,
+    parts: Sequence[LayoutPart],
+    words: LayoutWords,
+    notes: LayoutNotes,
+) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+    """Stand the parts on the board, whose underside is z = 0, with their nominal heights.
+
+    Returns:
+        The board and its components in file order, and what was noticed.
+    """
+    names, renamed = distinct_names([part.name for part in parts])
+    heights = [body_height(part.evidence) for part in parts]
+    bodies = [Body("board", "board", *prism(outline, 0.0, thickness_mm))]
+    bodies += [
+        _stand(part, name, height, thickness_mm) for part, name, height in zip(parts, names, heights, strict=True)
+    ]
+    assumed = [
+        f"{name} ({part.evidence.package or 'no package'}, {height.height_mm:g} mm)"
+        for part, name, height in zip(parts, names, heights, strict=True)
+        if height.source == "assumed"
+    ]
+    from_pads = [name for part, name in zip(parts, names, strict=True) if part.from_pads]
+    return tuple(bodies), (*renamed, *_findings(assumed, from_pads, words, notes))
+
+
+def _stand(part: LayoutPart, name: str, height: BodyHeight, top_z_mm: float) -> Body:
+    gap_mm = gap_height(part.evidence.package, None).nominal_mm or 0.0
+    gap_mm = gap_mm if gap_mm < height.height_mm else 0.0
+    low, high = (-height.height_mm, -gap_mm)
+    if part.side == "top":
+        low, high = top_z_mm + gap_mm, top_z_mm + height.height_mm
+    return Body(
+        name,
+        "component",
+        *prism(part.outline, low, high),
+        package=part.evidence.package or None,
+        part=part.part or None,
+        value=part.value or None,
+        pins=part.pins,
+        side=part.side,
+        extra=((NOMINAL_HEIGHT, height.reason),),
+        pads=part.pads,
+    )
+
+
+def _findings(
+    assumed: Sequence[str], from_pads: Sequence[str], words: LayoutWords, notes: LayoutNotes
+) -> Iterator[Finding]:
+    text = "footprints without a body or not mounted are left out: {}."
+    yield from listed(NO_BODY, notes.left_out, text)
+    text = (
+        f"lines on {words.edge} enclose nothing and were left out; they start at {{}} ({words.program}'s coordinates). "
+    )
+    yield from listed(OPEN_EDGE, notes.opened, f"{text}Close them if they are cut-outs.")
+    text = (
+        "components are of no known package family and are assumed tall, to stay clear of them: {}. Give a parts table "
+        "with a height column (--parts TABLE.csv, columns reference and height in mm) to state how high they are."
+    )
+    yield from listed(ASSUMED_HEIGHT, assumed, text)
+    text = (
+        f"footprints have no closed drawing; the box around their pads was taken for the body: {{}}. "
+        f"Draw {words.drawing} where the body is larger."
+    )
+    yield from listed(OUTLINE_FROM_PADS, from_pads, text)
