@@ -28,7 +28,9 @@ def ui(
     ] = Path(),
     host: Annotated[
         str,
-        typer.Option("--host", help="Address to listen on; any but this machine's own is open to all."),
+        typer.Option(
+            "--host", help="Address to listen on; beyond this machine's own a token is required, which is printed."
+        ),
     ] = "127.0.0.1",
     port: Annotated[
         int, typer.Option("--port", help="Port to listen on; the next free one is taken.", min=1, max=65535)
@@ -43,7 +45,7 @@ def ui(
         from reports.terminal.console import open_console
         from specs.ending import stopped_by_signal
         from webui.page.project import open_project
-        from webui.server.server import is_loopback, open_session, serve
+        from webui.server.server import open_session, serve
 
         project = open_project(folder)
         session = open_session(board, recipe, cell)
@@ -52,10 +54,10 @@ def ui(
         with stopped_by_signal() as stop:
             if server.port != port:
                 console.print(f"Port {port} is in use.")
-            if not is_loopback(host):
-                warning = f"Everyone in this network can read and write {escape(str(project.folder))}."
-                console.print(f"[bold red]{warning}[/bold red]", soft_wrap=True)
-            console.print(f"Washboard is at {server.address} (Ctrl-C ends it)")
+            if server.token:
+                warning = f"Whoever has this address with its token can read and write {escape(str(project.folder))}."
+                console.print(f"[bold red]{warning}[/bold red] The connection is not encrypted.", soft_wrap=True)
+            console.print(f"Washboard is at {server.address} (Ctrl-C ends it)", soft_wrap=True)
             number = stop.wait()
             server.stop()
             console.print("Stopped.")

@@ -16,7 +16,8 @@ from robotcell.cell.load import LoadedCell, cell_library, read_cell
 from specs.errors import JobError
 from webui.page.document import Document, open_document
 
-_LARGEST_UPLOAD = 200_000_000
+LARGEST_UPLOAD = 200_000_000
+"""Bytes of one file."""
 _MOST_FILES = 500
 _MOST_FOLDERS = 2000
 _DEEPEST = 4
@@ -140,7 +141,7 @@ class Project:
             raise ProjectError(f"{name[:40]!r}… is too long a name; shorten it to {_LONGEST_FILE} bytes.")
         if not name.lower().endswith(SUFFIXES):
             raise ProjectError(f"{name}: no reader for this kind of file. Known are {', '.join(SUFFIXES)}.")
-        if len(content) > _LARGEST_UPLOAD:
+        if len(content) > LARGEST_UPLOAD:
             megabytes = len(content) / 1e6
             raise ProjectError(f"{name}: {megabytes:.0f} MB are too many to upload; copy it into {self.folder}.")
         path = self._free(name, content)

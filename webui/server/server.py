@@ -1,11 +1,9 @@
 """The web server: one page for each browser tab."""
 
 import errno
-import ipaddress
 import socket
 import threading
 import warnings
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,7 +16,7 @@ from specs.errors import JobError
 from webui.page.browser_identity import identify
 from webui.page.document import open_document
 from webui.page.page import Page, Panel
-from webui.page.project import Project
+from webui.page.project import LARGEST_UPLOAD, Project
 from webui.page.session import Session
 from webui.panels.board.board import BoardPanel, ComponentsPanel
 from webui.panels.board.paths import PathsPanel
@@ -34,7 +32,10 @@ from webui.panels.results.status import StatusPanel
 from webui.panels.robot.program import ProgramPanel
 from webui.panels.robot.robot import RobotPanel
 from webui.scene.scene import Scene
+from webui.server.access import ANY_ADDRESS, access_for
 from webui.server.sessions import FileWatch, Sessions
+from webui.server.uploads import Uploads
+from webui.server.viser_guard import limit_uploads, start_guarded
 from webui.theme.palette import ACCENT
 
 _SIDE_PX = 360
@@ -59,7 +60,6 @@ _NARROW_TABS = "<style>[data-dock-strip] > [data-dock-tab]{padding:0 0.6em !impo
 """Six of them fit in a line."""
 _MOST_PORTS = 100
 _LAST_PORT = 65535
-_ALL = ("0.0.0.0", "::")
 
 
 class ServerError(JobError):
@@ -76,12 +76,14 @@ class Server:
     host: str
     port: int
     """The port it listens at; another one than requested if that was in use."""
+    token: str
+    """Secret that every request has to carry; empty where only this machine reaches the server."""
 
     @property
     def address(self) -> str:
-        """URL for a browser on this machine."""
-        host = "127.0.0.1" if self.host in _ALL else f"[{self.host}]" if ":" in self.host else self.host
-        return f"http://{host}:{self.port}"
+        """URL for a browser on this machine, with the token if there is one."""
+        host = "127.0.0.1" if self.host in ANY_ADDRESS else f"[{self.host}]" if ":" in self.host else self.host
+        return f"http://{host}:{self.port}" + (f"/?token={self.token}" if self.token else "")
 
     def stop(self) -> None:
         """Stop; what is under way is cancelled."""
@@ -135,14 +137,18 @@ def serve(first: Session, project: Project, host: str, port: int) -> Server:
 
     Raises:
         ServerError: it cannot listen at that host or port.
+        ViserDiffersError: the installed viser cannot be guarded.
     """
     free = free_port(host, port)
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a browser may disconnect at any time
     rich.get_console().quiet = True  # viser prints a box at the start and a line at the end
-    server = viser.ViserServer(host=host, port=free, label="Washboard", verbose=False)
+    access = access_for(host)
+    server = start_guarded(access, host, free)
     sessions, drafts = Sessions(first), Drafts(project.folder)
+    uploads = Uploads(LARGEST_UPLOAD, str(project.folder))
 
     def connect(client: viser.ClientHandle) -> None:
+        limit_uploads(client, uploads)
         identity = identify(client)
         if client.client_id not in server.get_clients():
             return
@@ -158,8 +164,13 @@ def serve(first: Session, project: Project, host: str, port: int) -> Server:
             sessions.leave(client.client_id)
 
     server.on_client_connect(lambda client: threading.Thread(target=connect, args=(client,), daemon=True).start())
-    server.on_client_disconnect(lambda client: sessions.leave(client.client_id))
-    return Server(server, sessions, FileWatch(sessions.pages), host, server.get_port())
+
+    def disconnect(client: viser.ClientHandle) -> None:
+        uploads.forget(client.client_id)
+        sessions.leave(client.client_id)
+
+    server.on_client_disconnect(disconnect)
+    return Server(server, sessions, FileWatch(sessions.pages), host, server.get_port(), access.token)
 
 
 def free_port(host: str, port: int) -> int:
@@ -180,13 +191,6 @@ def free_port(host: str, port: int) -> int:
         else:
             return candidate
     raise ServerError(f"port {port}: in use, like those after it; choose another one with --port.")
-
-
-def is_loopback(host: str) -> bool:
-    """Whether a host is reachable from this machine only."""
-    with suppress(ValueError):
-        return ipaddress.ip_address(host).is_loopback
-    return host == "localhost"
 
 
 def _try_to_listen(host: str, port: int) -> None:

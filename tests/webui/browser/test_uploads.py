@@ -120,7 +120,7 @@ def test_what_cannot_be_used_is_refused_and_not_kept(tab, folder, name):
 
 
 def test_what_is_too_large_is_refused(tab, folder, monkeypatch):
-    monkeypatch.setattr(projects, "_LARGEST_UPLOAD", 2_000_000)
+    monkeypatch.setattr(projects, "LARGEST_UPLOAD", 2_000_000)
     before = files_around(folder)
     send(tab, "large.tri", "x" * 3_000_000)
     assert "3 MB are too many to upload" in refusal(tab)

@@ -3,7 +3,7 @@ from contextlib import suppress
 
 import pytest
 
-from webui.server.server import ServerError, free_port, is_loopback
+from webui.server.server import ServerError, free_port
 
 
 def test_a_port_in_use_is_passed_over() -> None:
@@ -35,11 +35,3 @@ def test_the_last_port_has_none_after_it() -> None:
 def test_a_host_that_is_not_this_machine_is_refused_at_once(host: str) -> None:
     with pytest.raises(ServerError, match="--host"):
         free_port(host, 8080)
-
-
-@pytest.mark.parametrize(
-    ("host", "only_here"),
-    [("127.0.0.1", True), ("localhost", True), ("::1", True), ("0.0.0.0", False), ("::", False), ("10.0.0.4", False)],
-)
-def test_only_loopback_is_closed_to_others(host: str, only_here: bool) -> None:
-    assert is_loopback(host) == only_here

@@ -1,0 +1,138 @@
+"""A client that is no browser: raw requests and handshakes, and the messages of the page without its scripts."""
+
+import base64
+import socket
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import msgspec.msgpack
+import viser
+import zstandard
+from websockets.sync.client import ClientConnection, connect
+
+WAIT_S = 30.0
+HANDSHAKE = (
+    "Upgrade: websocket",
+    "Connection: Upgrade",
+    f"Sec-WebSocket-Key: {base64.b64encode(b'0123456789abcdef').decode()}",
+    "Sec-WebSocket-Version: 13",
+    f"Sec-WebSocket-Protocol: viser-v{viser.__version__}",
+)
+
+
+def answer(port, *fields, path="/", host="127.0.0.1", method="GET"):
+    """Status, header fields (lower case) and body of the answer to a request with these header fields."""
+    with socket.create_connection((host, port), timeout=WAIT_S) as link:
+        link.sendall("\r\n".join([f"{method} {path} HTTP/1.1", *fields, "", ""]).encode("latin-1"))
+        received = b""
+        while b"\r\n\r\n" not in received:
+            more = link.recv(65536)
+            if not more:
+                break
+            received += more
+        head, _, body = received.partition(b"\r\n\r\n")
+        status, *lines = head.decode("latin-1").split("\r\n")
+        headers = {name.lower(): value.strip() for name, _, value in (line.partition(":") for line in lines)}
+        length = int(headers.get("content-length", "0"))
+        while len(body) < length:
+            body += link.recv(65536)
+    return (int(status.split()[1]) if status else 0), headers, body
+
+
+def handshake(port, *fields, path="/", host="127.0.0.1"):
+    """Status of the answer to a websocket handshake with these header fields."""
+    return answer(port, *HANDSHAKE, *fields, path=path, host=host)[0]
+
+
+class BarePage:
+    """A page as its messages: inputs by label, notifications, downloads."""
+
+    def __init__(self, link: ClientConnection) -> None:
+        self.link = link
+        self.inputs: dict[str, dict] = {}
+        self.labels: dict[str, list[str]] = {}
+        self.notes: list[str] = []
+        self.planned = False
+        self.send(
+            type="ViewerCameraMessage", wxyz=[1, 0, 0, 0], position=[0, 0, 1], image_height=9, image_width=9, fov=0.8,
+            near=0.01, far=100.0, look_at=[0, 0, 0], up_direction=[0, 1, 0],
+        )  # fmt: skip
+
+    def send(self, **message) -> None:
+        self.link.send(msgspec.msgpack.encode(message))
+
+    def receive(self, timeout_s=WAIT_S) -> list[dict]:
+        """Next messages of the server; none where there are none in that time."""
+        try:
+            raw = self.link.recv(timeout=timeout_s)
+        except TimeoutError:
+            return []
+        packed = int.from_bytes(raw[8:16], "little")
+        messages = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(raw[16 : 16 + packed]))["messages"]
+        for message in messages:
+            self._take(message)
+        return messages
+
+    def wait_for(self, found, what="it", timeout_s=WAIT_S):
+        """Receive until a function returns something."""
+        end = time.monotonic() + timeout_s
+        while not (result := found()):
+            assert time.monotonic() < end, f"waited for {what}; notifications: {self.notes}"
+            self.receive(0.2)
+        return result
+
+    def find(self, label, at=-1):
+        """Identifier of an input."""
+        return self.wait_for(lambda: self.labels.get(label), f"the input {label!r}")[at]
+
+    def set(self, label, value, at=-1) -> None:
+        self.send(type="GuiUpdateMessage", uuid=self.find(label, at), updates={"value": value})
+
+    def next_note(self):
+        """Wait for the next notification."""
+        self.wait_for(lambda: self.notes, "a notification")
+        return self.notes.pop(0)
+
+    def upload(self, label, name, size, parts, transfer="t") -> None:
+        """Announce an upload."""
+        self.send(
+            type="FileTransferStartUpload", source_component_uuid=self.find(label), transfer_uuid=transfer,
+            filename=name, mime_type="", part_count=parts, size_bytes=size,
+        )  # fmt: skip
+
+    def part(self, label, index, content, transfer="t") -> None:
+        self.send(
+            type="FileTransferPart", source_component_uuid=self.find(label), transfer_uuid=transfer, part_index=index,
+            content=content,
+        )  # fmt: skip
+
+    def _take(self, message) -> None:
+        props = message.get("props") or {}
+        kind, uuid = message["type"], message.get("uuid", "")
+        if kind == "NotificationShowMessage":
+            self.notes.append(f"{props['title']}: {props['body']}")
+        if isinstance(props.get("label"), str):
+            self.inputs[uuid] = message
+            self.labels.setdefault(props["label"], []).append(uuid)
+        self.planned = self.planned or "Planned" in str(message.get("updates"))
+        if kind == "LocalStorageGetItemRequestMessage":
+            answered = {"request_uuid": message["request_uuid"], "value": "bare", "error": None}
+            self.send(type="LocalStorageGetItemResponseMessage", **answered)
+
+
+def bare_link(server) -> ClientConnection:
+    """Open a connection to a server as its page does."""
+    return connect(
+        f"ws://127.0.0.1:{server.port}", origin=f"http://127.0.0.1:{server.port}", compression=None, max_size=None,
+        subprotocols=[f"viser-v{viser.__version__}"],
+    )  # fmt: skip
+
+
+@contextmanager
+def bare_page(server) -> Iterator[BarePage]:
+    """Open a page of a server, and wait until it shows its plan."""
+    with bare_link(server) as link:
+        page = BarePage(link)
+        page.wait_for(lambda: page.planned, "the plan")
+        yield page

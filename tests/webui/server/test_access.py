@@ -1,0 +1,223 @@
+"""Access control: as a function of header fields, and on the real server by a client that is no browser."""
+
+import pytest
+from bare_client import answer, bare_page, handshake
+from websockets.datastructures import Headers
+
+from webui.page.project import open_project
+from webui.server.access import Access, access_for, answer_headers, cookie_name, is_loopback
+from webui.server.server import open_session, serve
+
+PORT = 8080
+LOOPBACK = Access("127.0.0.1")
+OWN = ("127.0.0.1:8080", "localhost:8080", "[::1]:8080", "LOCALHOST:8080", "LocalHost:8080")
+FOREIGN_HOSTS = (
+    "evil.example", "evil.example:8080", "localhost.evil.example:8080", "127.0.0.1.evil.example:8080",
+    "localhost.:8080", "127.0.0.1.:8080", "localhost", "127.0.0.1", "127.0.0.1:80", "localhost:8081", "127.0.0.1:08080",
+    "[::1]", "::1:8080", "[::2]:8080", "[0:0:0:0:0:0:0:1]:8080", "[::ffff:127.0.0.1]:8080", "127.1:8080",
+    "2130706433:8080", "0.0.0.0:8080", "192.168.1.5:8080", "", " ", "127.0.0.1:8080@evil.example",
+    "evil.example#127.0.0.1:8080", "127.0.0.1:8080, evil.example", "127.0.0.1:8080/", "http://127.0.0.1:8080",
+    "127.0.0.1:99999",
+)  # fmt: skip
+FOREIGN_ORIGINS = (
+    "https://evil.example", "http://evil.example:8080", "null", "NULL", "", "http://127.0.0.1", "http://127.0.0.1:8081",
+    "https://127.0.0.1:8080", "ws://127.0.0.1:8080", "http://localhost.evil.example:8080", "http://localhost.:8080",
+    "http://127.0.0.1:8080.evil.example", "http://127.0.0.1:8080/", "http://127.0.0.1:8080@evil.example", "file://",
+    "chrome-extension://abcdefgh", "http://localhost:8080", "http://[::1]:8080", "http://127.0.0.1:8080 http://evil.example",
+    "127.0.0.1:8080", "*",
+)  # fmt: skip
+
+
+def refusal(access, *fields, path="/", upgrade=True, address="127.0.0.1", port=PORT):
+    headers = Headers()
+    for name, value in (*fields, *([("Upgrade", "websocket")] if upgrade else [])):
+        headers[name] = value
+    return access.refusal(path, headers, address, port)
+
+
+@pytest.mark.parametrize("host", OWN)
+def test_its_own_names_are_answered(host: str) -> None:
+    assert refusal(LOOPBACK, ("Host", host), ("Origin", f"http://{host}")) == ""
+    assert refusal(LOOPBACK, ("Host", host), upgrade=False) == ""
+
+
+@pytest.mark.parametrize("host", FOREIGN_HOSTS)
+def test_foreign_hosts_are_refused_with_whatever_origin(host: str) -> None:
+    for origin in (f"http://{host}", "http://127.0.0.1:8080"):
+        assert "another name" in refusal(LOOPBACK, ("Host", host), ("Origin", origin))
+    assert "another name" in refusal(LOOPBACK, ("Host", host), upgrade=False)
+
+
+@pytest.mark.parametrize("origin", FOREIGN_ORIGINS)
+def test_foreign_origins_are_refused(origin: str) -> None:
+    for upgrade in (True, False):
+        fields = ("Host", "127.0.0.1:8080"), ("Origin", origin)
+        assert "other origins" in refusal(LOOPBACK, *fields, upgrade=upgrade)
+
+
+def test_header_fields_that_are_missing_or_doubled_are_refused() -> None:
+    host, origin = ("Host", "127.0.0.1:8080"), ("Origin", "http://127.0.0.1:8080")
+    assert refusal(LOOPBACK, host, origin) == ""
+    assert "another name" in refusal(LOOPBACK, origin)
+    assert "another name" in refusal(LOOPBACK, host, host, origin)
+    assert "another name" in refusal(LOOPBACK, host, ("Host", "evil.example"), origin)
+    assert "other origins" in refusal(LOOPBACK, host)
+    assert "other origins" in refusal(LOOPBACK, host, origin, origin)
+    assert "other origins" in refusal(LOOPBACK, host, origin, ("Origin", "https://evil.example"))
+
+
+def test_the_port_of_http_may_be_left_out() -> None:
+    assert refusal(LOOPBACK, ("Host", "localhost"), ("Origin", "http://localhost"), port=80) == ""
+    assert refusal(LOOPBACK, ("Host", "localhost:80"), ("Origin", "http://localhost:80"), port=80) == ""
+
+
+@pytest.mark.parametrize(
+    ("host", "name"), [("127.0.0.5", "127.0.0.5"), ("::1", "[::1]"), ("localhost", "localhost"), ("::1", "localhost")]
+)
+def test_a_server_on_loopback_has_the_name_it_was_started_with(host: str, name: str) -> None:
+    own = f"{name}:{PORT}"
+    assert refusal(access_for(host), ("Host", own), ("Origin", f"http://{own}"), address=host) == ""
+
+
+@pytest.mark.parametrize(
+    "query", ["websocket=ws://evil.example", "playbackPath=x", "fixedDpr=1&web%73ocket=ws://evil.example", "websocket"]
+)
+def test_a_link_cannot_have_the_page_show_what_another_server_sends(query: str) -> None:
+    assert "elsewhere" in refusal(LOOPBACK, ("Host", "127.0.0.1:8080"), path=f"/?{query}", upgrade=False)
+
+
+class TestToken:
+    """Beyond loopback."""
+
+    access = Access("0.0.0.0", "secret")
+    own = (("Host", "bench.example:8080"), ("Origin", "http://bench.example:8080"))
+
+    def refusal(self, *fields, path="/"):
+        return refusal(self.access, *self.own, *fields, path=path, address="192.168.1.5")
+
+    def test_every_server_has_its_own(self) -> None:
+        tokens = {access_for(host).token for host in ("0.0.0.0", "0.0.0.0", "::", "192.168.1.5", "bench")}
+        assert len(tokens) == 5
+        assert min(map(len, tokens)) >= 32
+        assert {access_for(host).token for host in ("127.0.0.1", "localhost", "::1")} == {""}
+
+    @pytest.mark.parametrize("path", ["/?token=secret", "/?fixedDpr=1&token=secret", "/?token=%73ecret"])
+    def test_it_comes_in_the_query(self, path: str) -> None:
+        assert self.refusal(path=path) == ""
+        cookie = self.access.new_cookie(path, PORT)
+        assert cookie == "washboard-8080=secret; Path=/; HttpOnly; SameSite=Strict"
+
+    @pytest.mark.parametrize("cookie", ["washboard-8080=secret", "a=b; washboard-8080=secret;c=d"])
+    def test_it_comes_in_the_cookie(self, cookie: str) -> None:
+        assert self.refusal(("Cookie", cookie)) == ""
+        assert self.refusal(("Cookie", "a=b"), ("Cookie", cookie)) == ""
+
+    @pytest.mark.parametrize(
+        ("path", "cookie"),
+        [
+            ("/", ""), ("/?token=", ""), ("/?token=secre", ""), ("/?token=secretx", ""), ("/?token=SECRET", ""),
+            ("/?Token=secret", ""), ("/secret", ""), ("/#token=secret", ""), ("/", "washboard-8081=secret"),
+            ("/", "washboard-8080="), ("/", "washboard-8080"), ("/", "secret"), ("/", "x-washboard-8080=secret"),
+            ("/?token=\u00e9", ""),
+        ],
+    )  # fmt: skip
+    def test_without_it_everything_is_refused(self, path: str, cookie: str) -> None:
+        assert "token" in self.refusal(*([("Cookie", cookie)] if cookie else []), path=path)
+        assert self.access.new_cookie(path, PORT) == ""
+
+    def test_it_does_not_replace_the_origin(self) -> None:
+        host = ("Host", "bench.example:8080")
+        for origin in ("https://evil.example", "null", "http://bench.example"):
+            assert "other origins" in refusal(self.access, host, ("Origin", origin), path="/?token=secret")
+        assert "other origins" in refusal(self.access, host, path="/?token=secret")
+
+    def test_a_server_at_one_address_has_its_names_only(self) -> None:
+        access = Access("bench", "secret")
+        for name, known in (("bench", True), ("192.168.1.5", True), ("localhost", False), ("evil.example", False)):
+            host = f"{name}:{PORT}"
+            fields = ("Host", host), ("Origin", f"http://{host}")
+            found = refusal(access, *fields, path="/?token=secret", address="192.168.1.5")
+            assert (found == "") == known
+
+    @pytest.mark.parametrize("host", ["a b:8080", "x;y", "a'b", "[::1", "x" * 10 + "\u00e9", "a:b:8080"])
+    def test_a_name_that_is_none_is_refused(self, host: str) -> None:
+        fields = ("Host", host), ("Origin", f"http://{host}")
+        assert "another name" in refusal(self.access, *fields, path="/?token=secret")
+        assert host not in answer_headers(host)["Content-Security-Policy"]
+
+
+def test_cookies_of_two_servers_on_one_host_do_not_meet() -> None:
+    assert cookie_name(8080) != cookie_name(8081)
+
+
+@pytest.mark.parametrize(
+    ("host", "only_here"),
+    [("127.0.0.1", True), ("localhost", True), ("::1", True), ("0.0.0.0", False), ("::", False), ("10.0.0.4", False)],
+)
+def test_only_loopback_is_closed_to_others(host: str, only_here: bool) -> None:
+    assert is_loopback(host) == only_here
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("project")
+    server = serve(open_session("tiny", "rinse-only"), open_project(folder), "127.0.0.1", 0)
+    yield server
+    server.stop()
+
+
+def on(port: int, text: str) -> str:
+    return text.replace("8080", str(port))
+
+
+def test_the_real_server_refuses_foreign_hosts(server) -> None:
+    for host in (*FOREIGN_HOSTS, "l\u043ecalhost:8080"):
+        sent = f"Host: {on(server.port, host)}".encode().decode("latin-1")
+        assert answer(server.port, sent)[0] == 403, host
+        origin = f"Origin: http://127.0.0.1:{server.port}"
+        assert handshake(server.port, sent, origin) == 403, host
+    assert server.sessions.pages() == []
+
+
+def test_the_real_server_refuses_foreign_origins(server) -> None:
+    own = f"Host: 127.0.0.1:{server.port}"
+    for origin in FOREIGN_ORIGINS:
+        assert handshake(server.port, own, f"Origin: {on(server.port, origin)}") == 403, origin
+    assert handshake(server.port, own) == 403
+    twice = f"Origin: http://127.0.0.1:{server.port}"
+    assert handshake(server.port, own, twice, twice) == 403
+    assert handshake(server.port, own, own, twice) == 403
+    assert handshake(server.port, twice) == 403
+    assert handshake(server.port, own, twice) == 101
+    assert handshake(server.port, own.lower(), twice.lower()) == 101
+    assert server.sessions.pages() == []
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/nothing", "/../../etc/passwd", "/%2e%2e/etc/passwd", "/?websocket=x", "/?token=x"]
+)
+def test_every_answer_has_the_headers(server, path: str) -> None:
+    for host in (f"127.0.0.1:{server.port}", "evil.example"):
+        status, headers, body = answer(server.port, f"Host: {host}", path=path)
+        assert status in ((403,) if host == "evil.example" else (200, 403, 404))
+        policy = headers["content-security-policy"]
+        assert "frame-ancestors 'none'" in policy
+        assert "evil" not in policy
+        assert headers["x-frame-options"] == "DENY"
+        assert headers["x-content-type-options"] == "nosniff"
+        assert headers["referrer-policy"] == "no-referrer"
+        assert b"root:" not in body
+        assert "set-cookie" not in headers
+
+
+@pytest.mark.parametrize("method", ["POST", "OPTIONS", "CONNECT", "\x16\x03\x01"])
+def test_what_is_no_request_for_the_page_is_not_answered_with_it(server, capfd, method: str) -> None:
+    status, _, body = answer(server.port, f"Host: 127.0.0.1:{server.port}", method=method)
+    assert status != 200
+    assert b"<html" not in body
+    assert capfd.readouterr().err == ""
+
+
+def test_a_page_opens_with_its_own_origin(server) -> None:
+    with bare_page(server) as page:
+        assert page.find("Board")

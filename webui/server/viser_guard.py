@@ -1,0 +1,210 @@
+"""Our one way into viser: access control, limits and answer headers of the web server that it starts.
+
+viser has no option for them. It starts its server with ``websockets.asyncio.server.serve``, whose public arguments do
+all of it; for that one call the function is replaced. Uploads are counted by handlers around viser's own. What this
+module relies on is checked where it is used, and refused in words where another version of viser differs.
+"""
+
+import http
+import logging
+import math
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Awaitable, Callable, Generator
+from contextlib import contextmanager
+from typing import Any
+
+import viser
+import websockets.asyncio.server
+from viser._messages import (
+    FileTransferPart,
+    FileTransferPartAck,
+    FileTransferStartUpload,
+    RemoveNotificationMessage,
+    ShareUrlDisconnect,
+    ShareUrlRequest,
+)
+from websockets.asyncio.server import ServerConnection
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
+from specs.errors import JobError
+from webui.server.access import Access, answer_headers
+from webui.server.uploads import UploadError, Uploads
+
+_LARGEST_MESSAGE = 8 * 1024 * 1024
+"""Bytes; a file comes in parts of 512 KiB, and a recipe has at most 4 MB."""
+_MOST_WAITING = 4
+"""Messages of a connection that are read ahead."""
+_MOST_CONNECTIONS = 32
+"""From one address; a page has one, and a browser's are all of one address."""
+_MOST_NOTIFIED = 10
+"""Refused uploads that are reported in the page within a second."""
+_TRY_LATER, _NOT_UNDERSTOOD = 1013, 1007
+_LOCK = threading.Lock()
+_log = logging.getLogger(__name__)
+_quiet = logging.getLogger(f"{__name__}.websockets")
+"""What websockets logs of requests that are no HTTP, with a traceback each; anybody may send them."""
+_quiet.addHandler(logging.NullHandler())
+_quiet.propagate = False
+
+
+class ViserDiffersError(JobError):
+    """The installed viser is not built as the guard needs it; nothing is served."""
+
+    def __init__(self, what: str) -> None:
+        """Name what differs."""
+        super().__init__(
+            f"viser {viser.__version__} cannot be guarded: {what}. Install the version that Washboard names: "
+            'pip install "viser>=1.1.1,<1.2".'
+        )
+
+
+def start_guarded(access: Access, host: str, port: int) -> viser.ViserServer:
+    """Start viser's server so that every request and every handshake passes the access control first.
+
+    Raises:
+        ViserDiffersError: viser does not start its server as expected.
+    """
+    with _guarding(access) as started:
+        server = viser.ViserServer(host=host, port=port, label="Washboard", verbose=False)
+    if not started:
+        server.stop()
+        raise ViserDiffersError("it does not start its web server with websockets.asyncio.server.serve")
+    try:
+        for kind in (ShareUrlRequest, ShareUrlDisconnect):  # a tunnel to viser's makers, on request of any client
+            server._websock_server.unregister_handler(kind)  # pyright: ignore[reportPrivateUsage]
+    except (AttributeError, AssertionError):
+        server.stop()
+        raise ViserDiffersError("requests for a public tunnel cannot be turned off") from None
+    return server
+
+
+@contextmanager
+def _guarding(access: Access) -> Generator[list[int]]:
+    """Replace the function with which viser starts its server; the list has an item for each start."""
+    started: list[int] = []
+    original = websockets.asyncio.server.serve
+
+    def serve(handler: Callable[[ServerConnection], Awaitable[None]], host: str, port: int, **options: Any) -> Any:
+        started.append(port)
+        own: dict[str, Any] = {
+            "process_request": _checked(access, options.get("process_request")),
+            "process_response": _with_headers(access),
+            "max_size": _LARGEST_MESSAGE,
+            "max_queue": _MOST_WAITING,
+            "server_header": None,
+            "logger": _quiet,
+        }
+        return original(_limited(handler), host, port, **{**options, **own})
+
+    with _LOCK:
+        websockets.asyncio.server.serve = serve
+        try:
+            yield started
+        finally:
+            websockets.asyncio.server.serve = original
+
+
+def _checked(access: Access, answer: Callable[[ServerConnection, Request], Response | None] | None) -> Any:
+    """Check requests before they are answered."""
+
+    def process(connection: ServerConnection, request: Request) -> Response | None:
+        address, port = connection.local_address[:2]
+        reason = access.refusal(request.path, request.headers, address, port)
+        if reason:
+            body = f"Refused: {reason}\n".encode()
+            headers = Headers({"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body))})
+            return Response(http.HTTPStatus.FORBIDDEN, "Forbidden", headers, body)
+        return None if answer is None else answer(connection, request)
+
+    return process
+
+
+def _with_headers(access: Access) -> Any:
+    """Add the header fields of every answer, and the cookie where the token came in the query."""
+
+    def process(connection: ServerConnection, request: Request, response: Response) -> None:
+        refused = response.status_code == http.HTTPStatus.FORBIDDEN
+        for name, value in answer_headers("" if refused else request.headers["Host"]).items():
+            response.headers[name] = value
+        cookie = access.new_cookie(request.path, connection.local_address[1])
+        if cookie and response.status_code == http.HTTPStatus.OK:
+            response.headers["Set-Cookie"] = cookie
+
+    return process
+
+
+def _limited(handler: Callable[[ServerConnection], Awaitable[None]]) -> Callable[[ServerConnection], Awaitable[None]]:
+    """Limit the connections from one address, and close one that sends what is no message."""
+    counts: Counter[str] = Counter()
+
+    async def handle(connection: ServerConnection) -> None:
+        address = str(connection.remote_address[0])
+        if counts[address] >= _MOST_CONNECTIONS:
+            await connection.close(_TRY_LATER, f"{_MOST_CONNECTIONS} pages are open; close some of them")
+            return
+        counts[address] += 1
+        try:
+            await handler(connection)
+        except Exception as error:  # viser decodes whatever it receives
+            _log.warning("a connection from %s was closed: %s", address, type(error).__name__)
+            await connection.close(_NOT_UNDERSTOOD, "not a message of the page")
+        finally:
+            counts[address] -= 1
+
+    return handle
+
+
+def limit_uploads(client: viser.ClientHandle, uploads: Uploads) -> None:
+    """Count a client's uploads while they arrive; one that breaks a limit is dropped and reported in the page.
+
+    Raises:
+        ViserDiffersError: viser does not take uploads as expected.
+    """
+    try:
+        gui = client.gui
+        connection = gui._websock_interface  # pyright: ignore[reportPrivateUsage]
+        start, take = gui._handle_file_transfer_start, gui._handle_file_transfer_part  # pyright: ignore[reportPrivateUsage]
+        states = gui._current_file_upload_states  # pyright: ignore[reportPrivateUsage]
+        connection.unregister_handler(FileTransferStartUpload, start)
+        connection.unregister_handler(FileTransferPart, take)
+    except (AttributeError, AssertionError, ValueError):
+        raise ViserDiffersError("its uploads cannot be counted while they arrive") from None
+    own, reported = client.client_id, deque([-math.inf] * _MOST_NOTIFIED, _MOST_NOTIFIED)
+
+    def refuse(message: FileTransferStartUpload | FileTransferPart, error: UploadError) -> None:
+        states.pop(message.transfer_uuid, None)
+        uploads.keep(own, states)
+        # Ends the progress in the page, whose button is disabled meanwhile.
+        connection.queue_message(RemoveNotificationMessage(f"upload-{message.transfer_uuid}"))
+        connection.queue_message(FileTransferPartAck(message.source_component_uuid, message.transfer_uuid, 1, 1))
+        if (now := time.monotonic()) - reported[0] >= 1.0:
+            reported.append(now)
+            client.add_notification("Not done", str(error), color="red", auto_close_seconds=12.0)
+
+    def begin(client_id: Any, message: FileTransferStartUpload) -> None:
+        if not isinstance(message.transfer_uuid, str):  # pyright: ignore[reportUnnecessaryIsInstance]  # viser does not check
+            return
+        try:
+            uploads.begin(own, message.transfer_uuid, message.filename, message.size_bytes, message.part_count)
+        except UploadError as error:
+            refuse(message, error)
+            return
+        start(client_id, message)
+        uploads.keep(own, states)
+
+    def receive(client_id: Any, message: FileTransferPart) -> None:
+        if not isinstance(message.transfer_uuid, str) or message.transfer_uuid not in states:  # pyright: ignore[reportUnnecessaryIsInstance]
+            return
+        try:
+            uploads.receive(own, message.transfer_uuid, message.part_index, message.content)
+        except UploadError as error:
+            refuse(message, error)
+            return
+        take(client_id, message)
+        uploads.keep(own, states)
+
+    connection.register_handler(FileTransferStartUpload, begin)
+    connection.register_handler(FileTransferPart, receive)
