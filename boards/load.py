@@ -5,13 +5,14 @@ from pathlib import Path
 from typing import TypeAlias
 
 from boards.board import Board, Body
-from boards.errors import MAX_BYTES, BoardError
+from boards.errors import MAX_BYTES, BoardError, read_bytes
 from specs.finding import Finding
 from specs.progress import Progress, no_progress, subprogress
 from specs.read_file import check_file
 
 SUFFIXES = (
     ".tri", ".tri.gz", ".step", ".stp", ".glb", ".gltf", ".stl", ".obj", ".ply", ".emn", ".emp", ".idf", ".kicad_pcb",
+    ".brd",
 )  # fmt: skip
 """What a board file's name may end with."""
 
@@ -95,6 +96,13 @@ def _read(file: Path, progress: Progress) -> _Read:
             from boards.formats.idf.idf import read_idf
 
             return read_idf(file)
+        case "brd":
+            from boards.formats.eagle.eagle import read_eagle
+            from boards.formats.idf.idf import read_idf
+
+            # Some tools give the board file of an IDF this suffix, too.
+            is_idf = read_bytes(file)[:200].lstrip(b"\xef\xbb\xbf \t\r\n").upper().startswith(b".HEADER")
+            return read_idf(file) if is_idf else read_eagle(file)
         case "kicad_pcb":
             from boards.formats.kicad.kicad import read_kicad
 

@@ -58,6 +58,7 @@ DOUBTFUL_HEIGHT = FindingRule(
     _BOARDS,
 )
 KICAD_VERSION = FindingRule("kicad-version", "warning", "the file is of a KiCad version that is not known", _BOARDS)
+EAGLE_VERSION = FindingRule("eagle-version", "warning", "the file is of an Eagle version that is not known", _BOARDS)
 OPEN_EDGE = FindingRule("open-edge", "warning", "lines of the board's edge enclose nothing and were left out", _BOARDS)
 ASSUMED_HEIGHT = FindingRule(
     "assumed-height", "warning", "components of no known package family were assumed tall", _BOARDS

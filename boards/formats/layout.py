@@ -4,11 +4,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
 from boards.board import NOMINAL_HEIGHT, Body, Pad, Side
 from boards.errors import BoardError
-from boards.formats.loops import CHAIN_MM, Point2, chain, outline_of
+from boards.formats.loops import CHAIN_MM, Point2, chain, enclosed, outline_of
 from boards.formats.names import distinct_names, listed
 from boards.formats.prism import prism
 from boards.packages.gap_height import gap_height
@@ -48,6 +50,8 @@ class LayoutWords:
     """Layer in which the outline of a body is drawn."""
     spot: Callable[[Point2], str]
     """Describes a point as the program shows it."""
+    box: str = "pads"
+    """What the box around is taken for a body of which nothing closed is drawn."""
 
 
 @dataclass(slots=True)
@@ -69,6 +73,11 @@ def read_outline(
         BoardError: The edge is missing, open or crosses itself.
     """
     loops, opened = chain(edges)
+    crossed = enclosed(opened)
+    if crossed is not None and all(crossed.buffer(CHAIN_MM).covers(LineString(line)) for line in opened):
+        # Lines that cross instead of meeting, such as the scores of a panel.
+        rings = [piece.exterior for piece in shapely.get_parts(crossed).tolist() if isinstance(piece, Polygon)]
+        loops, opened = [*loops, *(np.asarray(ring.coords)[:-1, :2] for ring in rings)], []
     largest = max((Polygon(loop) for loop in loops), key=lambda loop: round(loop.area, 4), default=Polygon())
     if opened and not (largest.is_valid and all(largest.buffer(CHAIN_MM).covers(LineString(line)) for line in opened)):
         more = f" and in {len(opened) - 1} more places" if len(opened) > 1 else ""
@@ -141,7 +150,7 @@ def _findings(
     )
     yield from listed(ASSUMED_HEIGHT, assumed, text)
     text = (
-        f"footprints have no closed drawing; the box around their pads was taken for the body: {{}}. "
+        f"footprints have no closed drawing; the box around their {words.box} was taken for the body: {{}}. "
         f"Draw {words.drawing} where the body is larger."
     )
     yield from listed(OUTLINE_FROM_PADS, from_pads, text)

@@ -138,6 +138,36 @@ def kicad(file: Path) -> None:
     file.write_text("\n".join([*text, ")"]), "utf-8")
 
 
+def eagle(file: Path) -> None:
+    """XML in mm; turns on the bottom are as seen from there, and packages are drawn as seen from their own side."""
+    edges = [f'<wire x1="{x}" y1="{y}" x2="{u}" y2="{v}" width="0" layer="20"/>' for (x, y), (u, v) in sides(OUTLINE)]
+    packages: list[str] = []
+    elements: list[str] = []
+    for each in PARTS:
+        (x, y), (width, depth, _) = each.middle, each.size
+        flat = box(-width / 2, -depth / 2, width / 2, depth / 2)
+        drawn = [
+            f'<wire x1="{a}" y1="{b}" x2="{c}" y2="{d}" width="0.1" layer="51"/>' for (a, b), (c, d) in sides(flat)
+        ]
+        pad = '<smd name="1" x="0" y="0" dx="1" dy="1" layer="1"/>'
+        packages.append(f'<package name="SO08-{each.name}">{"".join(drawn)}{pad}</package>')
+        rot = f"R{each.turn_deg}" if each.side == "top" else f"MR{-each.turn_deg % 360.0}"
+        named = f'name="{each.name}" library="own" package="SO08-{each.name}"'
+        elements.append(f'<element {named} value="" x="{x}" y="{y}" rot="{rot}"/>')
+    text = [
+        '<?xml version="1.0" encoding="utf-8"?>',
+        '<!DOCTYPE eagle SYSTEM "eagle.dtd">',
+        f'<eagle version="7.7.0"><drawing><board><plain>{"".join(edges)}</plain>',
+        f'<libraries><library name="own"><packages>{"".join(packages)}</packages></library></libraries>',
+        f"<elements>{''.join(elements)}</elements></board></drawing></eagle>",
+    ]
+    file.write_text("\n".join(text), "utf-8")
+
+
+def sides(outline: Polygon) -> Iterable[tuple[tuple[float, float], tuple[float, float]]]:
+    return pairwise(outline.exterior.coords)
+
+
 WRITERS: dict[str, tuple[Callable[[Path], None], bool, bool]] = {
     ".tri": (tri, True, True),
     ".tri.gz": (tri_gz, True, True),
@@ -152,6 +182,7 @@ WRITERS: dict[str, tuple[Callable[[Path], None], bool, bool]] = {
     ".emp": (idf, True, True),
     ".idf": (idf, True, True),
     ".kicad_pcb": (kicad, True, False),
+    ".brd": (eagle, True, False),
 }
 """By suffix: what writes the board, whether the format keeps names, and whether it keeps heights."""
 

@@ -92,7 +92,9 @@ class BoardPanel:
             "Board", self._names(page.session), initial_value=page.session.board_name, hint="Samples, then your folder."
         )
         self._upload = gui.add_upload_button(
-            "Import CAD", color="gray", hint="STEP, KiCad, IDF, GLB, STL, OBJ, PLY or .tri, kept in the project folder."
+            "Import CAD",
+            color="gray",
+            hint="STEP, KiCad, Eagle, IDF, GLB, STL, OBJ, PLY or .tri; kept in the project.",
         )
         self._sheet = gui.add_upload_button(
             "Join parts table", color="gray", hint="CSV, TSV or KiCad .pos with packages, pins, heights or standoffs."

@@ -1,0 +1,1 @@
+"""Eagle boards, versions 6 to 9: outline, placed packages, pads and heights by name."""
