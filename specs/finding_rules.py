@@ -54,7 +54,7 @@ SMALL_DRILLS = FindingRule("small-drills", "info", "small drilled holes were lef
 DOUBTFUL_HEIGHT = FindingRule(
     "doubtful-height",
     "warning",
-    "heights in an IDF library contradict the packages, or are a layout tool's default",
+    "stated heights contradict the packages, or are a layout tool's default",
     _BOARDS,
 )
 KICAD_VERSION = FindingRule("kicad-version", "warning", "the file is of a KiCad version that is not known", _BOARDS)

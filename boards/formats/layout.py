@@ -1,6 +1,6 @@
 """Boards from layout files, which draw the edge and the outlines of parts and state no heights: KiCad and Eagle."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,10 +14,15 @@ from boards.formats.loops import CHAIN_MM, Point2, chain, enclosed, outline_of
 from boards.formats.names import distinct_names, listed
 from boards.formats.prism import prism
 from boards.packages.gap_height import gap_height
-from boards.packages.heights import BodyHeight, HeightEvidence, body_height
+from boards.packages.heights import BodyHeight, HeightEvidence, checked_height, length_in
 from geometry.arrays import Points2
 from specs.finding import Finding
-from specs.finding_rules import ASSUMED_HEIGHT, NO_BODY, OPEN_EDGE, OUTLINE_FROM_PADS
+from specs.finding_rules import ASSUMED_HEIGHT, DOUBTFUL_HEIGHT, NO_BODY, OPEN_EDGE, OUTLINE_FROM_PADS
+
+CORRECT_HEIGHTS = (
+    "Give a parts table with a height column (--parts TABLE.csv, columns reference and height in mm) to state how high "
+    "they are."
+)
 
 THICKNESS_MM = 1.6
 """Of a board whose file states none."""
@@ -37,6 +42,8 @@ class LayoutPart:
     value: str = ""
     pins: int | None = None
     pads: tuple[Pad, ...] = ()
+    stated_height_mm: float | None = None
+    """From a property of the part, if it has one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +59,32 @@ class LayoutWords:
     """Describes a point as the program shows it."""
     box: str = "pads"
     """What the box around is taken for a body of which nothing closed is drawn."""
+
+
+_HEIGHT_KEYS = (
+    "height",
+    "heightmm",
+    "maximumpackageheight",
+    "maxheight",
+    "packageheight",
+    "bodyheight",
+    "componentheight",
+)
+_PART_KEYS = (
+    *("mpn", "manufacturerpartnumber", "mfrpartnumber", "mfgpartnumber", "mfrpn", "partnumber", "manufacturerpn", "pn"),
+    *("part", "prodid"),
+)
+
+
+def part_number(properties: Mapping[str, str]) -> str:
+    """Maker's part number among a part's properties, whose keys are in lower case without marks; empty if none."""
+    return next((text for key in _PART_KEYS if (text := properties.get(key, "").strip())), "")
+
+
+def stated_height(properties: Mapping[str, str]) -> float | None:
+    """Height among the properties of a part, mm, as the footprints of part suppliers bring it along."""
+    lengths = (length_in(properties.get(key, "")) for key in _HEIGHT_KEYS)
+    return next((length for length in lengths if length is not None), None)
 
 
 @dataclass(slots=True)
@@ -101,7 +134,8 @@ def build_bodies(
         The board and its components in file order, and what was noticed.
     """
     names, renamed = distinct_names([part.name for part in parts])
-    heights = [body_height(part.evidence) for part in parts]
+    checked = [checked_height(part.stated_height_mm, part.evidence) for part in parts]
+    heights = [each.height for each in checked]
     bodies = [Body("board", "board", *prism(outline, 0.0, thickness_mm))]
     bodies += [
         _stand(part, name, height, thickness_mm) for part, name, height in zip(parts, names, heights, strict=True)
@@ -111,8 +145,9 @@ def build_bodies(
         for part, name, height in zip(parts, names, heights, strict=True)
         if height.source == "assumed"
     ]
+    doubtful = [f"{name} ({each.doubt})" for name, each in zip(names, checked, strict=True) if each.doubt]
     from_pads = [name for part, name in zip(parts, names, strict=True) if part.from_pads]
-    return tuple(bodies), (*renamed, *_findings(assumed, from_pads, words, notes))
+    return tuple(bodies), (*renamed, *_findings(assumed, doubtful, from_pads, words, notes))
 
 
 def _stand(part: LayoutPart, name: str, height: BodyHeight, top_z_mm: float) -> Body:
@@ -136,7 +171,7 @@ def _stand(part: LayoutPart, name: str, height: BodyHeight, top_z_mm: float) -> 
 
 
 def _findings(
-    assumed: Sequence[str], from_pads: Sequence[str], words: LayoutWords, notes: LayoutNotes
+    assumed: Sequence[str], doubtful: Sequence[str], from_pads: Sequence[str], words: LayoutWords, notes: LayoutNotes
 ) -> Iterator[Finding]:
     text = "footprints without a body or not mounted are left out: {}."
     yield from listed(NO_BODY, notes.left_out, text)
@@ -144,11 +179,10 @@ def _findings(
         f"lines on {words.edge} enclose nothing and were left out; they start at {{}} ({words.program}'s coordinates). "
     )
     yield from listed(OPEN_EDGE, notes.opened, f"{text}Close them if they are cut-outs.")
-    text = (
-        "components are of no known package family and are assumed tall, to stay clear of them: {}. Give a parts table "
-        "with a height column (--parts TABLE.csv, columns reference and height in mm) to state how high they are."
-    )
-    yield from listed(ASSUMED_HEIGHT, assumed, text)
+    text = "components are of no known package family and are assumed tall, to stay clear of them: {}. "
+    yield from listed(ASSUMED_HEIGHT, assumed, f"{text}{CORRECT_HEIGHTS}")
+    text = "components have heights in the file that contradict their packages or were never measured: {}. "
+    yield from listed(DOUBTFUL_HEIGHT, doubtful, f"{text}{CORRECT_HEIGHTS}")
     text = (
         f"footprints have no closed drawing; the box around their {words.box} was taken for the body: {{}}. "
         f"Draw {words.drawing} where the body is larger."

@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias
 
 from boards.packages.families import PackageFamily, normalise, other_chip, package_families, package_family
 
-HeightSource: TypeAlias = Literal["name", "model", "family", "description", "assumed"]
+HeightSource: TypeAlias = Literal["stated", "name", "model", "family", "description", "assumed"]
 
 TALL_LEADED_MM = 25.0
 """Assumed of a part that nothing is known about, if its leads go through the board or may do so."""
@@ -25,7 +25,16 @@ _LEAST_FLAT_MM = 2.0
 _FLAT_SLENDERNESS = 2.0
 """Cans, the most slender parts that are soldered flat, are less than twice as high as they are long."""
 
+_FAR = 3.0
+"""Times the height that name or family give: no maker's part is that much higher."""
+
+_DEFAULTS_MM = (25.4, 50.8, 76.2, 100.0, 127.0, 254.0)
+"""Heights that layout tools write for what was never measured: 1000, 2000, 3000, 5000 and 10000 mil, and 100 mm."""
+
+_SAME_MM = 0.01
 _RANGE_MM = (0.1, 100.0)
+"""No body is lower; 0 and 1 mil are what layout tools write for what was never measured, too."""
+
 _LONGEST_CODE = 24
 _SEATED_MM = 0.25
 """Sizes of a body lack the gap beneath it: a family's seated height that is larger by no more than this is taken."""
@@ -55,6 +64,15 @@ class HeightEvidence:
     """Whether it has, or may have, leads through the board."""
     length_mm: float = 0.0
     """Longer side of its outline; 0 if unknown."""
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedHeight:
+    """The height that counts where a file states one, compared with what its names say."""
+
+    height: BodyHeight
+    doubt: str = ""
+    """Why the stated height is not believed, or cannot have been measured; empty where it is believed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +172,35 @@ def body_height(evidence: HeightEvidence) -> BodyHeight:
     return _in_words(evidence.description) or BodyHeight(_tall(evidence), "assumed", "assumed tall")
 
 
+def checked_height(stated_mm: float | None, evidence: HeightEvidence) -> CheckedHeight:
+    """Height of a body that the file may state: believed unless it contradicts what its names give.
+
+    A stated height is not believed that is more than three times that of the names, less than a third of one in the
+    name, below 0.1 mm, or a layout tool's default above that of the names. Where nothing is known, a default is kept.
+    """
+    found = body_height(evidence)
+    if stated_mm is None:
+        return CheckedHeight(found)
+    is_default = any(abs(stated_mm - mm) < _SAME_MM for mm in _DEFAULTS_MM)
+    known = found.source != "assumed"
+    low_mm = found.height_mm / _FAR if found.source == "name" else min(_RANGE_MM[0], found.height_mm / _FAR)
+    high = known and (stated_mm > _FAR * found.height_mm or (is_default and stated_mm > found.height_mm))
+    if high or stated_mm < low_mm:
+        return CheckedHeight(found, f"{stated_mm:g} mm stated, {found.height_mm:g} mm taken: {found.reason}")
+    stated = BodyHeight(stated_mm, "stated", "stated in the file")
+    default = f"{stated_mm:g} mm stated, a layout tool's default, kept"
+    return CheckedHeight(stated, default if is_default and not known else "")
+
+
+def length_in(text: str) -> float | None:
+    """Read a length such as ``4.5``, ``4,5 mm`` or ``177 mil``, in mm; ``None`` where it is none above zero."""
+    found = re.fullmatch(r"(\d{1,4}(?:[.,]\d{1,6})?|[.,]\d{1,6})\s*(mm|mils?|thou|in|inch|\")?", text.strip().lower())
+    if found is None:
+        return None
+    scale = {"mm": 1.0, "": 1.0, "in": 25.4, "inch": 25.4, '"': 25.4}.get(found[2] or "", 0.0254)
+    return float(found[1].replace(",", ".")) * scale or None
+
+
 def _family_of(evidence: HeightEvidence, name: str) -> PackageFamily | None:
     """Family of a name as far as the part itself agrees with it."""
     family = package_family(name)
@@ -205,9 +252,10 @@ def _wording(text: str, found: re.Match[str]) -> str:
 
 
 def _of_family(family: PackageFamily, evidence: HeightEvidence, source: HeightSource) -> BodyHeight:
-    """Seated height of a family; a single word such as ``L`` is bounded by the size of what is soldered flat."""
-    bounded = family.loose and not evidence.through_hole and evidence.length_mm > 0.0
-    height_mm = min(family.height_mm, _tall(evidence)) if bounded else family.height_mm
+    """Seated height of a family; a mere word such as ``L`` is tall with leads, else bounded by the part's size."""
+    height_mm = family.height_mm
+    if family.loose and evidence.length_mm > 0.0:
+        height_mm = (max if evidence.through_hole else min)(height_mm, _tall(evidence))
     words = f"family {family.name} ({family.source})"
     return BodyHeight(height_mm, source, words if source == "family" else f"{source}, {words}")
 

@@ -21,7 +21,16 @@ from boards.formats.eagle.package import (
     has_contacts,
     is_copper,
 )
-from boards.formats.layout import THICKNESS_MM, LayoutNotes, LayoutPart, LayoutWords, build_bodies, read_outline
+from boards.formats.layout import (
+    THICKNESS_MM,
+    LayoutNotes,
+    LayoutPart,
+    LayoutWords,
+    build_bodies,
+    part_number,
+    read_outline,
+    stated_height,
+)
 from boards.formats.loops import Point2
 from boards.packages.families import package_family
 from boards.packages.heights import HeightEvidence
@@ -32,7 +41,6 @@ from specs.finding_rules import EAGLE_VERSION
 _LAST_VERSION = 9
 _THICKNESS_MM = (0.1, 10.0)
 _UNITS_MM = {"mm": 1.0, "mil": 0.0254, "mic": 0.001, "inch": 25.4, "in": 25.4}
-_PART_KEYS = ("mpn", "manufacturerpartnumber", "mfrpartnumber", "mfgpartnumber", "partnumber", "prodid", "part")
 
 
 def _spot(point: Point2) -> str:
@@ -155,10 +163,11 @@ def _part(each: _Placed, models: dict[str, str], notes: LayoutNotes) -> LayoutPa
         each.placement.side,
         evidence,
         is_box,
-        part=next((stated[key] for key in _PART_KEYS if stated.get(key)), ""),
+        part=part_number(stated),
         value=each.element.word("value"),
         pins=len({item.word("name") for item in each.package.all("pad", "smd")}) or None,
         pads=flat_pads(each.package, each.placement),
+        stated_height_mm=stated_height(stated),
     )
 
 

@@ -10,11 +10,13 @@ from shapely import MultiPolygon, Polygon
 
 from boards.board import NOMINAL_HEIGHT, Body, Side
 from boards.errors import BoardError
-from boards.formats.idf.library import Package, SeatedHeight, find_packages, seated_height
+from boards.formats.idf.library import Package, find_packages, seated_height
 from boards.formats.idf.text import Record, Section, read_loops, read_sections, spot_mm, unit_mm
+from boards.formats.layout import CORRECT_HEIGHTS
 from boards.formats.loops import DRILL_MM, outline_of, slot
 from boards.formats.names import distinct_names, listed
 from boards.formats.prism import prism
+from boards.packages.heights import CheckedHeight
 from specs.finding import Finding
 from specs.finding_rules import ASSUMED_HEIGHT, DOUBTFUL_HEIGHT, IDF_UNPLACED, NO_BODY, SMALL_DRILLS
 
@@ -179,26 +181,18 @@ def _read(section: Section, scale_mm: float) -> list[_Placement]:
     return placements
 
 
-def _height_findings(seated: Sequence[tuple[Package, str, SeatedHeight]]) -> Iterator[Finding]:
-    doubtful = [
-        f"{name} ({package.height_mm:g} mm stated, "
-        + (f"{height.height_mm:g} mm taken: {height.reason})" if height.reason else "a layout tool's default, kept)")
-        for package, name, height in seated
-        if height.is_doubtful
-    ]
-    text = (
-        "components have heights in the library that contradict their packages or were never measured: {}. "
-        "Correct the library, or give a parts table with a height column."
-    )
-    yield from listed(DOUBTFUL_HEIGHT, doubtful, text)
-    assumed = [
-        f"{name} ({package.name}, {height.height_mm:g} mm)" for package, name, height in seated if height.is_assumed
-    ]
+def _height_findings(seated: Sequence[tuple[Package, str, CheckedHeight]]) -> Iterator[Finding]:
+    kept = [each for each in seated if each[2].height.source != "assumed"]
+    doubtful = [f"{name} ({checked.doubt})" for _, name, checked in kept if checked.doubt]
+    text = "components have heights in the library that contradict their packages or were never measured: {}. "
+    yield from listed(DOUBTFUL_HEIGHT, doubtful, f"{text}{CORRECT_HEIGHTS}")
+    tall = [each for each in seated if each[2].height.source == "assumed"]
+    assumed = [f"{name} ({package.name}, {checked.height.height_mm:g} mm)" for package, name, checked in tall]
     text = "components have next to no height in the library and are assumed tall, to stay clear of them: {}. "
-    yield from listed(ASSUMED_HEIGHT, assumed, f"{text}State their heights there or in a parts table.")
+    yield from listed(ASSUMED_HEIGHT, assumed, f"{text}{CORRECT_HEIGHTS}")
 
 
-def _place(item: _Placement, package: Package, height: SeatedHeight, name: str, top_z_mm: float) -> Body:
+def _place(item: _Placement, package: Package, checked: CheckedHeight, name: str, top_z_mm: float) -> Body:
     """Stand a package on its side of the board."""
     cos, sin = math.cos(item.rotation_rad), math.sin(item.rotation_rad)
     ring = package.ring @ np.array([[cos, sin], [-sin, cos]])
@@ -206,7 +200,7 @@ def _place(item: _Placement, package: Package, height: SeatedHeight, name: str, 
     if item.side == "bottom":
         ring, surface_z_mm, up = ring * np.array([-1.0, 1.0]), 0.0, -1.0
     # The offset lifts the whole package: its height is counted from its own underside.
-    near, far = surface_z_mm + up * item.offset_mm, surface_z_mm + up * (item.offset_mm + height.height_mm)
+    near, far = surface_z_mm + up * item.offset_mm, surface_z_mm + up * (item.offset_mm + checked.height.height_mm)
     return Body(
         name,
         "component",
@@ -215,5 +209,5 @@ def _place(item: _Placement, package: Package, height: SeatedHeight, name: str, 
         part=item.part or None,
         side=item.side,
         gap_height_mm=item.offset_mm if item.offset_mm > 0.0 else None,
-        extra=((NOMINAL_HEIGHT, height.reason),) if height.reason else (),
+        extra=((NOMINAL_HEIGHT, checked.height.reason),) if checked.height.source != "stated" else (),
     )

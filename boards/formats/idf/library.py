@@ -10,22 +10,13 @@ from shapely import Polygon
 
 from boards.formats.idf.text import Record, Section, read_loops, read_sections, unit_mm
 from boards.formats.names import some
-from boards.packages.heights import HeightEvidence, body_height
+from boards.packages.heights import CheckedHeight, HeightEvidence, checked_height
 from geometry.arrays import Points2
 
 _FLAT = re.compile(r"(?:^|[^a-z])(?:fid|tp\d|art_tp|test|mtg|hole|logo|label|mark|fiducial)", re.IGNORECASE)
 """Names of copper and print without a body, which layout tools place as packages without a height, or nearly."""
 
 _FLAT_MM = 0.3
-_SAME_MM = 0.01
-_FAR = 3.0
-"""Times the height of the package's family or name: no maker's part is that much higher."""
-
-_LEAST_MM = 0.1
-"""No body is lower; 0 and 1 mil are what layout tools write for what was never measured."""
-
-_DEFAULTS_MM = (25.4, 50.8, 76.2, 100.0, 127.0, 254.0)
-"""The other heights that layout tools write for what was never measured: 1000, 2000, 3000, 5000 and 10000 mil."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,43 +36,18 @@ class Package:
         return 0.0 <= self.height_mm <= _FLAT_MM and bool(_FLAT.search(self.name) or _FLAT.search(self.part))
 
 
-@dataclass(frozen=True, slots=True)
-class SeatedHeight:
-    """The height that counts of a placed package."""
-
-    height_mm: float
-    reason: str = ""
-    """Why another height than the library's was taken; empty where that one is believed."""
-    is_doubtful: bool = False
-    """Whether the library's height contradicts the package, or cannot have been measured."""
-    is_assumed: bool = False
-
-
-def seated_height(package: Package, reference: str) -> SeatedHeight:
+def seated_height(package: Package, reference: str) -> CheckedHeight:
     """Check the library's height against the sizes that the package's name, part number and family state.
-
-    A height that contradicts them is not believed. Where nothing is known, a layout tool's default is kept if it is
-    large, and a tall body is assumed if it is next to nothing.
 
     Raises:
         BoardError: There is no height, and nothing is known of the package.
     """
     x, y = np.ptp(package.ring, axis=0).tolist()
-    texts = (package.name, package.part)
-    found = [body_height(HeightEvidence(text, reference, length_mm=max(x, y))) for text in texts]
-    known = next((height for height in found if height.source != "assumed"), None)
-    stated_mm, default = package.height_mm, any(abs(package.height_mm - mm) < _SAME_MM for mm in _DEFAULTS_MM)
-    if stated_mm < 0.0 or (known is None and stated_mm == 0.0):
+    evidence = HeightEvidence(package.name, reference, (package.part,), length_mm=max(x, y))
+    checked = checked_height(package.height_mm, evidence)
+    if package.height_mm < 0.0 or (package.height_mm == 0.0 and checked.height.source == "assumed"):
         raise package.head.error(f"package {package.name} has no height. State it in the library.")
-    if known is None:
-        if stated_mm < _LEAST_MM:
-            return SeatedHeight(found[0].height_mm, found[0].reason, is_assumed=True)
-        return SeatedHeight(stated_mm, is_doubtful=default)
-    low_mm = known.height_mm / _FAR if known.source == "name" else min(_LEAST_MM, known.height_mm / _FAR)
-    high = stated_mm > _FAR * known.height_mm or (default and stated_mm > known.height_mm)
-    if stated_mm < low_mm or high:
-        return SeatedHeight(known.height_mm, known.reason, is_doubtful=True)
-    return SeatedHeight(stated_mm)
+    return checked
 
 
 def find_packages(placed: Sequence[tuple[Record, str, str]], library: Path | None) -> list[Package]:

@@ -12,6 +12,7 @@ from shapely.affinity import affine_transform
 
 from boards.board import Pad, Side
 from boards.formats.kicad.items import Item, drawn, polyline
+from boards.formats.layout import part_number, stated_height
 from boards.formats.loops import DRILL_MM, Point2, enclosed, slot
 from geometry.arrays import Points2
 
@@ -21,7 +22,6 @@ _COURTYARD_MM = 0.25
 _LEAST_PAD_MM = 1e-3
 _UNSCALED = {"1", "1.0"}
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE)
-_PART_KEYS = ("mpn", "manufacturerpartnumber", "mfrpartnumber", "mfrpn", "partnumber", "manufacturerpn", "pn", "part")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,6 +39,8 @@ class Footprint:
     attributes: frozenset[str]
     value: str
     part: str
+    stated_height_mm: float | None
+    """From its properties."""
     description: str
     models: tuple[str, ...]
     """File names of the 3-D models at their own scale."""
@@ -96,7 +98,8 @@ def read_footprint(item: Item) -> Footprint:
         turn_rad=item.angle(),
         attributes=frozenset(attributes),
         value=(properties.get("value") or texts.get("value") or "").strip(),
-        part=next((properties[key].strip() for key in _PART_KEYS if properties.get(key, "").strip()), ""),
+        part=part_number(properties),
+        stated_height_mm=stated_height(properties),
         description=(item.word("descr") or properties.get("description", "")).strip(),
         models=tuple(model.atoms[0] for model in item.all("model") if model.atoms and _is_to_scale(model)),
     )

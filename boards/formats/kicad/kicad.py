@@ -113,9 +113,17 @@ def _part(part: Footprint, outline: Polygon | MultiPolygon, from_pads: bool) -> 
     evidence = HeightEvidence(
         part.package, part.reference, part.models, part.description, has_leads(part), max(x1 - x0, y1 - y0)
     )
-    placed = part.place_outline(outline)
     return LayoutPart(
-        _name_of(part), placed, part.side, evidence, from_pads, part.part, part.value, part.pins, flat_pads(part)
+        _name_of(part),
+        part.place_outline(outline),
+        part.side,
+        evidence,
+        from_pads,
+        part=part.part,
+        value=part.value,
+        pins=part.pins,
+        pads=flat_pads(part),
+        stated_height_mm=part.stated_height_mm,
     )
 
 

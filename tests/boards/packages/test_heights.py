@@ -4,7 +4,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from boards.packages.heights import TALL_FLAT_MM, TALL_LEADED_MM, HeightEvidence, body_height
+from boards.packages.heights import (
+    TALL_FLAT_MM,
+    TALL_LEADED_MM,
+    HeightEvidence,
+    body_height,
+    checked_height,
+    length_in,
+)
 
 STATED = [
     ("CP_Axial_L18.0mm_D6.5mm_P25.00mm_Horizontal", 6.5),
@@ -49,7 +56,7 @@ NOT_STATED = [
     ("QFN-32-1EP_5x5x0.9mm_P0.5mm_EP2.3x2.3mm", "QFN", 1.0),
     ("R_1206_3216Metric_Pad1.24x1.80mm_HandSolder", "chip resistor 1206", 0.7),
     ("PinHeader_1x02_P2.54mm_Vertical", "pin header", 9.0),
-    ("LED_Rectangular_W5.0mm_H2.0mm", "LED with leads", 12.5),
+    ("LED_Rectangular_W5.0mm_H2.0mm", "LED with leads", 20.0),
     ("DSUB-9_Female_Horizontal_P2.77x2.84mm_EdgePinOffset7.70mm_Housed", "D-sub", 12.6),
 ]
 
@@ -167,6 +174,56 @@ def test_what_is_unknown_is_assumed_tall() -> None:
 def test_a_word_alone_is_bounded_by_the_size_of_what_is_soldered_flat() -> None:
     assert body_height(HeightEvidence("C_Gizmo")).height_mm > TALL_LEADED_MM
     assert body_height(HeightEvidence("C_Gizmo", through_hole=False, length_mm=3.0)).height_mm == 6.0
+
+
+def test_a_word_alone_is_tall_with_leads() -> None:
+    for name in ("LED_Gizmo", "D_Gizmo", "C_Gizmo"):
+        assert body_height(HeightEvidence(name, through_hole=True, length_mm=3.0)).height_mm >= TALL_LEADED_MM
+
+
+@pytest.mark.parametrize(
+    ("name", "stated_mm", "height_mm", "doubt"),
+    [
+        ("SOIC-8", 1.5, 1.5, ""),
+        ("SOIC-8", 4.0, 4.0, ""),
+        ("SOIC-8", 6.0, 1.75, "6 mm stated, 1.75 mm taken: family SOIC (JEDEC MS-012)"),
+        ("SOIC-8", 0.0254, 1.75, "0.0254 mm stated, 1.75 mm taken: family SOIC (JEDEC MS-012)"),
+        ("TO-220-3_Vertical", 25.4, 23.0, "25.4 mm stated, 23 mm taken: family TO-220 "),
+        ("Heatsink_X", 25.4, 25.4, ""),
+        ("L_12x12mm_H4.5mm", 1.0, 4.5, "1 mm stated, 4.5 mm taken: name states H4.5mm"),
+        ("Gizmo", 7.0, 7.0, ""),
+        ("Gizmo", 50.8, 50.8, "50.8 mm stated, a layout tool's default, kept"),
+        ("Gizmo", 0.01, TALL_LEADED_MM, "0.01 mm stated, 25 mm taken: assumed tall"),
+        ("SOIC-8", None, 1.75, ""),
+    ],
+)
+def test_a_stated_height_is_believed_if_it_may_be_true(
+    name: str, stated_mm: float | None, height_mm: float, doubt: str
+) -> None:
+    checked = checked_height(stated_mm, HeightEvidence(name))
+    assert checked.height.height_mm == height_mm
+    assert checked.doubt.startswith(doubt)
+    assert bool(checked.doubt) == bool(doubt)
+
+
+@pytest.mark.parametrize(
+    ("text", "length_mm"),
+    [
+        ("4.5", 4.5),
+        ("4,5 mm", 4.5),
+        (".9MM", 0.9),
+        ("100 mil", 2.54),
+        ('0.1"', 2.54),
+        ("0", None),
+        ("1.75 max", None),
+        ("-1", None),
+        ("1e9", None),
+        ("99999", None),
+        ("", None),
+    ],
+)
+def test_lengths_are_read_with_their_units(text: str, length_mm: float | None) -> None:
+    assert length_in(text) == pytest.approx(length_mm)
 
 
 def test_a_chip_carrier_with_leads_through_the_board_is_in_a_socket() -> None:

@@ -111,6 +111,15 @@ def test_the_name_of_a_3d_package_states_a_height(tmp_path: Path) -> None:
     assert extent(body)[1][2] == pytest.approx(1.2 + 0.9)
 
 
+@pytest.mark.parametrize(("stated", "height_mm", "doubt"), [("1.3mm", 1.3, False), ("2000 mil", 1.75, True)])
+def test_a_height_among_the_attributes_is_checked(tmp_path: Path, stated: str, height_mm: float, doubt: bool) -> None:
+    text = BOARD.replace(
+        '<attribute name="MPN" value="LM358DR"', f'<attribute name="MAXIMUM_PACKAGE_HEIGHT" value="{stated}"'
+    )
+    assert extent(read(tmp_path, text)["U1"])[1][2] == pytest.approx(1.2 + height_mm)
+    assert ("U1 (50.8 mm stated, 1.75 mm taken" in messages(tmp_path, text).get("doubtful-height", "")) == doubt
+
+
 def test_what_carries_no_body_is_listed(tmp_path: Path) -> None:
     notes = messages(tmp_path)
     assert "left out: C2, C3, H1, LOGO1, FD1." in notes["no-body"]

@@ -85,6 +85,14 @@ def test_a_component_stands_on_its_side_with_its_nominal_height(tmp_path: Path) 
     assert bodies["U1"].extra == (("x-height", "family SOIC (JEDEC MS-012)"),)
 
 
+@pytest.mark.parametrize(("stated", "height_mm", "doubt"), [("1.3 mm", 1.3, False), ("50.8", 1.75, True)])
+def test_a_height_among_the_properties_is_checked(tmp_path: Path, stated: str, height_mm: float, doubt: bool) -> None:
+    text = re.sub(r'(\(property "Value" "LM358")', rf'(property "Height" "{stated}" (at 0 0) (layer "F.Fab"))\n\1', NEW)
+    assert text != NEW
+    assert extent(read(tmp_path, text)["U1"])[1][2] == pytest.approx(1.2 + height_mm)
+    assert ("U1 (50.8 mm stated, 1.75 mm taken" in messages(tmp_path, text).get("doubtful-height", "")) == doubt
+
+
 def test_the_body_is_the_fabrication_drawing_turned_with_the_footprint(tmp_path: Path) -> None:
     body = read(tmp_path, NEW)["U1"]
     # 3.9 wide and 4.9 long, turned by 90°: long in x now. The bevel of pin 1 was front left, and goes to the left back.
