@@ -1,15 +1,19 @@
 """Component classes and masks."""
 
+from typing import Annotated, TypeAlias
+
 from pydantic import Field, model_validator
 
-from specs.spec import NonNegativeFloat, Spec
+from specs.spec import Bounds, Distance, Spec
+
+Measure: TypeAlias = Annotated[float, Bounds(0, 1_000_000, what="pins, mm and mm² of components")]
 
 
 class Range(Spec):
     """A closed interval; a missing end is open."""
 
-    min: float | None = Field(default=None, description="Smallest value that belongs; left out, no lower end.")
-    max: float | None = Field(default=None, description="Largest value that belongs; left out, no upper end.")
+    min: Measure | None = Field(default=None, description="Smallest value that belongs; left out, no lower end.")
+    max: Measure | None = Field(default=None, description="Largest value that belongs; left out, no upper end.")
 
     @model_validator(mode="after")
     def _check(self) -> "Range":
@@ -43,7 +47,7 @@ class Mask(Spec):
     avoid: list[str] = Field(default=[], description="Must not be sprayed: the wave front keeps out, the jet closes.")
     clean: list[str] = Field(default=[], description="Must be cleaned: a finding if no pass serves them.")
     ignore: list[str] = Field(default=[], description="Do not care: no pass of their own, spray may touch them.")
-    margin_mm: NonNegativeFloat = Field(default=2.5, description="Distance kept from what is avoided.")
+    margin_mm: Distance = Field(default=2.5, description="Distance kept from what is avoided.")
 
     @model_validator(mode="after")
     def _check(self) -> "Mask":

@@ -1,18 +1,23 @@
 """Consistency of a recipe: what must hold between its parts; a recipe that breaks it is refused."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from typing import cast
 
 from recipes.nozzles import HollowCone, Nozzle
 from recipes.paths import ComponentPerimeter, PathSpec, StraightLine
-from recipes.recipe import Recipe
-from specs.yaml.located import YamlPath
+from recipes.recipe import Function, Recipe
+from specs.yaml.located import YamlPath, spell_path
 from specs.yaml.problems import Problem
 from specs.yaml.schema import name_nearest
 
 _DEFAULT = "default"
+_SINGULAR = {"functions": "function", "nozzles": "nozzle", "templates": "template", "classes": "class"}
 _FLATTEST_DEG = 85.0  # a ray of the spray flatter than this does not close on the board (cleaning model, section 1.1)
+
+
+_CLEARANCE: YamlPath = ("limits", "clearance_mm")
 
 
 def find_problems(recipe: Recipe) -> list[Problem]:
@@ -44,12 +49,12 @@ def _check_references(recipe: Recipe) -> Iterator[Problem]:
     for index, step in enumerate(recipe.sequence):
         at: YamlPath = ("sequence", index)
         if step.function not in recipe.functions:
-            yield _unknown((*at, "function"), "function", step.function, list(recipe.functions))
+            yield _unknown((*at, "function"), "functions", step.function, recipe.functions)
         if step.nozzle not in recipe.nozzles:
-            yield _unknown((*at, "nozzle"), "nozzle", step.nozzle, list(recipe.nozzles))
+            yield _unknown((*at, "nozzle"), "nozzles", step.nozzle, recipe.nozzles)
         for place, name in enumerate(step.paths):
             if name not in recipe.templates:
-                yield _unknown((*at, "paths", place), "template", name, list(recipe.templates))
+                yield _unknown((*at, "paths", place), "templates", name, recipe.templates)
     if not any(step.enabled for step in recipe.sequence):
         yield Problem(("sequence",), "no step is enabled, so there is nothing to do; enable one")
 
@@ -66,7 +71,7 @@ def _check_by_class(recipe: Recipe) -> Iterator[Problem]:
         if isinstance(spec, ComponentPerimeter):
             for place, only in enumerate(spec.only):
                 if only not in recipe.classes:
-                    yield _unknown((*at, "only", place), "class", only, list(recipe.classes))
+                    yield _unknown((*at, "only", place), "classes", only, recipe.classes)
             served = spec.only or served
         for field in type(spec).model_fields:
             value = getattr(spec, field)
@@ -77,10 +82,11 @@ def _check_by_class(recipe: Recipe) -> Iterator[Problem]:
 def _check_classes(at: YamlPath, value: dict[str, float], served: list[str], recipe: Recipe) -> Iterator[Problem]:
     for name in value:
         if name != _DEFAULT and name not in recipe.classes:
-            yield _unknown((*at, name), "class", name, [*recipe.classes, _DEFAULT])
+            yield _unknown((*at, name), "classes", name, [*recipe.classes, _DEFAULT])
     missing = [name for name in served if name not in value]
     if missing and _DEFAULT not in value:
-        yield Problem(at, f"has no value for {', '.join(missing)}; add it or `default:`")
+        others = tuple(("classes", name) for name in missing)
+        yield Problem(at, f"has no value for {', '.join(missing)}; add it or `default:`", others)
 
 
 def _check_values(recipe: Recipe) -> Iterator[Problem]:
@@ -90,12 +96,13 @@ def _check_values(recipe: Recipe) -> Iterator[Problem]:
         for path, height in values_of(spec, "height_mm"):
             if height <= clearance:
                 message = f"{height:g} mm is not above the clearance ({clearance:g} mm, limits.clearance_mm); raise it"
-                yield Problem(("templates", name, *path), message)
+                yield Problem(("templates", name, *path), message, (_CLEARANCE,))
         if isinstance(spec, StraightLine) and math.dist(spec.from_mm, spec.to_mm) < 1e-3:
-            yield Problem(("templates", name, "to"), "is where the line begins; a line needs two points")
+            message = "is where the line begins; a line needs two points"
+            yield Problem(("templates", name, "to"), message, (("templates", name, "from"),))
     if recipe.limits.park_height_mm <= clearance:
         message = f"{recipe.limits.park_height_mm:g} mm is not above the clearance ({clearance:g} mm); raise it"
-        yield Problem(("limits", "park_height_mm"), message)
+        yield Problem(("limits", "park_height_mm"), message, (_CLEARANCE,))
     for index, mask in enumerate(recipe.masks):
         for kind in ("avoid", "clean", "ignore"):
             for place, pattern in enumerate(cast("list[str]", getattr(mask, kind))):
@@ -105,26 +112,43 @@ def _check_values(recipe: Recipe) -> Iterator[Problem]:
 
 def _check_steps(recipe: Recipe) -> Iterator[Problem]:
     """Speeds and tilts of a template suit the function and the nozzle of each step that uses it."""
-    messages: dict[tuple[YamlPath, str], None] = {}
+    found: dict[tuple[YamlPath, str], Problem] = {}
     for index, step in enumerate(recipe.sequence):
         function, nozzle = recipe.functions.get(step.function), recipe.nozzles.get(step.nozzle)
-        for name, spec in ((name, recipe.templates.get(name)) for name in step.paths):
+        for place, name in enumerate(step.paths):
+            spec, use = recipe.templates.get(name), ("sequence", index, "paths", place)
             if function is None or nozzle is None or spec is None:
                 continue
-            fastest, spread = function.max_speed_mm_s, half_spread_deg(nozzle)
-            for path, speed in values_of(spec, "speed_mm_s"):
-                if speed > fastest:
-                    use = f"sequence[{index}] uses it for {step.function}; lower it or use another template"
-                    message = f"{speed:g} mm/s is above the maximum {fastest:g} mm/s: {use}"
-                    messages[("templates", name, *path), message] = None
-            for path, tilt in values_of(spec, "tilt_deg"):
-                if tilt + spread >= _FLATTEST_DEG:
-                    message = (
-                        f"spray not closed on board: tilt {tilt:g} + half angle {spread:.3g} of {step.nozzle} "
-                        f"is not below {_FLATTEST_DEG:g} degrees; tilt less than {_FLATTEST_DEG - spread:.3g}"
-                    )
-                    messages[("templates", name, *path), message] = None
-    yield from (Problem(path, message) for path, message in messages)
+            for problem in (*_too_fast(spec, function, step.function, use), *_too_flat(spec, nozzle, step.nozzle, use)):
+                path: YamlPath = ("templates", name, *problem.path)
+                found.setdefault((path, problem.message), replace(problem, path=path))
+    yield from found.values()
+
+
+def _too_fast(spec: PathSpec, function: Function, name: str, use: YamlPath) -> Iterator[Problem]:
+    """Speeds above the maximum of the function; paths begin at the template."""
+    fastest = function.max_speed_mm_s
+    for path, speed in values_of(spec, "speed_mm_s"):
+        if speed > fastest:
+            step = spell_path(use[:2])
+            message = (
+                f"{speed:g} mm/s is above the maximum {fastest:g} mm/s: {step} uses it for {name}; lower it or use "
+                "another template"
+            )
+            yield Problem(path, message, (("functions", name, "max_speed_mm_s"), use))
+
+
+def _too_flat(spec: PathSpec, nozzle: Nozzle, name: str, use: YamlPath) -> Iterator[Problem]:
+    """Tilts at which the spray does not close on the board; paths begin at the template."""
+    spread = half_spread_deg(nozzle)
+    for path, tilt in values_of(spec, "tilt_deg"):
+        if tilt + spread >= _FLATTEST_DEG:
+            message = (
+                f"spray not closed on board: tilt {tilt:g} + half angle {spread:.3g} of {name} "
+                f"is not below {_FLATTEST_DEG:g} degrees; tilt less than {_FLATTEST_DEG - spread:.3g}"
+            )
+            at = ("nozzles", name)
+            yield Problem(path, message, ((*at, "half_angle_deg"), (*at, "wavefront"), use))
 
 
 def half_spread_deg(nozzle: Nozzle) -> float:
@@ -135,5 +159,6 @@ def half_spread_deg(nozzle: Nozzle) -> float:
     return nozzle.half_angle_deg
 
 
-def _unknown(path: YamlPath, kind: str, name: str, known: list[str]) -> Problem:
-    return Problem(path, f"there is no {kind} {name!r}; {name_nearest(name, known)}")
+def _unknown(path: YamlPath, section: str, name: str, known: Iterable[str]) -> Problem:
+    message = f"there is no {_SINGULAR[section]} {name!r}; {name_nearest(name, known)}"
+    return Problem(path, message, ((section, name),))

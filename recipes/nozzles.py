@@ -5,16 +5,28 @@ from typing import Annotated, Literal, TypeAlias, get_args
 
 from pydantic import Field, model_validator
 
-from specs.spec import NonNegativeFloat, PositiveFloat, Spec
+from specs.spec import (
+    Bounds,
+    Duration,
+    Flow,
+    HalfAngle,
+    OrificeHeight,
+    PositiveDistance,
+    Pressure,
+    Spec,
+    Spread,
+    ToolNumber,
+    Turn,
+)
 
-HalfAngle: TypeAlias = Annotated[float, Field(gt=0, lt=85)]
+Radius: TypeAlias = Annotated[float, Bounds(0.01, 20_000, "mm", "radii of a wave front")]
 
 
 class Wavefront(Spec):
     """The ring where the cone meets a flat plate, as measured with the nozzle at right angles to it."""
 
-    height_mm: PositiveFloat = Field(description="Orifice above the plate during the measurement.")
-    points: list[tuple[float, PositiveFloat, PositiveFloat]] = Field(
+    height_mm: OrificeHeight = Field(description="Orifice above the plate during the measurement.")
+    points: list[tuple[Turn, Radius, Radius]] = Field(
         min_length=3,
         description="[azimuth from the nozzle's reference (deg, ascending), inner radius (mm), outer radius (mm)].",
     )
@@ -32,11 +44,11 @@ class Wavefront(Spec):
 
 
 class _Nozzle(Spec):
-    flow_lpm: PositiveFloat = Field(description="Flow at the reference pressure, litres per minute.")
-    at_bar: PositiveFloat = Field(default=3.0, description="Reference pressure of flow_lpm.")
-    open_lag_s: NonNegativeFloat = Field(default=0.04, description="From the signal to the full jet.")
-    close_lag_s: NonNegativeFloat = Field(default=0.02, description="From the signal to no jet.")
-    tool: int = Field(default=1, ge=0, le=99, description="Number of the tool on the robot.")
+    flow_lpm: Flow = Field(description="Flow at the reference pressure, litres per minute.")
+    at_bar: Pressure = Field(default=3.0, description="Reference pressure of flow_lpm.")
+    open_lag_s: Duration = Field(default=0.04, description="From the signal to the full jet.")
+    close_lag_s: Duration = Field(default=0.02, description="From the signal to no jet.")
+    tool: ToolNumber = Field(default=1, description="Number of the tool on the robot.")
 
 
 class HollowCone(_Nozzle):
@@ -46,7 +58,7 @@ class HollowCone(_Nozzle):
         default="hollow_cone", description="A hollow cone; its wave front does the work."
     )
     half_angle_deg: HalfAngle = Field(description="From the axis to the middle of the wave front.")
-    ring_sigma_deg: PositiveFloat = Field(default=3.0, description="Spread of the ring about its half angle.")
+    ring_sigma_deg: Spread = Field(default=3.0, description="Spread of the ring about its half angle.")
     wavefront: Wavefront | None = Field(default=None, description="Measured ring; replaces the ideal circle.")
 
 
@@ -75,7 +87,7 @@ class AirKnife(_Nozzle):
     """A slot that blows a curtain of gas; the slot lies along the nozzle's reference azimuth."""
 
     pattern: Literal["air_knife"] = Field(default="air_knife", description="A slot that blows a curtain of gas.")
-    width_mm: PositiveFloat = Field(description="Length of the slot.")
+    width_mm: PositiveDistance = Field(description="Length of the slot.")
     half_angle_deg: HalfAngle = Field(
         default=5.0, description="Spread of the curtain on either side of the slot's ends."
     )

@@ -7,17 +7,32 @@ from typing import Annotated, Literal, TypeAlias, TypeVar, get_args
 
 from pydantic import Field
 
-from specs.spec import NonNegativeFloat, PositiveFloat, Spec
+from specs.spec import (
+    Bounds,
+    Coordinate,
+    CornerAngle,
+    Count,
+    Distance,
+    Duration,
+    Offset,
+    OrificeHeight,
+    PositiveDistance,
+    Spec,
+    Speed,
+    Tilt,
+    Turn,
+)
 
 T = TypeVar("T", int, float)
 
-Tilt: TypeAlias = Annotated[float, Field(ge=0, lt=90)]
-Count: TypeAlias = Annotated[int, Field(ge=0, le=1000)]
+Overlap: TypeAlias = Annotated[float, Bounds(0, 0.99, what="parts of a footprint that lines share")]
+Pitch: TypeAlias = Annotated[float, Bounds(0.1, 1000, "mm", "distances of lines")]
 
 # One value, or one by component class with an optional `default`: `passes: {small: 2, large: 4, default: 2}`.
-PositiveByClass: TypeAlias = PositiveFloat | dict[str, PositiveFloat]
-LengthByClass: TypeAlias = float | dict[str, float]
-SecondsByClass: TypeAlias = NonNegativeFloat | dict[str, NonNegativeFloat]
+HeightByClass: TypeAlias = OrificeHeight | dict[str, OrificeHeight]
+SpeedByClass: TypeAlias = Speed | dict[str, Speed]
+OffsetByClass: TypeAlias = Offset | dict[str, Offset]
+SecondsByClass: TypeAlias = Duration | dict[str, Duration]
 TiltByClass: TypeAlias = Tilt | dict[str, Tilt]
 CountByClass: TypeAlias = Count | dict[str, Count]
 
@@ -36,7 +51,7 @@ def for_class(value: T | dict[str, T], component_class: str) -> T:
 class _Path(Spec):
     """Keys of every template."""
 
-    lead_in_mm: NonNegativeFloat = Field(
+    lead_in_mm: Distance = Field(
         default=0, description="Run-up before the path with the jet off, so that it opens at speed."
     )
 
@@ -44,7 +59,7 @@ class _Path(Spec):
 class _OpenPath(_Path):
     """Keys of the paths that have two ends."""
 
-    overshoot_mm: NonNegativeFloat = Field(default=0, description="How far the jet runs on past both ends of the path.")
+    overshoot_mm: Distance = Field(default=0, description="How far the jet runs on past both ends of the path.")
 
 
 class BoardPerimeter(_Path):
@@ -53,16 +68,16 @@ class BoardPerimeter(_Path):
     path: Literal["board_perimeter"] = Field(
         default="board_perimeter", description="Path class: follows the edge of the board."
     )
-    height_mm: PositiveFloat = Field(description="Orifice above the board's surface.")
-    speed_mm_s: PositiveFloat = Field(description="Speed of the orifice.")
-    offset_mm: float = Field(default=0, description="Path outside the edge (+) or inside it (-).")
+    height_mm: OrificeHeight = Field(description="Orifice above the board's surface.")
+    speed_mm_s: Speed = Field(description="Speed of the orifice.")
+    offset_mm: Offset = Field(default=0, description="Path outside the edge (+) or inside it (-).")
     repeats: Count = Field(default=1, description="How often it goes around.")
     tilt_deg: Tilt = Field(default=0, description="Jet from the board normal.")
     toward: Literal["inside", "outside", "travel", "against_travel"] = Field(
         default="inside", description="Which way the jet leans when tilted."
     )
-    corner_delay_s: NonNegativeFloat = Field(default=0, description="Pause at each corner, jet on.")
-    corner_deg: Annotated[float, Field(gt=0, le=180)] = Field(
+    corner_delay_s: Duration = Field(default=0, description="Pause at each corner, jet on.")
+    corner_deg: CornerAngle = Field(
         default=30, description="A bend of at least this much is a corner; smaller ones are followed without a pause."
     )
     direction: Literal["counterclockwise", "clockwise"] = Field(
@@ -79,18 +94,18 @@ class BoardPerimeter(_Path):
 class _Lines(_OpenPath):
     """Keys of the paths made of parallel lines."""
 
-    height_mm: PositiveFloat = Field(description="Orifice above the board's surface.")
-    speed_mm_s: PositiveFloat = Field(description="Speed of the orifice.")
-    direction_deg: float | Literal["longest_edge", "across_longest_edge"] = Field(
+    height_mm: OrificeHeight = Field(description="Orifice above the board's surface.")
+    speed_mm_s: Speed = Field(description="Speed of the orifice.")
+    direction_deg: Turn | Literal["longest_edge", "across_longest_edge"] = Field(
         default=0, description="Direction of travel from +X, counterclockwise as seen from the top."
     )
-    overlap: Annotated[float, Field(ge=0, lt=1)] = Field(
+    overlap: Overlap = Field(
         default=0.3, description="Part of the footprint's effective width that neighbouring lines share."
     )
-    pitch_mm: PositiveFloat | Literal["auto"] = Field(
+    pitch_mm: Pitch | Literal["auto"] = Field(
         default="auto", description="Distance of neighbouring lines; auto takes it from the footprint and overlap."
     )
-    margin_mm: float = Field(
+    margin_mm: Offset = Field(
         default=0, description="How far lines stay inside the board's edge (+) or run beyond it (-)."
     )
     tilt_deg: Tilt = Field(default=0, description="Jet from the board normal.")
@@ -107,7 +122,7 @@ class Raster(_Lines):
     """Moves back and forth across the board."""
 
     path: Literal["raster"] = Field(default="raster", description="Path class: back and forth across the board.")
-    edge_delay_s: NonNegativeFloat = Field(default=0, description="Pause at the end of each line, jet on.")
+    edge_delay_s: Duration = Field(default=0, description="Pause at the end of each line, jet on.")
 
 
 class FinalFlush(_Lines):
@@ -116,7 +131,7 @@ class FinalFlush(_Lines):
     path: Literal["final_flush"] = Field(
         default="final_flush", description="Path class: across the board in one direction."
     )
-    edge_delay_s: NonNegativeFloat = Field(default=0, description="Pause at the end of each line, jet on.")
+    edge_delay_s: Duration = Field(default=0, description="Pause at the end of each line, jet on.")
 
 
 class StepFunction(_Lines):
@@ -131,11 +146,11 @@ class StepFunction(_Lines):
 class Near(Spec):
     """What changes for a component whose nearest neighbour is close."""
 
-    within_mm: PositiveFloat = Field(description="Distance to the neighbour from which the values below hold.")
-    speed_mm_s: PositiveFloat | None = Field(default=None, description="Replaces speed_mm_s of the template.")
+    within_mm: PositiveDistance = Field(description="Distance to the neighbour from which the values below hold.")
+    speed_mm_s: Speed | None = Field(default=None, description="Replaces speed_mm_s of the template.")
     tilt_deg: Tilt | None = Field(default=None, description="Replaces tilt_deg of the template.")
-    edge_delay_s: NonNegativeFloat | None = Field(default=None, description="Replaces edge_delay_s of the template.")
-    distance_mm: float | None = Field(default=None, description="Replaces distance_mm of the template.")
+    edge_delay_s: Duration | None = Field(default=None, description="Replaces edge_delay_s of the template.")
+    distance_mm: Offset | None = Field(default=None, description="Replaces distance_mm of the template.")
     passes: Count | None = Field(default=None, description="Replaces passes of the template.")
 
 
@@ -145,12 +160,12 @@ class ComponentPerimeter(_Path):
     path: Literal["component_perimeter"] = Field(
         default="component_perimeter", description="Path class: follows the edges of each component."
     )
-    height_mm: PositiveByClass = Field(description="Orifice above the board's surface.")
-    speed_mm_s: PositiveByClass = Field(description="Speed of the orifice.")
+    height_mm: HeightByClass = Field(description="Orifice above the board's surface.")
+    speed_mm_s: SpeedByClass = Field(description="Speed of the orifice.")
     align: Literal["wavefront", "axis"] = Field(
         default="wavefront", description="What is put on the edge: the near wave front of the tilted cone, or its axis."
     )
-    distance_mm: LengthByClass = Field(
+    distance_mm: OffsetByClass = Field(
         default=0, description="That line outside the component's edge (+) or inside (-)."
     )
     tilt_deg: TiltByClass = Field(default=30, description="Jet from the board normal.")
@@ -159,12 +174,8 @@ class ComponentPerimeter(_Path):
     )
     passes: CountByClass = Field(default=2, description="How often it goes around.")
     edge_delay_s: SecondsByClass = Field(default=0, description="Pause after each edge, jet on.")
-    corner_deg: Annotated[float, Field(gt=0, le=180)] = Field(
-        default=30, description="A bend of at least this much ends an edge."
-    )
-    merge_gap_mm: NonNegativeFloat = Field(
-        default=2, description="Components closer than this are followed as one outline."
-    )
+    corner_deg: CornerAngle = Field(default=30, description="A bend of at least this much ends an edge.")
+    merge_gap_mm: Distance = Field(default=2, description="Components closer than this are followed as one outline.")
     direction: Literal["auto", "counterclockwise", "clockwise"] = Field(
         default="auto", description="Sense of travel, as seen from the top."
     )
@@ -178,16 +189,16 @@ class StraightLine(_OpenPath):
     path: Literal["straight_line"] = Field(
         default="straight_line", description="Path class: one line between two points."
     )
-    from_mm: tuple[float, float] = Field(alias="from", description="Where the line begins, board frame, mm.")
-    to_mm: tuple[float, float] = Field(alias="to", description="Where the line ends, board frame, mm.")
-    height_mm: PositiveFloat = Field(description="Orifice above the board's surface.")
-    speed_mm_s: PositiveFloat = Field(description="Speed of the orifice.")
+    from_mm: tuple[Coordinate, Coordinate] = Field(alias="from", description="Where the line begins, board frame, mm.")
+    to_mm: tuple[Coordinate, Coordinate] = Field(alias="to", description="Where the line ends, board frame, mm.")
+    height_mm: OrificeHeight = Field(description="Orifice above the board's surface.")
+    speed_mm_s: Speed = Field(description="Speed of the orifice.")
     tilt_deg: Tilt = Field(default=0, description="Jet from the board normal.")
     toward: Literal["travel", "against_travel", "left", "right"] = Field(
         default="travel", description="Which way the jet leans when tilted, seen in the direction of travel."
     )
     repeats: Count = Field(default=1, description="How often it is done; back and forth.")
-    edge_delay_s: NonNegativeFloat = Field(default=0, description="Pause at the end, jet on.")
+    edge_delay_s: Duration = Field(default=0, description="Pause at the end, jet on.")
 
 
 PathSpec: TypeAlias = Annotated[

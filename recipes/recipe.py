@@ -7,7 +7,23 @@ from pydantic import Field, model_validator
 from recipes.classes import ComponentClass, Mask
 from recipes.nozzles import AirKnife, Nozzle
 from recipes.paths import PathSpec
-from specs.spec import NonNegativeFloat, PositiveFloat, Spec
+from specs.spec import (
+    Acceleration,
+    Bounds,
+    Coordinate,
+    Distance,
+    PositiveDistance,
+    Pressure,
+    Repeats,
+    Resistivity,
+    Size,
+    Spec,
+    Speed,
+    Temperature,
+    Turn,
+    TurnAcceleration,
+    TurnSpeed,
+)
 
 Name: TypeAlias = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")]
 """A word that can stand in a program file and in a robot's program."""
@@ -19,9 +35,9 @@ class Function(Spec):
     """A cleaning function: its solution and its maximum nozzle speed."""
 
     solution: Name = Field(description="Name of the solution or gas.")
-    temperature_c: float | None = Field(default=None, gt=-50, lt=500, description="Of the solution.")
-    pressure_bar: PositiveFloat = Field(description="At the nozzle, above ambient.")
-    max_speed_mm_s: PositiveFloat = Field(description="No move of this function is faster.")
+    temperature_c: Temperature | None = Field(default=None, description="Of the solution.")
+    pressure_bar: Pressure = Field(description="At the nozzle, above ambient.")
+    max_speed_mm_s: Speed = Field(description="No move of this function is faster.")
     solution_kind: Literal["liquid", "gas"] | None = Field(
         default=None,
         description="Counted in litres if liquid; left out, an air knife sprays gas and all others liquid.",
@@ -38,9 +54,9 @@ def use_of(name: str, function: Function, nozzle: Nozzle) -> Use:
 class Until(Spec):
     """Repeat until a sensor reaches its limit."""
 
-    resistivity_mohm_cm: PositiveFloat | None = Field(default=None, description="Of the rinse water that runs off.")
-    temperature_c: float | None = Field(default=None, description="Of the board.")
-    max_repeats: Annotated[int, Field(ge=1, le=1000)] = Field(description="Never more often than this.")
+    resistivity_mohm_cm: Resistivity | None = Field(default=None, description="Of the rinse water that runs off.")
+    temperature_c: Temperature | None = Field(default=None, description="Of the board.")
+    max_repeats: Repeats = Field(description="Never more often than this.")
 
     @model_validator(mode="after")
     def _check(self) -> "Until":
@@ -58,7 +74,7 @@ class Step(Spec):
     side: Literal["top", "bottom"] = Field(
         default="top", description="Side that is sprayed; a change turns the board over."
     )
-    repeat: Annotated[int, Field(ge=1, le=1000)] = Field(default=1, description="How often all its paths are done.")
+    repeat: Repeats = Field(default=1, description="How often all its paths are done.")
     until: Until | None = Field(default=None, description="Repeat until a sensor reaches its limit.")
     enabled: bool = Field(default=True, description="False leaves the step out.")
 
@@ -72,27 +88,23 @@ class Step(Spec):
 class Limits(Spec):
     """What the motion must keep to."""
 
-    acceleration_mm_s2: PositiveFloat = Field(default=500, description="Of the orifice.")
-    rotation_deg_s: PositiveFloat = Field(default=180, description="Of the nozzle.")
-    rotation_acceleration_deg_s2: PositiveFloat = Field(default=1800, description="Of the nozzle.")
-    transfer_speed_mm_s: PositiveFloat = Field(
+    acceleration_mm_s2: Acceleration = Field(default=500, description="Of the orifice.")
+    rotation_deg_s: TurnSpeed = Field(default=180, description="Of the nozzle.")
+    rotation_acceleration_deg_s2: TurnAcceleration = Field(default=1800, description="Of the nozzle.")
+    transfer_speed_mm_s: Speed = Field(
         default=250, description="Between passes; never above the function's maximum either."
     )
-    tilt_band_deg: Annotated[float, Field(ge=0, le=45)] = Field(
+    tilt_band_deg: Annotated[float, Bounds(0, 45, "degrees", "tilts that a robot may add")] = Field(
         default=0,
         description="Largest tilt that a robot may add to the jet while it sprays, to avoid collisions and limits.",
     )
-    blend_mm: NonNegativeFloat = Field(
-        default=0.5, description="How far a corner may be cut so that the nozzle need not stop."
-    )
-    clearance_mm: PositiveFloat = Field(default=5, description="Orifice to every body, always.")
-    park_height_mm: PositiveFloat = Field(
-        default=110, description="Orifice above the board at the beginning and the end."
-    )
-    park_mm: tuple[float, float] | None = Field(
+    blend_mm: Distance = Field(default=0.5, description="How far a corner may be cut so that the nozzle need not stop.")
+    clearance_mm: PositiveDistance = Field(default=5, description="Orifice to every body, always.")
+    park_height_mm: Size = Field(default=110, description="Orifice above the board at the beginning and the end.")
+    park_mm: tuple[Coordinate, Coordinate] | None = Field(
         default=None, description="Where it parks, board frame; left out, above the middle of the board."
     )
-    tool_azimuth_deg: float | None = Field(
+    tool_azimuth_deg: Turn | None = Field(
         default=None,
         description="Where the reference of a round nozzle points, from +X; left out, along the board's longest edge.",
     )

@@ -56,12 +56,12 @@ def _check_values(parameters: Parameters) -> Iterator[Problem]:
     for name, liquid in parameters.liquids.items():
         if liquid.use == "wash" and liquid.concentration_pct == 0:
             message = "must be above 0 for washing: without it nothing softens. 100 if the liquid itself is the agent"
-            yield Problem(("liquids", name, "concentration_pct"), message)
+            yield Problem(("liquids", name, "concentration_pct"), message, (("liquids", name, "use"),))
     drying = parameters.drying
     if drying.bake_min > 0 and drying.bake_c is None:
-        yield Problem(("drying", "bake_min"), "needs the temperature of the bake too: bake_c")
+        yield Problem(("drying", "bake_min"), "needs the temperature of the bake too: bake_c", (("drying", "bake_c"),))
     if drying.bake_c is not None and drying.bake_min == 0:
-        yield Problem(("drying", "bake_c"), "needs the time of the bake too: bake_min")
+        yield Problem(("drying", "bake_c"), "needs the time of the bake too: bake_min", (("drying", "bake_min"),))
 
 
 def _check_order(parameters: Parameters) -> Iterator[Problem]:
@@ -79,7 +79,8 @@ def _check_order(parameters: Parameters) -> Iterator[Problem]:
         values = getattr(parameters, block)
         low, high = getattr(values, lower), getattr(values, upper)
         if low > high:
-            yield Problem((block, lower), f"must be at most {upper}, {high:g}, not {low:g}")
+            message = f"must be at most {upper}, {high:g}, not {low:g}"
+            yield Problem((block, lower), message, ((block, upper),))
 
 
 def _check_provenance(parameters: Parameters) -> Iterator[Problem]:
@@ -95,7 +96,8 @@ def _check_provenance(parameters: Parameters) -> Iterator[Problem]:
         while block and block not in named:
             block = block.rpartition(".")[0]
         within = [each for each in named if each.rpartition(".")[0] == block] or list(named)
-        yield Problem(at, f"names nothing of this set; {name_nearest(name, within)}")
+        message = f"names nothing of this set; {name_nearest(name, within)}"
+        yield Problem(at, message, (tuple(name.split(".")),))
 
 
 def _named_values(value: Any, name: str) -> Iterator[tuple[str, Any]]:
@@ -125,7 +127,7 @@ def _check_fit(at: YamlPath, entry: Provenance, value: Any) -> Iterator[Problem]
         message = (
             f"{value:g} lies outside {low:g} to {high:g}: the value was changed, so state anew where it comes from"
         )
-        yield Problem((*at, "interval"), message)
+        yield Problem((*at, "interval"), message, (tuple(at[-1].split(".")),))
 
 
 def _check_inherited(root: Located) -> Iterator[Problem]:

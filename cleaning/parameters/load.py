@@ -82,7 +82,7 @@ def locate_parameters(text: str, *, file: Path | str = "<parameters>") -> Loaded
     described = root.get("description")
     if described is not None and described.mark.file != root.mark.file and isinstance(root.value, dict):
         # It was inherited, and describes another set.
-        root = Located({key: node for key, node in root.value.items() if key != "description"}, root.mark)
+        root = Located({key: node for key, node in root.value.items() if key != "description"}, root.mark, root.removed)
     parameters = parse_spec(root, PARAMETERS)
     raise_problems(find_problems(parameters, root), root, PARAMETERS)
     return LoadedParameters(parameters, root)

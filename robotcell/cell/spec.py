@@ -5,19 +5,43 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field, model_validator
 
 from recipes.recipe import Name
-from specs.spec import NonNegativeFloat, PositiveFloat, Spec
+from specs.spec import (
+    Bounds,
+    Coordinate,
+    Distance,
+    Duration,
+    PositiveDistance,
+    Size,
+    Spec,
+    ToolNumber,
+    Turn,
+    TurnAcceleration,
+    TurnSpeed,
+)
 
-Point: TypeAlias = tuple[float, float, float]
-Sizes: TypeAlias = tuple[PositiveFloat, PositiveFloat, PositiveFloat]
-ToolNumber: TypeAlias = Annotated[int, Field(ge=0, le=99)]
-Outputs: TypeAlias = dict[Name, float]
+Point: TypeAlias = tuple[Coordinate, Coordinate, Coordinate]
+Turns: TypeAlias = tuple[Turn, Turn, Turn]
+Sizes: TypeAlias = tuple[Size, Size, Size]
+JointAngle: TypeAlias = Annotated[float, Bounds(-36_000, 36_000, "degrees", "positions of a joint that turns")]
+JointSpeed: TypeAlias = Annotated[float, Bounds(0.001, 100_000, "mm/s", "speeds of a joint that slides")]
+JointAcceleration: TypeAlias = Annotated[
+    float, Bounds(0.1, 10_000_000, "mm/s²", "accelerations of a joint that slides")
+]
+Home: TypeAlias = Annotated[float, Bounds(-100_000, 100_000, "degrees or mm", "positions of a joint")]
+FileUnit: TypeAlias = Annotated[float, Bounds(1e-6, 1e6, "mm", "units of a file")]
+Mass: TypeAlias = Annotated[float, Bounds(0.0001, 10_000, "kg", "masses of a tool")]
+ChannelNumber: TypeAlias = Annotated[int, Bounds(0, 65535)]
+ChannelCounts: TypeAlias = Annotated[int, Bounds(0, 2**32, what="counts of a channel")]
+FullScale: TypeAlias = Annotated[float, Bounds(0.001, 1000, "V or mA", "full scales of a channel")]
+Signal: TypeAlias = Annotated[float, Bounds(-1_000_000, 1_000_000, what="values, scales and offsets of a channel")]
+Outputs: TypeAlias = dict[Name, Signal]
 
 
 class Place(Spec):
     """A pose: a position and a rotation about fixed axes, as in URDF."""
 
     xyz_mm: Point = Field(default=(0, 0, 0), description="Position.")
-    rpy_deg: Point = Field(
+    rpy_deg: Turns = Field(
         default=(0, 0, 0), description="Turned about x, then y, then z of the frame it stands in: roll, pitch, yaw."
     )
 
@@ -36,7 +60,7 @@ class CapsuleSpec(Spec):
     kind: Literal["capsule"] = Field(default="capsule", description="A rod with round ends.")
     from_mm: Point = Field(description="Centre of one round end.")
     to_mm: Point = Field(description="Centre of the other.")
-    radius_mm: PositiveFloat = Field(description="Of the rod and its ends.")
+    radius_mm: Size = Field(description="Of the rod and its ends.")
 
 
 class CylinderSpec(Spec):
@@ -45,7 +69,7 @@ class CylinderSpec(Spec):
     kind: Literal["cylinder"] = Field(default="cylinder", description="A rod with flat ends.")
     from_mm: Point = Field(description="Centre of one flat end.")
     to_mm: Point = Field(description="Centre of the other.")
-    radius_mm: PositiveFloat = Field(description="Of the rod.")
+    radius_mm: Size = Field(description="Of the rod.")
 
 
 class HoseSpec(Spec):
@@ -53,7 +77,7 @@ class HoseSpec(Spec):
 
     kind: Literal["hose"] = Field(default="hose", description="A hose, or the space that it needs.")
     along_mm: list[Point] = Field(min_length=2, max_length=50, description="Points on its centre line.")
-    radius_mm: PositiveFloat = Field(description="Of the hose with all its sway.")
+    radius_mm: Size = Field(description="Of the hose with all its sway.")
 
 
 class MeshSpec(Spec):
@@ -61,7 +85,7 @@ class MeshSpec(Spec):
 
     kind: Literal["mesh"] = Field(default="mesh", description="Triangles of a file.")
     file: str = Field(min_length=1, description="STL, OBJ or PLY; a relative path begins at the cell's file.")
-    mm_per_unit: PositiveFloat = Field(default=1.0, description="1000 for a file in metres.")
+    mm_per_unit: FileUnit = Field(default=1.0, description="1000 for a file in metres.")
     at: Place = Field(default=Place(), description="Pose of the file's own frame.")
 
 
@@ -71,12 +95,12 @@ BodySpec: TypeAlias = Annotated[BoxSpec | CapsuleSpec | CylinderSpec | HoseSpec 
 class JointLimits(Spec):
     """Limits of one joint; what is left out stays as it was. A joint that turns takes degrees, one that slides mm."""
 
-    position_deg: tuple[float, float] | None = Field(default=None, description="Lowest and highest.")
-    position_mm: tuple[float, float] | None = Field(default=None, description="Lowest and highest.")
-    speed_deg_s: PositiveFloat | None = Field(default=None, description="Greatest.")
-    speed_mm_s: PositiveFloat | None = Field(default=None, description="Greatest.")
-    acceleration_deg_s2: PositiveFloat | None = Field(default=None, description="Greatest.")
-    acceleration_mm_s2: PositiveFloat | None = Field(default=None, description="Greatest.")
+    position_deg: tuple[JointAngle, JointAngle] | None = Field(default=None, description="Lowest and highest.")
+    position_mm: tuple[Coordinate, Coordinate] | None = Field(default=None, description="Lowest and highest.")
+    speed_deg_s: TurnSpeed | None = Field(default=None, description="Greatest.")
+    speed_mm_s: JointSpeed | None = Field(default=None, description="Greatest.")
+    acceleration_deg_s2: TurnAcceleration | None = Field(default=None, description="Greatest.")
+    acceleration_mm_s2: JointAcceleration | None = Field(default=None, description="Greatest.")
 
     @model_validator(mode="after")
     def _check(self) -> "JointLimits":
@@ -112,16 +136,15 @@ class Output(Spec):
     kind: Literal["digital", "group", "analog"] = Field(
         description="digital: 0 or 1; group: several bits that hold a whole number; analog: volts or mA."
     )
-    number: int = Field(ge=0, le=65535, description="For languages that number outputs, such as DO[3].")
-    full_scale: float = Field(
-        default=10.0, gt=0, description="Full scale of an analog output, in its unit; 20 for one of mA."
+    number: ChannelNumber = Field(description="For languages that number outputs, such as DO[3].")
+    full_scale: FullScale = Field(
+        default=10.0, description="Full scale of an analog output, in its unit; 20 for one of mA."
     )
     unit: Literal["V", "mA"] = Field(
         default="V", description="Of an analog output. How a language counts volts is not stated here."
     )
-    counts: int = Field(
+    counts: ChannelCounts = Field(
         default=0,
-        ge=0,
         description="Count at full scale in languages with integer channels: FANUC, Denso, Mitsubishi; 0: the usual.",
     )
 
@@ -130,24 +153,23 @@ class OutputSetting(Spec):
     """How a quantity of the recipe is sent to an output."""
 
     output: Name = Field(description="Under io.outputs.")
-    scale: float = Field(default=1.0, description="The output carries scale * quantity + offset, in its unit.")
-    offset: float = Field(default=0.0, description="Likewise.")
+    scale: Signal = Field(default=1.0, description="The output carries scale * quantity + offset, in its unit.")
+    offset: Signal = Field(default=0.0, description="Likewise.")
 
 
 class Sensor(Spec):
     """An analog input that measures a quantity."""
 
     input: Name = Field(description="Its name in the controller.")
-    number: int = Field(ge=0, le=65535, description="Its number.")
-    full_scale: float = Field(default=10.0, gt=0, description="Full scale, in its unit; 20 for one of mA.")
+    number: ChannelNumber = Field(description="Its number.")
+    full_scale: FullScale = Field(default=10.0, description="Full scale, in its unit; 20 for one of mA.")
     unit: Literal["V", "mA"] = Field(default="V", description="Of the reading.")
-    counts: int = Field(
+    counts: ChannelCounts = Field(
         default=0,
-        ge=0,
         description="Count at full scale in languages with integer channels, as for an output.",
     )
-    scale: float = Field(default=1.0, description="The quantity is scale * reading + offset, the reading in its unit.")
-    offset: float = Field(default=0.0, description="Likewise.")
+    scale: Signal = Field(default=1.0, description="The quantity is scale * reading + offset, the reading in its unit.")
+    offset: Signal = Field(default=0.0, description="Likewise.")
 
 
 class Grip(Spec):
@@ -196,7 +218,7 @@ class Hold(Spec):
         default=None, min_length=3, max_length=3, description="Three points, on the board and measured in the cell."
     )
     touched: Touched | None = Field(default=None, description="Origin, a point along +x, a point on the side of +y.")
-    largest_residual_mm: PositiveFloat = Field(
+    largest_residual_mm: PositiveDistance = Field(
         default=0.5, description="Largest distance of a measured point from where the fit puts it."
     )
 
@@ -215,16 +237,16 @@ class ToolSpec(Spec):
         description="The orifice on the flange: +z along the jet, +x its reference azimuth (a slot's long way)."
     )
     bodies: dict[Name, BodySpec] = Field(default={}, description="Collision bodies: nozzle body, holder, hose.")
-    mass_kg: PositiveFloat = Field(default=1.0, description="Of the tool, for the controller's load data.")
+    mass_kg: Mass = Field(default=1.0, description="Of the tool, for the controller's load data.")
 
 
 class NozzleSpec(Spec):
     """The cell's side of a nozzle of the recipe."""
 
     valve: Name = Field(description="Output under io.outputs that opens it.")
-    open_lag_s: NonNegativeFloat = Field(default=0.04, description="From the signal to the full jet.")
-    close_lag_s: NonNegativeFloat = Field(default=0.02, description="From the signal to no jet.")
-    min_pulse_s: NonNegativeFloat = Field(default=0.0, description="Shortest signal that the valve follows.")
+    open_lag_s: Duration = Field(default=0.04, description="From the signal to the full jet.")
+    close_lag_s: Duration = Field(default=0.02, description="From the signal to no jet.")
+    min_pulse_s: Duration = Field(default=0.0, description="Shortest signal that the valve follows.")
     round: bool = Field(
         default=False, description="True if the jet is the same all around: the robot may turn it about its axis."
     )
@@ -240,7 +262,7 @@ class CellSpec(Spec):
     joints: dict[str, JointLimits] = Field(
         default={}, description="Limits that are tighter than the robot's own, by joint; all means every joint."
     )
-    home_deg_mm: list[float] = Field(
+    home_deg_mm: list[Home] = Field(
         description="Joints at the beginning and end of a program: a number for each, degrees or, where it slides, mm."
     )
     board: Hold = Field(description="Pose of the board.")
@@ -251,7 +273,7 @@ class CellSpec(Spec):
     fixtures: dict[Name, BodySpec] = Field(
         default={}, description="Bodies that stand in the cell: table, holder, walls."
     )
-    margin_mm: NonNegativeFloat = Field(
+    margin_mm: Distance = Field(
         default=5.0, description="Distance that every body of robot and tool keeps from board and fixtures."
     )
     nozzles: dict[Name, NozzleSpec] = Field(default={}, description="By the nozzle's name in the recipe.")

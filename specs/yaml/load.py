@@ -103,7 +103,7 @@ def resolve_text(text: str, file: Path | str, kind: FileKind[Spec]) -> Located:
     merged = chain.pop()
     while chain:
         merged = _merge(merged, chain.pop(), (), kind)
-    return Located(merged.value, root.mark)
+    return Located(merged.value, root.mark, merged.removed)
 
 
 def _read_extended(name: str, extends: Located, kind: FileKind[Spec]) -> Located:
@@ -128,7 +128,7 @@ def _merge(base: Located, child: Located, path: YamlPath, kind: FileKind[Spec]) 
         ours, theirs = child.get(key), base.get(key)
         if ours is not None and theirs is not None and ours.value != theirs.value:
             return child
-    merged = dict(base.value)
+    merged, removed = dict(base.value), dict(base.removed)
     for key, value in child.value.items():
         inherited = base.value.get(key)
         if inherited is None:
@@ -139,8 +139,9 @@ def _merge(base: Located, child: Located, path: YamlPath, kind: FileKind[Spec]) 
             merged[key] = value
         elif value.value is None:
             del merged[key]
+            removed[key] = value.mark
         else:
             merged[key] = _merge(inherited, value, (*path, key), kind)
     if len(path) == 1 and path[0] in kind.ordered and base.value.keys() <= child.value.keys():
         merged = {key: merged[key] for key in child.value if key in merged}
-    return Located(merged, child.mark)
+    return Located(merged, child.mark, removed)

@@ -4,13 +4,15 @@ YAML 1.2 by ruamel: ``on`` is text, ``012`` is twelve and ``1e3`` a number. The 
 nodes rather than from the loaded values, because aliases and merge keys would hide where a value was written.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeAlias, cast
 
 from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer, ComposerError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
@@ -25,9 +27,17 @@ YamlPath: TypeAlias = tuple[Key, ...]
 
 _LARGEST_TEXT = 1_000_000
 _DEEPEST = 30
-_MOST_VALUES = 50_000
+_MOST_VALUES = 20_000
+_MOST_BITS = 1024
+"""Of a whole number: more do not fit into any number of a model."""
+_MOST_LETTERS = 2_000_000
+"""Of all texts of a file, with those that aliases repeat."""
+_HALF_PAIR = re.compile("[\ud800-\udfff]")
 _TAG = "tag:yaml.org,2002:"
+_TOO_MANY = "too many values"
 _HINTS = (
+    (_TOO_MANY, f"more than {_MOST_VALUES:,} values; a {{noun}} needs far less"),
+    ("maximum depth", f"nested more than {_DEEPEST} deep; a {{noun}} needs far less"),
     ("found character '\\t'", "a tab cannot be used here; indent with spaces"),
     ("found undefined alias", "{problem}; put text that begins with * in quotes"),
     ("but found another document", "a {noun} is one document; remove the line ---"),
@@ -51,6 +61,8 @@ class Located:
 
     value: "Scalar | dict[str, Located] | list[Located]"
     mark: Mark
+    removed: Mapping[str, Mark] = field(default_factory=dict[str, Mark])
+    """Of a mapping: inherited keys that ``null`` removed, and where."""
 
     def at(self, path: YamlPath) -> "Located":
         """Value at a path, or the deepest one on the way there that exists."""
@@ -130,11 +142,25 @@ def read_yaml(text: str, file: Path | str, kind: FileKind[Spec]) -> Located:
     return root
 
 
+class _Composer(Composer):
+    """Composes nodes until there are too many: it takes its time, and a text of a megabyte may hold half a million."""
+
+    count = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        self.count += 1
+        if self.count > 2 * _MOST_VALUES:  # keys are nodes too
+            raise ComposerError(None, None, _TOO_MANY, self.parser.peek_event().start_mark)
+        return super().compose_node(parent, index)
+
+
 @lru_cache(maxsize=2)
 def _compose(text: str) -> Node | None:
     """Compose a text, and remember it: who writes a value reads the new text to check it, and again as a recipe."""
     yaml = YAML(typ="safe", pure=True)
+    yaml.Composer = _Composer
     yaml.composer.warn_double_anchors = False  # YAML 1.2 allows an anchor to be set anew
+    yaml.max_depth = _DEEPEST + 1
     return cast("Node | None", yaml.compose(text))
 
 
@@ -146,6 +172,7 @@ class _Tree:
         self._file = file
         self._kind = kind
         self._count = 0
+        self._letters = 0
 
     def build(self, node: Node, mark: Mark, depth: int) -> Located:
         self._count += 1
@@ -204,7 +231,10 @@ class _Tree:
         tag = str(node.tag).removeprefix(_TAG)
         if tag in ("null", "bool", "int", "float"):
             try:
-                return self._constructor.construct_object(node)
+                value: Scalar = self._constructor.construct_object(node)
+                if isinstance(value, int) and value.bit_length() > _MOST_BITS:
+                    raise ValueError
+                return value
             except (ValueError, KeyError, IndexError):  # a tag such as !!bool on text that is none, or endless digits
                 raise self._error(f"{str(node.value)[:40]!r} cannot be read as {tag}", _line(node)) from None
         if tag in ("str", "timestamp", "value", "merge"):
@@ -212,7 +242,12 @@ class _Tree:
         raise self._error(f"tag {node.tag} is not allowed in a {self._kind.noun}", _line(node))
 
     def _printable(self, text: str, node: Node) -> str:
-        if any(0xD800 <= ord(letter) <= 0xDFFF for letter in text):
+        self._letters += len(text)
+        if self._letters > _MOST_LETTERS:
+            raise self._error(
+                f"expands to more than {_MOST_LETTERS:,} characters; a {self._kind.noun} needs far less", _line(node)
+            )
+        if _HALF_PAIR.search(text):
             raise self._error("half a surrogate pair is not a character; remove the escape", _line(node))
         return text
 

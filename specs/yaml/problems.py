@@ -1,6 +1,7 @@
 """Validation problems of a YAML file: pydantic's errors translated, all problems in one error."""
 
 import difflib
+import os
 import re
 from dataclasses import dataclass
 from typing import Any, cast
@@ -8,15 +9,15 @@ from typing import Any, cast
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from specs.spec import Spec
+from specs.spec import OUT_OF_BOUNDS, Spec
 from specs.yaml.file_kind import FileKind
-from specs.yaml.located import Key, Located, YamlPath, spell_path
+from specs.yaml.located import Key, Located, Mark, YamlPath, spell_path
 from specs.yaml.schema import kinds_with, known_keys, name_nearest
 
 _LISTED = 10
 _NAME_RULE = "a name begins with a letter and holds letters, digits and _ . - only"
 _BRANCH = re.compile(
-    r"(constrained-)?(float|int|str)$|(dict|literal)\[|[A-Z]\w+$"
+    r"(constrained-)?(float|int|str)$|function-after\[|(dict|literal)\[|[A-Z]\w+$"
 )  # pydantic's tags of a union's branches
 _TYPES = {
     "float_type": "a number",
@@ -30,12 +31,6 @@ _TYPES = {
     "model_type": "a mapping",
     "model_attributes_type": "a mapping",
 }
-_BOUNDS = {
-    "greater_than": ("above", "gt"),
-    "greater_than_equal": ("at least", "ge"),
-    "less_than": ("below", "lt"),
-    "less_than_equal": ("at most", "le"),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +39,9 @@ class Problem:
 
     path: YamlPath
     message: str
+    others: tuple[YamlPath, ...] = ()
+    """Other values that it depends on, those first that are the likelier cause: one of them is blamed where it stands
+    in the user's file and the value at the path is inherited."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,23 +58,99 @@ class _Located:
         return self.error["type"] in _TYPES or self.error["type"] == "literal_error"
 
 
+@dataclass(frozen=True, slots=True)
+class _Blamed:
+    """A problem, and the value that the user has to change."""
+
+    problem: Problem
+    path: YamlPath
+    mark: Mark
+
+    def rank(self, root: Located) -> tuple[bool, str, int]:
+        """Order in which problems are listed: those in the user's file first."""
+        return self.mark.file != root.mark.file, self.mark.file, self.mark.line
+
+
 def raise_problems(problems: list[Problem], root: Located, kind: FileKind[Spec]) -> None:
     """Raise one error for all problems: the first in the order of the files, then the others in short.
+
+    What the user wrote is blamed before what is inherited, and nobody is sent to edit a file of the library: where an
+    inherited value clashes with one of the user's, the user's is named.
 
     Raises:
         JobError: the kind's own, if there is at least one problem.
     """
     if not problems:
         return
-    placed = [(root.at(problem.path).mark, problem) for problem in problems]
-    placed.sort(key=lambda pair: (pair[0].file != root.mark.file, pair[0].file, pair[0].line))
-    (mark, first), *others = placed
-    message = first.message
+    installed = {os.path.realpath(path): name for name, path in kind.library().items()}
+    groups: dict[tuple[Mark, YamlPath, bool], list[Problem]] = {}
+    for each in sorted((_blame(each, root, installed) for each in problems), key=lambda each: each.rank(root)):
+        groups.setdefault((each.mark, each.path, each.path != each.problem.path), []).append(each.problem)
+    entries: list[tuple[Mark, YamlPath, str]] = []
+    for (mark, path, clashes), group in groups.items():
+        if clashes:
+            entries.append((mark, path, _clash(group, root, installed)))
+        else:
+            entries += [(mark, path, problem.message) for problem in group]
+    (mark, path, message), *others = entries
     if others:
-        listed = [f"  {m.file}:{m.line}: {spell_path(p.path)}: {p.message}" for m, p in others[:_LISTED]]
+        indented = [(mark, path, text.replace("\n", "\n  ")) for mark, path, text in others[:_LISTED]]
+        listed = [f"  {mark.file}:{mark.line}: {spell_path(path)}: {text}" for mark, path, text in indented]
         more = [] if len(others) <= _LISTED else [f"  … and {len(others) - _LISTED} more"]
         message = "\n".join([f"{message}\nand {len(others)} more:", *listed, *more])
-    raise kind.error(message, path=spell_path(first.path), file=mark.file, line=mark.line)
+    raise kind.error(message, path=spell_path(path), file=mark.file, line=mark.line)
+
+
+def _blame(problem: Problem, root: Located, installed: dict[str, str]) -> _Blamed:
+    """Find the value to change: that of the problem, or one it depends on that stands nearer to the user."""
+    mark = root.at(problem.path).mark
+    candidates = [(problem.path, mark)]
+    candidates += [found for path in problem.others if (found := _written_at(path, root)) is not None]
+
+    def distance(candidate: tuple[YamlPath, Mark]) -> int:
+        file = candidate[1].file
+        return 0 if file == root.mark.file else 1 + (os.path.realpath(file) in installed)
+
+    path, mark = min(candidates, key=distance)
+    if distance((path, mark)) == 2:  # an extended file of the library that does not suit: the line that names it
+        path, mark = ("extends",), root.at(("extends",)).mark
+    return _Blamed(problem, path, mark)
+
+
+def _written_at(path: YamlPath, root: Located) -> tuple[YamlPath, Mark] | None:
+    """Find where a value was written or, with ``null``, removed; ``None`` where it is only a default."""
+    node = root
+    for length, key in enumerate(path):
+        if str(key) in node.removed:
+            return path[: length + 1], node.removed[str(key)]
+        inner = node.get(key)
+        if inner is None:
+            return None
+        node = inner
+    return path, node.mark
+
+
+def _clash(group: list[Problem], root: Located, installed: dict[str, str]) -> str:
+    """Describe the inherited values that a value of the user's does not suit, and what to do in the user's file."""
+
+    def inherited(problem: Problem) -> str:
+        mark = root.at(problem.path).mark
+        library = installed.get(os.path.realpath(mark.file))
+        return f"{spell_path(problem.path)}, inherited from {library or f'{mark.file}:{mark.line}'}"
+
+    if len(group) == 1:
+        stated = spell_path(group[0].path)
+        return (
+            f"does not suit {inherited(group[0])}: {group[0].message}. Change it here, or state {stated} in this file "
+            "too: that overrides what is inherited, and null removes it"
+        )
+    listed = [f"  {inherited(problem)}: {problem.message}" for problem in group[:_LISTED]]
+    more = [] if len(group) <= _LISTED else [f"  … and {len(group) - _LISTED} more"]
+    head = (
+        f"does not suit {len(group)} inherited values. Change it here, or state them in this file too: that overrides "
+        "what is inherited, and null removes it:"
+    )
+    return "\n".join([head, *listed, *more])
 
 
 def translate(error: ValidationError, root: Located, kind: FileKind[Spec]) -> list[Problem]:
@@ -162,9 +236,8 @@ def _value_message(error: ErrorDetails, context: dict[str, Any]) -> str:
         return f"{shown} is not known; {name_nearest(str(error['input']), choices)}"
     if name in _TYPES:
         return f"must be {_type_name(error)}, not {shown}"
-    if name in _BOUNDS:
-        word, bound = _BOUNDS[name]
-        return f"must be {word} {context[bound]:g}, not {shown}"
+    if name == OUT_OF_BOUNDS:
+        return f"must be {context['bound']}, not {shown}{context['reason']}"
     match name:
         case "finite_number":
             return f"must be a finite number, not {shown}"

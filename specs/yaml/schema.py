@@ -5,7 +5,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any, cast
 
-from specs.spec import Spec
+from specs.spec import Spec, write_number
 from specs.yaml.file_kind import FileKind, Schema
 from specs.yaml.located import YamlPath
 
@@ -200,7 +200,7 @@ def _takes(schema: Schema) -> str:
         return "mapping"
     match schema.get("type"):
         case "number" | "integer" as number:
-            bounds = ", ".join(f"{sign} {schema[key]:g}" for key, sign in _BOUNDS.items() if key in schema)
+            bounds = ", ".join(f"{sign} {write_number(schema[key])}" for key, sign in _BOUNDS.items() if key in schema)
             return f"{'number' if number == 'number' else 'whole number'} {bounds}".rstrip()
         case "array":
             return "list"

@@ -86,7 +86,8 @@ def test_null_removes_a_liquid() -> None:
 
 def test_provenance_of_what_was_removed_is_a_mistake() -> None:
     message = refusal("liquids: {saponifier-15: null}\n")
-    assert "provenance.liquids.saponifier-15.window_c: names nothing" in message
+    assert "mine.yaml:3: liquids.saponifier-15: does not suit" in message
+    assert "provenance.liquids.saponifier-15.window_c, inherited from default: names nothing" in message
 
 
 def test_provenance_names_single_parts_too() -> None:
@@ -115,7 +116,7 @@ def test_kinetics_count_as_calibrated_only_where_both_rates_were_measured() -> N
     ("text", "wanted"),
     [
         ("soyl: {}\n", "mine.yaml:3: soyl: unknown key; did you mean 'soil'?"),
-        ("soil: {k1_per_s: -1}\n", "mine.yaml:3: soil.k1_per_s: must be above 0"),
+        ("soil: {k1_per_s: -1}\n", "mine.yaml:3: soil.k1_per_s: must be at least 1e-09 1/s, not -1"),
         ("soil: {k1_per_s: .nan}\n", "mine.yaml:3: soil.k1_per_s: must be a finite number"),
         ("soil: {k1_per_s: fast}\n", "mine.yaml:3: soil.k1_per_s: must be a number, not 'fast'"),
         ("spray: {flow_exponent: {air_knife: null}}\n", "spray.flow_exponent: is missing for air_knife"),

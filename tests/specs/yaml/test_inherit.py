@@ -89,11 +89,15 @@ def test_an_error_in_an_inherited_part_names_the_file_it_stands_in(tmp_path: Pat
     assert caught.value.line == 4
 
 
-def test_a_clash_between_own_and_inherited_values_names_the_line_to_change() -> None:
+def test_a_clash_between_own_and_inherited_values_names_the_line_of_the_users_file() -> None:
     with pytest.raises(RecipeError, match="above the maximum 30 mm/s") as caught:
         extend("functions: {dry: {max_speed_mm_s: 30}}\n")
-    assert caught.value.path == "templates.flush.speed_mm_s"
-    assert str(caught.value.file).endswith("smt-aqueous.yaml")
+    assert (caught.value.path, caught.value.file, caught.value.line) == (
+        "functions.dry.max_speed_mm_s",
+        "mine.yaml",
+        3,
+    )
+    assert "state templates.flush.speed_mm_s in this file too" in str(caught.value)
 
 
 @pytest.mark.parametrize(

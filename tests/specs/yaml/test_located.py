@@ -91,9 +91,31 @@ def test_empty(text: str) -> None:
         read_yaml(text, "f", RECIPE)
 
 
-def test_very_deep_nesting_is_refused() -> None:
-    with pytest.raises(RecipeError, match="30 deep"):
-        read_yaml("a: " + "[" * 600, "f", RECIPE)
+@pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "? ", "{? ", "[{a: "])
+@pytest.mark.parametrize("depth", [31, 200, 100_000])
+def test_deep_nesting_is_refused_as_soon_as_it_is_seen(opening: str, depth: int) -> None:
+    with pytest.raises(RecipeError, match="nested more than 30 deep; a recipe needs far less") as caught:
+        read_yaml("a:\n  " + opening * depth, "f", RECIPE)
+    assert caught.value.line == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a: &a " + "x" * 900_000 + "\nb: [*a, *a, *a]", "expands to more than 2,000,000 characters"),
+        ("a: [" + "1," * 45_000 + "]", "more than 20,000 values"),
+        ("a: 0x" + "f" * 900_000, "cannot be read as int"),
+        ("a: &a {<<: *a, b: 1}", "an alias may hold itself"),
+        (
+            "a0: &a0 {x: 1}\n" + "".join(f"a{i}: &a{i} {{<<: [{f'*a{i - 1}, ' * 9}]}}\n" for i in range(1, 20)),
+            "expands to more than 20,000 values",
+        ),
+    ],
+    ids=["text of aliases", "values", "digits", "merge of itself", "merges of merges"],
+)
+def test_what_would_fill_the_memory_is_refused(text: str, message: str) -> None:
+    with pytest.raises(RecipeError, match=message):
+        read_yaml(text, "f", RECIPE)
 
 
 def test_an_alias_bomb_is_refused() -> None:
