@@ -85,13 +85,17 @@ def read_and_run(board: str, recipe: str, parts: Path | None) -> "Run":
     Raises:
         JobError: one of them cannot be used.
     """
-    from recipes.load import load_recipe
+    from recipes.errors import RecipeError
+    from recipes.load import locate_error, read_recipe
     from rulesengine.planning.pipeline import run
 
-    loaded_recipe = load_recipe(recipe)
+    loaded_recipe = read_recipe(recipe)
     with progress_bar() as progress:
         loaded = load_board(Path(board), parts, subprogress(progress, 0.0, 0.4))
-        return run(loaded_recipe, loaded, subprogress(progress, 0.4, 1.0))
+        try:
+            return run(loaded_recipe.recipe, loaded, subprogress(progress, 0.4, 1.0))
+        except RecipeError as error:
+            raise locate_error(error, loaded_recipe) from None
 
 
 def print_library(entries: dict[str, str], indent: str = "", width: int = 0) -> None:

@@ -5,9 +5,8 @@ from pathlib import Path
 from programs import native
 from programs.errors import ProgramError
 from programs.program import TimedProgram
+from programs.soundness import LARGEST_BYTES
 from specs.read_file import read_file
-
-LARGEST_BYTES = 200_000_000
 
 
 def load_program(path: Path) -> TimedProgram:

@@ -9,7 +9,7 @@ from programs.columns import Columns, columns_of, rounded
 from programs.errors import ProgramError
 from programs.plan import Origin
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Totals, Wait
-from programs.soundness import COMMANDS, first_fault, wrong_arguments
+from programs.soundness import COMMANDS, LARGEST_BYTES, first_fault, wrong_arguments
 from specs.source import Source
 
 _MAGIC = "WASHBOARD 1"
@@ -45,7 +45,13 @@ def render(program: TimedProgram) -> str:
     if fault is not None:
         place = "" if fault.index is None else f" at instruction {fault.index + 1}"
         raise ProgramError(f"this program cannot be written{place}: {fault.message}")
-    return "\n".join([*_header(program), _BEGIN, *_body(program.instructions, columns), _END, ""])
+    text = "\n".join([*_header(program), _BEGIN, *_body(program.instructions, columns), _END, ""])
+    if len(text.encode()) > LARGEST_BYTES:
+        raise ProgramError(
+            f"this program would have {len(text) / 1e6:.0f} MB; at most {LARGEST_BYTES / 1e6:.0f} MB are read. Plan "
+            "fewer steps, or lower what multiplies its moves: passes, repeats, components followed apart"
+        )
+    return text
 
 
 def render_line(program: TimedProgram, index: int) -> str:

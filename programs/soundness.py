@@ -11,6 +11,8 @@ from programs.program import Command, TimedProgram
 
 TICK_S = 1e-4
 """The last digit of a time in the file."""
+LARGEST_BYTES = 200_000_000
+"""Of a program's file: a larger one is neither written nor read."""
 LARGEST = 1e9
 """No number of a program is larger: mm, s, mm/s."""
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from recipes.consistency import find_problems
 from recipes.errors import RecipeError
 from recipes.recipe import Recipe
+from specs.source import Source
 from specs.yaml.file_kind import FileKind
 from specs.yaml.load import find_file, parse_spec, read_text, resolve_text
 from specs.yaml.located import Located
@@ -88,6 +89,19 @@ def read_recipe_text(text: str, *, file: Path | str = "<recipe>") -> LoadedRecip
     recipe = parse_spec(root, RECIPE)
     raise_problems(find_problems(recipe), root, RECIPE)
     return LoadedRecipe(recipe, root)
+
+
+def locate_error(error: RecipeError, loaded: LoadedRecipe) -> RecipeError:
+    """Add file and line to an error that was found after reading, where the value stands in the user's own file."""
+    keys = Source(entry=error.path).recipe_path
+    node = loaded.root.find(keys)
+    installed = loaded.root.mark.file in map(str, recipe_library().values())
+    if error.file is not None or not keys or installed:
+        return error
+    own = node is not None and node.mark.file == loaded.root.mark.file
+    message = str(error).removeprefix(f"{error.path}: ")
+    line = node.mark.line if node is not None and own else None
+    return RecipeError(message, path=error.path, file=loaded.root.mark.file, line=line)
 
 
 def recipe_sha256(recipe: Recipe) -> str:

@@ -4,13 +4,14 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from shapely import MultiPolygon, Polygon
+from shapely import MultiPolygon, Polygon, get_coordinates
 
 from geometry.arrays import Directions, Directions2, Points2
 from geometry.coverage.stripes import Stripe, stripes
 from recipes.footprint import core_footprint
 from recipes.paths import FinalFlush, Raster, StepFunction, StraightLine
 from rulesengine.strokes.stroke import Site, Stroke, StrokeSet, reference_axes, tilted
+from rulesengine.strokes.workload import require_lines
 from specs.finding import Finding
 from specs.finding_rules import MARGIN_REDUCED, PITCH_TOO_WIDE
 
@@ -74,6 +75,9 @@ def lay_lines(
 
     Returns:
         Stripes from the first line to the last, and findings. The first is the rightmost, seen along the travel.
+
+    Raises:
+        RecipeError: they would lie endlessly close together.
     """
     band = swath(site, spec.height_mm, spec.tilt_deg, spec.toward, travel)
     pitch = (1 - spec.overlap) * band.width_mm if spec.pitch_mm == "auto" else spec.pitch_mm
@@ -84,6 +88,8 @@ def lay_lines(
             "at this height and tilt. Lower pitch_mm or write auto."
         )
         findings = (*findings, Finding(PITCH_TOO_WIDE, message, site.made_by))
+    across = get_coordinates(region) @ np.array([-travel[1], travel[0]])
+    require_lines(float(np.ptp(across)), pitch, site.made_by)
     rows = stripes(region, travel, pitch, band.length_mm)
     return rows[::-1] if spec.start == "last" else rows, findings
 

@@ -16,10 +16,11 @@ from recipes.nozzles import AirKnife
 from recipes.recipe import Recipe, Step
 from rulesengine.planning.assemble import Assembly
 from rulesengine.planning.stroke_cache import PlanningJob, StrokeCache, new_job
-from rulesengine.planning.stroke_order import order_strokes
+from rulesengine.planning.stroke_order import Ordered, order_strokes
 from rulesengine.planning.transfers import parked
 from rulesengine.planning.unserved import find_unserved
 from rulesengine.strokes.classify import Classified
+from rulesengine.strokes.workload import Work, measure, require_bounds, require_totals
 from rulesengine.timing.time_plan import time_plan
 from specs.finding import Finding, worst_first
 from specs.progress import Progress, no_progress, subprogress
@@ -61,12 +62,13 @@ def run(
         before: A run whose strokes are taken where nothing changed that they depend on; the result is the same.
 
     Raises:
-        RecipeError: a component matches no class, or nothing is left to do.
+        RecipeError: a component matches no class, nothing is left to do, or it takes more than a day or 1,000 litres.
     """
     job = new_job(recipe, board, before.cache if before is not None and before.board is board else StrokeCache())
     plan = _plan(job, subprogress(progress, 0.0, 0.6), sketched)
     progress("timing", 0.6)
     program = time_plan(plan, recipe.limits)
+    require_totals(program.totals.duration_s, sum(litres for _, litres in program.totals.liquid_l))
     progress("done", 1.0)
     findings = worst_first((*board.findings, *check_recipe(recipe), *plan.findings, *program.findings))
     return Run(recipe, board, job.classified, plan, program, findings, job.cache)
@@ -76,7 +78,7 @@ def make_plan(recipe: Recipe, board: Board, progress: Progress = no_progress) ->
     """Plan a recipe on a board: passes, dwells, transfers and commands, in order.
 
     Raises:
-        RecipeError: a component matches no class, or nothing is left to do.
+        RecipeError: a component matches no class, nothing is left to do, or it takes more than a day or 1,000 litres.
     """
     return _plan(new_job(recipe, board, StrokeCache()), progress, None)
 
@@ -97,6 +99,7 @@ def _assemble(job: PlanningJob, effort: Effort, progress: Progress) -> tuple[Pla
     steps = [(index, step) for index, step in enumerate(recipe.sequence) if step.enabled]
     first = steps[0][1].side
     floors = job.floors(first)
+    _require_bounds(job, steps, progress)
     assembly = Assembly(
         board, recipe.limits, first, floors, parked(board, recipe.limits, floors), findings=list(job.findings)
     )
@@ -118,6 +121,22 @@ def _assemble(job: PlanningJob, effort: Effort, progress: Progress) -> tuple[Pla
     return Plan(origin, tuple(assembly.items), tuple(assembly.findings)), assembly.settled
 
 
+def _require_bounds(job: PlanningJob, steps: list[tuple[int, Step]], progress: Progress) -> None:
+    """Plan the strokes of all steps, and refuse what takes more than a plan may before they are ordered and timed.
+
+    Raises:
+        RecipeError: it does.
+    """
+    work: list[Work] = []
+    for index, step in steps:
+        progress(f"planning {step.function}", 0.0)
+        jet = _jet_of(job, step)
+        for name in step.paths:
+            made_by = Source(index, name)
+            work.append(measure(job.strokes(step, jet, name, made_by).strokes, jet, made_by, step.repeat))
+    require_bounds(work)
+
+
 def _do_step(
     job: PlanningJob, assembly: Assembly, numbered: tuple[int, Step], effort: Effort, progress: Progress
 ) -> None:
@@ -137,9 +156,13 @@ def _do_step(
         for key, value in limits.items():
             assembly.command("REPEAT", str(step.until.max_repeats), "UNTIL", key, ">=", f"{value:.3f}", made_by=made_by)
     todo = [*zip(step.paths, sets, strict=True)] * step.repeat
+    known: dict[tuple[str, bytes], Ordered] = {}
     for done, (name, strokes) in enumerate(todo):
         part = subprogress(progress, done / len(todo), (done + 1) / len(todo))
-        ordered = order_strokes(strokes, assembly.pose.tcp, Source(index, name), effort, part)
+        begun = (name, assembly.pose.tcp.tobytes())  # from the second repeat on each begins where it began before
+        if begun not in known:
+            known[begun] = order_strokes(strokes, assembly.pose.tcp, Source(index, name), effort, part)
+        ordered = known[begun]
         assembly.settled = assembly.settled and ordered.settled
         assembly.findings += ordered.findings
         assembly.spray(ordered.strokes, jet, strokes.retract, speed)
@@ -159,6 +182,12 @@ def _begin_step(job: PlanningJob, assembly: Assembly, step: Step, made_by: Sourc
         assembly.command("SET", "temperature_c", f"{function.temperature_c:.3f}", made_by=made_by)
     if job.recipe.limits.tilt_band_deg > 0:
         assembly.command("SET", TILT_BAND, f"{job.recipe.limits.tilt_band_deg:.3f}", made_by=made_by)
+    return _jet_of(job, step)
+
+
+def _jet_of(job: PlanningJob, step: Step) -> Jet:
+    """What leaves the nozzle in a step, at the function's pressure."""
+    function, nozzle = job.recipe.functions[step.function], job.recipe.nozzles[step.nozzle]
     kind = function.solution_kind or ("gas" if isinstance(nozzle, AirKnife) else "liquid")
     flow = nozzle.flow_lpm * float(np.sqrt(function.pressure_bar / nozzle.at_bar))
     return Jet(step.function, step.nozzle, function.solution, flow, kind == "liquid")

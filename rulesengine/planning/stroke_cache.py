@@ -15,6 +15,7 @@ from rulesengine.modifiers.raise_over import raise_over
 from rulesengine.strokes.classify import Classified, ComponentMasks, classify, read_masks
 from rulesengine.strokes.safe_height import Floors, floors
 from rulesengine.strokes.stroke import Site, StrokeSet
+from rulesengine.strokes.workload import measure, require_bounds
 from specs.finding import Finding
 from specs.source import Source
 
@@ -53,7 +54,11 @@ class PlanningJob:
         return _cached(self.cache.floors, self.before.floors, (side, *reach), lambda: floors(self.board, side, *reach))
 
     def strokes(self, step: Step, jet: Jet, template: str, made_by: Source) -> StrokeSet:
-        """Plan one template in its step, raise it over what is in the way, and cut it where it must not spray."""
+        """Plan one template in its step, raise it over what is in the way, and cut it where it must not spray.
+
+        Raises:
+            RecipeError: it asks for more than a plan may take.
+        """
         spec, nozzle = self.recipe.templates[template], self.recipe.nozzles[step.nozzle]
         # All that planners and modifiers use besides the board, whose components come in one order.
         texts = (each.model_dump_json() for each in (spec, nozzle, self.recipe.limits))
@@ -63,7 +68,9 @@ class PlanningJob:
             skipped = self.masks.ignored | dict(self.masks.avoided).keys()
             here = frozenset(component.name for component in self.board.components if component.side == step.side)
             site = Site(self.board, step.side, nozzle, self.recipe.limits, jet, self.classes, here - skipped, made_by)
-            paused = pause_at_edges(raise_over(plan_path(spec, site), self.floors(step.side)), self.board)
+            planned = plan_path(spec, site)
+            require_bounds([measure(planned.strokes, jet, made_by, 1)])
+            paused = pause_at_edges(raise_over(planned, self.floors(step.side)), self.board)
             return keep_out(paused, avoided_zone(self.board, step.side, self.masks), nozzle, made_by)
 
         return _cached(self.cache.strokes, self.before.strokes, key, make)

@@ -11,11 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Quaternions, Scalars
+from recipes.errors import RecipeError
 from rulesengine.timing.corner_blending import Chain, Path
 from rulesengine.timing.limit_intervals import Profile
 
 TICK_S = 1e-4
 """Times in the program file are multiples of this."""
+MOST_MOVES = 2_000_000
+"""Of a program: as many lines as a file of a sensible size holds."""
 _SPACING_TICKS = 80
 """Samples closer than this would only show the rounding of positions: 1 um in 8 ms, twice, is 31 mm/s2."""
 _SHORTEST_RUN_TICKS = 80
@@ -171,13 +174,23 @@ def _thin(forced: Indices, keep: Indices) -> Indices:
 
 
 def _fill(ticks: Indices, density: Scalars, clock: _Clock) -> Indices:
-    """Put samples between given ticks, close together where the density is high."""
+    """Put samples between given ticks, close together where the density is high.
+
+    Raises:
+        RecipeError: there would be more than a program may have.
+    """
     # The little that is added keeps the count rising where nothing happens, so that it can be turned around.
     count = np.concatenate(([0.0], np.cumsum((density + 1e-6) * (clock.end - clock.begin) * TICK_S)))
     time = np.append(clock.begin, clock.end[-1])
     level = np.interp(ticks, time, count)
     gaps = np.diff(ticks)
     parts = np.clip(np.ceil(np.diff(level) - 1e-3), 1, np.maximum(gaps // _SPACING_TICKS, 1)).astype(np.int64)
+    if parts.sum() > MOST_MOVES:
+        message = (
+            f"the motion needs {parts.sum():,} moves; a program has at most {MOST_MOVES:,}. Plan fewer steps and "
+            "repeats, or raise the accelerations under limits"
+        )
+        raise RecipeError(message, path="sequence")
     gap = np.repeat(np.arange(len(gaps)), parts)
     number = np.arange(len(gap)) - (np.cumsum(parts) - parts)[gap]
     share = number / parts[gap]
