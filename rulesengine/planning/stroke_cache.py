@@ -57,7 +57,7 @@ class PlanningJob:
         """Plan one template in its step, raise it over what is in the way, and cut it where it must not spray.
 
         Raises:
-            RecipeError: it asks for more than a plan may take.
+            RecipeError: it takes more than a plan may.
         """
         spec, nozzle = self.recipe.templates[template], self.recipe.nozzles[step.nozzle]
         # All that planners and modifiers use besides the board, whose components come in one order.

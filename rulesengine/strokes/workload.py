@@ -1,4 +1,4 @@
-"""Bounds on the work that a recipe asks for: refused from its strokes, before anything is ordered, timed or written."""
+"""Bounds on the work of a recipe: refused from its strokes, before anything is ordered, timed or written."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -26,7 +26,7 @@ _RATHER = (
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """What one template asks for in its step."""
+    """What one template takes in its step."""
 
     made_by: Source
     strokes: int
@@ -52,11 +52,11 @@ def measure(strokes: Iterable[Stroke], jet: Jet, made_by: Source, repeats: int) 
 
 
 def require_bounds(work: Iterable[Work]) -> None:
-    """Make sure that what a plan asks for can be done by a machine, and planned.
+    """Make sure that a machine can do a plan in a day, and that it can be planned.
 
     Raises:
         RecipeError: it takes more than a day or 1,000 litres, or too many strokes or points; the message names the
-            template that asks for the most.
+            template that takes the most.
     """
     parts = list(work)
     if not parts:

@@ -114,7 +114,7 @@ def test_what_takes_too_much_is_refused_with_the_entry_and_what_to_change(text, 
         ((1, 1, 1, 1001), "1,001 l"),
     ],
 )
-def test_the_template_that_asks_for_the_most_is_named(amounts, words):
+def test_the_template_that_takes_the_most_is_named(amounts, words):
     little, much = Work(Source(0, "little"), 1, 1, 0.1, 0.1), Work(Source(1, "much"), *amounts)
     require_bounds([])
     require_bounds([little])
