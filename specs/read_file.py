@@ -5,6 +5,7 @@ import os
 import stat
 from pathlib import Path
 
+from specs.confinement import refusal
 from specs.errors import ErrorFactory, JobError
 
 _CHUNK = 1 << 20
@@ -17,7 +18,7 @@ _OTHERS = (
 
 
 def check_file(file: Path, error: ErrorFactory, noun: str, largest: int, *, missing: str = "") -> None:
-    """Refuse what is no regular file of at most so many bytes, before anything opens it.
+    """Refuse what is no regular file of at most so many bytes, or not among those of a page, before anything opens it.
 
     Args:
         file: As it was named; links are followed.
@@ -27,8 +28,11 @@ def check_file(file: Path, error: ErrorFactory, noun: str, largest: int, *, miss
         missing: What to do where there is no such file; left out, to give the path of one.
 
     Raises:
-        JobError: by ``error``: it is missing, not readable, a directory, a pipe, a device, a socket, or too large.
+        JobError: by ``error``: it is missing, not readable, a directory, a pipe, a device, a socket, or too large, or
+            lies outside of what this process may read.
     """
+    if reason := refusal(file):
+        raise error(reason, file=file)
     try:
         _check_status(Path(file).stat(), file, error, (noun, largest))
     except (OSError, ValueError) as reason:

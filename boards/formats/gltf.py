@@ -15,6 +15,7 @@ from boards.errors import BoardError, read_bytes
 from boards.formats.names import cause
 from boards.formats.tree import DEEPEST, Node
 from geometry.arrays import Triangles
+from specs.confinement import find_beside
 
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
@@ -45,7 +46,7 @@ def parse_gltf(data: bytes, path: Path) -> Node:
             for name in header.get("extensionsRequired", []):
                 if "compression" in name or "quantization" in name:
                     raise BoardError(f"uses {name}, which is not read here. Export it without compression.", file=path)
-            meshes = _decode_meshes(header, chunk, path)
+            meshes = _decode_meshes(header, _read_buffers(header, chunk, path, data), path)
             return _build_tree(header, meshes, path)
     except BoardError:
         raise
@@ -70,8 +71,8 @@ def _unpack(data: bytes) -> tuple[dict[str, Any], bytes]:
     return json.loads(chunks[_JSON].decode("utf-8")), chunks.get(_BIN, b"")
 
 
-def _read_buffers(header: dict[str, Any], chunk: bytes, path: Path) -> list[bytes]:
-    """Read every buffer: the binary chunk, data in the header itself, or a file beside it."""
+def _read_buffers(header: dict[str, Any], chunk: bytes, path: Path, data: bytes) -> list[bytes]:
+    """Read every buffer: the binary chunk, data in the header itself, or a file beside it or below."""
     buffers: list[bytes] = []
     for buffer in header.get("buffers", []):
         uri = buffer.get("uri")
@@ -81,19 +82,25 @@ def _read_buffers(header: dict[str, Any], chunk: bytes, path: Path) -> list[byte
             buffers.append(b64decode(uri[begin + len("base64,") :]))
         else:
             try:
-                buffers.append(read_bytes(path.parent / unquote(uri), "data file"))
-            except BoardError as reason:
-                message = f"its data file {uri[:80]!r} cannot be read. Put it beside the .gltf, or export a .glb."
-                raise BoardError(message, file=path) from reason
+                buffers.append(read_bytes(find_beside(unquote(uri), path), "data file"))
+            except (BoardError, ValueError) as reason:
+                why = "cannot be read" if isinstance(reason, BoardError) else str(reason)
+                message = f"its data file {uri[:80]!r} {why}. Put it beside the .gltf, or export a .glb."
+                raise BoardError(message, file=path, line=_line_of(uri, data)) from reason
     return buffers
 
 
-def _decode_meshes(header: dict[str, Any], chunk: bytes, path: Path) -> dict[int, tuple[Triangles, ...]]:
+def _line_of(text: str, data: bytes) -> int | None:
+    """Line of a text in a file that is text; ``None`` where it is not found as it stands."""
+    at = -1 if data[:4] == b"glTF" else data.find(text.encode(errors="replace"))
+    return None if at < 0 else data.count(b"\n", 0, at) + 1
+
+
+def _decode_meshes(header: dict[str, Any], buffers: list[bytes], path: Path) -> dict[int, tuple[Triangles, ...]]:
     """Decode every triangulated primitive; mesh index to (n, 3, 3) arrays in the mesh's own frame.
 
     No more than the positions and indices is read, each in place: what a file announces costs nothing.
     """
-    buffers = _read_buffers(header, chunk, path)
     meshes: dict[int, tuple[Triangles, ...]] = {}
     count = 0
     for index, mesh in enumerate(header.get("meshes", [])):

@@ -1,6 +1,7 @@
 """Board and recipe of a program: found again, and compared with those it was planned with, by fingerprint."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from programs.program import TimedProgram
 from recipes.errors import RecipeError
 from recipes.load import load_recipe, recipe_library, recipe_sha256
 from recipes.recipe import Recipe
+from specs.confinement import find_beside
 from specs.finding import Finding, worst_first
 from specs.finding_rules import BOARD_DIFFERS, RECIPE_DIFFERS
 from specs.progress import Progress, no_progress
@@ -74,8 +76,12 @@ def find_recipe(
 
 def _places(name: str, file: Path, library: Mapping[str, Path], suffixes: tuple[str, ...]) -> list[Path]:
     """Where an input of that name may be: in the library, or beside the program."""
-    beside = (file.parent / f"{name}{suffix}" for suffix in suffixes)
-    return [*([library[name]] if name in library else []), *(path for path in beside if path.is_file())]
+    found = [library[name]] if name in library else []
+    for suffix in suffixes:
+        with suppress(ValueError):  # a program names what lies in its folder and nothing else
+            path = find_beside(f"{name}{suffix}", file)
+            found += [path] if path.is_file() else []
+    return found
 
 
 def require_board(program: TimedProgram, file: Path, board: Board, *, exactly: bool = False) -> None:

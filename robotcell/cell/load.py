@@ -153,7 +153,8 @@ def _build_robot(spec: CellSpec, root: Located) -> Robot:
     if isinstance(spec.robot, str):
         folder = Path(root.at(("robot",)).mark.file).parent
         try:
-            robot = load_robot(spec.robot if Path(spec.robot).suffix == "" else folder / spec.robot)
+            is_name = Path(spec.robot).suffix == "" and Path(spec.robot).name == spec.robot
+            robot = load_robot(spec.robot if is_name else folder / spec.robot)
         except CellError as error:
             raise error_at(root, ("robot",), str(error)) from None
     else:

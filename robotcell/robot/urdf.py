@@ -18,6 +18,7 @@ from robotcell.errors import CellError
 from robotcell.robot.meshes import cylinder_triangles, read_mesh
 from robotcell.robot.poses import inverse, pose
 from robotcell.robot.robot import Body, Box, Capsule, Joint, Mesh, Poses, Robot
+from specs.confinement import refusal
 from specs.read_file import read_file
 
 _MOVING = ("revolute", "continuous", "prismatic")
@@ -315,6 +316,8 @@ def _find_mesh(shape: Element) -> Path:
         file = (each / inside).resolve()
         if not file.is_relative_to(each):
             raise shape.error(f"names {name!r}, which is outside the URDF's folder; copy it there")
+        if reason := refusal(file):
+            raise shape.error(f"names {name!r}, which {reason}")
         if file.is_file():
             return file
     looked = " or ".join(str(each / inside) for each in folders)

@@ -51,9 +51,9 @@ class BarePage:
     def __init__(self, link: ClientConnection) -> None:
         self.link = link
         self.inputs: dict[str, dict] = {}
-        self.labels: dict[str, list[str]] = {}
         self.notes: list[str] = []
-        self.planned = False
+        self.texts: list[str] = []
+        """Contents of HTML elements as they were shown, with their tags."""
         self.send(
             type="ViewerCameraMessage", wxyz=[1, 0, 0, 0], position=[0, 0, 1], image_height=9, image_width=9, fov=0.8,
             near=0.01, far=100.0, look_at=[0, 0, 0], up_direction=[0, 1, 0],
@@ -82,16 +82,30 @@ class BarePage:
             self.receive(0.2)
         return result
 
-    def find(self, label, at=-1):
-        """Identifier of an input."""
-        return self.wait_for(lambda: self.labels.get(label), f"the input {label!r}")[at]
+    def find(self, label, kind=""):
+        """Identifier of the newest input of a label, of a kind of message if one is given."""
 
-    def set(self, label, value, at=-1) -> None:
-        self.send(type="GuiUpdateMessage", uuid=self.find(label, at), updates={"value": value})
+        def newest():
+            found = [uuid for uuid, each in self.inputs.items() if each["props"]["label"] == label]
+            return [uuid for uuid in found if kind in self.inputs[uuid]["type"]]
 
-    def next_note(self):
+        return self.wait_for(newest, f"the input {label!r}")[-1]
+
+    def set(self, label, value, kind="") -> None:
+        """Write a value, or press a button."""
+        self.send(type="GuiUpdateMessage", uuid=self.find(label, kind), updates={"value": value})
+
+    def submit(self, label, value, button) -> None:
+        """Write the value of a dialog's input and press its button; wait until the dialog is there first."""
+        for kind in ("TextMessage", "Dropdown"):
+            if any(kind in each["type"] and each["props"]["label"] == label for each in self.inputs.values()):
+                self.set(label, value, kind)
+                break
+        self.set(button, True, "GuiButtonMessage")
+
+    def next_note(self, timeout_s=WAIT_S):
         """Wait for the next notification."""
-        self.wait_for(lambda: self.notes, "a notification")
+        self.wait_for(lambda: self.notes, "a notification", timeout_s)
         return self.notes.pop(0)
 
     def upload(self, label, name, size, parts, transfer="t") -> None:
@@ -114,8 +128,14 @@ class BarePage:
             self.notes.append(f"{props['title']}: {props['body']}")
         if isinstance(props.get("label"), str):
             self.inputs[uuid] = message
-            self.labels.setdefault(props["label"], []).append(uuid)
-        self.planned = self.planned or "Planned" in str(message.get("updates"))
+        if kind == "GuiRemoveMessage":
+            self.inputs.pop(uuid, None)
+        updates = message.get("updates") or {}
+        if "label" in updates and uuid in self.inputs:
+            self.inputs[uuid]["props"]["label"] = updates["label"]
+        for found in (props, updates):
+            if isinstance(found.get("content"), str):
+                self.texts.append(found["content"])
         if kind == "LocalStorageGetItemRequestMessage":
             answered = {"request_uuid": message["request_uuid"], "value": "bare", "error": None}
             self.send(type="LocalStorageGetItemResponseMessage", **answered)
@@ -134,5 +154,5 @@ def bare_page(server) -> Iterator[BarePage]:
     """Open a page of a server, and wait until it shows its plan."""
     with bare_link(server) as link:
         page = BarePage(link)
-        page.wait_for(lambda: page.planned, "the plan")
+        page.wait_for(lambda: any("Planned" in text for text in page.texts), "the plan")
         yield page

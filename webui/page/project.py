@@ -13,6 +13,8 @@ from cleaning.parameters.model import Parameters
 from recipes.load import recipe_library
 from reports.files.atomic_write import OutputError, write_bytes_atomically
 from robotcell.cell.load import LoadedCell, cell_library, read_cell
+from robotcell.cell.robot_library import robot_library
+from specs.confinement import resolve
 from specs.errors import JobError
 from webui.page.document import Document, open_document
 
@@ -198,6 +200,12 @@ class Project:
                 if pattern.search(file.read(_HEAD)):
                     found.append(name)
         return found
+
+
+def library_folders() -> tuple[Path, ...]:
+    """Folders of the boards, recipes, parameter sets, cells and robots that come along."""
+    libraries = board_library(), recipe_library(), parameter_library(), cell_library(), robot_library()
+    return tuple(sorted({resolve(file.parent) for library in libraries for file in library.values()}))
 
 
 def open_project(folder: Path) -> Project:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from boards.board import Board, Component
 from programs.errors import ProgramError
@@ -56,6 +57,8 @@ class Session:
     """Newest analysis; it may be of an older program or with other parameters."""
     proposal: Proposal | None = None
     """Proposal of tuning, neither accepted nor discarded yet; it may be of an older text."""
+    opened: frozenset[Path] = frozenset()
+    """Files that were read to open the first session of a page, links resolved; they may be read again."""
 
     @property
     def recipe(self) -> Recipe:

@@ -12,11 +12,12 @@ import viser
 
 from boards.load import load_board
 from robotcell.cell.load import read_cell
+from specs.confinement import Confinement, confine, record_reads, release
 from specs.errors import JobError
 from webui.page.browser_identity import identify
 from webui.page.document import open_document
 from webui.page.page import Page, Panel
-from webui.page.project import LARGEST_UPLOAD, Project
+from webui.page.project import LARGEST_UPLOAD, Project, library_folders
 from webui.page.session import Session
 from webui.panels.board.board import BoardPanel, ComponentsPanel
 from webui.panels.board.paths import PathsPanel
@@ -78,6 +79,8 @@ class Server:
     """The port it listens at; another one than requested if that was in use."""
     token: str
     """Secret that every request has to carry; empty where only this machine reaches the server."""
+    confinement: Confinement
+    """What may be read until it is stopped."""
 
     @property
     def address(self) -> str:
@@ -90,6 +93,7 @@ class Server:
         self.watch.stop()
         self.sessions.close()
         self.viser.stop()
+        release(self.confinement)
 
 
 def lay_out(page: Page) -> list[Panel]:
@@ -127,13 +131,16 @@ def open_session(board: str, recipe: str, cell: str = "") -> Session:
     Raises:
         JobError: one of them cannot be used.
     """
-    document = open_document(recipe)
-    session = Session(board_name=board, board=load_board(Path(board)), document=document, loaded=document.read())
-    return replace(session, cell_name=cell, cell=read_cell(cell)) if cell else session
+    with record_reads() as opened:
+        document = open_document(recipe)
+        session = Session(board_name=board, board=load_board(Path(board)), document=document, loaded=document.read())
+        if cell:
+            session = replace(session, cell_name=cell, cell=read_cell(cell))
+    return replace(session, opened=frozenset(opened))
 
 
 def serve(first: Session, project: Project, host: str, port: int) -> Server:
-    """Serve pages; the server's threads run until it is stopped.
+    """Serve pages; the server's threads run until it is stopped, and the process reads nothing else until then.
 
     Raises:
         ServerError: it cannot listen at that host or port.
@@ -144,6 +151,8 @@ def serve(first: Session, project: Project, host: str, port: int) -> Server:
     rich.get_console().quiet = True  # viser prints a box at the start and a line at the end
     access = access_for(host)
     server = start_guarded(access, host, free)
+    confinement = Confinement((project.folder, *library_folders()), first.opened)
+    confine(confinement)
     sessions, drafts = Sessions(first), Drafts(project.folder)
     uploads = Uploads(LARGEST_UPLOAD, str(project.folder))
 
@@ -170,7 +179,7 @@ def serve(first: Session, project: Project, host: str, port: int) -> Server:
         sessions.leave(client.client_id)
 
     server.on_client_disconnect(disconnect)
-    return Server(server, sessions, FileWatch(sessions.pages), host, server.get_port(), access.token)
+    return Server(server, sessions, FileWatch(sessions.pages), host, server.get_port(), access.token, confinement)
 
 
 def free_port(host: str, port: int) -> int:

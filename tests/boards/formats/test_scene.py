@@ -340,6 +340,24 @@ def test_a_bad_file_is_one_clear_error(
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize(
+    "uri",
+    ["../outside.bin", "{around}/outside.bin", "%2e%2e/outside.bin", "link.bin", "way/outside.bin", "file:///a.bin"],
+)
+def test_a_gltf_names_nothing_outside_its_folder(uri: str, tmp_path: Path) -> None:
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (tmp_path / "outside.bin").write_bytes(bytes(36))
+    (folder / "link.bin").symlink_to(tmp_path / "outside.bin")
+    (folder / "way").symlink_to(tmp_path)
+    buffer = {"uri": uri.format(around=tmp_path), "byteLength": 36}
+    path = folder / "card.gltf"
+    path.write_text(json.dumps({"asset": {"version": "2.0"}, "buffers": [buffer]}, indent=1))
+    reason = "cannot be read" if "file:" in uri else "is outside the folder of the file that names it"
+    with pytest.raises(BoardError, match=f"^{path}:7: its data file '.*' {reason}. Put it beside"):
+        read_scene(path)
+
+
 def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
     with pytest.raises(BoardError, match="no such file"):
         read_scene(tmp_path / "gone.stl")

@@ -60,3 +60,16 @@ def test_a_broken_recipe_beside_the_program_is_not_it(tmp_path):
     (tmp_path / "mine.yaml").write_text("recipe: [", "utf-8")
     with pytest.raises(RecipeError, match="was not found"):
         find_recipe(program, tmp_path / "a.wash")
+
+
+@pytest.mark.parametrize("name", ["../mine", "{around}/mine", "way/mine", "link"])
+def test_a_program_names_no_recipe_outside_its_folder(tmp_path, name):
+    recipe = load_recipe(write_own(tmp_path))
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (folder / "way").symlink_to(tmp_path)
+    (folder / "link.yaml").symlink_to(tmp_path / "mine.yaml")
+    program = planned_with(recipe)
+    program = replace(program, origin=replace(program.origin, recipe=name.format(around=tmp_path)))
+    with pytest.raises(RecipeError, match="neither in the library nor beside"):
+        find_recipe(program, folder / "a.wash")

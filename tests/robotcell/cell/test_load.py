@@ -104,6 +104,15 @@ def test_a_board_that_is_turned_over_has_a_place_of_its_own() -> None:
     np.testing.assert_allclose(placed[:3, 2], [0, 0, -1], atol=1e-12)
 
 
+def test_a_robots_path_begins_at_the_cell_even_without_a_suffix(tmp_path: Path) -> None:
+    (tmp_path / "robots").mkdir()
+    (tmp_path / "robots" / "own").write_text("robot: [\n", "utf-8")
+    file = tmp_path / "cell.yaml"
+    file.write_text(CELL.replace("robot: ur5e", "robot: robots/own"), "utf-8")
+    with pytest.raises(CellError, match=rf"{tmp_path}/robots/own:\d+: "):
+        read_cell(file)
+
+
 @pytest.mark.parametrize(
     ("before", "after", "path", "message"),
     [

@@ -8,6 +8,7 @@ import viser
 
 from boards.board import Board, Side
 from boards.load import board_library, load_board
+from specs.confinement import admit
 from specs.progress import Progress
 from specs.temporary import temporary_folder
 from webui.cards.component_card import board_html, component_html, list_rows, rows_html
@@ -77,7 +78,8 @@ def join_table(name: str, content: bytes, read: Callable[[Path], Board]) -> Boar
     with temporary_folder() as folder:
         table = folder / f"parts{suffix}"
         table.write_bytes(content)
-        return read(table)
+        with admit(table):
+            return read(table)
 
 
 class BoardPanel:

@@ -1,0 +1,108 @@
+"""The files that may be read while a page is served, and those that a data file may name.
+
+A file's content, or a browser, names other files: a recipe what it extends, a cell its robot and meshes, a glTF its
+data. Where a page is served, nothing but the project folder and the libraries may be read by any of these ways. One
+function decides, in the one place where files are read (``specs/read_file.py``), so no reader can leave it out
+(docs/adr/0018).
+"""
+
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Confinement:
+    """What may be read for one page."""
+
+    folders: tuple[Path, ...]
+    """Folders that may be read with all below, links resolved; the first one is named in messages."""
+    files: frozenset[Path] = frozenset()
+    """Files elsewhere that may be read too, links resolved: those that the command line named, and what they named."""
+
+
+_confinements: tuple[Confinement, ...] = ()
+"""Of the pages that this process serves; without any, every file may be read."""
+_records: tuple[set[Path], ...] = ()
+
+
+def confine(confinement: Confinement) -> None:
+    """Let this process read what a confinement allows and nothing else, in all threads, until it is released."""
+    global _confinements
+    _confinements = (*_confinements, confinement)
+
+
+def release(confinement: Confinement) -> None:
+    """End a confinement; the last one that ends opens all files again."""
+    global _confinements
+    _confinements = tuple(each for each in _confinements if each is not confinement)
+
+
+def refusal(file: Path) -> str:
+    """Reason not to read a file, the same whether it exists or not; empty where it may be read.
+
+    Links are followed, as reading it would.
+    """
+    confinements = _confinements
+    if not confinements:
+        for record in _records:
+            record.add(resolve(file))
+        return ""
+    found = resolve(file)
+    for each in confinements:
+        if found in each.files or any(found.is_relative_to(folder) for folder in each.folders):
+            return ""
+    return f"is outside the project folder {confinements[0].folders[0]}; copy it there"
+
+
+@contextmanager
+def admit(file: Path) -> Generator[None]:
+    """Allow one file elsewhere for a while, such as a temporary one."""
+    admitted = Confinement((), frozenset({resolve(file)}))
+    if not _confinements:
+        yield
+        return
+    confine(admitted)
+    try:
+        yield
+    finally:
+        release(admitted)
+
+
+@contextmanager
+def record_reads() -> Generator[set[Path]]:
+    """Collect the files that are read meanwhile, links resolved."""
+    global _records
+    record: set[Path] = set()
+    _records = (*_records, record)
+    try:
+        yield record
+    finally:
+        _records = tuple(each for each in _records if each is not record)
+
+
+def find_beside(name: str, file: Path) -> Path:
+    """File of a name that a data file from elsewhere, such as a glTF, gives to another one.
+
+    Args:
+        name: As the file spells it: a relative path in its own folder, or in one below.
+        file: The file that names it.
+
+    Raises:
+        ValueError: it is none, or leads out of that folder, also by way of a link; the message is a sentence's end.
+    """
+    if not name or "\0" in name:
+        raise ValueError("cannot be the name of a file")
+    folder, found = resolve(file.parent), resolve(file.parent / name)
+    if Path(name).is_absolute() or not found.is_relative_to(folder) or found == folder:
+        raise ValueError("is outside the folder of the file that names it")
+    return file.parent / name
+
+
+def resolve(file: Path) -> Path:
+    """Resolve all links in a path; a path that cannot be followed stays as it is."""
+    try:
+        return file.resolve()
+    except (OSError, RuntimeError, ValueError):  # links in a circle, a NUL
+        return file.absolute()
