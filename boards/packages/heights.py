@@ -68,7 +68,7 @@ class HeightEvidence:
 
 @dataclass(frozen=True, slots=True)
 class CheckedHeight:
-    """The height that counts where a file states one, compared with what its names say."""
+    """The height that counts where a file states one, compared with what its names state."""
 
     height: BodyHeight
     doubt: str = ""
