@@ -1,19 +1,21 @@
 """A timed program in the language of a robot."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
 import numpy as np
 from numpy.typing import NDArray
 
 from programs.errors import ProgramError
-from programs.motion.installation import Installation
+from programs.motion.installation import MAKER_NAMES, Installation
 from programs.motion.lower import EventError, lower
 from programs.motion.make_motion import make_motion
 from programs.posts.dialects import DIALECTS, Dialect
 from programs.program import TimedProgram
 from specs.finding import Finding
+from specs.finding_rules import WITHOUT_JOINTS
+from specs.source import NO_SOURCE
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +31,12 @@ class Exported:
 
 
 def export(
-    program: TimedProgram, installation: Installation, dialect: str, joints: NDArray[np.float64] | None = None
+    program: TimedProgram,
+    installation: Installation,
+    dialect: str,
+    joints: NDArray[np.float64] | None = None,
+    *,
+    without_joints: bool = False,
 ) -> Exported:
     """Write a program in a robot's language.
 
@@ -38,15 +45,78 @@ def export(
         installation: The cell.
         dialect: Its name in ``DIALECTS``.
         joints: (moves, dof) joint motion aligned with the program's moves, radians or mm; ``None`` if not known.
+        without_joints: Write poses only, also for the controller of another maker than the robot's.
 
     Raises:
-        ProgramError: there is no such dialect, the program cannot be driven, or the language needs the joint motion.
+        ProgramError: there is no such dialect, the robot is of another maker than the language's, the program cannot be
+            driven, or the language needs the joint motion.
     """
     language = find_dialect(dialect)
+    found: tuple[Finding, ...] = ()
+    if without_joints:
+        found = (_check_without_joints(language, dialect, installation),)
+        installation, joints = replace(installation, home=()), None
+    else:
+        check_maker(language, installation)
     if language.needs_joints and joints is None:
         raise ProgramError(f"{dialect} is made of joint values; track the program in a cell first.")
-    lowered = lower(make_motion(program, installation, joints), language.capability)
+    motion = make_motion(program, installation, joints)
+    lowered = lower(replace(motion, findings=(*found, *motion.findings)), language.capability)
     return Exported(language.render(lowered, installation), lowered.motion.findings, lowered.error)
+
+
+def check_maker(language: Dialect, installation: Installation) -> None:
+    """Make sure that the robot's controller executes a language: another maker's counts joints in another way.
+
+    Raises:
+        ProgramError: it does not, or the robot's maker is not stated.
+    """
+    if language.maker is None or language.maker == installation.maker:
+        return
+    maker, robot = MAKER_NAMES[language.maker], f"robot {installation.robot} of cell {installation.cell}"
+    ways = [f"a cell with a robot of {maker}"]
+    if installation.maker is None:
+        ways = ["state its maker and controller_joints beside its URDF", "choose joint-table"]
+        why = "states no maker, and each maker's controllers count joints in their own way"
+    else:
+        own = next((name for name, each in DIALECTS.items() if each.maker == installation.maker), "joint-table")
+        why = f"is by {MAKER_NAMES[installation.maker]}, whose joint values are another pose there"
+        ways = [f"choose {own}", *ways]
+    ways += ["export --without-joints"] * bool(language.without_joints)
+    raise ProgramError(f"{language.title} is for {maker}, and {robot} {why}: {', or '.join(ways)}.")
+
+
+def _check_without_joints(language: Dialect, dialect: str, installation: Installation) -> Finding:
+    """Give the finding that a program has no joint values.
+
+    Raises:
+        ProgramError: the language has no program without them.
+    """
+    if language.maker is None:
+        raise ProgramError(f"{dialect} is made of joint values; leave out --without-joints.")
+    if not language.without_joints:
+        raise ProgramError(
+            f"{language.title} states the arm's configuration with its positions, and only joint values give it: "
+            f"choose a cell with a robot of {MAKER_NAMES[language.maker]}, and leave out --without-joints."
+        )
+    checked = f"Written without joint values. Reach, collisions and time were checked for {installation.robot} only."
+    return Finding(WITHOUT_JOINTS, f"{checked} {language.without_joints}", NO_SOURCE)
+
+
+def own_dialect(installation: Installation) -> str:
+    """Give the language of a robot's controller, by its name in ``DIALECTS``.
+
+    Raises:
+        ProgramError: its maker is not stated, or is none of those whose languages are written.
+    """
+    for name, language in DIALECTS.items():
+        if language.maker is not None and language.maker == installation.maker:
+            return name
+    open_to_all = ", ".join(name for name, language in DIALECTS.items() if language.maker is None)
+    raise ProgramError(
+        f"robot {installation.robot} has no maker whose language is written; give --dialect. "
+        f"For every robot there are {open_to_all}."
+    )
 
 
 def find_dialect(name: str) -> Dialect:

@@ -255,6 +255,12 @@ NO_SENSOR = FindingRule(
     "the cell or the language cannot read the quantity of an `until`; the loop is done as often as allowed",
     _PROGRAMS,
 )
+WITHOUT_JOINTS = FindingRule(
+    "without-joints",
+    "warning",
+    "the program has no joint values: the arm keeps the configuration that it stands in",
+    _PROGRAMS,
+)
 NO_PLACEMENT = FindingRule(
     "no-placement", "warning", "the cell does not state where the board lies after it was turned over", _PROGRAMS
 )

@@ -23,20 +23,21 @@ from pathlib import Path
 BOARDS = ("tiny", "two-sided", "sensor-hub", "smt-demo")
 RECIPES = ("smt-aqueous", "low-standoff", "rinse-only", "dry-only")
 CELLS = ("ur5e-bench", "ur5-bench", "kr6-bench", "cairo-bench", "gantry")
-DIALECTS = (
-    "abb",
-    "abb-paint",
-    "fanuc",
-    "kuka",
-    "linuxcnc",
-    "ur",
-    "yaskawa",
-    "epson",
-    "denso",
-    "melfa",
-    "val3",
-    "joint-table",
-)
+DIALECTS = {
+    "abb": "irb1200-bench",
+    "abb-paint": "irb1200-bench",
+    "fanuc": "lrmate-bench",
+    "kuka": "kr6-bench",
+    "linuxcnc": "gantry",
+    "ur": "ur5e-bench",
+    "yaskawa": "gp8-bench",
+    "epson": "c8l-bench",
+    "denso": "vs060-bench",
+    "melfa": "rv-4frl-bench",
+    "val3": "tx2-60-bench",
+    "joint-table": "ur5e-bench",
+}
+"""The cell of each language: a robot of its maker."""
 SHOWN_LINES = 12
 SHA256 = re.compile(r"\b([0-9a-f]{64}|[0-9a-f]{16})\b")
 
@@ -53,8 +54,7 @@ def commands(board: str, recipe: str) -> Iterator[tuple[str, list[str]]]:
     )
     for cell in CELLS if board == "tiny" else ("ur5e-bench", "gantry"):
         yield f"check-{cell}", ["check", wash, cell]
-    for dialect in DIALECTS:
-        cell = "gantry" if dialect == "linuxcnc" else "ur5e-bench"
+    for dialect, cell in DIALECTS.items():
         yield f"export-{dialect}", ["export", wash, "--cell", cell, "--dialect", dialect, "-o", f"{stem}-{dialect}"]
 
 

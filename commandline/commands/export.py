@@ -29,8 +29,13 @@ def export(
         ),
     ] = None,
     dialect: Annotated[
-        str, typer.Option("--dialect", help="Language; --list names them.", autocompletion=complete_dialect)
-    ] = "abb",
+        str | None,
+        typer.Option(
+            "--dialect",
+            help="Language; left out, that of the robot's maker. --list names them.",
+            autocompletion=complete_dialect,
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="File to write; a folder where there are several.", metavar="OUT"),
@@ -41,20 +46,27 @@ def export(
         list[str] | None,
         typer.Option("--allow", help="Write in spite of errors of this rule; may be repeated.", metavar="RULE"),
     ] = None,
+    without_joints: Annotated[
+        bool,
+        typer.Option(
+            "--without-joints", help="Write poses only, so that a robot of another maker may execute the program."
+        ),
+    ] = False,
     list_dialects: Annotated[bool, typer.Option("--list", help="List the languages and stop.")] = False,
 ) -> None:
     """Write a program in the language of a robot, as the robot of a cell does it.
 
     [dim]washboard export --list
-    washboard export demo.wash --cell ur5e-bench --dialect abb -o demo.mod[/dim]
+    washboard export demo.wash --cell ur5e-bench --dialect ur -o demo.script[/dim]
     """
     with job_errors():
         from commandline.loading import print_library, progress_bar, read_program_board
-        from programs.export import find_dialect
+        from programs.export import find_dialect, own_dialect
         from programs.load import load_program
         from programs.posts.dialects import DIALECTS
         from reports.files.export_robot import export_in_cell
         from reports.files.write_run import check_apart, check_folder
+        from robotcell.cell.installation import installation_of
         from robotcell.cell.load import read_cell
         from specs.finding_rules import check_allowed
 
@@ -66,17 +78,19 @@ def export(
             return
         if program is None or cell is None:
             raise JobError("a program and --cell CELL are needed, or --list; `washboard export --help` shows how.")
-        find_dialect(dialect)
+        if dialect is not None:
+            find_dialect(dialect)
         allowed = check_allowed(allow or [])
         if output is not None and output.is_dir():
             check_folder(output)
         else:
             check_apart((program, cell, board, parts), [output])
         loaded, planned = read_cell(cell), load_program(program)
+        language = dialect or own_dialect(installation_of(loaded))
         placed = read_program_board(planned, program, board, parts)
         with progress_bar() as progress:
-            done = export_in_cell(planned, loaded, dialect, placed, progress)
-        _write(done, dialect, output, allowed)
+            done = export_in_cell(planned, loaded, language, placed, progress, without_joints=without_joints)
+        _write(done, language, output, allowed)
 
 
 def _write(done: "CellExport", dialect: str, output: Path | None, allowed: list[str]) -> None:

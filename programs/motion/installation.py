@@ -4,11 +4,30 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
+import numpy as np
+
 from programs.pose import IDENTITY, Pose
 
 ChannelKind: TypeAlias = Literal["digital", "group", "analog"]
 AnalogUnit: TypeAlias = Literal["V", "mA"]
 JointKind: TypeAlias = Literal["revolute", "prismatic"]
+Maker: TypeAlias = Literal[
+    "abb", "denso", "epson", "fanuc", "kuka", "mitsubishi", "staubli", "universal-robots", "yaskawa", "other"
+]
+"""Whose controller a robot has; ``other`` is none of those whose languages are written."""
+MAKER_NAMES: Mapping[str, str] = {
+    "abb": "ABB",
+    "denso": "DENSO",
+    "epson": "Epson",
+    "fanuc": "FANUC",
+    "kuka": "KUKA",
+    "mitsubishi": "Mitsubishi",
+    "staubli": "Staubli",
+    "universal-robots": "Universal Robots",
+    "yaskawa": "Yaskawa",
+    "other": "another maker",
+}
+"""As messages and reports write them; ASCII."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +110,28 @@ class Joint:
     kind: JointKind
 
 
+@dataclass(frozen=True, slots=True)
+class JointConvention:
+    """How a controller counts the joints of its robot: ``rows @ q + zeros``, q and the result in degrees and mm."""
+
+    rows: tuple[tuple[float, ...], ...]
+    """(dof, dof) with full rank: signs on the diagonal, couplings beside it."""
+    zeros: tuple[float, ...]
+    """(dof,) what the controller shows where every joint of the model is at 0."""
+
+    def count(self, values: tuple[float, ...]) -> tuple[float, ...]:
+        """Give the controller's values (dof,) for those of the model (dof,), both in degrees and mm."""
+        return tuple(
+            sum(share * value for share, value in zip(row, values, strict=True)) + zero
+            for row, zero in zip(self.rows, self.zeros, strict=True)
+        )
+
+    def recover(self, counted: tuple[float, ...]) -> tuple[float, ...]:
+        """Give the model's values (dof,) for those of the controller (dof,): the inverse of ``count``."""
+        shifted = np.subtract(counted, self.zeros)
+        return tuple(np.linalg.solve(np.array(self.rows), shifted).tolist())
+
+
 _NO_OUTPUTS: Mapping[str, tuple[Assignment, ...]] = {}
 
 
@@ -121,6 +162,10 @@ class Installation:
     joints: tuple[Joint, ...] = ()
     home: tuple[float, ...] = ()
     """Joint values where a program begins and ends, radians or millimetres; empty if the cell has none."""
+    maker: Maker | None = None
+    """Whose controller the robot has; ``None`` if that is not stated."""
+    convention: JointConvention | None = None
+    """How that controller counts the joints; ``None`` if it counts them as the cell does."""
 
     def joint_kinds(self, dof: int) -> list[JointKind]:
         """Kinds of the joints; so many revolute ones where the cell describes none."""

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from programs.motion.installation import Installation
+from programs.motion.installation import Installation, Maker
 from programs.motion.lower import Capability, Lowered
 from programs.posts.rebuilt import ReadStep, Rebuilt
 
@@ -34,6 +34,11 @@ class Dialect:
     other instructions look alike."""
     needs_joints: bool = False
     """Whether the joint motion has to be known."""
+    maker: Maker | None = None
+    """Whose robots it is for: joint values are written as that maker's controllers count them; ``None`` for any."""
+    without_joints: str = ""
+    """What the integrator has to do where no joint values are written; empty where each position states the arm's
+    configuration, which only joint values give."""
 
     def render(self, lowered: Lowered, installation: Installation) -> ProgramFiles:
         """Write a program."""

@@ -48,6 +48,8 @@ class ReadReach:
     """A joint motion to a pose."""
 
     target: Pose | Axes
+    joints: tuple[float, ...] = ()
+    """Of the motion to joint values that leads there, as the controller counts them, degrees or mm; empty if none."""
 
 
 @dataclass(frozen=True, slots=True)

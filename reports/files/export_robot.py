@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from boards.board import Board
-from programs.export import Exported, export
+from programs.export import Exported, check_maker, export, find_dialect
 from programs.program import TimedProgram
 from robotcell.cell.installation import installation_of
 from robotcell.cell.load import LoadedCell
@@ -31,7 +31,13 @@ class CellExport:
 
 
 def export_in_cell(
-    program: TimedProgram, loaded: LoadedCell, dialect: str, board: Board | None, progress: Progress = no_progress
+    program: TimedProgram,
+    loaded: LoadedCell,
+    dialect: str,
+    board: Board | None,
+    progress: Progress = no_progress,
+    *,
+    without_joints: bool = False,
 ) -> CellExport:
     """Track a program in a cell and write what the robot does; where it cannot do it, write it as planned.
 
@@ -41,15 +47,19 @@ def export_in_cell(
         dialect: A name in ``DIALECTS``.
         board: For collisions; ``None`` if it is not at hand.
         progress: Receives the stage and the share done.
+        without_joints: Write poses only, also for the controller of another maker than the robot's.
 
     Raises:
-        JobError: the cell lacks something that the program names, or the language cannot express it.
+        JobError: the robot is of another maker than the language's, the cell lacks something that the program names, or
+            the language cannot express it.
     """
+    if not without_joints:
+        check_maker(find_dialect(dialect), installation_of(loaded))
     report = track(program, loaded.cell, board, terms=terms_of(loaded), progress=progress)
-    return CellExport(report, write_tracked(report, loaded, dialect))
+    return CellExport(report, write_tracked(report, loaded, dialect, without_joints=without_joints))
 
 
-def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str) -> Exported:
+def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str, *, without_joints: bool = False) -> Exported:
     """Write what a robot does with a program.
 
     Raises:
@@ -57,9 +67,9 @@ def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str) -> Expor
     """
     installation = installation_of(loaded)
     if not report.possible:
-        return export(report.requested, installation, dialect)
+        return export(report.requested, installation, dialect, without_joints=without_joints)
     joints = exported_joints(loaded.cell.robot, report.joints)
-    return export(report.program, installation, dialect, joints)
+    return export(report.program, installation, dialect, joints, without_joints=without_joints)
 
 
 def exported_joints(robot: Robot, joints: Joints) -> Joints:

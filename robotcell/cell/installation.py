@@ -55,6 +55,8 @@ def installation_of(loaded: LoadedCell) -> Installation:
             float(value) * (_MM if joint.kind == "prismatic" else 1.0)
             for value, joint in zip(cell.home, cell.robot.joints, strict=True)
         ),
+        maker=cell.robot.maker,
+        convention=cell.robot.convention,
     )
 
 

@@ -29,6 +29,7 @@ _SECTIONS = {
     "base, tcp, pose, at": ("Place",),
     "robot, where it is not of the library": ("RobotSpec",),
     "joints": ("JointLimits",),
+    "controller_joints": ("ControllerJoint",),
     "board, placements": ("Hold",),
     "board: points": ("PointPair",),
     "board: touched": ("Touched",),

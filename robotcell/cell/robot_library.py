@@ -1,10 +1,15 @@
 """Robots, of the library by name or as a cell specifies them, as metres and radians."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
-from robotcell.cell.spec import JointLimits, RobotFile, RobotSpec
+import numpy as np
+
+from programs.motion.installation import JointConvention
+from robotcell.cell.spec import ControllerJoint, JointLimits, RobotFile, RobotSpec
 from robotcell.errors import CellError, error_at
 from robotcell.robot.robot import Joint, Robot
 from robotcell.robot.urdf import read_urdf
@@ -61,7 +66,7 @@ def build_robot(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) ->
         path: Where in that file.
 
     Raises:
-        CellError: the URDF cannot be used, or the limits do not fit its joints.
+        CellError: the URDF cannot be used, or the limits or the controller's counts do not fit its joints.
     """
     if "\0" in spec.urdf:
         raise error_at(root, (*path, "urdf"), "cannot be the name of a file")
@@ -69,7 +74,46 @@ def build_robot(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) ->
         robot = read_urdf(folder / spec.urdf, base_link=spec.base_link, flange_link=spec.flange_link)
     except CellError as error:
         raise error_at(root, (*path, "urdf"), str(error)) from None
-    return limit_joints(robot, spec.joints, root, (*path, "joints"))
+    robot = limit_joints(robot, spec.joints, root, (*path, "joints"))
+    convention = _read_convention(robot, spec.controller_joints, root, (*path, "controller_joints"))
+    return replace(robot, maker=spec.maker, convention=convention)
+
+
+def _read_convention(
+    robot: Robot, stated: Literal["same"] | dict[str, ControllerJoint] | None, root: Located, path: YamlPath
+) -> JointConvention | None:
+    """Give how the controller counts the joints of a robot; ``None`` where it counts them as the robot does."""
+    if stated is None or stated == "same":
+        return None
+    joints = {joint.name: index for index, joint in enumerate(robot.joints)}
+    raise_problems(list(_find_count_problems(robot, stated, path)), root, ROBOT)
+    rows, zeros = np.eye(robot.dof), np.zeros(robot.dof)
+    for name, count in stated.items():
+        at = joints[name]
+        rows[at, at], zeros[at] = count.sign, count.zero_deg + count.zero_mm
+        for other, share in count.plus.items():
+            rows[at, joints[other]] = share
+    if abs(np.linalg.det(rows)) < 0.5:  # the entries are whole numbers
+        raise error_at(root, path, "two joints would have the same count; let couplings go one way")
+    return JointConvention(tuple(tuple(row) for row in rows.tolist()), tuple(zeros.tolist()))
+
+
+def _find_count_problems(robot: Robot, stated: dict[str, ControllerJoint], path: YamlPath) -> Iterator[Problem]:
+    """Find joints that are not there, couplings of a joint with itself or another kind, and zeros in the other unit."""
+    kinds = {joint.name: joint.kind for joint in robot.joints}
+    for name, count in stated.items():
+        if name not in kinds:
+            yield Problem((*path, name), f"no joint of {robot.name}; {name_nearest(name, kinds)}")
+            continue
+        wrong, right = ("zero_deg", "zero_mm") if kinds[name] == "prismatic" else ("zero_mm", "zero_deg")
+        if getattr(count, wrong):
+            yield Problem((*path, name, wrong), f"{name} takes {right}")
+        for other in count.plus:
+            if other not in kinds or other == name:
+                known = name_nearest(other, [each for each in kinds if each != name])
+                yield Problem((*path, name, "plus", other), f"no other joint of {robot.name}; {known}")
+            elif kinds[other] != kinds[name]:
+                yield Problem((*path, name, "plus", other), f"{other} and {name} do not both turn or both slide")
 
 
 def limit_joints(robot: Robot, limits: dict[str, JointLimits], root: Located, path: YamlPath) -> Robot:

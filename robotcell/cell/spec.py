@@ -4,6 +4,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, model_validator
 
+from programs.motion.installation import Maker
 from recipes.recipe import Name
 from specs.spec import (
     Bounds,
@@ -111,6 +112,19 @@ class JointLimits(Spec):
         return self
 
 
+class ControllerJoint(Spec):
+    """How a controller counts one joint: sign * its value here, plus zero, plus shares of other joints' values here."""
+
+    sign: Literal[1, -1] = Field(default=1, description="-1 where the controller counts the other way round.")
+    zero_deg: float = Field(
+        default=0.0, ge=-720, le=720, description="What it shows where the joint is at 0 here, if it turns."
+    )
+    zero_mm: float = Field(default=0.0, ge=-100_000, le=100_000, description="The same, if it slides.")
+    plus: dict[str, Literal[1, -1]] = Field(
+        default={}, description="Other joints that are added to it or subtracted: {joint_2: -1} for J3 of FANUC."
+    )
+
+
 class RobotSpec(Spec):
     """A robot that is not in the library."""
 
@@ -120,6 +134,24 @@ class RobotSpec(Spec):
     joints: dict[str, JointLimits] = Field(
         default={}, description="By joint, or all; a URDF has no accelerations, so they are needed here."
     )
+    maker: Maker | None = Field(
+        default=None, description="Whose controller it has: joint values are written in languages of that maker only."
+    )
+    controller_joints: Literal["same"] | dict[str, ControllerJoint] | None = Field(
+        default=None,
+        description="How the controller counts the joints: same as here, or by joint what differs; goes with maker.",
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> "RobotSpec":
+        if self.maker not in (None, "other") and self.controller_joints is None:
+            raise ValueError(
+                "maker goes with controller_joints: same, if the controller shows the joints as the URDF counts them, "
+                "or what differs by joint, such as {joint_3: {plus: {joint_2: -1}}}"
+            )
+        if self.maker is None and self.controller_joints is not None:
+            raise ValueError("controller_joints goes with maker: state whose controller counts them so")
+        return self
 
 
 class RobotFile(RobotSpec):

@@ -10,6 +10,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from programs.motion.installation import JointConvention, Maker
+
 Poses: TypeAlias = NDArray[np.float64]  # (..., 4, 4) homogeneous, metres
 Joints: TypeAlias = NDArray[np.float64]  # (..., dof) radians or metres
 Jacobians: TypeAlias = NDArray[np.float64]  # (..., 6, dof) linear (m), then angular, in the base frame
@@ -86,6 +88,10 @@ class Robot:
     """(4, 4) the flange on the last link."""
     bodies: tuple[tuple[Body, ...], ...]
     """Of each link, base first: (dof + 1) tuples."""
+    maker: Maker | None = None
+    """Whose controller it has; ``None`` if that is not stated."""
+    convention: JointConvention | None = None
+    """How that controller counts the joints; ``None`` if it counts them as they are here."""
 
     @property
     def dof(self) -> int:

@@ -256,13 +256,15 @@ def read_bodies(link: Element, T_carrier_link: Poses) -> list[Body]:
                 shape = Box((x, y, z))
             case "sphere":
                 shape = Capsule(_sizes(element, "radius", 1)[0], 0.0)
+            case "capsule":  # as in SDF: the length is that between the centres of its round ends
+                shape = Capsule(_sizes(element, "radius", 1)[0], _sizes(element, "length", 1)[0])
             case "cylinder":
                 shape = Mesh(cylinder_triangles(_sizes(element, "radius", 1)[0], _sizes(element, "length", 1)[0]))
             case "mesh":
                 scale = read_numbers(element, "scale", 3) if "scale" in element.attributes else np.ones(3)
                 shape = Mesh(read_mesh(_find_mesh(element)) * scale)
             case _:
-                raise element.error("is not a shape that is known: box, sphere, cylinder, mesh")
+                raise element.error("is not a shape that is known: box, sphere, capsule, cylinder, mesh")
         name = each.attributes.get("name", link.text("name"))
         bodies.append(Body(name, shape, T_carrier_link @ read_origin(each)))
     return bodies

@@ -12,7 +12,7 @@ from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 
 
 def rules(program: TimedProgram) -> set[str]:
-    return {finding.rule.id for finding in export(program, small_cell(), "abb").findings}
+    return {finding.rule.id for finding in export(program, small_cell("abb"), "abb").findings}
 
 
 def test_an_unknown_dialect_is_named_with_those_that_exist() -> None:
@@ -24,24 +24,24 @@ def test_an_unknown_dialect_is_named_with_those_that_exist() -> None:
 
 def test_joint_values_are_asked_for_where_they_are_needed() -> None:
     with pytest.raises(ProgramError, match="track the program"):
-        export(PROGRAMS["loop"](), small_cell(), "joint-table")
+        export(PROGRAMS["loop"](), small_cell("abb"), "joint-table")
 
 
 def test_joints_of_another_program_are_refused() -> None:
     with pytest.raises(ProgramError, match="moves and the cell"):
-        export(PROGRAMS["loop"](), small_cell(), "abb", joints_of(PROGRAMS["in_flight"]()))
+        export(PROGRAMS["loop"](), small_cell("abb"), "abb", joints_of(PROGRAMS["in_flight"]()))
     with pytest.raises(ProgramError, match="6 joints"):
-        export(PROGRAMS["loop"](), small_cell(), "abb", joints_of(PROGRAMS["loop"]())[:, :3])
+        export(PROGRAMS["loop"](), small_cell("abb"), "abb", joints_of(PROGRAMS["loop"]())[:, :3])
 
 
 def test_a_program_without_a_move_is_refused() -> None:
     program = program_of(Command(0.0, "FUNCTION", ("clean",), "s"), SetNozzle(0.0, False, "s"))
     with pytest.raises(ProgramError, match="no MOVE"):
-        export(program, small_cell(), "abb")
+        export(program, small_cell("abb"), "abb")
 
 
 def test_what_the_cell_lacks_is_said_by_name() -> None:
-    done = export(PROGRAMS["loop"](), bare_cell(), "abb")
+    done = export(PROGRAMS["loop"](), bare_cell("abb"), "abb")
     said = " ".join(finding.message for finding in done.findings)
     for what in ("FUNCTION clean", "SOLUTION saponifier-15", "SET pressure_bar", "resistivity_mohm_cm"):
         assert what in said
@@ -52,8 +52,8 @@ def test_a_tilt_band_needs_no_channel() -> None:
     plain = PROGRAMS["loop"]()
     grant = Command(0.0, "SET", ("tilt_band_deg", "5.000"), "s")
     granted = replace(plain, instructions=(grant, *plain.instructions))
-    assert export(granted, bare_cell(), "abb").findings == export(plain, bare_cell(), "abb").findings
-    assert any("tilt_band_deg = 5.000" in text for text in export(granted, bare_cell(), "abb").files.values())
+    assert export(granted, bare_cell("abb"), "abb").findings == export(plain, bare_cell("abb"), "abb").findings
+    assert any("tilt_band_deg = 5.000" in text for text in export(granted, bare_cell("abb"), "abb").files.values())
 
 
 def test_a_program_that_moves_before_it_names_a_nozzle_is_an_error() -> None:
@@ -94,7 +94,7 @@ def test_waits_and_commands_between_two_moves_stop_the_robot_where_they_are() ->
         Command(2.5, "SET", ("pressure_bar", "2.0"), "s"),
         MoveTo(4.5, (80, 0, 50), DOWN, 20.0, "s"),
     )
-    (text,) = export(program, small_cell(), "abb").files.values()
+    (text,) = export(program, small_cell("abb"), "abb").files.values()
     places = [line.split("[[")[1].split(",")[0] for line in text.splitlines() if "robtarget" in line]
     assert np.array(places, dtype=float).tolist() == [0.0, 20.0, 40.0, 80.0]
     assert text.count(",fine,t_ring60\\WObj") == 4
@@ -109,4 +109,4 @@ def test_a_move_that_takes_no_time_does_not_break_anything() -> None:
         SetNozzle(0.0, False, "s"),
         MoveTo(1.0, (30, 0, 50), DOWN, 0.0, "s"),
     )
-    assert export(program, small_cell(), "abb").files
+    assert export(program, small_cell("abb"), "abb").files

@@ -1,9 +1,22 @@
 """Cells as robot programs see them, for tests."""
 
 import math
+from dataclasses import replace
 
-from programs.motion.installation import Assignment, Channel, Installation, Joint, Sensor, Setting, Tool, Valve
+from programs.motion.installation import (
+    Assignment,
+    Channel,
+    Installation,
+    Joint,
+    JointConvention,
+    Maker,
+    Sensor,
+    Setting,
+    Tool,
+    Valve,
+)
 from programs.pose import Pose
+from programs.posts.dialects import DIALECTS
 
 WASH = Channel("digital", "doWash", 1)
 AIR = Channel("digital", "doAir", 2)
@@ -18,8 +31,14 @@ KNIFE = Valve(AIR, open_lag_s=0.1, close_lag_s=0.05, min_pulse_s=0.05)
 _HALF = math.radians(15)
 
 
-def small_cell() -> Installation:
-    """Two nozzles at an angle on the flange, a board that lies askew, an output for each word of the library recipe."""
+def small_cell(maker: Maker | None = None) -> Installation:
+    """Two nozzles at an angle on the flange, a board that lies askew, an output for each word of the library recipe.
+
+    The arm is of that maker; a FANUC controller counts its third joint from level.
+    """
+    level = JointConvention(
+        tuple(tuple(float(i == j) - float((i, j) == (2, 1)) for j in range(6)) for i in range(6)), (0.0,) * 6
+    )
     return Installation(
         cell="bench",
         robot="arm",
@@ -41,10 +60,18 @@ def small_cell() -> Installation:
         placements={"flip_to_bottom": Pose((400.0, 120.0, 60.0), (0.0, 1.0, 0.0, 0.0))},
         joints=tuple(Joint(f"j{number}", "revolute") for number in range(1, 7)),
         home=(0.0, -0.5, 0.6, 0.0, 1.2, 0.0),
+        maker=maker,
+        convention=level if maker == "fanuc" else None,
     )
 
 
-def bare_cell() -> Installation:
+def bare_cell(maker: Maker | None = None) -> Installation:
     """Nothing but the tools and the valves."""
-    cell = small_cell()
-    return Installation("bare", cell.robot, cell.T_base_board, cell.tools, cell.valves, joints=cell.joints)
+    cell = small_cell(maker)
+    return Installation("bare", cell.robot, cell.T_base_board, cell.tools, cell.valves, joints=cell.joints, maker=maker)
+
+
+def for_language(cell: Installation, dialect: str) -> Installation:
+    """A cell whose robot is of the maker of a language, where that has one."""
+    maker = DIALECTS[dialect].maker
+    return replace(cell, maker=maker, convention=small_cell(maker).convention)

@@ -9,7 +9,7 @@ from html import escape
 from typing import TypeAlias
 
 from programs.errors import ProgramError
-from programs.export import find_dialect
+from programs.export import check_maker, find_dialect
 from programs.motion.installation import Installation
 from programs.motion.lower import EventError, lower
 from programs.motion.make_motion import make_motion
@@ -61,9 +61,11 @@ def write_program(program: TimedProgram, installation: Installation, dialect: st
     """Write a program in a robot's language, and assign its lines to motions.
 
     Raises:
-        ProgramError: there is no such dialect, the program cannot be driven, or the language needs the joint motion.
+        ProgramError: there is no such dialect, it is for robots of another maker, the program cannot be driven, or the
+            language needs the joint motion.
     """
     language = find_dialect(dialect)
+    check_maker(language, installation)
     if language.needs_joints and joints is None:
         raise ProgramError(f"{language.title} is made of joint values; check the program in the tab Robot first.")
     lowered = lower(make_motion(program, installation, joints), language.capability)

@@ -25,6 +25,9 @@ DIALECT = Dialect(
     write=Rapid.write,
     rebuild=RapidReader.rebuild,
     move=re.compile(r"\s*(MoveL|MoveJ|TriggL) p\d"),
+    maker="abb",
+    without_joints="Stand the arm in the configuration that it is to keep (ConfJ\\Off, ConfL\\Off). "
+    "No home is written.",
 )
 PAINT_DIALECT = Dialect(
     title="ABB RAPID, RobotWare Paint",
@@ -41,4 +44,7 @@ PAINT_DIALECT = Dialect(
     write=Paint.write,
     rebuild=PaintReader.rebuild,
     move=re.compile(r"\s*(MoveL|MoveJ|PaintL) p\d"),
+    maker="abb",
+    without_joints="Stand the arm in the configuration that it is to keep (ConfJ\\Off, ConfL\\Off). "
+    "No home is written.",
 )

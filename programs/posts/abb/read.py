@@ -11,6 +11,7 @@ from programs.posts.rebuilt import ReadSignal
 _DATA = re.compile(r"(?:LOCAL )?(?:CONST|PERS|VAR) (\w+) (\w+)(?::=(.*))?;")
 _OUTPUT = r"\\[DGA]Op:=(\w+),([\d.-]+);"
 _NUMBER = re.compile(r"-?[\d.]+(?:E\d+)?")
+_LIST = r"[\d.,E-]+"
 _POSE = "[[0,0,0],[0,0,0,0]]"
 _SHAPES = {
     "robtarget": "[[0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,0,0,0]]",
@@ -57,7 +58,8 @@ class RapidReader(Reader):
         looks = r" AND \(\1=0 OR ([\d.-]+)\*AInput\(\w+\)\+([\d.-]+)<([\d.-]+)\)"
         return {
             rf"({self.moves}) (\w+),(\w+)((?:,ev\d+)?(?:\\T\d:=ev\d+)*),(\w+),(\w+)\\WObj:=(\w+);": self.move,
-            r"MoveAbsJ .*": self.move_joints,
+            rf"MoveAbsJ \[\[({_LIST})\],\[({_LIST})\]\]\\NoEOffs,.*": self.move_to_joints,
+            r"MoveAbsJ jHome\\NoEOffs,.*": skip,
             rf"TriggEquip (\w+),([\d.-]+)(\\Start)?,([\d.-]+){_OUTPUT}": self.define_trigger,
             rf"TriggIO (\w+),()()([\d.-]+)\\Time{_OUTPUT}": self.define_trigger,
             r"Set[DGA]O (\w+),([\d.-]+);": lambda match: self.switch(match[1], float(match[2])),
@@ -67,6 +69,11 @@ class RapidReader(Reader):
             r"(ConfJ\\Off|ConfL\\Off|nLoop\d+:=.*);": skip,
             r"([A-Za-z]\w*);": self.call,
         }
+
+    def move_to_joints(self, match: re.Match[str]) -> None:
+        """Come to joint values: the robot's, and those of external axes that there are."""
+        external = [word for word in match[2].split(",") if word != "9E9"]
+        self.come_to(float(word) for word in (*match[1].split(","), *external))
 
     def define_trigger(self, match: re.Match[str]) -> None:
         """Define when a trigger leaves."""

@@ -45,7 +45,7 @@ class PacScriptReader(Reader):
             r"Arrive (\d+)": self.wait_for_percent,
             r"WaitMotion 4, 0": self.stand,
             rf"Move ([PL]), @0 {_POSE}, -1\), Speed = 10": self.reach_pose,
-            rf"Move P, @0 J\({NUMBER}(?:, {NUMBER})*\), Speed = 10": self.move_joints,
+            rf"Move P, @0 J\(({NUMBER}(?:, {NUMBER})*)\), Speed = 10": self.move_joints,
             r"Delay (\d+)": self.delay,
             r"Call (\w+)": self.call,
             r"For (nLoop\d+) = 1 To (\d+)": self.begin_loop,

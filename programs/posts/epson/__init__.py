@@ -24,4 +24,5 @@ DIALECT = Dialect(
     write=Spel.write,
     rebuild=SpelReader.rebuild,
     move=re.compile(r"\s*(Move|Go) XY\("),
+    maker="epson",
 )

@@ -45,7 +45,7 @@ class SpelReader(Reader):
             _WHILE: self.end_repeat,
             rf"(TLSet|Local) (\d+), {_XY}": self.set_frame,
             r"Tool (\d+)": lambda match: self.use_tool(match[0], look_up(self.frames, ("TLSet", match[1]), match[0])),
-            rf"Go JA\({NUMBER}(?:, {NUMBER})*\)": self.move_joints,
+            rf"Go JA\(({NUMBER}(?:, {NUMBER})*)\)": self.move_joints,
             rf"nLoop(\d+) = (?:0|nLoop\1 \+ 1)|{settings}": skip,
         }
 

@@ -28,4 +28,5 @@ DIALECT = Dialect(
     write=Tp.write,
     rebuild=TpReader.rebuild,
     move=re.compile(r"\s*\d+:L P\["),
+    maker="fanuc",
 )

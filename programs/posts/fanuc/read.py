@@ -22,7 +22,7 @@ _INSTRUCTION = re.compile(r" *(\d+):(?:  )?(.*) ;")
 _POSITION = re.compile(
     rf"P\[(\d+)\]\{{\n   GP1:\n\tUF : (\d+), UT : (\d+),(?:\t\tCONFIG : '[NF] U T, -?\d, -?\d, -?\d',\n\t"
     rf"X = +{_N}  mm,\tY = +{_N}  mm,\tZ = +{_N}  mm,\n\tW = +{_N} deg,\tP = +{_N} deg,\tR = +{_N} deg"
-    rf"|\n\tJ1 = [^}}]*)\n\}};\n"
+    rf"|\n\t(J1 = [^}}]*))\n\}};\n"
 )
 _KINDS = {"DO": "digital", "GO": "group", "AO": "analog"}
 
@@ -32,8 +32,8 @@ class TpReader(Reader):
 
     def __init__(self) -> None:
         super().__init__()
-        self.positions: dict[tuple[str, str], tuple[str, str, Pose | None]] = {}
-        """User frame, tool and pose by program and number; ``None`` where it is joint values."""
+        self.positions: dict[tuple[str, str], tuple[str, str, Pose | tuple[float, ...]]] = {}
+        """User frame, tool, and pose or joint values, by program and number."""
         self.tables: dict[tuple[str, str], Pose] = {}
         self.register = ["0"] * 6
         self.frames: dict[str, str] = {}
@@ -62,8 +62,9 @@ class TpReader(Reader):
             instructions.append(match[2])
         self.routines[name] = instructions
         for match in _POSITION.finditer(points):
-            number, frame, tool, *numbers = match.groups()
-            pose = read_pose(numbers, from_fixed_xyz) if numbers[0] is not None else None
+            number, frame, tool, *numbers, joints = match.groups()
+            values = tuple(float(word) for word in re.findall(rf"J\d+ = +{_N} ", joints or ""))
+            pose = values or read_pose(numbers, from_fixed_xyz)
             self.positions[name, number] = (frame, tool, pose)
         if len(_POSITION.sub("", points)) != len("/END\n"):
             raise ProgramError(f"{name}: a position is not written as expected.")
@@ -103,7 +104,7 @@ class TpReader(Reader):
         else:
             self.use_board(pose)
 
-    def position(self, number: str) -> Pose | None:
+    def position(self, number: str) -> Pose | tuple[float, ...]:
         """Look up a position, taught in the frames in use."""
         frame, tool, pose = look_up(self.positions, (self.routine, number), f"P[{number}]")
         if (frame, tool) != (self.frames.get("UFRAME"), self.frames.get("UTOOL")):
@@ -114,7 +115,7 @@ class TpReader(Reader):
         """Move in a line."""
         number, speed, unit, ending, lead, *assigned = match.groups()
         pose = self.position(number)
-        if pose is None:
+        if not isinstance(pose, Pose):
             raise ProgramError(f"P[{number}] is not cartesian.")
         signals = (ReadSignal(*_assigned(*assigned), 1.0, -float(lead)),) if lead is not None else ()
         self.line(pose, ending == "FINE", float(speed) if unit == "mm/sec" else 0.0, signals)
@@ -122,9 +123,10 @@ class TpReader(Reader):
     def move_by_joints(self, match: re.Match[str]) -> None:
         """Move by joints."""
         pose = self.position(match[1])
-        self.by_joints = pose is None
-        if pose is not None:
+        if isinstance(pose, Pose):
             self.reach(pose)
+        else:
+            self.come_to(pose)
 
     def begin_loop(self, match: re.Match[str]) -> None:
         """Find how a loop ends: the jump back to its label, and the reading before it."""

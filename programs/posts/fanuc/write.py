@@ -10,7 +10,7 @@ from programs.motion.steps import Line, Repeat
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
-from programs.posts.writing.axes import in_controller_units
+from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import sheet, short_heading
@@ -130,11 +130,10 @@ class Tp(Syntax):
         return self.declare(f",\t\tCONFIG : '{self.configuration}',\n\t{where},\n\t{turned}")
 
     def joint_move(self, joints: tuple[float, ...]) -> str:
-        """Move to joint values, and declare them; the third counts from level here, from the second in a cell."""
-        values = list(in_controller_units(joints, self.installation))
+        """Move to joint values, and declare them."""
+        values = as_controller_counts(joints, self.installation)
         kinds = self.installation.joint_kinds(len(joints))
         if kinds[:3] == ["revolute"] * 3:
-            values[2] -= values[1]
             self.configuration = _configuration(values)
         units = ["deg" if kind == "revolute" else " mm" for kind in kinds]
         words = [f"J{n} = {fixed(v, 4):>10} {unit}" for n, (v, unit) in enumerate(zip(values, units, strict=True), 1)]

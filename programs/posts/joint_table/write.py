@@ -25,7 +25,7 @@ from programs.motion.steps import (
 )
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
-from programs.posts.writing.axes import in_controller_units
+from programs.posts.writing.axes import in_degrees_and_mm
 from programs.posts.writing.heading import heading
 from programs.posts.writing.wording import cut, fixed, make_name, short
 from specs.source import Source
@@ -59,7 +59,7 @@ def write(dialect: Dialect, lowered: Lowered, installation: Installation) -> Pro
     names = [f"{make_name(joint.name, 24)}_{units[joint.kind]}" for joint in installation.joints]
     table.writerow(["node", "time_s", *names, "x", "y", "z", "qw", "qx", "qy", "qz", "events", "made_by"])
     for node, row in enumerate(_rows(lowered.motion.steps), start=1):
-        joints = [fixed(value, 5) for value in in_controller_units(row.joints, installation)]
+        joints = [fixed(value, 5) for value in in_degrees_and_mm(row.joints, installation)]
         pose = [fixed(value, 3) for value in row.pose.position] + [fixed(value, 7) for value in row.pose.quaternion]
         table.writerow([node, fixed(row.time_s, 4), *joints, *pose, row.events, cut(str(row.made_by), 60)])
     return {f"{make_name(lowered.motion.origin.board, 60)}.csv": out.getvalue()}

@@ -27,4 +27,7 @@ DIALECT = Dialect(
     write=Krl.write,
     rebuild=KrlReader.rebuild,
     move=re.compile(r"\s*(LIN|PTP) P\d"),
+    maker="kuka",
+    without_joints="Stand the arm in the configuration that it is to keep: PTP without S and T keeps it. "
+    "No home is written.",
 )

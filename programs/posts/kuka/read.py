@@ -63,7 +63,7 @@ class KrlReader(Reader):
             rf"TRIGGER WHEN (?:PATH={N}|DISTANCE=1) DELAY=(-?\d+) DO {_ASSIGNMENT}": self.define_trigger,
             _PREPARATION: skip,
             r"PTP (\w+)": lambda match: self.reach(self.frame(match[1])),
-            rf"PTP {_AXES}": self.move_joints,
+            rf"PTP {_AXES}": lambda match: self.come_to(float(word) for word in re.findall(rf"[AE]\d {N}", match[0])),
             rf"WAIT SEC {N}": self.pause,
             r"REPEAT": self.begin_loop,
             rf"{_COUNTED}|{_LOOKED}": self.end_repeat,

@@ -13,7 +13,7 @@ from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Lowered
 from programs.motion.steps import Line, MotionProgram, Reach, Repeat, UseBoard, UseTool
 from programs.posts.dialect import Dialect, ProgramFiles
-from programs.posts.writing.axes import in_controller_units, needed_samples, units_of
+from programs.posts.writing.axes import in_degrees_and_mm, needed_samples, units_of
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import channels_of
@@ -130,7 +130,7 @@ class GCode(Syntax):
         """
         if not joints or len(joints) != len(self.letters):
             raise ProgramError(_NO_JOINTS)
-        values = in_controller_units(joints, self.installation)
+        values = in_degrees_and_mm(joints, self.installation)
         offset = self.offset or tuple(0.0 for _ in values)
         words = tuple(
             f"{letter}{fixed(value - zero, _DIGITS)}"

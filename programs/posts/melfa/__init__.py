@@ -26,4 +26,5 @@ DIALECT = Dialect(
     write=MelfaBasic.write,
     rebuild=MelfaBasicReader.rebuild,
     move=re.compile(r"\d+ (Mvs|Mov) P\d"),
+    maker="mitsubishi",
 )

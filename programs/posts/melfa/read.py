@@ -10,7 +10,7 @@ from programs.posts.writing.angles import from_fixed_xyz
 
 _OUTPUT = rf"(M_Out|M_Outb|M_Outw)\((\d+)\)={N}"
 _POSITION = re.compile(rf"(P\w+)=\(((?:{NUMBER},){{5}}{NUMBER})\)\([07],0\)")
-_JOINTS = re.compile(rf"(J\d+)=\({NUMBER}(?:,{NUMBER})*\)")
+_JOINTS = re.compile(rf"(J\d+)=\(({NUMBER}(?:,{NUMBER})*)\)")
 _BACK = rf"If M(\d+)<(\d+)(?: And \({N}\*M_Inw\(\d+\)\+{N}\)<{N})? Then GoTo \*LOOP\1"
 _KINDS = {"M_Out": "digital", "M_Outb": "group", "M_Outw": "analog"}
 
@@ -20,8 +20,8 @@ class MelfaBasicReader(Reader):
 
     def __init__(self) -> None:
         super().__init__()
-        self.positions: dict[tuple[str, str], Pose | None] = {}
-        """By program and name; ``None`` for joint positions."""
+        self.positions: dict[tuple[str, str], Pose | tuple[float, ...]] = {}
+        """Poses and joint values by program and name."""
         self.speed_mm_s = 0.0
         self.stops = True
 
@@ -34,7 +34,7 @@ class MelfaBasicReader(Reader):
                 if match := _POSITION.fullmatch(line):
                     self.positions[name, match[1]] = read_pose(match[2].split(","), from_fixed_xyz)
                 elif match := _JOINTS.fullmatch(line):
-                    self.positions[name, match[1]] = None
+                    self.positions[name, match[1]] = tuple(float(word) for word in match[2].split(","))
                 elif line.startswith(f"{number} "):
                     steps.append(line.removeprefix(f"{number} "))
                 else:
@@ -67,19 +67,20 @@ class MelfaBasicReader(Reader):
 
     def move_by_joints(self, match: re.Match[str]) -> None:
         """Move by joints."""
-        if self.position(match[1]) is None:
-            self.move_joints(match)
+        place = self.position(match[1])
+        if isinstance(place, Pose):
+            self.reach(place)
         else:
-            self.reach(self.point(match[1]))
+            self.come_to(place)
 
-    def position(self, name: str) -> Pose | None:
+    def position(self, name: str) -> Pose | tuple[float, ...]:
         """Look up a position of the program that runs."""
         return look_up(self.positions, (self.routine, name), f"position {name}")
 
     def point(self, name: str) -> Pose:
         """Look up a position that is a pose."""
         pose = self.position(name)
-        if pose is None:
+        if not isinstance(pose, Pose):
             raise ProgramError(f"{name} is a joint position.")
         return pose
 

@@ -38,13 +38,15 @@ from programs.posts.rebuilt import (
     ReadTool,
     Rebuilt,
 )
-from programs.posts.writing.axes import AXIS_DEG, AXIS_MM, in_controller_units, place_on, units_of
+from programs.posts.writing.axes import AXIS_DEG, AXIS_MM, from_controller_counts, in_degrees_and_mm, place_on, units_of
 from specs.source import NO_SOURCE, Source
 
 _POSE_MM, _POSE_DEG = 0.01, 0.01
 _EVENT_MM, _EVENT_S = 0.5, 0.002
 _DIGIT = 2e-3
 """mm and degrees that written digits may shift a pose by."""
+_JOINT = 0.001
+"""mm and degrees, of a joint."""
 _PAUSE_S = 0.006
 """FANUC and others count pauses in hundredths."""
 _SPEED_SHARE, _SPEED_MM_S = 0.01, 1.0
@@ -132,12 +134,9 @@ class _Comparison:
         """Whether a step other than a line was read as planned."""
         match step, found:
             case Reach(), ReadReach(target=Axes(values=axes)):
-                planned = in_controller_units(step.joints, self.installation)
-                return len(planned) == len(axes) and all(
-                    abs(a - b) <= 0.001 for a, b in zip(planned, axes, strict=True)
-                )
+                return _same_joints(in_degrees_and_mm(step.joints, self.installation), axes)
             case Reach(), ReadReach(target=Pose() as target):
-                return _same_pose(step.target, target)
+                return _same_pose(step.target, target) and self.is_reached(step, found.joints)
             case Pause(), ReadPause():
                 return abs(step.duration_s - found.duration_s) <= _PAUSE_S
             case Switch(), ReadSwitch():
@@ -150,6 +149,15 @@ class _Comparison:
                 return True
             case _:
                 return False
+
+    def is_reached(self, step: Reach, counted: tuple[float, ...]) -> bool:
+        """Whether joint values that were read are the planned ones when they are counted as the cell does."""
+        if not step.joints or not counted:
+            return not counted  # some languages have no joint values, but none has them where none are known
+        planned, dof = in_degrees_and_mm(step.joints, self.installation), len(step.joints)
+        read = from_controller_counts(counted[:dof], self.installation)
+        beyond = any(counted[dof:])  # RAPID has six at least
+        return not beyond and _same_joints(planned, in_degrees_and_mm(read, self.installation))
 
     def is_output(self, channel: Channel, planned: float, label: str, read: float) -> bool:
         """Whether an output is the planned one and gets the planned value; an analog one as volts at its terminal."""
@@ -289,6 +297,11 @@ def _share_of(line: Line, target: Pose, done: float) -> float:
 def _apart(one: Pose, other: Pose) -> float:
     """Millimetres or degrees between two poses, whichever are more."""
     return max(distance(one, other), degrees(angle(one, other)))
+
+
+def _same_joints(planned: tuple[float, ...], read: tuple[float, ...]) -> bool:
+    """Whether joint values in degrees and mm are the same to the digits that languages write."""
+    return len(planned) == len(read) and all(abs(a - b) <= _JOINT for a, b in zip(planned, read, strict=True))
 
 
 def _same_pose(one: Pose, other: Pose) -> bool:

@@ -48,6 +48,8 @@ class Reader(ABC):
         self.board: ReadBoard | None = None
         self.by_joints = False
         """Whether it came to where it is by joint values, so that the next motion ends where it is."""
+        self.counted: tuple[float, ...] = ()
+        """Those values, as the controller counts them: degrees or mm."""
         self._used: tuple[ReadTool | None, ReadBoard | None] = (None, None)
         self._patterns: list[tuple[re.Pattern[str], Action]] = []
 
@@ -174,8 +176,12 @@ class Reader(ABC):
         self.board = ReadBoard(T_base_board)
 
     def move_joints(self, match: re.Match[str]) -> None:
-        """Come to joint values."""
-        self.by_joints = True
+        """Come to joint values: a list with commas in the first group."""
+        self.come_to(float(word) for word in match[1].split(","))
+
+    def come_to(self, counted: Iterable[float]) -> None:
+        """Come to joint values, as the controller counts them."""
+        self.by_joints, self.counted = True, tuple(counted)
 
     def repeat(self, count: str, condition: Sequence[str | None] = ()) -> None:
         """Begin a loop.
@@ -197,16 +203,16 @@ class Reader(ABC):
 
     # Motion
 
-    def reach(self, pose: Pose) -> None:
-        """Come to a pose by a joint motion."""
+    def reach(self, pose: Pose, counted: tuple[float, ...] = ()) -> None:
+        """Come to a pose by a joint motion: to joint values, or to the pose itself where there are none."""
         self._use_frames()
-        self.steps.append(ReadReach(pose))
+        self.steps.append(ReadReach(pose, counted))
         self.pose, self.by_joints = pose, False
 
     def line(self, pose: Pose, stops: bool, speed_mm_s: float, signals: tuple[ReadSignal, ...] = ()) -> None:
         """Go straight to a pose; after joint values it is there already."""
         if self.by_joints or self.pose is None:
-            self.reach(pose)
+            self.reach(pose, self.counted if self.by_joints else ())
             return
         self._use_frames()
         self.steps.append(ReadLine(pose, stops, speed_mm_s, signals))

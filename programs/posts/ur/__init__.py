@@ -30,4 +30,7 @@ DIALECT = Dialect(
     write=UrScript.write,
     rebuild=UrScriptReader.rebuild,
     move=re.compile(r"\s*movel\("),
+    maker="universal-robots",
+    without_joints="Stand the arm in the configuration that it is to keep: movej takes the nearest one. "
+    "No home is written.",
 )

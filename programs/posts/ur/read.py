@@ -1,12 +1,13 @@
 """Reads URScript back, as a controller would execute it."""
 
+import math
 import re
 from collections.abc import Iterable, Sequence
 
 from programs.errors import ProgramError
 from programs.pose import Pose, distance
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, N, Reader, look_up, read_pose, skip
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, skip
 from programs.posts.rebuilt import ReadSignal
 from programs.posts.ur.watcher import KINDS, WATCHER
 from programs.posts.writing.angles import from_rotation_vector
@@ -59,8 +60,9 @@ class UrScriptReader(Reader):
         looks = rf" and \(\1 == 0 or {N}\*get_standard_analog_in\(\d+\)\+{N} < {N}\)"
         return {
             rf"movel{target}, ([vt])={N}(?:, r={N})\)": self.move,
-            rf"move[jl]{target}, v=[\d.]+\)": lambda match: self.reach(_pose(match.groups())),
-            rf"movej\(\[(?:{N},)*{N}\], a=[\d.]+, v=[\d.]+\)": skip,
+            rf"movej{target}, v=[\d.]+\)": lambda match: self.reach(_pose(match.groups())),
+            rf"movel{target}, v=[\d.]+\)": lambda match: self.reach(_pose(match.groups()), self.counted),
+            rf"movej\(\[((?:{NUMBER},)*{NUMBER})\], a=[\d.]+, v=[\d.]+\)": self.move_radians,
             rf"arm\({_POSE}, {_POSE}, {N}, {_OUTPUT}\)": self.arm,
             rf"set_out\({_OUTPUT}\)": lambda match: self.switch(f"{_CHANNELS[match[1]]} {match[2]}", float(match[3])),
             rf"sleep\({N}\)": self.pause,
@@ -73,6 +75,10 @@ class UrScriptReader(Reader):
             r"n_loop_\d+ = 0|n_loop_(\d+) = n_loop_\1 \+ 1": skip,
             r"([A-Za-z]\w*)\(\)": self.call,
         }
+
+    def move_radians(self, match: re.Match[str]) -> None:
+        """Come to joint values."""
+        self.come_to(math.degrees(float(word)) for word in match[1].split(","))
 
     def declare(self, match: re.Match[str]) -> None:
         """Declare a pose."""

@@ -8,6 +8,7 @@ from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.ur.watcher import KINDS, WATCHER
 from programs.posts.writing.angles import rotation_vector
+from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.lines import Placed
 from programs.posts.writing.wording import fixed, indent, join_lines, short
@@ -78,7 +79,8 @@ class UrScript(Syntax):
 
     def joint_move(self, joints: tuple[float, ...]) -> str:
         """Write a motion to joint values in radians."""
-        return self.to_joints.format(",".join(short(value, 6) for value in joints))
+        counted = as_controller_counts(joints, self.installation)
+        return self.to_joints.format(",".join(short(math.radians(value), 6) for value in counted))
 
     def use(self, step: UseTool | UseBoard) -> Iterator[str]:
         """Set TCP and payload, or the pose that all others are seen from."""

@@ -107,7 +107,8 @@ class Val3Reader(Reader):
         self.waits = False
         target = self.value(name, int(key or 0))
         if "j1" in target:
-            self.by_joints = name != "jHome"
+            if name != "jHome":
+                self.come_to(float(value) for key, value in target.items() if key.startswith("j"))
             return
         pose = _pose(target)
         self.use_tool(tool, _pose(self.value(tool)))

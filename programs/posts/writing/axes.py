@@ -18,10 +18,23 @@ def units_of(installation: Installation) -> Scalars:
     return np.array([math.radians(1.0) if joint.kind == "revolute" else 1.0 for joint in installation.joints])
 
 
-def in_controller_units(joints: tuple[float, ...], installation: Installation) -> tuple[float, ...]:
-    """Joint values in degrees and mm; joints that the cell does not describe are revolute."""
+def in_degrees_and_mm(joints: tuple[float, ...], installation: Installation) -> tuple[float, ...]:
+    """Joint values as the cell counts them, in degrees and mm; joints that it does not describe are revolute."""
     kinds = installation.joint_kinds(len(joints))
     return tuple(math.degrees(q) if kind == "revolute" else q for q, kind in zip(joints, kinds, strict=True))
+
+
+def as_controller_counts(joints: tuple[float, ...], installation: Installation) -> tuple[float, ...]:
+    """Joint values as the robot's own controller counts them: its zeros, signs and couplings, in degrees and mm."""
+    values, convention = in_degrees_and_mm(joints, installation), installation.convention
+    return values if convention is None else convention.count(values)
+
+
+def from_controller_counts(counted: tuple[float, ...], installation: Installation) -> tuple[float, ...]:
+    """Joint values in radians and mm, as the cell counts them: the inverse of ``as_controller_counts``."""
+    values = counted if installation.convention is None else installation.convention.recover(counted)
+    kinds = installation.joint_kinds(len(values))
+    return tuple(math.radians(q) if kind == "revolute" else q for q, kind in zip(values, kinds, strict=True))
 
 
 def place_on(samples: SampledLine, units: Scalars, axes: tuple[float, ...], after: float) -> tuple[float, float]:

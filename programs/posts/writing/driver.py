@@ -23,7 +23,7 @@ from programs.motion.steps import (
 )
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
-from programs.posts.writing.axes import in_controller_units
+from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Chapter, Part, divide, nest
 from programs.posts.writing.heading import heading
 from programs.posts.writing.lines import Placed, follow, place_events
@@ -324,8 +324,8 @@ class Syntax(ABC):
         return self.comment(self.loop_text.format(key=cut(loop.key, 40), least=least, count=loop.count))
 
     def joints(self, joints: tuple[float, ...], digits: int = 4) -> list[str]:
-        """Write joint values: degrees and mm."""
-        return [fixed(value, digits) for value in in_controller_units(joints, self.installation)]
+        """Write joint values as the controller counts them: degrees and mm."""
+        return [fixed(value, digits) for value in as_controller_counts(joints, self.installation)]
 
     def set(self, word: str, value: str) -> list[str]:
         """Write a modal word if its value is another."""

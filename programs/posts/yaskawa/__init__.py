@@ -28,4 +28,5 @@ DIALECT = Dialect(
     write=Inform.write,
     rebuild=InformReader.rebuild,
     move=re.compile(r"MOV[LJ] C\d"),
+    maker="yaskawa",
 )

@@ -10,6 +10,7 @@ from programs.motion.steps import Line, Reach
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
+from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Chapter, Part, part_at_boards
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import sheet, short_heading
@@ -113,7 +114,8 @@ class Inform(Syntax):
         """Declare a position under the headings it needs."""
         kinds = self.installation.joint_kinds(len(joints))
         if joints:  # of R, T and S: whether they are beyond half a turn
-            beyond = ("1" if not -math.pi < joints[at] <= math.pi else "0" for at in (3, 5, 0))
+            counted = as_controller_counts(joints, self.installation)
+            beyond = ("1" if not -180.0 < counted[at] <= 180.0 else "0" for at in (3, 5, 0))
             self.turns = ",".join(beyond) if kinds == ["revolute"] * 6 else "0,0,0"
         frames = [f"///USER {self.slots.board}", f"///TOOL {self.slots.tool}"]
         heads = [*frames, "///POSTYPE USER", "///RECTAN", f"///RCONF 1,0,0,{self.turns},0,0"]

@@ -27,7 +27,7 @@ def test_the_languages_are_listed() -> None:
 
 def test_a_program_is_written_as_the_robot_does_it(made: Path, tmp_path: Path) -> None:
     out = tmp_path / "loop.mod"
-    outcome = washboard("export", made, "--cell", "ur5e-bench", "--dialect", "abb", "-o", out)
+    outcome = washboard("export", made, "--cell", "irb1200-bench", "-o", out)
     assert outcome.code == 0, outcome.err
     assert f"Written  {out}" in outcome.out
     assert "wrong by at most" in outcome.out
@@ -36,6 +36,35 @@ def test_a_program_is_written_as_the_robot_does_it(made: Path, tmp_path: Path) -
     assert sum(isinstance(step, ReadLine) for step in steps) >= 6
     assert any(isinstance(step, ReadRepeat) for step in steps)
     assert "MoveAbsJ [[" in out.read_text("ascii")
+
+
+def test_another_makers_language_is_refused_before_anything_is_checked(made: Path, tmp_path: Path) -> None:
+    out = tmp_path / "loop.mod"
+    outcome = washboard("export", made, "--cell", "kr6-bench", "--dialect", "abb", "-o", out)
+    assert outcome.code == 2
+    (line,) = outcome.err.splitlines()
+    assert "ABB RAPID is for ABB, and robot kr6-r900 of cell kr6-bench is by KUKA" in line
+    assert "choose kuka, or a cell with a robot of ABB, or export --without-joints." in line
+    assert not out.exists()
+
+
+def test_poses_alone_are_written_for_another_makers_arm(made: Path, tmp_path: Path) -> None:
+    out = tmp_path / "loop.mod"
+    words = ("--cell", "kr6-bench", "--dialect", "abb", "--without-joints", "-o", out)
+    outcome = washboard("export", made, *words)
+    assert outcome.code == 0, outcome.err
+    assert "without-joints" in outcome.out
+    text = out.read_text("ascii")
+    assert "! warning: Written without joint values." in text
+    assert "MoveAbsJ" not in text
+    assert "jointtarget" not in text
+
+
+def test_a_robot_of_no_maker_needs_a_language(made: Path, tmp_path: Path) -> None:
+    outcome = washboard("export", made, "--cell", "gantry")
+    assert outcome.code == 2
+    assert "give --dialect" in outcome.err
+    assert "linuxcnc, joint-table" in outcome.err
 
 
 def test_without_a_place_nothing_is_written_and_everything_said(made: Path, tmp_path: Path) -> None:
@@ -52,13 +81,13 @@ def test_an_error_forbids_it_unless_it_is_allowed_by_name(made: Path, tmp_path: 
     cell.write_text(text)
     program = tmp_path / "odd.wash"
     program.write_text(made.read_text().replace("NOZZLE ring60", "NOZZLE lance"))
-    out = tmp_path / "out.mod"
+    out = tmp_path / "out.script"
     refused = washboard("export", program, "--cell", cell, "-o", out)
     assert refused.code == 2
     assert "--allow no-valve" in refused.err
     assert not out.exists()
     assert washboard("export", program, "--cell", cell, "-o", out, "--allow", "no-valve").code == 0
-    assert "! spray on" in out.read_text("ascii")
+    assert "# spray on" in out.read_text("ascii")
 
 
 def washboard_cell() -> Path:

@@ -6,7 +6,7 @@ from functools import partial
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from installations import PRESSURE, small_cell
+from installations import PRESSURE, for_language, small_cell
 from robot_programs import PROGRAMS, command, joints_of
 from small_plans import LIMITS, plan_of, spray
 
@@ -61,7 +61,7 @@ def wired(channel: Channel, setting: tuple[float, float], sensor: Sensor | None 
 
 def found(name: str, program: TimedProgram, cell: Installation) -> list[Finding]:
     joints = joints_of(program) if DIALECTS[name].needs_joints else None
-    findings = export(program, cell, name, joints).findings
+    findings = export(program, for_language(cell, name), name, joints).findings
     return [finding for finding in findings if finding.rule.id == "analog-out-of-range"]
 
 
@@ -69,28 +69,30 @@ def found(name: str, program: TimedProgram, cell: Installation) -> list[Finding]
 def test_the_same_volts_are_said_in_each_language(name: str) -> None:
     program = PROGRAMS["loop"]()
     joints = joints_of(program) if DIALECTS[name].needs_joints else None
-    text = "".join(export(program, small_cell(), name, joints).files.values())
+    text = "".join(export(program, for_language(small_cell(), name), name, joints).files.values())
     assert SAYS[name] in text.replace("\r\n", "\n")
 
 
 def test_another_full_scale_is_another_share_of_it() -> None:
     cell = wired(replace(PRESSURE, full_scale=15.0), (2.0, 0.5))
     for name, said in (("kuka", "$ANOUT[1]=0.5\n"), ("fanuc", "AO[1]=1000 ;"), ("abb", "SetAO aoPressure,7.5;")):
-        assert said in "".join(export(PROGRAMS["loop"](), cell, name).files.values())
+        assert said in "".join(export(PROGRAMS["loop"](), for_language(cell, name), name).files.values())
 
 
 def test_a_module_has_its_own_whole_numbers() -> None:
     cell = wired(replace(PRESSURE, counts=27648), (2.0, 0.5), Sensor("aiR", 1, 2.0, counts=20000))
     for name, said in (("fanuc", "AO[1]=20736 ;"), ("denso", "IOW[1] = 20736\n"), ("kuka", "$ANOUT[1]=0.75\n")):
-        text = "".join(export(PROGRAMS["loop"](), cell, name).files.values())
+        text = "".join(export(PROGRAMS["loop"](), for_language(cell, name), name).files.values())
         assert said in text.replace("\r\n", "\n")
-    assert "0.001 * IOW[1] + 0 >= 1" in "".join(export(PROGRAMS["loop"](), cell, "denso").files.values())
+    assert "0.001 * IOW[1] + 0 >= 1" in "".join(
+        export(PROGRAMS["loop"](), for_language(cell, "denso"), "denso").files.values()
+    )
 
 
 def test_current_counts_from_four_milliamperes_where_the_controller_does() -> None:
     cell = wired(replace(PRESSURE, full_scale=20.0, unit="mA"), (2.0, 5.0))  # 12 mA
     for name, said in (("ur", "set_out(2, 1, 0.5)"), ("kuka", "$ANOUT[1]=0.6"), ("epson", "AIO_Out 1, 12")):
-        assert said in "".join(export(PROGRAMS["loop"](), cell, name).files.values())
+        assert said in "".join(export(PROGRAMS["loop"](), for_language(cell, name), name).files.values())
 
 
 def test_a_channel_that_ends_below_four_milliamperes_counts_from_nothing() -> None:

@@ -1,6 +1,7 @@
-"""Every language in every library cell: written and read back to the same motion, or refused in one sentence."""
+"""Every language in the library's cells of its maker: written and read back to the same motion; refused elsewhere."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,28 +10,40 @@ from numpy.typing import NDArray
 from robot_programs import PROGRAMS, joints_of
 
 from programs.errors import ProgramError
-from programs.export import export
-from programs.motion.installation import Installation
+from programs.export import check_maker, export
+from programs.motion.installation import MAKER_NAMES, Installation, JointConvention
 from programs.motion.make_motion import make_motion
+from programs.motion.steps import Reach
 from programs.posts.dialects import DIALECTS
 from programs.posts.reading.compare import compare
+from programs.posts.rebuilt import ReadReach
+from programs.posts.writing.axes import from_controller_counts
 from programs.program import TimedProgram
 from robotcell.cell.installation import installation_of
 from robotcell.cell.load import cell_library, read_cell
+
+NEUTRAL = ("ur5e-bench", "gantry")
+
+
+@cache
+def installed(cell: str) -> Installation:
+    return installation_of(read_cell(cell))
+
+
+def cells_of(dialect: str) -> list[str]:
+    """Library cells in which a language is tried: those of its maker, or two for languages that take any robot."""
+    maker = DIALECTS[dialect].maker
+    return [cell for cell in cell_library() if (installed(cell).maker == maker if maker else cell in NEUTRAL)]
+
 
 QUICK = ("two_tools", "bottom", "loop")
 """Two nozzles and their valves, a board that is turned over, a sensor."""
 CASES = [
     pytest.param(dialect, cell, made, id=f"{dialect}-{cell}-{made}", marks=() if made in QUICK else pytest.mark.slow)
     for dialect in DIALECTS
-    for cell in cell_library()
+    for cell in cells_of(dialect)
     for made in PROGRAMS
 ]
-
-
-@cache
-def installed(cell: str) -> Installation:
-    return installation_of(read_cell(cell))
 
 
 def joints_in(program: TimedProgram, installation: Installation) -> NDArray[np.float64]:
@@ -42,13 +55,68 @@ def joints_in(program: TimedProgram, installation: Installation) -> NDArray[np.f
 @pytest.mark.parametrize(("dialect", "cell", "made"), CASES)
 def test_it_is_read_back_as_planned_or_refused(dialect: str, cell: str, made: str) -> None:
     language, installation, program = DIALECTS[dialect], installed(cell), PROGRAMS[made]()
-    joints = joints_in(program, installation) if language.needs_joints else None
+    joints = joints_in(program, installation)
     motion = make_motion(program, installation, joints)
     written = written_or_refused(dialect, installation, program, joints)
     if isinstance(written, str):
         assert is_a_sentence(written)
     else:
         assert compare(language.read(written), motion, installation) == ()
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_library_robot_takes_the_languages_of_its_maker_and_no_others(dialect: str) -> None:
+    language = DIALECTS[dialect]
+    assert cells_of(dialect)
+    for cell in cell_library():
+        if language.maker in (None, installed(cell).maker):
+            check_maker(language, installed(cell))
+            continue
+        with pytest.raises(ProgramError) as caught:
+            check_maker(language, installed(cell))
+        assert is_a_sentence(str(caught.value))
+        assert MAKER_NAMES[language.maker] in str(caught.value)
+        assert installed(cell).robot in str(caught.value)
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_program_without_joint_values_has_none_or_is_refused(dialect: str) -> None:
+    program, language = PROGRAMS["two_tools"](), DIALECTS[dialect]
+    cell = installed("kr6-bench" if language.maker != "kuka" else "ur5e-bench")
+    joints = joints_in(program, cell)
+    if not language.without_joints:
+        with pytest.raises(ProgramError) as caught:
+            export(program, cell, dialect, joints, without_joints=True)
+        assert is_a_sentence(str(caught.value))
+        return
+    done = export(program, cell, dialect, joints, without_joints=True)
+    reached = [step for step in language.read(done.files).steps if isinstance(step, ReadReach)]
+    assert reached
+    assert all(not step.joints for step in reached)
+    assert "without-joints" in {finding.rule.id for finding in done.findings}
+    assert "Written without joint values" in "".join(done.files.values())
+    elsewhere = replace(cell, home=(0.1,) * len(cell.joints))
+    assert export(program, elsewhere, dialect, joints, without_joints=True).files == done.files
+
+
+@pytest.mark.parametrize("dialect", [name for name, each in DIALECTS.items() if each.maker not in (None, "yaskawa")])
+def test_joint_values_are_read_back_as_the_controller_counts_them(dialect: str) -> None:
+    """Zeros, signs and a coupling that no library robot has, so that none of them can be left out."""
+    program, language = PROGRAMS["two_tools"](), DIALECTS[dialect]
+    rows = np.diag([1.0, -1.0, 1.0, 1.0, -1.0, 1.0])
+    rows[2, 1] = -1.0
+    convention = JointConvention(tuple(map(tuple, rows.tolist())), (0.0, 90.0, -15.0, 0.0, 0.0, 180.0))
+    plain = replace(installed(cells_of(dialect)[0]), convention=None)
+    counted = replace(plain, convention=convention)
+    joints = joints_in(program, plain)
+    motion = make_motion(program, counted, joints)
+    files = export(program, counted, dialect, joints).files
+    reached = [step for step in language.read(files).steps if isinstance(step, ReadReach)]
+    planned = [step for step in motion.steps if isinstance(step, Reach)]
+    for read, step in zip(reached, planned, strict=True):
+        np.testing.assert_allclose(from_controller_counts(read.joints, counted), step.joints, atol=2e-5)
+    assert compare(language.read(files), motion, counted) == ()
+    assert compare(language.read(files), motion, plain) != ()  # the same text, read as another convention
 
 
 def written_or_refused(

@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 from hypothesis import example, given, settings
-from installations import bare_cell, small_cell
+from installations import bare_cell, for_language, small_cell
 from robot_programs import PROGRAMS, joints_of, three_speeds
 from small_programs import DOWN, program_of, programs
 
@@ -32,7 +32,7 @@ def motion_of(made: str, with_joints: bool) -> MotionProgram:
 
 def exported(name: str, program: TimedProgram, cell: Installation | None = None) -> Exported:
     joints = joints_of(program) if DIALECTS[name].needs_joints else None
-    return export(program, cell or small_cell(), name, joints)
+    return export(program, for_language(cell or small_cell(), name), name, joints)
 
 
 @pytest.mark.parametrize(("name", "made"), CASES)

@@ -1,5 +1,6 @@
 """A URDF is read as the chain that it describes, or refused with its line."""
 
+import io
 import re
 from pathlib import Path
 
@@ -46,7 +47,8 @@ def test_a_chain_of_a_sliding_and_a_turning_joint(tmp_path: Path) -> None:
 def test_the_librarys_robots_move_as_another_reader_says(name: str) -> None:
     file = robot_library()[name].with_suffix(".urdf")
     robot = read_urdf(file)
-    other = yourdfpy.URDF.load(str(file), load_meshes=False, load_collision_meshes=False)
+    known = io.BytesIO(file.read_bytes().replace(b"<capsule", b"<cylinder"))  # it has no capsules yet
+    other = yourdfpy.URDF.load(known, load_meshes=False, load_collision_meshes=False)
     highest = np.minimum([joint.highest for joint in robot.joints], 2 * np.pi)
     for q in np.random.default_rng(1).uniform(-1, 1, (20, robot.dof)) * highest:
         other.update_cfg(dict(zip([joint.name for joint in robot.joints], q, strict=True)))

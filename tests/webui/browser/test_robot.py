@@ -32,13 +32,13 @@ def test_from_a_cell_to_the_robots_program(start_server):
         tab.press("Pause")
         tab.tab("Program")
         tab.press("Write")
-        tab.see("MODULE tiny")
+        tab.see("def tiny")
         with tab.page.expect_download() as waiting:
             tab.press("Download")
         written = waiting.value.path().read_bytes()
         session = server.sessions.pages()[0].session
         assert session.cell.cell.name == read_cell("ur5e-bench").cell.name
-        assert written == make_program(session, "abb", quiet).written.content["tiny.mod"].encode()
+        assert written == make_program(session, "ur", quiet).written.content["tiny.script"].encode()
         tab.reload()
         tab.tab("Robot")
         tab.see("The robot can do it")

@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
+from installations import for_language
 from small_page import find, press, small_page
 from small_scene import SmallScene
 from tiny_session import tiny_session
@@ -36,7 +37,7 @@ J1 = Source(0, "around", ("J1",))
 
 
 def written(dialect="abb"):
-    installation = installation_of(read_cell("ur5e-bench"))
+    installation = for_language(installation_of(read_cell("ur5e-bench")), dialect)
     return write_program(tiny_session().run.program, installation, dialect, None)
 
 
@@ -48,7 +49,7 @@ def tracked():
 def tracked_text(dialect):
     done = tracked()
     joints = exported_joints(done.cell.cell.robot, done.motion.joints)
-    return write_program(done.program, installation_of(done.cell), dialect, joints)
+    return write_program(done.program, for_language(installation_of(done.cell), dialect), dialect, joints)
 
 
 @pytest.mark.slow
@@ -75,7 +76,7 @@ def test_every_sprayed_stroke_is_found_in_every_language(dialect):
         assert done.files[index].makers[number - 1] == made_by
 
 
-@pytest.mark.parametrize("dialect", ["abb", "fanuc"])
+@pytest.mark.parametrize("dialect", ["ur", "joint-table"])
 def test_the_page_writes_what_the_command_line_writes(dialect):
     done = tracked()
     assert dict(write_tracked(done.report, done.cell, dialect).files) == dict(tracked_text(dialect).content)
@@ -139,7 +140,7 @@ def test_the_same_files_are_packed_into_the_same_bytes():
 
 def test_a_language_that_there_is_not_is_refused():
     with pytest.raises(ProgramError, match="no dialect"):
-        written("klingon")
+        write_program(tiny_session().run.program, installation_of(read_cell("ur5e-bench")), "klingon", None)
 
 
 def test_a_motion_is_drawn_with_its_tool_and_nothing_for_nothing():

@@ -10,7 +10,7 @@ from webui.downloads.downloads import RobotProgram, download_program, forbidding
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.robot.text_preview import TextPreview
-from webui.panels.widgets.choices import AllowedRules, on_choice
+from webui.panels.widgets.choices import AllowedRules, offer, on_choice
 from webui.panels.widgets.job import RunButton
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, facts_html, quiet_html
@@ -46,12 +46,21 @@ class ProgramPanel:
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
+        if before is None or session.cell is not before.cell:
+            self._propose_language(session)
         if before is None or session.check is not before.check or session.cell is not before.cell:
             if session.check is None:
                 self._run.stop()
             self._forget(session)
         elif session.selection != before.selection and self._made is not None:
             self._preview.find(session.selection.made_by)
+
+    def _propose_language(self, session: Session) -> None:
+        """Choose the language of the robot's maker."""
+        maker = None if session.cell is None else session.cell.cell.robot.maker
+        own = (title for title, name in self._names.items() if maker is not None and DIALECTS[name].maker == maker)
+        offer(self._language, tuple(self._names), next(own, None))
+        self._notes.content = quiet_html(DIALECTS[self._names[self._language.value]].notes)
 
     def _choose(self) -> None:
         self._notes.content = quiet_html(DIALECTS[self._names[self._language.value]].notes)

@@ -20,11 +20,11 @@ READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s")
 def sprayed() -> MotionProgram:
     stroke = line(pose(0), pose(100), 100.0, blend_mm=1.0)
     requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
-    return program(*open_valves((*READY, stroke), requests, small_cell())[0])
+    return program(*open_valves((*READY, stroke), requests, small_cell("abb"))[0])
 
 
 def written(motion: MotionProgram) -> list[str]:
-    (text,) = PAINT_DIALECT.render(lower(motion, PAINT_DIALECT.capability), small_cell()).values()
+    (text,) = PAINT_DIALECT.render(lower(motion, PAINT_DIALECT.capability), small_cell("abb")).values()
     return [each.strip() for each in text.splitlines()]
 
 
@@ -45,7 +45,7 @@ def test_the_example_of_the_four_dialects_by_brushes() -> None:
 
 
 def test_guns_are_switched_by_brushes_only_and_all_else_by_itself() -> None:
-    (text,) = export(PROGRAMS["two_tools"](), small_cell(), "abb-paint").files.values()
+    (text,) = export(PROGRAMS["two_tools"](), small_cell("abb"), "abb-paint").files.values()
     assert 'CONST string sBrush1:="doWash";' in text
     assert 'CONST string sBrush2:="doAir";' in text
     assert "SetDO doWash" not in text
@@ -66,7 +66,7 @@ def test_two_guns_at_a_time_are_refused() -> None:
     [("SetBrush 1;", "SetBrush 7;"), ("SetBrush 0;", "SetDO doWash,0;"), ("PaintL p2", "PaintC p2")],
 )
 def test_the_reader_refuses_what_is_not_written(right: str, wrong: str) -> None:
-    files = dict(export(PROGRAMS["three_speeds"](), small_cell(), "abb-paint").files)
+    files = dict(export(PROGRAMS["three_speeds"](), small_cell("abb"), "abb-paint").files)
     assert any(right in text for text in files.values())
     with pytest.raises(ProgramError):
         PAINT_DIALECT.read({name: text.replace(right, wrong) for name, text in files.items()})

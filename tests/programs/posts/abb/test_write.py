@@ -20,7 +20,7 @@ READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s")
 
 
 def written(motion: MotionProgram) -> str:
-    (text,) = DIALECT.render(lower(motion, DIALECT.capability), small_cell()).values()
+    (text,) = DIALECT.render(lower(motion, DIALECT.capability), small_cell("abb")).values()
     return text
 
 
@@ -32,7 +32,7 @@ def test_the_example_of_the_four_dialects() -> None:
     """On 8 mm after the start, off 8 mm before the end, 40 ms to open and 20 ms to shut, 100 mm/s."""
     stroke = line(pose(0), pose(100), 100.0, blend_mm=1.0)
     requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), requests, small_cell())
+    steps, _ = open_valves((*READY, stroke), requests, small_cell("abb"))
     text = written(program(*steps))
     assert statements(text, "TriggEquip") == [
         "TriggEquip ev1,8.000\\Start,0.040\\DOp:=doWash,1;",
@@ -55,7 +55,7 @@ def test_a_zone_is_never_wider_than_planned(blend_mm: float, zone: str) -> None:
 
 def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
     made = PROGRAMS["two_tools"]()
-    (text,) = export(made, small_cell(), "abb", joints_of(made)).files.values()
+    (text,) = export(made, small_cell("abb"), "abb", joints_of(made)).files.values()
     moves = [line for line in statements(text, "Move") if "jHome" not in line]
     for at, move in enumerate(moves):
         if move.startswith("MoveAbsJ"):
@@ -65,17 +65,17 @@ def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
 
 
 def test_a_cell_without_a_home_goes_nowhere_before_the_start() -> None:
-    cell = replace(small_cell(), home=())
+    cell = replace(small_cell("abb"), home=())
     (text,) = export(PROGRAMS["loop"](), cell, "abb").files.values()
     assert "MoveAbsJ" not in text
     assert "jHome" not in text
 
 
 def test_a_loop_asks_the_sensor_after_its_first_turn() -> None:
-    (text,) = export(PROGRAMS["loop"](), small_cell(), "abb").files.values()
+    (text,) = export(PROGRAMS["loop"](), small_cell("abb"), "abb").files.values()
     condition = "WHILE nLoop1<4 AND (nLoop1=0 OR 2*AInput(aiResistivity)+0<1) DO"
     assert statements(text, "WHILE") == [condition]
-    counted = export(PROGRAMS["loop"](), replace(small_cell(), sensors={}), "abb")
+    counted = export(PROGRAMS["loop"](), replace(small_cell("abb"), sensors={}), "abb")
     assert statements(next(iter(counted.files.values())), "WHILE") == ["WHILE nLoop1<4 DO"]
     assert "no-sensor" in {finding.rule.id for finding in counted.findings}
 
@@ -94,23 +94,23 @@ def test_a_long_program_is_divided_into_modules_that_a_list_names() -> None:
         blend_mm = 0.3 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines, Pause(0.1, "s"))
-    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("abb"))
     assert list(files) == ["tiny.pgf", "tiny.mod", "tiny_01.mod", "tiny_02.mod", "tiny_03.mod"]
     assert all(len(text.splitlines()) <= 5000 for text in files.values())
-    assert compare(DIALECT.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell("abb")) == ()
 
 
 @pytest.mark.parametrize("board", ["Main", "module", "test"])
 def test_a_board_may_have_the_name_of_a_word_of_the_language(board: str) -> None:
     motion = program(*READY, line(pose(0), pose(9), 10.0))
     named = replace(motion, origin=replace(motion.origin, board=board))
-    files = DIALECT.render(lower(named, DIALECT.capability), small_cell())
+    files = DIALECT.render(lower(named, DIALECT.capability), small_cell("abb"))
     assert list(files) == [f"{board}_2.mod"]
-    assert compare(DIALECT.read(files), named, small_cell()) == ()
+    assert compare(DIALECT.read(files), named, small_cell("abb")) == ()
 
 
 def test_names_of_any_tools_are_kept_apart() -> None:
-    cell = small_cell()
+    cell = small_cell("abb")
     tools = {number: replace(tool, name="Düse 60°") for number, tool in cell.tools.items()}
     odd = replace(cell, tools=tools)
     motion = make_motion(PROGRAMS["two_tools"](), odd)
@@ -131,7 +131,7 @@ def test_names_of_any_tools_are_kept_apart() -> None:
     ],
 )
 def test_the_reader_refuses_what_is_not_rapid_as_we_write_it(right: str, wrong: str) -> None:
-    files = export(PROGRAMS["three_speeds"](), small_cell(), "abb").files
+    files = export(PROGRAMS["three_speeds"](), small_cell("abb"), "abb").files
     text = next(iter(files.values()))
     assert right in text
     with pytest.raises(ProgramError):

@@ -19,14 +19,14 @@ READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s")
 
 
 def written(motion: MotionProgram) -> list[str]:
-    (text,) = DIALECT.render(lower(motion, DIALECT.capability), small_cell()).values()
+    (text,) = DIALECT.render(lower(motion, DIALECT.capability), small_cell("denso")).values()
     return [line.strip() for line in text.splitlines()]
 
 
 def sprayed(*lines: Line, on: float = 0.08, off: float = 0.92) -> list[str]:
     """The statements from the first line on."""
     requests = [SwitchRequest(3, on, True, "ring60", "s"), SwitchRequest(3, off, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, *lines), requests, small_cell())
+    steps, _ = open_valves((*READY, *lines), requests, small_cell("denso"))
     text = written(program(*steps))
     return text[text.index("' s/line") + 1 : text.index("End Sub", text.index("' s/line"))]
 
@@ -63,7 +63,7 @@ def test_a_turn_on_the_spot_goes_at_its_rate() -> None:
 
 def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
     made = PROGRAMS["two_tools"]()
-    (text,) = export(made, small_cell(), "denso", joints_of(made)).files.values()
+    (text,) = export(made, small_cell("denso"), "denso", joints_of(made)).files.values()
     lines = [line.strip() for line in text.splitlines()]
     joints = [at for at, said in enumerate(lines) if said.startswith("Move P, @0 J(") and "home" not in said]
     assert len(joints) == 3
@@ -71,9 +71,9 @@ def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
 
 
 def test_a_loop_asks_the_sensor_after_its_first_turn() -> None:
-    (text,) = export(PROGRAMS["loop"](), small_cell(), "denso").files.values()
+    (text,) = export(PROGRAMS["loop"](), small_cell("denso"), "denso").files.values()
     assert "If 0.002 * IOW[1] + 0 >= 1 Then Exit For" in text
-    counted = export(PROGRAMS["loop"](), replace(small_cell(), sensors={}), "denso")
+    counted = export(PROGRAMS["loop"](), replace(small_cell("denso"), sensors={}), "denso")
     assert "Exit For" not in next(iter(counted.files.values()))
 
 
@@ -91,10 +91,10 @@ def test_a_long_program_is_divided_into_files_that_run_alone() -> None:
         blend_mm = 0.3 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines, Pause(0.1, "s"))
-    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("denso"))
     assert list(files) == ["tiny.pcs", "start_01.pcs", "start_02.pcs", "start_03.pcs"]
     assert all("#Define PER_MM_S" in text and "Sub Main" in text for text in files.values())
-    assert compare(DIALECT.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell("denso")) == ()
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_a_long_program_is_divided_into_files_that_run_alone() -> None:
     ],
 )
 def test_the_reader_refuses_what_is_not_written_so(right: str, wrong: str) -> None:
-    (text,) = export(PROGRAMS["three_speeds"](), small_cell(), "denso").files.values()
+    (text,) = export(PROGRAMS["three_speeds"](), small_cell("denso"), "denso").files.values()
     assert right in text
     with pytest.raises(ProgramError):
         DIALECT.read({"tiny.pcs": text.replace(right, wrong)})

@@ -20,7 +20,7 @@ READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s")
 
 
 def written(motion: MotionProgram) -> list[str]:
-    (text,) = DIALECT.render(lower(motion, DIALECT.capability), small_cell()).values()
+    (text,) = DIALECT.render(lower(motion, DIALECT.capability), small_cell("epson")).values()
     return [line.strip() for line in text.splitlines()]
 
 
@@ -32,7 +32,7 @@ def test_the_example_of_the_four_dialects() -> None:
     """On 8 mm after the start, off 8 mm before the end, 40 ms to open and 20 ms to shut, 100 mm/s, 100 mm."""
     stroke = line(pose(0), pose(100), 100.0, blend_mm=1.0)
     requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), requests, small_cell())
+    steps, _ = open_valves((*READY, stroke), requests, small_cell("epson"))
     assert moves(program(*steps)) == [
         "Move XY(100.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1 CP !D4; On 1; D90; Off 1!"
     ]
@@ -41,7 +41,7 @@ def test_the_example_of_the_four_dialects() -> None:
 def test_a_line_too_long_for_whole_percents_is_divided_where_the_signal_leaves() -> None:
     stroke = line(pose(0), pose(900), 100.0, blend_mm=1.0)
     requests = [SwitchRequest(3, 2.085, True, "ring60", "s"), SwitchRequest(3, 6.485, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), requests, small_cell())
+    steps, _ = open_valves((*READY, stroke), requests, small_cell("epson"))
     text = moves(program(*steps))
     assert [move.partition("!")[2] for move in text] == ["", "D0; On 1!", "D0; Off 1!"]
     assert [move.split("(")[1].split(",")[0] for move in text] == ["204.500", "646.500", "900.000"]
@@ -51,7 +51,7 @@ def test_a_line_too_long_for_whole_percents_is_divided_where_the_signal_leaves()
 def test_no_move_has_more_than_16_percents() -> None:
     stroke = line(pose(0), pose(100), 100.0)
     requests = [SwitchRequest(3, 0.04 * (number + 1), number % 2 == 0, "ring60", "s") for number in range(24)]
-    cell = small_cell()
+    cell = small_cell("epson")
     fast = {"ring60": replace(cell.valves["ring60"], open_lag_s=0.0, close_lag_s=0.0)}
     steps, _ = open_valves((*READY, stroke), requests, replace(cell, valves=fast))
     said = [len(re.findall(r"\bD\d+;", move)) for move in moves(program(*steps))]
@@ -67,7 +67,7 @@ def test_a_turn_on_the_spot_goes_at_its_rate() -> None:
 
 def test_frames_are_set_once_and_named_by_number() -> None:
     made = PROGRAMS["bottom"]()
-    (text,) = export(made, small_cell(), "epson").files.values()
+    (text,) = export(made, small_cell("epson"), "epson").files.values()
     assert text.count("TLSet ") == 1
     assert "Local 1, XY(400.000, -120.500, 35.250, 30.0000, 0.0000, 0.0000) ' board as mounted" in text
     assert "Local 2, XY(400.000, 120.000, 60.000, 0.0000, 0.0000, 180.0000) ' flip_to_bottom" in text
@@ -88,7 +88,7 @@ def test_sixteen_tools_are_too_many() -> None:
 
 def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
     made = PROGRAMS["two_tools"]()
-    (text,) = export(made, small_cell(), "epson", joints_of(made)).files.values()
+    (text,) = export(made, small_cell("epson"), "epson", joints_of(made)).files.values()
     lines = [line.strip() for line in text.splitlines()]
     joints = [at for at, line in enumerate(lines) if line.startswith("Go JA(") and "home" not in line]
     assert len(joints) == 3
@@ -97,9 +97,9 @@ def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
 
 
 def test_a_loop_asks_the_sensor_after_its_first_turn() -> None:
-    (text,) = export(PROGRAMS["loop"](), small_cell(), "epson").files.values()
+    (text,) = export(PROGRAMS["loop"](), small_cell("epson"), "epson").files.values()
     assert "Loop While nLoop1 < 4 And 2 * AIO_In(1) + 0 < 1" in text
-    counted = export(PROGRAMS["loop"](), replace(small_cell(), sensors={}), "epson")
+    counted = export(PROGRAMS["loop"](), replace(small_cell("epson"), sensors={}), "epson")
     assert "Loop While nLoop1 < 4\n" in next(iter(counted.files.values()))
 
 
@@ -117,9 +117,9 @@ def test_a_long_program_is_divided_into_files() -> None:
         blend_mm = 0.3 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines, Pause(0.1, "s"))
-    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("epson"))
     assert list(files) == ["tiny.prg", "start_01.prg", "start_02.prg", "start_03.prg"]
-    assert compare(DIALECT.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell("epson")) == ()
 
 
 @pytest.mark.parametrize(
@@ -127,7 +127,7 @@ def test_a_long_program_is_divided_into_files() -> None:
     [("SpeedS ", "SpeedT "), (" /1", " /3"), ("On 1", "On"), ("Function main", "Function mine"), ("; Off", ": Off")],
 )
 def test_the_reader_refuses_what_is_not_written_so(right: str, wrong: str) -> None:
-    (text,) = export(PROGRAMS["three_speeds"](), small_cell(), "epson").files.values()
+    (text,) = export(PROGRAMS["three_speeds"](), small_cell("epson"), "epson").files.values()
     assert right in text
     with pytest.raises(ProgramError):
         DIALECT.read({"tiny.prg": text.replace(right, wrong)})

@@ -22,7 +22,7 @@ READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s")
 
 
 def written(motion: MotionProgram, cell: Installation | None = None) -> dict[str, str]:
-    return DIALECT.render(lower(motion, DIALECT.capability), cell or small_cell())
+    return DIALECT.render(lower(motion, DIALECT.capability), cell or small_cell("fanuc"))
 
 
 def instructions(text: str, word: str = "") -> list[str]:
@@ -38,7 +38,7 @@ def sprayed(cell: Installation, *jets: tuple[float, bool]) -> MotionProgram:
 
 def test_the_example_of_the_four_dialects_with_points_where_the_jet_is_wanted() -> None:
     """On 8 mm after the start, off 8 mm before the end, 40 ms to open and 20 ms to shut, 100 mm/s, 100 mm."""
-    files = written(sprayed(small_cell(), (0.08, True), (0.92, False)))
+    files = written(sprayed(small_cell("fanuc"), (0.08, True), (0.92, False)))
     assert instructions(files["TINY_01.ls"], "L ") == [
         "L P[2] 100mm/sec CNT100 TB .04sec,DO[1]=ON",
         "L P[3] 100mm/sec CNT100 TB .02sec,DO[1]=OFF",
@@ -55,7 +55,8 @@ def test_the_example_of_the_four_dialects_with_points_where_the_jet_is_wanted() 
 @pytest.mark.parametrize("lag_s", [0.015, 0.0333, 0.004])
 def test_a_lag_between_hundredths_costs_nothing(lag_s: float) -> None:
     """The point moves to where the signal leaves a whole number of hundredths before."""
-    cell = replace(small_cell(), valves={"ring60": replace(RING, open_lag_s=lag_s, close_lag_s=lag_s)})
+    valve = replace(RING, open_lag_s=lag_s, close_lag_s=lag_s)
+    cell = replace(small_cell("fanuc"), valves={"ring60": valve})
     motion = sprayed(cell, (0.08, True), (0.92, False))
     lowered = lower(motion, DIALECT.capability)
     assert lowered.error.time_s == pytest.approx(DIALECT.capability.cycle_s, abs=1e-6)
@@ -63,7 +64,8 @@ def test_a_lag_between_hundredths_costs_nothing(lag_s: float) -> None:
 
 
 def test_two_signals_before_the_first_jet_are_on_two_motions() -> None:
-    cell = replace(small_cell(), valves={"ring60": replace(RING, open_lag_s=0.2, close_lag_s=0.02, min_pulse_s=0.0)})
+    valve = replace(RING, open_lag_s=0.2, close_lag_s=0.02, min_pulse_s=0.0)
+    cell = replace(small_cell("fanuc"), valves={"ring60": valve})
     motion = sprayed(cell, (0.3, True), (0.31, False))
     files = written(motion, cell)
     timed = [each for each in instructions(files["TINY_01.ls"], "L ") if " TB " in each]
@@ -72,7 +74,8 @@ def test_two_signals_before_the_first_jet_are_on_two_motions() -> None:
 
 
 def test_two_signals_at_one_moment_are_refused() -> None:
-    cell = replace(small_cell(), valves={"ring60": replace(RING, open_lag_s=0.02, close_lag_s=0.02, min_pulse_s=0.0)})
+    valve = replace(RING, open_lag_s=0.02, close_lag_s=0.02, min_pulse_s=0.0)
+    cell = replace(small_cell("fanuc"), valves={"ring60": valve})
     with pytest.raises(ProgramError, match="two outputs change at one moment"):
         written(sprayed(cell, (0.3, True), (0.3, False)), cell)
 
@@ -100,7 +103,7 @@ def test_straight_on_the_path_is_left_alone_and_a_corner_is_kept_narrow() -> Non
 
 
 def test_frames_are_entered_by_a_program_of_their_own() -> None:
-    files = export(PROGRAMS["bottom"](), small_cell(), "fanuc").files
+    files = export(PROGRAMS["bottom"](), small_cell("fanuc"), "fanuc").files
     entered = instructions(files["TINY_FR.ls"])
     assert {"UTOOL[1]=PR[91]", "UFRAME[1]=PR[91]", "UFRAME[2]=PR[91]", "PR[91,2]=(-120.5)"} <= set(entered)
     assert "UFRAME 2 = X 400.000 Y 120.000 Z 60.000" in files["TINY.txt"]
@@ -117,7 +120,7 @@ def test_joint_three_counts_from_level_and_the_wrist_and_turns_come_from_the_joi
 
 
 def test_the_arm_goes_home_before_and_after() -> None:
-    main = instructions(export(PROGRAMS["loop"](), small_cell(), "fanuc").files["TINY.ls"])
+    main = instructions(export(PROGRAMS["loop"](), small_cell("fanuc"), "fanuc").files["TINY.ls"])
     assert [each for each in main if each.startswith(("J ", "CALL"))] == [
         "J P[1] 10% FINE",
         "CALL TINY_01",
@@ -128,7 +131,7 @@ def test_the_arm_goes_home_before_and_after() -> None:
 
 
 def test_a_loop_reads_its_input_before_it_jumps() -> None:
-    cell = small_cell()
+    cell = small_cell("fanuc")
     sensor = replace(cell.sensors["resistivity_mohm_cm"], offset=-0.5)
     turns = (Repeat(4, "level", -1.5, sensor, "s"), line(pose(0), pose(9), 10.0), EndRepeat("s"))
     motion = program(*READY, *turns)
@@ -146,7 +149,7 @@ def test_a_long_pause_is_several_waits(seconds: float) -> None:
     waits = [float(each[5:-5]) for each in instructions(files["TINY_01.ls"], "WAIT ")]
     assert sum(waits) == pytest.approx(seconds)
     assert max(waits) <= 327.67
-    assert compare(DIALECT.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell("fanuc")) == ()
 
 
 def test_a_long_program_is_divided_and_its_names_have_eight_characters() -> None:
@@ -156,10 +159,10 @@ def test_a_long_program_is_divided_and_its_names_have_eight_characters() -> None
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines)
     long = replace(motion, origin=replace(motion.origin, board="coldfire mainboard"))
-    files = DIALECT.render(lower(long, DIALECT.capability), small_cell())
+    files = DIALECT.render(lower(long, DIALECT.capability), small_cell("fanuc"))
     names = [name.removesuffix(".ls") for name in files if name.endswith(".ls")]
     assert names == ["COLDF", "COLDF_01", "COLDF_02", "COLDF_03", "COLDF_FR"]
-    assert compare(DIALECT.read(files), long, small_cell()) == ()
+    assert compare(DIALECT.read(files), long, small_cell("fanuc")) == ()
 
 
 def test_remarks_have_32_characters_and_no_semicolon() -> None:
@@ -179,7 +182,7 @@ def test_near_gimbal_lock_the_orientation_is_kept() -> None:
             (0.0, 0.0, 50.0), (math.cos(half) * 0.8, -math.sin(half) * 0.6, math.sin(half) * 0.8, math.cos(half) * 0.6)
         )
         motion = program(*READY[:2], Reach(there, (), "s"))
-        assert compare(DIALECT.read(written(motion)), motion, small_cell()) == ()
+        assert compare(DIALECT.read(written(motion)), motion, small_cell("fanuc")) == ()
 
 
 @pytest.mark.parametrize(
@@ -194,7 +197,7 @@ def test_near_gimbal_lock_the_orientation_is_kept() -> None:
     ],
 )
 def test_the_reader_refuses_what_is_not_tp_as_we_write_it(right: str, wrong: str) -> None:
-    files = dict(export(PROGRAMS["three_speeds"](), small_cell(), "fanuc").files)
+    files = dict(export(PROGRAMS["three_speeds"](), small_cell("fanuc"), "fanuc").files)
     assert any(right in text for text in files.values())
     with pytest.raises(ProgramError):
         DIALECT.read({name: text.replace(right, wrong) for name, text in files.items()})

@@ -23,7 +23,7 @@ _HALF = math.sqrt(0.5)
 
 
 def written(motion: MotionProgram, cell: Installation | None = None) -> dict[str, list[str]]:
-    files = DIALECT.render(lower(motion, DIALECT.capability), cell or small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), cell or small_cell("kuka"))
     return {name: text.splitlines() for name, text in files.items()}
 
 
@@ -35,7 +35,7 @@ def test_the_example_of_the_four_dialects_without_a_division() -> None:
     """On 8 mm after the start, off 8 mm before the end, 40 ms to open and 20 ms to shut, 100 mm/s, 100 mm."""
     stroke = line(pose(0), pose(100), 100.0, blend_mm=1.0)
     requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), requests, small_cell())
+    steps, _ = open_valves((*READY, stroke), requests, small_cell("kuka"))
     lines = source(program(*steps))
     at = lines.index("LIN P2 C_DIS")
     assert lines[at - 3 : at] == [
@@ -49,7 +49,7 @@ def test_the_example_of_the_four_dialects_without_a_division() -> None:
 @pytest.mark.parametrize("made", list(PROGRAMS))
 def test_no_trigger_lies_before_the_motion_that_carries_it(made: str) -> None:
     """The controller would trim it without a word."""
-    for each in lower(make_motion(PROGRAMS[made](), small_cell()), DIALECT.capability).motion.lines:
+    for each in lower(make_motion(PROGRAMS[made](), small_cell("kuka")), DIALECT.capability).motion.lines:
         for event in each.events:
             leaves_s = each.samples.second_at(event.share) + event.offset_s
             assert -5.1e-4 <= leaves_s <= each.duration_s + 5.1e-4
@@ -57,7 +57,7 @@ def test_no_trigger_lies_before_the_motion_that_carries_it(made: str) -> None:
 
 def test_a_turn_on_the_spot_goes_at_its_rate_and_counts_from_its_end() -> None:
     steps, _ = open_valves(
-        (*READY, turn(pose(0), math.pi / 2, 1.0)), [SwitchRequest(3, 0.5, True, "ring60", "s")], small_cell()
+        (*READY, turn(pose(0), math.pi / 2, 1.0)), [SwitchRequest(3, 0.5, True, "ring60", "s")], small_cell("kuka")
     )
     lines = source(program(*steps))
     at = lines.index("LIN P2")
@@ -81,7 +81,7 @@ def test_a_turns_about_z_b_about_y_c_about_x(quaternion: Quaternion, said: str) 
 
 def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
     made = PROGRAMS["two_tools"]()
-    files = export(made, small_cell(), "kuka", joints_of(made)).files
+    files = export(made, small_cell("kuka"), "kuka", joints_of(made)).files
     lines = files["tiny.src"].splitlines()
     led = [at for at, each in enumerate(lines) if each.startswith("PTP {A1 ")]
     assert len(led) == 3
@@ -91,15 +91,15 @@ def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
 
 def test_the_first_motion_is_by_joints_even_without_a_home() -> None:
     """The controller runs to its first block only so."""
-    lines = written(program(*READY), replace(small_cell(), home=()))["tiny.src"]
+    lines = written(program(*READY), replace(small_cell("kuka"), home=()))["tiny.src"]
     first = next(each for each in lines if each.startswith(("PTP", "LIN")))
     assert first == "PTP $AXIS_ACT"
 
 
 def test_a_loop_asks_the_sensor_after_each_turn() -> None:
-    lines = export(PROGRAMS["loop"](), small_cell(), "kuka").files["tiny.src"].splitlines()
+    lines = export(PROGRAMS["loop"](), small_cell("kuka"), "kuka").files["tiny.src"].splitlines()
     assert "UNTIL (nLoop1>=4) OR (20*$ANIN[1]+0>=1)" in [each.strip() for each in lines]
-    counted = export(PROGRAMS["loop"](), replace(small_cell(), sensors={}), "kuka").files["tiny.src"].splitlines()
+    counted = export(PROGRAMS["loop"](), replace(small_cell("kuka"), sensors={}), "kuka").files["tiny.src"].splitlines()
     assert "UNTIL nLoop1>=4" in [each.strip() for each in counted]
 
 
@@ -109,14 +109,14 @@ def test_a_long_program_is_divided_into_modules_with_their_own_points() -> None:
         blend_mm = 0.3 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines)
-    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("kuka"))
     assert list(files)[:4] == ["tiny.src", "tiny.dat", "tiny_start_01.src", "tiny_start_01.dat"]
     assert len(files) == 8
-    assert compare(DIALECT.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell("kuka")) == ()
 
 
 def test_names_have_at_most_24_characters_and_are_unlike_each_other() -> None:
-    cell = small_cell()
+    cell = small_cell("kuka")
     tools = {number: replace(tool, name="a nozzle with a very long name") for number, tool in cell.tools.items()}
     odd = replace(cell, tools=tools)
     motion = make_motion(PROGRAMS["two_tools"](), odd)
@@ -145,14 +145,14 @@ def test_a_call_keeps_its_name_and_our_routines_take_others() -> None:
     ],
 )
 def test_the_reader_refuses_what_is_not_krl_as_we_write_it(right: str, wrong: str) -> None:
-    files = dict(export(PROGRAMS["three_speeds"](), small_cell(), "kuka").files)
+    files = dict(export(PROGRAMS["three_speeds"](), small_cell("kuka"), "kuka").files)
     assert any(right in text for text in files.values())
     with pytest.raises(ProgramError):
         DIALECT.read({name: text.replace(right, wrong) for name, text in files.items()})
 
 
 def test_a_source_without_its_data_is_refused() -> None:
-    files = dict(export(PROGRAMS["loop"](), small_cell(), "kuka").files)
+    files = dict(export(PROGRAMS["loop"](), small_cell("kuka"), "kuka").files)
     del files["tiny.dat"]
     with pytest.raises(ProgramError, match="belong together"):
         DIALECT.read(files)

@@ -21,7 +21,7 @@ READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s")
 
 def written(motion: MotionProgram) -> dict[str, list[str]]:
     """The steps of each program without their numbers, comments left out."""
-    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("mitsubishi"))
     return {name: re.findall(r"^\d+ ([^'].*)$", text, flags=re.MULTILINE) for name, text in files.items()}
 
 
@@ -29,7 +29,7 @@ def test_the_example_of_the_four_dialects() -> None:
     """On 4 mm after the start, off 10 mm before the end: there the line is divided and passed."""
     stroke = line(pose(0), pose(100), 100.0)
     requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), requests, small_cell())
+    steps, _ = open_valves((*READY, stroke), requests, small_cell("mitsubishi"))
     said = written(program(*steps))["START01.prg"]
     assert said[said.index("Spd 100") - 1 : -1] == [
         "Cnt 1,0.3,0.3",
@@ -58,7 +58,7 @@ def test_what_changes_at_the_end_of_a_passed_line_goes_with_the_next() -> None:
 
 def test_the_base_is_the_robot_seen_from_the_board() -> None:
     board = UseBoard("", Pose((500.0, 0.0, 30.0), (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))), "")
-    files = DIALECT.render(lower(program(board, *READY[1:]), DIALECT.capability), small_cell())
+    files = DIALECT.render(lower(program(board, *READY[1:]), DIALECT.capability), small_cell("mitsubishi"))
     assert "PBS0=(0.000,500.000,-30.000,0.0000,0.0000,-90.0000)(0,0)" in files["START01.prg"]
     assert re.findall(r"\d+ (Base P_NBase|Tool P_NTool)", files["TINY.prg"]) == ["Base P_NBase", "Tool P_NTool"]
 
@@ -70,7 +70,7 @@ def test_a_turn_on_the_spot_has_the_speed_of_the_controller() -> None:
 
 def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
     made = PROGRAMS["two_tools"]()
-    files = export(made, small_cell(), "melfa", joints_of(made)).files
+    files = export(made, small_cell("mitsubishi"), "melfa", joints_of(made)).files
     texts = "".join(list(files.values())[1:])
     moves = re.findall(r"\d+ (Mov|Mvs) ([PJ])", texts)
     assert moves.count(("Mov", "J")) == 3
@@ -78,16 +78,16 @@ def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
 
 
 def test_a_loop_asks_the_sensor_after_its_first_turn() -> None:
-    text = next(iter(export(PROGRAMS["loop"](), small_cell(), "melfa").files.values()))
+    text = next(iter(export(PROGRAMS["loop"](), small_cell("mitsubishi"), "melfa").files.values()))
     assert "If M1<4 And (0.002*M_Inw(1)+0)<1 Then GoTo *LOOP1" in text
-    counted = export(PROGRAMS["loop"](), replace(small_cell(), sensors={}), "melfa")
+    counted = export(PROGRAMS["loop"](), replace(small_cell("mitsubishi"), sensors={}), "melfa")
     assert "If M1<4 Then GoTo *LOOP1" in next(iter(counted.files.values()))
 
 
 def test_names_are_capital_letters_and_digits_and_unlike_each_other() -> None:
     calls = [Call(name, "s") for name in ("flip_to_bottom", "flip_to_bottom_again", "clean_01", "start_02")]
     steps = (*READY, *calls, Note("function clean", "s"), line(pose(0), pose(9), 10.0))
-    files = DIALECT.render(lower(program(*steps), DIALECT.capability), small_cell())
+    files = DIALECT.render(lower(program(*steps), DIALECT.capability), small_cell("mitsubishi"))
     called = re.findall(r'CallP "(.*)"', "".join(files.values()))
     assert "FLIPTOBOTTOM" in called
     assert "FLIPTOBOTTX2" in called
@@ -101,10 +101,10 @@ def test_a_long_program_is_divided() -> None:
         blend_mm = 0.3 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines, Pause(0.1, "s"))
-    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("mitsubishi"))
     assert list(files) == ["TINY.prg", "START01.prg", "START02.prg", "START03.prg"]
     assert max(len(re.findall(r"^\d+ ", text, flags=re.MULTILINE)) for text in files.values()) < 32767
-    assert compare(DIALECT.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell("mitsubishi")) == ()
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ def test_a_long_program_is_divided() -> None:
     [("Wth ", "With "), ("Spd ", "Sped "), ("P2=", "P1002="), ("Base PBS0", "Base J1"), ("\n7 ", "\n70 ")],
 )
 def test_the_reader_refuses_what_is_not_written_so(right: str, wrong: str) -> None:
-    files = dict(export(PROGRAMS["three_speeds"](), small_cell(), "melfa").files)
+    files = dict(export(PROGRAMS["three_speeds"](), small_cell("mitsubishi"), "melfa").files)
     assert any(right in text for text in files.values())
     with pytest.raises(ProgramError):
         DIALECT.read({name: text.replace(right, wrong) for name, text in files.items()})

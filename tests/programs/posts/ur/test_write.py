@@ -24,7 +24,7 @@ READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s")
 
 
 def written(motion: MotionProgram, cell: Installation | None = None) -> list[str]:
-    (text,) = DIALECT.render(lower(motion, DIALECT.capability), cell or small_cell()).values()
+    (text,) = DIALECT.render(lower(motion, DIALECT.capability), cell or small_cell("universal-robots")).values()
     return [each.strip() for each in text.splitlines()]
 
 
@@ -36,7 +36,7 @@ def test_the_example_of_the_four_dialects_in_metres_from_the_start() -> None:
     """On 8 mm after the start, off 8 mm before the end, 40 ms to open and 20 ms to shut, 100 mm/s, 100 mm."""
     stroke = line(pose(0), pose(100), 100.0)
     requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), requests, small_cell())
+    steps, _ = open_valves((*READY, stroke), requests, small_cell("universal-robots"))
     lines = written(program(*steps))
     ends = "p[0,0,0.05,3.141593,0,0], p[0.1,0,0.05,3.141593,0,0]"
     assert statements(lines, "arm(", "movel(", "settle()") == [
@@ -63,7 +63,9 @@ def test_no_output_waits_on_a_way_whose_ends_are_written_alike() -> None:
 
 def test_an_output_during_a_turn_on_the_spot_divides_it() -> None:
     steps, _ = open_valves(
-        (*READY, turn(pose(0), math.pi / 2, 1.0)), [SwitchRequest(3, 0.54, True, "ring60", "s")], small_cell()
+        (*READY, turn(pose(0), math.pi / 2, 1.0)),
+        [SwitchRequest(3, 0.54, True, "ring60", "s")],
+        small_cell("universal-robots"),
     )
     moves = statements(written(program(*steps)), "movel(", "set_out(0")
     assert [each[:8] for each in moves] == ["set_out(", "movel(po", "set_out(", "movel(po"]
@@ -71,9 +73,9 @@ def test_an_output_during_a_turn_on_the_spot_divides_it() -> None:
 
 @pytest.mark.parametrize("made", list(PROGRAMS))
 def test_blends_never_meet(made: str) -> None:
-    motion = make_motion(PROGRAMS[made](), small_cell())
+    motion = make_motion(PROGRAMS[made](), small_cell("universal-robots"))
     lowered = lower(motion, DIALECT.capability)
-    texts = DIALECT.render(lowered, small_cell()).values()
+    texts = DIALECT.render(lowered, small_cell("universal-robots")).values()
     radii = [1000.0 * float(r) for text in texts for r in re.findall(r"movel\(.*r=([\d.]+)\)", text)]
     lines = lowered.motion.lines
     assert len(radii) == len(lines)
@@ -89,7 +91,7 @@ def test_no_more_outputs_wait_than_the_queue_holds() -> None:
 
 def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
     made = PROGRAMS["two_tools"]()
-    (text,) = export(made, small_cell(), "ur", joints_of(made)).files.values()
+    (text,) = export(made, small_cell("universal-robots"), "ur", joints_of(made)).files.values()
     lines = [each.strip() for each in text.splitlines()]
     led = [at for at, each in enumerate(lines) if each.startswith("movej([")]
     assert len(led) == 3 + 2
@@ -98,7 +100,7 @@ def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
 
 
 def test_frames_are_named_and_declared_once() -> None:
-    (text,) = export(PROGRAMS["bottom"](), small_cell(), "ur").files.values()
+    (text,) = export(PROGRAMS["bottom"](), small_cell("universal-robots"), "ur").files.values()
     lines = [each.strip() for each in text.splitlines()]
     assert "global board_as_mounted = p[0.4,-0.1205,0.03525,0,0,0.523599]" in lines
     assert "global board_flip_to_bottom = p[0.4,0.12,0.06,3.141593,0,0]" in lines
@@ -107,7 +109,7 @@ def test_frames_are_named_and_declared_once() -> None:
 
 def test_every_block_has_its_end() -> None:
     for made in PROGRAMS:
-        for text in export(PROGRAMS[made](), small_cell(), "ur").files.values():
+        for text in export(PROGRAMS[made](), small_cell("universal-robots"), "ur").files.values():
             lines = [each.strip() for each in text.splitlines()]
             opened = [each for each in statements(lines, "def ", "thread ", "while ", "if ") if each.endswith(":")]
             assert len(opened) == lines.count("end")
@@ -119,10 +121,10 @@ def test_a_long_program_is_divided_into_files_of_functions() -> None:
         blend_mm = 0.03 if number % 50 else 0.0
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines)
-    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell())
+    files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("universal-robots"))
     assert list(files) == [f"tiny{ending}.script" for ending in ("", "_00", "_01", "_02", "_03")]
     assert "thread watch():" in files["tiny_00.script"]
-    assert compare(DIALECT.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell("universal-robots")) == ()
 
 
 @pytest.mark.parametrize(
@@ -137,14 +139,14 @@ def test_a_long_program_is_divided_into_files_of_functions() -> None:
     ],
 )
 def test_the_reader_refuses_what_is_not_urscript_as_we_write_it(right: str, wrong: str) -> None:
-    files = dict(export(PROGRAMS["three_speeds"](), small_cell(), "ur").files)
+    files = dict(export(PROGRAMS["three_speeds"](), small_cell("universal-robots"), "ur").files)
     assert any(right in text for text in files.values())
     with pytest.raises(ProgramError):
         DIALECT.read({name: text.replace(right, wrong) for name, text in files.items()})
 
 
 def test_a_loop_asks_the_sensor_after_its_first_turn() -> None:
-    (text,) = export(PROGRAMS["loop"](), small_cell(), "ur").files.values()
+    (text,) = export(PROGRAMS["loop"](), small_cell("universal-robots"), "ur").files.values()
     assert "while n_loop_1 < 4 and (n_loop_1 == 0 or 2*get_standard_analog_in(1)+0 < 1):" in text
-    (counted,) = export(PROGRAMS["loop"](), replace(small_cell(), sensors={}), "ur").files.values()
+    (counted,) = export(PROGRAMS["loop"](), replace(small_cell("universal-robots"), sensors={}), "ur").files.values()
     assert "while n_loop_1 < 4:" in counted

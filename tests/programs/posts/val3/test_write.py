@@ -21,7 +21,7 @@ READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s")
 
 
 def files_of(motion: MotionProgram) -> dict[str, str]:
-    return DIALECT.render(lower(motion, DIALECT.capability), small_cell())
+    return DIALECT.render(lower(motion, DIALECT.capability), small_cell("staubli"))
 
 
 def code(text: str) -> list[str]:
@@ -34,7 +34,7 @@ def test_the_example_of_the_four_dialects() -> None:
     """On 4 mm after the start, off 10 mm before the end: there the line is divided; the task sets the outputs."""
     stroke = line(pose(0), pose(100), 100.0)
     requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), requests, small_cell())
+    steps, _ = open_valves((*READY, stroke), requests, small_cell("staubli"))
     said = code(files_of(program(*steps))["start_01.pgx"])
     assert said[said.index("movej(p_01[0],t_ring60,mReach)") + 1 :] == [
         "movel(p_01[1],t_ring60,m100_z0p30)",
@@ -66,7 +66,7 @@ def test_what_is_done_at_rest_waits_for_the_moves() -> None:
 
 
 def test_every_file_is_xml_and_the_project_lists_it() -> None:
-    files = export(PROGRAMS["bottom"](), small_cell(), "val3").files
+    files = export(PROGRAMS["bottom"](), small_cell("staubli"), "val3").files
     names = list(files)
     assert names[0] == "tiny.pjx"
     trees = [ElementTree.fromstring(text) for text in files.values()]
@@ -78,7 +78,7 @@ def test_every_file_is_xml_and_the_project_lists_it() -> None:
 
 
 def test_points_lie_in_the_frame_of_their_board() -> None:
-    data = export(PROGRAMS["bottom"](), small_cell(), "val3").files["tiny.dtx"]
+    data = export(PROGRAMS["bottom"](), small_cell("staubli"), "val3").files["tiny.dtx"]
     assert set(re.findall(r'fatherId="(f_\w+)\[0\]"', data)) == {"f_board", "f_flip_to_botto"}
 
 
@@ -96,7 +96,7 @@ def test_a_turn_on_the_spot_goes_at_its_rate() -> None:
 
 def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
     made = PROGRAMS["two_tools"]()
-    files = export(made, small_cell(), "val3", joints_of(made)).files
+    files = export(made, small_cell("staubli"), "val3", joints_of(made)).files
     moves = [line for text in files.values() if "<Code>" in text for line in code(text) if line.startswith("mov")]
     joints = [at for at, move in enumerate(moves) if move.startswith("movej(jReach[")]
     assert len(joints) == 3
@@ -105,9 +105,9 @@ def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
 
 
 def test_a_loop_asks_the_sensor_after_its_first_turn() -> None:
-    start = export(PROGRAMS["loop"](), small_cell(), "val3").files["start.pgx"]
+    start = export(PROGRAMS["loop"](), small_cell("staubli"), "val3").files["start.pgx"]
     assert "until nLoop1>=4 or 2*aioGet(ai1)+0>=1" in start
-    counted = export(PROGRAMS["loop"](), replace(small_cell(), sensors={}), "val3")
+    counted = export(PROGRAMS["loop"](), replace(small_cell("staubli"), sensors={}), "val3")
     assert "until nLoop1>=4\n" in counted.files["start.pgx"]
 
 
@@ -126,7 +126,7 @@ def test_a_long_program_is_divided_into_programs() -> None:
     motion = program(*READY, *lines, Pause(0.1, "s"))
     files = files_of(motion)
     assert [name for name in files if name.startswith("start_")] == [f"start_0{number}.pgx" for number in (1, 2, 3)]
-    assert compare(DIALECT.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell("staubli")) == ()
 
 
 @pytest.mark.parametrize(

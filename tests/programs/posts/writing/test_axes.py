@@ -9,7 +9,7 @@ from installations import small_cell
 
 from programs.motion.installation import Joint
 from programs.motion.steps import SampledLine
-from programs.posts.writing.axes import allowed_of, in_controller_units, needed_samples, place_on, units_of
+from programs.posts.writing.axes import allowed_of, in_degrees_and_mm, needed_samples, place_on, units_of
 
 CELL = replace(small_cell(), joints=(Joint("X", "prismatic"), Joint("C", "revolute")))
 UNITS = units_of(CELL)
@@ -23,8 +23,8 @@ def arc(radius_mm: float, turn_rad: float, samples: int = 301) -> SampledLine:
 
 
 def test_degrees_and_mm() -> None:
-    assert in_controller_units((12.5, math.pi / 2), CELL) == pytest.approx((12.5, 90.0))
-    assert in_controller_units((math.pi,), replace(CELL, joints=())) == pytest.approx((180.0,))
+    assert in_degrees_and_mm((12.5, math.pi / 2), CELL) == pytest.approx((12.5, 90.0))
+    assert in_degrees_and_mm((math.pi,), replace(CELL, joints=())) == pytest.approx((180.0,))
 
 
 def test_a_straight_run_needs_its_end_only() -> None:

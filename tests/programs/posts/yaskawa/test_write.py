@@ -21,7 +21,7 @@ READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s")
 
 
 def written(motion: MotionProgram) -> dict[str, str]:
-    return DIALECT.render(lower(motion, DIALECT.capability), small_cell())
+    return DIALECT.render(lower(motion, DIALECT.capability), small_cell("yaskawa"))
 
 
 def instructions(text: str, *words: str) -> list[str]:
@@ -32,7 +32,7 @@ def test_the_example_of_the_four_dialects_with_points_where_the_jet_is_wanted() 
     """On 8 mm after the start, off 8 mm before the end, 40 ms to open and 20 ms to shut, 100 mm/s, 100 mm."""
     stroke = line(pose(0), pose(100), 100.0, blend_mm=1.5)
     requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
-    steps, _ = open_valves((*READY, stroke), requests, small_cell())
+    steps, _ = open_valves((*READY, stroke), requests, small_cell("yaskawa"))
     text = written(program(*steps))["TINY_01.JBI"]
     assert instructions(text, "MOVL", "DOUT") == [
         "DOUT OT#(1) OFF",
@@ -51,14 +51,14 @@ def test_a_turn_on_the_spot_goes_at_its_rate() -> None:
 
 
 def test_a_job_has_one_user_frame_and_names_it() -> None:
-    files = export(PROGRAMS["bottom"](), small_cell(), "yaskawa").files
+    files = export(PROGRAMS["bottom"](), small_cell("yaskawa"), "yaskawa").files
     frames = [re.findall(r"^/{3,4}(?:FRAME )?USER (\d)$", text, re.MULTILINE) for text in files.values()]
     assert [set(each) for each in frames if each] == [{"1"}, {"2"}]
     assert "USER 2 = X 400.000 Y 120.000 Z 60.000 Rx 180.0000" in files["TINY.TXT"]
 
 
 def test_positions_are_counted_and_another_tool_has_a_heading_of_its_own() -> None:
-    files = export(PROGRAMS["two_tools"](), small_cell(), "yaskawa").files
+    files = export(PROGRAMS["two_tools"](), small_cell("yaskawa"), "yaskawa").files
     tools = [tool for text in files.values() for tool in re.findall(r"^///TOOL (\d)$", text, re.MULTILINE)]
     assert tools == ["1", "2", "1"]
     for text in files.values():
@@ -84,7 +84,7 @@ def test_comments_have_32_characters() -> None:
 
 
 def test_a_loop_counts_and_says_why() -> None:
-    made = export(PROGRAMS["loop"](), small_cell(), "yaskawa")
+    made = export(PROGRAMS["loop"](), small_cell("yaskawa"), "yaskawa")
     assert instructions(made.files["TINY.JBI"], "SET", "*", "INC", "JUMP") == [
         "SET I090 0",
         "*LOOP1",
@@ -101,7 +101,7 @@ def test_a_long_pause_is_several_timers(seconds: float) -> None:
     timers = [float(each.partition("=")[2]) for each in instructions(files["TINY_01.JBI"], "TIMER")]
     assert sum(timers) == pytest.approx(seconds)
     assert max(timers) <= 655.35
-    assert compare(DIALECT.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell("yaskawa")) == ()
 
 
 def test_a_long_program_is_divided_into_jobs() -> None:
@@ -112,7 +112,7 @@ def test_a_long_program_is_divided_into_jobs() -> None:
     motion = program(*READY, *lines)
     files = written(motion)
     assert list(files) == ["TINY.JBI", "TINY_01.JBI", "TINY_02.JBI", "TINY_03.JBI", "TINY.TXT"]
-    assert compare(DIALECT.read(files), motion, small_cell()) == ()
+    assert compare(DIALECT.read(files), motion, small_cell("yaskawa")) == ()
 
 
 @pytest.mark.parametrize(
@@ -127,7 +127,7 @@ def test_a_long_program_is_divided_into_jobs() -> None:
     ],
 )
 def test_the_reader_refuses_what_is_not_inform_as_we_write_it(right: str, wrong: str) -> None:
-    files = dict(export(PROGRAMS["three_speeds"](), small_cell(), "yaskawa").files)
+    files = dict(export(PROGRAMS["three_speeds"](), small_cell("yaskawa"), "yaskawa").files)
     assert any(right in text for text in files.values())
     with pytest.raises(ProgramError):
         DIALECT.read({name: text.replace(right, wrong) for name, text in files.items()})

@@ -24,40 +24,46 @@ def quiet(_what, _done):
 
 
 @cache
-def ready():
-    """A session whose program was checked in a cell."""
+def ready(maker="universal-robots"):
+    """A session whose program was checked in a cell, with a robot that counts as one of that maker."""
     cell = read_cell("ur5e-bench")
+    cell = replace(cell, cell=replace(cell.cell, robot=replace(cell.cell.robot, maker=maker)))
     session = replace(tiny_session(), cell=cell, cell_name="ur5e-bench")
     return replace(session, checked=check_program(session.run, cell, quiet))
 
 
 @pytest.mark.slow
 def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
-    one, same = (make_program(ready(), "fanuc", quiet) for _ in range(2))
-    assert one.checked is ready().check
+    one, same = (make_program(ready("fanuc"), "fanuc", quiet) for _ in range(2))
+    assert one.checked is ready("fanuc").check
     packed = download_program(one, ())
     assert packed == download_program(same, ())
     assert packed.name == "tiny-smt-aqueous-fanuc.zip"
     with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
         assert {name: archive.read(name).decode() for name in archive.namelist()} == dict(one.written.content)
-    alone = download_program(make_program(ready(), "abb", quiet), ())
-    assert (alone.name, alone.content[:11]) == ("tiny.mod", b"MODULE tiny")
+    alone = download_program(make_program(ready(), "ur", quiet), ())
+    assert (alone.name, alone.content[:8]) == ("tiny.script", b"def tiny")
+
+
+def test_a_program_for_another_makers_robot_is_refused():
+    with pytest.raises(ProgramError, match=r"ABB RAPID is for ABB, and robot ur5e .* choose ur"):
+        make_program(ready(), "abb", quiet)
 
 
 def test_a_program_that_was_not_checked_is_checked_first(monkeypatch):
     done, told = ready().check, []
     monkeypatch.setattr(downloads, "check_program", lambda run, cell, progress: replace(done, run=run, cell=cell))
     fresh = replace(ready(), checked=None)
-    made = make_program(fresh, "abb", lambda what, share: told.append((what, share)))
+    made = make_program(fresh, "ur", lambda what, share: told.append((what, share)))
     assert made.checked.run is fresh.run
     assert told[-1] == ("writing", 0.8)
 
 
 def test_without_cell_or_plan_there_is_no_program():
     with pytest.raises(ProgramError, match="no cell"):
-        make_program(tiny_session(), "abb", quiet)
+        make_program(tiny_session(), "ur", quiet)
     with pytest.raises(ProgramError, match="not planned"):
-        make_program(replace(ready(), run=None), "abb", quiet)
+        make_program(replace(ready(), run=None), "ur", quiet)
 
 
 def test_errors_forbid_the_download_until_their_rules_are_allowed():
@@ -65,23 +71,23 @@ def test_errors_forbid_the_download_until_their_rules_are_allowed():
     wrong = replace(
         done, report=replace(done.report, findings=(made_finding("collision", "error", "it hits the wall"),))
     )
-    made = make_program(replace(ready(), checked=wrong), "abb", quiet)
+    made = make_program(replace(ready(), checked=wrong), "ur", quiet)
     assert forbidding(made.findings).keys() == {"collision"}
     with pytest.raises(ProgramError, match="it hits the wall"):
         download_program(made, ())
-    assert download_program(made, ("collision",)).name == "tiny.mod"
+    assert download_program(made, ("collision",)).name == "tiny.script"
 
 
 def test_what_a_robot_cannot_do_is_written_as_planned_and_says_so():
     still = replace(ready().check, motion=None)
-    made = make_program(replace(ready(), checked=still), "abb", quiet)
-    assert "tiny.mod" in made.written.content
+    made = make_program(replace(ready(), checked=still), "ur", quiet)
+    assert "tiny.script" in made.written.content
     with pytest.raises(ProgramError, match="joint values"):
         make_program(replace(ready(), checked=still), "joint-table", quiet)
 
 
 def test_the_worst_event_error_is_said_and_findings_are_text():
-    made = make_program(ready(), "abb", quiet)
+    made = make_program(ready(), "ur", quiet)
     html = written_html(made)
     assert f"{made.written.error.distance_mm:.2f} mm" in html
     odd = replace(made, written=replace(made.written, findings=(made_finding("r", "warning", "<script>"),)))
@@ -102,14 +108,15 @@ def opened(session, folder):
 
 def test_the_panel_writes_shows_and_gives_away(tmp_path):
     with opened(ready(), tmp_path) as (page, panel, sent):
+        assert find(page, "Language").value == "URScript"
         press(page, "Write")
         wait_for(lambda: find(page, "Download").visible)
         assert "Events" in panel._run._line.content
         press(page, "Download")
-        made = make_program(ready(), "abb", quiet)
-        assert sent == [("tiny.mod", made.written.content["tiny.mod"].encode())]
-        press(page, "Language", "FANUC TP")
-        wait_for(lambda: "TINY.ls" in find(page, "File").options)
+        made = make_program(ready(), "ur", quiet)
+        assert sent == [("tiny.script", made.written.content["tiny.script"].encode())]
+        press(page, "Language", "Joint look-up table")
+        wait_for(lambda: "tiny.csv" in find(page, "File").options)
         page.show(replace(page.session, run=replace(page.session.run)))
         assert not find(page, "Download").visible
         assert "changed" in panel._run._line.content
