@@ -112,11 +112,12 @@ _RULES = (
     _rule(r"^[a-z]{3,7}\d+c\d+p\d+x\d+-\d+x\d+x(\d{2,4})[abclmn]*$", _hundredths),
     _rule(r"^(?:cap|res|ind|led|dio|fus|bead|thrm|var)[a-z]*\d{3,4}x(\d{2,4})[abclmn]*$", _hundredths),
     # Height after H: `CP_Radial_D10.0mm_H20.0mm`, `L_12x12mm_H4.5mm`, of inductors without a unit too, `L_6.3x6.3_H3`;
-    # the H of a rectangular LED is seen from its front.
-    _rule(r"^(?!led-(?:rect|oval|side)).*?(?<![a-z])h-?N-?mm(?![a-z])"),
+    # the H of a LED is seen from its front, that of a resonator from the top, that of an encoder is its shaft's.
+    _rule(r"^(?!led|resonator|rotary).*?(?<![a-z])h-?N-?mm(?![a-z])"),
     _rule(r"^(?:l|ind[a-z]*|inductor)-.*?-hN(?![\w.])"),
     # `CP_EIA-3216-18` in tenths; `CP_Elec_8x10.5`: diameter by height; other cans: the larger of the two.
     _rule(r"\beia-?\d{4}-(\d\d)\b", lambda n: n[0] / 10.0),
+    _rule(r"\beia-?\d{4}-(\d{3})\b", _hundredths),
     _rule(r"\b(?:cp?|smd)-elec-[\d.]+xN(?!\d)"),
     _rule(r"^(?:e-?cap|elko|alu|cp|c-?pol|cap-?pol|cap-?alu)(?!-axial).*?(?<![\d.])NxNmm(?![a-z]|x)", max),
     _rule(r"^(?:buzzer|speaker)[a-z-]*-[\d.]+xN(?!\d)"),
@@ -128,9 +129,9 @@ _RULES = (
     _rule(r"(?<![a-z0-9])0[2-9](\d\d)/\d+v", _on_end),
     _rule(r"^(?!led).*-d-?N(?:mm)?-l[\d.].*horiz"),
     _rule(r"-l[\d.]+(?:mm)?-dN(?:mm)?(?=-).*horiz"),
-    _rule(r"(?:power|shunt).*-l[\d.]+(?:mm)?-wN(?:mm)?(?=-)", lambda n: n[0] + 1.5),
+    _rule(r"axial-(?:power|shunt).*-l[\d.]+(?:mm)?-wN(?:mm)?(?=-)", lambda n: n[0] + 1.5),
     _rule(r"^(?:r-)?0([2-9])\d\d/\d+$", lambda n: n[0] + 0.7),
-    _rule(r"\bdin0?(\d\d?)\d\d(?!.*-[ld]\d)(?!.*vert)", lambda n: n[0] + 0.7),
+    _rule(r"axial-din0([2-9])\d\d(?!.*-[ld]\d)(?!.*vert)", lambda n: n[0] + 0.7),
     # Discs and toroids on edge; light-emitting diodes on their leads.
     _rule(r"(?:^|-)disc-dN(?:mm)?", lambda n: n[0] + _COATING_MM),
     _rule(r"toroid-vert[a-z]*-lN(?:mm)?", lambda n: n[0] + 2.0),
