@@ -7,7 +7,7 @@ from boards.board import Board
 from cleaning.exposure.exact import refine_sparse_cells
 from cleaning.exposure.exposure import expose
 from cleaning.jet.jet import jet_of
-from cleaning.judge_component import Sprayed, bare_part, component_part, gaps_of
+from cleaning.judge_component import Sprayed, bare_part, component_part, gaps_of, spraying_of
 from cleaning.parameters.load import parameters_sha256
 from cleaning.parameters.model import Parameters
 from cleaning.prepared_board import PreparedBoard, prepare
@@ -69,9 +69,9 @@ def analyse_on(
     sprayed = _spray(staged.stages, prepared, effort, subprogress(progress, 0.0, 0.5))
     undersides = gaps_of(prepared, sprayed, subprogress(progress, 0.5, 0.9))
     progress("judging", 0.9)
-    rows = range(len(prepared.board.components))
-    parts = tuple(component_part(row, prepared, sprayed, undersides.get(row)) for row in rows)
-    bare = bare_part(prepared, sprayed)
+    rows, spraying = range(len(prepared.board.components)), spraying_of(prepared, sprayed)
+    parts = tuple(component_part(row, prepared, spraying, undersides.get(row)) for row in rows)
+    bare = bare_part(prepared, spraying)
     process = (*judge_process(staged.stages, parameters), *judge_range(staged.stages, prepared.board))
     progress("done", 1.0)
     return CleaningReport(

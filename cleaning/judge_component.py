@@ -5,26 +5,25 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-
 from boards.board import Side
 from boards.undersides.underside import Underside
-from cleaning.exposure.exact import occluder
+from cleaning.exposure.exact import occluder, samples_in_sight
 from cleaning.exposure.exposure import Exposure
-from cleaning.film.edge_pressure import edge_pressures
+from cleaning.film.edge_pressure import edge_pressures, pressing_samples
 from cleaning.gap.edge_segments import EdgePressure
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import PartOverride
 from cleaning.prepared_board import PreparedBoard
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult
-from cleaning.undersides.sensitivity import FLOOR, Pressures, elasticity, limiting, variants
+from cleaning.undersides.sensitivity import FLOOR, Pressures, VariedStages, elasticity, limiting, variants, vary
 from cleaning.undersides.washing import simulate_gap
 from cleaning.verdicts.component_rules import judge_part
 from cleaning.verdicts.evidence import Evidence, Reach
 from cleaning.verdicts.exposed_area import BARE, cells_of, exposed_part, together
 from cleaning.verdicts.results import Part
 from geometry.arrays import Indices
+from geometry.disc_grid import DiscGrid
 from recipes.recipe import Use
 from specs.progress import Progress
 from specs.source import NO_SOURCE, Source
@@ -57,42 +56,95 @@ class UndersideResult:
 def gaps_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed], progress: Progress) -> dict[int, UndersideResult]:
     """Follow the residue under each component with a gap, by the component's index."""
     found: dict[int, UndersideResult] = {}
+    if not prepared.rows:
+        return found
+    process = _process_of(prepared, sprayed)
     with ThreadPoolExecutor(_THREADS) as threads:
         rows = range(len(prepared.rows))
-        for row, underside in enumerate(threads.map(partial(_underside, prepared, sprayed), rows)):
+        for row, underside in enumerate(threads.map(partial(_underside, prepared, process), rows)):
             progress("flushing under parts", row / len(rows))
             found[prepared.rows[row]] = underside
     return found
 
 
-def _underside(prepared: PreparedBoard, sprayed: Sequence[Sprayed], row: int) -> UndersideResult:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Process:
+    """The stages that act on all gaps, and which of their samples are near which edges."""
+
+    varied: VariedStages
+    sides: tuple[Side, ...]
+    near: tuple[DiscGrid, ...]
+
+
+def _process_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> _Process:
+    stages, jets = [each.stage for each in sprayed], [each.jet for each in sprayed]
+    edges, film = prepared.edges, prepared.parameters.film
+    return _Process(
+        varied=vary(stages, jets, edges, prepared.parameters),
+        sides=tuple(stage.side for stage in stages),
+        near=tuple(pressing_samples(stage, jet, edges, film) for stage, jet in zip(stages, jets, strict=True)),
+    )
+
+
+def _underside(prepared: PreparedBoard, process: _Process, row: int) -> UndersideResult:
     """Follow one gap in all its cases; what limits it is worked out for the harder one."""
-    parameters, underside = prepared.parameters, prepared.undersides[row]
+    parameters, underside, varied = prepared.parameters, prepared.undersides[row], process.varied
     edges = prepared.edges.only(row)
-    stages = tuple(each.stage for each in sprayed)
-    pressures = [edge_pressures(each.stage, each.jet, edges, parameters.film) for each in sprayed]
-    gaps = tuple(_gap(prepared, sprayed, row, case, (stages, pressures)) for case in range(len(underside.cases)))
+    pressures = [
+        edge_pressures(stage, jet, edges, parameters.film, near)
+        for stage, jet, near in zip(varied.stages, varied.jets, process.near, strict=True)
+    ]
+    stages = varied.stages
+    gaps = tuple(_gap(prepared, process.sides, row, case, (stages, pressures)) for case in range(len(underside.cases)))
     elasticities: Mapping[str, float] = {}
     if gaps[0].residue > FLOOR:
-        changed = variants(stages, [each.jet for each in sprayed], pressures, edges, parameters)
-        after = {name: _gap(prepared, sprayed, row, 0, each).residue for name, each in changed.items()}
+        changed = variants(varied, pressures, edges, parameters)
+        after = {name: _gap(prepared, process.sides, row, 0, each).residue for name, each in changed.items()}
         elasticities = {name: elasticity(gaps[0].residue, residue) for name, residue in after.items()}
     return UndersideResult(underside, gaps, elasticities)
 
 
 def _gap(
-    prepared: PreparedBoard, sprayed: Sequence[Sprayed], row: int, case: int, process: tuple[Sequence[Stage], Pressures]
+    prepared: PreparedBoard, sides: Sequence[Side], row: int, case: int, process: tuple[Sequence[Stage], Pressures]
 ) -> GapResult:
     """Follow one gap in one case; stages that spray the other side do not act on it."""
     stages, pressures = process
     component = prepared.rows[row]
     side = prepared.board.components[component].side
     acting: list[EdgePressure | None] = [
-        pressed[0] if each.stage.side == side else None for each, pressed in zip(sprayed, pressures, strict=True)
+        pressed[0] if sprayed == side else None for sprayed, pressed in zip(sides, pressures, strict=True)
     ]
     gap_height_mm = prepared.undersides[row].cases[case].gap_height_mm
     factor = prepared.overrides[component].paste_factor
     return simulate_gap(prepared.fields[row][case], gap_height_mm, stages, acting, prepared.parameters, factor)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spraying:
+    """All stages, and what those of one use leave on a side together; it serves the judgement of every component."""
+
+    sprayed: tuple[Sprayed, ...]
+    sides: tuple[Side, ...]
+    """Of each stage."""
+    groups: Mapping[tuple[Use, Side], tuple[tuple[Sprayed, ...], Exposure]]
+    """Stages of liquids by use and side, and what they leave together."""
+    in_sight: tuple[DiscGrid, ...]
+    """``samples_in_sight`` of each stage."""
+
+
+def spraying_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> Spraying:
+    """Put the stages of each use and side together."""
+    sides = tuple(each.stage.side for each in sprayed)
+    groups: dict[tuple[Use, Side], list[Sprayed]] = {}
+    for each, side in zip(sprayed, sides, strict=True):
+        if each.stage.use in _LIQUIDS:
+            groups.setdefault((each.stage.use, side), []).append(each)
+    return Spraying(
+        sprayed=tuple(sprayed),
+        sides=sides,
+        groups={key: (tuple(some), together([each.exposure for each in some])) for key, some in groups.items()},
+        in_sight=tuple(samples_in_sight(each.stage, each.jet, prepared.facets.cell_centres) for each in sprayed),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,9 +159,7 @@ class _Surface:
     override: PartOverride
 
 
-def component_part(
-    row: int, prepared: PreparedBoard, sprayed: Sequence[Sprayed], underside: UndersideResult | None
-) -> Part:
+def component_part(row: int, prepared: PreparedBoard, spraying: Spraying, underside: UndersideResult | None) -> Part:
     """Judge component ``row`` of the board."""
     component = prepared.board.components[row]
     middle = component.outline.centroid
@@ -117,34 +167,31 @@ def component_part(
     place = (middle.x, middle.y, prepared.board.surface_z_mm(side))
     cells: dict[Side, Indices] = {side: prepared.cells[row]}
     surface = _Surface(component.name, row, side, place, cells, prepared.overrides[row])
-    return _part(surface, prepared, sprayed, underside)
+    return _part(surface, prepared, spraying, underside)
 
 
-def bare_part(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> Part:
+def bare_part(prepared: PreparedBoard, spraying: Spraying) -> Part:
     """Judge the bare board on all sides that are sprayed."""
     board = prepared.board
-    sides: list[Side] = [each.stage.side for each in sprayed]
-    cells: dict[Side, Indices] = {side: cells_of(prepared.facets, board, BARE, side) for side in dict.fromkeys(sides)}
+    cells: dict[Side, Indices] = {
+        side: cells_of(prepared.facets, board, BARE, side) for side in dict.fromkeys(spraying.sides)
+    }
     middle = board.outline.centroid
     surface = _Surface("board", BARE, "top", (middle.x, middle.y, board.top_z_mm), cells, _ALL)
-    return _part(surface, prepared, sprayed, None)
+    return _part(surface, prepared, spraying, None)
 
 
-def _part(
-    surface: _Surface, prepared: PreparedBoard, sprayed: Sequence[Sprayed], underside: UndersideResult | None
-) -> Part:
-    sides: list[Side] = [each.stage.side for each in sprayed]
-    acting = [surface.cells.get(side) for side in sides]
+def _part(surface: _Surface, prepared: PreparedBoard, spraying: Spraying, underside: UndersideResult | None) -> Part:
+    acting = [surface.cells.get(side) for side in spraying.sides]
     exposed = tuple(
         None if cells is None else exposed_part(each.exposure, prepared.facets, cells)
-        for each, cells in zip(sprayed, acting, strict=True)
+        for each, cells in zip(spraying.sprayed, acting, strict=True)
     )
     reached: list[Reach] = []
     for use in _LIQUIDS:
         for side, cells in surface.cells.items():
-            group = [each for each, on in zip(sprayed, sides, strict=True) if each.stage.use == use and on == side]
-            if group:
-                exposure = together([each.exposure for each in group])
+            if (use, side) in spraying.groups:
+                group, exposure = spraying.groups[use, side]
                 reached.append(
                     Reach(
                         use=use,
@@ -158,13 +205,13 @@ def _part(
         component=surface.name,
         side=surface.side,
         place=surface.place,
-        stages=tuple(each.stage for each in sprayed),
+        stages=tuple(each.stage for each in spraying.sprayed),
         exposed=exposed,
         reached=reached,
         underside=None if underside is None else underside.underside,
         gaps=() if underside is None else underside.gaps,
         override=surface.override,
-        occluder=_occluder(surface, prepared, sprayed),
+        occluder=_occluder(surface, prepared, spraying),
         parameters=prepared.parameters,
     )
     judgements = judge_part(evidence)
@@ -179,19 +226,19 @@ def _part(
         gaps=tuple(evidence.gaps),
         elasticity=elasticities,
         limiting=limiting(elasticities),
-        makers=_makers(surface.row, sprayed),
+        makers=_makers(surface.row, spraying.sprayed),
     )
 
 
-def _occluder(surface: _Surface, prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> str:
+def _occluder(surface: _Surface, prepared: PreparedBoard, spraying: Spraying) -> str:
     """Name what stands before the cells that the first stage of liquid misses; nothing if it misses none."""
-    for each in sprayed:
-        cells = surface.cells.get(each.stage.side)
+    for each, side, in_sight in zip(spraying.sprayed, spraying.sides, spraying.in_sight, strict=True):
+        cells = surface.cells.get(side)
         if each.stage.use == "dry" or cells is None:
             continue
         missed = cells[prepared.facets.cell_exposed[cells] & (each.exposure.cone_s[cells] <= 0)]
         if len(missed):
-            body = occluder(missed, each.stage, each.jet, prepared.facets, prepared.scene)
+            body = occluder(missed, each.stage, each.jet, prepared.facets, prepared.scene, in_sight)
             return "" if body < 0 else prepared.board.bodies[body].name
     return ""
 
@@ -200,10 +247,10 @@ def _makers(row: int, sprayed: Sequence[Sprayed]) -> tuple[tuple[Source, float],
     """Who sprays the surface, with the share of the volume on it that each gives."""
     volumes: dict[Source, float] = {}
     for each in sprayed:
-        given = each.exposure.by_maker_mm3[row]
-        for index in np.flatnonzero(given > 0).tolist():
+        given = each.exposure.by_maker_mm3[[row], :]  # the last row is the bare board's
+        for index, volume in sorted(zip(given.indices.tolist(), given.data.tolist(), strict=True)):
             maker = each.stage.samples.makers[index]
-            volumes[maker] = volumes.get(maker, 0.0) + float(given[index])
+            volumes[maker] = volumes.get(maker, 0.0) + volume
     total = sum(volumes.values())
     most = sorted(volumes, key=lambda maker: -volumes[maker])[:_MOST_MAKERS]
     return tuple((maker, volumes[maker] / total) for maker in most)

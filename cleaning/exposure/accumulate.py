@@ -7,11 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from cleaning.jet.compiled_jet import KNIFE, JetForm, stress_factor
 from cleaning.jet.jet import Jet
 from cleaning.jet.ray_samples import ray_samples_of
 from cleaning.process.stages import Samples
+from geometry.arrays import Indices
 from geometry.compiled import compiled, quick
 from geometry.rays import RayScene, cast_rays
 
@@ -57,7 +59,44 @@ class CellSums(NamedTuple):
     cells: NDArray[np.float64]
     """(c, SUMS)"""
     makers: NDArray[np.float64]
-    """(makers, components + 1) mm³; the last column is what belongs to no component."""
+    """(makers of some samples, components + 1) mm³; the last column is what belongs to no component."""
+    maker: Indices
+    """(those samples,) row of each sample's maker."""
+
+
+class MakerVolumes:
+    """What each maker left on each component, mm³: few meet, so that only what is not nothing is kept.
+
+    Sums are made in the order of the samples, whoever made those in between: ``of`` lays out the rows of some samples'
+    makers as far as they have come, and ``keep`` takes them back.
+    """
+
+    def __init__(self, makers: int, components: int) -> None:
+        self._shape = (makers, components + 1)
+        self._kept: dict[int, tuple[Indices, NDArray[np.float64]]] = {}
+
+    def of(self, makers: Indices) -> NDArray[np.float64]:
+        """Rows of some makers."""
+        rows = np.zeros((len(makers), self._shape[1]))
+        for row, maker in zip(rows, makers.tolist(), strict=True):
+            if maker in self._kept:
+                columns, values = self._kept[maker]
+                row[columns] = values
+        return rows
+
+    def keep(self, makers: Indices, rows: NDArray[np.float64]) -> None:
+        """Take rows back."""
+        for row, maker in zip(rows, makers.tolist(), strict=True):
+            columns = np.flatnonzero(row)
+            self._kept[maker] = (columns, row[columns])
+
+    def by_component(self) -> csr_array:
+        """(components + 1, makers) all of it."""
+        kept = self._kept.items()
+        component = np.concatenate([np.empty(0, dtype=np.int64), *(columns for _, (columns, _) in kept)])
+        volume = np.concatenate([np.empty(0), *(values for _, (_, values) in kept)])
+        maker = np.repeat(list(self._kept), [len(columns) for _, (columns, _) in kept]).astype(np.int64)
+        return csr_array((volume, (component, maker)), shape=self._shape[::-1])
 
 
 @quick
@@ -117,7 +156,7 @@ def accumulate_hits(
         sample = first + i
         seconds = poses.seconds[sample] / count
         tcp, axes = poses.tcp[sample], poses.axes[sample]
-        by_maker = totals.makers[poses.maker[sample]]
+        by_maker = totals.makers[totals.maker[i]]
         next_ray = sample * count % total
         for k in range(count):
             row = rays.rows[next_ray]

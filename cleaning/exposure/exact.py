@@ -22,6 +22,7 @@ from cleaning.surface.facets import Facets
 from cleaning.surface.sky_view import SMALL_MM2, inner_points
 from geometry.arrays import Indices, Points, Scalars
 from geometry.compiled import quick
+from geometry.disc_grid import DiscGrid, build_disc_grid
 from geometry.rays import RayScene, are_blocked, cast
 
 _CONE, _FRONT, _VOLUME, _NORMAL, _TANGENTIAL, _PEAK, _COLUMNS = range(7)
@@ -33,6 +34,8 @@ _WIDE = 2.0
 """Sigmas beyond the half angle that still count as within the cone."""
 _ENOUGH = 30
 """Rays that mean something for a component."""
+_FLATTEST = np.radians(89.5)
+"""Angle from the vertical beyond which a ray meets the board anywhere."""
 _REFINED = ("cone_s", "front_s", "volume_mm", "peak_pa", "impulse_n_pa_s", "impulse_t_pa_s")
 
 
@@ -121,7 +124,7 @@ def refine_sparse_cells(
     return replace(exposure, **changed)
 
 
-def occluder(cells: Indices, stage: Stage, jet: Jet, facets: Facets, scene: RayScene) -> int:
+def occluder(cells: Indices, stage: Stage, jet: Jet, facets: Facets, scene: RayScene, in_sight: DiscGrid) -> int:
     """Find the body that most often stands before cells that a stage misses.
 
     Rays go from the largest of the cells to the nozzle at moments, evenly chosen, in which it points at them.
@@ -132,6 +135,7 @@ def occluder(cells: Indices, stage: Stage, jet: Jet, facets: Facets, scene: RayS
         jet: Its jet.
         facets: The surface.
         scene: What may stand in the way.
+        in_sight: ``samples_in_sight`` of the stage, for these cells among others.
 
     Returns:
         Index of the body; -1 where nothing stands in the way: the jet never points there, or only from behind.
@@ -141,9 +145,10 @@ def occluder(cells: Indices, stage: Stage, jet: Jet, facets: Facets, scene: RayS
     seen: Counter[int] = Counter()
     for cell in largest.tolist():
         place, normal = facets.cell_centres[cell], facets.cell_normals[cell]
-        away = stage.samples.tcp - place
+        near = in_sight.near(*place[:2].tolist())
+        away = stage.samples.tcp[near] - place
         distance = np.linalg.norm(away, axis=1)
-        along = -np.einsum("ij,ij->i", away, stage.samples.axes[:, :, 2]) / distance
+        along = -np.einsum("ij,ij->i", away, stage.samples.axes[near, :, 2]) / distance
         pointing = np.flatnonzero((along > least) & (away @ normal > 0))
         chosen = pointing[np.linspace(0, len(pointing) - 1, min(_MOMENTS, len(pointing))).astype(np.int64)]
         ways = away[chosen] / distance[chosen, None]
@@ -163,11 +168,36 @@ class SightLines(NamedTuple):
     """(n, 6) what reaches the place if nothing stands in between: s, s, mm, Pa s, Pa s, Pa."""
 
 
+def samples_in_sight(stage: Stage, jet: Jet, places: Points) -> DiscGrid:
+    """Sort the samples of a stage by which of (n, 3) places their jets may point at; at least one place.
+
+    A cone of half angle a about a jet that is tilted by b meets a plane at the depth d between d tan(b - a) and
+    d tan(b + a) from the foot of the orifice along the tilt: the disc between the outermost of both over all depths
+    holds every place that it meets.
+    """
+    samples = stage.samples
+    jets, low, high = samples.axes[:, :, 2], float(places[:, 2].min()), float(places[:, 2].max())
+    down = jets[:, 2] <= 0.0
+    deepest = np.maximum(np.where(down, samples.tcp[:, 2] - low, high - samples.tcp[:, 2]), 0.0)
+    nearest = np.maximum(np.where(down, samples.tcp[:, 2] - high, low - samples.tcp[:, 2]), 0.0)
+    lean = np.hypot(jets[:, 0], jets[:, 1])
+    tilt = np.arctan2(lean, np.abs(jets[:, 2]))
+    half = max(math.atan(math.sqrt(jet.form.steepest)), jet.half_angle + _WIDE * jet.sigma)
+    open_ = tilt + half > _FLATTEST
+    outer, inner = np.tan(np.where(open_, 0.0, tilt + half)), np.tan(np.where(open_, 0.0, tilt - half))
+    far, close = deepest * outer, np.minimum(deepest * inner, nearest * inner)
+    along = jets[:, :2] / np.maximum(lean, 1e-12)[:, None]
+    centres = samples.tcp[:, :2] + (0.5 * (far + close))[:, None] * along
+    return build_disc_grid(centres, np.where(open_, np.inf, 0.5 * (far - close)), places[:, :2])
+
+
 def _reached(stage: Stage, jet: Jet, scene: RayScene, places: Points, normals: Points) -> NDArray[np.float64]:
     """(n, 6) of (n, 3) places: seconds in cone and front, mm, Pa s, Pa s, and the highest stress."""
-    poses = poses_of(stage.samples)
     found = np.zeros((len(places), _COLUMNS))
-    room = _RAYS + len(poses.tcp)
+    if not len(places):
+        return found
+    poses, in_sight = poses_of(stage.samples), samples_in_sight(stage, jet, places)
+    room = _RAYS + int(np.diff(in_sight.start).max())
     sights = SightLines(
         np.empty((room, 3), dtype=np.float32),
         np.empty((room, 3), dtype=np.float32),
@@ -176,7 +206,8 @@ def _reached(stage: Stage, jet: Jet, scene: RayScene, places: Points, normals: P
     )
     begin, filled, counts = 0, 0, np.zeros(len(places), dtype=np.int64)
     for k, (place, normal) in enumerate(zip(places, normals, strict=True)):
-        counts[k] = lay_sight_lines(jet.form, poses, (place, normal, scene.origin), sights, filled)
+        near = in_sight.near(float(place[0]), float(place[1]))
+        counts[k] = lay_sight_lines(jet.form, poses, near, (place, normal, scene.origin), (sights, filled))
         filled += int(counts[k])
         if filled >= _RAYS or k == len(places) - 1:
             blocked = are_blocked(scene, sights.origins[:filled], sights.directions[:filled], sights.lengths[:filled])
@@ -202,23 +233,29 @@ def add_visible(
 
 @quick
 def lay_sight_lines(
-    jet: JetForm, poses: Poses, target: tuple[Points, Points, Points], sights: SightLines, begin: int
+    jet: JetForm,
+    poses: Poses,
+    near: NDArray[np.int32],
+    target: tuple[Points, Points, Points],
+    out: tuple[SightLines, int],
 ) -> int:
     """Lay a line of sight from each sample that sprays a place, or has it in its outer cone.
 
     Args:
         jet: Whose shape.
         poses: The samples.
+        near: Those that may.
         target: (3,) place, (3,) outward normal, and (3,) origin from which the lines are counted.
-        sights: Filled from row ``begin`` on.
-        begin: First free row.
+        out: What is filled, and its first free row.
 
     Returns:
         How many there are.
     """
     place, normal, origin = target
+    sights, begin = out
     row = begin
-    for i in range(len(poses.tcp)):
+    for number in range(len(near)):
+        i = near[number]
         turn, tcp = poses.axes[i], poses.tcp[i]
         dx, dy, dz = place[0] - tcp[0], place[1] - tcp[1], place[2] - tcp[2]
         z = turn[0, 2] * dx + turn[1, 2] * dy + turn[2, 2] * dz

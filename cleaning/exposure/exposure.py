@@ -1,13 +1,22 @@
 """What reaches the exposed surfaces in one stage."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from cleaning.exposure import accumulate
-from cleaning.exposure.accumulate import CellSums, SurfaceLookup, accumulate_hits, poses_of, rays_of, trace_batches
+from cleaning.exposure.accumulate import (
+    CellSums,
+    MakerVolumes,
+    SurfaceLookup,
+    accumulate_hits,
+    poses_of,
+    rays_of,
+    trace_batches,
+)
 from cleaning.jet.jet import Jet
 from cleaning.process.stages import Samples, Stage
 from cleaning.surface.facets import Facets
@@ -60,7 +69,7 @@ class Exposure:
     """Share of it that landed on a facet; the rest missed the board."""
     rays: int
     growth: Growth
-    by_maker_mm3: NDArray[np.float64] = field(default_factory=lambda: np.zeros((1, 0)))
+    by_maker_mm3: csr_array = field(default_factory=lambda: csr_array((1, 0)))
     """(components + 1, makers of the stage's samples) volume that each maker left on each component; in the last row
     what lies on the bare board and on fixtures."""
 
@@ -84,9 +93,8 @@ def expose(
     components = int(facets.component.max(initial=-1)) + 1
     belongs = np.where(facets.cell_component < 0, components, facets.cell_component)
     surface = SurfaceLookup(scene.planes, facets.cell.astype(np.int32), belongs.astype(np.int32))
-    totals = CellSums(
-        np.zeros((len(facets.cell_areas_mm2), accumulate.SUMS)), np.zeros((len(samples.makers), components + 1))
-    )
+    cells = np.zeros((len(facets.cell_areas_mm2), accumulate.SUMS))
+    by_maker = MakerVolumes(len(samples.makers), components)
     # Blocks of the growth are even, and end where another template begins.
     evenly = np.linspace(0, len(samples.times), _BLOCKS + 1).round().astype(np.int64)
     blocks = np.union1d(evenly, np.flatnonzero(samples.templates[1:] != samples.templates[:-1]) + 1)
@@ -96,16 +104,20 @@ def expose(
         (first, min(first + step, end)) for begin, end in pairwise(blocks.tolist()) for first in range(begin, end, step)
     ]
     grown: list[tuple[Indices, Scalars]] = []
-    before = np.zeros(len(totals.cells))
+    before = np.zeros(len(cells))
     for (first, last), faces in zip(batches, trace_batches(rays, poses, scene, batches), strict=True):
+        makers, maker = np.unique(poses.maker[first:last], return_inverse=True)
+        totals = CellSums(cells, by_maker.of(makers), maker.astype(np.int64))
         accumulate_hits(jet.form, rays, poses, surface, (first, faces, not jet.gas), totals)
+        by_maker.keep(makers, totals.makers)
         if last in blocks:
-            cells = np.flatnonzero(totals.cells[:, accumulate.VOLUME] > before)
-            grown.append((cells, totals.cells[cells, accumulate.VOLUME] - before[cells]))
-            before = totals.cells[:, accumulate.VOLUME].copy()
+            wetter = np.flatnonzero(cells[:, accumulate.VOLUME] > before)
+            grown.append((wetter, cells[wetter, accumulate.VOLUME] - before[wetter]))
+            before = cells[:, accumulate.VOLUME].copy()
             progress(str(stage.made_by), last / len(samples.times))
     growth = _growth(grown, samples, blocks, facets)
-    return _exposure_of(stage, jet, facets, rays_per_sample, totals, growth)
+    exposure = _exposure_of(stage, jet, facets, rays_per_sample, cells, growth)
+    return replace(exposure, by_maker_mm3=by_maker.by_component())
 
 
 def _growth(grown: list[tuple[Indices, Scalars]], samples: Samples, blocks: Indices, facets: Facets) -> Growth:
@@ -119,9 +131,8 @@ def _growth(grown: list[tuple[Indices, Scalars]], samples: Samples, blocks: Indi
 
 
 def _exposure_of(
-    stage: Stage, jet: Jet, facets: Facets, rays_per_sample: int, totals: CellSums, growth: Growth
+    stage: Stage, jet: Jet, facets: Facets, rays_per_sample: int, sums: NDArray[np.float64], growth: Growth
 ) -> Exposure:
-    sums = totals.cells
     means = sums / facets.cell_areas_mm2[:, None]
     return Exposure(
         cone_s=means[:, accumulate.CONE],
@@ -135,5 +146,4 @@ def _exposure_of(
         landed_mm3=float(sums[:, accumulate.VOLUME].sum()),
         rays=len(stage.samples.times) * rays_per_sample,
         growth=growth,
-        by_maker_mm3=totals.makers.T.copy(),
     )

@@ -14,6 +14,7 @@ from cleaning.parameters.model import Film
 from cleaning.process.stages import Stage
 from geometry.arrays import Directions, Indices, Points, Scalars
 from geometry.compiled import quick
+from geometry.disc_grid import DiscGrid, build_disc_grid
 
 _RADII = 3.0
 """Distance from the pole, in distances from there to the rim, beyond which a jet does nothing."""
@@ -54,7 +55,9 @@ class _Part(NamedTuple):
     facing: float
 
 
-def edge_pressures(stage: Stage, jet: Jet, edges: Edges, film: Film) -> list[EdgePressure]:
+def edge_pressures(
+    stage: Stage, jet: Jet, edges: Edges, film: Film, near: DiscGrid | None = None
+) -> list[EdgePressure]:
     """Find the pressure on every edge segment from every sample of a stage that is near enough to matter.
 
     A liquid presses with the normal stress of its jet on the board before the edge, and with the film's momentum that
@@ -69,25 +72,56 @@ def edge_pressures(stage: Stage, jet: Jet, edges: Edges, film: Film) -> list[Edg
     Only jets above the component's own side and towards it count, and only within three distances from the pole to the
     rim of the spray.
 
+    Args:
+        stage: Its samples.
+        jet: ``jet_of`` the stage.
+        edges: Of the components.
+        film: The film's numbers.
+        near: ``pressing_samples`` of the stage, for edges of which these are some: only samples that may reach an edge
+            are looked at. Without it all are.
+
     Returns:
         One for each row of the edges; without samples where the spray never comes near.
     """
-    stagnation = 0.5 * jet.density_kg_m3 * jet.speed_m_s**2
-    law = _Law(
-        jet.form, rim_of(jet, film), _air_of(jet, stagnation), _lit_by(jet), film.lee, film.puddle_mm, stagnation
-    )
+    law = _law_of(jet, film)
     spared = np.where(edges.sheltered <= film.shelter_mm, film.shelter, 1.0)
-    poses = (np.ascontiguousarray(stage.samples.tcp), np.ascontiguousarray(stage.samples.axes))
-    sample = np.empty(len(stage.samples.times), dtype=np.int64)
-    pressure = np.empty((len(sample), SEGMENTS))
+    poses = _poses_of(stage)
+    every = np.arange(len(stage.samples.times), dtype=np.int32)
     found: list[EdgePressure] = []
     for row in range(len(edges.component)):
         part = _Part(
             edges.middles[row], edges.outward[row], spared[row], float(edges.heights_mm[row]), float(edges.facing[row])
         )
-        count = _press(law, part, poses, (sample, pressure))
+        x, y = edges.middles[row, :, :2].mean(axis=0).tolist()
+        candidates = every if near is None else near.near(x, y)
+        sample, pressure = np.empty(len(candidates), dtype=np.int64), np.empty((len(candidates), SEGMENTS))
+        count = _press(law, part, poses, candidates, (sample, pressure))
         found.append(EdgePressure(sample[:count].copy(), pressure[:count].copy()))
     return found
+
+
+def pressing_samples(stage: Stage, jet: Jet, edges: Edges, film: Film) -> DiscGrid:
+    """Sort the samples of a stage by where on the board they may press on any of the edges; at least one row."""
+    law, poses = _law_of(jet, film), _poses_of(stage)
+    discs = np.zeros((len(poses[0]), 3))
+    middles = edges.middles.mean(axis=1)
+    away = np.linalg.norm(edges.middles[:, :, :2] - middles[:, None, :2], axis=2).max()
+    # Poles on both surfaces where the edges lie on both; a sample presses on the one that it points at.
+    surfaces = (float(middles[:, 2].max()), float(middles[:, 2].min()))
+    _reach(law, poses, surfaces, discs)
+    radii = np.where(discs[:, 2] < 0.0, -1.0, discs[:, 2] + float(away))
+    return build_disc_grid(discs[:, :2], radii, middles[:, :2])
+
+
+def _law_of(jet: Jet, film: Film) -> _Law:
+    stagnation = 0.5 * jet.density_kg_m3 * jet.speed_m_s**2
+    return _Law(
+        jet.form, rim_of(jet, film), _air_of(jet, stagnation), _lit_by(jet), film.lee, film.puddle_mm, stagnation
+    )
+
+
+def _poses_of(stage: Stage) -> tuple[Points, NDArray[np.float64]]:
+    return np.ascontiguousarray(stage.samples.tcp), np.ascontiguousarray(stage.samples.axes)
 
 
 def _air_of(jet: Jet, stagnation: float) -> _Air:
@@ -109,13 +143,36 @@ def _lit_by(jet: Jet) -> tuple[float, float]:
 
 
 @quick
-def _press(law: _Law, part: _Part, poses: tuple[Points, NDArray[np.float64]], out: tuple[Indices, Points]) -> int:
-    """Fill the samples that are near and their pressures (k, 8); return how many they are."""
+def _reach(law: _Law, poses: tuple[Points, NDArray[np.float64]], surfaces: tuple[float, float], discs: Points) -> None:
+    """Fill the pole of each sample on the surface that it points at, and how far from it the spray presses (n, 3)."""
+    tcp, axes = poses
+    for at in range(len(tcp)):
+        side = 1.0 if axes[at, 2, 2] < 0.0 else -1.0
+        facing = -axes[at, 2, 2] * side
+        height = (tcp[at, 2] - (surfaces[0] if side > 0.0 else surfaces[1])) * side
+        discs[at, 2] = -1.0
+        if facing > 0.0 and height > 0.0:
+            standoff = height / facing
+            discs[at, 0] = tcp[at, 0] + standoff * axes[at, 0, 2]
+            discs[at, 1] = tcp[at, 1] + standoff * axes[at, 1, 2]
+            discs[at, 2] = _RADII * farthest(law.rim, standoff, facing)
+
+
+@quick
+def _press(
+    law: _Law,
+    part: _Part,
+    poses: tuple[Points, NDArray[np.float64]],
+    candidates: NDArray[np.int32],
+    out: tuple[Indices, Points],
+) -> int:
+    """Fill those of the candidates that are near and their pressures (k, 8); return how many they are."""
     tcp, axes = poses
     sample, pressure = out
     centre, radius = _around(part)
     count = 0
-    for at in range(len(tcp)):
+    for number in range(len(candidates)):
+        at = candidates[number]
         facing = -axes[at, 2, 2] * part.facing
         height = (tcp[at, 2] - centre[2]) * part.facing
         if facing <= 0.0 or height <= 0.0:

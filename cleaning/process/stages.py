@@ -1,6 +1,7 @@
 """A program cut into the stages of its process, each sampled finely enough for the jet that it sprays."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,7 @@ class Samples:
         return np.array([maker.template for maker in self.makers], dtype=np.str_)[self.made_by]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Stage:
     """One step of the sequence as the program carries it out."""
 
@@ -59,12 +60,12 @@ class Stage:
     repeats: int = 1
     """How often a loop may do it, at most; its samples are those of once."""
 
-    @property
+    @cached_property
     def spray_s(self) -> float:
         """How long the jet is on."""
         return float(self.samples.seconds.sum())
 
-    @property
+    @cached_property
     def side(self) -> Side:
         """The side that it sprays: by where the jet points for most of the time."""
         return "bottom" if float(self.samples.seconds @ self.samples.axes[:, 2, 2]) > 0 else "top"

@@ -5,15 +5,16 @@ residue compared: the elasticity d ln(residue) / d ln(x). Temperature counts in 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import log
 from typing import TypeAlias
 
-from cleaning.film.edge_pressure import edge_pressures
+from cleaning.film.edge_pressure import edge_pressures, pressing_samples
 from cleaning.gap.edge_segments import EdgePressure, Edges
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Parameters
 from cleaning.process.stages import Stage
+from geometry.disc_grid import DiscGrid
 
 _STEP = 1.05
 FLOOR = 1e-4
@@ -23,29 +24,80 @@ Pressures: TypeAlias = Sequence[Sequence[EdgePressure]]
 """Per stage one per row of the edges."""
 
 
-def variants(
-    stages: Sequence[Stage], jets: Sequence[Jet], pressures: Pressures, edges: Edges, parameters: Parameters
-) -> dict[str, tuple[tuple[Stage, ...], Pressures]]:
-    """Make the stages and the edge pressures anew with five per cent more of each factor, by its name."""
+@dataclass(frozen=True, slots=True, eq=False)
+class VariedStages:
+    """Stages with five per cent more of each factor; they serve all gaps of the edges that they were made for."""
+
+    stages: tuple[Stage, ...]
+    """As they are."""
+    jets: tuple[Jet, ...]
+    longer: tuple[Stage, ...]
+    warmer: tuple[Stage, ...]
+    stronger: tuple[Stage, ...]
+    farther: Mapping[float, tuple[Stage, ...]]
+    """By the height of the edges, mm."""
+    near: Mapping[float, tuple[DiscGrid, ...]]
+    """``pressing_samples`` of the farther stages, likewise."""
+
+
+def vary(stages: Sequence[Stage], jets: Sequence[Jet], edges: Edges, parameters: Parameters) -> VariedStages:
+    """Make the stages anew with five per cent more of each factor, for the gaps of some edges."""
     longer, stronger = list[Stage](), list[Stage]()
-    harder, farther = list[list[EdgePressure]](), list[list[EdgePressure]]()
-    for stage, jet, rows in zip(stages, jets, pressures, strict=True):
+    for stage in stages:
         samples = replace(stage.samples, seconds=_STEP * stage.samples.seconds, times=_STEP * stage.samples.times)
         longer.append(replace(stage, begin_s=_STEP * stage.begin_s, end_s=_STEP * stage.end_s, samples=samples))
         liquid = stage.liquid.model_copy(update={"concentration_pct": _STEP * stage.liquid.concentration_pct})
         stronger.append(replace(stage, liquid=liquid))
+    farther = {each: tuple(_farther(stage, each) for stage in stages) for each in sorted({*_heights(edges)})}
+    near = {
+        each: tuple(pressing_samples(stage, jet, edges, parameters.film) for stage, jet in zip(some, jets, strict=True))
+        for each, some in farther.items()
+    }
+    return VariedStages(
+        stages=tuple(stages),
+        jets=tuple(jets),
+        longer=tuple(longer),
+        warmer=tuple(replace(stage, temperature_c=_STEP * stage.temperature_c) for stage in stages),
+        stronger=tuple(stronger),
+        farther=farther,
+        near=near,
+    )
+
+
+def variants(
+    varied: VariedStages, pressures: Pressures, edges: Edges, parameters: Parameters
+) -> dict[str, tuple[tuple[Stage, ...], Pressures]]:
+    """Give stages and edge pressures with five per cent more of each factor, by its name.
+
+    Args:
+        varied: The stages.
+        pressures: Of the stages as they are.
+        edges: One row, or rows of one side.
+        parameters: Everything else.
+    """
+    harder, farther = list[list[EdgePressure]](), list[list[EdgePressure]]()
+    heights = _heights(edges)
+    for at, (stage, jet, rows) in enumerate(zip(varied.stages, varied.jets, pressures, strict=True)):
         # Stress goes with flow times speed, and speed with the root of the pressure.
         gain = float(_STEP ** (parameters.spray.flow_exponent[stage.nozzle.pattern] + 0.5))
         harder.append([replace(each, pressure_pa=gain * each.pressure_pa) for each in rows])
-        farther.append(edge_pressures(_farther(stage, edges), jet, edges, parameters.film))
-    warmer = tuple(replace(stage, temperature_c=_STEP * stage.temperature_c) for stage in stages)
+        found: list[EdgePressure] = []
+        if heights:
+            back, near = varied.farther[heights[0]][at], varied.near[heights[0]][at]
+            found = edge_pressures(back, jet, edges, parameters.film, near)
+        farther.append(found)
     return {
-        "time": (tuple(longer), pressures),
-        "temperature": (warmer, pressures),
-        "chemistry": (tuple(stronger), pressures),
-        "pressure": (tuple(stages), harder),
-        "standoff": (tuple(stages), farther),
+        "time": (varied.longer, pressures),
+        "temperature": (varied.warmer, pressures),
+        "chemistry": (varied.stronger, pressures),
+        "pressure": (varied.stages, harder),
+        "standoff": (varied.stages, farther),
     }
+
+
+def _heights(edges: Edges) -> list[float]:
+    """Mean height of the edges of each row, mm."""
+    return [float(each.mean()) for each in edges.middles[:, :, 2]]
 
 
 def elasticity(before: float, after: float) -> float:
@@ -59,11 +111,9 @@ def limiting(elasticities: Mapping[str, float]) -> str:
     return strongest if strongest and abs(elasticities[strongest]) > 0 else ""
 
 
-def _farther(stage: Stage, edges: Edges) -> Stage:
+def _farther(stage: Stage, height_mm: float) -> Stage:
     """Draw the nozzle back along its jet by a twentieth of its height over the edges."""
-    if not len(edges.middles):
-        return stage
     samples = stage.samples
-    height = samples.tcp[:, 2] - float(edges.middles[:, :, 2].mean())
+    height = samples.tcp[:, 2] - height_mm
     away = samples.tcp - (_STEP - 1.0) * abs(height)[:, None] * samples.axes[:, :, 2]
     return replace(stage, samples=replace(samples, tcp=away))

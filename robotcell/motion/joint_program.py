@@ -1,17 +1,18 @@
 """The robot's program: the same instructions at the same places, at the times that the joints need."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geometry.arrays import Indices, Scalars
+from geometry.arrays import Indices, Points, Quaternions, Scalars
 from geometry.frames import align_signs
 from programs.program import Command, Instruction, MoveTo, TimedProgram, Totals, Wait
 from programs.summary import by_function
 from robotcell.cell.cell import Cell
 from robotcell.motion.joint_move import Reconfiguration, time_move
 from robotcell.motion.sampled_path import TrackedPath
-from robotcell.robot.robot import Joints, Poses, flange_poses
+from robotcell.robot.robot import Joints, Poses, flange_poses, row_pieces
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,11 +32,13 @@ class _Rows:
 
     times: Scalars
     q: Joints
-    T_base_tcp: Poses
+    tcp: Points
+    """(m, 3) board frame, mm."""
+    quaternion: Quaternions
+    """(m, 4) w, x, y, z in the board frame, of either sign."""
     sample: Indices
     leads_to: Indices
     """Instruction that it is, or comes before."""
-    placement: Indices
 
 
 def build_robot_program(
@@ -56,13 +59,12 @@ def build_robot_program(
         spent[each.begin : each.end] = at[-1] / (each.end - each.begin)
     clock = np.round(tracked.path.times[0] + np.concatenate(([0.0], np.cumsum(spent))), 9)
     rows = _rows(cell, tracked, clock, list(zip(moves, timed, strict=True)))
-    entries = [
-        (move.time_s, index, move)
-        for move, index in zip(_moves(program, tracked, rows), rows.leads_to.tolist(), strict=True)
-    ]
-    entries += [(item.time_s, index, item) for index, item in _others(program, tracked, clock)]
-    entries.sort(key=lambda entry: entry[:2])
-    return RobotProgram(_with_totals(program, tuple(item for _, _, item in entries)), rows.q, rows.sample)
+    others = _others(program, tracked, clock)
+    index = np.concatenate((rows.leads_to, np.array([index for index, _ in others], dtype=np.int64)))
+    times = np.concatenate((rows.times, np.array([item.time_s for _, item in others], dtype=np.float64)))
+    items: list[Instruction] = [*_moves(program, tracked, rows), *(item for _, item in others)]
+    instructions = tuple(items[at] for at in np.lexsort((index, times)).tolist())
+    return RobotProgram(_with_totals(program, instructions), rows.q, rows.sample)
 
 
 def _rows(
@@ -75,37 +77,43 @@ def _rows(
     for each, _ in moves:
         kept[each.begin + 1 : each.end] = False
     own = np.flatnonzero(kept)
-    parts = [
-        _Rows(clock[own], tracked.q[own], tracked.T_base_tcp[own], own, path.instruction[own], path.placement[own])
-    ]
+    T_board_base = np.linalg.inv(path.T_base_board)
+    tcp, quaternion = np.empty((len(own), 3)), np.empty((len(own), 4))
+    for rows in row_pieces(len(own)):
+        some = own[rows]
+        tcp[rows], quaternion[rows] = _in_board(T_board_base[path.placement[some]] @ tracked.T_base_tcp[some])
+    parts = [_Rows(clock[own], tracked.q[own], tcp, quaternion, own, path.instruction[own])]
     for each, (at, q) in moves:
         inner = slice(0, -1) if path.changed[each.end] else slice(1, -1)
         tool = cell.tools[int(path.tool[each.end])]
-        count = len(at[inner])
+        poses = flange_poses(cell.robot, q[inner]) @ tool.T_flange_tcp
         parts.append(
             _Rows(
                 clock[each.begin] + at[inner],
                 q[inner],
-                flange_poses(cell.robot, q[inner]) @ tool.T_flange_tcp,
-                np.full(count, -1),
-                np.full(count, path.instruction[each.end]),
-                np.full(count, path.placement[each.end]),
+                *_in_board(T_board_base[path.placement[each.end]] @ poses),
+                np.full(len(poses), -1),
+                np.full(len(poses), path.instruction[each.end]),
             )
         )
     fields = [np.concatenate([getattr(part, name) for part in parts]) for name in _Rows.__slots__]
-    order = np.lexsort((np.where(fields[3] < 0, 1, 0), fields[4], fields[0]))
+    order = np.lexsort((np.where(fields[4] < 0, 1, 0), fields[5], fields[0]))
     return _Rows(*(field[order] for field in fields))
 
 
-def _moves(program: TimedProgram, tracked: TrackedPath, rows: _Rows) -> list[MoveTo]:
-    """Write the rows as moves in the board's frame; a pose that is reached as programmed keeps its own numbers."""
+def _in_board(T_board_tcp: Poses) -> tuple[Points, Quaternions]:
+    """Places (n, 3), mm, and quaternions (n, 4) of poses."""
     from scipy.spatial.transform import Rotation
 
-    T_board_base = np.linalg.inv(tracked.path.T_base_board)
-    poses = T_board_base[rows.placement] @ rows.T_base_tcp
-    tcp = np.round(poses[:, :3, 3] * 1e3, 6) + 0.0
-    turn = np.asarray(Rotation.from_matrix(poses[:, :3, :3]).as_quat(scalar_first=True))
-    turn = np.round(align_signs(turn), 10) + 0.0
+    return T_board_tcp[:, :3, 3] * 1e3, np.asarray(
+        Rotation.from_matrix(T_board_tcp[:, :3, :3]).as_quat(scalar_first=True)
+    )
+
+
+def _moves(program: TimedProgram, tracked: TrackedPath, rows: _Rows) -> Iterator[MoveTo]:
+    """Write the rows as moves in the board's frame; a pose that is reached as programmed keeps its own numbers."""
+    tcp = np.round(rows.tcp, 6) + 0.0
+    turn = np.round(align_signs(rows.quaternion), 10) + 0.0
     unchanged = (np.abs(tracked.azimuth) < 1e-12) & (np.abs(tracked.tilt).max(axis=1) < 1e-12) & tracked.path.exact
     for row in np.flatnonzero((rows.sample >= 0) & unchanged[rows.sample]).tolist():
         move = program.instructions[int(tracked.path.instruction[rows.sample[row]])]
@@ -114,13 +122,16 @@ def _moves(program: TimedProgram, tracked: TrackedPath, rows: _Rows) -> list[Mov
     length = np.concatenate(([0.0], np.linalg.norm(np.diff(tcp, axis=0), axis=1)))
     lasting = np.concatenate(([0.0], np.diff(rows.times)))
     speed = np.round(np.where(lasting > 1e-9, length / np.maximum(lasting, 1e-9), 0.0), 6)
-    made_by = [program.instructions[index].made_by for index in rows.leads_to.tolist()]
-    return [
-        MoveTo(at, (x, y, z), (w, i, j, k), v, source)
-        for at, (x, y, z), (w, i, j, k), v, source in zip(
-            rows.times.tolist(), tcp.tolist(), turn.tolist(), speed.tolist(), made_by, strict=True
-        )
-    ]
+    for some in row_pieces(len(tcp)):
+        for at, (x, y, z), (w, i, j, k), v, index in zip(
+            rows.times[some].tolist(),
+            tcp[some].tolist(),
+            turn[some].tolist(),
+            speed[some].tolist(),
+            rows.leads_to[some].tolist(),
+            strict=True,
+        ):
+            yield MoveTo(at, (x, y, z), (w, i, j, k), v, program.instructions[index].made_by)
 
 
 def _others(program: TimedProgram, tracked: TrackedPath, clock: Scalars) -> list[tuple[int, Instruction]]:

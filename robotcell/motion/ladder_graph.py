@@ -1,8 +1,8 @@
 """The ladder graph of a path: every IK branch at each node, at every azimuth and tilt that is allowed."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from robotcell.kinematics.chain import chain_of, manipulability
 from robotcell.motion.ladder_search import FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE, JointSpeeds, Ladder, Steps
 from robotcell.motion.sampled_path import SampledPath, runs_of
 from robotcell.robot.full_turns import nearest_turns
-from robotcell.robot.robot import Joints, Poses, Robot
+from robotcell.robot.robot import Joints, Poses, Robot, row_pieces
 
 ConfigurationSolver: TypeAlias = Callable[[Poses, int], tuple[Joints, Scalars]]
 """Takes (n, 4, 4) T_base_tcp and a tool's index; gives (n, b, dof) joints, NaN where none, and (n, b) by how much each
@@ -27,6 +27,8 @@ _MOST_POSES = 300_000
 _FEWEST_AZIMUTHS = 6
 AZIMUTHS = 18
 """Tried about the jet where it is free."""
+_NODES_AT_ONCE = 2048
+"""Nodes whose poses are solved together: a pose takes a kilobyte or two while that lasts."""
 _LIMIT_COST_S = 0.02
 """Cost of a joint at its limit for each node; half way to it next to nothing."""
 _SINGULAR_COST_S = 1e-3
@@ -98,14 +100,21 @@ def node_poses(nodes: Nodes, chosen: Indices, tilts: NDArray[np.float64]) -> Nod
     return NodePoses(node, azimuth, tilts[number % len(tilts)], label)
 
 
+def node_pieces(nodes: Nodes) -> Iterator[Indices]:
+    """Give the nodes some at a time, in their order."""
+    for begin in range(0, len(nodes.sample), _NODES_AT_ONCE):
+        yield np.arange(begin, min(begin + _NODES_AT_ONCE, len(nodes.sample)))
+
+
 def tilted(T_base_tcp: Poses, azimuth: Scalars, tilt: NDArray[np.float64]) -> Poses:
     """Tilt poses (k, 4, 4) about the orifice, then turn them about the jet."""
     from scipy.spatial.transform import Rotation
 
-    tipped = Rotation.from_rotvec(np.column_stack((tilt, np.zeros(len(tilt)))))
-    turned = tipped * Rotation.from_rotvec(azimuth[:, None] * np.array([0.0, 0.0, 1.0]))
     poses = T_base_tcp.copy()
-    poses[:, :3, :3] = T_base_tcp[:, :3, :3] @ turned.as_matrix()
+    for rows in row_pieces(len(poses)):
+        tipped = Rotation.from_rotvec(np.pad(tilt[rows], ((0, 0), (0, 1))))
+        turned = tipped * Rotation.from_rotvec(azimuth[rows, None] * np.array([0.0, 0.0, 1.0]))
+        poses[rows, :3, :3] = T_base_tcp[rows, :3, :3] @ turned.as_matrix()
     return poses
 
 
@@ -120,13 +129,44 @@ class States:
     """(m,) the same for states of different nodes with the same azimuth, tilt and branch."""
 
 
+class _Solved(NamedTuple):
+    """States at some nodes, one row each."""
+
+    node: Indices
+    q: Joints
+    azimuth: Scalars
+    tilt: NDArray[np.float64]
+    label: Indices
+
+
 def solve_states(
-    robot: Robot, path: SampledPath, nodes: Nodes, requested: NodePoses, configurations: ConfigurationSolver
+    robot: Robot,
+    path: SampledPath,
+    nodes: Nodes,
+    requested: Iterable[NodePoses],
+    configurations: ConfigurationSolver,
 ) -> States:
     """Solve the poses at the nodes; give the states within the joints' limits.
 
     A node with no state has an empty rung.
+
+    Args:
+        robot: Whose limits.
+        path: The path.
+        nodes: All nodes of it.
+        requested: The poses, some nodes at a time in their order: that bounds the memory.
+        configurations: Solves poses for a tool.
     """
+    parts = [_solve_some(robot, path, nodes, each, configurations) for each in requested]
+    node, joints, azimuth, tilt, label = (np.concatenate(column) for column in zip(*parts, strict=True))
+    first = np.searchsorted(node, np.arange(len(nodes.sample) + 1))
+    cost = state_costs(robot, joints) + _TILT_COST_S * np.linalg.norm(tilt, axis=1)
+    return States(Ladder(first, joints, azimuth, tilt, cost), node, label)
+
+
+def _solve_some(
+    robot: Robot, path: SampledPath, nodes: Nodes, requested: NodePoses, configurations: ConfigurationSolver
+) -> _Solved:
     sample = nodes.sample[requested.node]
     poses = tilted(path.T_base_tcp[sample], requested.azimuth, requested.tilt)
     q, off = solve_by_tool(poses, path.tool[sample], configurations)
@@ -142,11 +182,8 @@ def solve_states(
     if robot.dof < 6:  # five axes give the same joints at many azimuths
         rounded = np.column_stack((node, np.round(joints * 1e6)))
         fresh = np.sort(np.unique(rounded, axis=0, return_index=True)[1])
-    node, joints, azimuth, tilt = node[fresh], joints[fresh], azimuth[fresh], requested.tilt[row[fresh]]
-    first = np.searchsorted(node, np.arange(len(nodes.sample) + 1))
-    cost = state_costs(robot, joints) + _TILT_COST_S * np.linalg.norm(tilt, axis=1)
-    ladder = Ladder(first, np.ascontiguousarray(joints), azimuth, np.ascontiguousarray(tilt), cost)
-    return States(ladder, node, (requested.label[row] * q.shape[1] + branch)[fresh])
+    label = (requested.label[row] * q.shape[1] + branch)[fresh]
+    return _Solved(node[fresh], joints[fresh], azimuth[fresh], requested.tilt[row[fresh]], label)
 
 
 def solve_by_tool(poses: Poses, tool: Indices, configurations: ConfigurationSolver) -> tuple[Joints, Scalars]:

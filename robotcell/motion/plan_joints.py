@@ -17,6 +17,7 @@ from robotcell.motion.ladder_graph import (
     choose_nodes,
     joint_speeds,
     ladder_steps,
+    node_pieces,
     node_poses,
     solve_states,
     with_full_turns,
@@ -76,7 +77,7 @@ def plan_motion(queries: CellQueries, path: SampledPath, tilt: float, progress: 
     """
     nodes = choose_nodes(path, queries.cell.robot.dof)
     progress("solving configurations", 0.05)
-    everywhere = node_poses(nodes, np.arange(len(nodes.sample)), _STRAIGHT)
+    everywhere = (node_poses(nodes, some, _STRAIGHT) for some in node_pieces(nodes))
     states = solve_states(queries.cell.robot, path, nodes, everywhere, queries.configurations)
     empty = np.flatnonzero(np.diff(states.ladder.first) == 0)
     if len(empty) and not path.jet_on[nodes.sample[empty]].any():
@@ -187,18 +188,22 @@ def _check_rungs(search: Search, bad: Indices) -> None:
 
 def _with_tilts(queries: CellQueries, path: SampledPath, nodes: Nodes, where: Indices, tilt: float) -> States:
     """Solve tilted poses too at some nodes: within the band while spraying, further while the jet is off."""
-    jet_on = path.jet_on[nodes.sample[where]]
-    rest = np.setdiff1d(np.arange(len(nodes.sample)), where)
+    jet_on, leaning = path.jet_on[nodes.sample], np.isin(np.arange(len(nodes.sample)), where)
     fewer = replace(nodes, azimuths=np.minimum(nodes.azimuths, _TILTED_AZIMUTHS))
-    parts = [node_poses(nodes, rest, _STRAIGHT), node_poses(fewer, where[~jet_on], _fan(_TRANSFER_TILTS))]
-    if tilt > 0.0:
-        parts.append(node_poses(fewer, where[jet_on], _fan(np.array([0.5 * tilt, tilt]))))
-    else:
-        parts.append(node_poses(nodes, where[jet_on], _STRAIGHT))
-    order = np.argsort(np.concatenate([part.node for part in parts]), kind="stable")
-    fields = (np.concatenate([getattr(part, name) for part in parts]) for name in NodePoses.__slots__)
-    poses = NodePoses(*(field[order] for field in fields))
-    return solve_states(queries.cell.robot, path, nodes, poses, queries.configurations)
+
+    def poses_of(some: Indices) -> NodePoses:
+        off, on = some[leaning[some] & ~jet_on[some]], some[leaning[some] & jet_on[some]]
+        parts = [node_poses(nodes, some[~leaning[some]], _STRAIGHT), node_poses(fewer, off, _fan(_TRANSFER_TILTS))]
+        if tilt > 0.0:
+            parts.append(node_poses(fewer, on, _fan(np.array([0.5 * tilt, tilt]))))
+        else:
+            parts.append(node_poses(nodes, on, _STRAIGHT))
+        order = np.argsort(np.concatenate([part.node for part in parts]), kind="stable")
+        fields = (np.concatenate([getattr(part, name) for part in parts]) for name in NodePoses.__slots__)
+        return NodePoses(*(field[order] for field in fields))
+
+    requested = (poses_of(some) for some in node_pieces(nodes))
+    return solve_states(queries.cell.robot, path, nodes, requested, queries.configurations)
 
 
 def _fan(angles: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,6 +9,7 @@ where x grows by 2 u for each second of c. At a rest p is 0, so that x is free t
 """
 
 import logging
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,6 +28,8 @@ _ROUNDING = 1.02
 _GAP_S = 1.0
 _TURN_S = 0.02
 """s of the program for which a joint that turns back, or begins to move, hardly moves."""
+_STAGES_AT_ONCE = 50_000
+"""Stages of runs that are timed together: toppra takes more than a kilobyte for each."""
 _TIGHTENED = 12
 """How often a run is timed anew at most."""
 _TOLERATED = 1.05
@@ -140,7 +143,11 @@ def _retime_runs(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, i
     todo = list(range(len(runs)))
     found = [np.empty(0)] * len(runs)
     for _ in range(_TIGHTENED):
-        squared = _slow_down([_stages(times, q, cuts, runs[at], robot, ceilings[at]) for at in todo])
+        squared = (
+            x
+            for some in _batches(todo, runs)
+            for x in _slow_down([_stages(times, q, cuts, runs[at], robot, ceilings[at]) for at in some])
+        )
         again: list[int] = []
         for at, x in zip(todo, squared, strict=True):
             a, b = runs[at]
@@ -157,6 +164,21 @@ def _retime_runs(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, i
             break
         todo = again
     return found
+
+
+def _batches(chosen: list[int], runs: list[tuple[int, int]]) -> Iterator[list[int]]:
+    """Give the chosen runs in their order, so many at a time as together have ``_STAGES_AT_ONCE`` stages."""
+    batch: list[int] = []
+    count = 0
+    for at in chosen:
+        begin, end = runs[at]
+        if batch and count + end - begin > _STAGES_AT_ONCE:
+            yield batch
+            batch, count = [], 0
+        batch.append(at)
+        count += end - begin
+    if batch:
+        yield batch
 
 
 def _slow_down(parts: list["_Stages"]) -> list[Scalars]:

@@ -13,7 +13,7 @@ from programs.playback import Timeline, build_timeline
 from programs.program import Command, MoveTo, TimedProgram, Wait
 from robotcell.cell.cell import Cell
 from robotcell.errors import CellError
-from robotcell.robot.robot import Joints, Poses
+from robotcell.robot.robot import Joints, Poses, row_pieces
 
 Flags: TypeAlias = NDArray[np.bool_]
 
@@ -102,9 +102,12 @@ def sample_path(
     T_base_board = np.linalg.inv(cell.T_cell_base) @ np.stack((cell.T_cell_board, *placements.values()))
     placement = states.placement[state][parent]
     is_move = np.isin(owner[keys], np.array(moves, dtype=np.int64))
+    T_base_tcp = T_board_tcp
+    for rows in row_pieces(len(times)):
+        T_base_tcp[rows] = T_base_board[placement[rows]] @ T_board_tcp[rows]
     return SampledPath(
         times=times,
-        T_base_tcp=T_base_board[placement] @ T_board_tcp,
+        T_base_tcp=T_base_tcp,
         T_base_board=T_base_board,
         placement=placement,
         instruction=np.where(fresh, state, owner[keys])[parent],
@@ -198,8 +201,10 @@ def _interpolate(timeline: Timeline, keys: Indices, apart: Flags) -> tuple[Scala
     parent, before, share, is_key = _divide(parts)
     places = np.where(is_key[:, None], tcp[parent], tcp[before] + share[:, None] * (tcp[parent] - tcp[before]))
     poses = np.zeros((len(parent), 4, 4))
-    turn = Rotation.from_quat(slerp(quaternion[before], quaternion[parent], share), scalar_first=True)
-    poses[:, :3, :3], poses[:, :3, 3], poses[:, 3, 3] = turn.as_matrix(), places * 1e-3, 1.0
+    for rows in row_pieces(len(parent)):
+        turn = slerp(quaternion[before[rows]], quaternion[parent[rows]], share[rows])
+        poses[rows, :3, :3] = Rotation.from_quat(turn, scalar_first=True).as_matrix()
+    poses[:, :3, 3], poses[:, 3, 3] = places * 1e-3, 1.0
     between = times[before] + share * (times[parent] - times[before])
     resting = np.append(~moves & ~apart[1:], False)
     return np.where(is_key, times[parent], between), poses, parent, is_key, is_key & resting[parent]
@@ -230,7 +235,7 @@ def refine_path(path: SampledPath, parts: Indices) -> tuple[SampledPath, Indices
 
     parent, before, share, is_old = _divide(parts)
     turn = np.asarray(Rotation.from_matrix(path.T_base_tcp[:, :3, :3]).as_quat(scalar_first=True))
-    poses = path.T_base_tcp[parent].copy()
+    poses = path.T_base_tcp[parent]
     new = ~is_old
     mixed = slerp(turn[before[new]], turn[parent[new]], share[new])
     poses[new, :3, :3] = Rotation.from_quat(mixed, scalar_first=True).as_matrix()

@@ -20,7 +20,7 @@ from robotcell.motion.ladder_graph import (
 from robotcell.motion.ladder_search import Choice, Ladder
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, refine_path
 from robotcell.robot.full_turns import TURN, nearest_turns
-from robotcell.robot.robot import Joints, Poses, Robot
+from robotcell.robot.robot import Joints, Poses, Robot, row_pieces
 
 _SMOOTHING_S = 0.5
 """Turns about the jet are spread over about twice this time."""
@@ -254,7 +254,7 @@ def track_path(
     azimuth = np.where(path.free, azimuth, 0.0)
     tilt = targets.tilt[before] + share[:, None] * (targets.tilt[after] - targets.tilt[before])
     poses = tilted(path.T_base_tcp, azimuth, tilt)
-    poses[skipped] = poses[targets.until[before]][skipped]
+    poses[skipped] = poses[targets.until[before[skipped]]]
     q, lost = _nearest_branch(robot, poses, path.tool, reference, configurations)
     q[skipped] = targets.q[before][skipped]
     begins = np.zeros(len(number), dtype=np.int64)
@@ -266,11 +266,14 @@ def _nearest_branch(
     robot: Robot, poses: Poses, tool: Indices, reference: Joints, configurations: ConfigurationSolver
 ) -> tuple[Joints, Flags]:
     """Solve poses (k, 4, 4); give the branch next to a reference row, and where there is none within the limits."""
-    found, _ = solve_by_tool(poses, tool, configurations)
-    fitted = nearest_turns(robot, found, reference[:, None])
-    far = np.max(np.abs(fitted - reference[:, None]), axis=2)
-    far = np.where(np.isfinite(far), far, np.inf)
-    row = np.arange(len(poses))
-    best = np.argmin(np.round(far, 9), axis=1)
-    lost = ~np.isfinite(far[row, best])
-    return np.where(lost[:, None], reference, fitted[row, best]), lost
+    q, lost = reference.copy(), np.zeros(len(poses), dtype=np.bool_)
+    for rows in row_pieces(len(poses)):
+        found, _ = solve_by_tool(poses[rows], tool[rows], configurations)
+        fitted = nearest_turns(robot, found, reference[rows, None])
+        far = np.max(np.abs(fitted - reference[rows, None]), axis=2)
+        far = np.where(np.isfinite(far), far, np.inf)
+        row = np.arange(len(far))
+        best = np.argmin(np.round(far, 9), axis=1)
+        lost[rows] = ~np.isfinite(far[row, best])
+        q[rows] = np.where(lost[rows, None], reference[rows], fitted[row, best])
+    return q, lost

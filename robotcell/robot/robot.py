@@ -4,6 +4,7 @@ Frames: ``base`` is the robot's own base frame; link 0 stands still in it, link 
 the flange is fixed to the last link. Angles and lengths of the joints are one row ``q`` of ``(dof,)``.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -130,6 +131,16 @@ class Robot:
         return np.array([joint.kind == "revolute" for joint in self.joints])
 
 
+_ROWS_AT_ONCE = 16_384
+"""Rows of joints or poses that are worked on together: a row takes a kilobyte or two while that lasts."""
+
+
+def row_pieces(count: int) -> Iterator[slice]:
+    """Give slices that cut that many rows into pieces: bounds the memory of what is done row by row."""
+    for begin in range(0, count, _ROWS_AT_ONCE):
+        yield slice(begin, min(begin + _ROWS_AT_ONCE, count))
+
+
 def link_poses(robot: Robot, q: Joints) -> Poses:
     """Give where the links are: (n, dof + 1, 4, 4) in the base frame, for (n, dof) joint rows."""
     poses = np.empty((len(q), robot.dof + 1, 4, 4))
@@ -195,16 +206,18 @@ def singularity(
         it does not depend on the point. And the inverse condition (n,), between 0 where singular and 1 where all
         directions are alike, of the Jacobian with lengths divided by the characteristic length.
     """
-    slopes = jacobians(robot, q, T_flange_tcp)
-    if robot.dof == 6:
-        w = np.abs(np.linalg.det(slopes))
-    else:
-        w = np.sqrt(np.maximum(0.0, np.linalg.det(np.swapaxes(slopes, 1, 2) @ slopes)))
-    even = slopes.copy()
-    even[:, :3] /= length
-    even[:, :, ~robot.turning] *= length
-    sizes = np.linalg.svd(even, compute_uv=False)
-    return w, sizes[:, -1] / sizes[:, 0]
+    w, condition = np.empty(len(q)), np.empty(len(q))
+    for rows in row_pieces(len(q)):
+        slopes = jacobians(robot, q[rows], T_flange_tcp)
+        if robot.dof == 6:
+            w[rows] = np.abs(np.linalg.det(slopes))
+        else:
+            w[rows] = np.sqrt(np.maximum(0.0, np.linalg.det(np.swapaxes(slopes, 1, 2) @ slopes)))
+        slopes[:, :3] /= length
+        slopes[:, :, ~robot.turning] *= length
+        sizes = np.linalg.svd(slopes, compute_uv=False)
+        condition[rows] = sizes[:, -1] / sizes[:, 0]
+    return w, condition
 
 
 def limit_share(robot: Robot, q: Joints) -> NDArray[np.float64]:

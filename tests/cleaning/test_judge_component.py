@@ -9,7 +9,7 @@ from small_sprays import downward, samples_of, sprayed, stage_of
 
 from boards.understand import understand
 from cleaning.exposure.exposure import expose
-from cleaning.judge_component import Sprayed, bare_part, component_part, gaps_of
+from cleaning.judge_component import Sprayed, bare_part, component_part, gaps_of, spraying_of
 from cleaning.parameters.model import PartOverride
 from cleaning.prepared_board import prepare
 
@@ -36,7 +36,8 @@ def both_sides():
 
 def judged(row, prepared=BOTH, by=None):
     by = both_sides() if by is None else by
-    return component_part(row, prepared, by, gaps_of(prepared, by, lambda *_: None).get(row))
+    underside = gaps_of(prepared, by, lambda *_: None).get(row)
+    return component_part(row, prepared, spraying_of(prepared, by), underside)
 
 
 @pytest.mark.parametrize(("row", "name", "acts"), [(0, "U1", [1, 0, 1, 1]), (2, "C2", [0, 1, 0, 0])])
@@ -105,13 +106,13 @@ def test_the_bare_board_is_judged_on_the_sides_that_are_sprayed_and_without_fixt
     clamped = prepare(understand(bodies_of("U1", more=(clamp,)), "small"), PARAMETERS, lambda *_: None)
     free = prepared_of(("U1",))
     areas = {
-        name: bare_part(prepared, [spraying(prepared)]).exposed[0].area_mm2
+        name: bare_part(prepared, spraying_of(prepared, [spraying(prepared)])).exposed[0].area_mm2
         for name, prepared in (("clamped", clamped), ("free", free))
     }
     assert areas["clamped"] < areas["free"] <= 48 * 36 + 2 * (48 + 36) * 1.6
-    top, turned, *_ = bare_part(BOTH, both_sides()).exposed
+    top, turned, *_ = bare_part(BOTH, spraying_of(BOTH, both_sides())).exposed
     assert top.area_mm2 == pytest.approx(turned.area_mm2, rel=0.05)
-    bare = bare_part(free, [spraying(free)])
+    bare = bare_part(free, spraying_of(free, [spraying(free)]))
     assert (bare.component, bare.gaps, bare.underside) == ("board", (), None)
 
 

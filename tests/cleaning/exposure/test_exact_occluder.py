@@ -4,7 +4,7 @@ from shapely import box
 from small_boards import part
 from small_sprays import RING, downward, samples_of, solid_board, sprayed, stage_of
 
-from cleaning.exposure.exact import occluder
+from cleaning.exposure.exact import occluder, samples_in_sight
 from cleaning.surface.facets import build_facets, build_scene
 
 OUTLINE = box(-40, -40, 40, 40, ccw=True)
@@ -17,7 +17,8 @@ def blocked_by(board, tcp, axes, chosen=lambda facets: facets.cell_component == 
     facets = build_facets(board, scene)
     stage = stage_of(samples_of(tcp, axes), RING)
     cells = np.flatnonzero(chosen(facets) & facets.cell_exposed)
-    body = occluder(cells, stage, sprayed(stage), facets, scene)
+    jet = sprayed(stage)
+    body = occluder(cells, stage, jet, facets, scene, samples_in_sight(stage, jet, facets.cell_centres))
     return "" if body < 0 else board.bodies[body].name
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from small_sprays import CONE, RING, downward, samples_of, sprayed, stage_of
 
 from cleaning.film.edge_pressure import edge_pressures
-from cleaning.undersides.sensitivity import elasticity, limiting, variants
+from cleaning.undersides.sensitivity import elasticity, limiting, variants, vary
 
 FACTORS = {"time", "temperature", "chemistry", "pressure", "standoff"}
 EDGES = prepared_of(("U1", "C1")).edges
@@ -20,7 +20,8 @@ def pressed(stage, edges=EDGES):
 
 
 def varied(stage, edges=EDGES):
-    return variants([stage], [sprayed(stage)], [pressed(stage, edges)], edges, PARAMETERS)
+    varied = vary([stage], [sprayed(stage)], edges, PARAMETERS)
+    return variants(varied, [pressed(stage, edges)], edges, PARAMETERS)
 
 
 def what_differs(one, other):

@@ -1,0 +1,141 @@
+"""Plan, check and analyse boards of 180 to 5,000 parts: time, peak memory, and growth against n log n.
+
+Run: ``OMP_NUM_THREADS=1 python benchmarks/large_boards.py [--sizes 180,712,1250,5000] [--keep FOLDER]``
+
+Every command runs as it is started from a terminal, in a process of its own, with all it reads and writes: ``plan``
+with its report, ``check`` in the gantry of the library, its travel and its table as large as the board needs, with the
+program as the robot does it, and ``analyse`` with its data. The boards are those of ``generated_boards.py``.
+
+Processor time (user and system) is the measure, since other users disturb the clock; growth is the processor time of a
+size over that of the size before, divided by what n log n allows. Kilobytes for each move are the peak of the process,
+less what the same command takes for the smallest board, over the moves that the program has more.
+"""
+
+import argparse
+import math
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tools"))
+
+from generated_boards import generated_board
+from ruamel.yaml import YAML
+
+from boards.formats.tri.tri import write_tri
+
+_ROOT = Path(__file__).parents[1]
+_START = "import sys; from commandline.main import main; main()"
+_RECIPE = "smt-aqueous"
+_AROUND_MM = 160.0
+"""Travel beyond the board's rim: the knife and tilted jets leave it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Usage:
+    """What a process took."""
+
+    clock_s: float
+    processor_s: float
+    peak_mb: float
+    """Largest resident memory."""
+
+
+def run(words: list[str], folder: Path) -> Usage:
+    """Run a command in a process of its own; its words on the screen go to a file.
+
+    Raises:
+        RuntimeError: it ends with an exit code above 1; 1 is that of a robot that must not run.
+    """
+    printed = folder / f"{words[0]}.txt"
+    begin = time.perf_counter()
+    with printed.open("w") as out:
+        process = subprocess.Popen(
+            [sys.executable, "-c", _START, *words],
+            cwd=folder,
+            env={**os.environ, "PYTHONPATH": str(_ROOT)},
+            stdout=out,
+            stderr=subprocess.STDOUT,
+        )
+        _, status, usage = os.wait4(process.pid, 0)
+    clock = time.perf_counter() - begin
+    if os.waitstatus_to_exitcode(status) not in (0, 1):
+        raise RuntimeError(f"{' '.join(words)} failed:\n{printed.read_text()[-2000:]}")
+    return Usage(clock, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
+
+
+def write_board(parts: int, folder: Path) -> None:
+    """Write the board of a size, and the cell that reaches all of it."""
+    bodies = generated_board(parts)
+    (folder / "board.tri").write_text(write_tri(bodies))
+    width, depth = bodies[0].patches.reshape(-1, 3).max(axis=0)[:2].tolist()
+    yaml = YAML(typ="safe")
+    library = _ROOT / "robotcell" / "library"
+    cell = yaml.load(library / "cells" / "gantry.yaml")
+    robot = yaml.load(library / "robots" / "gantry" / "gantry.yaml")
+    travel = {"X": width / 2 + _AROUND_MM, "Y": depth / 2 + _AROUND_MM}
+    for name, far in travel.items():
+        robot["joints"][name]["position_mm"] = [-far, far]
+    robot["urdf"] = str(library / "robots" / "gantry" / "gantry.urdf")
+    cell["robot"] = {key: robot[key] for key in ("urdf", "base_link", "flange_link", "joints")}
+    cell["board"]["pose"]["xyz_mm"] = [-width / 2, -depth / 2, 60.0]
+    # The rails and the bridge of the library's machine would be over the board.
+    cell["base"]["xyz_mm"] = [0.0, 0.0, 0.0]
+    with (folder / "cell.yaml").open("w") as file:
+        yaml.dump(cell, file)
+
+
+def measure(parts: int, folder: Path) -> tuple[int, dict[str, Usage]]:
+    """Plan, check and analyse a board: the moves of its program, and what each command took."""
+    write_board(parts, folder)
+    taken: dict[str, Usage] = {}
+    taken["plan"] = run(["plan", "board.tri", _RECIPE, "-o", "board.wash", "--report", "plan.json"], folder)
+    moves = int(re.search(r"moves (\d+)", (folder / "board.wash").read_text()[:2000])[1])
+    words = ["check", "board.wash", "cell.yaml", "--board", "board.tri"]
+    taken["check"] = run([*words, "--report", "check.json", "-o", "robot.wash"], folder)
+    words = ["analyse", "board.wash", "board.tri", "--json", "cleaning.json"]
+    taken["analyse"] = run(words, folder)
+    return moves, taken
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sizes", default="180,712,1250,5000", help="numbers of parts, ascending")
+    parser.add_argument("--keep", type=Path, help="folder for boards, programs and reports")
+    words = parser.parse_args()
+    sizes = [int(each) for each in words.sizes.split(",")]
+    print("| parts | moves | | clock, s | processor, s | of n log n | peak, MB | kB a move |")
+    print("| --: | --: | --- | --: | --: | --: | --: | --: |")
+    before: tuple[int, dict[str, Usage]] | None = None
+    least: tuple[int, dict[str, Usage]] | None = None
+    with tempfile.TemporaryDirectory() as scratch:
+        for parts in sizes:
+            folder = (words.keep or Path(scratch)) / str(parts)
+            folder.mkdir(parents=True, exist_ok=True)
+            moves, taken = measure(parts, folder)
+            least = least or (moves, taken)
+            for name, usage in taken.items():
+                growth = "" if before is None else f"{_growth(before, parts, usage, name):.2f}"
+                extra = usage.peak_mb - least[1][name].peak_mb
+                each = "" if moves == least[0] else f"{1024 * extra / (moves - least[0]):.2f}"
+                print(
+                    f"| {parts:,} | {moves:,} | {name} | {usage.clock_s:.1f} | {usage.processor_s:.1f} | {growth} | "
+                    f"{usage.peak_mb:,.0f} | {each} |",
+                    flush=True,
+                )
+            before = parts, taken
+
+
+def _growth(before: tuple[int, dict[str, Usage]], parts: int, usage: Usage, name: str) -> float:
+    """Processor time over what n log n allows from the size before."""
+    allowed = parts * math.log(parts) / (before[0] * math.log(before[0]))
+    return usage.processor_s / before[1][name].processor_s / allowed
+
+
+if __name__ == "__main__":
+    main()
