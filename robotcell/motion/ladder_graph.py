@@ -22,8 +22,8 @@ differs from the requested azimuth about the jet."""
 NODE_M = 8e-3
 NODE_RAD = np.radians(12.0)
 """Nodes are about this far apart, and at every rest, change of tool, and switch of the jet."""
-_MOST_POSES = 300_000
-"""Solved at all nodes together; of a longer program fewer azimuths are tried, but not fewer than"""
+_MOST_POSES = 1_200_000
+"""At all nodes together, of six axes: states take memory. Of a longer program fewer azimuths are tried, no fewer than"""
 _FEWEST_AZIMUTHS = 6
 AZIMUTHS = 18
 """Tried about the jet where it is free."""
@@ -86,7 +86,9 @@ def choose_nodes(path: SampledPath, dof: int) -> Nodes:
     until = np.where(path.dwelling[begins], until, begins)
     bound = np.concatenate(([0], np.cumsum(~path.free)))
     free = bound[until + 1] == bound[begins]
-    tried = int(np.clip(_MOST_POSES // max(int(free.sum()), 1), _FEWEST_AZIMUTHS, AZIMUTHS))
+    tried = AZIMUTHS  # five axes give the same joints at most azimuths: those take no memory
+    if dof >= 6:
+        tried = int(np.clip(_MOST_POSES // max(int(free.sum()), 1), _FEWEST_AZIMUTHS, AZIMUTHS))
     return Nodes(begins, until, np.where(free, tried, 1))
 
 
