@@ -20,6 +20,7 @@ import sys
 import tempfile
 import time
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tools"))
@@ -84,15 +85,16 @@ def write_board(parts: int, folder: Path) -> None:
     robot["urdf"] = str(library / "robots" / "gantry" / "gantry.urdf")
     cell["robot"] = {key: robot[key] for key in ("urdf", "base_link", "flange_link", "joints")}
     cell["board"]["pose"]["xyz_mm"] = [-width / 2, -depth / 2, 60.0]
-    # The rails and the bridge of the library's machine would be over the board.
-    cell["base"]["xyz_mm"] = [0.0, 0.0, 0.0]
     with (folder / "cell.yaml").open("w") as file:
         yaml.dump(cell, file)
 
 
 def measure(parts: int, folder: Path) -> tuple[int, dict[str, Usage]]:
     """Plan, check and analyse a board: the moves of its program, and what each command took."""
-    write_board(parts, folder)
+    # A process starts with the peak of the one that it comes from: the board is made in another one too.
+    maker = get_context("spawn").Process(target=write_board, args=(parts, folder))
+    maker.start()
+    maker.join()
     taken: dict[str, Usage] = {}
     taken["plan"] = run(["plan", "board.tri", _RECIPE, "-o", "board.wash", "--report", "plan.json"], folder)
     moves = int(re.search(r"moves (\d+)", (folder / "board.wash").read_text()[:2000])[1])

@@ -23,7 +23,7 @@ NODE_M = 8e-3
 NODE_RAD = np.radians(12.0)
 """Nodes are about this far apart, and at every rest, change of tool, and switch of the jet."""
 _MOST_POSES = 1_200_000
-"""At all nodes together, of six axes: states take memory. Of a longer program fewer azimuths are tried, no fewer than"""
+"""Of six axes, solved at all nodes together: of a longer program fewer azimuths are tried, but not fewer than"""
 _FEWEST_AZIMUTHS = 6
 AZIMUTHS = 18
 """Tried about the jet where it is free."""
