@@ -134,7 +134,7 @@ class Spraying:
 
 def spraying_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> Spraying:
     """Put the stages of each use and side together."""
-    sides = tuple(each.stage.side for each in sprayed)
+    sides: tuple[Side, ...] = tuple(each.stage.side for each in sprayed)
     groups: dict[tuple[Use, Side], list[Sprayed]] = {}
     for each, side in zip(sprayed, sides, strict=True):
         if each.stage.use in _LIQUIDS:
