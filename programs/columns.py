@@ -28,17 +28,34 @@ class Columns:
     spray: NDArray[np.bool_]
     """(s,) whether the jet is requested from then on."""
 
+    def part(self, begin: int, end: int) -> "Columns":
+        """Give the numbers of the instructions from ``begin`` to before ``end``, as if there were no others."""
+        moves, waits, spray = (
+            slice(*np.searchsorted(at, (begin, end)).tolist()) for at in (self.move_at, self.wait_at, self.spray_at)
+        )
+        return Columns(
+            times=self.times[begin:end],
+            move_at=self.move_at[moves] - begin,
+            moves=self.moves[moves],
+            wait_at=self.wait_at[waits] - begin,
+            waits=self.waits[waits],
+            spray_at=self.spray_at[spray] - begin,
+            spray=self.spray[spray],
+        )
+
 
 def columns_of(program: TimedProgram) -> Columns:
     """Collect the numbers of a program into arrays."""
     moves = [(at, item) for at, item in enumerate(program.instructions) if isinstance(item, MoveTo)]
+    numbers = np.empty((len(moves), 8))
+    for row, (_, move) in enumerate(moves):
+        numbers[row] = (*move.position, *move.quaternion, move.speed_mm_s)
     waits = [(at, item) for at, item in enumerate(program.instructions) if isinstance(item, Wait)]
     spray = [(at, item) for at, item in enumerate(program.instructions) if isinstance(item, SetNozzle)]
-    numbers = [(*move.position, *move.quaternion, move.speed_mm_s) for _, move in moves]
     return Columns(
         times=np.array([item.time_s for item in program.instructions], dtype=np.float64),
         move_at=np.array([at for at, _ in moves], dtype=np.int64),
-        moves=np.array(numbers, dtype=np.float64).reshape(-1, 8),
+        moves=numbers,
         wait_at=np.array([at for at, _ in waits], dtype=np.int64),
         waits=np.array([wait.duration_s for _, wait in waits], dtype=np.float64),
         spray_at=np.array([at for at, _ in spray], dtype=np.int64),
