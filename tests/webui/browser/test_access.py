@@ -5,9 +5,10 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 import viser
-from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium
+from driven_page import CHROMIUM, NO_CHROMIUM, WAIT_MS, DrivenPage, open_chromium
 
 from webui.page.project import open_project
+from webui.server import server as servers
 from webui.server.server import open_session, serve
 
 pytestmark = [
@@ -147,11 +148,39 @@ def test_beyond_this_machine_a_token_opens_the_page_and_a_cookie_keeps_it(browse
         assert page.goto(f"{bare}?token=wrong").status == 403
         assert connect(page, f"ws://127.0.0.1:{server.port}") == "refused"
         assert page.goto(f"{server.address}&fixedDpr=0.25", wait_until="domcontentloaded").status == 200
-        page.get_by_text("Planned").first.wait_for(timeout=60_000)
+        page.get_by_text("Import CAD").first.wait_for(timeout=WAIT_MS)
         assert page.goto(bare, wait_until="commit").status == 200
         assert connect(page, f"ws://127.0.0.1:{server.port}") == "open"
         cookie = context.cookies()[0]
         assert (cookie["httpOnly"], cookie["sameSite"]) == (True, "Strict")
         assert page.evaluate("document.cookie") == ""
+    finally:
+        server.stop()
+
+
+SEND = """([name, size]) => {
+  const files = new DataTransfer();
+  files.items.add(new File([new Uint8Array(size)], name));
+  const input = document.querySelector('input[type=file]');
+  input.files = files.files;
+  input.dispatchEvent(new Event('change', {bubbles: true}));
+}"""
+
+
+def test_a_file_that_is_too_large_is_refused_before_it_arrives(browser, tmp_path, monkeypatch):
+    monkeypatch.setattr(servers, "LARGEST_UPLOAD", 1_000_000)
+    server = serve(open_session("tiny", "rinse-only"), open_project(tmp_path), "127.0.0.1", 0)
+    try:
+        tab = DrivenPage(browser, server.address)
+        tab.dismiss_notice()
+        tab.tab("Board")
+        for name in ("large.tri", "again.tri"):
+            tab.page.evaluate(SEND, [name, 3_000_000])
+            tab.see(f"'{name}': 3 MB are too many to upload")
+        assert tab.page.get_by_role("button", name="Import CAD").is_enabled()
+        assert tab.page.get_by_text("Uploading").count() == 0
+        assert list(tmp_path.iterdir()) == []
+        assert tab.errors == []
+        tab.page.close()
     finally:
         server.stop()

@@ -394,3 +394,12 @@ def test_files_of_the_folder_and_of_the_libraries_are_read(page, place) -> None:
     page.set("Cell", "ur5e-bench", "Dropdown")
     page.wait_for(lambda: any("ur5e" in text for text in page.texts), "the cell")
     assert page.notes == []
+
+
+def test_a_parts_table_is_read_although_it_is_not_kept(page, place) -> None:
+    before = place.files()
+    page.notes.clear()
+    page.upload("Join parts table", "parts.csv", 1, 1, "table")
+    page.part("Join parts table", 0, b"x", "table")
+    assert "parts.csv: no line names the columns" in page.next_note()
+    assert place.files() == before
