@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Protocol
 
+_LONGEST_LINE = 1000
+
 
 def printable(text: str) -> str:
     """Escape what would break or forge a line, steer a terminal, or be no text, as in a Python string.
@@ -18,6 +20,12 @@ def _escape(letter: str) -> str:
     code = ord(letter)
     # Python stands U+DC80 to U+DCFF for bytes of a file's name that are no UTF-8.
     return f"\\x{code - 0xDC00:02x}" if 0xDC80 <= code <= 0xDCFF else letter.encode("unicode_escape").decode()
+
+
+def _shorten(line: str) -> str:
+    """Make a line safe to print; of a very long one, which quotes its input, the middle is left out."""
+    half = _LONGEST_LINE // 2
+    return printable(line if len(line) <= _LONGEST_LINE else f"{line[:half]} … {line[-half:]}")
 
 
 class JobError(Exception):
@@ -37,7 +45,7 @@ class LocatedError(JobError):
         """Prefix the message with ``file:line: path:`` as far as they are known."""
         name = printable(str(file))
         place = "" if file is None else f"{name}:{line}: " if line is not None else f"{name}: "
-        super().__init__(place + (f"{path}: " if path else "") + message)
+        super().__init__(place + (f"{path}: " if path else "") + "\n".join(map(_shorten, message.split("\n"))))
         self.path = path
         self.file = file
         self.line = line

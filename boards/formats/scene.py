@@ -88,6 +88,8 @@ def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body
     board, flatness = _find_board(tree, path)
     frame, turned = _find_frame(flatness, path)
     slab = frame.move(Part("board", None, board.patches, is_named=False))
+    if not slab.geometry:
+        raise BoardError("the board in it has no area in steps of 0.0001 mm. Check the unit of the file.", file=path)
     moved = [frame.move(part) for part in split_parts(tree, board)]
     for part in [slab, *moved]:
         if any(map(beyond, part.geometry)):

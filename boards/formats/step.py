@@ -1,38 +1,40 @@
 """STEP: cascadio (OpenCASCADE) triangulates; the product of each part is read from the file's own text."""
 
+import math
+import os
 import re
+import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from math import exp
 from pathlib import Path
 
 from boards.errors import BoardError, read_bytes
 from boards.formats.gltf import parse_gltf
 from boards.formats.names import some
 from boards.formats.tree import Node, refdes_of
+from specs.errors import printable
 from specs.finding import Finding
 from specs.finding_rules import PART_WITHOUT_GEOMETRY
 from specs.progress import Progress
-from specs.temporary import temporary_folder
 
-# Sag of a chord below 0.02 mm; the angle bounds the number of chords of small arcs.
-_TOL_LINEAR_MM = 0.02
-_TOL_ANGULAR_RAD = 0.8
+_CHILD = Path(__file__).with_name("step_child.py")
 _SECONDS_PER_BYTE = 0.28e-6  # measured: 10 s for 37.5 MB, 1.1 s for 5 MB
-# cascadio imports trimesh (0.6 s) for an extension that is not used here, and does without it.
-_CONVERT = (
-    "import sys, pathlib\n"
-    "sys.modules['trimesh'] = None\n"
-    "import cascadio\n"
-    "data = pathlib.Path(sys.argv[1]).read_bytes()\n"
-    f"glb = cascadio.load(data, tol_linear={_TOL_LINEAR_MM}, tol_angular={_TOL_ANGULAR_RAD}, use_parallel=False)\n"
-    "pathlib.Path(sys.argv[2]).write_bytes(glb)\n"
+_FARTHEST = 1e7
+"""No coordinate and no radius is larger, whatever the unit of the file."""
+
+# A real number of eight digits or more before its point; of those, the ones of points and radii count.
+_LARGE = re.compile(rb"[0-9]{8}\.|[0-9.]E\+?0*(?:[1-9][0-9]|[6-9])")
+_SIZED = re.compile(
+    rb"#(\d+)\s*=\s*(CARTESIAN_POINT|CIRCLE|ELLIPSE|(?:CYLINDRICAL|CONICAL|SPHERICAL|(?:DEGENERATE_)?TOROIDAL)_SURFACE)"
+    rb"\s*\(([^;]*)\)\s*;"
 )
+_REAL = re.compile(rb"(?<![#\w.])[-+]?\d+\.?\d*(?:E[-+]?\d+)?")
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _SKIPPED = re.compile(r"skipped node '([^']*)' without geometry")
 _ENTITY = re.compile(
@@ -56,7 +58,8 @@ def read_step(path: Path, progress: Progress) -> tuple[Node, tuple[Finding, ...]
         raise BoardError("is not a STEP file: it does not begin with ISO-10303-21. Export it as STEP.", file=path)
     if b"END-ISO-10303-21" not in data[-4096:]:
         raise BoardError("is cut short: END-ISO-10303-21 is missing at its end. Export or copy it again.", file=path)
-    glb, log = _convert(path, len(data), progress)
+    _check_sizes(data, path)
+    glb, log = _convert(data, path, progress)
     damage = re.search(r"\*\*\* ERR ([^\n*]*)", log)
     if damage:
         reason = " ".join(damage[1].split())
@@ -73,32 +76,70 @@ def read_step(path: Path, progress: Progress) -> tuple[Node, tuple[Finding, ...]
     return tree, (Finding(PART_WITHOUT_GEOMETRY, text),) if skipped else ()
 
 
-def _convert(path: Path, size: int, progress: Progress) -> tuple[bytes, str]:
+def _check_sizes(data: bytes, path: Path) -> None:
+    """Refuse coordinates and radii that OpenCASCADE does not come back from."""
+    if not _LARGE.search(data):
+        return
+    for entity in _SIZED.finditer(data):
+        for word in _REAL.findall(re.sub(rb"'[^']*'", b"", entity[3])):
+            if not abs(float(word)) <= _FARTHEST:
+                kind = f"#{entity[1].decode()} ({entity[2].decode()})"
+                message = f"{kind} has {word[:40].decode()}, beyond ±{_FARTHEST:g} of any unit. Repair it in CAD first."
+                raise BoardError(message, file=path, line=data.count(b"\n", 0, entity.start()) + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """What the conversion of a file may use: about fifteen times what boards of its size were measured to need."""
+
+    cpu_s: int
+    memory_bytes: int
+
+
+def bounds_for(size: int) -> Bounds:
+    """Bounds for a file of so many bytes."""
+    return Bounds(cpu_s=math.ceil(4.0 + 15.0 * _SECONDS_PER_BYTE * size), memory_bytes=1_500_000_000 + 150 * size)
+
+
+def _convert(data: bytes, path: Path, progress: Progress) -> tuple[bytes, str]:
     """Run the conversion in a process of its own; returns the GLB and the library's log.
 
-    OpenCASCADE writes to the terminal as it likes, holds the interpreter and may crash on a damaged file; a process
-    keeps all three away from the caller.
+    OpenCASCADE writes to the terminal as it likes, holds the interpreter, may never end and may crash on a damaged
+    file; a process keeps all that away from the caller.
     """
-    expected_s = 1.0 + _SECONDS_PER_BYTE * size
-    with temporary_folder() as folder:
-        out, log = folder / "board.glb", folder / "log.txt"
-        command = [sys.executable, "-P", "-c", _CONVERT, str(path.resolve()), str(out)]
-        started = time.monotonic()
-        with log.open("wb") as sink, subprocess.Popen(command, stdout=sink, stderr=subprocess.STDOUT) as process:
+    bounds = bounds_for(len(data))
+    code, glb, log = run_child(data, bounds, progress)
+    if code == -signal.SIGXCPU:
+        message = f"takes the STEP library more than {bounds.cpu_s} s of processor time: it is damaged or too detailed"
+        raise BoardError(f"{message}. Export it again with simpler models.", file=path)
+    if code != 0:
+        last = log.strip().splitlines()[-1:] if code > 0 else []
+        reason = printable(last[0].strip()[:200]) if last else "it crashed or needed too much memory"
+        raise BoardError(f"the STEP library failed on it ({reason}). Export it again, as AP214 or AP242.", file=path)
+    return glb, log
+
+
+def run_child(data: bytes, bounds: Bounds, progress: Progress) -> tuple[int, bytes, str]:
+    """Convert in a child process; returns its exit code, the GLB and its log."""
+    command = [sys.executable, "-P", str(_CHILD), str(os.getpid()), str(bounds.cpu_s), str(bounds.memory_bytes)]
+    expected_s = 1.0 + _SECONDS_PER_BYTE * len(data)
+    started = time.monotonic()
+    # Files without a name, which nothing can leave behind; a pipe to stdin would have to be fed meanwhile.
+    with tempfile.TemporaryFile() as source, tempfile.TemporaryFile() as sink:
+        source.write(data)
+        source.seek(0)
+        with subprocess.Popen(command, stdin=source, stdout=subprocess.PIPE, stderr=sink) as process:
             try:
-                while process.poll() is None:
+                while True:
                     elapsed = time.monotonic() - started
-                    progress("triangulating STEP", 0.95 * (1.0 - exp(-1.5 * elapsed / expected_s)))
+                    progress("triangulating STEP", 0.95 * (1.0 - math.exp(-1.5 * elapsed / expected_s)))
                     with suppress(subprocess.TimeoutExpired):
-                        process.wait(0.1)
+                        glb, _ = process.communicate(timeout=0.1)
+                        break
             finally:
                 process.kill()
-        output = _COLOUR.sub("", log.read_text(encoding="utf-8", errors="replace"))
-        if process.returncode != 0:
-            last = output.strip().splitlines()[-1:] or [f"it ended with {process.returncode}"]
-            message = f"the STEP library failed on it ({last[0].strip()}). Export it again, as AP214 or AP242."
-            raise BoardError(message, file=path)
-        return out.read_bytes(), output
+        sink.seek(0)
+        return process.returncode, glb, _COLOUR.sub("", sink.read().decode(errors="replace"))
 
 
 @dataclass(frozen=True, slots=True)

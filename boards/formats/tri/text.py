@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 from boards.errors import MAX_BYTES, BoardError, Line, read_bytes
 from geometry.arrays import Indices, Scalars
 
+_SMALL_BYTES = 10_000_000
+_MOST_TIMES = 100
+_UNPACKED_CHUNK = 1 << 20
 _CHUNK_LINES = 4096  # a block stays in the cache
 _BLANK_STARTS = np.isin(np.arange(256), np.frombuffer(b" \t", np.uint8))
 _NUMERIC_STARTS = np.isin(np.arange(256), np.frombuffer(b"0123456789+-.", np.uint8))
@@ -66,11 +69,7 @@ def read_text(file: Path) -> bytes:
     """
     text = read_bytes(file)
     if file.suffix.lower() == ".gz":
-        try:
-            with gzip.open(io.BytesIO(text)) as packed:
-                text = packed.read(MAX_BYTES + 1)
-        except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-            raise BoardError(f"damaged gzip file ({error}). Pack or copy it again.", file=file) from None
+        text = _unpack(text, file)
     if len(text) > MAX_BYTES:
         raise BoardError(f"holds more than {MAX_BYTES:,} bytes. Tessellate the board more coarsely.", file=file)
     if not text.isascii():
@@ -85,6 +84,28 @@ def read_text(file: Path) -> bytes:
     if not text or text.isspace():
         raise BoardError("is empty. A board file begins with 'board-tri 1'.", file=file)
     return text if text.endswith(b"\n") else text + b"\n"
+
+
+def _unpack(packed: bytes, file: Path) -> bytes:
+    """Unpack a board; what is a hundred times smaller packed than unpacked is none, and would fill the memory.
+
+    Raises:
+        BoardError: It is damaged, or too large.
+    """
+    most = min(MAX_BYTES, max(_SMALL_BYTES, _MOST_TIMES * len(packed)))
+    parts: list[bytes] = []
+    total = 0
+    try:
+        with gzip.open(io.BytesIO(packed)) as stream:
+            while part := stream.read(_UNPACKED_CHUNK):
+                parts.append(part)
+                total += len(part)
+                if total > most:
+                    message = f"unpacks from {len(packed):,} to more than {most:,} bytes: that is no board"
+                    raise BoardError(f"{message}. Pack the board file itself.", file=file)
+    except (EOFError, gzip.BadGzipFile, zlib.error):
+        raise BoardError("damaged gzip file, or cut short. Pack or copy it again.", file=file) from None
+    return b"".join(parts)
 
 
 def cut(text: bytes, file: Path) -> Content:

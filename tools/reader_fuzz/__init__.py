@@ -1,0 +1,1 @@
+"""Mutation fuzz of every reader, as the commands call it."""
