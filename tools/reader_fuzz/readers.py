@@ -73,7 +73,7 @@ def make_readers() -> dict[str, Reader]:
         "recipe": Reader((library["recipes/library/smt-aqueous.yaml"], _RECIPE), "b.yaml", load_recipe),
         "cell": Reader((library["robotcell/library/cells/gantry.yaml"],), "b.yaml", read_cell),
         "urdf": Reader(
-            (library["robotcell/library/robots/gantry/gantry.urdf"], library["robotcell/library/robots/cairo/cairo.urdf"]),
+            (library["robotcell/library/robots/gantry/gantry.urdf"],),
             "b.urdf",
             lambda path: read_cell(path.with_name("a.yaml")),
             (("a.yaml", _CELL),),
@@ -178,7 +178,6 @@ def convert_in_fork(data: bytes, bounds: boards.formats.step.Bounds, _: Progress
 _YAML = (
     "recipes/library/smt-aqueous.yaml", "robotcell/library/cells/gantry.yaml", "cleaning/library/default.yaml",
     "cleaning/library/aged.yaml", "robotcell/library/robots/gantry/gantry.urdf",
-    "robotcell/library/robots/cairo/cairo.urdf",
 )  # fmt: skip
 _TABLES = (
     b"Ref,Val,Package,PosX,PosY,Rot,Side,Pins,Height (mm),Standoff\nR0,10k,R_0805,13,10.5,0,top,2,0.5,0.05\n"
@@ -194,15 +193,15 @@ _RINGS = (
     + b"".join(b"%d,%d,%d,%d.5,%d\n" % (h, t, a, 0.45 * h + t / 9, 0.7 * h + t / 7) for h, t, a in
                [(h, t, a) for h in (40, 60) for t in (0, 20) for a in (0, 60, 120, 180, 240, 300)]),
     b"height_mm,tilt_deg,azimuth_deg,x_mm,y_mm,intensity\n"
-    + b"".join(b"40,0,0,%d,%d,%d\n" % (x, y, max(0, 9 - abs((x * x + y * y) ** 0.5 - 23)))
-               for x in range(-30, 31, 6) for y in range(-30, 31, 6)),
+    + b"".join(b"%d,0,0,%d,%d,%d\n" % (h, x, y, max(0, 9 - abs((x * x + y * y) ** 0.5 - 0.57 * h)))
+               for h in (40, 60) for x in range(-45, 46, 9) for y in range(-45, 46, 9)),
 )  # fmt: skip
 _COUPONS = b"standoff_um,time_s,temperature_c,pressure_bar,cleaned_fraction\n" + b"".join(
     b"%d,%d,%d,3.5,%.3f\n" % (gap, time, warm, min(0.97, gap * time * warm / 6e6))
     for gap in (25, 100) for time in (60, 300, 900) for warm in (45, 60)
 )  # fmt: skip
 _CELL = b"""cell: a
-robot: {urdf: b.urdf, joints: {all: {acceleration_deg_s2: 400}}}
+robot: {urdf: b.urdf, joints: {all: {acceleration_deg_s2: 400, acceleration_mm_s2: 4000}}}
 home_deg_mm: [0, 0, 0, 0, 0]
 board: {pose: {xyz_mm: [400, -50, 150]}}
 tools: {1: {name: lance, tcp: {xyz_mm: [0, 0, 170]}}}
