@@ -1,11 +1,13 @@
 """A board from whatever file it comes in."""
 
 import difflib
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
 
 from boards.board import Board, Body
 from boards.errors import MAX_BYTES, BoardError, read_bytes
+from specs.errors import printable
 from specs.finding import Finding
 from specs.progress import Progress, no_progress, subprogress
 from specs.read_file import check_file
@@ -44,7 +46,7 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
         findings += more
     progress("understanding the board", 0.85)
     try:
-        board = understand(bodies, stem_of(file), findings)
+        board = understand(map(_printable, bodies), name_of(file), findings)
     except BoardError as error:
         raise error if error.file is not None else BoardError(str(error), file=file) from None
     progress("board understood", 1.0)
@@ -60,6 +62,19 @@ def board_library() -> dict[str, Path]:
 def stem_of(file: Path) -> str:
     """Return a file's name without the suffixes of its format."""
     return file.name.removesuffix(".gz").rpartition(".")[0] or file.name
+
+
+def name_of(file: Path) -> str:
+    """Return what a board is called after its file: printable, and without blanks at its ends."""
+    return printable(stem_of(file)).strip() or "board"
+
+
+def _printable(body: Body) -> Body:
+    """Escape in the names of a body what would break a line of a report, a program or a board file."""
+    words = {key: getattr(body, key) for key in ("name", "package", "part", "value")}
+    odd = {key: printable(word) for key, word in words.items() if word is not None and not word.isprintable()}
+    extra = tuple((printable(key), printable(value)) for key, value in body.extra)
+    return replace(body, **odd, extra=extra) if odd or extra != body.extra else body
 
 
 def find_board_file(path: Path) -> Path:

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 import typer
 
 from specs import ending
-from specs.errors import JobError
+from specs.errors import JobError, printable
 
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 """What typer raises for arguments that it cannot place; it exports no name for it."""
@@ -41,7 +41,7 @@ def job_errors() -> Generator[None, None, None]:
         raise typer.Exit(1) from None
     except OSError as error:
         _discard_unwritten()
-        place = f"{error.filename}: " if error.filename else ""
+        place = f"{printable(str(error.filename))}: " if error.filename else ""
         _print_error(f"error: {place}{error.strerror or error}")
         raise typer.Exit(_REFUSED) from None
     except MemoryError:
@@ -72,7 +72,10 @@ def report_usage(error: Exception) -> int:
 def _print_error(message: str) -> None:
     """Print lines on stderr; of a very long one, which quotes its input, the middle is left out."""
     half = _LONGEST_LINE // 2
-    lines = [f"{line[:half]} … {line[-half:]}" if len(line) > 2 * half else line for line in message.splitlines()]
+    lines = [
+        f"{line[:half]} … {line[-half:]}" if len(line) > 2 * half else line
+        for line in map(printable, message.splitlines())
+    ]
     with ending.lock, suppress(BrokenPipeError):
         typer.echo("\n".join(lines), err=True)
         ending.note_reported(message)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @contextmanager
 def progress_bar() -> Generator[Progress]:
     """Show a bar on the terminal's error stream; nothing where there is no terminal."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
     console = Console(stderr=True)
     with rich.progress.Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=1.0)

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from specs.errors import printable
 from specs.json import Json
 from specs.source import NO_SOURCE, Source
 
@@ -50,6 +51,10 @@ class Finding:
     """Place in the board frame, mm; ``None`` where there is no one place."""
     override: Severity | None = None
     """Severity of this finding where it is not the rule's."""
+
+    def __post_init__(self) -> None:
+        """Escape in the message what would break its line: it quotes names of files and of what is in them."""
+        object.__setattr__(self, "message", printable(self.message))
 
     @property
     def severity(self) -> Severity:

@@ -213,12 +213,12 @@ def main() -> int:
             for outcome in found:
                 rows[name].add(outcome)
     seconds = time.monotonic() - started
-    print(
-        f"{'reader':<12} {'cases':>7} {'refused':>8} {'accepted':>8} {'ms a case':>9} {'slowest s':>9} {'largest MB':>10} {'faults':>6}"
-    )
+    columns = f"{'cases':>7} {'refused':>8} {'accepted':>8} {'ms a case':>9} {'slowest s':>9} {'largest MB':>10}"
+    print(f"{'reader':<12} {columns} {'faults':>6}")
     for name, row in rows.items():
+        mean_ms = 1000.0 * row.seconds / max(row.cases, 1)
         print(
-            f"{name:<12} {row.cases:>7} {row.refused:>8} {row.accepted:>8} {1000 * row.seconds / max(row.cases, 1):>9.1f} {row.slowest:>9.2f} "
+            f"{name:<12} {row.cases:>7} {row.refused:>8} {row.accepted:>8} {mean_ms:>9.1f} {row.slowest:>9.2f} "
             f"{row.largest:>10.0f} {row.faulty:>6}"
         )
     total = sum(row.cases for row in rows.values())

@@ -21,7 +21,7 @@ _JSON, _BIN = 0x4E4F534A, 0x004E4942
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _COLUMNS = {"SCALAR": 1, "VEC3": 3}
-_MOST_NODES = 1_000_000
+_MOST_REPEATS = 10_000
 _TOO_MANY = f"holds more than {MOST_TRIANGLES:,} triangles, repeated meshes counted. Export it more coarsely."
 
 
@@ -155,7 +155,7 @@ def _build_tree(header: dict[str, Any], meshes: dict[int, tuple[Triangles, ...]]
     roots = (
         scenes[header.get("scene", 0)].get("nodes", []) if scenes else [i for i in range(len(nodes)) if i not in below]
     )
-    left = {"nodes": _MOST_NODES, "triangles": MOST_TRIANGLES}
+    left = {"nodes": 4 * len(nodes) + _MOST_REPEATS, "triangles": MOST_TRIANGLES}
 
     def build(index: int, parent: NDArray[np.float64], depth: int) -> Node:
         node = nodes[index]

@@ -116,14 +116,16 @@ def _read(
     from programs.load import load_program
     from recipes.load import load_recipe
     from reports.files.inputs import find_recipe, require_board
+    from specs.errors import printable
 
     program = load_program(file)
     loaded_recipe = find_recipe(program, file) if recipe is None else load_recipe(recipe)
     loaded = read_program_board(program, file, board, parts, warn=False)
     if loaded is None:
         raise BoardError(
-            f"{file}: the board {program.origin.board!r} of this program was not found. "
-            f"Name it: washboard analyse {file} BOARD."
+            f"the board {program.origin.board!r} of this program was not found. "
+            f"Name it: washboard analyse {printable(str(file))} BOARD.",
+            file=file,
         )
     require_board(program, file, loaded)
     return program, loaded, loaded_recipe

@@ -39,13 +39,15 @@ def new(
         from recipes.start import start_recipe
         from reports.files.atomic_write import OutputError, write_text_atomically
         from reports.files.write_run import check_apart
+        from specs.errors import printable
 
         file = Path(f"{Path(source).stem}.yaml") if output is None else output
         if file.exists() and not force:
             raise OutputError(file, "it exists", "Name another file, or overwrite it with --force.")
         check_apart([source], [file])
         write_text_atomically(file, start_recipe(source, file))
-        typer.echo(f"{file}: edit it, then run `washboard recipe check {file}`")
+        shown = printable(str(file))
+        typer.echo(f"{shown}: edit it, then run `washboard recipe check {shown}`")
 
 
 @app.command()

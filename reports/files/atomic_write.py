@@ -22,7 +22,7 @@ class OutputError(JobError):
 
     def __init__(self, path: Path, reason: str, advice: str = "Name another place.") -> None:
         """State which file, why, and what to do."""
-        super().__init__(f"{printable(str(path))}: cannot be written: {reason}. {advice}")
+        super().__init__(printable(f"{path}: cannot be written: {reason}. {advice}"))
         self.path = path
 
 

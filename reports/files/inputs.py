@@ -102,13 +102,15 @@ def require_board(program: TimedProgram, file: Path, board: Board, *, exactly: b
         return
     if board.name != origin.board:
         raise BoardError(
-            f"{file}: this program was made for the board {origin.board} (sha256 {planned}), not for {board.name} "
-            f"(sha256 {given}). Give its own board, or plan {board.name}."
+            f"this program was made for the board {origin.board} (sha256 {planned}), not for {board.name} "
+            f"(sha256 {given}). Give its own board, or plan {board.name}.",
+            file=file,
         )
     if exactly:
         raise BoardError(
-            f"{file}: this program was made for another version of {board.name} (sha256 {planned}, not {given}). "
-            "Plan it again."
+            f"this program was made for another version of {board.name} (sha256 {planned}, not {given}). "
+            "Plan it again.",
+            file=file,
         )
 
 

@@ -13,7 +13,7 @@ from reports.files.atomic_write import OutputError, output_errors, write_outputs
 from reports.pictures.sheet import check_suffix
 from reports.tables.run_report import report
 from reports.tables.wording import amount
-from specs.errors import JobError
+from specs.errors import JobError, printable
 from specs.finding import Finding, blocking
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def check_places(read: Sequence[str | Path | None], written: Mapping[str, Path |
         try:
             check_suffix(picture.suffix)
         except JobError as error:
-            raise JobError(f"{picture}: {error}") from None
+            raise JobError(f"{printable(str(picture))}: {error}") from None
     check_apart(read, written.values())
     for kind, path in written.items():
         named = kind if path is None else _KINDS.get(path.suffix.lower(), kind)

@@ -15,6 +15,7 @@ from rich.text import Text
 from reports.tables.run_report import grouped_findings
 from reports.tables.table import Cell, Emphasis, Facts, Table, Tone, lines_of
 from reports.tables.wording import shorten
+from specs.errors import printable
 from specs.finding import Finding, worst_first
 
 _ANY_WIDTH = 10_000
@@ -41,7 +42,7 @@ def print_line(console: Console, *runs: str | tuple[str, str]) -> None:
 def print_source(console: Console, name: str, description: str, source: str) -> None:
     """Print the name of what is shown, its description, and below it the file that it was read from."""
     print_line(console, (name, "bold"), f"  {description}")
-    console.print(Text(source, "dim"), soft_wrap=True)
+    console.print(Text(printable(source), "dim"), soft_wrap=True)
 
 
 def print_table(console: Console, *tables: Table) -> None:
@@ -107,4 +108,4 @@ def print_files(console: Console, *written: Path, **files: Path | None) -> None:
     """Print which files were written, one a line, each with what it is."""
     for name, path in (*(("written", each) for each in written), *files.items()):
         if path is not None:
-            console.print(f"{name.capitalize():<8} {path}", markup=False, soft_wrap=True)
+            console.print(f"{name.capitalize():<8} {printable(str(path))}", markup=False, soft_wrap=True)

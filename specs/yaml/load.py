@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from specs.errors import JobError
+from specs.errors import JobError, printable
 from specs.read_file import read_file
 from specs.spec import Spec
 from specs.yaml.file_kind import FileKind, S_co
@@ -96,7 +96,7 @@ def resolve_text(text: str, file: Path | str, kind: FileKind[Spec]) -> Located:
             raise kind.error(message, path="extends", file=mark.file, line=mark.line)
         base = _read_extended(extends.value, extends, kind)
         if base.mark.file in files or len(files) >= _LONGEST_CHAIN:
-            circle = " -> ".join([*files, base.mark.file])
+            circle = " -> ".join(map(printable, [*files, base.mark.file]))
             raise kind.error(f"goes in a circle: {circle}", path="extends", file=mark.file, line=mark.line)
         chain.append(base)
         files.append(base.mark.file)

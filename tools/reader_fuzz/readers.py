@@ -56,9 +56,10 @@ def make_readers() -> dict[str, Reader]:
     step = StepWriter().write([
         ("R1", "R_0603", (1.6, 0.8, 0.5), (-8, 5, 1.6)), ("bare", "card PCB", (40, 30, 1.6), (2, 1, 0))
     ]).encode()  # fmt: skip
+    kicad = tuple((_DATA / f"small_v{version}.kicad_pcb").read_bytes() for version in (5, 9))
     library = {name: (ROOT / name).read_bytes() for name in _YAML}
     return {
-        "kicad": Reader(tuple((_DATA / f"small_v{v}.kicad_pcb").read_bytes() for v in (5, 9)), "b.kicad_pcb", load_board),
+        "kicad": Reader(kicad, "b.kicad_pcb", load_board),
         "idf": Reader((notched["emn"],), "b.emn", load_board, (("b.emp", notched["emp"]),)),
         "idf-library": Reader(
             (notched["emp"],), "b.emp", lambda path: load_board(path.with_suffix(".emn")), (("b.emn", notched["emn"]),)
@@ -209,5 +210,7 @@ nozzles: {}
 io: {outputs: {}}
 """
 _MESH_CELL = (
-    (ROOT / "robotcell/library/cells/gantry.yaml").read_bytes().replace(b"fixtures:\n", b"fixtures:\n  m: {kind: mesh, file: b.stl}\n")
-)  # fmt: skip
+    (ROOT / "robotcell/library/cells/gantry.yaml")
+    .read_bytes()
+    .replace(b"fixtures:\n", b"fixtures:\n  m: {kind: mesh, file: b.stl}\n")
+)

@@ -182,3 +182,11 @@ def test_files_that_are_none(tmp_path: Path) -> None:
         read_urdf(tmp_path)
     with pytest.raises(CellError, match="deep"):
         read_urdf(write(tmp_path, "<robot>" + "<a>" * 200 + "</a>" * 200 + "</robot>"))
+
+
+@pytest.mark.parametrize("encoding", ["x", "utf-7", "shift_jis", "rot13", "idna", "\u00e9"])
+def test_encodings_that_are_not_read_are_refused(encoding: str, tmp_path: Path) -> None:
+    file = tmp_path / "a.urdf"
+    file.write_text(f'<?xml version="1.0" encoding="{encoding}"?><robot name="a"/>', "utf-8")
+    with pytest.raises(CellError, match=r"a\.urdf:1: "):
+        read_urdf(file)
