@@ -60,6 +60,7 @@ def make_readers() -> dict[str, Reader]:
     library = {name: (ROOT / name).read_bytes() for name in _YAML}
     return {
         "kicad": Reader(kicad, "b.kicad_pcb", load_board),
+        "eagle": Reader(((_DATA / "small.brd").read_bytes(),), "b.brd", load_board),
         "idf": Reader((notched["emn"],), "b.emn", load_board, (("b.emp", notched["emp"]),)),
         "idf-library": Reader(
             (notched["emp"],), "b.emp", lambda path: load_board(path.with_suffix(".emn")), (("b.emn", notched["emn"]),)
