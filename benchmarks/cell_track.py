@@ -17,6 +17,7 @@ from boards.load import load_board
 from programs.program import TimedProgram
 from recipes.load import load_recipe
 from robotcell.cell.cell import Cell
+from robotcell.cell.hold import hold_board
 from robotcell.cell.load import read_cell
 from robotcell.motion.retime import rates_of
 from robotcell.track import CellReport, terms_of, track
@@ -31,7 +32,7 @@ def main(words: list[str]) -> None:
     board = load_board(Path(words[0] if words else "smt-demo"))
     planned = run(load_recipe(words[1] if len(words) > 1 else "smt-aqueous"), board)
     for name in words[2:] or ["ur5e-bench", "kr6-bench", "gantry"]:
-        loaded = read_cell(name)
+        loaded = hold_board(read_cell(name), board)
         track(planned.program, loaded.cell, None, terms=terms_of(loaded))  # compiles, and fills the caches
         begin = time.perf_counter()
         report = track(planned.program, loaded.cell, board, terms=terms_of(loaded))

@@ -14,9 +14,10 @@ from boards.board import Board
 from geometry.arrays import Indices
 from programs.program import TimedProgram
 from robotcell.cell.cell import Cell
+from robotcell.cell.hold import hold_board
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.shapes import place_pose
-from robotcell.cell.spec import Place
+from robotcell.cell.spec import HELD_BY, HeldBy, Place
 from robotcell.collision.collision import build_collider
 from robotcell.diagnosis.plausibility import board_box, corners_of, longest_reach, meets_box
 from robotcell.errors import CellError
@@ -51,6 +52,11 @@ class PlacementTrial:
     def stopped_by(self) -> tuple[str, ...]:
         """Rules of the errors that keep the robot from the program."""
         return tuple(dict.fromkeys(each.rule.id for each in self.report.findings if each.severity == "error"))
+
+    @property
+    def held_at(self) -> Place:
+        """Where the point that the board is held by is then, as it is written."""
+        return place_of(self.placement.T_cell_board @ self.report.cell.T_board_held)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,6 +96,7 @@ def find_place(
         CellError: as for ``track``, or the program never moves while the board is at the pose under ``board``.
         ProgramError: The program has no move.
     """
+    loaded = hold_board(loaded, board)
     terms, cell = terms_of(loaded), loaded.cell
     targets = targets_of(sample_path(program, cell, terms.round_nozzles, terms.placements))
     collider = build_collider(cell, board)
@@ -106,7 +113,7 @@ def find_place(
     tried: list[PlacementTrial] = []
     for number, each in enumerate(better[:_CHECKED]):
         share = subprogress(progress, 0.6 + 0.4 * number / _CHECKED, 0.6 + 0.4 * (number + 1) / _CHECKED)
-        moved = replace(cell, T_cell_board=place_pose(place_of(each.T_cell_board)))
+        moved = cell.with_held_at(place_pose(place_of(each.T_cell_board @ cell.T_board_held)))
         judged = replace(
             judge_placement(moved, targets, bounded, collider), distance=each.distance, yaw=each.yaw, tried=each.tried
         )
@@ -175,29 +182,32 @@ def place_of(T_cell_board: Poses) -> Place:
     return Place(xyz_mm=(x, y, z), rpy_deg=(roll, pitch, yaw))
 
 
-def format_place(place: Place) -> str:
-    """Format ``board`` with a pose as YAML."""
+def format_place(place: Place, held_by: HeldBy = HELD_BY) -> str:
+    """Format ``board`` with the pose of its held point as YAML."""
     turned = f", rpy_deg: {_format(place.rpy_deg)}" if any(place.rpy_deg) else ""
-    return f"board:\n  pose: {{xyz_mm: {_format(place.xyz_mm)}{turned}}}\n"
+    hold = "" if held_by == HELD_BY else f"  hold: {held_by}\n"
+    return f"board:\n{hold}  pose: {{xyz_mm: {_format(place.xyz_mm)}{turned}}}\n"
 
 
 def _format(values: Sequence[float]) -> str:
     return f"[{', '.join(str(int(value) if value == int(value) else value) for value in values)}]"
 
 
-def with_place(text: str, place: Place, file: Path) -> str:
-    """Write a pose under ``board`` of a cell's text; nothing else changes, comments stay.
+def with_place(text: str, place: Place, file: Path, held_by: HeldBy = HELD_BY) -> str:
+    """Write the pose of the held point under ``board`` of a cell's text; nothing else changes, comments stay.
 
     Args:
         text: The cell's file.
-        place: The pose of the board.
+        place: The pose of the held point.
         file: Name in errors.
+        held_by: That point.
 
     Raises:
         CellError: ``board`` is shared with another key by an anchor.
     """
     written = {"xyz_mm": list(place.xyz_mm)} | ({"rpy_deg": list(place.rpy_deg)} if any(place.rpy_deg) else {})
     try:
-        return set_value(text, ("board",), {"pose": written})
+        hold = {} if held_by == HELD_BY else {"hold": held_by}
+        return set_value(text, ("board",), {**hold, "pose": written})
     except EditError as error:
         raise CellError(str(error), file=file) from None

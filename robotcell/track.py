@@ -11,6 +11,7 @@ from geometry.arrays import Indices, Scalars
 from programs.errors import ProgramError
 from programs.program import TILT_BAND, Command, TimedProgram
 from robotcell.cell.cell import Cell
+from robotcell.cell.hold import describe_held
 from robotcell.cell.load import LoadedCell
 from robotcell.collision.collision import Clearance
 from robotcell.diagnosis.findings import PathInCell, breaks, collisions, nearly_singular, slowness, tilts, unreachable
@@ -179,8 +180,9 @@ def _with_motion(subject: PathInCell, board: Board | None, found: Motion, findin
     findings += [*nearly_singular(subject, at_sample), *slowness(subject, retiming)]
     if board is None:
         message = (
-            f"the board {program.origin.board} was not found: collisions with it were not checked. Name it with "
-            "--board."
+            f"the board {program.origin.board} was not found: collisions with it were not checked"
+            + _assumed(queries.cell)
+            + ". Name it with --board."
         )
         findings.append(Finding(BOARD_NOT_CHECKED, message))
     return CellReport(
@@ -194,6 +196,13 @@ def _with_motion(subject: PathInCell, board: Board | None, found: Motion, findin
         clearance_at=own,
         findings=worst_first(findings),
     )
+
+
+def _assumed(cell: Cell) -> str:
+    """What is taken for the board's place where the board is not known."""
+    if cell.held_by == "origin":
+        return ""
+    return f", and the origin of its file was taken for the {describe_held(cell.held_by)} that the cell holds it by"
 
 
 def _check_home(subject: PathInCell, tracked: TrackedPath) -> list[Finding]:

@@ -130,8 +130,10 @@ NOT_SERVED = FindingRule(
 SIDE_NOT_SPRAYED = FindingRule(
     "side-not-sprayed",
     "warning",
-    "most components of a side are not sprayed: no step has this side, or paths around components alone leave them out",
+    "most components of a side are not sprayed: no step has this side, or paths around components alone leave them "
+    "out. An error where only the other side is sprayed, which has no components",
     _PLANNING,
+    also="error",
 )
 WAVEFRONT_BEHIND_NOZZLE = FindingRule(
     "wavefront-behind-nozzle", "warning", "the tilt is smaller than the half angle", _PLANNING
@@ -232,6 +234,12 @@ HOME_BLOCKED = FindingRule(
 )
 BOARD_NOT_CHECKED = FindingRule(
     "board-not-checked", "warning", "the board was not found: collisions with it were not checked", _CHECKING
+)
+BOARD_PLACE_UNKNOWN = FindingRule(
+    "board-place-unknown",
+    "error",
+    "at an export: the cell holds the board by a corner or its centre, and the board was not found",
+    _CHECKING,
 )
 
 # Robot programs.

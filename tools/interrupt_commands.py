@@ -74,9 +74,9 @@ JOBS = {
         ("tuned.yaml", "tuned.json"),
         new_only=("tuned.yaml",),
     ),
-    "export": Job(("export", "{age}.wash", "--cell", "ur5e-bench", "--dialect", "kuka", "-o", "robot"), ("robot",)),
+    "export": Job(("export", "{age}.wash", "--cell", "kr6-bench", "--dialect", "kuka", "-o", "robot"), ("robot",)),
     "analyse": Job(
-        ("analyse", "{age}.wash", "--board", "tiny", "--date", "2026-01-01", "--html", "a.html", "--json", "a.json"),
+        ("analyse", "{age}.wash", "--date", "2026-01-01", "--html", "a.html", "--json", "a.json"),
         ("a.html", "a.json"),
     ),
     "import": Job(("board", "import", "{age}.step", "-o", "a.tri.gz"), ("a.tri.gz",)),

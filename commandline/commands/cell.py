@@ -60,12 +60,13 @@ def show(
         from commandline.loading import read_board
         from reports.terminal.cell_card import print_cell
         from reports.terminal.console import open_console, print_findings
+        from robotcell.cell.hold import hold_board
         from robotcell.cell.load import read_cell
         from robotcell.diagnosis.frame_table import frame_card
         from robotcell.diagnosis.plausibility import check_cell
 
-        loaded = read_cell(source)
         placed = None if board is None else read_board(board, None)
+        loaded = hold_board(read_cell(source), placed)
         console = open_console()
         print_cell(console, loaded, frame_card(loaded.cell, placed))
         print_findings(console, check_cell(loaded.cell, placed, loaded.spec.io))
@@ -113,7 +114,7 @@ def place(
         from reports.terminal.console import open_console, print_files
         from robotcell.cell.load import CELL, read_cell_text
         from robotcell.placement.optimise import PlacementGoal
-        from robotcell.search_placement import find_place, place_of, with_place
+        from robotcell.search_placement import find_place, with_place
         from specs.yaml.load import find_file, read_text
 
         check_apart((program, board, parts), [output])
@@ -128,7 +129,7 @@ def place(
             found = find_place(planned, loaded, placed, goal, progress)
         best, refused = found.best, found.best is None and bool(found.present.stopped_by)
         if output is not None and not refused:
-            moved = text if best is None else with_place(text, place_of(best.placement.T_cell_board), file)
+            moved = text if best is None else with_place(text, best.held_at, file, best.report.cell.held_by)
             write_text_atomically(output, moved)
         console = open_console()
         print_relocation(console, found, goal)
@@ -169,7 +170,7 @@ def _check_movable(text: str, loaded: "LoadedCell", output: Path) -> None:
     from robotcell.search_placement import place_of, with_place
 
     file = Path(loaded.root.mark.file)
-    moved = with_place(text, place_of(loaded.cell.T_cell_board), file)
+    moved = with_place(text, place_of(loaded.cell.held_pose), file, loaded.cell.held_by)
     try:
         read_cell_text(moved, file=output)
     except CellError as error:

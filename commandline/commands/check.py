@@ -62,6 +62,7 @@ def check(
         from reports.pictures.sheet import check_suffix
         from reports.terminal.cell_report import print_cell_report
         from reports.terminal.console import open_console, print_files
+        from robotcell.cell.hold import hold_board
         from robotcell.cell.load import read_cell
         from robotcell.track import terms_of, track
         from specs.finding import blocking
@@ -72,8 +73,9 @@ def check(
             if path.suffix.lower() != ".json":
                 check_suffix(path.suffix)
         check_apart((program, cell, board, parts), [*reports, output])
-        loaded, planned = read_cell(cell), load_program(program)
+        planned = load_program(program)
         placed = read_program_board(planned, program, board, parts)
+        loaded = hold_board(read_cell(cell), placed)
         with progress_bar() as progress:
             terms = terms_of(loaded, tilt_band=math.radians(tilt_band))
             done = track(planned, loaded.cell, placed, terms=terms, progress=progress)

@@ -157,6 +157,8 @@ class Installation:
     """What ``GRIP open`` and ``GRIP close`` set."""
     sensors: Mapping[str, Sensor] = field(default_factory=dict[str, Sensor])
     """What shows the quantity of ``UNTIL key``."""
+    held: str = ""
+    """The point of the board that the cell holds it by, in words; empty for the origin of its CAD frame."""
     placements: Mapping[str, Pose] = field(default_factory=dict[str, Pose])
     """``T_base_board`` after ``CALL name`` has moved the board, such as ``flip_to_bottom``."""
     joints: tuple[Joint, ...] = ()

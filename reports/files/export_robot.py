@@ -7,12 +7,16 @@ import numpy as np
 from boards.board import Board
 from programs.export import Exported, check_maker, export, find_dialect
 from programs.program import TimedProgram
+from robotcell.cell.hold import describe_held, hold_board
 from robotcell.cell.installation import installation_of
 from robotcell.cell.load import LoadedCell
+from robotcell.cell.spec import HeldBy
 from robotcell.robot.robot import Joints, Robot
 from robotcell.track import CellReport, terms_of, track
 from specs.finding import Finding, worst_first
+from specs.finding_rules import BOARD_PLACE_UNKNOWN
 from specs.progress import Progress, no_progress
+from specs.source import Source
 
 _MM = 1e3
 
@@ -23,11 +27,13 @@ class CellExport:
 
     report: CellReport
     exported: Exported
+    placing: tuple[Finding, ...] = ()
+    """What is not known of the board's place."""
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Of the robot and of the language; worst first."""
-        return worst_first((*self.report.findings, *self.exported.findings))
+        """Of the board's place, the robot and the language; worst first."""
+        return worst_first((*self.placing, *self.report.findings, *self.exported.findings))
 
 
 def export_in_cell(
@@ -55,8 +61,24 @@ def export_in_cell(
     """
     if not without_joints:
         check_maker(find_dialect(dialect), installation_of(loaded))
-    report = track(program, loaded.cell, board, terms=terms_of(loaded), progress=progress)
-    return CellExport(report, write_tracked(report, loaded, dialect, without_joints=without_joints))
+    held = hold_board(loaded, board)
+    report = track(program, held.cell, board, terms=terms_of(held), progress=progress)
+    written = write_tracked(report, held, dialect, without_joints=without_joints)
+    return CellExport(report, written, _check_place(program, held, board))
+
+
+def _check_place(program: TimedProgram, loaded: LoadedCell, board: Board | None) -> tuple[Finding, ...]:
+    """Report where the place of the board's frame depends on a board that is not at hand."""
+    every: list[HeldBy] = [hold.held_by for hold in (loaded.spec.board, *loaded.spec.placements.values())]
+    holds: list[HeldBy] = [held_by for held_by in every if held_by != "origin"]
+    if board is not None or not holds:
+        return ()
+    message = (
+        f"cell {loaded.cell.name} holds the board by its {describe_held(holds[0])}, and the board "
+        f"{program.origin.board} was not found: where its own frame is, is not known. Name the board with --board, or "
+        "write `hold: origin` under `board` of the cell if its file's origin is there."
+    )
+    return (Finding(BOARD_PLACE_UNKNOWN, message, Source(entry="board")),)
 
 
 def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str, *, without_joints: bool = False) -> Exported:

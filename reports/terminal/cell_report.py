@@ -13,7 +13,7 @@ from reports.terminal.console import print_facts, print_findings, print_line, pr
 from robotcell.motion.retime import rates_of
 from robotcell.placement.optimise import Placement, PlacementGoal
 from robotcell.placement.reachability import Metric
-from robotcell.search_placement import Relocation, format_place, place_of
+from robotcell.search_placement import Relocation, format_place
 from robotcell.track import CellReport
 
 _METRICS: dict[Metric, str] = {
@@ -98,7 +98,7 @@ def print_relocation(console: Console, found: Relocation, goal: PlacementGoal) -
             console.print(
                 "Fixtures stay where they are: a holder that goes with the board has to be moved, then check."
             )
-        console.print(format_place(place_of(best.placement.T_cell_board)), markup=False, soft_wrap=True, end="")
+        console.print(format_place(best.held_at, best.report.cell.held_by), markup=False, soft_wrap=True, end="")
     elif found.present.stopped_by:
         print_findings(console, (found.tried[-1] if found.tried else found.present).report.findings)
         console.print("No place was found where the robot can do the program.")
@@ -111,7 +111,7 @@ def _places(found: Relocation, goal: PlacementGoal) -> Table:
     trials += [("best" if each is found.best else "refused", each) for each in found.tried]
     rows: list[tuple[str, ...]] = []
     for name, trial in trials:
-        placement, place = trial.placement, place_of(trial.placement.T_cell_board)
+        placement, place = trial.placement, trial.held_at
         rows.append((
             name, *_values(placement, goal.metric), f"{1e3 * placement.distance:.0f} mm",
             f"{math.degrees(placement.yaw):.1f} deg", *(f"{value:.1f}" for value in place.xyz_mm),

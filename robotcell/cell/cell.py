@@ -3,8 +3,11 @@
 Frames: ``cell`` is the room's own frame, z up; ``base`` the robot's; ``board`` the board's, which is in metres in here.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from robotcell.cell.spec import HeldBy
 from robotcell.robot.robot import Body, Joints, Poses, Robot
 
 
@@ -30,7 +33,7 @@ class Cell:
     T_cell_base: Poses
     """(4, 4)"""
     T_cell_board: Poses
-    """(4, 4)"""
+    """(4, 4) the frame of the board's file; that of the held point as long as the cell holds no board."""
     home: Joints
     """(dof,) where a program begins and ends."""
     tools: tuple[Tool, ...]
@@ -38,3 +41,16 @@ class Cell:
     """What stands in the cell; carried by the cell frame."""
     margin: float
     """m that every body of robot and tool keeps from board and fixtures."""
+    held_by: HeldBy = "origin"
+    """The point of a board whose pose the cell's file gives."""
+    T_board_held: Poses = field(default_factory=lambda: np.eye(4))
+    """(4, 4) that point of the board it holds, with the board's axes."""
+
+    @property
+    def held_pose(self) -> Poses:
+        """(4, 4) T_cell_held: pose of the held point, as in the cell's file."""
+        return self.T_cell_board @ self.T_board_held
+
+    def with_held_at(self, T_cell_held: Poses) -> "Cell":
+        """Give the cell with the held point elsewhere."""
+        return replace(self, T_cell_board=T_cell_held @ np.linalg.inv(self.T_board_held))

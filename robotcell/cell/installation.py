@@ -7,6 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from programs.motion.installation import Assignment, Channel, Installation, Joint, Sensor, Setting, Tool, Valve
 from programs.pose import Pose
+from robotcell.cell.cell import Cell
+from robotcell.cell.hold import describe_held
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.spec import Outputs
 from robotcell.robot.poses import inverse
@@ -49,6 +51,7 @@ def installation_of(loaded: LoadedCell) -> Installation:
             key: Sensor(each.input, each.number, each.scale, each.offset, each.full_scale, each.unit, each.counts)
             for key, each in spec.io.sensors.items()
         },
+        held=_describe_held_point(cell),
         placements={name: to_pose(T_base_cell @ placed) for name, placed in loaded.placements.items()},
         joints=tuple(Joint(joint.name, joint.kind) for joint in cell.robot.joints),
         home=tuple(
@@ -58,6 +61,14 @@ def installation_of(loaded: LoadedCell) -> Installation:
         maker=cell.robot.maker,
         convention=cell.robot.convention,
     )
+
+
+def _describe_held_point(cell: Cell) -> str:
+    """Give the held point and its place in the board's CAD frame; empty for the origin of that."""
+    if cell.held_by == "origin":
+        return ""
+    x, y, z = (round(float(value) * _MM, 3) + 0.0 for value in cell.T_board_held[:3, 3])
+    return f"by its {describe_held(cell.held_by)}, x {x:.3f} y {y:.3f} z {z:.3f} mm in its CAD frame"
 
 
 def to_pose(T: Poses) -> Pose:

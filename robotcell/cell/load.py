@@ -76,7 +76,7 @@ class LoadedCell:
     spec: CellSpec
     root: Located
     placements: dict[str, Poses]
-    """(4, 4) T_cell_board after ``CALL name``, by that name."""
+    """(4, 4) T_cell_board after ``CALL name``, by that name; like ``cell.T_cell_board`` without a board."""
 
     @property
     def round_nozzles(self) -> frozenset[str]:
@@ -139,6 +139,7 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
         ),
         fixtures=build_bodies(spec.fixtures, root, ("fixtures",)),
         margin=1e-3 * spec.margin_mm,
+        held_by=spec.board.held_by,
     )
     placements = {name: _place_board(hold, root, ("placements", name)) for name, hold in spec.placements.items()}
     return LoadedCell(cell, spec, root, placements)

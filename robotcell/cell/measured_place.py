@@ -18,7 +18,7 @@ _UNITS = ((1000.0, "metres"), (25.4, "inches"), (1 / 1000.0, "micrometres"), (1 
 
 
 def board_pose(hold: Hold) -> Poses:
-    """Give (4, 4) T_cell_board, metres.
+    """Give (4, 4) the pose in the cell of the point that the board is held by, with the board's axes, metres.
 
     Raises:
         CellError: measured points lie on a line, or not as far apart as on the board; the reader adds file and line.
@@ -35,7 +35,7 @@ def board_pose(hold: Hold) -> Poses:
         x /= np.linalg.norm(x)
         z /= np.linalg.norm(z)
         turn: NDArray[np.float64] = np.column_stack([x, np.cross(z, x), z])
-        return _assemble(turn, points[0] - turn @ np.array(hold.touched.board_mm))
+        return _assemble(turn, points[0] - turn @ np.array(hold.touched.board_mm or (0.0, 0.0, 0.0)))
     raise AssertionError("a hold gives the pose in one of three ways")
 
 

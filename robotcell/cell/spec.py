@@ -36,6 +36,9 @@ ChannelCounts: TypeAlias = Annotated[int, Bounds(0, 2**32, what="counts of a cha
 FullScale: TypeAlias = Annotated[float, Bounds(0.001, 1000, "V or mA", "full scales of a channel")]
 Signal: TypeAlias = Annotated[float, Bounds(-1_000_000, 1_000_000, what="values, scales and offsets of a channel")]
 Outputs: TypeAlias = dict[Name, Signal]
+HeldBy: TypeAlias = Literal["front_left", "front_right", "back_left", "back_right", "centre", "origin"]
+HELD_BY: HeldBy = "front_left"
+"""Where a file does not state it: what the library's cells have always meant."""
 
 
 class Place(Spec):
@@ -239,13 +242,21 @@ class Touched(Spec):
     origin_mm: Point = Field(description="In the cell: the point given by board_mm.")
     on_x_mm: Point = Field(description="In the cell: a point of the board straight along its +x from the first.")
     on_xy_mm: Point = Field(description="In the cell: a point of the board's top on the side of its +y.")
-    board_mm: Point = Field(default=(0, 0, 0), description="The first point, in the board file.")
+    board_mm: Point | None = Field(
+        default=None, description="The first point, in the board file; left out, the point that `hold` names."
+    )
 
 
 class Hold(Spec):
-    """Pose of the board's own frame, that of its CAD file, in the cell: one of pose, points, touched."""
+    """Where the board is held in the cell: one of pose, points, touched. Axes are those of its CAD file."""
 
-    pose: Place | None = Field(default=None, description="The pose itself.")
+    hold: HeldBy = Field(
+        default=HELD_BY,
+        description="Point of the board that pose and touched place: a corner or the centre of the rectangle around "
+        "its outline, on its top surface, named as seen from the top, also of a board that was turned over; or the "
+        "origin of its file.",
+    )
+    pose: Place | None = Field(default=None, description="The pose of that point, with the axes of the board's file.")
     points: list[PointPair] | None = Field(
         default=None, min_length=3, max_length=3, description="Three points, on the board and measured in the cell."
     )
@@ -258,7 +269,19 @@ class Hold(Spec):
     def _check(self) -> "Hold":
         if sum(each is not None for each in (self.pose, self.points, self.touched)) != 1:
             raise ValueError("give exactly one of pose, points, touched")
+        if "hold" in self.model_fields_set and self.is_measured:
+            raise ValueError("leave out hold: the points state where they are on the board")
         return self
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether points were measured whose coordinates in the board's file are given."""
+        return self.points is not None or (self.touched is not None and self.touched.board_mm is not None)
+
+    @property
+    def held_by(self) -> HeldBy:
+        """The point of the board that is placed."""
+        return "origin" if self.is_measured else self.hold
 
 
 class ToolSpec(Spec):

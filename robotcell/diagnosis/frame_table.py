@@ -7,9 +7,12 @@ from numpy.typing import NDArray
 
 from boards.board import Board
 from robotcell.cell.cell import Cell
+from robotcell.cell.hold import describe_held, held_point_mm
+from robotcell.cell.spec import HeldBy
 from robotcell.robot.robot import flange_poses
 
 _MM = 1e3
+_CORNERS: tuple[HeldBy, ...] = ("front_left", "front_right", "back_right", "back_left")
 _NAMED = (
     ("+x", (1, 0, 0)),
     ("-x", (-1, 0, 0)),
@@ -44,22 +47,18 @@ def frame_card(cell: Cell, board: Board | None) -> tuple[Frame, ...]:
         frames.append(_frame(label, T_cell_tcp, "jet"))
     frames.append(_frame("board's own frame", cell.T_cell_board, "top"))
     if board is not None:
+        held = describe_held(cell.held_by)
         for name, place in board_corners(board):
             in_cell = cell.T_cell_board[:3, :3] @ (place / _MM) + cell.T_cell_board[:3, 3]
-            frames.append(Frame(f"board's {name}", _place(in_cell), ""))
+            frames.append(Frame(f"board's {name}{', held' if name == held else ''}", _place(in_cell), ""))
+        if cell.held_by == "centre":
+            frames.append(Frame(f"board's {held}, held", _place(cell.held_pose[:3, 3]), ""))
     return tuple(frames)
 
 
 def board_corners(board: Board) -> tuple[tuple[str, NDArray[np.float64]], ...]:
     """Give the corners (3,) of the rectangle around a board's outline on its top surface, board frame, mm."""
-    left, front, right, back = board.outline.bounds
-    z = board.top_z_mm
-    return (
-        ("front left corner", np.array([left, front, z])),
-        ("front right corner", np.array([right, front, z])),
-        ("back right corner", np.array([right, back, z])),
-        ("back left corner", np.array([left, back, z])),
-    )
+    return tuple((describe_held(corner), held_point_mm(corner, board)) for corner in _CORNERS)
 
 
 def describe_direction(direction: NDArray[np.float64]) -> str:

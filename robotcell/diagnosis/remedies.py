@@ -69,9 +69,9 @@ def _mistakes(cell: Cell) -> Iterator[_Change]:
         yield from _with_tools(cell, turned, f"turned by 180 degrees about its own {axis}")
     for axis, turn in (("X", (np.pi, 0.0, 0.0)), ("Y", (0.0, np.pi, 0.0))):
         text = f"with the board turned over about its own {axis} (it may be upside down)"
-        yield _Change(text, replace(cell, T_cell_board=cell.T_cell_board @ pose((0, 0, 0), turn)))
+        yield _Change(text, cell.with_held_at(cell.held_pose @ pose((0, 0, 0), turn)))
     for factor, text in ((1000.0, "metres were written for millimetres"), (1e-3, "millimetres were taken for metres")):
-        board = replace(cell, T_cell_board=_scaled(cell.T_cell_board, factor))
+        board = cell.with_held_at(_scaled(cell.held_pose, factor))
         yield _Change(f"with the board's place times {factor:g} ({text})", board)
         scaled = tuple(replace(tool, T_flange_tcp=_scaled(tool.T_flange_tcp, factor)) for tool in cell.tools)
         yield from _with_tools(cell, scaled, f"{factor:g} times as far from the flange ({text})")
@@ -84,23 +84,24 @@ def _mistakes(cell: Cell) -> Iterator[_Change]:
 
 def _shifts(cell: Cell) -> Iterator[_Change]:
     """Give the cell with the board elsewhere, the smallest change first."""
-    steps: list[tuple[float, str, Poses]] = []
+    steps: list[tuple[float, str, Cell]] = []
     for size in _SHIFTS_MM:
         for axis, name in enumerate("xyz"):
             for sign in (1.0, -1.0):
                 offset = np.zeros(3)
                 offset[axis] = sign * size * 1e-3
-                moved = cell.T_cell_board.copy()
-                moved[:3, 3] += offset
+                T_cell_held = cell.held_pose.copy()
+                T_cell_held[:3, 3] += offset
+                moved = cell.with_held_at(T_cell_held)
                 steps.append((size, f"with the board moved by {sign * size:+g} mm along the cell's {name}", moved))
     for degrees in _YAWS_DEG:
         for sign in (1.0, -1.0):
-            moved = cell.T_cell_board @ pose((0, 0, 0), (0, 0, sign * np.radians(degrees)))
+            moved = cell.with_held_at(cell.held_pose @ pose((0, 0, 0), (0, 0, sign * np.radians(degrees))))
             steps.append(
                 (2.0 * degrees, f"with the board turned by {sign * degrees:+g} degrees about its own z", moved)
             )
     for _, text, moved in sorted(steps, key=lambda step: step[0]):
-        yield _Change(text, replace(cell, T_cell_board=moved))
+        yield _Change(text, moved)
 
 
 def _with_tools(cell: Cell, others: tuple[Tool, ...], text: str) -> Iterator[_Change]:

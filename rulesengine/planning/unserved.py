@@ -1,6 +1,9 @@
 """Passes that serve each component, and findings on components that none serves."""
 
-from collections.abc import Iterable, Sequence
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import cast
 
 from boards.board import Board, Side
 from programs.plan import PlanItem, SprayPass
@@ -10,6 +13,8 @@ from rulesengine.strokes.classify import ComponentMasks
 from specs.finding import Finding
 from specs.finding_rules import NOT_SERVED, SIDE_NOT_SPRAYED
 from specs.source import Source
+
+_SIDES: tuple[Side, ...] = ("top", "bottom")
 
 
 def served_by(items: Iterable[PlanItem]) -> dict[str, list[str]]:
@@ -51,20 +56,65 @@ def find_unserved(
             message = f"{component.name} must be cleaned, but {reason}."
             where = (place.x, place.y, board.surface_z_mm(component.side))
             findings.append(Finding(NOT_SERVED, message, Source(entry="masks"), where))
-    return findings + [found for side in ("top", "bottom") for found in _side(board, side, masks, list(items))]
+    return findings + find_unsprayed_sides(board, masks, steps, list(items))
 
 
-def _side(board: Board, side: Side, masks: ComponentMasks, items: Sequence[PlanItem]) -> list[Finding]:
+def find_unsprayed_sides(
+    board: Board, masks: ComponentMasks, steps: Sequence[Step], items: Sequence[PlanItem]
+) -> list[Finding]:
+    """A finding for each side most of whose components are not sprayed; an error where nothing but a bare side is."""
+    passes = [each for each in items if isinstance(each, SprayPass)]
+    masked = {*dict(masks.avoided), *masks.ignored}
+    sides = [
+        _SideOf(
+            side,
+            [each for each in passes if (each.approach[0, 2] < 0) == (side == "top")],
+            [each.name for each in board.components if each.side == side and each.name not in masked],
+        )
+        for side in _SIDES
+    ]
+    bare = bool(passes) and not any(each.passes and each.components for each in sides)
+    return [found for each in sides for found in _side(each, steps, bare=bare)]
+
+
+@dataclass(frozen=True, slots=True)
+class _SideOf:
+    """A side of a board: the passes over it, and the names of its components that no mask keeps out."""
+
+    side: Side
+    passes: Sequence[SprayPass]
+    components: Sequence[str]
+
+
+def _side(here: _SideOf, steps: Sequence[Step], *, bare: bool) -> list[Finding]:
     """Whether most components of a side are neither followed by a pass of their own nor swept across."""
-    passes = [each for each in items if isinstance(each, SprayPass) and (each.approach[0, 2] < 0) == (side == "top")]
-    served, masked = served_by(passes), {*dict(masks.avoided), *masks.ignored}
-    here = [each.name for each in board.components if each.side == side and each.name not in masked]
-    left = [name for name in here if name not in served]
-    if 2 * len(left) <= len(here) or any(each.made_by.template and not each.made_by.components for each in passes):
+    served, count = served_by(here.passes), len(here.components)
+    left = [name for name in here.components if name not in served]
+    if 2 * len(left) <= count or any(each.made_by.template and not each.made_by.components for each in here.passes):
         return []
-    advice = f"Add steps with side: {side}"
-    message = f"No step sprays the {side} side, where {len(left)} components are. {advice}."
-    if passes:
+    place = Source(entry="sequence")
+    if here.passes:
         advice = "Add a template that goes across it, such as a raster, or give more classes passes"
-        message = f"The steps on the {side} side spray {len(here) - len(left)} of its {len(here)} components. {advice}."
-    return [Finding(SIDE_NOT_SPRAYED, message, Source(entry="sequence"))]
+        message = f"The steps on the {here.side} side spray {count - len(left)} of its {count} components. {advice}."
+        return [Finding(SIDE_NOT_SPRAYED, message, place)]
+    advice = f"Add to the sequence: {', '.join(_steps_for(here.side, steps))}"
+    if not bare:
+        message = f"No step sprays the {here.side} side, where {len(left)} components are. {advice}"
+        return [Finding(SIDE_NOT_SPRAYED, message, place)]
+    message = f"Only the other side is sprayed, and all {count} components are on the {here.side}. {advice}"
+    return [Finding(SIDE_NOT_SPRAYED, message, place, override="error")]
+
+
+def _steps_for(side: Side, steps: Sequence[Step]) -> list[str]:
+    """Write the steps of a sequence for another side, as lines of YAML."""
+    changed = [step.model_copy(update={"side": side}) for step in steps if step.side != side]
+    return list(dict.fromkeys(f"`- {_flow(each.model_dump(mode='json', exclude_defaults=True))}`" for each in changed))
+
+
+def _flow(value: object) -> str:
+    """Write plain data as YAML in one line; names of a recipe need no quotes."""
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{key}: {_flow(each)}' for key, each in cast('Mapping[str, object]', value).items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_flow, cast('list[object]', value)))}]"
+    return value if isinstance(value, str) else json.dumps(value)

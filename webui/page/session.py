@@ -10,6 +10,7 @@ from programs.plan import Plan
 from recipes import rewrite
 from recipes.load import LoadedRecipe
 from recipes.recipe import Recipe
+from robotcell.cell.hold import hold_board
 from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
 from specs.source import NO_SOURCE, Source
@@ -140,6 +141,7 @@ class Session:
             self,
             board_name=name,
             board=board,
+            cell=None if self.cell is None else hold_board(self.cell, board),
             run=None,
             sketch=None,
             compared=None,

@@ -11,6 +11,7 @@ import rich
 import viser
 
 from boards.load import load_board
+from robotcell.cell.hold import hold_board
 from robotcell.cell.load import read_cell
 from specs.confinement import Confinement, confine, record_reads, release
 from specs.errors import JobError
@@ -135,7 +136,7 @@ def open_session(board: str, recipe: str, cell: str = "") -> Session:
         document = open_document(recipe)
         session = Session(board_name=board, board=load_board(Path(board)), document=document, loaded=document.read())
         if cell:
-            session = replace(session, cell_name=cell, cell=read_cell(cell))
+            session = replace(session, cell_name=cell, cell=hold_board(read_cell(cell), session.board))
     return replace(session, opened=frozenset(opened))
 
 

@@ -26,6 +26,7 @@ def heading(dialect: Dialect, lowered: Lowered, installation: Installation) -> t
         f"Board  {origin.board}  sha256 {origin.board_sha256}",
         f"Recipe {origin.recipe}  sha256 {origin.recipe_sha256}",
         f"Cell   {installation.cell}  robot {installation.robot}",
+        *([f"Held   {installation.held}"] if installation.held else []),
         f"Planned time {motion.duration_s:.1f} s, each loop once",
         f"Worst event error {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"
         + (f" ({error.made_by})" if error.made_by else ""),

@@ -27,7 +27,7 @@ def test_the_languages_are_listed() -> None:
 
 def test_a_program_is_written_as_the_robot_does_it(made: Path, tmp_path: Path) -> None:
     out = tmp_path / "loop.mod"
-    outcome = washboard("export", made, "--cell", "irb1200-bench", "-o", out)
+    outcome = washboard("export", made, "--cell", "irb1200-bench", "-o", out, "--board", "tiny")
     assert outcome.code == 0, outcome.err
     assert f"Written  {out}" in outcome.out
     assert "wrong by at most" in outcome.out
@@ -50,7 +50,7 @@ def test_another_makers_language_is_refused_before_anything_is_checked(made: Pat
 
 def test_poses_alone_are_written_for_another_makers_arm(made: Path, tmp_path: Path) -> None:
     out = tmp_path / "loop.mod"
-    words = ("--cell", "kr6-bench", "--dialect", "abb", "--without-joints", "-o", out)
+    words = ("--cell", "kr6-bench", "--dialect", "abb", "--without-joints", "-o", out, "--board", "tiny")
     outcome = washboard("export", made, *words)
     assert outcome.code == 0, outcome.err
     assert "without-joints" in outcome.out
@@ -75,6 +75,15 @@ def test_without_a_place_nothing_is_written_and_everything_said(made: Path, tmp_
     assert contents(made.parent) == before
 
 
+def test_without_the_board_its_place_is_not_known(made: Path, tmp_path: Path) -> None:
+    words = ("export", made, "--cell", "ur5e-bench", "-o", tmp_path / "a.mod")
+    refused = washboard(*words)
+    assert refused.code == 2
+    assert "First board-place-unknown at board: cell ur5e-bench holds the board by its front left corner" in refused.err
+    assert contents(tmp_path) == {}
+    assert washboard(*words, "--allow", "board-place-unknown").code == 0
+
+
 def test_an_error_forbids_it_unless_it_is_allowed_by_name(made: Path, tmp_path: Path) -> None:
     cell = tmp_path / "cell.yaml"
     text = washboard_cell().read_text("utf-8")
@@ -82,11 +91,12 @@ def test_an_error_forbids_it_unless_it_is_allowed_by_name(made: Path, tmp_path: 
     program = tmp_path / "odd.wash"
     program.write_text(made.read_text().replace("NOZZLE ring60", "NOZZLE lance"))
     out = tmp_path / "out.script"
-    refused = washboard("export", program, "--cell", cell, "-o", out)
+    words = ("export", program, "--cell", cell, "-o", out, "--board", "tiny")
+    refused = washboard(*words)
     assert refused.code == 2
     assert "--allow no-valve" in refused.err
     assert not out.exists()
-    assert washboard("export", program, "--cell", cell, "-o", out, "--allow", "no-valve").code == 0
+    assert washboard(*words, "--allow", "no-valve").code == 0
     assert "# spray on" in out.read_text("ascii")
 
 

@@ -1,7 +1,10 @@
 """Recipe and board in, plan and program out: commands in order, all of it attributed, nothing silently left out."""
 
+import re
+
 import numpy as np
 import pytest
+import yaml
 from acceptance import complaints
 from hostile import at, board_with
 from small_boards import board_of, part
@@ -13,7 +16,7 @@ from recipes.classes import ComponentClass, Mask
 from recipes.errors import RecipeError
 from recipes.load import load_recipe
 from recipes.paths import BoardPerimeter, ComponentPerimeter, StepFunction
-from recipes.recipe import Step
+from recipes.recipe import Step, Until
 from rulesengine.planning.pipeline import make_plan, run
 
 AROUND = ComponentPerimeter(height_mm=30, speed_mm_s=40, tilt_deg=35)
@@ -123,7 +126,29 @@ def test_what_is_not_done_is_said():
     assert "Not followed all around: U1" in found["cut-by-mask"].message
     assert found["not-served"].severity == "error"
     assert found["side-not-sprayed"].severity == "warning"
-    assert "No step sprays the bottom side, where 1 components are" in found["side-not-sprayed"].message
+    assert found["side-not-sprayed"].message == (
+        "No step sprays the bottom side, where 1 components are. Add to the sequence: "
+        "`- {function: clean, nozzle: ring60, paths: [around], side: bottom}`"
+    )
+
+
+def test_the_steps_to_add_for_an_unsprayed_side_can_be_pasted_and_mend_it():
+    board = board_of(*(part(f"C{index}", 20 * index, 20, 2, 1, side="bottom") for index in (1, 2, 3)))
+    until = Until(resistivity_mohm_cm=1.5, max_repeats=4)
+    steps = [step("sweep", repeat=2), step("sweep", "edge", until=until), step("sweep", repeat=2)]
+    (found,) = (each for each in make_plan(recipe_of(*steps), board).findings if each.rule.id == "side-not-sprayed")
+    assert found.severity == "error"
+    lines = re.findall(r"`(- .*?)`", found.message)
+    added = [Step.model_validate(each) for each in yaml.safe_load("\n".join(lines))]
+    assert added == [each.model_copy(update={"side": "bottom"}) for each in steps[:2]]
+    mended = make_plan(recipe_of(*steps, *added), board)
+    assert "side-not-sprayed" not in {each.rule.id for each in mended.findings}
+
+
+def test_a_board_whose_parts_are_all_masked_may_be_sprayed_on_either_side():
+    board = board_of(part("C1", 20, 20, 2, 1, side="bottom"))
+    findings = make_plan(recipe_of(step("sweep"), masks=[Mask(ignore=["C1"])]), board).findings
+    assert "error" not in {each.severity for each in findings}
 
 
 @pytest.mark.parametrize(
@@ -133,7 +158,7 @@ def test_what_is_not_done_is_said():
         ([step("around", "sweep")], ""),
         (
             [step("sweep", side="bottom")],
-            "No step sprays the top side, where 3 components are. Add steps with side",
+            "Only the other side is sprayed, and all 3 components are on the top. Add to the sequence: `- {function: ",
         ),
         ([step("around"), step("around", "sweep", side="bottom")], "The steps on the top side spray 1 of its 3"),
         ([step("sweep"), step("around", side="bottom")], ""),
@@ -146,7 +171,8 @@ def test_a_side_whose_components_are_mostly_not_sprayed(steps, message):
     some = AROUND.model_copy(update={"passes": {"small": 0, "default": 1}})
     found = make_plan(recipe_of(*steps, masks=masks, templates={"around": some}), board).findings
     said = [each for each in found if each.rule.id == "side-not-sprayed"]
-    assert [each.severity for each in said] == ["warning"] * bool(message)
+    severity = "error" if message.startswith("Only") else "warning"
+    assert [each.severity for each in said] == [severity] * bool(message)
     assert all(each.message.startswith(message) for each in said)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
 
+from robotcell.cell.hold import describe_held, hold_board
 from robotcell.cell.load import LoadedCell
 from robotcell.diagnosis.frame_table import Frame, frame_card
 from robotcell.diagnosis.plausibility import check_cell
@@ -75,7 +76,8 @@ class RobotPanel:
         def change(session: Session) -> Session:
             if name == _NONE:
                 return replace(session, cell_name="", cell=None)
-            return replace(session, cell_name=name, cell=self._page.project.open_cell(name))
+            loaded = hold_board(self._page.project.open_cell(name), session.board)
+            return replace(session, cell_name=name, cell=loaded)
 
         if self._page.attempt(change):
             self._look_at(cell=name != _NONE)
@@ -98,6 +100,7 @@ def about_html(loaded: LoadedCell | None) -> str:
         "Robot": f"{cell.robot.name}, {cell.robot.dof} joints",
         "Tools": ", ".join(f"{tool.number} {tool.name}" for tool in cell.tools),
         "Around": ", ".join(dict.fromkeys(body.name for body in cell.fixtures)) or "nothing",
+        "Board": f"held by the {describe_held(cell.held_by)}",
         "Margin": f"{1000 * cell.margin:g} mm",
     }
     return box_html(escape(loaded.spec.description) + facts_html(facts))
