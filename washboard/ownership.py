@@ -9,7 +9,7 @@ PACKAGES = (
 )  # fmt: skip
 MARKER = b'DISTRIBUTION = "washboard"'
 """A line in the ``__init__`` of each of them."""
-_ADVICE = "Install washboard in an environment of its own: `pipx install washboard` or `uv tool install washboard`."
+_ADVICE = "Install washboard in an environment of its own, with `pipx install` or `uv tool install`."
 
 
 def find_foreign() -> str | None:
