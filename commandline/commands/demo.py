@@ -33,7 +33,9 @@ def demo(
         str,
         typer.Option("--cell", help="Cell; left out, the sample.", metavar="CELL", autocompletion=complete_cell),
     ] = "ur5e-bench",
-    dialect: Annotated[str, typer.Option("--dialect", help="Language of the cell's robot.")] = "ur",
+    dialect: Annotated[
+        str | None, typer.Option("--dialect", help="Language; left out, that of the maker of the cell's robot.")
+    ] = None,
 ) -> None:
     """Plan the sample board, check it in a robot cell, predict what is cleaned; write programs, reports and pictures.
 
@@ -44,17 +46,19 @@ def demo(
     """
     with job_errors():
         from commandline.loading import read_and_run
-        from programs.export import find_dialect
+        from programs.export import check_maker, find_dialect, own_dialect
         from reports.files.atomic_write import output_errors, write_bytes_atomically
         from reports.files.write_run import check_folder, write_run
         from reports.pictures.board_picture import draw_board
         from reports.terminal.console import open_console, print_files
         from reports.terminal.program_card import print_run
+        from robotcell.cell.installation import installation_of
         from robotcell.cell.load import read_cell
 
         check_folder(folder)
-        find_dialect(dialect)
         loaded_cell = read_cell(cell)
+        language = dialect or own_dialect(installation_of(loaded_cell))
+        check_maker(find_dialect(language), installation_of(loaded_cell))
         done = read_and_run(board, recipe, None)
         card = draw_board(done.board, ".png")
         with output_errors(folder):
@@ -67,7 +71,7 @@ def demo(
         console = open_console()
         print_run(console, done)
         print_files(console, program=program, report=report, paths=paths, board=picture)
-        _export(done, loaded_cell, dialect, folder)
+        _export(done, loaded_cell, language, folder)
         _analyse(done, folder)
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 from rich.console import Console
 
+from programs.motion.installation import MAKER_NAMES
 from reports.tables.table import Column, Table
 from reports.terminal.console import print_source, print_table
 from robotcell.cell.load import LoadedCell
@@ -17,17 +18,31 @@ def print_cell(console: Console, loaded: LoadedCell, frames: Iterable[Frame]) ->
     """Print the joints, the frames, the tools, the fixtures and the channels of a cell."""
     spec, cell = loaded.spec, loaded.cell
     print_source(console, cell.name, spec.description, loaded.root.mark.file)
+    robot, counts = cell.robot, cell.robot.convention
+    counted = () if counts is None else counts.count(tuple(spec.home_deg_mm))
     joints: list[tuple[str, ...]] = []
-    for joint, home in zip(cell.robot.joints, spec.home_deg_mm, strict=True):
+    for at, (joint, home) in enumerate(zip(robot.joints, spec.home_deg_mm, strict=True)):
         unit, word = (1e-3, "mm") if joint.kind == "prismatic" else (math.pi / 180, "deg")
         limits = (joint.lowest, joint.highest, unit * home, joint.speed, joint.acceleration)
-        joints.append((joint.name, word, *(_number(value / unit) for value in limits)))
+        shown = [_number(value) for value in counted[at : at + 1]]
+        joints.append((joint.name, word, *(_number(value / unit) for value in limits), *shown))
+    maker = "no maker" if robot.maker is None else MAKER_NAMES[robot.maker]
+    controller = [">home on its controller"] * bool(counted)
     bodies = [
         (body.name, f"tool {tool.number} {tool.name}", _shape(body)) for tool in cell.tools for body in tool.bodies
     ] + [(body.name, "the cell", _shape(body)) for body in cell.fixtures]
     places = [(each.what, *(f"{value:.1f}" for value in each.place_mm), each.looks) for each in frames]
     tables = {
-        (cell.robot.name, "", ">lowest", ">highest", ">home", ">speed/s", ">acceleration/s²"): joints,
+        (
+            f"{robot.name}, {maker}",
+            "",
+            ">lowest",
+            ">highest",
+            ">home",
+            ">speed/s",
+            ">acceleration/s²",
+            *controller,
+        ): joints,
         ("frames, in the cell", ">x mm", ">y mm", ">z mm", "looks"): places,
         (f"what may collide; margin {spec.margin_mm:g} mm", "carried by", "shape"): bodies,
         ("commands", "set"): _channels(loaded),

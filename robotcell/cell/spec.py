@@ -119,10 +119,8 @@ class ControllerJoint(Spec):
     """How a controller counts one joint: sign * its value here, plus zero, plus shares of other joints' values here."""
 
     sign: Literal[1, -1] = Field(default=1, description="-1 where the controller counts the other way round.")
-    zero_deg: float = Field(
-        default=0.0, ge=-720, le=720, description="What it shows where the joint is at 0 here, if it turns."
-    )
-    zero_mm: float = Field(default=0.0, ge=-100_000, le=100_000, description="The same, if it slides.")
+    zero_deg: JointAngle = Field(default=0.0, description="What it shows where the joint is at 0 here, if it turns.")
+    zero_mm: Coordinate = Field(default=0.0, description="The same, if it slides.")
     plus: dict[str, Literal[1, -1]] = Field(
         default={}, description="Other joints that are added to it or subtracted: {joint_2: -1} for J3 of FANUC."
     )

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from command import washboard
+from library_cells import CELLS
 from small_cells import CELL
 from typer.testing import CliRunner, Result
 
@@ -27,7 +28,7 @@ def test_list_names_each_cell_and_each_robot_with_what_it_is() -> None:
         assert f"  {name} " in result.stdout
 
 
-@pytest.mark.parametrize("name", cell_library())
+@pytest.mark.parametrize("name", CELLS)
 def test_show_says_what_a_person_compares_with_the_real_cell(name: str) -> None:
     result = call("show", name, "--board", "tiny")
     assert (result.exit_code, result.stderr) == (0, "")
@@ -35,6 +36,15 @@ def test_show_says_what_a_person_compares_with_the_real_cell(name: str) -> None:
         assert word in result.stdout
     for word in ("FUNCTION clean", "SPRAY with ring60", "UNTIL resistivity_mohm_cm", "No findings."):
         assert word in result.stdout
+
+
+def test_show_has_the_home_as_the_controller_counts_it_where_that_differs() -> None:
+    shown = call("show", "lrmate-bench").stdout
+    assert "lrmate-200id, FANUC" in shown
+    (row,) = (line.split() for line in shown.splitlines() if line.split()[:2] == ["J3", "deg"])
+    home = read_cell("lrmate-bench").spec.home_deg_mm
+    assert [float(row[4]), float(row[7])] == pytest.approx([home[2], home[2] - home[1]])
+    assert "on its controller" not in call("show", "kr6-bench").stdout
 
 
 def test_show_tells_mistakes_by_name(tmp_path: Path) -> None:

@@ -66,3 +66,19 @@ def test_of_a_clean_board_no_part_is_named() -> None:
     lines = told(report).splitlines()
     assert lines[0].endswith(headline(report))
     assert [line.split()[0] for line in lines[2:]] == ["verdicts", "analysed"]
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (("--cell", "kr6-bench", "--dialect", "ur"), "URScript is for Universal Robots"),
+        (("--cell", "gantry"), "give --dialect"),
+    ],
+)
+def test_another_makers_robot_is_refused_before_anything_is_written(
+    tmp_path: Path, words: tuple[str, ...], reason: str
+) -> None:
+    done = washboard("demo", "--into", tmp_path / "out", "--board", "tiny", *words)
+    assert done.code == 2
+    assert reason in done.err
+    assert not (tmp_path / "out").exists()

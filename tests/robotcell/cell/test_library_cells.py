@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from library_cells import CELLS
 
 from robotcell.cell.load import cell_library, read_cell
 from robotcell.collision.collision import build_collider, collides
@@ -28,7 +29,7 @@ def requested() -> Poses:
     return np.array(poses)
 
 
-@pytest.mark.parametrize("name", cell_library())
+@pytest.mark.parametrize("name", CELLS)
 def test_some_configuration_reaches_every_pose_without_collision(name: str) -> None:
     cell = read_cell(name).cell
     collider = build_collider(cell, None)
@@ -45,7 +46,7 @@ def test_some_configuration_reaches_every_pose_without_collision(name: str) -> N
         assert np.flatnonzero(~served).tolist() == []
 
 
-@pytest.mark.parametrize("name", cell_library())
+@pytest.mark.parametrize("name", CELLS)
 def test_the_knife_leans_along_its_travel_in_any_direction(name: str) -> None:
     """A slot lies across the travel and leans along it: the azimuth is not free, also on a gantry of five axes."""
     cell = read_cell(name).cell

@@ -96,6 +96,14 @@ def test_what_can_collide_is_carried_by_the_link_that_moves_it(tmp_path: Path) -
     np.testing.assert_allclose(np.ptp(block.shape.triangles, axis=(0, 1)), [0.2, 0.4, 0.6])
 
 
+def test_a_capsules_length_is_that_between_the_centres_of_its_ends(tmp_path: Path) -> None:
+    foot = '<link name="foot">' + collision('<capsule radius="0.2" length="0.5"/>', 'xyz="0 0 1"') + "</link>"
+    ((rod,), *_) = read_urdf(write(tmp_path, urdf(foot + LINKS.replace('<link name="foot"/>', "")))).bodies
+    assert isinstance(rod.shape, Capsule)
+    assert (rod.shape.radius, rod.shape.length) == (0.2, 0.5)
+    assert rod.T_carrier_shape[2, 3] == 1
+
+
 def test_a_cylinder_is_never_thinner_than_it_is(tmp_path: Path) -> None:
     foot = '<link name="foot">' + collision('<cylinder radius="2" length="3"/>') + "</link>"
     links = LINKS.replace('<link name="foot"/>', foot)
