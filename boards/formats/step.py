@@ -35,6 +35,9 @@ _SIZED = re.compile(
     rb"\s*\(([^;]*)\)\s*;"
 )
 _REAL = re.compile(rb"(?<![#\w.])[-+]?\d+\.?\d*(?:E[-+]?\d+)?")
+_DOCUMENT = re.compile(rb"DOCUMENT_FILE", re.IGNORECASE)
+_SLASH = re.compile(rb"(?<!\*)/(?!\*)" if os.sep == "/" else rb"(?<!\*)/(?!\*)|\\")
+"""Not that of a comment."""
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _SKIPPED = re.compile(r"skipped node '([^']*)' without geometry")
 _ENTITY = re.compile(
@@ -53,7 +56,7 @@ def read_step(path: Path, progress: Progress) -> tuple[Node, tuple[Finding, ...]
     Raises:
         BoardError: not a STEP file, cut short, damaged, or without surfaces.
     """
-    data = read_bytes(path)
+    data = detach(read_bytes(path))
     if b"ISO-10303-21" not in data[:4096]:
         raise BoardError("is not a STEP file: it does not begin with ISO-10303-21. Export it as STEP.", file=path)
     if b"END-ISO-10303-21" not in data[-4096:]:
@@ -74,6 +77,15 @@ def read_step(path: Path, progress: Progress) -> tuple[Node, tuple[Finding, ...]
         f"{len(skipped)} parts have no geometry and are not there: {some(names)}. Give them a 3-D model if they matter."
     )
     return tree, (Finding(PART_WITHOUT_GEOMETRY, text),) if skipped else ()
+
+
+def detach(data: bytes) -> bytes:
+    """Text of a STEP file in which no name leads to another folder.
+
+    OpenCASCADE opens the files that a ``DOCUMENT_FILE`` names, anywhere; it runs in a folder where there are none.
+    Strings and comments look alike in a piece of the text, so slashes are replaced everywhere.
+    """
+    return _SLASH.sub(b"_", data) if _DOCUMENT.search(data) else data
 
 
 def _check_sizes(data: bytes, path: Path) -> None:
@@ -128,7 +140,8 @@ def run_child(data: bytes, bounds: Bounds, progress: Progress) -> tuple[int, byt
     with tempfile.TemporaryFile() as source, tempfile.TemporaryFile() as sink:
         source.write(data)
         source.seek(0)
-        with subprocess.Popen(command, stdin=source, stdout=subprocess.PIPE, stderr=sink) as process:
+        folder = _CHILD.parent  # holds no STEP files
+        with subprocess.Popen(command, stdin=source, stdout=subprocess.PIPE, stderr=sink, cwd=folder) as process:
             try:
                 while True:
                     elapsed = time.monotonic() - started

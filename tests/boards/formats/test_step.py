@@ -8,7 +8,7 @@ from step_writer import HEAD, Placed, StepWriter
 from boards.board import Body
 from boards.errors import BoardError
 from boards.formats.scene import read_scene
-from boards.formats.step import Structure, name_products, read_structure
+from boards.formats.step import Structure, detach, name_products, read_structure
 from boards.formats.tree import Node
 from specs.finding import Finding
 
@@ -165,3 +165,62 @@ def test_places_without_names_are_called_by_their_products(tmp_path: Path) -> No
     (tmp_path / "card.step").write_text(StepWriter().write(parts))
     bodies, _ = read_scene(tmp_path / "card.step")
     assert [body.name for body in bodies] == ["board", "U7", "C1206", "part-1"]
+
+
+EXTERNAL = """#901=DOCUMENT_TYPE('');
+#902=DOCUMENT_FILE('{name}','',$,#901,'',$);
+#903=IDENTIFICATION_ROLE('external document id and location',$);
+#904=EXTERNAL_SOURCE(IDENTIFIER(''));
+#905=APPLIED_EXTERNAL_IDENTIFICATION_ASSIGNMENT('{name}',#903,#904,(#902));
+#906=DOCUMENT_REPRESENTATION_TYPE('digital',#902);
+#907=PRODUCT('X9','X9','',(#2));
+#908=PRODUCT_DEFINITION_FORMATION('','',#907);
+#909=PRODUCT_DEFINITION('design','',#908,#3);
+#910=APPLIED_DOCUMENT_REFERENCE(#902,'',(#909));
+#911=OBJECT_ROLE('mandatory',$);
+#912=ROLE_ASSOCIATION(#911,#910);
+#913=PRODUCT_DEFINITION_SHAPE('','',#909);
+#914=SHAPE_REPRESENTATION('',(#11),#7);
+#915=SHAPE_DEFINITION_REPRESENTATION(#913,#914);
+#916=NEXT_ASSEMBLY_USAGE_OCCURRENCE('9','X9','',#14,#909,$);
+#917=PRODUCT_DEFINITION_SHAPE('','',#916);
+#918=ITEM_DEFINED_TRANSFORMATION('','',#11,#11);
+#919=(REPRESENTATION_RELATIONSHIP('','',#914,#16) REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION(#918)
+SHAPE_REPRESENTATION_RELATIONSHIP());
+#920=CONTEXT_DEPENDENT_SHAPE_REPRESENTATION(#919,#917);
+"""
+"""A part whose model is in another file, as OpenCASCADE reads and writes it."""
+
+
+@pytest.mark.parametrize(
+    ("name", "before"),
+    [
+        ("{folder}/secret.step", ""),
+        ("{folder}/secret.step", "/* ' */"),
+        ("../outside/secret.step", ""),
+        ("secret.step", ""),
+    ],
+)
+def test_a_step_file_names_no_other_file(
+    name: str, before: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "outside"
+    folder.mkdir()
+    secret = StepWriter().write([("secret", "SECRET", (7, 7, 7), (0, 0, 0))])
+    (folder / "secret.step").write_text(secret)
+    monkeypatch.chdir(folder)
+    parts: list[Placed] = [("board", "card PCB", (40, 30, 1.6), (0, 0, 0)), ("U1", "SOIC/8", (5, 4, 1.5), (5, 5, 1.6))]
+    card = StepWriter().write(parts)
+    more = before + EXTERNAL.format(name=name.format(folder=folder))
+    path = tmp_path / "card.step"
+    path.write_text(card.replace("ENDSEC;\nEND-ISO", f"{more}ENDSEC;\nEND-ISO"))
+    bodies, findings = read_scene(path)
+    assert [(body.name, body.package) for body in bodies] == [("board", None), ("U1", "SOIC_8")]
+    reported = " ".join(finding.message for finding in findings)
+    assert "X9" in reported
+    assert "secret" not in reported.lower()
+
+
+def test_names_keep_their_slashes_where_no_file_is_named() -> None:
+    assert detach(b"PRODUCT('SOT-23/5')/* a */") == b"PRODUCT('SOT-23/5')/* a */"
+    assert detach(b"/* a */document_file('/b/c')") == b"/* a */document_file('_b_c')"
