@@ -62,11 +62,11 @@ NOT_STATED = [
 
 PUBLISHED = [
     # Name, and the largest seated height of that package in its published outline or in its makers' ranges.
-    ("D_DO-35_SOD27_P7.62mm_Horizontal", 1.91),
-    ("D_DO-41_SOD81_P10.16mm_Horizontal", 2.72),
-    ("D_DO-15_P12.70mm_Horizontal", 3.6),
-    ("D_DO-201AD_P15.24mm_Horizontal", 5.3),
-    ("D_P600_R-6_P20.00mm_Horizontal", 9.1),
+    ("D_DO-35_SOD27_P7.62mm_Horizontal", 2.41),
+    ("D_DO-41_SOD81_P10.16mm_Horizontal", 3.22),
+    ("D_DO-15_P12.70mm_Horizontal", 4.11),
+    ("D_DO-201AD_P15.24mm_Horizontal", 5.8),
+    ("D_P600_R-6_P20.00mm_Horizontal", 9.6),
     ("D_DO-35_SOD27_P2.54mm_Vertical_AnodeUp", 6.0),
     ("CP_Radial_D8.0mm_P3.50mm", 21.5),
     ("CP_Radial_D10.0mm_P5.00mm", 33.0),
