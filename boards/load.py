@@ -37,7 +37,10 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
 
     file = find_board_file(path)
     progress(f"reading {file.name}", 0.0)
-    bodies, findings = _read(file, subprogress(progress, 0.0, 0.8))
+    try:
+        bodies, findings = _read(file, subprogress(progress, 0.0, 0.8))
+    except BoardError as error:
+        raise error if error.file is not None else BoardError(str(error), file=file) from None
     if parts is not None:
         from boards.parts_table.join import join_parts
 

@@ -9,6 +9,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from boards.board import Role
+from boards.errors import BoardError
 from boards.formats.names import listed
 from boards.formats.tree import Part
 from geometry.arrays import Triangles
@@ -22,6 +23,7 @@ _STANDS_MM = 5.0
 _SAME_PART_MM = 0.5
 _TOUCH_MM = 0.005
 _CELLS = 1_000_000.0
+_MOST_PAIRS = 500_000
 
 
 def split_bodies(patches: Triangles) -> list[Triangles]:
@@ -64,11 +66,17 @@ def touching_groups(heaps: Sequence[Triangles], within_mm: float) -> list[list[i
     """Group the heaps that come as close as that both in plan and in height; groups in the order of their first.
 
     Hulls find the candidates, true projections decide: what stands in the recess of another part stays apart.
+
+    Raises:
+        BoardError: So many lie upon each other that it cannot be a board.
     """
     from trimesh.graph import connected_component_labels
 
     hulls = np.array([plan_hull(heap) for heap in heaps], dtype=object)
-    pairs = shapely.STRtree(hulls).query(hulls, predicate="dwithin", distance=within_mm).T.astype(np.int64)
+    tree = shapely.STRtree(hulls)
+    if len(tree.query(hulls)[0]) > _MOST_PAIRS:
+        raise BoardError("thousands of its bodies lie upon each other. Export the board once, without copies of parts.")
+    pairs = tree.query(hulls, predicate="dwithin", distance=within_mm).T.astype(np.int64)
     spans = np.array([height_range(heap) for heap in heaps])
     i, j = pairs[:, 0], pairs[:, 1]
     level = (spans[i, 0] <= spans[j, 1] + within_mm) & (spans[j, 0] <= spans[i, 1] + within_mm)

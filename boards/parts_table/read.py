@@ -170,7 +170,7 @@ def _find_head(lines: Sequence[tuple[int, list[str]]], text: str) -> _Head | Non
 
 def _plain(title: str) -> str:
     """Title without brackets and their content, unit, marks and case."""
-    bare = re.sub(r"[(\[].*?[)\]]", "", title.strip().lstrip("#"))
+    bare = re.sub(r"[(\[][^()\[\]]*[)\]]", "", title.strip().lstrip("#"))
     words = [word for word in re.split(r"[^a-z0-9]+", bare.lower()) if word]
     if len(words) > 1 and _UNIT.fullmatch(words[-1]):
         words = words[:-1]

@@ -279,3 +279,19 @@ def test_names_of_files_and_parts_do_not_break_a_line(tmp_path: Path) -> None:
     assert board.name == "a\\nerror: forged\\xff"
     assert all(component.name.isprintable() for component in board.components)
     assert any(component.name == "U\\x1b[2J1" for component in board.components)
+
+
+def test_a_thousand_copies_of_a_part_are_refused(tmp_path: Path) -> None:
+    mesh = trimesh.creation.box((60.0, 40.0, 1.6))
+    chip = trimesh.creation.box((2.0, 2.0, 1.0), transform=trimesh.transformations.translation_matrix((5, 5, 1.3)))
+    # Each a little higher than the last, so that no two are one body.
+    copies = [chip.copy().apply_translation((0.0, 0.0, 1e-3 * n)) for n in range(720)]
+    whole = trimesh.util.concatenate([mesh, *copies])
+    assert "lie upon each other" in refused(tmp_path / "b.stl", bytes(whole.export(file_type="stl")))
+
+
+def test_brackets_without_end_in_a_parts_table_are_refused_at_once(tmp_path: Path) -> None:
+    table = tmp_path / "t.csv"
+    table.write_text(f"a\tb{'(' * 100_000}\nR1\t1\n")
+    with pytest.raises(BoardError, match="no line names the columns"):
+        load_board(Path("tiny"), table)
