@@ -73,10 +73,10 @@ def touching_groups(heaps: Sequence[Triangles], within_mm: float) -> list[list[i
     from trimesh.graph import connected_component_labels
 
     hulls = np.array([plan_hull(heap) for heap in heaps], dtype=object)
-    tree = shapely.STRtree(hulls)
-    if len(tree.query(hulls)[0]) > _MOST_PAIRS:
+    counts = np.unique(np.round(shapely.bounds(hulls), 3), axis=0, return_counts=True)[1]
+    if int(np.square(counts).sum()) > _MOST_PAIRS:  # each would be compared with every other in its place
         raise BoardError("thousands of its bodies lie upon each other. Export the board once, without copies of parts.")
-    pairs = tree.query(hulls, predicate="dwithin", distance=within_mm).T.astype(np.int64)
+    pairs = shapely.STRtree(hulls).query(hulls, predicate="dwithin", distance=within_mm).T.astype(np.int64)
     spans = np.array([height_range(heap) for heap in heaps])
     i, j = pairs[:, 0], pairs[:, 1]
     level = (spans[i, 0] <= spans[j, 1] + within_mm) & (spans[j, 0] <= spans[i, 1] + within_mm)
