@@ -12,6 +12,8 @@ from geometry.arrays import Scalars
 
 _LEVEL = 0.975
 _TURNS = 40
+_VANISHING = 1e-100
+"""A parameter to which no residual is more sensitive than this has no influence; its variance would be no number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +56,11 @@ def half_widths(fit: Fit) -> Scalars:
     Returns:
         (p,) in the units of the parameters; infinite where the residuals do not depend on them.
     """
-    variance = np.diag(_inverse(fit.jacobian)) * fit.squares / fit.freedom
-    return np.asarray(student_t(fit.freedom) * np.sqrt(variance), dtype=np.float64)
+    share = fit.squares / fit.freedom
+    variances = np.diag(_inverse(fit.jacobian))
+    known = np.isfinite(variances)
+    widths = student_t(fit.freedom) * np.sqrt(np.where(known, variances, 0.0)) * np.sqrt(share)
+    return np.where(known, widths, np.inf)
 
 
 def correlations(fit: Fit) -> NDArray[np.float64]:
@@ -68,11 +73,22 @@ def correlations(fit: Fit) -> NDArray[np.float64]:
 
 
 def _inverse(jacobian: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Inverse of the normal matrix; infinite if it has none."""
+    """Inverse of the normal matrix; infinite if it has none.
+
+    The columns are brought to one size first: parameters in small units are no less determined for it, and squares of
+    small numbers vanish.
+    """
     count = jacobian.shape[1]
-    if np.linalg.matrix_rank(jacobian) < count:
-        return np.full((count, count), np.inf)
-    return np.asarray(np.linalg.inv(jacobian.T @ jacobian), dtype=np.float64)
+    none = np.full((count, count), np.inf)
+    largest = np.abs(jacobian).max(axis=0, initial=0.0)
+    if not np.isfinite(jacobian).all() or (largest < _VANISHING).any():
+        return none
+    size = largest * np.linalg.norm(jacobian / largest, axis=0)
+    _, singular, rows = np.linalg.svd(jacobian / size, full_matrices=False)
+    if len(singular) < count or (count and singular[-1] <= len(jacobian) * np.finfo(np.float64).eps * singular[0]):
+        return none
+    scaled = rows / singular[:, None]
+    return np.asarray(scaled.T @ scaled / size / size[:, None], dtype=np.float64)
 
 
 def chance_of_less(fewer: Fit, more: Fit) -> float:

@@ -26,6 +26,8 @@ _LEAST_AZIMUTHS = 8
 _WIDEST_GAP = np.pi / 2
 _CHANCE = 0.01
 _ANGLES = (np.radians(1.0), np.radians(84.0))
+_WIDEST_INTERVAL = np.radians(10.0)
+"""Of the half width of a 95 % interval."""
 _SIGMAS = (np.radians(0.2), np.radians(20.0))
 
 
@@ -171,8 +173,7 @@ def _sees_around(sheets: Measurements) -> bool:
 
 def _conclude(path: Path, sheets: Measurements, solved: _Solved) -> RingFit:
     fit, order = solved.fit, solved.order
-    _check_ring(path, sheets, solved)
-    half = half_widths(fit)
+    half = _check_ring(path, sheets, solved)
     angle, sigma = (
         Estimate(*(float(np.degrees(each)) for each in (value, value - wide, value + wide)))
         for value, wide in zip(fit.parameters[:2], half[:2], strict=True)
@@ -192,15 +193,33 @@ def _conclude(path: Path, sheets: Measurements, solved: _Solved) -> RingFit:
     )
 
 
-def _check_ring(path: Path, sheets: Measurements, solved: _Solved) -> None:
-    angle, sigma = solved.fit.parameters[:2]
-    if solved.fit.freedom <= 0:
+def _check_ring(path: Path, sheets: Measurements, solved: _Solved) -> Scalars:
+    """Give the half widths of the intervals of what was fitted, rad.
+
+    Raises:
+        CleaningError: the fit is no ring, or the measurements do not determine it.
+    """
+    fit, order = solved.fit, solved.order
+    angle, sigma = fit.parameters[:2]
+    if fit.freedom <= 0:
         message = f"{len(sheets)} rows are too few for what is fitted to them"
         raise CleaningError(message, file=path, line=sheets.header_line)
-    inside = _ANGLES[0] < angle < _ANGLES[1] and 1.01 * _SIGMAS[0] < sigma < 0.99 * _SIGMAS[1]
-    if not inside or np.linalg.matrix_rank(solved.fit.jacobian) < len(solved.fit.parameters):
+    around = np.arange(0.0, 2 * np.pi, np.radians(1.0))
+    middle = angle + harmonics(around, order) @ fit.parameters[2 : 2 + 2 * order]
+    inside = _ANGLES[0] < middle.min() and middle.max() < _ANGLES[1] and 1.01 * _SIGMAS[0] < sigma < 0.99 * _SIGMAS[1]
+    if not inside:
+        spread = f", between {np.degrees(middle.min()):.1f} and {np.degrees(middle.max()):.1f} around" if order else ""
         message = (
-            f"these patterns show no ring: the fit ends at a half angle of {np.degrees(angle):.1f} and a sigma of "
-            f"{np.degrees(sigma):.1f} degrees. Radii are measured from where the nozzle's axis meets the sheet"
+            f"these patterns show no ring: the fit ends at a half angle of {np.degrees(angle):.1f}{spread} and a sigma "
+            f"of {np.degrees(sigma):.1f} degrees. Radii are measured from where the nozzle's axis meets the sheet"
         )
         raise CleaningError(message, file=path, line=sheets.header_line)
+    half = half_widths(fit)
+    if not (half[:2] <= _WIDEST_INTERVAL).all():
+        message = (
+            "these measurements do not determine a ring: its half angle or sigma could be off by more than "
+            f"{np.degrees(_WIDEST_INTERVAL):.0f} degrees. Measure at more places, in and beside the ring, and at "
+            "several heights; look for rows that are wrong"
+        )
+        raise CleaningError(message, file=path, line=sheets.header_line)
+    return half

@@ -23,7 +23,7 @@ def calibrated_set(fit: GapFit, source: str | Path, file: Path, date: str = "") 
         date: Of the measurement, as in 2026-11-21; empty if it is not known.
 
     Raises:
-        CleaningError: the file's name cannot be a set's, or the date is none.
+        CleaningError: the file's name cannot be a set's, the date is none, or a fitted value is out of bounds.
     """
     if _NAME.fullmatch(file.stem) is None:
         message = f"{file.stem!r} cannot name a set: begin with a letter; use letters, digits and _ . - only"
@@ -54,7 +54,11 @@ def calibrated_set(fit: GapFit, source: str | Path, file: Path, date: str = "") 
         lines += [f"{block}:"] * bool(own) + [f"  {name.partition('.')[2]}: {value:g}" for name, value in own.items()]
     lines += ["provenance:", *(_provenance(fit, name, date) for name in values)]
     text = "\n".join(lines) + "\n"
-    read_parameters_text(text, file=file)
+    try:
+        read_parameters_text(text, file=file)
+    except CleaningError as error:
+        message = f"the fitted values cannot be those of a line, so no set was written. It would be refused: {error}"
+        raise CleaningError(message) from None
     return text
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from cleaning.calibration.fit_ring import RingFit
 from cleaning.errors import CleaningError
+from recipes.errors import RecipeError
 from recipes.footprint import RING_EDGE_SIGMAS
 from recipes.load import RECIPE, load_recipe, read_recipe_text
 from recipes.nozzles import HollowCone, Wavefront
@@ -52,7 +53,7 @@ def recipe_with_ring(fit: RingFit, source: str | Path, nozzle: str, file: Path) 
         file: Where the new recipe will stand; it is named after it.
 
     Raises:
-        CleaningError: there is no such hollow cone.
+        CleaningError: there is no such hollow cone, or its ring does not suit the recipe.
         RecipeError: the recipe cannot be used.
     """
     _, before = choose_nozzle(source, nozzle)
@@ -68,7 +69,11 @@ def recipe_with_ring(fit: RingFit, source: str | Path, nozzle: str, file: Path) 
     first, _, rest = text.partition("\n")
     comment = f"# Nozzle {nozzle}: {_fit_text(fit)}\n"
     text = f"{first}\n{comment}{rest}" if first.startswith("#") else f"{comment}{text}"
-    read_recipe_text(text, file=file)
+    try:
+        read_recipe_text(text, file=file)
+    except RecipeError as error:
+        message = f"the fitted ring does not suit this recipe, so none was written. It would be refused: {error}"
+        raise CleaningError(message, path=f"nozzles.{nozzle}", file=find_file(source, RECIPE)) from None
     return text
 
 

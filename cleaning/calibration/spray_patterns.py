@@ -17,8 +17,10 @@ from cleaning.errors import CleaningError
 from geometry.arrays import Indices, Scalars
 
 _LENGTH = 2000.0
+_HIGHEST = 1000.0
+"""As in a recipe."""
 _COLUMNS: Mapping[str, Column] = {
-    "height_mm": Column(1.0, _LENGTH),
+    "height_mm": Column(1.0, _HIGHEST),
     "tilt_deg": Column(0.0, 80.0, default=0.0),
     "azimuth_deg": Column(-360.0, 360.0, optional=True),
     "inner_mm": Column(0.01, _LENGTH, optional=True),

@@ -56,6 +56,26 @@ def test_parameters_that_do_the_same_are_fully_correlated() -> None:
     assert correlations(Fit(np.zeros(1), 1.0, 19, np.zeros((20, 1))))[0, 0] == 1.0
 
 
+@pytest.mark.parametrize("size", [1e-150, 1e-9, 1.0, 1e150])
+def test_units_of_a_parameter_do_not_decide_whether_it_is_determined(size: float) -> None:
+    slopes = np.column_stack([np.ones(5), np.arange(5.0)])
+    plain = Fit(np.zeros(2), 1.0, 3, slopes)
+    scaled = Fit(np.zeros(2), 1.0, 3, slopes * [1.0, size])
+    wide = half_widths(scaled) * [1.0, size]
+    if size > 1e-100:
+        np.testing.assert_allclose(wide, half_widths(plain), rtol=1e-9)
+        np.testing.assert_allclose(correlations(scaled), correlations(plain), rtol=1e-9)
+    else:
+        assert np.isinf(half_widths(scaled)).all()
+
+
+@pytest.mark.parametrize("column", [np.zeros(4), np.full(4, 2.0), np.array([1.0, np.inf, 0, 0])])
+def test_a_fit_without_an_inverse_has_infinite_widths(column: np.ndarray) -> None:
+    fit = Fit(np.zeros(2), 0.0, 2, np.column_stack([np.ones(4), column]))
+    assert np.isinf(half_widths(fit)).all()
+    assert (correlations(fit) == 1).all()
+
+
 def test_chance_tells_an_effect_from_noise() -> None:
     few, more = Fit(np.zeros(1), 10.0, 19, np.ones((20, 1))), Fit(np.zeros(2), 1.0, 18, np.ones((20, 2)))
     assert chance_of_less(few, more) < 1e-6

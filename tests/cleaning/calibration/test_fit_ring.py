@@ -227,3 +227,24 @@ def test_a_file_that_cannot_be_read_is_told(tmp_path) -> None:
     (tmp_path / "latin.csv").write_bytes(HEAD.encode() + "1,2,3,4,5 µ\n".encode("latin-1"))
     with pytest.raises(CleaningError, match=r"latin\.csv:2: is not UTF-8 text"):
         calibrate_ring(tmp_path / "latin.csv")
+
+
+def test_a_ring_that_would_close_or_pass_the_plane_on_one_side_is_refused(tmp_path) -> None:
+    rows = ["0,2,4", "60,8,28", "120,2,3", "180,7,9", "210,3,7", "240,3,57", "7,50,56", "300,7,55"]
+    lines = [f"{height},0,{row}" for height, row in zip([4, 4, 8, 1, 8, 8, 8, 80], rows, strict=True)]
+    with pytest.raises(CleaningError, match=r"show no ring: .* half angle of 62\.1, between 24\.6 and 98"):
+        fitted(tmp_path, HEAD + "\n".join(lines) + "\n")
+
+
+def test_measurements_that_do_not_determine_a_ring_are_refused(tmp_path) -> None:
+    strengths = ["-30,-30,0", "-30,24,1e-6", "-30,30,9e6", "0,24,31", "30,-30,9e-10", "30,-24,1.06", "30,30,9e-10"]
+    rows = [*(f"40,0,0,{each}" for each in strengths), "1,0,0,0,30,22"]
+    with pytest.raises(CleaningError, match="do not determine a ring: its half angle or sigma could be off"):
+        fitted(tmp_path, "height_mm,tilt_deg,azimuth_deg,x_mm,y_mm,intensity\n" + "\n".join(rows) + "\n")
+
+
+def test_a_ring_that_does_not_suit_the_recipe_is_no_new_recipe(tmp_path) -> None:
+    fit = fitted(tmp_path, edge_table(Ring(half_angle=60.0), noise_mm=0.1, seed=5))
+    with pytest.raises(CleaningError, match="does not suit this recipe, so none was written") as caught:
+        recipe_with_ring(fit, "smt-aqueous", "ring60", tmp_path / "new.yaml")
+    assert "templates.around.tilt_deg: spray not closed on board" in str(caught.value)
