@@ -12,7 +12,7 @@ from robotcell.cell.cell import Cell, Tool
 from robotcell.cell.measured_place import board_pose
 from robotcell.cell.robot_library import build_robot, limit_joints, load_robot, require_limits
 from robotcell.cell.shapes import build_bodies, place_pose
-from robotcell.cell.spec import CellSpec, Hold, InputOutput, Output, Outputs
+from robotcell.cell.spec import CellSpec, Hold, InputOutput, JointLimits, Output, Outputs
 from robotcell.errors import CellError, error_at
 from robotcell.robot.robot import Poses, Robot
 from specs.yaml.file_kind import FileKind
@@ -204,11 +204,18 @@ def find_home_problems(spec: CellSpec, robot: Robot) -> list[Problem]:
     for index, (value, joint) in enumerate(zip(home, robot.joints, strict=True)):
         unit, word = (1e-3, "mm") if joint.kind == "prismatic" else (math.pi / 180, "degrees")
         if not joint.lowest - _SLACK <= unit * value <= joint.highest + _SLACK:
-            limits = f"{joint.lowest / unit:g} to {joint.highest / unit:g}"
-            problems.append(
-                Problem(("home_deg_mm", index), f"{joint.name} goes from {limits} {word}, not to {value:g}")
-            )
+            limits = f"{joint.lowest / unit:g} to {joint.highest / unit:g} {word}"
+            stated = [
+                name for name in (joint.name, "all") if name in spec.joints and _bounds_position(spec.joints[name])
+            ]
+            by = f" (joints.{stated[0]})" if stated else ""
+            message = f"{joint.name} goes from {limits}{by}, not to {value:g}"
+            problems.append(Problem(("home_deg_mm", index), message, tuple(("joints", name) for name in stated)))
     return problems
+
+
+def _bounds_position(limits: JointLimits) -> bool:
+    return limits.position_deg is not None or limits.position_mm is not None
 
 
 def _check_channels(io: InputOutput) -> Iterator[Problem]:

@@ -121,6 +121,12 @@ def test_a_robots_path_begins_at_the_cell_even_without_a_suffix(tmp_path: Path) 
         ("robot: ur5e", "robot: {urdff: a}", "robot.urdff", "did you mean 'urdf'"),
         ("home_deg_mm:", "home_deg:", "home_deg", "did you mean 'home_deg_mm'"),
         ("-106]", "-406]", "home_deg_mm[5]", "wrist_3 goes from -360 to 360 degrees, not to -406"),
+        (
+            "home_deg_mm:",
+            "joints: {wrist_3: {position_deg: [-90, 90]}}\nhome_deg_mm:",
+            "home_deg_mm[5]",
+            "wrist_3 goes from -90 to 90 degrees (joints.wrist_3), not to -106",
+        ),
         ("-106]", "-106, 0]", "home_deg_mm", "has 7 values; ur5e has 6 joints"),
         ("pose: {xyz_mm: [400, -50, 150]}", "{}", "board", "exactly one of pose, points, touched"),
         ("xyz_mm: [400, -50, 150]", "xyz_mm: [400, -50]", "board.pose.xyz_mm", "needs a value number 3"),
