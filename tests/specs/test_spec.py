@@ -30,7 +30,7 @@ def numbers(node: Any, place: str) -> Iterator[tuple[str, dict[str, Any]]]:
             yield from numbers(inner, f"{place}[{index}]")
     elif isinstance(node, dict):
         schema = cast("dict[str, Any]", node)
-        if schema.get("type") in ("number", "integer"):
+        if schema.get("type") in ("number", "integer") and not {"enum", "const"} & schema.keys():
             yield place, schema
         for key, inner in schema.items():
             if key not in ("default", "enum", "const"):
