@@ -127,7 +127,7 @@ def _check_fit(at: YamlPath, entry: Provenance, value: Any) -> Iterator[Problem]
         message = (
             f"{value:g} lies outside {low:g} to {high:g}: the value was changed, so state anew where it comes from"
         )
-        yield Problem((*at, "interval"), message, (tuple(at[-1].split(".")),))
+        yield Problem((*at, "interval"), message, (tuple(str(at[-1]).split(".")),))
 
 
 def _check_inherited(root: Located) -> Iterator[Problem]:

@@ -53,9 +53,9 @@ def test_a_board_that_lies_upside_down() -> None:
     assert not rules(CELL.replace("[400, -50, 150]}", "[400, 50, 150], rpy_deg: [40, 0, 0]}"))
 
 
-def test_a_board_out_of_reach_and_one_in_micrometres() -> None:
+def test_a_board_out_of_reach_and_one_in_tenths_of_millimetres() -> None:
     assert "mm from the first joint" in rules(CELL.replace("[400, -50, 150]", "[1400, -50, 150]"))["board-out-of-reach"]
-    found = rules(CELL.replace("[400, -50, 150]", "[400000, -50000, 150000]"))
+    found = rules(CELL.replace("[400, -50, 150]", "[40000, -5000, 15000]"))
     assert "xyz_mm is in mm" in found["board-out-of-reach"]
 
 
