@@ -11,7 +11,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Each test process begins with one half of the tests in their order, so that what a file prepares is mostly made once.
 PYTEST := $(BIN)/pytest -q -n 2 --dist worksteal
 
-.PHONY: demo test check types compiled documents format clean
+.PHONY: demo test check quick types compiled documents format clean
 
 demo: $(VENV)/.installed
 	$(BIN)/washboard demo
@@ -23,7 +23,9 @@ check: $(VENV)/.dev-installed
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/lint-imports
-	@$(MAKE) --no-print-directory --jobs 2 types compiled
+	@$(MAKE) --no-print-directory --jobs 2 types quick
+
+quick: compiled
 	$(PYTEST) -m "not slow"
 
 # Most of what it reads lives long: fewer and larger collections spare a tenth of its time.

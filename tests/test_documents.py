@@ -90,6 +90,7 @@ def complaint(words: list[str]) -> str | None:
     return None
 
 
+@pytest.mark.slow
 @every_page
 def test_every_command_that_is_named_exists(page: Path) -> None:
     called = commands(page.read_text("utf-8"), "washboard")

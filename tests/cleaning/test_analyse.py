@@ -126,6 +126,7 @@ def check_moved(bodies, recipe, motion, before):
             assert found.volume_mm[2] == pytest.approx(seen.volume_mm[2], rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_a_board_that_is_moved_and_planned_anew_is_as_clean(motion):
     check_moved(bodies_of("U1", "C1", "J1"), recipe_of(WASH, RINSE, DRY), motion, usual())

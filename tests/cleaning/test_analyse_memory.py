@@ -3,6 +3,7 @@
 import tracemalloc
 from dataclasses import replace
 
+import pytest
 from analysed import WASH, prepared_of, recipe_of
 
 from cleaning.analyse import analyse_on
@@ -28,6 +29,7 @@ def repeated(program: TimedProgram, times: int) -> TimedProgram:
     return replace(program, totals=totals, instructions=tuple(instructions))
 
 
+@pytest.mark.slow
 def test_the_analysis_takes_little_memory_for_each_move() -> None:
     prepared, recipe = prepared_of(("U1", "C1")), recipe_of(WASH)
     program = run(recipe, prepared.board).program

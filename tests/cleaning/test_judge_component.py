@@ -40,6 +40,7 @@ def judged(row, prepared=BOTH, by=None):
     return component_part(row, prepared, spraying_of(prepared, by), underside)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("row", "name", "acts"), [(0, "U1", [1, 0, 1, 1]), (2, "C2", [0, 1, 0, 0])])
 def test_a_part_is_judged_by_what_sprays_its_own_side(row, name, acts):
     part = judged(row)

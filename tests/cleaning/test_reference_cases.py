@@ -45,6 +45,7 @@ def standing(standoff_um, paste_factor=1.0):
     return prepare(board_of("U1"), PARAMETERS.model_copy(update={"parts": [known]}), _say_nothing)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tilt", "force"), [(0, 0.6824), (15, 0.6591), (30, 0.5910), (45, 0.4824)])
 def test_a_wide_plate_bears_the_known_force(tilt, force):
     polar = (np.arange(2000) + 0.5) * (np.pi / 4000)
@@ -108,6 +109,7 @@ def test_wet_surfaces_in_any_room_are_cooled_about_as_a_wet_bulb_is(air_c, humid
     assert cooled == pytest.approx(air_c - wet_bulb_c(air_c, humidity), rel=0.1)
 
 
+@pytest.mark.slow
 def test_warmth_counts_for_more_than_standoff_through_the_whole_gap():
     left = {
         warm: [residue(replace(WASH, temperature_c=warm), standing(height)) for height in (25.0, 50.0, 100.0, 200.0)]
@@ -120,6 +122,7 @@ def test_warmth_counts_for_more_than_standoff_through_the_whole_gap():
     assert left[60.0][1] / left[60.0][3] < left[40.0][1] / left[60.0][1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("block", "key", "values"),
     [
@@ -138,6 +141,7 @@ def test_what_helps_never_leaves_more(block, key, values):
     assert found[0] > found[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", [105.0, 112.0, 120.0])
 def test_water_is_kept_out_by_the_capillary_pressure_of_the_gap(contact):
     liquid = PARAMETERS.liquids["di-water"].model_copy(

@@ -56,6 +56,7 @@ def test_version() -> None:
     assert washboard("--version").out.startswith("washboard 0.")
 
 
+@pytest.mark.slow
 def test_help_and_completion_load_nothing_heavy() -> None:
     heavy = ["numpy", "scipy", "shapely", "trimesh", "toppra", "matplotlib", "numba", "ruamel"]
     for words in (["--help"], ["plan", "--help"]):
@@ -95,6 +96,7 @@ def test_plan_without_a_place_says_that_nothing_was_written(place: Path) -> None
     assert contents(place) == {}
 
 
+@pytest.mark.slow
 def test_a_program_is_shown_as_it_was_planned(place: Path) -> None:
     planned = washboard("plan", "tiny", "rinse-only", "-o", "a.wash").out.splitlines()
     shown = washboard("show", "a.wash", "--picture", "a.svg")
@@ -115,6 +117,7 @@ def test_a_program_is_told_from_one_for_another_board(place: Path) -> None:
     assert (place / "a.png").exists()
 
 
+@pytest.mark.slow
 def test_board_commands(place: Path) -> None:
     (place / "parts.csv").write_text("Ref,Package,Pins\nR1,R_0603_1608Metric,2\nX9,SOT-23,3\n")
     assert washboard("board", "list").out.split() == list(board_library())
@@ -146,6 +149,7 @@ def test_in_a_pipe_a_sentence_stays_on_one_line_and_nothing_is_coloured(place: P
     assert max(map(len, narrow.out.splitlines())) <= 80
 
 
+@pytest.mark.slow
 def test_the_same_command_gives_the_same_bytes(place: Path) -> None:
     for folder in ("one", "two"):
         (place / folder).mkdir()

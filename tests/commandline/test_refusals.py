@@ -153,6 +153,7 @@ TABLES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TABLES)
 def test_parts_tables_that_cannot_be_used(place: Path, name: str) -> None:
     content, said = TABLES[name]

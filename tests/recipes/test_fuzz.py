@@ -2,6 +2,7 @@
 
 import string
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -69,6 +70,7 @@ def test_library_recipes_with_one_value_changed(text: str, data: st.DataObject) 
     read("\n".join(lines))
 
 
+@pytest.mark.slow
 @FUZZ
 @given(st.sampled_from(LIBRARY), st.data())
 def test_library_recipes_cut_and_pasted(text: str, data: st.DataObject) -> None:
@@ -77,6 +79,7 @@ def test_library_recipes_cut_and_pasted(text: str, data: st.DataObject) -> None:
     read(text[:begin] + data.draw(YAMLISH) + text[end:])
 
 
+@pytest.mark.slow
 @FUZZ
 @given(st.sampled_from(LIBRARY), st.data())
 def test_library_recipes_with_lines_gone_or_doubled(text: str, data: st.DataObject) -> None:

@@ -151,6 +151,7 @@ def test_a_wait_after_the_change_begins_when_the_tool_is_there(after_s: float) -
     np.testing.assert_allclose(held[0], playback(requested, np.array([begin_s + 0.5])).tcp[0], atol=1e-3)
 
 
+@pytest.mark.slow
 def test_a_tool_that_is_changed_some_time_after_the_last_move_is_changed_before_the_next() -> None:
     program = line_program()
     top = moves_of(program)[-1]

@@ -191,6 +191,7 @@ def test_a_wall_in_the_way_is_named() -> None:
     assert any(finding.severity == "error" for finding in report.findings)
 
 
+@pytest.mark.slow
 def test_a_tcp_turned_by_half_a_turn_is_recognised() -> None:
     cell = cell_of("ur5e-bench")
     tools = tuple(

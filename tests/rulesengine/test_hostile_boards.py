@@ -31,11 +31,13 @@ LIMITS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BOARDS)
 def test_no_complaints(name):
     assert complaints(run(load_recipe("smt-aqueous"), BOARDS[name]())) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limits", list(LIMITS)[1:])
 def test_no_complaints_about_towers_whatever_the_limits(limits):
     assert complaints(run(recipe_with(*LIMITS[limits]), BOARDS["towers"]())) == []
@@ -55,6 +57,7 @@ def test_no_complaints_with_any_recipe(name, recipe):
     assert complaints(run(load_recipe(recipe), BOARDS[name]())) == []
 
 
+@pytest.mark.slow
 def test_a_path_over_many_bodies_grows_with_their_number_and_not_its_square():
     recipe = recipe_with({"clearance_mm": 5.0}, {"height_mm": 5.3})
     counts = []
@@ -143,6 +146,7 @@ def test_no_complaints_about_any_recipe(recipe):
     check_any(recipe, "mixed")
 
 
+@pytest.mark.slow
 @given(recipe=recipes().filter(has_few_strokes).filter(moves_with_the_board))
 @settings(ANY, max_examples=8)
 def test_any_recipe_moves_with_its_board(recipe):

@@ -23,6 +23,7 @@ def test_a_slice_of_the_fuzz_finds_no_fault() -> None:
     assert all(int(refused) + int(accepted) == int(cases) for _, cases, refused, accepted in rows)
 
 
+@pytest.mark.slow
 def test_readers_that_are_most_exposed_stand_a_few_cases() -> None:
     run = fuzz("--cases", "60", "--seed", "6", "--only", "kicad,idf,obj,gltf,parts,urdf")
     assert run.returncode == 0, run.stdout + run.stderr

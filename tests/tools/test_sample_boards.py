@@ -69,6 +69,7 @@ def test_the_committed_file_is_what_the_script_writes(file: str) -> None:
     assert text == rendered()[file].encode(), "run: python tools/write_sample_boards.py"
 
 
+@pytest.mark.slow
 def test_no_sample_is_forgotten() -> None:
     assert {path.name for path in FOLDER.glob("*.tri*")} == set(FILES.values()) == set(rendered())
 

@@ -106,6 +106,7 @@ def test_a_signal_that_is_ignored_from_outside_stays_ignored(tmp_path: Path) -> 
     assert (run.returncode, run.stdout, run.stderr) == (0, "on\n", "")
 
 
+@pytest.mark.slow
 def test_a_closed_error_stream_is_no_obstacle(tmp_path: Path) -> None:
     code = f"{WATCHED}os.kill(os.getpid(), signal.SIGINT); time.sleep(60)"
     run = subprocess.run(["sh", "-c", f"exec '{sys.executable}' -c '{code}' 2>&-"], cwd=ROOT, check=False)

@@ -199,6 +199,7 @@ def found(board: Board, part: Part) -> Component:
     return min(board.components, key=lambda each: each.outline.centroid.distance(part.outline.centroid))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_the_same_board_is_read_from_every_format(suffix: str, tmp_path: Path) -> None:
     board = read(tmp_path, suffix)

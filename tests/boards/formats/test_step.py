@@ -92,6 +92,7 @@ def test_what_is_no_step_file_is_refused(content: bytes, said: str, tmp_path: Pa
         read_scene(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", ["hole", "wireframe"])
 def test_a_damaged_or_empty_assembly_is_one_quiet_error(
     damage: str, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
@@ -192,6 +193,7 @@ SHAPE_REPRESENTATION_RELATIONSHIP());
 """A part whose model is in another file, as OpenCASCADE reads and writes it."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "before"),
     [

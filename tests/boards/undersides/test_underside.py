@@ -97,6 +97,7 @@ def test_what_has_no_thin_gap_is_left_out(stated: dict[str, Any]) -> None:
     assert beneath_of(body("U1", QFN, **stated)) == {}
 
 
+@pytest.mark.slow
 def test_leads_are_not_part_of_the_body() -> None:
     one = beneath_sample("smt-demo")["U3"]
     assert (one.length_mm, one.width_mm) == pytest.approx((7.0, 7.0), abs=2e-3)
@@ -147,6 +148,7 @@ def test_the_bottom_side_is_measured_from_the_bottom() -> None:
     assert (found["U1"].length_mm, found["U1"].width_mm) == (5.0, 4.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.3, math.pi / 2, 2.5, -1.234])
 @pytest.mark.parametrize("name", ["two-sided", "tiny"])
 def test_undersides_move_with_the_board_and_change_nothing_else(name: str, angle: float) -> None:

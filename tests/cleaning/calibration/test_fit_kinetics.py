@@ -61,6 +61,7 @@ def test_without_noise_the_truth_is_found(tmp_path) -> None:
     assert fit.soil.half_pct == PARAMETERS.soil.half_pct
 
 
+@pytest.mark.slow
 @given(k1=st.floats(0.004, 0.02), activation=st.floats(20, 50), k_m=st.floats(0.015, 0.08), seed=st.integers(0, 999))
 @settings(deadline=None, max_examples=2)
 def test_with_noise_the_truth_is_near(tmp_path_factory, k1, activation, k_m, seed) -> None:
@@ -113,6 +114,7 @@ def test_a_puddle_is_told_from_coupons_under_the_front_and_beyond_it(tmp_path) -
     assert held(fit, "k_m_per_s", TRUTH["k_m_per_s"])
 
 
+@pytest.mark.slow
 def test_where_chemistry_limits_the_removal_is_not_told(tmp_path) -> None:
     fit = calibrate_gap(coupons(tmp_path, noise=0.02, seed=1, k1_per_s=0.004, k_m_per_s=20.0), BENCH)
     assert "soil.k1_per_s" in fit.estimates
@@ -124,6 +126,7 @@ def test_where_chemistry_limits_the_removal_is_not_told(tmp_path) -> None:
     assert not load_parameters(tmp_path / "mine.yaml").calibrated
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("first", "known", "grade"), [("# synthetic", "synthetic", False), ("# ours", "calibrated", True)]
 )
@@ -144,6 +147,7 @@ def test_made_up_coupons_never_raise_the_grade(tmp_path, first: str, known: str,
     assert ("SYNTHETIC" in text) is not grade
 
 
+@pytest.mark.slow
 def test_a_set_extends_a_file_by_the_way_to_it(tmp_path) -> None:
     base = tmp_path / "sets" / "base.yaml"
     base.parent.mkdir()
@@ -153,12 +157,14 @@ def test_a_set_extends_a_file_by_the_way_to_it(tmp_path) -> None:
     assert 'extends: "sets/base.yaml"\n' in text
 
 
+@pytest.mark.slow
 def test_same_input_same_bytes(tmp_path) -> None:
     file = coupons(tmp_path, noise=0.02, seed=9, **TRUTH)
     texts = {calibrated_set(calibrate_gap(file, BENCH), "default", tmp_path / "mine.yaml") for _ in range(2)}
     assert len(texts) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "wanted"), [("9.yaml", "cannot name a set"), ("a b.yaml", "cannot name a set")])
 def test_a_name_that_no_set_can_have_is_told(tmp_path, name: str, wanted: str) -> None:
     fit = calibrate_gap(coupons(tmp_path, noise=0.02, seed=1, **TRUTH), BENCH)
@@ -209,6 +215,7 @@ def test_a_bad_table_is_told_with_its_line(tmp_path, text: str, wanted: str) -> 
     assert wanted in str(caught.value)
 
 
+@pytest.mark.slow
 def test_coupons_that_say_nothing_are_told(tmp_path) -> None:
     random = np.random.default_rng(1)
     rows = [f"{50},{60 + 60 * n},{40 + 10 * (n % 2)},3,{random.uniform():.3f}" for n in range(10)]

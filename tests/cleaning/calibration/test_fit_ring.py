@@ -44,6 +44,7 @@ def test_without_noise_the_ring_is_found_exactly(tmp_path) -> None:
     assert fit.rms < 0.01
 
 
+@pytest.mark.slow
 @given(half_angle=st.floats(15, 45), sigma=st.floats(1.5, 5), seed=st.integers(0, 999))
 @settings(deadline=None, max_examples=8)
 def test_with_noise_the_ring_is_found_as_well_as_the_interval_says(
@@ -87,6 +88,7 @@ def test_intensities_give_the_ring_and_how_its_strength_varies(tmp_path, quantit
     assert fit.gain == pytest.approx(ring.gain, abs=0.05)
 
 
+@pytest.mark.slow
 def test_intensities_by_radius_are_those_by_x_and_y(tmp_path) -> None:
     rows = [line.split(",") for line in intensity_table(Ring(), noise=0.0, seed=5).splitlines()[2:]]
     lines = ["height_mm,tilt_deg,azimuth_deg,radius_mm,intensity"]
@@ -162,6 +164,7 @@ def test_a_nozzle_that_is_no_hollow_cone_is_told(tmp_path) -> None:
         recipe_with_ring(fit, "smt-aqueous", "ring6", tmp_path / "mine.yaml")
 
 
+@pytest.mark.slow
 def test_same_input_same_fit(tmp_path) -> None:
     text = intensity_table(WAVY, noise=0.01, seed=2)
     assert nozzle_text(fitted(tmp_path, text)) == nozzle_text(fitted(tmp_path, text))

@@ -43,6 +43,7 @@ def test_the_hash_is_that_of_the_file_and_the_name_has_no_folders(tmp_path: Path
     assert here.source != read(tmp_path, "a\n1\n3\n").source
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "wanted"),
     [

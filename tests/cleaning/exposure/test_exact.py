@@ -24,6 +24,7 @@ def drift(tilt):
     return samples_of(np.column_stack([x, 3 * np.sin(x), np.full(120, 24.0)]), downward(tilt), seconds=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("nozzle", "use", "tilt"),
     [

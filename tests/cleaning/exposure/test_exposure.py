@@ -109,6 +109,7 @@ def test_more_spraying_never_gives_less():
         assert np.all(getattr(more, name) >= getattr(some, name) - 1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", [Motion(90.0, (0, 0, 0)), Motion(37.0, (40.0, -200.0, 5.0))])
 def test_a_moved_board_under_a_moved_nozzle_gets_the_same(motion):
     samples = sweep(tilt=20.0)

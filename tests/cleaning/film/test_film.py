@@ -76,6 +76,7 @@ def test_the_reference_film():
     assert momentum(spot(0.0), far) == pytest.approx(1.641, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn_deg", [0.0, 33.0, 180.0, 271.0])
 def test_an_upright_ring_follows_the_plain_law(turn_deg):
     jet, at = jet_named("ring"), spot(turn_deg)
@@ -111,6 +112,7 @@ def test_both_films_together_carry_all_that_is_sprayed(nozzle, tilt, height, azi
     assert carried == pytest.approx(known.momentum_n, rel=5e-3)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=25)
 @given(half=st.floats(10.0, 40.0), tilt=st.floats(0.0, 44.0), height=st.floats(10.0, 150.0), first=st.floats(0.0, 40.0))
 def test_the_rim_of_a_cone_is_its_ellipse(half, tilt, height, first):

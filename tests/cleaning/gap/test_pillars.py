@@ -115,6 +115,7 @@ def test_posts_in_flat_gaps_against_given_flow_in_three_dimensions() -> None:
 CHECKED = [(0.05, 0.5), (0.1, 0.2), (0.2, 0.3), (0.3, 0.5), (0.4, 0.5), (0.5, 0.3), (0.6, 0.3)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "height"), CHECKED)
 def test_posts_in_gaps_of_any_height_against_own_flow_in_three_dimensions(share: float, height: float) -> None:
     stokes = stokes_factor(share, height, 32, 5)
@@ -129,6 +130,7 @@ def test_more_posts_against_own_flow_in_three_dimensions(share: float, height: f
     assert float(post_factor(diameter(share), 1.0, height)) == pytest.approx(stokes, rel=0.04)
 
 
+@pytest.mark.slow
 def test_given_flow_lies_two_to_five_per_cent_above_own() -> None:
     own = [stokes_factor(share, height, 32, 5) for share, height in PUBLISHED[:, :2]]
     excess = PUBLISHED[:, 2] / own - 1.0

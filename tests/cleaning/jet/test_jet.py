@@ -49,6 +49,7 @@ def test_all_of_the_flow_leaves(name):
     assert whole == pytest.approx(1.0, abs=5e-3 if name == "knife" else 1e-3)
 
 
+@pytest.mark.slow
 @given(half=st.floats(5, 70), sigma=st.floats(1.0, 8.0), shift=st.floats(0.0, 350.0), bulge=st.floats(0.7, 1.4))
 @settings(deadline=None, max_examples=5)
 def test_all_of_the_flow_leaves_any_ring(half, sigma, shift, bulge):

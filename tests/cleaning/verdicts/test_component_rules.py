@@ -75,6 +75,7 @@ def test_rinsing_has_its_own_limit_and_the_wave_front_counts_where_it_is_asked_f
     assert one(judge_part(hurried), "R2").verdict == "marginal"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("low", "repeats", "verdict", "says"),
     [(0.7, 4, "clean", "3 times, of 4 at most"), (0.4, 4, "marginal", "even if done 4 times"), (2.0, 4, "clean", "")],

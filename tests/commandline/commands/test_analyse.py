@@ -80,6 +80,7 @@ def test_what_is_clean_and_stays_wet_is_not_called_marginal(program: Path, monke
     assert re.search(r"J1 +no verdict +A +R14 ", rows["J1"])
 
 
+@pytest.mark.slow
 def test_every_report_says_by_which_version_and_how_thoroughly_it_was_made(
     program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -235,6 +236,7 @@ def test_components_of_which_the_same_is_said_stand_in_one_line(program: Path, m
     assert lines[0].startswith(", ".join(f"R{number}" for number in range(1, 13)) + " and 3 more")
 
 
+@pytest.mark.slow
 def test_two_recipes_are_compared(tmp_path: Path) -> None:
     files = ("--html", tmp_path / "both.html", "--json", tmp_path / "both.json")
     done = washboard("compare", "tiny", "rinse-only", "dry-only", *files)

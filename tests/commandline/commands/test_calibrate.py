@@ -14,6 +14,7 @@ DEMO = Path(cleaning.__path__[0]) / "library" / "demo"
 RING, COUPONS = DEMO / "ring.csv", DEMO / "coupons.csv"
 
 
+@pytest.mark.slow
 def test_a_ring_goes_into_a_new_recipe_and_a_picture(tmp_path: Path) -> None:
     output, picture = tmp_path / "mine.yaml", tmp_path / "ring.svg"
     result = washboard("calibrate", "ring", RING, "-o", output, "--picture", picture)
@@ -54,6 +55,7 @@ def test_coupons_make_a_set_that_says_what_they_do_not_tell(tmp_path: Path) -> N
     assert again.read_bytes() == picture.read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "wanted"),
     [

@@ -19,6 +19,7 @@ def call(*arguments: str | Path) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "160"})
 
 
+@pytest.mark.slow
 def test_list_names_each_cell_and_each_robot_with_what_it_is() -> None:
     result = call("list")
     assert result.exit_code == 0

@@ -43,6 +43,7 @@ def test_the_same_check_gives_the_same_bytes(program: Path, tmp_path: Path) -> N
     assert contents(tmp_path / "one") == contents(tmp_path / "two")
 
 
+@pytest.mark.slow
 def test_what_cannot_be_done_ends_with_one_and_says_why(program: Path, tmp_path: Path) -> None:
     cell = tmp_path / "far.yaml"
     text = (Path(recipes.__file__).parent.parent / "robotcell/library/cells/ur5e-bench.yaml").read_text()

@@ -182,6 +182,7 @@ def test_strokes_given_in_the_order_found_are_not_done_in_a_longer_one(instance)
     assert second.length_mm <= route.length_mm
 
 
+@pytest.mark.slow
 @given(instances(), st.floats(-180, 180), st.floats(-500, 500), st.floats(-500, 500))
 @settings(deadline=None, max_examples=25)
 def test_order_moves_with_the_strokes(instance, angle_deg, x, y):

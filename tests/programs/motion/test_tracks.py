@@ -42,6 +42,7 @@ def worst_miss(program: TimedProgram, motion: MotionProgram) -> tuple[float, flo
     return max(place), max(turn)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("made", list(PROGRAMS))
 def test_every_sample_is_on_the_lines(made: str) -> None:
     program = PROGRAMS[made]()
@@ -129,6 +130,7 @@ def test_a_zone_keeps_the_corner_within_the_blend_error_and_away_from_the_next_z
         assert line.blend_mm <= 0.41 * max(min(line.length_mm, after.length_mm), 0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_moving_the_board_moves_the_lines_and_changes_nothing_else(seed: int) -> None:
     def lines(plan: Plan) -> tuple[Line, ...]:

@@ -35,6 +35,7 @@ def exported(name: str, program: TimedProgram, cell: Installation | None = None)
     return export(program, for_language(cell or small_cell(), name), name, joints)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "made"), CASES)
 def test_what_is_written_is_read_back_as_planned(name: str, made: str) -> None:
     dialect, cell = DIALECTS[name], small_cell()
@@ -43,6 +44,7 @@ def test_what_is_written_is_read_back_as_planned(name: str, made: str) -> None:
     assert compare(dialect.read(files), motion, cell) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "made"), CASES)
 def test_every_file_is_ascii_and_no_line_is_too_long(name: str, made: str) -> None:
     dialect = DIALECTS[name]
@@ -112,6 +114,7 @@ def test_a_turn_whose_way_is_lost_in_the_last_digit_is_told_as_one_on_the_spot(n
     assert nearly != on_the_spot
 
 
+@pytest.mark.slow
 @NAMED
 @settings(deadline=None, max_examples=15)
 @example(program=program_of(START, LOW, MoveTo(0.0, (0.0, 0.0, 0.001), ROUND, 0.0, ""), SetNozzle(0.0, False, "")))

@@ -244,6 +244,7 @@ def test_a_fitted_value_is_told_with_how_well_it_was_fitted() -> None:
     assert "c.csv (2026-11-21); 48 samples, rms 0.02, 95 % 0.0004 to 0.0005" in told
 
 
+@pytest.mark.slow
 def test_the_program_is_named_by_its_hash_where_it_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cleaning_page_module, "draw_exposures", lambda _: [])
     told = cleaning_page(small_report(), Traceability(program_sha256="c0de" * 16))

@@ -59,6 +59,7 @@ def test_colours_differ_also_in_grey():
     assert min(abs(lightness(each) - wet) for said, each in VERDICT_COLOURS.items() if said != "clean, wet") > 12
 
 
+@pytest.mark.slow
 def test_what_the_jet_never_hits_stands_out_and_nothing_does_where_all_is_hit():
     report = washed()
     ((_, picture),) = draw_exposures(report)
@@ -71,6 +72,7 @@ def test_what_the_jet_never_hits_stands_out_and_nothing_does_where_all_is_hit():
     assert not has_colour(picture.content, ACCENT)
 
 
+@pytest.mark.slow
 def test_the_side_that_is_sprayed_is_the_one_that_is_drawn():
     report = small_report()
     below = upside_down(report.stages[0])
@@ -78,6 +80,7 @@ def test_the_side_that_is_sprayed_is_the_one_that_is_drawn():
     assert [picture.alt.split(", ")[1] for _, picture in told] == ["top side", "bottom side"]
 
 
+@pytest.mark.slow
 def test_what_does_not_belong_to_the_side_is_left_out_of_its_pictures():
     report = washed()
     ((_, picture),) = draw_exposures(report)

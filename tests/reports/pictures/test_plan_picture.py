@@ -76,6 +76,7 @@ def test_a_plan_says_what_it_takes_and_shows_what_it_is_made_from() -> None:
     assert "U1" in words.split("\n")
 
 
+@pytest.mark.slow
 def test_another_path_gives_another_picture() -> None:
     assert draw_plan(BOARD, hand_program(), ".png") != draw_plan(BOARD, both_sides(), ".png")
 

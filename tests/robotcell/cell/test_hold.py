@@ -105,6 +105,7 @@ def test_a_place_is_written_for_the_point_that_the_file_names() -> None:
     assert read_cell_text(with_place(text, place, Path("c.yaml"))).spec.board.held_by == "front_left"
 
 
+@pytest.mark.slow
 def test_what_would_help_does_not_depend_on_the_origin_of_the_file() -> None:
     """Upside down by mistake: turning over and turning about z are about the held point."""
     over = CELL.replace("[400, -50, 150]}", "[400, -50, 150], rpy_deg: [180, 0, 0]}")
@@ -125,6 +126,7 @@ def exported(board: Board, name: str, dialect: str) -> CellExport:
     return export_in_cell(run(load_recipe("rinse-only"), board).program, read_cell(name), dialect, board)
 
 
+@pytest.mark.slow
 def test_a_board_far_from_its_origin_is_reached_with_the_same_joints_and_the_same_exported_ones() -> None:
     near, far = (exported(board, "ur5e-bench", "joint-table") for board in (tiny(), far_tiny()))
     assert near.report.possible

@@ -29,6 +29,7 @@ def requested() -> Poses:
     return np.array(poses)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CELLS)
 def test_some_configuration_reaches_every_pose_without_collision(name: str) -> None:
     cell = read_cell(name).cell

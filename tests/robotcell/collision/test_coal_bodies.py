@@ -1,6 +1,7 @@
 """Every shape meets what another computation finds that it meets, for random poses."""
 
 import numpy as np
+import pytest
 from flying_cells import at, board_with, box_triangles, cell_of, flyer, flying_poses, mesh, scattered
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -81,6 +82,7 @@ def test_a_capsule_meets_a_box_and_the_same_box_as_a_mesh(seed, margin):
         agrees(collides(build_collider(cell, None), q, 1), distances, margin)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=10)
 @given(seed=SEEDS, margin=st.sampled_from([0.0, 0.008]), scale=st.floats(1.0, 40.0))
 def test_a_capsule_meets_a_board_that_is_a_soup_of_triangles(seed, margin, scale):
@@ -108,6 +110,7 @@ def test_a_capsule_meets_a_board_that_is_a_soup_of_triangles(seed, margin, scale
     agrees(found, np.minimum(distances, thin), margin, slack=step)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=10)
 @given(seed=SEEDS)
 def test_a_mesh_link_meets_what_points_on_it_are_in(seed):

@@ -19,6 +19,7 @@ EXACT = 1e-5
 SEEDS = st.integers(0, 2**32 - 1)
 
 
+@pytest.mark.slow
 def test_many_rows_at_once_are_what_each_is_alone():
     soup = box_triangles((80.0, 60.0, 2.0))
     cell = cell_of(

@@ -44,6 +44,7 @@ def test_an_arm_on_a_slide_has_the_longer_lever():
     assert collides_between(collider, *ends, 1)[0]
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1), margin=st.sampled_from([0.0, 0.004]), far=st.sampled_from([0.02, 0.2, 1.0]))
 def test_ways_agree_with_very_many_samples(seed, margin, far):

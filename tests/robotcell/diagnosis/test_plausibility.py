@@ -25,6 +25,7 @@ def rules(text: str, board: Board | None = None) -> dict[str, str]:
     return {finding.rule.id: finding.message for finding in check_cell(read_cell_text(text).cell, board)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", cell_library())
 def test_library_cells_have_no_findings(name: str) -> None:
     assert check_cell(read_cell(name).cell, demo()) == ()

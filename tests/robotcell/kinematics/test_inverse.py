@@ -67,6 +67,7 @@ def none_is_missed(name: str, poses: int, starts: int) -> None:
             assert np.min(apart(robot, mine, row)) < 1e-5, (number, row)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_a_search_from_many_places_finds_nothing_else(name: str) -> None:
     none_is_missed(name, 2, 60)

@@ -93,6 +93,7 @@ def is_as_rich_as_its_neighbours(name: str, case: str, count: int, neighbours: i
     assert np.all(simple + 2 * merged >= np.max(beside, axis=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_singular_pose_has_as_many_configurations_as_those_beside_it(name: str, case: str) -> None:

@@ -47,6 +47,7 @@ def test_the_best_places_of_the_maribor_part_are_found(tool: float, value: float
     assert found.value == found.mean
 
 
+@pytest.mark.slow
 def test_the_least_is_better_where_the_least_is_asked_for() -> None:
     mean = best(maribor(0.25), flat_top(4, 3), PlacementGoal(criterion="mean", distance=(0.15, 0.9)))
     least = best(maribor(0.25), flat_top(4, 3), PlacementGoal(criterion="least", distance=(0.15, 0.9)))
@@ -54,6 +55,7 @@ def test_the_least_is_better_where_the_least_is_asked_for() -> None:
     assert mean.mean >= least.mean - 1e-9
 
 
+@pytest.mark.slow
 def test_turning_everything_about_the_base_axis_changes_nothing() -> None:
     cell = maribor(0.15)
     turned = dataclasses.replace(cell, T_cell_board=pose((0, 0, 0), (0, 0, 1.0)) @ cell.T_cell_board)

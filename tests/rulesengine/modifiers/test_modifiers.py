@@ -47,6 +47,7 @@ def dense(tcp, step=0.1):
     return np.concatenate(points)
 
 
+@pytest.mark.slow
 @given(
     height=st.floats(5, 60),
     x=st.floats(15, 60),

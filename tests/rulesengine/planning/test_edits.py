@@ -153,6 +153,7 @@ def test_a_sketch_has_all_strokes_in_another_order():
     assert [str(each.made_by) for each in sketch.moving()] != [str(each.made_by) for each in after.plan.moving()]
 
 
+@pytest.mark.slow
 def test_what_is_settled_at_once_is_not_sketched():
     before, sketches = first(), []
     after = run(EDITS["height"](before.recipe), before.board, before=before)

@@ -57,6 +57,7 @@ def one_finding(program: TimedProgram) -> Finding:
     return finding
 
 
+@pytest.mark.slow
 @given(seed=seeds)
 @settings(deadline=None, max_examples=15)
 def test_an_independent_reader_finds_nothing_wrong_with_any_plan(seed: int) -> None:

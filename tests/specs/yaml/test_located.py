@@ -91,6 +91,7 @@ def test_empty(text: str) -> None:
         read_yaml(text, "f", RECIPE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "? ", "{? ", "[{a: "])
 @pytest.mark.parametrize("depth", [31, 200, 100_000])
 def test_deep_nesting_is_refused_as_soon_as_it_is_seen(opening: str, depth: int) -> None:
@@ -99,6 +100,7 @@ def test_deep_nesting_is_refused_as_soon_as_it_is_seen(opening: str, depth: int)
     assert caught.value.line == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "message"),
     [

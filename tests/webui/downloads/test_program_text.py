@@ -76,6 +76,7 @@ def test_every_sprayed_stroke_is_found_in_every_language(dialect):
         assert done.files[index].makers[number - 1] == made_by
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dialect", ["ur", "joint-table"])
 def test_the_page_writes_what_the_command_line_writes(dialect):
     done = tracked()

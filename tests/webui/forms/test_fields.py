@@ -61,6 +61,7 @@ def test_every_key_of_every_specification_has_an_input(spec):
         assert field.kind != "choice" or field.value in (*field.options, "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LIBRARY)
 def test_what_a_form_shows_reads_back_as_what_the_recipe_states(name):
     loaded, text = LIBRARY[name], read_text(recipe_library()[name], RECIPE)

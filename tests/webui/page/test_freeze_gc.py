@@ -17,6 +17,7 @@ def as_before():
     gc.unfreeze()
 
 
+@pytest.mark.slow
 def test_what_lives_is_no_longer_looked_at():
     kept = [Circle() for _ in range(1000)]
     freeze_gc()
@@ -24,6 +25,7 @@ def test_what_lives_is_no_longer_looked_at():
     assert not any(isinstance(each, Circle) for each in gc.get_objects())
 
 
+@pytest.mark.slow
 def test_circles_go_at_the_latest_when_it_is_called_again():
     circle = Circle()
     gone = weakref.ref(circle)
@@ -35,6 +37,7 @@ def test_circles_go_at_the_latest_when_it_is_called_again():
     assert gone() is None
 
 
+@pytest.mark.slow
 def test_what_comes_later_is_collected_as_usual():
     freeze_gc()
     gone = weakref.ref(Circle())

@@ -267,6 +267,7 @@ def open_text(page: BarePage, place: Place, name: str, text: str) -> str:
     return unescape(re.sub("<[^>]*>", "", alerts()[-1]))
 
 
+@pytest.mark.slow
 def test_a_recipe_of_the_folder_extends_nothing_outside(page, place) -> None:
     with opened_below(place.outside, Path("/etc"), Path("/dev")) as opened:
         for number, name in enumerate(EXTENDS):
@@ -302,6 +303,7 @@ CELLS = {
 REASONS = ("outside the project folder", "no such", "not a file", "a mesh is read from")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", CELLS)
 def test_a_cell_names_nothing_outside(page, place, kind) -> None:
     old, new, stated = CELLS[kind]

@@ -268,6 +268,7 @@ def test_patches_that_rounding_makes_degenerate_are_not_written(tmp_path: Path) 
     assert (len(again.patches), rules) == (1, ())
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_any_damage_gives_a_board_or_one_clear_error(tmp_path: Path, data: st.DataObject) -> None:

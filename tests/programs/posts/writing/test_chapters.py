@@ -14,6 +14,7 @@ def steps_of(parts: tuple[Part, ...]) -> list[Step]:
     return [step for part in parts for step in (part.steps if isinstance(part, Chapter) else (part,))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("made", list(PROGRAMS))
 @pytest.mark.parametrize("most", [15, 100, 5000])
 def test_nothing_is_lost_and_no_routine_is_too_long(made: str, most: int) -> None:

@@ -41,6 +41,7 @@ def outcome(runner):
     return runner.first(TEXT)
 
 
+@pytest.mark.slow
 def test_deposits_add_up_to_what_each_stage_leaves(runner):
     planned = run(parse_recipe(TEXT, file=FILE), runner.prepared.board)
     report = analyse_on(runner.prepared, planned.program, planned.recipe, "fast")
@@ -68,6 +69,7 @@ def test_the_present_is_predicted_as_it_is(outcome):
             assert bound.amount(now, predicted.durations(now, {})) == pytest.approx(value, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_slower_and_more_often_is_predicted_as_it_comes_out(runner, outcome):
     predicted = forecast(outcome, Corrections())
     planned = runner.spray_durations(LONGER)
@@ -98,6 +100,7 @@ def test_slopes_come_to_the_amount(outcome):
             assert slopes @ times[list(bound.which)] == pytest.approx(bound.amount(times, {}), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_bounds_rise_where_less_was_found_than_predicted(runner, outcome):
     predicted = forecast(outcome, Corrections())
     hurried = runner.outcome(TEXT.replace("speed_mm_s: 30", "speed_mm_s: 100").replace("repeat: 2", "repeat: 1"))
@@ -127,6 +130,7 @@ def test_a_speed_between_two_that_are_known_goes_with_the_inverse_of_time():
     assert 110.0 < known.speed(0.1) <= 120.0  # no faster than shortens it
 
 
+@pytest.mark.slow
 def test_required_times_are_met_by_planning(runner, outcome):
     speeds = {
         variable.template: variable

@@ -76,6 +76,7 @@ def test_the_headline_never_claims_more_than_the_model_can():
     assert "1 dirty, 1 marginal, 1 no verdict, 2 clean" in text
 
 
+@pytest.mark.slow
 def test_the_board_is_made_ready_once_for_its_parameters():
     session = tiny_session()
     parameters = load_parameters()
@@ -218,6 +219,7 @@ def test_a_limit_is_kept_for_its_measure_and_a_bad_one_is_refused(tmp_path):
         assert find(page, "Limit (%)").value == 25.0
 
 
+@pytest.mark.slow
 def test_the_volume_grows_with_the_playback(tmp_path):
     with opened(analysed_session(), tmp_path) as (page, scene, panel):
         press(page, "Show", "Volume")
@@ -243,6 +245,7 @@ def passed(legend):
     return float(re.search(r"at least 3 mm: ([\d.]+) %", legend.content)[1])
 
 
+@pytest.mark.slow
 def test_a_moment_that_comes_late_draws_nothing(tmp_path):
     with opened(analysed_session(), tmp_path) as (page, scene, panel):
         press(page, "Show", "Volume")

@@ -99,6 +99,7 @@ def test_a_copy_says_the_same_under_its_own_name():
     assert list(after.recipe.classes)[2:4] == ["small", "small-2"]
 
 
+@pytest.mark.slow
 def test_a_new_name_holds_wherever_it_is_used():
     renames = {
         ("classes", "small"): "tiny",

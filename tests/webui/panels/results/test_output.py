@@ -33,6 +33,7 @@ def broken(session: Session) -> Session:
     return replace(session, run=replace(session.run, findings=(ERROR, *session.run.findings)))
 
 
+@pytest.mark.slow
 def test_the_page_gives_the_bytes_that_the_command_line_writes(session: Session, tmp_path: Path) -> None:
     assert session.run is not None
     places = {PROGRAM: tmp_path / "a.wash", PNG: tmp_path / "a.png", REPORT: tmp_path / "a.json"}

@@ -71,6 +71,7 @@ def test_a_robot_that_can_do_it_goes_where_the_nozzle_goes():
     assert "planned" in facts["Time"]
 
 
+@pytest.mark.slow
 def test_a_check_counts_for_its_program_and_its_cell_alone():
     session = checked_session()
     assert session.check is session.checked

@@ -45,6 +45,7 @@ def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
     assert (alone.name, alone.content[:8]) == ("tiny.script", b"def tiny")
 
 
+@pytest.mark.slow
 def test_a_program_for_another_makers_robot_is_refused():
     with pytest.raises(ProgramError, match=r"ABB RAPID is for ABB, and robot ur5e .* choose ur"):
         make_program(ready(), "abb", quiet)
@@ -106,6 +107,7 @@ def opened(session, folder):
         page.close()
 
 
+@pytest.mark.slow
 def test_the_panel_writes_shows_and_gives_away(tmp_path):
     with opened(ready(), tmp_path) as (page, panel, sent):
         assert find(page, "Language").value == "URScript"
