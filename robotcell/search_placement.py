@@ -15,7 +15,7 @@ from geometry.arrays import Indices
 from programs.program import TimedProgram
 from robotcell.cell.cell import Cell
 from robotcell.cell.hold import hold_board
-from robotcell.cell.load import LoadedCell
+from robotcell.cell.load import CELL, LoadedCell
 from robotcell.cell.shapes import place_pose
 from robotcell.cell.spec import HELD_BY, HeldBy, Place
 from robotcell.collision.collision import build_collider
@@ -30,6 +30,7 @@ from robotcell.track import CellReport, terms_of, track
 from specs.errors import EditError
 from specs.progress import Progress, no_progress, subprogress
 from specs.yaml.edit import set_value
+from specs.yaml.located import read_yaml
 
 _MOST_TARGETS = 40
 _LEVER_M = 0.1
@@ -206,8 +207,10 @@ def with_place(text: str, place: Place, file: Path, held_by: HeldBy = HELD_BY) -
         CellError: ``board`` is shared with another key by an anchor.
     """
     written = {"xyz_mm": list(place.xyz_mm)} | ({"rpy_deg": list(place.rpy_deg)} if any(place.rpy_deg) else {})
+    board = read_yaml(text, file, CELL).get("board")
+    names_point = board is not None and board.get("hold") is not None
+    hold = {"hold": held_by} if names_point or held_by != HELD_BY else {}
     try:
-        hold = {} if held_by == HELD_BY else {"hold": held_by}
         return set_value(text, ("board",), {**hold, "pose": written})
     except EditError as error:
         raise CellError(str(error), file=file) from None

@@ -13,7 +13,7 @@ import robotcell.search_placement
 from boards.load import board_library, load_board
 from robotcell.cell.load import read_cell_text
 from robotcell.cell.shapes import place_pose
-from robotcell.cell.spec import Place
+from robotcell.cell.spec import Hold, Place
 from robotcell.errors import CellError
 from robotcell.motion.sampled_path import sample_path
 from robotcell.robot.poses import pose, roll_pitch_yaw
@@ -66,11 +66,12 @@ def test_turning_the_whole_cell_turns_the_place_and_nothing_else() -> None:
     fixtures = tuple(
         dataclasses.replace(body, T_carrier_shape=turn @ body.T_carrier_shape) for body in loaded.cell.fixtures
     )
-    turned = dataclasses.replace(
-        cell, T_cell_base=turn @ cell.T_cell_base, T_cell_board=turn @ cell.T_cell_board, fixtures=fixtures
-    )
+    turned = dataclasses.replace(cell, T_cell_base=turn @ cell.T_cell_base, fixtures=fixtures)
+    x, y, z = (1e3 * (turn @ cell.T_cell_board)[:3, 3]).tolist()
+    hold = Hold(pose=Place(xyz_mm=(x, y, z), rpy_deg=(0, 0, float(np.degrees(0.7)))))
+    spec = loaded.spec.model_copy(update={"board": hold})
     one = find_place(line_program(), loaded, None).best
-    two = find_place(line_program(), dataclasses.replace(loaded, cell=turned), None).best
+    two = find_place(line_program(), dataclasses.replace(loaded, spec=spec, cell=turned), None).best
     assert one is not None
     assert two is not None
     # Each is rounded to what can be written in its own frame.

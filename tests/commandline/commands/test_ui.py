@@ -43,7 +43,7 @@ def test_it_says_where_the_page_is_serves_it_and_ends_quietly(tmp_path):
     url = re.search(r"http://127\.0\.0\.1:\d+", said)[0]
     with urllib.request.urlopen(url) as answer:
         assert b"<html" in answer.read(2000).lower()
-    assert "Everyone" not in said
+    assert "Whoever" not in said
     end(process)
 
 
@@ -63,7 +63,7 @@ def test_a_page_for_everybody_says_so(tmp_path):
     process = start(tmp_path, "--host", "0.0.0.0", "--port", "8180")
     said = read_until_ready(process)
     end(process)
-    assert f"Everyone in this network can read and write {tmp_path.resolve()}" in said
+    assert f"Whoever has this address with its token can read and write {tmp_path.resolve()}" in said
     assert "http://127.0.0.1:" in said
 
 
