@@ -54,6 +54,7 @@ def washed(change=""):
     return report_of(recipe_of(WASH, change=change))
 
 
+@pytest.mark.slow
 def test_a_report_speaks_of_every_stage_and_every_part():
     report = usual()
     assert [stage.function for stage in report.stages] == ["clean", "rinse", "dry"]
@@ -90,6 +91,7 @@ def test_liquid_lands_or_misses_and_every_drop_on_a_part_has_a_maker():
         assert stage.use == "dry" or on_cells > 0
 
 
+@pytest.mark.slow
 def test_twice_the_same_to_the_last_bit():
     board, recipe = board_of("U1", "C1", "J1"), recipe_of(WASH, RINSE, DRY)
     again = analyse(run(recipe, board).program, board, recipe, PARAMETERS, "sketch")
@@ -149,6 +151,7 @@ def test_finer_rays_and_samples_tell_the_same():
             assert found.residue == pytest.approx(gap.residue, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_slower_wash_leaves_no_more_and_brings_no_less():
     reports = [washed(f"templates: {{around: {{speed_mm_s: {speed}}}}}") for speed in (60, 30, 15)]
     for faster, slower in pairwise(reports):
@@ -160,6 +163,7 @@ def test_a_slower_wash_leaves_no_more_and_brings_no_less():
                 assert found.stages[0].exchanges >= gap.stages[0].exchanges
 
 
+@pytest.mark.slow
 def test_two_washes_add_up():
     once, twice = washed(), report_of(recipe_of(WASH, WASH))
     for part, other in zip(once.parts, twice.parts, strict=True):
@@ -185,6 +189,7 @@ def test_a_side_that_is_not_sprayed_is_said_to_be(side, dry):
     assert parts[other].residue < 1.0
 
 
+@pytest.mark.slow
 def test_parts_on_the_other_side_change_nothing():
     alone = report_of(recipe_of(WASH), prepared_of(("U1",)))
     both = report_of(recipe_of(WASH), prepared_of(("U1", "C2"), ("C2",)))

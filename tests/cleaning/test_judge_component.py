@@ -80,6 +80,7 @@ def test_who_sprays_a_part_is_told_with_shares_of_the_volume():
     assert {str(maker) for maker, _ in part.makers} <= set(many)
 
 
+@pytest.mark.slow
 def test_shares_are_of_all_stages_together():
     first, last = (
         spraying(BOTH, makers=("sweep",)),
@@ -102,6 +103,7 @@ def test_what_stands_in_the_way_is_named():
     assert not any("W1" in each.because for each in judged(0, prepared, free).judgements)
 
 
+@pytest.mark.slow
 def test_the_bare_board_is_judged_on_the_sides_that_are_sprayed_and_without_fixtures():
     clamp = body("F1", "fixture", at(-6, 10, 8, 10), -3.0, 6.0)
     clamped = prepare(understand(bodies_of("U1", more=(clamp,)), "small"), PARAMETERS, lambda *_: None)

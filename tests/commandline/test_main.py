@@ -107,6 +107,7 @@ def test_a_program_is_shown_as_it_was_planned(place: Path) -> None:
     assert (place / "a.svg").read_text().startswith("<?xml")
 
 
+@pytest.mark.slow
 def test_a_program_is_told_from_one_for_another_board(place: Path) -> None:
     washboard("plan", "tiny", "rinse-only", "-o", "a.wash")
     assert washboard("show", "a.wash", "--board", "tiny").err == ""
@@ -179,6 +180,7 @@ def test_a_rule_that_does_not_exist_cannot_be_allowed(words: tuple[str, ...]) ->
     )
 
 
+@pytest.mark.slow
 def test_errors_forbid_the_export_until_they_are_allowed_by_name(place: Path) -> None:
     (place / "a.yaml").write_text(CONFLICT)
     (place / "x.wash").write_text("mine")
@@ -198,6 +200,7 @@ def test_errors_forbid_the_export_until_they_are_allowed_by_name(place: Path) ->
     assert load_program(place / "x.wash").origin.recipe == "masked"
 
 
+@pytest.mark.slow
 def test_errors_do_not_forbid_looking(place: Path) -> None:
     (place / "a.yaml").write_text(CONFLICT)
     assert washboard("plan", "tiny", "a.yaml", "--picture", "x.png").code == 0

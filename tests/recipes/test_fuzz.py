@@ -59,6 +59,7 @@ def test_lines_of_the_library_in_any_order(lines: list[str]) -> None:
     read("\n".join(lines))
 
 
+@pytest.mark.slow
 @FUZZ
 @given(st.sampled_from(LIBRARY), st.data())
 def test_library_recipes_with_one_value_changed(text: str, data: st.DataObject) -> None:

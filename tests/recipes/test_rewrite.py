@@ -35,6 +35,7 @@ def test_a_value_is_written_alone(file):
     assert after == OWN + "templates:\n  sweep:\n    speed_mm_s: 30\n"
 
 
+@pytest.mark.slow
 def test_values_are_written_in_their_order(file):
     after = write_values(OWN, file, {("sequence", 0, "paths"): ["sweep"], ("sequence", 0, "paths", 0): "edge"})
     assert read(after, file).sequence[0].paths == ["edge"]

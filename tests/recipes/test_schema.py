@@ -30,6 +30,7 @@ def test_the_committed_table_of_keys_is_that_of_the_model() -> None:
     assert committed == recipe_keys(), "run: washboard recipe keys > docs/recipe-keys.md"
 
 
+@pytest.mark.slow
 def test_the_schema_is_one() -> None:
     jsonschema.Draft202012Validator.check_schema(json.loads(recipe_schema()))
     assert json.loads(recipe_schema())["title"] == "Washboard recipe"

@@ -34,6 +34,7 @@ def message(report: CellReport, rule: str) -> str:
     return next(finding.message for finding in report.findings if finding.rule.id == rule)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_the_joints_bring_the_orifice_where_the_program_says(name: str) -> None:
     program = line_program()

@@ -72,6 +72,7 @@ def test_text_reads_back_to_the_same_bytes(board):
     assert native.render(parse(text)) == text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("recipe", ["smt-aqueous", "dry-only"])
 @pytest.mark.parametrize("motion", MOTIONS, ids=str)
 def test_moved_together_the_program_moves_and_nothing_else(recipe, motion):

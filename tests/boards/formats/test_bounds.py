@@ -161,6 +161,7 @@ TRIANGLE = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
 VEC3 = {"componentType": 5126, "type": "VEC3"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
@@ -229,6 +230,7 @@ def test_the_child_for_step_is_bounded(tmp_path: Path, monkeypatch: pytest.Monke
         load_board(path)
 
 
+@pytest.mark.slow
 def test_the_child_for_step_ends_with_its_parent() -> None:
     child = Path(boards.formats.step.__file__).with_name("step_child.py")
     start = (

@@ -161,6 +161,7 @@ def test_a_drawn_height_stays_and_a_difference_is_said(tmp_path: Path) -> None:
     assert "L1" not in notes["parts-contradict"].message
 
 
+@pytest.mark.slow
 @given(
     turns=st.integers(0, 3),
     mirror=st.sampled_from([1.0, -1.0]),
@@ -285,6 +286,7 @@ def test_other_encodings_are_read(tmp_path: Path) -> None:
         assert join_parts(named(), tmp_path / "x.csv")[0][1].value == "4,7 µF"
 
 
+@pytest.mark.slow
 @given(text=st.text(alphabet='Ref,;\t"#\n 1.5mPosXYSide-µ', max_size=120))
 @settings(deadline=None, max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_text_is_read_or_refused(tmp_path: Path, text: str) -> None:

@@ -177,6 +177,7 @@ SIZE = st.floats(0.001, 50.0)
 PADS = st.lists(st.builds(Pad, NUMBER, NUMBER, SIZE, SIZE, st.floats(-7.0, 7.0), st.booleans()), max_size=5)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=50)
 @given(pads=PADS, unit=st.sampled_from(["mm", "m", "in"]))
 def test_pads_read_back_as_they_were_written(

@@ -53,6 +53,7 @@ def test_pressure_drives_as_the_momentum_of_the_film(tmp_path) -> None:
     assert (low > 0).all()
 
 
+@pytest.mark.slow
 def test_without_noise_the_truth_is_found(tmp_path) -> None:
     fit = calibrate_gap(coupons(tmp_path, noise=0, seed=0, **TRUTH), BENCH)
     for name, truth in TRUTH.items():
@@ -82,6 +83,7 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say(tmp_path) -> None:
     assert 65 <= sum(held(fit, name, truth) for fit in fits for name, truth in TRUTH.items()) <= 72
 
 
+@pytest.mark.slow
 def test_a_puddle_that_only_scales_the_removal_is_not_told_and_kept(tmp_path) -> None:
     fit = calibrate_gap(coupons(tmp_path, noise=0.02, seed=1, **TRUTH), BENCH)
     assert set(fit.undetermined) == {"film.puddle_mm"}

@@ -77,6 +77,7 @@ def test_azimuths_on_one_side_say_nothing_about_the_ring_around(tmp_path) -> Non
     assert fitted(tmp_path, "".join(some)).waves_deg == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("quantity", "power"), [("volume", 1), ("pressure", 2)])
 def test_intensities_give_the_ring_and_how_its_strength_varies(tmp_path, quantity, power) -> None:
     ring = Ring(half_angle=27.0, sigma=3.1, waves=(0.9, 0.0, 0.0, -0.8), gain=(0.25, 0.1, 0.0, 0.0))
@@ -112,6 +113,7 @@ def test_a_cone_that_contracts_with_distance_shows_in_its_sheets(tmp_path) -> No
     assert bias[80.0, 0.0] < -0.5
 
 
+@pytest.mark.slow
 def test_the_recipe_gets_the_ring_and_keeps_all_else(tmp_path) -> None:
     fit = fitted(tmp_path, edge_table(WAVY, noise_mm=0.2, seed=7))
     text = recipe_with_ring(fit, "smt-aqueous", "ring60", tmp_path / "mine.yaml")
@@ -129,6 +131,7 @@ def test_the_recipe_gets_the_ring_and_keeps_all_else(tmp_path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_jet_of_the_new_recipe_is_the_ring_that_was_measured(tmp_path) -> None:
     fit = fitted(tmp_path, edge_table(WAVY, noise_mm=0.2, seed=7))
     nozzle = parse_recipe(recipe_with_ring(fit, "smt-aqueous", "ring60", tmp_path / "mine.yaml")).nozzles["ring60"]
@@ -139,6 +142,7 @@ def test_the_jet_of_the_new_recipe_is_the_ring_that_was_measured(tmp_path) -> No
     np.testing.assert_allclose(np.degrees(jet.sigmas), WAVY.sigma, atol=0.25)
 
 
+@pytest.mark.slow
 def test_a_circle_takes_the_measured_ring_out_of_the_recipe(tmp_path) -> None:
     fit = fitted(tmp_path, edge_table(Ring(), noise_mm=0.5, seed=3))
     for source in ("smt-aqueous", "low-standoff"):  # the latter inherits its nozzle
@@ -148,6 +152,7 @@ def test_a_circle_takes_the_measured_ring_out_of_the_recipe(tmp_path) -> None:
         assert nozzle.half_angle_deg == pytest.approx(31.2, abs=0.3)
 
 
+@pytest.mark.slow
 def test_the_block_of_lines_is_that_of_the_recipe(tmp_path) -> None:
     fit = fitted(tmp_path, edge_table(WAVY, noise_mm=0.2, seed=7))
     indented = "".join(f"    {line}\n" for line in nozzle_text(fit).splitlines())

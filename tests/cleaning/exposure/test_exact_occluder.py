@@ -28,6 +28,7 @@ def beside(side, reach=1.0):
     return [[side * 45.0 * reach, y, 40.0] for y in (-4.0, 0.0, 4.0)], downward(50.0, turn)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("side", "name"), [(1, "W1"), (-1, "W2")])
 def test_the_wall_between_nozzle_and_part_is_named(side, name):
     assert blocked_by(solid_board(LOW, WALL, OTHER, outline=OUTLINE), *beside(side)) == name
@@ -43,6 +44,7 @@ def test_a_jet_that_points_elsewhere_is_blocked_by_nothing():
     assert blocked_by(solid_board(LOW, WALL, outline=OUTLINE), tcp, away) == ""
 
 
+@pytest.mark.slow
 def test_what_looks_away_from_the_jet_is_not_blocked():
     board = solid_board(LOW, WALL, outline=OUTLINE)
 
@@ -55,6 +57,7 @@ def test_what_looks_away_from_the_jet_is_not_blocked():
     assert blocked_by(board, *beside(-1), left_wall) == ""
 
 
+@pytest.mark.slow
 def test_what_stands_beyond_the_nozzle_does_not_block():
     beyond = part("W3", 22, -15, 2, 30, 40.0)
     tcp, axes = [[15.0, y, 15.0] for y in (-4.0, 0.0, 4.0)], downward(50.0, 180.0)

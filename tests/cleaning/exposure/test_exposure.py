@@ -53,6 +53,7 @@ def whole(values, facets=PLATE_FACETS):
     return float((values * facets.cell_areas_mm2).sum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nozzle", [RING, LOPSIDED])
 @pytest.mark.parametrize("tilt", [0, 15, 30])
 def test_all_of_the_volume_lands(nozzle, tilt):

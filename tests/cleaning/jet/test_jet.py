@@ -74,6 +74,7 @@ def test_all_of_the_flow_lands_on_a_plate(tilt, share):
     assert flux.sum() * 4e-6 / jet.flow_m3_s == pytest.approx(share, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tilt", "force"), [(0, 0.6824), (15, 0.6591), (30, 0.5910)])
 def test_the_plate_bears_the_momentum_of_the_spray(tilt, force):
     jet = one_jet(RING)

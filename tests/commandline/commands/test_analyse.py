@@ -54,6 +54,7 @@ def test_a_clean_board_ends_with_zero(program: Path, monkeypatch: pytest.MonkeyP
     assert "2 clean" in done.out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verdict", ["dirty", "marginal", "no verdict"])
 def test_anything_else_ends_with_one(program: Path, monkeypatch: pytest.MonkeyPatch, verdict: str) -> None:
     report_instead(monkeypatch, verdict=verdict)
@@ -251,6 +252,7 @@ def test_two_recipes_are_compared(tmp_path: Path) -> None:
     assert "rinse-only and dry-only" in (tmp_path / "both.html").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_programs_are_compared_as_the_recipes_that_they_were_made_with(
     program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -18,6 +18,7 @@ def program(tmp_path: Path) -> Path:
     return tmp_path / "tiny.wash"
 
 
+@pytest.mark.slow
 def test_a_program_that_can_be_done(program: Path, tmp_path: Path) -> None:
     done = washboard("check", program, "ur5e-bench", "--report", tmp_path / "r.json", "-o", tmp_path / "robot.wash")
     assert done.code == 0, done.err

@@ -138,6 +138,7 @@ def test_five_strokes_are_in_the_best_order(kind, end):
     check_best(kind, 5, 1, end)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "rings"])
 def test_ten_strokes_are_in_the_best_order(kind):
     check_best(kind, 10, 2, END if kind == "mixed" else None)
@@ -171,6 +172,7 @@ def test_every_stroke_is_done_once_and_the_length_is_that_of_the_legs(instance):
     assert route.length_mm <= route.given_length_mm
 
 
+@pytest.mark.slow
 @given(instances())
 @settings(deadline=None, max_examples=15)
 def test_strokes_given_in_the_order_found_are_not_done_in_a_longer_one(instance):

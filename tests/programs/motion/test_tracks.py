@@ -51,6 +51,7 @@ def test_every_sample_is_on_the_lines(made: str) -> None:
     assert turn_deg <= 0.0041
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("made", list(PROGRAMS))
 def test_lines_meet_and_take_as_long_as_planned(made: str) -> None:
     program = PROGRAMS[made]()

@@ -202,6 +202,7 @@ def test_rinsing_says_how_often_it_renews_the_film() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_gaps_are_drawn_of_one_part_of_each_package(monkeypatch: pytest.MonkeyPatch) -> None:
     drawn: list[str] = []
     monkeypatch.setattr(

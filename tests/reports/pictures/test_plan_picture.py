@@ -81,6 +81,7 @@ def test_another_path_gives_another_picture() -> None:
     assert draw_plan(BOARD, hand_program(), ".png") != draw_plan(BOARD, both_sides(), ".png")
 
 
+@pytest.mark.slow
 def test_a_program_that_never_sprays_is_drawn() -> None:
     parked = program_of(MoveTo(0.0, (0.0, 0.0, 110.0), DOWN, 0.0, ""))
     assert draw_plan(BOARD, parked, ".png").startswith(b"\x89PNG")
@@ -98,6 +99,7 @@ def test_a_board_shows_names_sizes_and_numbered_findings() -> None:
     assert words.index("warning") < words.index("info: nothing"), "worst first"
 
 
+@pytest.mark.slow
 def test_a_bare_board_and_a_name_in_another_script_are_drawn() -> None:
     assert draw_board(board_of(), ".png").startswith(b"\x89PNG")
     assert draw_board(board_of(part("電", 10, 10, 20, 15)), ".png").startswith(b"\x89PNG")

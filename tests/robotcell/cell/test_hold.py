@@ -147,6 +147,7 @@ def test_an_export_states_the_held_point_in_the_frame_of_its_coordinates() -> No
     assert "by its front left corner, x 370.000 y -250.000 z 40.000 mm in its CAD frame" in text
 
 
+@pytest.mark.slow
 def test_without_the_board_an_export_is_forbidden_by_name() -> None:
     program = parse(render(run(load_recipe("rinse-only"), tiny()).program))
     stranger = replace(program, origin=replace(program.origin, board="mine"))

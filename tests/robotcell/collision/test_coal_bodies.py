@@ -70,6 +70,7 @@ def test_capsules_meet_where_their_axes_come_near(seed, margin):
     agrees(collides(build_collider(cell, None), q, 1), distances, margin)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=15)
 @given(seed=SEEDS, margin=st.sampled_from([0.0, 0.01]))
 def test_a_capsule_meets_a_box_and_the_same_box_as_a_mesh(seed, margin):

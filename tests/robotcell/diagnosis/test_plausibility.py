@@ -66,6 +66,7 @@ def test_fixtures_in_metres_and_fixtures_in_the_board() -> None:
     assert "table reaches into the box around smt-demo" in rules(text, demo())["fixture-in-board"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", cell_library())
 def test_no_orifice_comes_farther_than_the_longest_reach(name: str) -> None:
     cell = read_cell(name).cell

@@ -30,6 +30,7 @@ def check(robot: Robot, count: int, q: np.ndarray) -> None:
         assert all(np.min(apart(robot, mine, row)) < 1e-5 for row in search(robot, pose, 60, 1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", [HOLLOW, PASSING], ids=lambda robot: robot.name)
 def test_libraries_find_every_configuration(robot: Robot) -> None:
     assert isinstance(kinematics_of(robot).form, GeneralArm)

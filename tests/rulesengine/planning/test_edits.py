@@ -162,6 +162,7 @@ def test_what_is_settled_at_once_is_not_sketched():
     assert same(again, planned_anew(again.recipe))
 
 
+@pytest.mark.slow
 def test_a_search_can_be_given_up_and_nothing_of_it_stays():
     def give_up(what, _):
         if what.startswith("refining"):

@@ -86,6 +86,7 @@ def test_twice_as_fast_and_four_times_as_hard_takes_half_as_long() -> None:
     assert seconds(profile_of(plan(120.0), fast)) == pytest.approx(0.5 * seconds(profile_of(plan(60.0))), rel=1e-3)
 
 
+@pytest.mark.slow
 @given(seed=seeds)
 @settings(deadline=None, max_examples=12)
 def test_any_motion_keeps_to_every_limit_and_rests_at_every_stop(seed: int) -> None:
@@ -103,6 +104,7 @@ def test_any_motion_keeps_to_every_limit_and_rests_at_every_stop(seed: int) -> N
     np.testing.assert_allclose(profile.begin[1:][~border[1:]], profile.end[:-1][~border[1:]], rtol=1e-3, atol=1e-2)
 
 
+@pytest.mark.slow
 @given(seed=seeds)
 @settings(deadline=None, max_examples=12)
 def test_the_cautious_motion_keeps_to_every_limit_and_is_no_faster(seed: int) -> None:

@@ -202,6 +202,7 @@ def test_times_and_places_are_what_the_file_prints() -> None:
         assert all(str(value) != "-0.0" for value in (*move.position, *move.quaternion))
 
 
+@pytest.mark.slow
 @given(seed=seeds, yaw=st.floats(-3.0, 3.0), x=st.floats(-300.0, 300.0), y=st.floats(-300.0, 300.0))
 @settings(deadline=None, max_examples=10)
 def test_a_moved_board_has_the_same_program_moved(seed: int, yaw: float, x: float, y: float) -> None:

@@ -121,6 +121,7 @@ def test_a_recipe_beyond_its_limits_is_brought_within_them(prepared, tuned):
     assert slow.within_limits
 
 
+@pytest.mark.slow
 def test_what_is_not_allowed_stays_and_is_named(prepared):
     tuned = tuned_with(prepared, POOR, 4, kinds=frozenset({"speeds"}), kept=(("templates", "sweep", "speed_mm_s"),))
     assert tuned.last.text == POOR

@@ -4,6 +4,7 @@ import time
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from cleaning_report import small_report
 from small_page import wait_for
 
@@ -54,6 +55,7 @@ def test_the_same_colours_send_nothing(monkeypatch):
     assert drawing.nodes == before
 
 
+@pytest.mark.slow
 def test_one_cell_sends_its_piece_and_the_old_one_goes_later(monkeypatch):
     view, drawing = view_of_pieces(monkeypatch, 0.3)
     view.show(FACETS, colours())
@@ -68,6 +70,7 @@ def test_one_cell_sends_its_piece_and_the_old_one_goes_later(monkeypatch):
     assert fresh in drawing.nodes
 
 
+@pytest.mark.slow
 def test_hiding_takes_all_away_at_once_and_for_good(monkeypatch):
     view, drawing = view_of_pieces(monkeypatch, 0.1)
     for shade in range(4):

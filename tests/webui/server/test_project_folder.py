@@ -233,6 +233,7 @@ def apply_text(page: BarePage, text: str) -> str:
     return remark(page, since)
 
 
+@pytest.mark.slow
 def test_a_text_extends_nothing_outside(page, place) -> None:
     start = open_text(page, place, "typed.yaml", RECIPE.replace("recipe: rinse-only", "recipe: typed"))
     assert start == ""
@@ -384,6 +385,7 @@ def test_an_idf_has_its_library_in_the_folder(page, place) -> None:
     assert opened == []
 
 
+@pytest.mark.slow
 def test_files_of_the_folder_and_of_the_libraries_are_read(page, place) -> None:
     (place.folder / "deep" / "base.yaml").write_text(RECIPE.replace("recipe: rinse-only", "recipe: base"))
     assert open_text(page, place, "good.yaml", "recipe: good\nextends: deep/base.yaml\n") == ""

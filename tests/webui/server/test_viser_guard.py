@@ -126,6 +126,7 @@ def test_names_and_identifiers_that_are_none_are_dropped(page: BarePage) -> None
     assert_alive(page)
 
 
+@pytest.mark.slow
 def test_a_good_upload_is_kept(page: BarePage, folder) -> None:
     content = board_library()["tiny"].read_bytes()
     page.upload("Import CAD", "mine.tri", len(content), 1)

@@ -4,9 +4,12 @@ import threading
 import time
 from itertools import pairwise
 
+import pytest
+
 from webui.threads.throttle import Throttle
 
 
+@pytest.mark.slow
 def test_the_last_of_many_is_done_and_few_of_the_others():
     done, last = [], threading.Event()
 
@@ -44,6 +47,7 @@ def test_calls_never_overlap_and_are_apart():
     assert all(later - earlier >= 0.05 for earlier, later in pairwise(times))
 
 
+@pytest.mark.slow
 def test_what_is_forgotten_or_asked_after_the_end_is_not_done():
     done = []
     pace = Throttle(done.append, 0.2)

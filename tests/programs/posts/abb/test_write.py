@@ -88,6 +88,7 @@ def test_a_call_keeps_its_name_and_our_routines_take_others() -> None:
     assert "PROC clean_01_2()" in text
 
 
+@pytest.mark.slow
 def test_a_long_program_is_divided_into_modules_that_a_list_names() -> None:
     lines: list[Line] = []
     for number in range(2 * DIALECT.most_steps):

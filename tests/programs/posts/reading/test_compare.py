@@ -89,6 +89,7 @@ def test_steps_too_many_are_seen() -> None:
     assert "1 steps too many" in difference
 
 
+@pytest.mark.slow
 def test_a_program_of_something_else_gives_some_differences_and_not_thousands() -> None:
     rebuilt, _ = read_back("in_flight")
     _, motion = read_back("at_random")

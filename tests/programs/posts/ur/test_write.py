@@ -71,6 +71,7 @@ def test_an_output_during_a_turn_on_the_spot_divides_it() -> None:
     assert [each[:8] for each in moves] == ["set_out(", "movel(po", "set_out(", "movel(po"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("made", list(PROGRAMS))
 def test_blends_never_meet(made: str) -> None:
     motion = make_motion(PROGRAMS[made](), small_cell("universal-robots"))
@@ -107,6 +108,7 @@ def test_frames_are_named_and_declared_once() -> None:
     assert len(statements(lines, "global tcp_ring60 = p[0,0.03,0.1425,0,0.785398,0]")) == 1
 
 
+@pytest.mark.slow
 def test_every_block_has_its_end() -> None:
     for made in PROGRAMS:
         for text in export(PROGRAMS[made](), small_cell("universal-robots"), "ur").files.values():

@@ -31,6 +31,7 @@ def test_nothing_is_lost_and_no_routine_is_too_long(made: str, most: int) -> Non
     assert [chapter.number for chapter in chapters] == list(range(1, len(chapters) + 1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("most", [15, 100])
 def test_the_robot_stands_where_routines_meet(most: int) -> None:
     parts = divide(make_motion(PROGRAMS["at_random"](), small_cell()), most)

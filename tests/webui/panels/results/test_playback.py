@@ -60,6 +60,7 @@ def newer(session):
     return replace(session, run=replace(session.run))
 
 
+@pytest.mark.slow
 def test_of_edits_in_a_row_only_the_last_one_is_laid_out(monkeypatch, laid_out):
     monkeypatch.setattr(playback, "_QUIET_S", 0.3)
     sessions = [tiny_session(), newer(tiny_session()), newer(tiny_session())]
