@@ -176,6 +176,7 @@ def test_two_washes_add_up():
             assert found.stages[0].residue == pytest.approx(gap.stages[0].residue, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("side", "dry"), [("top", "C2"), ("bottom", "U1")])
 def test_a_side_that_is_not_sprayed_is_said_to_be(side, dry):
     step = WASH.replace("}", f", side: {side}}}")

@@ -52,6 +52,7 @@ def test_the_lower_case_comes_first():
         assert len(standoffs) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("factor", "change"),
     [

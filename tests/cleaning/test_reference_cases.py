@@ -59,6 +59,7 @@ def test_a_wide_plate_bears_the_known_force(tilt, force):
     assert (momentum * down).sum() == pytest.approx(force, rel=1e-3)
 
 
+@pytest.mark.slow
 @given(half=st.floats(12, 40), sigma=st.floats(1.5, 5), bar=st.floats(0.5, 10))
 @settings(deadline=None, max_examples=15)
 def test_impact_goes_with_the_pressure_whatever_the_ring(half, sigma, bar):
@@ -72,6 +73,7 @@ def test_impact_goes_with_the_pressure_whatever_the_ring(half, sigma, bar):
 RATE = st.floats(0.0, 0.5)
 
 
+@pytest.mark.slow
 @given(k1=RATE, k2=RATE, seconds=st.floats(0.0, 60.0), hard=st.floats(0, 1), soft=st.floats(0, 1))
 @settings(deadline=None)
 def test_a_step_solves_its_equations(k1, k2, seconds, hard, soft):

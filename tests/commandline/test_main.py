@@ -79,6 +79,7 @@ def test_the_shell_is_offered_what_the_libraries_hold() -> None:
     assert offered.stdout.split() == ["--picture", "--parts"]
 
 
+@pytest.mark.slow
 def test_plan_writes_what_it_says_and_says_what_it_writes(place: Path) -> None:
     outcome = washboard("plan", "tiny", "rinse-only", "-o", "a.wash", "--picture", "a.png", "--report", "a.json")
     assert (outcome.code, outcome.err) == (0, "")

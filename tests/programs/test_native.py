@@ -49,6 +49,7 @@ def test_a_line_written_alone_is_that_of_the_file(program: TimedProgram) -> None
     assert native.render(program).split("\n")[-2 - len(alone) : -2] == alone
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=60)
 @given(program=programs())
 def test_reading_gives_the_program_rounded(program: TimedProgram) -> None:
@@ -193,6 +194,7 @@ def test_any_text_is_read_or_refused(text: str) -> None:
     read_or_refuse(text)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=300)
 @given(
     at=st.integers(0, len(HAND) - 1),

@@ -141,6 +141,7 @@ def test_every_move_is_reached_at_its_time(program: TimedProgram) -> None:
         assert time_s in waited or np.abs(states.tcp[row] - move.position).max() < 1e-6
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=30)
 @given(program=programs(), times=st.lists(st.floats(-5, 60), min_size=1, max_size=20))
 def test_nothing_is_ever_not_a_number(program: TimedProgram, times: list[float]) -> None:
@@ -151,6 +152,7 @@ def test_nothing_is_ever_not_a_number(program: TimedProgram, times: list[float])
     np.testing.assert_allclose(np.linalg.norm(states.approach, axis=1), 1.0)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=30)
 @given(program=programs(), times=st.lists(st.floats(0, 60), min_size=1, max_size=20), shift=st.floats(-100, 100))
 def test_a_moved_program_plays_moved(program: TimedProgram, times: list[float], shift: float) -> None:

@@ -64,6 +64,7 @@ def seen(q: tuple[float, ...], tool: int) -> Pose:
     return to_pose(base @ flange_poses(CELL.robot, np.array([q]))[0] @ tcp)
 
 
+@pytest.mark.slow
 def test_joints_and_poses_agree_with_the_tool_that_is_carried() -> None:
     report = tracked()
     assert report.possible
@@ -138,6 +139,7 @@ def after_a_line(*items: Instruction) -> TimedProgram:
     return program_of(*program.instructions, *later, down, liquid=(("clean", 1.0),))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after_s", [0.0, 0.5])
 def test_a_wait_after_the_change_begins_when_the_tool_is_there(after_s: float) -> None:
     change = Command(0.0, "NOZZLE", ("knife", "TOOL", "2"), "sequence[1]")

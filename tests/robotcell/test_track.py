@@ -77,6 +77,7 @@ def slow(cell: Cell, share: float) -> Cell:
     return dataclasses.replace(cell, robot=dataclasses.replace(cell.robot, joints=joints))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.2, 0.05])
 def test_a_slow_robot_takes_longer_keeps_its_limits_and_is_reported(share: float) -> None:
     program = line_program(speed=120.0)
@@ -115,6 +116,7 @@ def test_what_the_robot_does_is_a_sound_program() -> None:
     assert litres == pytest.approx(report.program.totals.spray_s / report.requested.totals.spray_s)
 
 
+@pytest.mark.slow
 def test_the_same_input_gives_the_same_result() -> None:
     first, second = (track(line_program(), cell_of("ur5e-bench"), None, terms=ROUND) for _ in range(2))
     assert first.joints.tobytes() == second.joints.tobytes()
@@ -122,6 +124,7 @@ def test_the_same_input_gives_the_same_result() -> None:
     assert first.findings == second.findings
 
 
+@pytest.mark.slow
 def test_cell_and_board_moved_together_change_nothing() -> None:
     cell = cell_of("ur5e-bench")
     moved = pose((3.0, -2.0, 0.5), (0.0, 0.0, 0.7))
@@ -218,6 +221,7 @@ def test_one_tcp_of_two_turned_by_half_a_turn_is_recognised() -> None:
     assert message(report, "tcp-turned").startswith("the jet of cone points back at the flange")
 
 
+@pytest.mark.slow
 def test_metres_for_millimetres_are_recognised() -> None:
     cell = cell_of("ur5e-bench")
     wrong = cell.T_cell_board.copy()
@@ -234,6 +238,7 @@ def test_a_board_upside_down_is_recognised() -> None:
     assert "turned over" in message(report, "cell-remedy")
 
 
+@pytest.mark.slow
 def test_joint_limits_are_told_apart_from_reach() -> None:
     cell = cell_of("ur5e-bench")
     joints = list(cell.robot.joints)

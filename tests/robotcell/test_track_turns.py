@@ -121,6 +121,7 @@ def moves_with_jet(program: TimedProgram) -> list[bool]:
     return found
 
 
+@pytest.mark.slow
 def test_a_repeated_part_ends_in_the_posture_in_which_it_begins() -> None:
     program = line_program()
     end = program.instructions[-1].time_s

@@ -44,6 +44,7 @@ def said(done):
     return [(finding.rule.id, finding.severity, finding.message, str(finding.made_by)) for finding in done.findings]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("recipe", RECIPES)
 def test_no_complaints_about_the_tiny_board(recipe):
     assert complaints(planned("tiny", recipe)) == []
@@ -90,6 +91,7 @@ def test_moved_together_the_program_of_a_big_board_moves_and_nothing_else(board,
     assert said(here) == said(there)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", [Motion(0, (12.3, -4.5, 0.7)), Motion(90, (0.0, 0.0, 0.0)), Motion(270, (5, 5, 5))])
 def test_moved_by_way_of_a_file_the_program_moves_and_nothing_else(motion, tmp_path):
     file = tmp_path / "tiny.tri"

@@ -46,6 +46,7 @@ def test_what_was_written_is_named_once_and_many_are_counted() -> None:
     assert ending.describe_written() == "nothing was written"
 
 
+@pytest.mark.slow
 def test_at_the_end_temporaries_go_and_nothing_is_begun_any_more(tmp_path: Path) -> None:
     run = subprocess.run([sys.executable, "-c", WRITE, tmp_path], capture_output=True, text=True, check=True)
     first, second = run.stdout.splitlines()

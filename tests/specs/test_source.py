@@ -32,6 +32,7 @@ def test_the_place_of_a_stroke_is_its_template_in_its_step():
     assert Source(entry="masks").place == Source(entry="masks")
 
 
+@pytest.mark.slow
 @given(st.text() | st.from_regex(r"sequence\[\d{1,3}\](/[a-z+]{0,4}){0,4}", fullmatch=True))
 def test_any_text_of_a_file_is_kept_as_it_stands(text):
     assert str(Source.parse(text)) == text

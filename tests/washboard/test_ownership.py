@@ -42,6 +42,7 @@ def test_every_root_of_the_project_is_marked_and_looked_at() -> None:
     assert find_foreign() is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["specs", "boards", "commandline"])
 def test_an_overwritten_package_ends_the_start_with_a_sentence(name: str, site: Path, tmp_path: Path) -> None:
     (site / name / "__init__.py").write_text("raise SystemExit('imported')\n")

@@ -283,6 +283,7 @@ def test_names_of_files_and_parts_do_not_break_a_line(tmp_path: Path) -> None:
     assert any(component.name == "U\\x1b[2J1" for component in board.components)
 
 
+@pytest.mark.slow
 def test_a_thousand_copies_of_a_part_are_refused(tmp_path: Path) -> None:
     mesh = trimesh.creation.box((60.0, 40.0, 1.6))
     chip = trimesh.creation.box((2.0, 2.0, 1.0), transform=trimesh.transformations.translation_matrix((5, 5, 1.3)))

@@ -129,6 +129,7 @@ def test_loose_bodies_are_ranked_by_size(suffix: str, tmp_path: Path) -> None:
         np.testing.assert_allclose(spans(bodies)[name], span_of(size, at), atol=2e-4)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(angle=st.floats(-math.pi, math.pi), dx=st.floats(-300.0, 300.0), dy=st.floats(-300.0, 300.0))
 def test_moving_the_board_moves_the_bodies_and_nothing_else(angle: float, dx: float, dy: float, tmp_path: Path) -> None:

@@ -155,6 +155,7 @@ def test_a_name_that_stands_for_two_products_is_told_by_the_part_it_is_in() -> N
     assert [part.children[0].product for part in card.children] == ["case", "lid"]
 
 
+@pytest.mark.slow
 def test_places_without_names_are_called_by_their_products(tmp_path: Path) -> None:
     """As Altium Designer writes: the place has a number only, and the product is the reference designator."""
     parts: list[Placed] = [

@@ -102,6 +102,7 @@ def test_intensities_by_radius_are_those_by_x_and_y(tmp_path) -> None:
     assert polar.half_angle_deg.value == pytest.approx(31.2, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_cone_that_contracts_with_distance_shows_in_its_sheets(tmp_path) -> None:
     narrow = edge_table(Ring(half_angle=28.0), noise_mm=0.1, seed=1).splitlines()
     wide = edge_table(Ring(half_angle=31.0), noise_mm=0.1, seed=2).splitlines()
@@ -175,6 +176,7 @@ def test_same_input_same_fit(tmp_path) -> None:
     assert nozzle_text(fitted(tmp_path, text)) == nozzle_text(fitted(tmp_path, text))
 
 
+@pytest.mark.slow
 def test_only_a_comment_at_the_beginning_of_a_line_makes_a_table_synthetic(tmp_path) -> None:
     made_up = fitted(tmp_path, edge_table(Ring(), noise_mm=0.5, seed=3))
     real = fitted(tmp_path, edge_table(Ring(), noise_mm=0.5, seed=3, first="# Nozzle 7, not synthetic"))
@@ -223,6 +225,7 @@ def test_patterns_without_a_ring_are_told(tmp_path) -> None:
         fitted(tmp_path, "height_mm,x_mm,y_mm,intensity\n" + "\n".join(rows))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("separator", [";", "\t"])
 def test_other_separators_are_read_too(tmp_path, separator: str) -> None:
     text = edge_table(WAVY, noise_mm=0.2, seed=7)
@@ -251,6 +254,7 @@ def test_measurements_that_do_not_determine_a_ring_are_refused(tmp_path) -> None
         fitted(tmp_path, "height_mm,tilt_deg,azimuth_deg,x_mm,y_mm,intensity\n" + "\n".join(rows) + "\n")
 
 
+@pytest.mark.slow
 def test_a_ring_that_does_not_suit_the_recipe_is_no_new_recipe(tmp_path) -> None:
     fit = fitted(tmp_path, edge_table(Ring(half_angle=60.0), noise_mm=0.1, seed=5))
     with pytest.raises(CleaningError, match="does not suit this recipe, so none was written") as caught:

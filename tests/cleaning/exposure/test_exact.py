@@ -53,6 +53,7 @@ def test_rays_agree_with_the_integral(nozzle, use, tilt):
             assert np.std(found[many] / known[many]) < 0.13
 
 
+@pytest.mark.slow
 def test_on_a_plate_there_is_no_bias():
     plate = solid_board(outline=SQUARE)
     scene = build_scene(plate)

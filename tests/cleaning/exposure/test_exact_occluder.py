@@ -38,6 +38,7 @@ def test_a_free_view_is_blocked_by_nothing():
     assert blocked_by(solid_board(LOW, outline=OUTLINE), *beside(1)) == ""
 
 
+@pytest.mark.slow
 def test_a_jet_that_points_elsewhere_is_blocked_by_nothing():
     tcp, _ = beside(1)
     away = downward(50.0, 0.0)
@@ -65,6 +66,7 @@ def test_what_stands_beyond_the_nozzle_does_not_block():
     assert blocked_by(solid_board(LOW, beyond, outline=OUTLINE), *beside(1)) == "W3"
 
 
+@pytest.mark.slow
 def test_what_blocks_more_often_counts():
     board = solid_board(LOW, WALL, OTHER, outline=OUTLINE)
     right, axes = beside(1)

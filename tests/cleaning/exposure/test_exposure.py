@@ -69,6 +69,7 @@ def test_what_misses_the_board_is_not_counted():
     assert on_plate(stage).landed_mm3 == pytest.approx(on_plate(stage).sprayed_mm3 / 2, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", [0, 15, 30])
 def test_the_plate_takes_up_the_momentum(tilt):
     stage = stage_of(samples_of([[-10.0, 0.0, 25.0]] * 60, downward(tilt)))

@@ -144,6 +144,7 @@ def test_tall_posts(share: float, exact: float) -> None:
     assert brinkman_factor(share, 100.0, 48) * 100.0**2 / 12.0 == pytest.approx(exact, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.05, 0.1, 0.3, 0.5, 0.6])
 def test_brinkman_confirms_tall_posts(share: float) -> None:
     own = brinkman_factor(share, 100.0, 64) * 100.0**2 / 12.0

@@ -67,6 +67,7 @@ def test_all_of_the_flow_leaves_any_ring(half, sigma, shift, bulge):
         assert (intensity(jet, rays) * areas).sum() == pytest.approx(jet.flow_m3_s, rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tilt", "share"), [(0, 1.0), (15, 1.0), (30, 1.0)])
 def test_all_of_the_flow_lands_on_a_plate(tilt, share):
     jet = one_jet(RING)

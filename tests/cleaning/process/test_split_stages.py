@@ -49,6 +49,7 @@ def test_the_samples_stand_for_all_of_the_spraying():
         assert stage.samples.times[-1] <= stage.end_s
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("longest_mm", [1.0, 3.0, 7.0])
 def test_a_sample_stands_for_no_more_than_asked(longest_mm):
     for stage in staged(longest_mm).stages:

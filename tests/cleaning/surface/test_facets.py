@@ -81,6 +81,7 @@ def test_cells_of_small_parts_are_not_slivers():
     assert chip.min() > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "motion", [Motion(90.0, (0, 0, 0)), Motion(33.0, (500.0, -70.0, 12.0)), Motion(180.0, (1, 2, 3))]
 )

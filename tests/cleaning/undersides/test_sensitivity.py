@@ -31,6 +31,7 @@ def what_differs(one, other):
     return found | {each for each in arrays if np.any(getattr(one.samples, each) != getattr(other.samples, each))}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("factor", "changed"),
     [
@@ -73,6 +74,7 @@ def test_more_pressure_presses_as_it_does_when_it_is_worked_out_anew(nozzle):
         np.testing.assert_allclose(one.pressure_pa, other.pressure_pa, rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bottom", [(), ("U1", "C1")])
 def test_more_standoff_presses_as_from_a_nozzle_drawn_back_along_its_jet(bottom):
     up, surface = (-1.0, -1.6) if bottom else (1.0, 0.0)

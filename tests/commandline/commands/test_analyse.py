@@ -61,6 +61,7 @@ def test_anything_else_ends_with_one(program: Path, monkeypatch: pytest.MonkeyPa
     assert washboard("analyse", program).code == 1
 
 
+@pytest.mark.slow
 def test_the_worst_come_first_with_what_to_do(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     report_instead(monkeypatch)
     told = washboard("analyse", program).out
@@ -182,6 +183,7 @@ def test_a_program_of_another_board_is_refused(program: Path) -> None:
     assert "not for two-sided" in done.err
 
 
+@pytest.mark.slow
 def test_a_parts_table_is_joined_to_the_board_that_is_found(
     program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -278,6 +280,7 @@ def test_what_has_one_name_is_told_apart_by_its_file(
     assert f"rinse-only and {tmp_path / 'mine.yaml'}" in done.out
 
 
+@pytest.mark.slow
 def test_a_program_that_cannot_be_compared_is_refused_with_what_to_do(program: Path, tmp_path: Path) -> None:
     other = washboard("compare", "two-sided", program, "rinse-only")
     assert (other.code, "not for two-sided" in other.err) == (2, True)

@@ -84,6 +84,7 @@ def test_what_cannot_be_done_is_one_line_and_leaves_nothing(
     assert contents(tmp_path) == {}
 
 
+@pytest.mark.slow
 def test_rings_of_all_kinds_are_drawn(tmp_path: Path) -> None:
     rows = ["height_mm,x_mm,y_mm,intensity"]
     for height in (40, 60):

@@ -29,6 +29,7 @@ def test_list_names_each_cell_and_each_robot_with_what_it_is() -> None:
         assert f"  {name} " in result.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CELLS)
 def test_show_says_what_a_person_compares_with_the_real_cell(name: str) -> None:
     result = call("show", name, "--board", "tiny")

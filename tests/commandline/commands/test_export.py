@@ -75,6 +75,7 @@ def test_without_a_place_nothing_is_written_and_everything_said(made: Path, tmp_
     assert contents(made.parent) == before
 
 
+@pytest.mark.slow
 def test_without_the_board_its_place_is_not_known(made: Path, tmp_path: Path) -> None:
     words = ("export", made, "--cell", "ur5e-bench", "-o", tmp_path / "a.mod")
     refused = washboard(*words)
@@ -84,6 +85,7 @@ def test_without_the_board_its_place_is_not_known(made: Path, tmp_path: Path) ->
     assert washboard(*words, "--allow", "board-place-unknown").code == 0
 
 
+@pytest.mark.slow
 def test_an_error_forbids_it_unless_it_is_allowed_by_name(made: Path, tmp_path: Path) -> None:
     cell = tmp_path / "cell.yaml"
     text = washboard_cell().read_text("utf-8")

@@ -132,6 +132,7 @@ def check_best(kind, count, seed, end):
     assert round(1000 * route.length_mm) == proved_best_um(choices, START, end, route)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", [None, END], ids=["open", "end"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_five_strokes_are_in_the_best_order(kind, end):
@@ -253,6 +254,7 @@ def test_a_sketch_is_a_route_that_is_no_longer_than_the_given_one_nor_shorter_th
     assert not sketch.settled
 
 
+@pytest.mark.slow
 def test_a_sketch_is_the_route_itself_where_that_is_known_or_found_at_once():
     known, few = strokes_of("segments", 30, 1), strokes_of("segments", 5, 1)
     forget_routes()

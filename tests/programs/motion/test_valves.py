@@ -160,6 +160,7 @@ def test_without_barriers_every_signal_leaves_exactly_a_lag_before_its_jet(
     assert sum(map(lasting, made)) == pytest.approx(sum(map(lasting, steps)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("made", list(PROGRAMS))
 def test_programs_begin_and_end_with_shut_valves(made: str) -> None:
     motion = make_motion(PROGRAMS[made](), small_cell())

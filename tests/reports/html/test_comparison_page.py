@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import pytest
 from cleaning_report import small_report
 
 from cleaning.report import cleaning_report
@@ -16,6 +17,7 @@ def other():
     return replace(report, origin=origin, parts=(clean, *report.parts[1:]), verdict="marginal")
 
 
+@pytest.mark.slow
 def test_both_are_on_the_page_with_what_differs_and_what_it_is_worth():
     rows = compare_cleaning(small_report(), other())
     page = comparison_page(rows, (small_report(), other()), NAMES)

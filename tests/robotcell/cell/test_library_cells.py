@@ -61,6 +61,7 @@ def test_the_knife_leans_along_its_travel_in_any_direction(name: str) -> None:
     assert np.any(true, axis=1).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", cell_library())
 def test_home_is_free_within_its_limits_and_looks_down_at_the_board(name: str) -> None:
     cell = read_cell(name).cell

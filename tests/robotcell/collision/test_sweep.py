@@ -63,6 +63,7 @@ def test_ways_agree_with_very_many_samples(seed, margin, far):
             assert not found[row]
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_folding_arms_agree_with_very_many_samples(seed):
@@ -84,6 +85,7 @@ def test_a_way_of_no_length_is_a_row():
     np.testing.assert_array_equal(collides_between(collider, q, q, 1), collides(collider, q, 1))
 
 
+@pytest.mark.slow
 def test_both_ways_are_the_same_way():
     board = board_with(board=box_triangles((80.0, 60.0, 2.0)))
     collider = build_collider(cell_of(flyer([BALL]), margin=0.002), board)

@@ -151,6 +151,7 @@ def test_the_same_poses_give_the_same_bytes() -> None:
     assert one[7].tobytes() == solve(robot, poses[7]).q[0].tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lengths", [(0.4, 0.35, 0.08), (0.4, 0.4, 0.0), (0.3, 0.5, 0.12)])
 def test_the_cairo_arm_obeys_its_corrected_equations(lengths: tuple[float, float, float]) -> None:
     robot = cairo(*lengths)

@@ -26,6 +26,7 @@ def at_random(cell: Cell, count: int) -> NDArray[np.float64]:
     return np.random.default_rng(5).uniform(low, high, (count, cell.robot.dof))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cairo-bench", "ur5-bench", "ur5e-bench"])
 def test_most_configurations_are_free(name: str) -> None:
     cell = alone(name)
@@ -46,6 +47,7 @@ def test_the_cairo_arm_is_free_wherever_it_works() -> None:
     assert np.ptp(heights) > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cairo-bench", "ur5-bench", "ur5e-bench"])
 def test_the_upper_arm_passes_beside_the_base(name: str) -> None:
     """The UR5 alone has something to hit there: the plug of its cable, which stands out 110 mm from the axis."""

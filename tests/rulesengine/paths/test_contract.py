@@ -119,6 +119,7 @@ def test_the_bottom_side_is_the_mirror_image_of_the_top(path: str, toward: str, 
         np.testing.assert_allclose(below[2], above[2] * mirror, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn_deg", [90.0, 137.0])
 @SIDES
 @EVERY

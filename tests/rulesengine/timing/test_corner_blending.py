@@ -105,6 +105,7 @@ def test_the_orientation_meets_its_vertices_within_the_swing_and_never_jumps() -
     assert jumps.max() < 0.01 * np.linalg.norm(path.rate, axis=1).max()
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(deadline=None, max_examples=25)
 def test_any_path_is_whole(seed: int) -> None:

@@ -75,6 +75,7 @@ def test_an_independent_reader_finds_nothing_wrong_with_any_plan(seed: int) -> N
     assert np.all(np.einsum("ij,ij->i", turns[1:], turns[:-1]) >= 0.0)
 
 
+@pytest.mark.slow
 @given(
     acceleration=st.floats(50.0, 5000.0),
     speed=st.floats(2.0, 400.0),

@@ -112,6 +112,7 @@ def test_a_stranger_sees_nothing_of_others(first: Session) -> None:
     assert enter(sessions, "carl", 3).session is first
 
 
+@pytest.mark.slow
 def test_browsers_that_are_long_away_are_forgotten_and_those_that_are_here_are_not(first: Session) -> None:
     sessions = Sessions(first)
     here = enter(sessions, "here", 0)

@@ -102,6 +102,7 @@ def test_more_than_was_announced_is_dropped_while_it_arrives(page: BarePage) -> 
     assert_alive(page)
 
 
+@pytest.mark.slow
 def test_many_uploads_at_once_get_few_notifications(server) -> None:
     before = peak_mb()
     with bare_page(server) as page:
@@ -135,6 +136,7 @@ def test_a_good_upload_is_kept(page: BarePage, folder) -> None:
     assert_alive(page)
 
 
+@pytest.mark.slow
 def test_uploads_of_a_page_that_was_closed_are_forgotten(server) -> None:
     for _ in range(2):
         with bare_page(server) as page:

@@ -28,6 +28,7 @@ def test_the_last_of_many_is_done_and_few_of_the_others():
     pace.close()
 
 
+@pytest.mark.slow
 def test_calls_never_overlap_and_are_apart():
     times, busy = [], threading.Lock()
 

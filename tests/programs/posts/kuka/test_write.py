@@ -46,6 +46,7 @@ def test_the_example_of_the_four_dialects_without_a_division() -> None:
     assert "$VEL.CP=0.1" in lines
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("made", list(PROGRAMS))
 def test_no_trigger_lies_before_the_motion_that_carries_it(made: str) -> None:
     """The controller would trim it without a word."""

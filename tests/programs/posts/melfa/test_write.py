@@ -95,6 +95,7 @@ def test_names_are_capital_letters_and_digits_and_unlike_each_other() -> None:
     assert len(set(called)) == len(called)
 
 
+@pytest.mark.slow
 def test_a_long_program_is_divided() -> None:
     lines: list[Line] = []
     for number in range(2 * DIALECT.most_steps):

@@ -118,6 +118,7 @@ def test_a_call_keeps_its_name_and_our_programs_take_others() -> None:
     assert "call clean_01()" in code(files["clean_01_2.pgx"])
 
 
+@pytest.mark.slow
 def test_a_long_program_is_divided_into_programs() -> None:
     lines: list[Line] = []
     for number in range(2 * DIALECT.most_steps):

@@ -101,6 +101,7 @@ def test_a_reduction_goes_part_of_the_way_by_time(outcome):
     assert faster.bisect(60, 61) is None
 
 
+@pytest.mark.slow
 def test_each_component_that_is_not_clean_is_given_a_few_edits(planned, outcome):
     suggestions = suggest(*planned)
     open_components = {each.component for each in outcome.unmet}

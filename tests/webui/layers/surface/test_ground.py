@@ -55,6 +55,7 @@ def test_parts_that_touch_keep_their_own_colours():
     assert len(seen) == len(tints)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=40)
 @given(data=st.data())
 def test_shared_corners_stand_for_all_of_them(data):

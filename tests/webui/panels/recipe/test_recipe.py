@@ -52,6 +52,7 @@ def test_every_part_of_a_recipe_is_an_entry(name):
         assert len(labels) == len(set(labels)), "a choice tells them apart"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("section", "kind"), ADDED)
 def test_a_new_entry_of_every_kind_is_taken(section, kind):
     value = default_entry(SESSION.recipe, SESSION.board, section.lower(), kind, "fresh")
@@ -85,6 +86,7 @@ def test_a_name_that_cannot_be_one_is_refused(name):
         added(SESSION, "Templates", name, value)
 
 
+@pytest.mark.slow
 def test_a_copy_says_the_same_under_its_own_name():
     first, path = copied(SESSION, entry(("templates", "around")))
     assert path == ("templates", "around-2")

@@ -136,6 +136,7 @@ def test_every_metric_colours_the_paths_and_names_a_worst_place():
     assert paint_reach("limits", replace(done, motion=None), 0.5).glb == b""
 
 
+@pytest.mark.slow
 def test_a_recording_shows_the_robot_and_stays_small():
     done = tried()
     run = replace(done.run, program=done.program)
