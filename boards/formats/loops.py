@@ -119,19 +119,23 @@ def _closed(path: Points2, gap_mm: float) -> bool:
 def _distinct(edges: Sequence[Points2], gap_mm: float) -> list[Points2]:
     """Leave out edges without length and the second of two that lie upon each other."""
     kept = [edge for edge in edges if np.ptp(edge, axis=0).max() > gap_mm]
+    # Copies go first: the pairs of what lies within a tolerance grow with the square of their number.
+    first: dict[bytes, Points2] = {}
+    for edge in kept:
+        first.setdefault(min(edge.tobytes(), edge[::-1].tobytes()), edge)
+    kept = [*first.values()]
     if len(kept) < 2:
         return kept
     # Two ends and the mean of the points, the ends in an order that does not depend on the direction of drawing.
     means = np.array([edge.mean(axis=0) for edge in kept])
-    twins = KDTree(means).query_pairs(CHAIN_MM, output_type="ndarray")
-    dropped: set[int] = set()
-    for first, second in sorted((int(min(pair)), int(max(pair))) for pair in twins):
-        one, two = kept[first], kept[second]
-        straight = np.hypot(*(one[0] - two[0])) + np.hypot(*(one[-1] - two[-1]))
-        crossed = np.hypot(*(one[0] - two[-1])) + np.hypot(*(one[-1] - two[0]))
-        near = min(CHAIN_MM, _TWIN * float(np.ptp(one, axis=0).max()))
-        if len(one) == len(two) and min(straight, crossed) <= 2.0 * near:
-            dropped.add(second)
+    twins = np.sort(KDTree(means).query_pairs(CHAIN_MM, output_type="ndarray"), axis=1)
+    ends = np.array([[edge[0], edge[-1]] for edge in kept])
+    one, two = ends[twins[:, 0]], ends[twins[:, 1]]
+    straight, crossed = (np.hypot(*(one - other).T).sum(axis=0) for other in (two, two[:, ::-1]))
+    near = np.minimum(CHAIN_MM, _TWIN * np.array([np.ptp(edge, axis=0).max() for edge in kept]))[twins[:, 0]]
+    counts = np.array([len(edge) for edge in kept])[twins]
+    alike = (counts[:, 0] == counts[:, 1]) & (np.minimum(straight, crossed) <= 2.0 * near)
+    dropped = set(twins[alike, 1].tolist())
     return [edge for number, edge in enumerate(kept) if number not in dropped]
 
 
