@@ -147,7 +147,10 @@ def _others(program: TimedProgram, tracked: TrackedPath, clock: Scalars) -> list
     for index, item in enumerate(program.instructions):
         if isinstance(item, MoveTo):
             continue
-        following = min(int(np.searchsorted(path.instruction, index, side="left")), last)
+        following = int(np.searchsorted(path.instruction, index, side="left"))
+        if following > last:
+            timed.append((index, replace(item, time_s=float(clock[last] + max(0.0, item.time_s - path.times[last])))))
+            continue
         at = _time_at(path.times, clock, following, item.time_s)
         if path.changed[following]:
             is_later = not isinstance(item, Command) or item.time_s > path.times[following] + 1e-9

@@ -80,13 +80,15 @@ def plan_motion(queries: CellQueries, path: SampledPath, tilt: float, progress: 
     everywhere = (node_poses(nodes, some, _STRAIGHT) for some in node_pieces(nodes))
     states = solve_states(queries.cell.robot, path, nodes, everywhere, queries.configurations)
     empty = np.flatnonzero(np.diff(states.ladder.first) == 0)
+    leaning = empty[:0]
     if len(empty) and not path.jet_on[nodes.sample[empty]].any():
-        states = _with_tilts(queries, path, nodes, empty, tilt)
+        leaning = empty
+        states = _with_tilts(queries, path, nodes, leaning, tilt)
         empty = np.flatnonzero(np.diff(states.ladder.first) == 0)
     if len(empty):
         return OutOfReach(nodes, empty)
     states = with_home_costs(queries.cell, states)
-    search = Search(queries, path, nodes, states, nothing_known(states), nodes.azimuths == 1)
+    search = Search(queries, path, nodes, states, nothing_known(states), nodes.azimuths == 1, leaning)
     choice = _first_choice(search, tilt, progress)
     motion = attempt_motion(search, choice)
     for number in range(_ATTEMPTS):
@@ -108,8 +110,9 @@ def _first_choice(search: Search, tilt: float, progress: Progress) -> Choice:
         hit = hit[~jet_on[hit]]
     if len(hit):
         progress("tilting the jet where nothing else is clear", 0.35)
-        near = np.unique(np.clip(hit[:, None] + np.arange(-2, 3), 0, len(jet_on) - 1))
-        states = _with_tilts(search.queries, search.path, search.nodes, near, tilt)
+        near = np.clip(hit[:, None] + np.arange(-2, 3), 0, len(jet_on) - 1)
+        search.tilted = np.union1d(search.tilted, near)
+        states = _with_tilts(search.queries, search.path, search.nodes, search.tilted, tilt)
         search.states = with_home_costs(search.queries.cell, states)
         search.known = nothing_known(search.states)
         choice = _choose(search)

@@ -22,7 +22,7 @@ from robotcell.motion.sampled_path import Flags, runs_of
 from robotcell.robot.robot import Joints, Robot
 
 _LEAST_S = 1e-6
-"""Samples closer than this are at the same time."""
+"""A program that asks for a motion in less time asks for it in this."""
 _ROUNDING = 1.02
 """By how much a program's own timing may seem to exceed a limit: its positions are rounded to a micrometre."""
 _GAP_S = 1.0
@@ -96,14 +96,17 @@ def retime(robot: Robot, times: Scalars, q: Joints, cuts: Flags) -> Retiming:
         q: (n, dof)
         cuts: (n - 1,) intervals that are not tracked: the robot stands still before and after.
     """
+    moving = (np.abs(np.diff(q, axis=0)).max(axis=1) > 1e-9) & ~cuts
     lasting = np.diff(times)
-    moving = (lasting > _LEAST_S) & (np.abs(np.diff(q, axis=0)).max(axis=1) > 1e-9) & ~cuts
+    if np.any(lasting[moving] < _LEAST_S):
+        lasting = np.where(moving, np.maximum(lasting, _LEAST_S), lasting)
+        times = times[0] + np.concatenate(([0.0], np.cumsum(lasting)))
     changed = lasting.copy()
     slow = [run for run in runs_of(moving) if _exceeds(times, q, cuts, run, robot)]
     if slow:
         for (a, b), seconds in zip(slow, _retime_runs(times, q, cuts, slow, robot), strict=True):
             changed[a:b] = seconds
-    share = np.where(moving & (changed > _LEAST_S), lasting / np.maximum(changed, _LEAST_S), 1.0)
+    share = np.where(moving, lasting / np.maximum(changed, _LEAST_S), 1.0)
     rates, changes = differences(np.maximum(changed, _LEAST_S), q)
     changes = np.abs(changes) / robot.acceleration
     hard, fast = np.maximum(changes[:-1], changes[1:]), np.abs(rates) / robot.speed

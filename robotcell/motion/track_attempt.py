@@ -63,6 +63,8 @@ class Search:
     known: Knowledge
     fixed_azimuth: Flags
     """(nodes,) whether the azimuth is left out of smoothing."""
+    tilted: Indices
+    """(k,) nodes whose states have tilted jets too."""
     multi_turn: list[int] = field(default_factory=list[int])
     """Joints whose whole turns are states of their own."""
     forbidden: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])

@@ -1,17 +1,21 @@
+from typing import TypeAlias
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_programs import program_of, programs
+from small_programs import DOWN, program_of, programs
 from tracked import moves_of
 
 from programs import native
 from programs.errors import ProgramError
-from programs.program import Command, MoveTo, TimedProgram
+from programs.program import Command, MoveTo, SetNozzle, TimedProgram
 from robotcell.cell.load import read_cell
 from robotcell.robot.robot import flange_poses
 from robotcell.track import Terms, track
 from specs.errors import JobError
+
+Turn: TypeAlias = tuple[float, float, float, float]
 
 
 def shrunk(program: TimedProgram) -> TimedProgram:
@@ -60,6 +64,37 @@ def test_any_program_is_done_or_refused_with_reasons(name: str, program: TimedPr
     assert len(others) == sum(not isinstance(item, MoveTo) for item in requested.instructions)
     if not any(isinstance(item, Command) and item.keyword == "ENDREPEAT" for item in others):
         assert native.render(report.program)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seconds", [0.0, 1e-8, 1e-4])
+@pytest.mark.parametrize("turn", [(-1.0, 0.0, 0.0, 0.0), DOWN], ids=["turning", "along"])
+def test_a_move_in_no_time_takes_the_time_that_the_joints_need(
+    turn: tuple[float, float, float, float], seconds: float
+) -> None:
+    requested = program_of(
+        MoveTo(0.0, (0.0, 0.0, 110.0), turn, 0.0, ""),
+        MoveTo(seconds, (0.0, 0.0, 0.0), DOWN, 0.0, ""),
+        SetNozzle(seconds, False, ""),
+    )
+    cell = read_cell("ur5e-bench").cell
+    report = track(requested, cell, None)
+    times = np.array([move.time_s for move in moves_of(report.program)])
+    fastest = np.abs(np.diff(report.joints, axis=0)) / np.diff(times)[:, None]
+    assert (fastest <= 1.03 * cell.robot.speed).all()
+    assert report.program.instructions[-1] == SetNozzle(times[-1], False, "")
+    assert native.render(report.program)
+
+
+@pytest.mark.slow
+def test_poses_that_need_a_tilt_keep_it_when_others_are_tilted() -> None:
+    """The end is out of reach of an upright tool; what stands near it is tilted because it collides."""
+    requested = program_of(
+        MoveTo(0.0, (0.0, 0.0, 110.0), DOWN, 0.0, ""), MoveTo(1.0, (-325.9, 0.0, 0.0), DOWN, 0.0, "")
+    )
+    report = track(requested, read_cell("ur5e-bench").cell, None)
+    assert report.possible
+    assert np.isfinite(report.joints).all()
 
 
 def test_a_program_without_a_move_is_refused() -> None:

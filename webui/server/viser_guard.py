@@ -41,6 +41,8 @@ _MOST_CONNECTIONS = 32
 """From one address; a page has one, and a browser's are all of one address."""
 _MOST_NOTIFIED = 10
 """Refused uploads that are reported in the page within a second."""
+_LATE_PAGE_S = 1.0
+"""After which a page that is busy has shown what it was about to."""
 _TRY_LATER, _NOT_UNDERSTOOD = 1013, 1007
 _LOCK = threading.Lock()
 _log = logging.getLogger(__name__)
@@ -177,11 +179,16 @@ def limit_uploads(client: viser.ClientHandle, uploads: Uploads) -> None:
     def refuse(message: FileTransferStartUpload | FileTransferPart, error: UploadError) -> None:
         states.pop(message.transfer_uuid, None)
         uploads.keep(own, states)
-        # Ends the progress in the page, whose button is disabled meanwhile.
-        connection.queue_message(RemoveNotificationMessage(f"upload-{message.transfer_uuid}"))
+        # Ends the progress in the page, whose button is disabled meanwhile. A busy page may show it only after it was
+        # removed, and would then report success.
+        gone = RemoveNotificationMessage(f"upload-{message.transfer_uuid}")
+        connection.queue_message(gone)
         connection.queue_message(FileTransferPartAck(message.source_component_uuid, message.transfer_uuid, 1, 1))
         if (now := time.monotonic()) - reported[0] >= 1.0:
             reported.append(now)
+            later = threading.Timer(_LATE_PAGE_S, connection.queue_message, [gone])
+            later.daemon = True
+            later.start()
             client.add_notification("Not done", str(error), color="red", auto_close_seconds=12.0)
 
     def begin(client_id: Any, message: FileTransferStartUpload) -> None:

@@ -6,6 +6,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import pytest
 import viser
 from driven_page import CHROMIUM, NO_CHROMIUM, WAIT_MS, DrivenPage, open_chromium
+from playwright.sync_api import expect
 
 from webui.page.project import open_project
 from webui.server import server as servers
@@ -178,7 +179,7 @@ def test_a_file_that_is_too_large_is_refused_before_it_arrives(browser, tmp_path
             tab.page.evaluate(SEND, [name, 3_000_000])
             tab.see(f"'{name}': 3 MB are too many to upload")
         assert tab.page.get_by_role("button", name="Import CAD").is_enabled()
-        assert tab.page.get_by_text("Uploading").count() == 0
+        expect(tab.page.get_by_text("Uploading")).to_have_count(0)
         assert list(tmp_path.iterdir()) == []
         assert tab.errors == []
         tab.page.close()
