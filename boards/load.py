@@ -39,16 +39,13 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
     progress(f"reading {file.name}", 0.0)
     try:
         bodies, findings = _read(file, subprogress(progress, 0.0, 0.8))
-    except BoardError as error:
-        raise error if error.file is not None else BoardError(str(error), file=file) from None
-    if parts is not None:
-        from boards.parts_table.join import join_parts
+        if parts is not None:
+            from boards.parts_table.join import join_parts
 
-        progress(f"joining {parts.name}", 0.8)
-        bodies, more = join_parts(bodies, parts)
-        findings += more
-    progress("understanding the board", 0.85)
-    try:
+            progress(f"joining {parts.name}", 0.8)
+            bodies, more = join_parts(bodies, parts)
+            findings += more
+        progress("understanding the board", 0.85)
         board = understand(map(_printable, bodies), name_of(file), findings)
     except BoardError as error:
         raise error if error.file is not None else BoardError(str(error), file=file) from None

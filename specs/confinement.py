@@ -6,6 +6,7 @@ function decides, in the one place where files are read (``specs/read_file.py``)
 (docs/adr/0018).
 """
 
+import threading
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -25,18 +26,22 @@ class Confinement:
 _confinements: tuple[Confinement, ...] = ()
 """Of the pages that this process serves; without any, every file may be read."""
 _records: tuple[set[Path], ...] = ()
+_LOCK = threading.Lock()
+"""Held where either of them is replaced: pages read from several threads."""
 
 
 def confine(confinement: Confinement) -> None:
     """Let this process read what a confinement allows and nothing else, in all threads, until it is released."""
     global _confinements
-    _confinements = (*_confinements, confinement)
+    with _LOCK:
+        _confinements = (*_confinements, confinement)
 
 
 def release(confinement: Confinement) -> None:
     """End a confinement; the last one that ends opens all files again."""
     global _confinements
-    _confinements = tuple(each for each in _confinements if each is not confinement)
+    with _LOCK:
+        _confinements = tuple(each for each in _confinements if each is not confinement)
 
 
 def refusal(file: Path) -> str:
@@ -75,11 +80,13 @@ def record_reads() -> Generator[set[Path]]:
     """Collect the files that are read meanwhile, links resolved."""
     global _records
     record: set[Path] = set()
-    _records = (*_records, record)
+    with _LOCK:
+        _records = (*_records, record)
     try:
         yield record
     finally:
-        _records = tuple(each for each in _records if each is not record)
+        with _LOCK:
+            _records = tuple(each for each in _records if each is not record)
 
 
 def find_beside(name: str, file: Path) -> Path:

@@ -8,10 +8,9 @@ from specs import finding_rules
 from specs.errors import JobError
 from specs.finding import FindingRule
 from specs.finding_rules import FINDING_RULES, check_allowed
+from washboard.ownership import PACKAGES
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("specs", "geometry", "boards", "programs", "recipes", "cleaning", "robotcell", "rulesengine", "reports",
-            "webui", "commandline")  # fmt: skip
 RULES = [pytest.param(rule, id=rule.id) for rule in FINDING_RULES.values()]
 
 
