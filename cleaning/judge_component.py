@@ -72,7 +72,6 @@ class _Process:
     """The stages that act on all gaps, and which of their samples are near which edges."""
 
     varied: VariedStages
-    sides: tuple[Side, ...]
     near: tuple[DiscGrid, ...]
 
 
@@ -81,7 +80,6 @@ def _process_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> _Process
     edges, film = prepared.edges, prepared.parameters.film
     return _Process(
         varied=vary(stages, jets, edges, prepared.parameters),
-        sides=tuple(stage.side for stage in stages),
         near=tuple(pressing_samples(stage, jet, edges, film) for stage, jet in zip(stages, jets, strict=True)),
     )
 
@@ -95,24 +93,22 @@ def _underside(prepared: PreparedBoard, process: _Process, row: int) -> Undersid
         for stage, jet, near in zip(varied.stages, varied.jets, process.near, strict=True)
     ]
     stages = varied.stages
-    gaps = tuple(_gap(prepared, process.sides, row, case, (stages, pressures)) for case in range(len(underside.cases)))
+    gaps = tuple(_gap(prepared, row, case, (stages, pressures)) for case in range(len(underside.cases)))
     elasticities: Mapping[str, float] = {}
     if gaps[0].residue > FLOOR:
         changed = variants(varied, pressures, edges, parameters)
-        after = {name: _gap(prepared, process.sides, row, 0, each).residue for name, each in changed.items()}
+        after = {name: _gap(prepared, row, 0, each).residue for name, each in changed.items()}
         elasticities = {name: elasticity(gaps[0].residue, residue) for name, residue in after.items()}
     return UndersideResult(underside, gaps, elasticities)
 
 
-def _gap(
-    prepared: PreparedBoard, sides: Sequence[Side], row: int, case: int, process: tuple[Sequence[Stage], Pressures]
-) -> GapResult:
+def _gap(prepared: PreparedBoard, row: int, case: int, process: tuple[Sequence[Stage], Pressures]) -> GapResult:
     """Follow one gap in one case; stages that spray the other side do not act on it."""
     stages, pressures = process
     component = prepared.rows[row]
     side = prepared.board.components[component].side
     acting: list[EdgePressure | None] = [
-        pressed[0] if sprayed == side else None for sprayed, pressed in zip(sides, pressures, strict=True)
+        pressed[0] if stage.side == side else None for stage, pressed in zip(stages, pressures, strict=True)
     ]
     gap_height_mm = prepared.undersides[row].cases[case].gap_height_mm
     factor = prepared.overrides[component].paste_factor
@@ -124,26 +120,25 @@ class Spraying:
     """All stages, and what those of one use leave on a side together; it serves the judgement of every component."""
 
     sprayed: tuple[Sprayed, ...]
-    sides: tuple[Side, ...]
-    """Of each stage."""
     groups: Mapping[tuple[Use, Side], tuple[tuple[Sprayed, ...], Exposure]]
     """Stages of liquids by use and side, and what they leave together."""
-    in_sight: tuple[DiscGrid, ...]
-    """``samples_in_sight`` of each stage."""
+    in_sight: tuple[DiscGrid | None, ...]
+    """``samples_in_sight`` of each stage of liquid."""
 
 
 def spraying_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> Spraying:
     """Put the stages of each use and side together."""
-    sides: tuple[Side, ...] = tuple(each.stage.side for each in sprayed)
     groups: dict[tuple[Use, Side], list[Sprayed]] = {}
-    for each, side in zip(sprayed, sides, strict=True):
+    for each in sprayed:
         if each.stage.use in _LIQUIDS:
-            groups.setdefault((each.stage.use, side), []).append(each)
+            groups.setdefault((each.stage.use, each.stage.side), []).append(each)
     return Spraying(
         sprayed=tuple(sprayed),
-        sides=sides,
         groups={key: (tuple(some), together([each.exposure for each in some])) for key, some in groups.items()},
-        in_sight=tuple(samples_in_sight(each.stage, each.jet, prepared.facets.cell_centres) for each in sprayed),
+        in_sight=tuple(
+            None if each.stage.use == "dry" else samples_in_sight(each.stage, each.jet, prepared.facets.cell_centres)
+            for each in sprayed
+        ),
     )
 
 
@@ -173,16 +168,15 @@ def component_part(row: int, prepared: PreparedBoard, spraying: Spraying, unders
 def bare_part(prepared: PreparedBoard, spraying: Spraying) -> Part:
     """Judge the bare board on all sides that are sprayed."""
     board = prepared.board
-    cells: dict[Side, Indices] = {
-        side: cells_of(prepared.facets, board, BARE, side) for side in dict.fromkeys(spraying.sides)
-    }
+    sides: dict[Side, None] = dict.fromkeys(each.stage.side for each in spraying.sprayed)
+    cells: dict[Side, Indices] = {side: cells_of(prepared.facets, board, BARE, side) for side in sides}
     middle = board.outline.centroid
     surface = _Surface("board", BARE, "top", (middle.x, middle.y, board.top_z_mm), cells, _ALL)
     return _part(surface, prepared, spraying, None)
 
 
 def _part(surface: _Surface, prepared: PreparedBoard, spraying: Spraying, underside: UndersideResult | None) -> Part:
-    acting = [surface.cells.get(side) for side in spraying.sides]
+    acting = [surface.cells.get(each.stage.side) for each in spraying.sprayed]
     exposed = tuple(
         None if cells is None else exposed_part(each.exposure, prepared.facets, cells)
         for each, cells in zip(spraying.sprayed, acting, strict=True)
@@ -231,10 +225,10 @@ def _part(surface: _Surface, prepared: PreparedBoard, spraying: Spraying, unders
 
 
 def _occluder(surface: _Surface, prepared: PreparedBoard, spraying: Spraying) -> str:
-    """Name what stands before the cells that the first stage of liquid misses; nothing if it misses none."""
-    for each, side, in_sight in zip(spraying.sprayed, spraying.sides, spraying.in_sight, strict=True):
-        cells = surface.cells.get(side)
-        if each.stage.use == "dry" or cells is None:
+    """Name what stands before the cells that a stage of liquid misses, the first that misses any; else nothing."""
+    for each, in_sight in zip(spraying.sprayed, spraying.in_sight, strict=True):
+        cells = surface.cells.get(each.stage.side)
+        if in_sight is None or cells is None:
             continue
         missed = cells[prepared.facets.cell_exposed[cells] & (each.exposure.cone_s[cells] <= 0)]
         if len(missed):

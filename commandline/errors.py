@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 import typer
 
 from specs import ending
-from specs.errors import JobError, printable
+from specs.errors import JobError, printable, shorten_line
 
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 """What typer raises for arguments that it cannot place; it exports no name for it."""
@@ -71,13 +71,8 @@ def report_usage(error: Exception) -> int:
 
 def _print_error(message: str) -> None:
     """Print lines on stderr; of a very long one, which quotes its input, the middle is left out."""
-    half = _LONGEST_LINE // 2
-    lines = [
-        f"{line[:half]} … {line[-half:]}" if len(line) > 2 * half else line
-        for line in map(printable, message.splitlines())
-    ]
     with ending.lock, suppress(BrokenPipeError):
-        typer.echo("\n".join(lines), err=True)
+        typer.echo("\n".join(map(shorten_line, message.splitlines())), err=True)
         ending.note_reported(message)
 
 

@@ -63,14 +63,10 @@ def columns_of(program: TimedProgram) -> Columns:
     )
 
 
+@np.errstate(over="ignore")  # numbers beyond every bound are refused later, with their line
 def rounded(columns: Columns) -> Columns:
     """Round to the digits of the native file: 0.1 ms, 1 um, 1e-7 of a quaternion, 1 um/s; no negative zero."""
     moves = columns.moves.copy()
-    with np.errstate(over="ignore"):  # numbers beyond every bound are refused later, with their line
-        return _rounded(columns, moves)
-
-
-def _rounded(columns: Columns, moves: NDArray[np.float64]) -> Columns:
     moves[:, :3] = np.round(moves[:, :3], 3)
     moves[:, 3:7] = np.round(moves[:, 3:7], 7)
     moves[:, 7] = np.round(moves[:, 7], 3)

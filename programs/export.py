@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from programs.errors import ProgramError
-from programs.motion.installation import MAKER_NAMES, Installation
+from programs.motion.installation import MAKER_NAMES, Installation, Maker
 from programs.motion.lower import EventError, lower
 from programs.motion.make_motion import make_motion
 from programs.posts.dialects import DIALECTS, Dialect
@@ -79,7 +79,7 @@ def check_maker(language: Dialect, installation: Installation) -> None:
         ways = ["state its maker and controller_joints beside its URDF", "choose joint-table"]
         why = "states no maker, and each maker's controllers count joints in their own way"
     else:
-        own = next((name for name, each in DIALECTS.items() if each.maker == installation.maker), "joint-table")
+        own = _dialect_of(installation.maker) or "joint-table"
         why = f"is by {MAKER_NAMES[installation.maker]}, whose joint values are another pose there"
         ways = [f"choose {own}", *ways]
     ways += ["export --without-joints"] * bool(language.without_joints)
@@ -100,7 +100,7 @@ def _check_without_joints(language: Dialect, dialect: str, installation: Install
             f"choose a cell with a robot of {MAKER_NAMES[language.maker]}, and leave out --without-joints."
         )
     checked = f"Written without joint values. Reach, collisions and time were checked for {installation.robot} only."
-    return Finding(WITHOUT_JOINTS, f"{checked} {language.without_joints}", NO_SOURCE)
+    return Finding(WITHOUT_JOINTS, f"{checked} {language.without_joints} No home is written.", NO_SOURCE)
 
 
 def own_dialect(installation: Installation) -> str:
@@ -109,14 +109,17 @@ def own_dialect(installation: Installation) -> str:
     Raises:
         ProgramError: its maker is not stated, or is none of those whose languages are written.
     """
-    for name, language in DIALECTS.items():
-        if language.maker is not None and language.maker == installation.maker:
-            return name
+    if own := _dialect_of(installation.maker):
+        return own
     open_to_all = ", ".join(name for name, language in DIALECTS.items() if language.maker is None)
     raise ProgramError(
         f"robot {installation.robot} has no maker whose language is written; give --dialect. "
         f"For every robot there are {open_to_all}."
     )
+
+
+def _dialect_of(maker: Maker | None) -> str | None:
+    return next((name for name, each in DIALECTS.items() if maker is not None and each.maker == maker), None)
 
 
 def find_dialect(name: str) -> Dialect:

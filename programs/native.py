@@ -48,10 +48,10 @@ def render(program: TimedProgram) -> str:
         place = "" if fault.index is None else f" at instruction {fault.index + 1}"
         raise ProgramError(f"this program cannot be written{place}: {fault.message}")
     text = "\n".join([*_header(program), _BEGIN, *_body(program.instructions, columns), _END, ""])
-    if len(text.encode()) > LARGEST_BYTES:
+    if (size := len(text.encode())) > LARGEST_BYTES:
         raise ProgramError(
-            f"this program would have {len(text) / 1e6:.0f} MB; at most {LARGEST_BYTES / 1e6:.0f} MB are read. Plan "
-            "fewer steps, or lower what multiplies its moves: passes, repeats, components followed apart"
+            f"this program would have {size / 1e6:.0f} MB; at most {LARGEST_BYTES / 1e6:.0f} MB are read. Plan "
+            "fewer steps, or lower what multiplies its moves: passes, repeats, components followed apart."
         )
     return text
 

@@ -15,8 +15,6 @@ from specs.yaml.schema import name_nearest
 _DEFAULT = "default"
 _SINGULAR = {"functions": "function", "nozzles": "nozzle", "templates": "template", "classes": "class"}
 _FLATTEST_DEG = 85.0  # a ray of the spray flatter than this does not close on the board (cleaning model, section 1.1)
-
-
 _CLEARANCE: YamlPath = ("limits", "clearance_mm")
 
 

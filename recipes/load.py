@@ -98,9 +98,8 @@ def locate_error(error: RecipeError, loaded: LoadedRecipe) -> RecipeError:
     installed = loaded.root.mark.file in map(str, recipe_library().values())
     if error.file is not None or not keys or installed:
         return error
-    own = node is not None and node.mark.file == loaded.root.mark.file
     message = str(error).removeprefix(f"{error.path}: ")
-    line = node.mark.line if node is not None and own else None
+    line = node.mark.line if node is not None and node.mark.file == loaded.root.mark.file else None
     return RecipeError(message, path=error.path, file=loaded.root.mark.file, line=line)
 
 

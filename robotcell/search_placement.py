@@ -176,10 +176,10 @@ def room_of(cell: Cell, board: Board) -> HasRoom:
     return lambda T_cell_board: not any(meets_box(corners, low, high, T_cell_board) for corners in kept)
 
 
-def place_of(T_cell_board: Poses) -> Place:
-    """Round a pose as it is written: tenths of a millimetre, hundredths of a degree."""
-    x, y, z = (round(1e3 * float(value), 1) + 0.0 for value in T_cell_board[:3, 3])
-    roll, pitch, yaw = (round(float(np.degrees(value)), 2) + 0.0 for value in roll_pitch_yaw(T_cell_board))
+def place_of(T_cell_held: Poses) -> Place:
+    """Round the held point's pose as it is written: tenths of a millimetre, hundredths of a degree."""
+    x, y, z = (round(1e3 * float(value), 1) + 0.0 for value in T_cell_held[:3, 3])
+    roll, pitch, yaw = (round(float(np.degrees(value)), 2) + 0.0 for value in roll_pitch_yaw(T_cell_held))
     return Place(xyz_mm=(x, y, z), rpy_deg=(roll, pitch, yaw))
 
 

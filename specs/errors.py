@@ -22,10 +22,10 @@ def _escape(letter: str) -> str:
     return f"\\x{code - 0xDC00:02x}" if 0xDC80 <= code <= 0xDCFF else letter.encode("unicode_escape").decode()
 
 
-def _shorten(line: str) -> str:
+def shorten_line(line: str) -> str:
     """Make a line safe to print; of a very long one, which quotes its input, the middle is left out."""
-    half = _LONGEST_LINE // 2
-    return printable(line if len(line) <= _LONGEST_LINE else f"{line[:half]} … {line[-half:]}")
+    line, half = printable(line), _LONGEST_LINE // 2
+    return line if len(line) <= _LONGEST_LINE else f"{line[:half]} … {line[-half:]}"
 
 
 class JobError(Exception):
@@ -45,7 +45,7 @@ class LocatedError(JobError):
         """Prefix the message with ``file:line: path:`` as far as they are known."""
         name = printable(str(file))
         place = "" if file is None else f"{name}:{line}: " if line is not None else f"{name}: "
-        super().__init__(place + (f"{path}: " if path else "") + "\n".join(map(_shorten, message.split("\n"))))
+        super().__init__(place + (f"{path}: " if path else "") + "\n".join(map(shorten_line, message.split("\n"))))
         self.path = path
         self.file = file
         self.line = line

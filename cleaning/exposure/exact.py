@@ -159,7 +159,7 @@ def occluder(cells: Indices, stage: Stage, jet: Jet, facets: Facets, scene: RayS
 
 
 class SightLines(NamedTuple):
-    """Lines of sight from the nozzle to places, for compiled code; as ``cleaning.scene`` takes them."""
+    """Lines of sight from the nozzle to places, for compiled code; as ``geometry.rays`` takes them."""
 
     origins: NDArray[np.float32]
     directions: NDArray[np.float32]

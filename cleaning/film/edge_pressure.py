@@ -86,14 +86,13 @@ def edge_pressures(
     law = _law_of(jet, film)
     spared = np.where(edges.sheltered <= film.shelter_mm, film.shelter, 1.0)
     poses = _poses_of(stage)
-    every = np.arange(len(stage.samples.times), dtype=np.int32)
     found: list[EdgePressure] = []
     for row in range(len(edges.component)):
         part = _Part(
             edges.middles[row], edges.outward[row], spared[row], float(edges.heights_mm[row]), float(edges.facing[row])
         )
         x, y = edges.middles[row, :, :2].mean(axis=0).tolist()
-        candidates = every if near is None else near.near(x, y)
+        candidates = np.arange(len(stage.samples.times), dtype=np.int32) if near is None else near.near(x, y)
         sample, pressure = np.empty(len(candidates), dtype=np.int64), np.empty((len(candidates), SEGMENTS))
         count = _press(law, part, poses, candidates, (sample, pressure))
         found.append(EdgePressure(sample[:count].copy(), pressure[:count].copy()))

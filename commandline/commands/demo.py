@@ -57,8 +57,9 @@ def demo(
 
         check_folder(folder)
         loaded_cell = read_cell(cell)
-        language = dialect or own_dialect(installation_of(loaded_cell))
-        check_maker(find_dialect(language), installation_of(loaded_cell))
+        installation = installation_of(loaded_cell)
+        language = dialect or own_dialect(installation)
+        check_maker(find_dialect(language), installation)
         done = read_and_run(board, recipe, None)
         card = draw_board(done.board, ".png")
         with output_errors(folder):

@@ -57,7 +57,7 @@ def ui(
             if server.token:
                 warning = f"Whoever has this address with its token can read and write {escape(str(project.folder))}."
                 console.print(f"[bold red]{warning}[/bold red] The connection is not encrypted.", soft_wrap=True)
-            console.print(f"Washboard is at {server.address} (Ctrl-C ends it)", soft_wrap=True)
+            console.print(f"Washboard is at {escape(server.address)} (Ctrl-C ends it)", soft_wrap=True)
             number = stop.wait()
             server.stop()
             console.print("Stopped.")

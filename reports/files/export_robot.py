@@ -2,16 +2,13 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from boards.board import Board
 from programs.export import Exported, check_maker, export, find_dialect
 from programs.program import TimedProgram
 from robotcell.cell.hold import describe_held, hold_board
-from robotcell.cell.installation import installation_of
+from robotcell.cell.installation import exported_joints, installation_of
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.spec import HeldBy
-from robotcell.robot.robot import Joints, Robot
 from robotcell.track import CellReport, terms_of, track
 from specs.finding import Finding, worst_first
 from specs.finding_rules import BOARD_PLACE_UNKNOWN
@@ -92,8 +89,3 @@ def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str, *, witho
         return export(report.requested, installation, dialect, without_joints=without_joints)
     joints = exported_joints(loaded.cell.robot, report.joints)
     return export(report.program, installation, dialect, joints, without_joints=without_joints)
-
-
-def exported_joints(robot: Robot, joints: Joints) -> Joints:
-    """Joints in the units of programs: radians, and millimetres where they are prismatic."""
-    return joints * np.array([_MM if joint.kind == "prismatic" else 1.0 for joint in robot.joints])

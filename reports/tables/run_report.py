@@ -78,16 +78,11 @@ def board_facts(board: Board) -> dict[str, str]:
     }
     if tallest is not None:
         facts["tallest"] = f"{tallest.name}, {tallest.height_mm:.2f} mm"
-    drawn = Counter(_height_word(component.height_source) for component in board.components)
-    if set(drawn) - {STATED_HEIGHT}:
-        facts["heights"] = ", ".join(f"{count} {word}" for word, count in drawn.most_common())
+    heights = Counter(component.height_source.split(" ")[0].rstrip(",") for component in board.components)
+    if set(heights) - {STATED_HEIGHT}:
+        facts["heights"] = ", ".join(f"{count} {word}" for word, count in heights.most_common())
     fixtures = sum(body.role == "fixture" for body in board.bodies)
     return facts | ({"fixtures": str(fixtures)} if fixtures else {})
-
-
-def _height_word(source: str) -> str:
-    """First word of a height's source: ``name``, ``model``, ``family``, ``assumed`` and so on."""
-    return source.split(" ")[0].rstrip(",")
 
 
 def _components(run: "Run") -> list[Json]:

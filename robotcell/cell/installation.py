@@ -12,7 +12,7 @@ from robotcell.cell.hold import describe_held
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.spec import Outputs
 from robotcell.robot.poses import inverse
-from robotcell.robot.robot import Poses
+from robotcell.robot.robot import Joints, Poses, Robot
 
 _MM = 1e3
 
@@ -54,10 +54,7 @@ def installation_of(loaded: LoadedCell) -> Installation:
         held=_describe_held_point(cell),
         placements={name: to_pose(T_base_cell @ placed) for name, placed in loaded.placements.items()},
         joints=tuple(Joint(joint.name, joint.kind) for joint in cell.robot.joints),
-        home=tuple(
-            float(value) * (_MM if joint.kind == "prismatic" else 1.0)
-            for value, joint in zip(cell.home, cell.robot.joints, strict=True)
-        ),
+        home=tuple(exported_joints(cell.robot, cell.home).tolist()),
         maker=cell.robot.maker,
         convention=cell.robot.convention,
     )
@@ -69,6 +66,11 @@ def _describe_held_point(cell: Cell) -> str:
         return ""
     x, y, z = (round(float(value) * _MM, 3) + 0.0 for value in cell.T_board_held[:3, 3])
     return f"by its {describe_held(cell.held_by)}, x {x:.3f} y {y:.3f} z {z:.3f} mm in its CAD frame"
+
+
+def exported_joints(robot: Robot, joints: Joints) -> Joints:
+    """Give joints (..., dof) in the units of programs: radians, and millimetres where they are prismatic."""
+    return joints * np.array([_MM if joint.kind == "prismatic" else 1.0 for joint in robot.joints])
 
 
 def to_pose(T: Poses) -> Pose:

@@ -16,7 +16,7 @@ from robotcell.cell.spec import CellSpec, Hold, InputOutput, JointLimits, Output
 from robotcell.errors import CellError, error_at
 from robotcell.robot.robot import Poses, Robot
 from specs.yaml.file_kind import FileKind
-from specs.yaml.load import find_file, parse_spec, read_text
+from specs.yaml.load import find_file, is_bare, parse_spec, read_text
 from specs.yaml.located import Located, YamlPath, read_yaml
 from specs.yaml.problems import Problem, raise_problems
 from specs.yaml.schema import DIALECT, key_tables, name_nearest, schema_parts
@@ -155,8 +155,7 @@ def _build_robot(spec: CellSpec, root: Located) -> Robot:
     if isinstance(spec.robot, str):
         folder = Path(root.at(("robot",)).mark.file).parent
         try:
-            is_name = Path(spec.robot).suffix == "" and Path(spec.robot).name == spec.robot
-            robot = load_robot(spec.robot if is_name else folder / spec.robot)
+            robot = load_robot(spec.robot if is_bare(spec.robot) else folder / spec.robot)
         except CellError as error:
             raise error_at(root, ("robot",), str(error)) from None
     else:

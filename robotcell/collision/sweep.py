@@ -16,7 +16,7 @@ from geometry.arrays import Indices, Scalars
 from robotcell.collision.body_pairs import RESOLUTION, BodyPairs, Items, gaps, near_items, place
 from robotcell.collision.collision import Collider, pairs_with
 from robotcell.collision.contacts import distances
-from robotcell.robot.robot import Joints
+from robotcell.robot.robot import Joints, row_pieces
 
 _COARSE = 1e-2
 """m of widening above which only boxes are compared: the exact check would be slow and seldom decides anything."""
@@ -62,8 +62,8 @@ def collides_between(collider: Collider, start: Joints, end: Joints, tool: int) 
         raise ValueError(f"joints must be of shape (n, {bodies.robot.dof}), not {start.shape} and {end.shape}")
     if not (np.isfinite(start).all() and np.isfinite(end).all()):
         raise ValueError("joints must be finite")
-    parts = [slice(at, at + _AT_ONCE) for at in range(0, len(start), _AT_ONCE)]
-    return np.concatenate([np.zeros(0, np.bool_), *(_sweep(bodies, start[part], end[part]) for part in parts)])
+    parts = (_sweep(bodies, start[rows], end[rows]) for rows in row_pieces(len(start), _AT_ONCE))
+    return np.concatenate([np.zeros(0, np.bool_), *parts])
 
 
 def _sweep(bodies: BodyPairs, start: Joints, end: Joints) -> NDArray[np.bool_]:

@@ -47,18 +47,17 @@ def frame_card(cell: Cell, board: Board | None) -> tuple[Frame, ...]:
         frames.append(_frame(label, T_cell_tcp, "jet"))
     frames.append(_frame("board's own frame", cell.T_cell_board, "top"))
     if board is not None:
-        held = describe_held(cell.held_by)
-        for name, place in board_corners(board):
-            in_cell = cell.T_cell_board[:3, :3] @ (place / _MM) + cell.T_cell_board[:3, 3]
-            frames.append(Frame(f"board's {name}{', held' if name == held else ''}", _place(in_cell), ""))
-        if cell.held_by == "centre":
-            frames.append(Frame(f"board's {held}, held", _place(cell.held_pose[:3, 3]), ""))
+        points: tuple[HeldBy, ...] = (*_CORNERS, "centre") if cell.held_by == "centre" else _CORNERS
+        for point in points:
+            in_cell = cell.T_cell_board[:3, :3] @ (held_point_mm(point, board) / _MM) + cell.T_cell_board[:3, 3]
+            held = ", held" if point == cell.held_by else ""
+            frames.append(Frame(f"board's {describe_held(point)}{held}", _place(in_cell), ""))
     return tuple(frames)
 
 
-def board_corners(board: Board) -> tuple[tuple[str, NDArray[np.float64]], ...]:
-    """Give the corners (3,) of the rectangle around a board's outline on its top surface, board frame, mm."""
-    return tuple((describe_held(corner), held_point_mm(corner, board)) for corner in _CORNERS)
+def board_corners(board: Board) -> NDArray[np.float64]:
+    """Give the corners (4, 3) of the rectangle around a board's outline on its top surface, board frame, mm."""
+    return np.array([held_point_mm(corner, board) for corner in _CORNERS])
 
 
 def describe_direction(direction: NDArray[np.float64]) -> str:

@@ -85,7 +85,7 @@ def _check_board(cell: Cell, board: Board | None) -> Iterator[Finding]:
     if up < -0.5:
         message = "the board's top faces down; unless intended, turn it over: add 180 degrees to the roll of rpy_deg"
         yield Finding(BOARD_UPSIDE_DOWN, message, Source(entry="board"))
-    corners = np.zeros((1, 3)) if board is None else np.array([place / _MM for _, place in board_corners(board)])
+    corners = np.zeros((1, 3)) if board is None else board_corners(board) / _MM
     in_cell = corners @ cell.T_cell_board[:3, :3].T + cell.T_cell_board[:3, 3]
     first = (cell.T_cell_base @ cell.robot.joints[0].T_parent_joint)[:3, 3]
     nearest = float(np.linalg.norm(in_cell - first, axis=1).min())

@@ -142,17 +142,13 @@ def _others(program: TimedProgram, tracked: TrackedPath, clock: Scalars) -> list
     """
     path = tracked.path
     timed: list[tuple[int, Instruction]] = []
-    last = len(path.times) - 1
     left_for, there = -1, -1
     for index, item in enumerate(program.instructions):
         if isinstance(item, MoveTo):
             continue
         following = int(np.searchsorted(path.instruction, index, side="left"))
-        if following > last:
-            timed.append((index, replace(item, time_s=float(clock[last] + max(0.0, item.time_s - path.times[last])))))
-            continue
         at = _time_at(path.times, clock, following, item.time_s)
-        if path.changed[following]:
+        if following < len(path.times) and path.changed[following]:
             is_later = not isinstance(item, Command) or item.time_s > path.times[following] + 1e-9
             there = following if left_for == following and is_later else there
             left_for = following if isinstance(item, Command) and item.keyword in ("NOZZLE", "CALL") else left_for

@@ -23,7 +23,7 @@ NODE_M = 8e-3
 NODE_RAD = np.radians(12.0)
 """Nodes are about this far apart, and at every rest, change of tool, and switch of the jet."""
 _MOST_POSES = 1_200_000
-"""Of six axes, solved at all nodes together: of a longer program fewer azimuths are tried, but not fewer than"""
+"""Of six axes, in sum of all nodes: of a longer program fewer azimuths are tried, but not fewer than"""
 _FEWEST_AZIMUTHS = 6
 AZIMUTHS = 18
 """Tried about the jet where it is free."""
@@ -104,8 +104,7 @@ def node_poses(nodes: Nodes, chosen: Indices, tilts: NDArray[np.float64]) -> Nod
 
 def node_pieces(nodes: Nodes) -> Iterator[Indices]:
     """Give the nodes some at a time, in their order."""
-    for begin in range(0, len(nodes.sample), _NODES_AT_ONCE):
-        yield np.arange(begin, min(begin + _NODES_AT_ONCE, len(nodes.sample)))
+    return (np.arange(rows.start, rows.stop) for rows in row_pieces(len(nodes.sample), _NODES_AT_ONCE))
 
 
 def tilted(T_base_tcp: Poses, azimuth: Scalars, tilt: NDArray[np.float64]) -> Poses:

@@ -80,15 +80,15 @@ def plan_motion(queries: CellQueries, path: SampledPath, tilt: float, progress: 
     everywhere = (node_poses(nodes, some, _STRAIGHT) for some in node_pieces(nodes))
     states = solve_states(queries.cell.robot, path, nodes, everywhere, queries.configurations)
     empty = np.flatnonzero(np.diff(states.ladder.first) == 0)
-    leaning = empty[:0]
+    tilted = empty[:0]
     if len(empty) and not path.jet_on[nodes.sample[empty]].any():
-        leaning = empty
-        states = _with_tilts(queries, path, nodes, leaning, tilt)
+        tilted = empty
+        states = _with_tilts(queries, path, nodes, tilted, tilt)
         empty = np.flatnonzero(np.diff(states.ladder.first) == 0)
     if len(empty):
         return OutOfReach(nodes, empty)
     states = with_home_costs(queries.cell, states)
-    search = Search(queries, path, nodes, states, nothing_known(states), nodes.azimuths == 1, leaning)
+    search = Search(queries, path, nodes, states, nothing_known(states), nodes.azimuths == 1, tilted)
     choice = _first_choice(search, tilt, progress)
     motion = attempt_motion(search, choice)
     for number in range(_ATTEMPTS):
@@ -191,16 +191,16 @@ def _check_rungs(search: Search, bad: Indices) -> None:
 
 def _with_tilts(queries: CellQueries, path: SampledPath, nodes: Nodes, where: Indices, tilt: float) -> States:
     """Solve tilted poses too at some nodes: within the band while spraying, further while the jet is off."""
-    jet_on, leaning = path.jet_on[nodes.sample], np.isin(np.arange(len(nodes.sample)), where)
+    jet_on = path.jet_on[nodes.sample]
+    tilts = np.isin(np.arange(len(jet_on)), where) & (~jet_on | (tilt > 0.0))
     fewer = replace(nodes, azimuths=np.minimum(nodes.azimuths, _TILTED_AZIMUTHS))
 
     def poses_of(some: Indices) -> NodePoses:
-        off, on = some[leaning[some] & ~jet_on[some]], some[leaning[some] & jet_on[some]]
-        parts = [node_poses(nodes, some[~leaning[some]], _STRAIGHT), node_poses(fewer, off, _fan(_TRANSFER_TILTS))]
-        if tilt > 0.0:
-            parts.append(node_poses(fewer, on, _fan(np.array([0.5 * tilt, tilt]))))
-        else:
-            parts.append(node_poses(nodes, on, _STRAIGHT))
+        parts = [
+            node_poses(nodes, some[~tilts[some]], _STRAIGHT),
+            node_poses(fewer, some[(tilts & ~jet_on)[some]], _fan(_TRANSFER_TILTS)),
+            node_poses(fewer, some[(tilts & jet_on)[some]], _fan(np.array([0.5 * tilt, tilt]))),
+        ]
         order = np.argsort(np.concatenate([part.node for part in parts]), kind="stable")
         fields = (np.concatenate([getattr(part, name) for part in parts]) for name in NodePoses.__slots__)
         return NodePoses(*(field[order] for field in fields))

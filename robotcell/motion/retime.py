@@ -22,7 +22,7 @@ from robotcell.motion.sampled_path import Flags, runs_of
 from robotcell.robot.robot import Joints, Robot
 
 _LEAST_S = 1e-6
-"""A program that asks for a motion in less time asks for it in this."""
+"""A motion that is programmed in less time counts as programmed in this."""
 _ROUNDING = 1.02
 """By how much a program's own timing may seem to exceed a limit: its positions are rounded to a micrometre."""
 _GAP_S = 1.0

@@ -102,7 +102,7 @@ def sample_path(
     T_base_board = np.linalg.inv(cell.T_cell_base) @ np.stack((cell.T_cell_board, *placements.values()))
     placement = states.placement[state][parent]
     is_move = np.isin(owner[keys], np.array(moves, dtype=np.int64))
-    T_base_tcp = T_board_tcp
+    T_base_tcp = T_board_tcp  # overwritten, some rows at a time: another array would double the memory
     for rows in row_pieces(len(times)):
         T_base_tcp[rows] = T_base_board[placement[rows]] @ T_board_tcp[rows]
     return SampledPath(

@@ -22,6 +22,8 @@ CHARACTERISTIC_LENGTH = 0.25
 """m that count as much as a radian in the inverse condition: about the size of a board.
 
 One length for all robots, so that they can be compared at the same work."""
+_ROWS_AT_ONCE = 16_384
+"""Rows of joints or poses that are worked on together: a row takes a kilobyte or two while that lasts."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,14 +133,10 @@ class Robot:
         return np.array([joint.kind == "revolute" for joint in self.joints])
 
 
-_ROWS_AT_ONCE = 16_384
-"""Rows of joints or poses that are worked on together: a row takes a kilobyte or two while that lasts."""
-
-
-def row_pieces(count: int) -> Iterator[slice]:
+def row_pieces(count: int, most: int = _ROWS_AT_ONCE) -> Iterator[slice]:
     """Give slices that cut that many rows into pieces: bounds the memory of what is done row by row."""
-    for begin in range(0, count, _ROWS_AT_ONCE):
-        yield slice(begin, min(begin + _ROWS_AT_ONCE, count))
+    for begin in range(0, count, most):
+        yield slice(begin, min(begin + most, count))
 
 
 def link_poses(robot: Robot, q: Joints) -> Poses:

@@ -84,6 +84,7 @@ def make_plan(recipe: Recipe, board: Board, progress: Progress = no_progress) ->
 
 
 def _plan(job: PlanningJob, progress: Progress, sketched: Callable[[Plan], None] | None) -> Plan:
+    _require_bounds(job, progress)
     if sketched is None:
         return _assemble(job, "full", progress)[0]
     sketch, settled = _assemble(job, "sketch", subprogress(progress, 0.0, _SKETCH_SHARE))
@@ -99,7 +100,6 @@ def _assemble(job: PlanningJob, effort: Effort, progress: Progress) -> tuple[Pla
     steps = [(index, step) for index, step in enumerate(recipe.sequence) if step.enabled]
     first = steps[0][1].side
     floors = job.floors(first)
-    _require_bounds(job, steps, progress)
     assembly = Assembly(
         board, recipe.limits, first, floors, parked(board, recipe.limits, floors), findings=list(job.findings)
     )
@@ -121,14 +121,16 @@ def _assemble(job: PlanningJob, effort: Effort, progress: Progress) -> tuple[Pla
     return Plan(origin, tuple(assembly.items), tuple(assembly.findings)), assembly.settled
 
 
-def _require_bounds(job: PlanningJob, steps: list[tuple[int, Step]], progress: Progress) -> None:
-    """Plan the strokes of all steps, and refuse what takes more than a plan may before they are ordered and timed.
+def _require_bounds(job: PlanningJob, progress: Progress) -> None:
+    """Plan the strokes of all enabled steps; before they are ordered and timed, refuse what takes more than a plan may.
 
     Raises:
         RecipeError: it does.
     """
     work: list[Work] = []
-    for index, step in steps:
+    for index, step in enumerate(job.recipe.sequence):
+        if not step.enabled:
+            continue
         progress(f"planning {step.function}", 0.0)
         jet = _jet_of(job, step)
         for name in step.paths:
@@ -144,9 +146,9 @@ def _do_step(
     made_by = Source(index)
     function = job.recipe.functions[step.function]
     speed = min(job.recipe.limits.transfer_speed_mm_s, function.max_speed_mm_s)
-    jet = _begin_step(
-        job, assembly, step, made_by
-    )  # first, so that the way around the edge keeps this function's speed
+    # First, so that the way around the edge keeps this function's speed.
+    _begin_step(job, assembly, step, made_by)
+    jet = _jet_of(job, step)
     if step.side != assembly.side:
         assembly.turn_over(step.side, job.floors(step.side), speed, Source(index, motion="turn"))
     sets = [job.strokes(step, jet, name, Source(index, name)) for name in step.paths]
@@ -171,7 +173,7 @@ def _do_step(
         assembly.command("ENDREPEAT", made_by=made_by)
 
 
-def _begin_step(job: PlanningJob, assembly: Assembly, step: Step, made_by: Source) -> Jet:
+def _begin_step(job: PlanningJob, assembly: Assembly, step: Step, made_by: Source) -> None:
     """Add the commands at the beginning of a step."""
     function, nozzle = job.recipe.functions[step.function], job.recipe.nozzles[step.nozzle]
     assembly.command("FUNCTION", step.function, made_by=made_by)
@@ -182,7 +184,6 @@ def _begin_step(job: PlanningJob, assembly: Assembly, step: Step, made_by: Sourc
         assembly.command("SET", "temperature_c", f"{function.temperature_c:.3f}", made_by=made_by)
     if job.recipe.limits.tilt_band_deg > 0:
         assembly.command("SET", TILT_BAND, f"{job.recipe.limits.tilt_band_deg:.3f}", made_by=made_by)
-    return _jet_of(job, step)
 
 
 def _jet_of(job: PlanningJob, step: Step) -> Jet:

@@ -56,10 +56,10 @@ def find_unserved(
             message = f"{component.name} must be cleaned, but {reason}."
             where = (place.x, place.y, board.surface_z_mm(component.side))
             findings.append(Finding(NOT_SERVED, message, Source(entry="masks"), where))
-    return findings + find_unsprayed_sides(board, masks, steps, list(items))
+    return findings + _find_unsprayed_sides(board, masks, steps, list(items))
 
 
-def find_unsprayed_sides(
+def _find_unsprayed_sides(
     board: Board, masks: ComponentMasks, steps: Sequence[Step], items: Sequence[PlanItem]
 ) -> list[Finding]:
     """A finding for each side most of whose components are not sprayed; an error where nothing but a bare side is."""

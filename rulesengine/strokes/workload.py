@@ -59,19 +59,16 @@ def require_bounds(work: Iterable[Work]) -> None:
             template that takes the most.
     """
     parts = list(work)
-    if not parts:
-        return
     bounds = (
-        ("strokes", MOST_STROKES, "{:,.0f} strokes"),
-        ("points", MOST_POINTS, "{:,.0f} points"),
-        ("seconds", MOST_S, "{:,.1f} h of spraying"),
-        ("litres", MOST_LITRES, "{:,.0f} l"),
+        ("strokes", MOST_STROKES, 1.0, "{:,.0f} strokes"),
+        ("points", MOST_POINTS, 1.0, "{:,.0f} points"),
+        ("seconds", MOST_S, 3600.0, "{:,.1f} h of spraying"),
+        ("litres", MOST_LITRES, 1.0, "{:,.0f} l"),
     )
-    for name, most, words in bounds:
+    for name, most, unit, words in bounds:
         amounts = [float(getattr(part, name)) for part in parts]
-        total, largest = sum(amounts), int(np.argmax(amounts))
-        if total > most:
-            unit = 3600.0 if name == "seconds" else 1.0
+        if (total := sum(amounts)) > most:
+            largest = int(np.argmax(amounts))
             source = parts[largest].made_by
             message = (
                 f"the plan would take {words.format(total / unit)}; a plan has at most {words.format(most / unit)}. "

@@ -29,7 +29,7 @@ def find_file(source: str | Path, kind: FileKind[Spec]) -> Path:
     if isinstance(source, str) and source in library:
         return library[source]
     path = Path(source)
-    if _is_bare(str(source)) and not os.path.lexists(path):
+    if is_bare(str(source)) and not os.path.lexists(path):
         near = difflib.get_close_matches(str(source), library, n=1)
         hint = f" Did you mean {near[0]!r}?" if near else ""
         names = ", ".join(library)
@@ -37,7 +37,7 @@ def find_file(source: str | Path, kind: FileKind[Spec]) -> Path:
     return path
 
 
-def _is_bare(name: str) -> bool:
+def is_bare(name: str) -> bool:
     """Whether a source is a name rather than a path."""
     return bool(name) and "\0" not in name and not Path(name).suffix and name == Path(name).name
 
@@ -111,7 +111,7 @@ def _read_extended(name: str, extends: Located, kind: FileKind[Spec]) -> Located
     mark = extends.mark
     try:
         path = kind.library().get(name)
-        if path is None and _is_bare(name):
+        if path is None and is_bare(name):
             find_file(name, kind)
         path = path or Path(os.path.normpath(Path(mark.file).parent / name))
         text = read_text(path, kind)

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from hashlib import sha256
 
 from programs.errors import ProgramError
-from reports.files.export_robot import exported_joints
 from reports.files.write_run import cleaning_bytes, program_bytes, report_bytes
 from reports.tables.wording import amount, shorten
-from robotcell.cell.installation import installation_of
+from robotcell.cell.installation import exported_joints, installation_of
 from rulesengine.planning.pipeline import Run
 from specs.finding import Finding, blocking, worst_first
 from specs.progress import Progress, subprogress

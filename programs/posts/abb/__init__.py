@@ -26,8 +26,7 @@ DIALECT = Dialect(
     rebuild=RapidReader.rebuild,
     move=re.compile(r"\s*(MoveL|MoveJ|TriggL) p\d"),
     maker="abb",
-    without_joints="Stand the arm in the configuration that it is to keep (ConfJ\\Off, ConfL\\Off). "
-    "No home is written.",
+    without_joints="Stand the arm in the configuration that it is to keep (ConfJ\\Off, ConfL\\Off).",
 )
 PAINT_DIALECT = Dialect(
     title="ABB RAPID, RobotWare Paint",
@@ -45,6 +44,5 @@ PAINT_DIALECT = Dialect(
     rebuild=PaintReader.rebuild,
     move=re.compile(r"\s*(MoveL|MoveJ|PaintL) p\d"),
     maker="abb",
-    without_joints="Stand the arm in the configuration that it is to keep (ConfJ\\Off, ConfL\\Off). "
-    "No home is written.",
+    without_joints="Stand the arm in the configuration that it is to keep (ConfJ\\Off, ConfL\\Off).",
 )

@@ -29,6 +29,5 @@ DIALECT = Dialect(
     rebuild=PacScriptReader.rebuild,
     move=re.compile(r"\s*Move [LP], @\d P\("),
     maker="denso",
-    without_joints="Stand the arm in the figure that it is to keep: positions keep the one that it has (-1). "
-    "No home is written.",
+    without_joints="Stand the arm in the figure that it is to keep: positions keep the one that it has (-1).",
 )

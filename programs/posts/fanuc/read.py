@@ -74,7 +74,7 @@ class TpReader(Reader):
         return {
             rf"L P\[(\d+)\] (\d+)(mm/sec|deg/sec) (FINE|CNT\d+)(?: TB {_N}sec,{_ASSIGNMENT})?": self.move,
             r"!.*": skip,
-            r"J P\[(\d+)\] \d+% FINE": self.move_by_joints,
+            r"J P\[(\d+)\] \d+% FINE": lambda match: self.move_to(self.position(match[1])),
             r"(UFRAME|UTOOL)_NUM=(\d+)": self.use_frame,
             _ASSIGNMENT: lambda match: self.switch(*_assigned(*match.groups())),
             rf"WAIT {_N}\(sec\)": lambda match: self.hold(float(match[1]), LONGEST_WAIT_S),
@@ -119,14 +119,6 @@ class TpReader(Reader):
             raise ProgramError(f"P[{number}] is not cartesian.")
         signals = (ReadSignal(*_assigned(*assigned), 1.0, -float(lead)),) if lead is not None else ()
         self.line(pose, ending == "FINE", float(speed) if unit == "mm/sec" else 0.0, signals)
-
-    def move_by_joints(self, match: re.Match[str]) -> None:
-        """Move by joints."""
-        pose = self.position(match[1])
-        if isinstance(pose, Pose):
-            self.reach(pose)
-        else:
-            self.come_to(pose)
 
     def begin_loop(self, match: re.Match[str]) -> None:
         """Find how a loop ends: the jump back to its label, and the reading before it."""

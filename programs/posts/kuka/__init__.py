@@ -28,6 +28,5 @@ DIALECT = Dialect(
     rebuild=KrlReader.rebuild,
     move=re.compile(r"\s*(LIN|PTP) P\d"),
     maker="kuka",
-    without_joints="Stand the arm in the configuration that it is to keep: PTP without S and T keeps it. "
-    "No home is written.",
+    without_joints="Stand the arm in the configuration that it is to keep: PTP without S and T keeps it.",
 )

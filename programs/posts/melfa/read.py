@@ -46,7 +46,7 @@ class MelfaBasicReader(Reader):
         """List the steps."""
         return {
             rf"Mvs (P\d+)(?: Wth {_OUTPUT})?": self.move,
-            r"Mov ([PJ]\d+)": self.move_by_joints,
+            r"Mov ([PJ]\d+)": lambda match: self.move_to(self.position(match[1])),
             rf"Spd (?:{N}|M_NSpd)": self.set_speed,
             rf"Cnt (0|1,{NUMBER},{NUMBER})": self.set_passing,
             _OUTPUT: lambda match: self.set_output(*match.groups()),
@@ -64,14 +64,6 @@ class MelfaBasicReader(Reader):
         if match[2]:
             self.set_output(*match.groups()[1:])
         self.line(self.point(match[1]), self.stops, self.speed_mm_s)
-
-    def move_by_joints(self, match: re.Match[str]) -> None:
-        """Move by joints."""
-        place = self.position(match[1])
-        if isinstance(place, Pose):
-            self.reach(place)
-        else:
-            self.come_to(place)
 
     def position(self, name: str) -> Pose | tuple[float, ...]:
         """Look up a position of the program that runs."""

@@ -157,7 +157,7 @@ class _Comparison:
         planned, dof = in_degrees_and_mm(step.joints, self.installation), len(step.joints)
         read = from_controller_counts(counted[:dof], self.installation)
         beyond = any(counted[dof:])  # RAPID has six at least
-        return not beyond and _same_joints(planned, in_degrees_and_mm(read, self.installation))
+        return not beyond and _same_joints(planned, read)
 
     def is_output(self, channel: Channel, planned: float, label: str, read: float) -> bool:
         """Whether an output is the planned one and gets the planned value; an analog one as volts at its terminal."""

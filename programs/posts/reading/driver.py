@@ -46,10 +46,10 @@ class Reader(ABC):
         self.pose: Pose | None = None
         self.tool: ReadTool | None = None
         self.board: ReadBoard | None = None
-        self.by_joints = False
-        """Whether it came to where it is by joint values, so that the next motion ends where it is."""
         self.counted: tuple[float, ...] = ()
-        """Those values, as the controller counts them: degrees or mm."""
+        """Joint values that it came to, as the controller counts them, degrees or mm: the next motion ends there.
+
+        Empty where the last motion was no such one."""
         self._used: tuple[ReadTool | None, ReadBoard | None] = (None, None)
         self._patterns: list[tuple[re.Pattern[str], Action]] = []
 
@@ -179,9 +179,16 @@ class Reader(ABC):
         """Come to joint values: a list with commas in the first group."""
         self.come_to(float(word) for word in match[1].split(","))
 
+    def move_to(self, place: Pose | tuple[float, ...]) -> None:
+        """Come to a pose, or to joint values, by a joint motion."""
+        if isinstance(place, Pose):
+            self.reach(place)
+        else:
+            self.come_to(place)
+
     def come_to(self, counted: Iterable[float]) -> None:
         """Come to joint values, as the controller counts them."""
-        self.by_joints, self.counted = True, tuple(counted)
+        self.counted = tuple(counted)
 
     def repeat(self, count: str, condition: Sequence[str | None] = ()) -> None:
         """Begin a loop.
@@ -207,12 +214,12 @@ class Reader(ABC):
         """Come to a pose by a joint motion: to joint values, or to the pose itself where there are none."""
         self._use_frames()
         self.steps.append(ReadReach(pose, counted))
-        self.pose, self.by_joints = pose, False
+        self.pose, self.counted = pose, ()
 
     def line(self, pose: Pose, stops: bool, speed_mm_s: float, signals: tuple[ReadSignal, ...] = ()) -> None:
         """Go straight to a pose; after joint values it is there already."""
-        if self.by_joints or self.pose is None:
-            self.reach(pose, self.counted if self.by_joints else ())
+        if self.counted or self.pose is None:
+            self.reach(pose, self.counted)
             return
         self._use_frames()
         self.steps.append(ReadLine(pose, stops, speed_mm_s, signals))

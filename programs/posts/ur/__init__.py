@@ -31,6 +31,5 @@ DIALECT = Dialect(
     rebuild=UrScriptReader.rebuild,
     move=re.compile(r"\s*movel\("),
     maker="universal-robots",
-    without_joints="Stand the arm in the configuration that it is to keep: movej takes the nearest one. "
-    "No home is written.",
+    without_joints="Stand the arm in the configuration that it is to keep: movej takes the nearest one.",
 )

@@ -19,6 +19,5 @@ DIALECT = Dialect(
     rebuild=Val3Reader.rebuild,
     move=re.compile(r"\s*(nId=)?move[lj]\(p\w*\["),
     maker="staubli",
-    without_joints="Stand the arm in the configuration that it is to keep: points have ssame, esame, wsame. "
-    "No home is written.",
+    without_joints="Stand the arm in the configuration that it is to keep: points have ssame, esame, wsame.",
 )

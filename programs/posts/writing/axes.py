@@ -31,10 +31,8 @@ def as_controller_counts(joints: tuple[float, ...], installation: Installation) 
 
 
 def from_controller_counts(counted: tuple[float, ...], installation: Installation) -> tuple[float, ...]:
-    """Joint values in radians and mm, as the cell counts them: the inverse of ``as_controller_counts``."""
-    values = counted if installation.convention is None else installation.convention.recover(counted)
-    kinds = installation.joint_kinds(len(values))
-    return tuple(math.radians(q) if kind == "revolute" else q for q, kind in zip(values, kinds, strict=True))
+    """Joint values in degrees and mm, as the cell counts them: the inverse of ``as_controller_counts``."""
+    return counted if installation.convention is None else installation.convention.recover(counted)
 
 
 def place_on(samples: SampledLine, units: Scalars, axes: tuple[float, ...], after: float) -> tuple[float, float]:

@@ -14,8 +14,8 @@ from programs.errors import ProgramError
 from programs.motion.steps import Line, Reach
 from programs.plan import SprayPass
 from programs.posts.dialects import DIALECTS
-from reports.files.export_robot import exported_joints, write_tracked
-from robotcell.cell.installation import installation_of
+from reports.files.export_robot import write_tracked
+from robotcell.cell.installation import exported_joints, installation_of
 from robotcell.cell.load import read_cell
 from specs.source import NO_SOURCE, Source
 from webui.downloads.program_text import (
