@@ -113,7 +113,7 @@ def diff(before: Path, after: Path, only: str, *, hashes: bool) -> int:
             different += 1
             print(f"{name}: only in {before if one.exists() else after}")
             continue
-        texts = [f.read_bytes().decode("utf-8", "replace") for f in (one, two)]
+        texts = [f.read_bytes().decode("utf-8", "backslashreplace") for f in (one, two)]
         if not hashes:
             texts = [SHA256.sub("#", text) for text in texts]
         if texts[0] != texts[1]:

@@ -145,14 +145,14 @@ def probe(reader: Reader, content: bytes) -> str:
             os.close(receive)
             try:
                 runner._prepare(fixed, Path(folder))
-                os.write(send, json.dumps(run_one(fixed, content, 0, Path(folder)).message).encode()[:4000] or b"{}")
+                os.write(send, json.dumps(kind_of(run_one(fixed, content, 0, Path(folder)).message)).encode())
             finally:
                 os._exit(0)
         os.close(send)
-        line = next((part for part in [_all(receive)] if part), "")
+        line = _all(receive)
         os.kill(worker, signal.SIGKILL)
         status = os.waitpid(worker, 0)[1]
-    return kind_of(json.loads(line)) if line else kind_of(f"ended its process: {_end(status)}")
+    return json.loads(line) if line else kind_of(f"ended its process: {_end(status)}")
 
 
 def _all(receive: int) -> str:

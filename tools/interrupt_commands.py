@@ -99,7 +99,6 @@ class Bench:
     """A job with its inputs, and its outputs as they are before and after."""
 
     job: Job
-    inputs: Path
     before: Path
     known: Mapping[str, tuple[object, object]]
     seconds: float
@@ -188,7 +187,7 @@ def prepare(job: Job, inputs: Path, place: Path) -> Bench:
     same = [name for name, (old, new) in known.items() if old == new]
     if same:
         raise SystemExit(f"{job.words}: {same} are the same for both inputs")
-    return Bench(job, inputs, found["old"], known, seconds)
+    return Bench(job, found["old"], known, seconds)
 
 
 def run_once(bench: Bench, number: signal.Signals, chance: random.Random, tally: Tally) -> None:

@@ -1,5 +1,6 @@
 """Boards from layout files, which draw the edge and the outlines of parts and state no heights: KiCad and Eagle."""
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -74,6 +75,11 @@ _PART_KEYS = (
     *("mpn", "manufacturerpartnumber", "mfrpartnumber", "mfgpartnumber", "mfrpn", "partnumber", "manufacturerpn", "pn"),
     *("part", "prodid"),
 )
+
+
+def plain_key(key: str) -> str:
+    """Reduce the name of a part's property to what counts in it: small letters and digits."""
+    return re.sub(r"[^a-z0-9]", "", key.lower())
 
 
 def part_number(properties: Mapping[str, str]) -> str:

@@ -253,3 +253,12 @@ def enclosed(lines: Sequence[Points2]) -> Polygon | MultiPolygon | None:
     # A mark beside the body, such as the dot of pin 1, is no part of it.
     kept = [piece for piece in pieces if piece.area >= 0.2 * largest]
     return kept[0] if len(kept) == 1 else MultiPolygon(kept)
+
+
+def box_around(pieces: Sequence[Points2]) -> Polygon | None:
+    """Give the rectangle around points (n, 2); ``None`` where there are none, or it is not 0.01 mm wide."""
+    if not pieces:
+        return None
+    points = np.concatenate(pieces)
+    (x0, y0), (x1, y1) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    return shapely.box(x0, y0, x1, y1) if min(x1 - x0, y1 - y0) > 0.01 else None

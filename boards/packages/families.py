@@ -28,6 +28,11 @@ class PackageFamily:
     loose: bool = False
     """Found by a single word only, so that the size may be anything."""
 
+    @property
+    def has_body(self) -> bool:
+        """Whether its members stand on the board: others are copper, paint or holes."""
+        return self.source != "no body"
+
 
 @dataclass(frozen=True, slots=True)
 class _Row:

@@ -167,7 +167,7 @@ def body_height(evidence: HeightEvidence) -> BodyHeight:
             return found
     if family is not None:
         return _of_family(family, evidence, "family")
-    own = next((own for _, own in models if own is not None and own.source != "no body"), None)
+    own = next((own for _, own in models if own is not None and own.has_body), None)
     if own is not None:
         return _of_family(own, evidence, "model")
     return _in_words(evidence.description) or BodyHeight(_tall(evidence), "assumed", "assumed tall")
@@ -188,7 +188,7 @@ def checked_height(stated_mm: float | None, evidence: HeightEvidence) -> Checked
     high = known and (stated_mm > _FAR * found.height_mm or (is_default and stated_mm > found.height_mm))
     if high or stated_mm < low_mm:
         return CheckedHeight(found, f"{stated_mm:g} mm stated, {found.height_mm:g} mm taken: {found.reason}")
-    stated = BodyHeight(stated_mm, "stated", "stated in the file")
+    stated = BodyHeight(stated_mm, "stated", "stated")
     default = f"{stated_mm:g} mm stated, a layout tool's default, kept"
     return CheckedHeight(stated, default if is_default and not known else "")
 
@@ -220,7 +220,7 @@ def _stem(model: str) -> str:
 
 @lru_cache(maxsize=4096)
 def _stated(name: str, family: PackageFamily | None, source: HeightSource) -> BodyHeight | None:
-    if family is not None and family.source == "no body":
+    if family is not None and not family.has_body:
         return None
     text = re.sub(r"(?<=\d),(?=\d)", ".", normalise(name))
     hit = next(_hits(_RULES, text), None)

@@ -68,7 +68,8 @@ def package_sizes(package: str) -> PackageSizes:
 def without_library(package: str) -> str:
     """Name of a package without the library before its colon; ``MICROSD_1:1`` states a scale and stays as it is."""
     library, _, name = package.rpartition(":")
-    return (name if any(letter.isalpha() for letter in name) or len(name) > 3 else package if library else name).strip()
+    is_scale = bool(library) and len(name) <= 3 and not any(map(str.isalpha, name))
+    return (package if is_scale else name).strip()
 
 
 def _first(pattern: re.Pattern[str], name: str) -> float | None:

@@ -13,6 +13,8 @@ from programs.errors import ProgramError
 from programs.playback import build_timeline
 from rulesengine.planning.pipeline import Run
 from specs.progress import Progress, no_progress
+from webui.access.access import access_for
+from webui.access.viser_guard import start_guarded
 from webui.glb.ribbons import board_size_mm, line_width_mm
 from webui.layers.paths.nozzle import moment
 from webui.layers.paths.strokes import stroke_lines, strokes_glb, tint_functions, tint_strokes, transfers_glb
@@ -118,7 +120,7 @@ def _quiet_server() -> Generator[viser.ViserServer]:
     with _ONE_AT_A_TIME:
         loud, console.quiet = console.quiet, True
         try:
-            server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+            server = start_guarded(access_for("127.0.0.1"), "127.0.0.1", 0)
             try:
                 yield server
             finally:

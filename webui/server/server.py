@@ -15,6 +15,9 @@ from robotcell.cell.hold import hold_board
 from robotcell.cell.load import read_cell
 from specs.confinement import Confinement, confine, record_reads, release
 from specs.errors import JobError
+from webui.access.access import ANY_ADDRESS, access_for, bracketed
+from webui.access.uploads import Uploads
+from webui.access.viser_guard import limit_uploads, start_guarded
 from webui.page.browser_identity import identify
 from webui.page.document import open_document
 from webui.page.page import Page, Panel
@@ -34,10 +37,7 @@ from webui.panels.results.status import StatusPanel
 from webui.panels.robot.program import ProgramPanel
 from webui.panels.robot.robot import RobotPanel
 from webui.scene.scene import Scene
-from webui.server.access import ANY_ADDRESS, access_for
 from webui.server.sessions import FileWatch, Sessions
-from webui.server.uploads import Uploads
-from webui.server.viser_guard import limit_uploads, start_guarded
 from webui.theme.palette import ACCENT
 
 _SIDE_PX = 360
@@ -86,7 +86,7 @@ class Server:
     @property
     def address(self) -> str:
         """URL for a browser on this machine, with the token if there is one."""
-        host = "127.0.0.1" if self.host in ANY_ADDRESS else f"[{self.host}]" if ":" in self.host else self.host
+        host = "127.0.0.1" if self.host in ANY_ADDRESS else bracketed(self.host)
         return f"http://{host}:{self.port}" + (f"/?token={self.token}" if self.token else "")
 
     def stop(self) -> None:

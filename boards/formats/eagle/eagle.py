@@ -16,7 +16,6 @@ from boards.formats.eagle.package import (
     body_outline,
     description_of,
     drill_loops,
-    edges_of,
     flat_pads,
     has_contacts,
     is_copper,
@@ -28,6 +27,7 @@ from boards.formats.layout import (
     LayoutWords,
     build_bodies,
     part_number,
+    plain_key,
     read_outline,
     stated_height,
 )
@@ -121,7 +121,7 @@ def _read_edges(board: Element, placed: Sequence[_Placed]) -> tuple[list[Points2
     edges = drawn(plain.children, EDGE) if plain is not None else []
     drills = drill_loops(plain) if plain is not None else []
     for each in placed:
-        edges.extend(each.placement.place(line) for line in edges_of(each.package))
+        edges.extend(each.placement.place(line) for line in drawn(each.package.children, EDGE))
         drills.extend(each.placement.place(loop) for loop in drill_loops(each.package))
     return edges, drills
 
@@ -129,7 +129,7 @@ def _read_edges(board: Element, placed: Sequence[_Placed]) -> tuple[list[Points2
 def _is_part(each: _Placed, variant: str, notes: LayoutNotes) -> bool:
     """Whether an element carries a body that is mounted; what does not is noted."""
     family = package_family(each.package.word("name"))
-    flat = family is not None and family.source == "no body"
+    flat = family is not None and not family.has_body
     choice = next((item for item in each.element.all("variant") if variant and item.word("name") == variant), None)
     left = "no" in (each.element.word("populate"), "" if choice is None else choice.word("populate"))
     bare = not has_contacts(each.package) or (family is None and is_copper(each.package))
@@ -151,12 +151,10 @@ def _part(each: _Placed, models: dict[str, str], notes: LayoutNotes) -> LayoutPa
         each.element.word("name"),
         (model,) if model else (),
         description_of(each.package),
-        any(True for _ in each.package.all("pad")),
+        each.package.first("pad") is not None,
         max(x1 - x0, y1 - y0),
     )
-    stated = {
-        re.sub(r"[^a-z]", "", item.word("name").lower()): item.word("value") for item in each.element.all("attribute")
-    }
+    stated = {plain_key(item.word("name")): item.word("value") for item in each.element.all("attribute")}
     return LayoutPart(
         each.name,
         each.placement.place_outline(outline),

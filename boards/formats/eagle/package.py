@@ -6,13 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.affinity import affine_transform
 
 from boards.board import Pad, Side
 from boards.formats.eagle.elements import Element, Turn, drawn
-from boards.formats.loops import DRILL_MM, Point2, arc, enclosed
+from boards.formats.loops import DRILL_MM, Point2, arc, box_around, enclosed
 from geometry.arrays import Points2
 
 EDGE = "20"
@@ -76,20 +75,12 @@ def body_outline(package: Element) -> tuple[Polygon | MultiPolygon | None, bool]
     """
     lines = drawn(package.children, *_BODY)
     contacts = [_corners(item) for item in package.all("pad", "smd")]
-    pads = _box(contacts)
+    pads = box_around(contacts)
     for drawing in (lines, drawn(package.children, *_KEEPOUT)):
         body = enclosed(drawing)
         if body is not None and (pads is None or body.area >= _LEAST_BODY * pads.area):
             return body, False
-    return _box([*contacts, *lines]), True
-
-
-def _box(pieces: list[Points2]) -> Polygon | None:
-    if not pieces:
-        return None
-    points = np.concatenate(pieces)
-    (x0, y0), (x1, y1) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-    return shapely.box(x0, y0, x1, y1) if min(x1 - x0, y1 - y0) > 0.01 else None
+    return box_around([*contacts, *lines]), True
 
 
 def _corners(item: Element) -> Points2:
@@ -127,8 +118,3 @@ def drill_loops(items: Element) -> list[Points2]:
             centre = item.point()
             loops.append(arc(centre + np.array([drill_mm / 2.0, 0.0]), centre, 2.0 * math.pi)[:-1])
     return loops
-
-
-def edges_of(package: Element) -> list[Points2]:
-    """What a package draws of the board's edge, in its own frame."""
-    return drawn(package.children, EDGE)

@@ -6,14 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.affinity import affine_transform
 
 from boards.board import Pad, Side
 from boards.formats.kicad.items import Item, drawn, polyline
-from boards.formats.layout import part_number, stated_height
-from boards.formats.loops import DRILL_MM, Point2, enclosed, slot
+from boards.formats.layout import part_number, plain_key, stated_height
+from boards.formats.loops import DRILL_MM, Point2, box_around, enclosed, slot
 from geometry.arrays import Points2
 
 _COURTYARD_MM = 0.25
@@ -86,7 +85,7 @@ def read_footprint(item: Item) -> Footprint:
     if at is None:
         raise item.error(f"the footprint {item.atoms[:1]} has no (at x y). Save the board in KiCad again.")
     stated = [entry.atoms for entry in item.all("property") if len(entry.atoms) > 1]
-    properties = {re.sub(r"[^a-z0-9]", "", atoms[0].lower()): atoms[1] for atoms in stated}
+    properties = {plain_key(atoms[0]): atoms[1] for atoms in stated}
     texts = {entry.atoms[0]: entry.atoms[1] for entry in item.all("fp_text") if len(entry.atoms) > 1}
     attributes = [atom for entry in item.all("attr") for atom in entry.atoms]
     return Footprint(
@@ -120,12 +119,7 @@ def body_outline(footprint: Footprint) -> tuple[Polygon | MultiPolygon | None, s
         The outline (``None`` if nothing has an area) and its source: ``fab``, ``courtyard`` or ``pads``.
     """
     front = "B." if footprint.side == "bottom" else "F."
-    pads = None
-    corners = [_pad_corners(pad, footprint) for pad in footprint.pads if "np_thru_hole" not in pad.atoms]
-    if corners:
-        points = np.concatenate(corners)
-        (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
-        pads = shapely.box(x0, y0, x1, y1) if x1 - x0 > 0.01 and y1 - y0 > 0.01 else None
+    pads = box_around([_pad_corners(pad, footprint) for pad in footprint.pads if "np_thru_hole" not in pad.atoms])
     fabricated = enclosed(footprint.drawn(f"{front}Fab"))
     if fabricated is not None and (pads is None or fabricated.area >= 0.1 * pads.area):
         return fabricated, "fab"
@@ -163,9 +157,10 @@ def drill_loops(footprint: Footprint) -> list[Points2]:
     loops: list[Points2] = []
     for pad in footprint.pads:
         drill = pad.first("drill")
-        atoms = drill.atoms if drill is not None else ()  # such as (drill oval 1 2)
-        places = [place for place, atom in enumerate(atoms) if _NUMBER.fullmatch(atom)]
-        sizes = [size for place in places if drill is not None and (size := drill.number(place)) > 0.0]
+        if drill is None:
+            continue
+        places = [place for place, atom in enumerate(drill.atoms) if _NUMBER.fullmatch(atom)]  # (drill oval 1 2)
+        sizes = [size for place in places if (size := drill.number(place)) > 0.0]
         if not sizes or min(sizes) < DRILL_MM:
             continue
         width, height = sizes[0], sizes[-1]

@@ -97,7 +97,7 @@ def _read_edges(items: Sequence[Item], footprints: Sequence[Footprint]) -> tuple
 def _is_part(part: Footprint, notes: LayoutNotes) -> bool:
     """Whether a footprint carries a body; what does not is noted."""
     family = package_family(part.package)
-    flat = family is not None and family.source == "no body"
+    flat = family is not None and not family.has_body
     bare = not part.pads and not part.is_drawn
     # Real connectors are marked virtual, too: what has two pins or more stays in the nozzle's way.
     virtual = family is None and (part.pins or 0) < 2 and bool(part.attributes & _VIRTUAL)

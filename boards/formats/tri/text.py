@@ -70,8 +70,6 @@ def read_text(file: Path) -> bytes:
     text = read_bytes(file)
     if file.suffix.lower() == ".gz":
         text = _unpack(text, file)
-    if len(text) > MAX_BYTES:
-        raise BoardError(f"holds more than {MAX_BYTES:,} bytes. Tessellate the board more coarsely.", file=file)
     if not text.isascii():
         text = text.removeprefix(b"\xef\xbb\xbf")
         try:
@@ -87,7 +85,7 @@ def read_text(file: Path) -> bytes:
 
 
 def _unpack(packed: bytes, file: Path) -> bytes:
-    """Unpack a board; what is a hundred times smaller packed than unpacked is none, and would fill the memory.
+    """Unpack a board; what has more than 10 MB and a hundred times its packed size is none, and would fill the memory.
 
     Raises:
         BoardError: It is damaged, or too large.

@@ -46,7 +46,7 @@ class ProgramPanel:
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        if before is None or session.cell is not before.cell:
+        if before is None or session.cell_name != before.cell_name:
             self._propose_language(session)
         if before is None or session.check is not before.check or session.cell is not before.cell:
             if session.check is None:

@@ -4,8 +4,8 @@ import pytest
 from bare_client import answer, bare_page, handshake
 from websockets.datastructures import Headers
 
+from webui.access.access import Access, access_for, answer_headers, cookie_name, is_loopback
 from webui.page.project import open_project
-from webui.server.access import Access, access_for, answer_headers, cookie_name, is_loopback
 from webui.server.server import open_session, serve
 
 PORT = 8080

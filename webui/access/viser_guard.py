@@ -30,8 +30,8 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from specs.errors import JobError
-from webui.server.access import Access, answer_headers
-from webui.server.uploads import UploadError, Uploads
+from webui.access.access import Access, answer_headers
+from webui.access.uploads import UploadError, Uploads
 
 _LARGEST_MESSAGE = 8 * 1024 * 1024
 """Bytes; a file comes in parts of 512 KiB, and a recipe has at most 4 MB."""

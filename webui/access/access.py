@@ -78,7 +78,7 @@ class Access:
         """Whether a Host names this server; one at all addresses takes every name, with a token (docs/adr/0017)."""
         if self.host in ANY_ADDRESS and self.token:
             return True
-        names = {_bracketed(self.host), _bracketed(address)}
+        names = {bracketed(self.host), bracketed(address)}
         if is_loopback(self.host):
             names |= {"127.0.0.1", "localhost", "[::1]"}
         own = {f"{name}:{port}" for name in names} | (names if port == _HTTP_PORT else set[str]())
@@ -147,7 +147,7 @@ def _cookies(fields: Sequence[str]) -> dict[str, str]:
     return {name.strip(): value.strip() for name, _, value in pairs}
 
 
-def _bracketed(host: str) -> str:
+def bracketed(host: str) -> str:
     """Spell a host as in a URL: lower case, addresses in their shortest form."""
     with suppress(ValueError):
         address = ipaddress.ip_address(host)

@@ -15,11 +15,11 @@ from viser.infra import _infra
 from websockets.exceptions import ConnectionClosed
 
 from boards.load import board_library
+from webui.access import viser_guard
+from webui.access.access import Access
+from webui.access.viser_guard import ViserDiffersError, start_guarded
 from webui.page.project import open_project
-from webui.server import viser_guard
-from webui.server.access import Access
 from webui.server.server import open_session, serve
-from webui.server.viser_guard import ViserDiffersError, start_guarded
 
 PART = 512 * 1024
 
@@ -48,7 +48,7 @@ def peak_mb() -> float:
 
 
 def test_viser_is_built_as_the_guard_needs_it() -> None:
-    changed = "viser changed: adapt webui/server/viser_guard.py, then this test"
+    changed = "viser changed: adapt webui/access/viser_guard.py, then this test"
     source = inspect.getsource(_infra.WebsockServer)
     assert source.count("websockets.asyncio.server.serve(") == 1, f"{changed} (it starts its server in another way)"
     assert "process_request=" in source, f"{changed} (it answers requests in another way)"
