@@ -96,15 +96,8 @@ def is_as_rich_as_its_neighbours(name: str, case: str, count: int, neighbours: i
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("name", ARMS)
-def test_a_singular_pose_has_as_many_configurations_as_those_beside_it(name: str, case: str) -> None:
-    is_as_rich_as_its_neighbours(name, case, 100, 3)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("name", ARMS)
-def test_two_thousand_singular_poses_have_as_many_as_those_beside_them(name: str, case: str) -> None:
-    is_as_rich_as_its_neighbours(name, case, 2000, 3)
+def test_singular_poses_have_as_many_configurations_as_those_beside_them(name: str, case: str) -> None:
+    is_as_rich_as_its_neighbours(name, case, 800, 3)
 
 
 @pytest.mark.parametrize("name", ARMS)
