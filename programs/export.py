@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
 import numpy as np
-from numpy.typing import NDArray
 
 from programs.errors import ProgramError
 from programs.motion.installation import MAKER_NAMES, Installation, Maker
+from programs.motion.layout import Tracking
 from programs.motion.lower import EventError, lower
 from programs.motion.make_motion import make_motion
 from programs.posts.dialects import DIALECTS, Dialect
@@ -34,7 +34,7 @@ def export(
     program: TimedProgram,
     installation: Installation,
     dialect: str,
-    joints: NDArray[np.float64] | None = None,
+    tracking: Tracking | None = None,
     *,
     without_joints: bool = False,
 ) -> Exported:
@@ -44,7 +44,7 @@ def export(
         program: As the robot is to do it.
         installation: The cell.
         dialect: Its name in ``DIALECTS``.
-        joints: (moves, dof) joint motion aligned with the program's moves, radians or mm; ``None`` if not known.
+        tracking: How the robot carries the program out; ``None`` if not known.
         without_joints: Write poses only, also for the controller of another maker than the robot's.
 
     Raises:
@@ -55,12 +55,12 @@ def export(
     found: tuple[Finding, ...] = ()
     if without_joints:
         found = (_check_without_joints(language, dialect, installation),)
-        installation, joints = replace(installation, home=()), None
+        installation, tracking = replace(installation, home=()), _only_poses(tracking)
     else:
         check_maker(language, installation)
-    if language.needs_joints and joints is None:
+    if language.needs_joints and tracking is None:
         raise ProgramError(f"{dialect} is made of joint values; track the program in a cell first.")
-    motion = make_motion(program, installation, joints)
+    motion = make_motion(program, installation, tracking)
     lowered = lower(replace(motion, findings=(*found, *motion.findings)), language.capability)
     return Exported(language.render(lowered, installation), lowered.motion.findings, lowered.error)
 
@@ -101,6 +101,10 @@ def _check_without_joints(language: Dialect, dialect: str, installation: Install
         )
     checked = f"Written without joint values. Reach, collisions and time were checked for {installation.robot} only."
     return Finding(WITHOUT_JOINTS, f"{checked} {language.without_joints} No home is written.", NO_SOURCE)
+
+
+def _only_poses(tracking: Tracking | None) -> Tracking | None:
+    return None if tracking is None else replace(tracking, joints=np.empty((len(tracking.joints), 0)))
 
 
 def own_dialect(installation: Installation) -> str:

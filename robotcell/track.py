@@ -22,7 +22,7 @@ from robotcell.motion.joint_move import find_move
 from robotcell.motion.joint_program import build_robot_program
 from robotcell.motion.plan_joints import OutOfReach, plan_motion
 from robotcell.motion.retime import retime
-from robotcell.motion.sampled_path import SampledPath, TrackedPath, sample_path
+from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, sample_path
 from robotcell.motion.track_attempt import Motion
 from robotcell.robot.robot import Joints, Poses, singularity
 from specs.finding import Finding, worst_first
@@ -57,6 +57,10 @@ class CellReport:
     program: TimedProgram
     """As the robot carries it out: the same instructions at the same places, its own times, azimuths and tilts; more
     moves where joints do not go straight between the requested ones."""
+    clock: Scalars
+    """(moves,) s when the requested program would be there; NaN within joint moves that it does not have."""
+    corner: Flags
+    """(moves,) whether a straight line ends there, of the path or of a joint move."""
     joints: Joints
     """(moves, dof) one row for each ``MoveTo`` of the program; (0, dof) where the robot cannot carry it out."""
     singularity: Scalars
@@ -155,6 +159,8 @@ def _without_motion(queries: CellQueries, findings: list[Finding]) -> CellReport
         cell=queries.cell,
         requested=queries.program,
         program=queries.program,
+        clock=none,
+        corner=none > 0.0,
         joints=np.zeros((0, queries.cell.robot.dof)),
         singularity=none,
         condition=none,
@@ -189,6 +195,8 @@ def _with_motion(subject: PathInCell, board: Board | None, found: Motion, findin
         cell=queries.cell,
         requested=program,
         program=done.program,
+        clock=np.where(done.row_of >= 0, path.times[done.row_of], np.nan),
+        corner=done.corner,
         joints=done.joints,
         singularity=w,
         condition=condition,

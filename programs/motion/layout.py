@@ -1,7 +1,8 @@
 """Cuts a timed program where the robot has to stand: tracks, waits, commands, switching of the jet."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from math import dist, inf
 from typing import TypeAlias
 
@@ -10,7 +11,8 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
 from geometry.frames import align_signs, rotation_angles
-from programs.motion.tracks import Track
+from programs.motion.steps import Moment, Reach
+from programs.motion.tracks import Track, pose_of
 from programs.playback import ToolStates, build_timeline, play
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from programs.soundness import TICK_S
@@ -24,7 +26,26 @@ _JUMP_S = 1e-4
 """A move that takes no time is given this: nothing moves at once."""
 
 
-Item: TypeAlias = Track | Wait | SetNozzle | Command
+@dataclass(frozen=True, slots=True, eq=False)
+class Tracking:
+    """How a robot carries out a program, aligned with its m moves."""
+
+    joints: NDArray[np.float64]
+    """(m, dof) radians or mm"""
+    clock: Scalars
+    """(m,) s when the plan is there, where the robot takes other times; NaN within joint moves"""
+    corner: NDArray[np.bool_] | None
+    """(m,) whether a line of the plan, or a leg of a joint move, ends there; ``None`` where that is to be found"""
+
+
+def on_time(program: TimedProgram, joints: NDArray[np.float64] | None = None) -> Tracking:
+    """Give the tracking by a robot that keeps to a program's times, with its joints (m, dof) where they are known."""
+    times = np.array([item.time_s for item in program.instructions if isinstance(item, MoveTo)], dtype=np.float64)
+    rows = np.empty((len(times), 0)) if joints is None else np.asarray(joints, dtype=np.float64)
+    return Tracking(rows, times, None)
+
+
+Item: TypeAlias = Track | tuple[Reach, ...] | Wait | SetNozzle | Command
 """A ``Wait`` stands for the same pose twice too; a ``SetNozzle`` that falls into a track or a wait follows it."""
 
 
@@ -37,12 +58,12 @@ class Layout:
     """What ``Track.maker`` counts."""
 
 
-def lay_out(program: TimedProgram, joints: NDArray[np.float64]) -> Layout:
+def lay_out(program: TimedProgram, tracking: Tracking) -> Layout:
     """Cut a program at everything that happens at rest.
 
     Args:
         program: Any sound program.
-        joints: (moves, dof) aligned with its moves; dof is 0 where they are not known.
+        tracking: Of its moves; dof is 0 where the joints are not known.
 
     Raises:
         ProgramError: the program has no move.
@@ -51,7 +72,7 @@ def lay_out(program: TimedProgram, joints: NDArray[np.float64]) -> Layout:
     states = play(build_timeline(program), np.array([item.time_s for item in cuts]))
     moves = [item for item in program.instructions if isinstance(item, MoveTo)]
     targets, due = [(*move.position, *move.quaternion) for move in moves], [move.time_s for move in moves]
-    cutter = _Cutter(states, joints, targets, [*due, inf])
+    cutter = _Cutter(states, tracking, targets, [*due, inf])
     for instruction in program.instructions:
         match instruction:
             case MoveTo():
@@ -74,7 +95,7 @@ class _Cutter:
 
     states: ToolStates
     """At every wait and command, in order."""
-    joints: NDArray[np.float64]
+    tracking: Tracking
     targets: list[tuple[float, ...]]
     """Poses of all moves."""
     due: list[float]
@@ -84,6 +105,8 @@ class _Cutter:
     times: list[float] = field(default_factory=list[float])
     poses: list[tuple[float, ...]] = field(default_factory=list[tuple[float, ...]])
     maker: list[int] = field(default_factory=list[int])
+    clock: list[float] = field(default_factory=list[float])
+    """When the plan is at each sample."""
     node: list[float] = field(default_factory=list[float])
     """Row of the joints that belongs to each sample; between two rows where it lies between two moves."""
     switches: list[SetNozzle] = field(default_factory=list[SetNozzle])
@@ -94,11 +117,14 @@ class _Cutter:
     """Waits and commands so far."""
     moved: int = 0
     """Moves so far."""
+    planned: float = 0.0
+    """When the plan is at the last sample."""
 
     def move(self, move: MoveTo) -> None:
         """Add the pose of a move."""
         self.moved += 1
-        self.sample(move.time_s, (*move.position, *move.quaternion), move.made_by)
+        planned = float(self.tracking.clock[self.moved - 1])
+        self.sample(move.time_s, (*move.position, *move.quaternion), move.made_by, planned)
 
     def wait(self, wait: Wait) -> None:
         """Hold the pose reached, then go on from it."""
@@ -108,7 +134,7 @@ class _Cutter:
         if wait.duration_s > 0:
             self.items.append(wait)
         if pose:
-            self.sample(wait.time_s + wait.duration_s, pose, wait.made_by)
+            self.sample(wait.time_s + wait.duration_s, pose, wait.made_by, self.planned + wait.duration_s)
 
     def command(self, command: Command) -> None:
         """Stand while a command is carried out."""
@@ -121,7 +147,7 @@ class _Cutter:
         self.cut()
         self.items.append(command)
         if pose and not elsewhere:
-            self.sample(command.time_s, pose, command.made_by)
+            self.sample(command.time_s, pose, command.made_by, self.planned)
 
     def is_due(self, time_s: float) -> bool:
         """Whether the next move is done by then, but for less than a file resolves."""
@@ -141,11 +167,19 @@ class _Cutter:
             return ()
         if time_s > self.times[-1] + TICK_S:
             there = (*self.states.tcp[at].tolist(), *self.states.quaternion[at].tolist())
-            self.sample(time_s, target or there, made_by)
+            self.sample(time_s, target or there, made_by, self.planned_at(time_s))
         return self.poses[-1]
 
-    def sample(self, time_s: float, pose: tuple[float, ...], made_by: Source) -> None:
+    def planned_at(self, time_s: float) -> float:
+        """When the plan is where the robot is at a time between its last sample and the next move."""
+        begin_s, due_s = self.times[-1], self.due[self.moved]
+        rate = (self.tracking.clock[self.moved] - self.planned) / (due_s - begin_s) if begin_s < due_s < inf else 1.0
+        return self.planned + (time_s - begin_s) * (rate if rate >= 0.0 else 1.0)
+
+    def sample(self, time_s: float, pose: tuple[float, ...], made_by: Source, planned: float) -> None:
         """Add a sample."""
+        self.planned = planned
+        self.clock.append(planned)
         self.times.append(time_s)
         self.poses.append(pose)
         self.maker.append(self.makers.setdefault(made_by, len(self.makers)))
@@ -161,7 +195,7 @@ class _Cutter:
         """End the stretch; what was switched during it follows it."""
         if self.times:
             self.items += _stretch(self)
-            self.times, self.poses, self.maker, self.node = [], [], [], []
+            self.times, self.poses, self.maker, self.clock, self.node = [], [], [], [], []
         self.items += self.switches
         self.switches = []
 
@@ -182,18 +216,49 @@ def _stretch(cutter: _Cutter) -> Iterator[Item]:
     holds = still & (np.diff(times) >= _SHORTEST_HOLD_S)
     makers = tuple(cutter.makers)
     low = np.floor(node).astype(np.int64)
-    joints = cutter.joints[low]
-    joints = joints + (node - low)[:, None] * (cutter.joints[np.minimum(low + 1, len(cutter.joints) - 1)] - joints)
+    joints, clock = cutter.tracking.joints[low], np.array(cutter.clock)
+    following = cutter.tracking.joints[np.minimum(low + 1, len(cutter.tracking.joints) - 1)]
+    joints = joints + (node - low)[:, None] * (following - joints)
+    corner = None if cutter.tracking.corner is None else cutter.tracking.corner[low] | (node > low)
     first = 0
     for last in [*np.flatnonzero(holds).tolist(), len(times) - 1]:
         # Of samples with one pose the first is kept, so that the time they take belongs to the motion after them.
         rows = first + np.concatenate(([0], 1 + np.flatnonzero(~still[first:last])))
         if len(rows) > 1 or first == 0:
-            clock = _rising(times[rows], ends=float(times[last]))
-            yield Track(clock, poses[rows, :3], quaternion[rows], maker[rows], joints[rows])
+            seconds = _rising(times[rows], ends=float(times[last]))
+            whole = Track(times, poses[:, :3], quaternion, maker, joints, clock, node, corner).part(rows)
+            yield from _motions(replace(whole, times=seconds), makers)
         if last < len(times) - 1:
             yield Wait(float(times[last]), float(times[last + 1] - times[last]), makers[maker[last + 1]])
         first = last + 1
+
+
+def _motions(whole: Track, makers: tuple[Source, ...]) -> Iterator[Track | tuple[Reach, ...]]:
+    """Cut samples into tracks and joint moves; what follows a joint move begins at its last sample."""
+    by_joints = np.isnan(whole.clock)
+    borders = np.flatnonzero(np.diff(by_joints)) + 1
+    for first, last in pairwise([0, *borders.tolist(), len(by_joints)]):
+        if by_joints[first]:
+            yield tuple(_legs(whole, first, min(last, len(by_joints) - 1), makers))
+        elif last - first > 1 or len(borders) == 0:
+            yield _timed(whole.part(slice(first, last)))
+
+
+def _legs(whole: Track, first: int, last: int, makers: tuple[Source, ...]) -> Iterator[Reach]:
+    """Give the joint motions of samples up to the last one: one to each at which the robot rests."""
+    begin = max(first - 1, 0)
+    for end in (at for at in range(first, last + 1) if at == last or whole.corner is None or whole.corner[at]):
+        way = tuple(
+            Moment(float(whole.times[at] - whole.times[begin]), pose_of(whole, at), tuple(whole.joints[at].tolist()))
+            for at in range(begin + 1, end + 1)
+        )
+        yield Reach(pose_of(whole, end), tuple(whole.joints[end].tolist()), makers[whole.maker[end]], way)
+        begin = end
+
+
+def _timed(track: Track) -> Track:
+    """Give every segment of a track some time, also in the plan."""
+    return track if len(track.times) < 2 else replace(track, clock=_rising(track.clock, ends=float(track.clock[-1])))
 
 
 def _rising(times: Scalars, ends: float) -> Scalars:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from programs.errors import ProgramError
 from programs.motion.installation import Assignment, Installation
-from programs.motion.layout import Layout, lay_out
+from programs.motion.layout import Layout, Tracking, lay_out, on_time
 from programs.motion.steps import (
     RESOLUTION_MM,
     Call,
@@ -24,7 +24,7 @@ from programs.motion.steps import (
     UseBoard,
     UseTool,
 )
-from programs.motion.tracks import Track, lines_of, pose_of
+from programs.motion.tracks import Track, find_vertices, lines_of, pose_of
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import Pose, angle, distance
 from programs.program import TILT_BAND, Command, MoveTo, SetNozzle, TimedProgram, Wait
@@ -34,9 +34,7 @@ from specs.finding_rules import NO_CHANNEL, NO_PLACEMENT, NO_SENSOR, NO_TOOL
 from specs.source import NO_SOURCE, Source
 
 
-def make_motion(
-    program: TimedProgram, installation: Installation, joints: NDArray[np.float64] | None = None
-) -> MotionProgram:
+def make_motion(program: TimedProgram, installation: Installation, tracking: Tracking | None = None) -> MotionProgram:
     """Turn samples into the fewest straight lines, and requests for the jet into signals for its valve.
 
     Every sample lies within 0.004 mm and 0.004 degrees of the lines.
@@ -44,22 +42,34 @@ def make_motion(
     Args:
         program: Any sound program.
         installation: The cell it is to run in.
-        joints: (moves, dof) the joint motion that goes with it, radians or mm; ``None`` if it is not known.
+        tracking: How the robot carries it out; ``None`` if that is not known.
 
     Raises:
-        ProgramError: the program has no move, or the joints do not belong to it.
+        ProgramError: the program has no move, or the tracking does not belong to it.
     """
     moves = sum(isinstance(item, MoveTo) for item in program.instructions)
-    rows = np.empty((moves, 0)) if joints is None else np.asarray(joints, dtype=np.float64)
-    if rows.shape != (moves, len(installation.joints) if joints is not None else 0):
+    tracking = tracking or on_time(program)
+    rows, dof = tracking.joints.shape
+    if rows != moves or dof not in (0, len(installation.joints)):
         raise ProgramError(
-            f"the joint motion has {' x '.join(map(str, rows.shape))} numbers, the program {moves} moves and the cell "
+            f"the joint motion has {rows} x {dof} numbers, the program {moves} moves and the cell "
             f"{len(installation.joints)} joints; track this program in this cell."
         )
-    builder = _Builder(installation, lay_out(program, rows))
+    builder = _Builder(installation, lay_out(program, tracking))
     builder.build()
     steps, found = open_valves(builder.steps, builder.requests, installation)
     return MotionProgram(program.origin, program.totals.duration_s, tuple(steps), (*builder.findings, *found))
+
+
+def find_corners(program: TimedProgram) -> NDArray[np.bool_]:
+    """Find the moves (m,) of a program at which its lines end: a robot keeps to the lines between them."""
+    tracking = on_time(program)
+    corner = np.zeros(len(tracking.clock), dtype=np.bool_)
+    for item in lay_out(program, tracking).items:
+        if isinstance(item, Track):
+            node = item.node[find_vertices(item).kept]
+            corner[node[node % 1.0 == 0.0].astype(np.int64)] = True
+    return corner
 
 
 @dataclass(slots=True)
@@ -89,6 +99,8 @@ class _Builder:
             match item:
                 case Track():
                     self.drive(item)
+                case tuple():
+                    self.go(item)
                 case Wait():
                     self.now = item.time_s
                     self.reach(item.made_by)
@@ -110,12 +122,16 @@ class _Builder:
         if all((other.rule, other.message) != (rule, message) for other in self.findings):
             self.findings.append(Finding(rule, message, made_by))
 
-    def reach(self, made_by: Source) -> None:
-        """Come to the pose by a joint motion if the robot is not there."""
+    def carry(self, made_by: Source) -> None:
+        """Use a tool if none is used yet."""
         if self.tool < 0:
             self.warn(NO_TOOL, "the program moves before its first NOZZLE; name the nozzle first.", made_by)
             self.tool = min(self.installation.tools, default=0)
             self.add(UseTool(self.tool, self.nozzle, made_by))
+
+    def reach(self, made_by: Source) -> None:
+        """Come to the pose by a joint motion if the robot is not there."""
+        self.carry(made_by)
         if not self.reached and self.pose is not None:
             self.add(Reach(self.pose, self.joints, made_by))
             self.reached = True
@@ -137,6 +153,14 @@ class _Builder:
             self.add(line)
         self.now = float(track.times[-1])
         self.pose, self.joints = pose_of(track, -1), tuple(track.joints[-1].tolist())
+
+    def go(self, legs: tuple[Reach, ...]) -> None:
+        """Add a joint move."""
+        self.carry(legs[0].made_by)
+        for leg in legs:
+            self.add(leg)
+            self.pose, self.joints, self.reached = leg.target, leg.joints, True
+            self.now += leg.way[-1].seconds if leg.way else 0.0
 
     def request(self, switch: SetNozzle) -> None:
         """Request a switching of the jet in the step that runs at its time."""

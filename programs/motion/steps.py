@@ -132,13 +132,25 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True)
+class Moment:
+    """Where a robot is during a joint motion."""
+
+    seconds: float
+    """Since its beginning."""
+    pose: Pose
+    joints: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Reach:
-    """Come to this pose by a joint motion: the first pose, and where it is after a new tool or board or a call."""
+    """Come to this pose by a joint motion: first, after a new tool or board or a call, and to another configuration."""
 
     target: Pose
     joints: tuple[float, ...]
     """Empty if not known."""
     made_by: Source
+    way: tuple[Moment, ...] = ()
+    """The planned motion where it is known, its end included."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ and 0.004 degrees treats a millimetre like a degree.
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ from geometry.frames import rotation_angles, rotation_vectors
 from programs.motion.steps import SAME_MM, Line, SampledLine, split_line
 from programs.pose import Pose
 from specs.source import Source
+
+Flags: TypeAlias = NDArray[np.bool_]
 
 TOLERANCE = 0.004
 """mm and degrees that a sample may be off the line that replaces it."""
@@ -38,8 +41,6 @@ _LARGEST_TURN_RAD = math.radians(170.0)
 _ROOM = 0.4
 """Share of either line that a zone may take, so that two zones never meet."""
 
-Flags = NDArray[np.bool_]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
@@ -55,6 +56,19 @@ class Track:
     """(n,) number of the recipe path of the segment that ends at each sample."""
     joints: NDArray[np.float64]
     """(n, dof); dof is 0 where they are not known."""
+    clock: Scalars
+    """(n,) strictly increasing: the times as planned, where a robot takes others"""
+    node: Scalars
+    """(n,) the program's move that each sample is, counted from 0; a fraction lies between two"""
+    corner: Flags | None
+    """(n,) samples at which lines end; ``None`` where they are to be found"""
+
+    def part(self, rows: slice | Indices) -> "Track":
+        """Give some of the samples."""
+        return Track(
+            self.times[rows], self.tcp[rows], self.quaternion[rows], self.maker[rows], self.joints[rows],
+            self.clock[rows], self.node[rows], None if self.corner is None else self.corner[rows],
+        )  # fmt: skip
 
     def steps(self) -> NDArray[np.float64]:
         """(n - 1, 6) way and turn of each segment: mm, axis times degrees."""
@@ -76,7 +90,7 @@ def lines_of(track: Track, makers: tuple[Source, ...]) -> list[Line]:
     vertices = find_vertices(track)
     way = np.linalg.norm(np.diff(track.tcp, axis=0), axis=1)
     turn = rotation_angles(track.quaternion[:-1], track.quaternion[1:])
-    rates = np.column_stack((way, turn)) / np.diff(track.times)[:, None]
+    rates = np.column_stack((way, turn)) / np.diff(track.clock)[:, None]
     lines = [_line(track, first, last, rates, makers) for first, last in pairwise(vertices.kept.tolist())]
     parts: list[Line] = []
     for line, rests, after in zip(lines, vertices.rests[1:].tolist(), [*lines[1:], lines[-1]], strict=True):
@@ -131,16 +145,19 @@ def _zone(line: Line, after: Line) -> float:
 
 def find_vertices(track: Track) -> Vertices:
     """Choose the fewest samples whose straight connections pass every sample within the tolerance."""
-    steps, lasting = track.steps(), np.diff(track.times)
+    steps, lasting = track.steps(), np.diff(track.clock)
     lengths = np.linalg.norm(steps, axis=1)
     rates = lengths / lasting
     rests = _rests(rates, lasting, _bends(steps, lengths))
     forced = rests.copy()
     forced[1:-1] |= np.diff(track.maker[1:]) != 0
-    borders = np.flatnonzero(rests)
-    for first, last in zip(borders[:-1].tolist(), borders[1:].tolist(), strict=True):
-        for at in _speed_borders(rates[first:last].tolist(), lasting[first:last].tolist()):
-            forced[first + at] = True
+    if track.corner is not None:
+        forced |= track.corner
+    else:
+        borders = np.flatnonzero(rests)
+        for first, last in zip(borders[:-1].tolist(), borders[1:].tolist(), strict=True):
+            for at in _speed_borders(rates[first:last].tolist(), lasting[first:last].tolist()):
+                forced[first + at] = True
     from programs.motion.thinning import thin  # compiled: only those who export should wait for it
 
     kept = thin(np.ascontiguousarray(track.tcp), np.ascontiguousarray(track.quaternion), forced, TOLERANCE)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from boards.board import Board
 from programs.export import Exported, check_maker, export, find_dialect
+from programs.motion.layout import Tracking
 from programs.program import TimedProgram
 from robotcell.cell.hold import describe_held, hold_board
 from robotcell.cell.installation import exported_joints, installation_of
@@ -87,5 +88,9 @@ def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str, *, witho
     installation = installation_of(loaded)
     if not report.possible:
         return export(report.requested, installation, dialect, without_joints=without_joints)
-    joints = exported_joints(loaded.cell.robot, report.joints)
-    return export(report.program, installation, dialect, joints, without_joints=without_joints)
+    return export(report.program, installation, dialect, tracking_of(report), without_joints=without_joints)
+
+
+def tracking_of(report: CellReport) -> Tracking:
+    """Give how a robot carries out a program, in the units of programs."""
+    return Tracking(exported_joints(report.cell.robot, report.joints), report.clock, report.corner)

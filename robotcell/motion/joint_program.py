@@ -11,7 +11,7 @@ from programs.program import Command, Instruction, MoveTo, TimedProgram, Totals,
 from programs.summary import by_function
 from robotcell.cell.cell import Cell
 from robotcell.motion.joint_move import Reconfiguration, time_move
-from robotcell.motion.sampled_path import TrackedPath
+from robotcell.motion.sampled_path import Flags, TrackedPath
 from robotcell.robot.robot import Joints, Poses, flange_poses, row_pieces
 
 
@@ -24,6 +24,8 @@ class RobotProgram:
     """(m, dof) one row for each ``MoveTo`` of the program."""
     row_of: Indices
     """(m,) sample of the path that the row is; -1 where it belongs to a joint move."""
+    corner: Flags
+    """(m,) whether it ends a straight line of the path, or of a joint move."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,6 +41,7 @@ class _Rows:
     sample: Indices
     leads_to: Indices
     """Instruction that it is, or comes before."""
+    corner: Flags
 
 
 def build_robot_program(
@@ -64,7 +67,7 @@ def build_robot_program(
     times = np.concatenate((rows.times, np.array([item.time_s for _, item in others], dtype=np.float64)))
     items: list[Instruction] = [*_moves(program, tracked, rows), *(item for _, item in others)]
     instructions = tuple(items[at] for at in np.lexsort((index, times)).tolist())
-    return RobotProgram(_with_totals(program, instructions), rows.q, rows.sample)
+    return RobotProgram(_with_totals(program, instructions), rows.q, rows.sample, rows.corner)
 
 
 def _rows(
@@ -82,7 +85,7 @@ def _rows(
     for rows in row_pieces(len(own)):
         some = own[rows]
         tcp[rows], quaternion[rows] = _in_board(T_board_base[path.placement[some]] @ tracked.T_base_tcp[some])
-    parts = [_Rows(clock[own], tracked.q[own], tcp, quaternion, own, path.instruction[own])]
+    parts = [_Rows(clock[own], tracked.q[own], tcp, quaternion, own, path.instruction[own], path.corner[own])]
     for each, (at, q) in moves:
         inner = slice(0, -1) if path.changed[each.end] else slice(1, -1)
         tool = cell.tools[int(path.tool[each.end])]
@@ -94,11 +97,17 @@ def _rows(
                 *_in_board(T_board_base[path.placement[each.end]] @ poses),
                 np.full(len(poses), -1),
                 np.full(len(poses), path.instruction[each.end]),
+                _is_among(q[inner], each.way),
             )
         )
     fields = [np.concatenate([getattr(part, name) for part in parts]) for name in _Rows.__slots__]
     order = np.lexsort((np.where(fields[4] < 0, 1, 0), fields[5], fields[0]))
     return _Rows(*(field[order] for field in fields))
+
+
+def _is_among(q: Joints, way: Joints) -> Flags:
+    """Whether rows (m, dof) are among others (k, dof), at which a joint move rests."""
+    return np.array([np.abs(way - row).max(axis=1).min() < 1e-9 for row in q], dtype=np.bool_)
 
 
 def _in_board(T_board_tcp: Poses) -> tuple[Points, Quaternions]:

@@ -72,7 +72,7 @@ def choose_nodes(path: SampledPath, dof: int) -> Nodes:
     """Choose the nodes of a path; five axes have more: they turn far for a jet that hardly does, in few states."""
     finer = 1.0 if dof >= 6 else 5.0
     places = path.T_base_tcp[:, :3, 3]
-    angles = _turn_between(path.T_base_tcp)
+    angles = turns_between(path.T_base_tcp)
     way = np.maximum(np.linalg.norm(np.diff(places, axis=0), axis=1) / NODE_M, angles / NODE_RAD)
     passed = np.floor(np.round(np.concatenate(([0.0], np.cumsum(finer * way))), 6))
     switched = np.diff(path.jet_on.astype(np.int8)) != 0
@@ -246,7 +246,7 @@ def ladder_steps(path: SampledPath, nodes: Nodes, cell: Cell) -> Steps:
     """Give the intervals between nodes that follow each other."""
     sample = nodes.sample
     lasting = path.times[sample[1:]] - path.times[nodes.until[:-1]]
-    angle = _turn_between(path.T_base_tcp[sample])
+    angle = turns_between(path.T_base_tcp[sample])
     kind = np.full(len(lasting), FOLLOW, dtype=np.int64)
     kind[reconfiguration_intervals(path, nodes, cell.T_cell_base)] = MAY_RECONFIGURE
     kind[path.changed[sample[1:]]] = MUST_RECONFIGURE
@@ -278,6 +278,7 @@ def joint_speeds(robot: Robot, multi_turn: Iterable[int] = ()) -> JointSpeeds:
     return JointSpeeds(1.0 / robot.speed, wraps, robot.turning)
 
 
-def _turn_between(poses: Poses) -> Scalars:
+def turns_between(poses: Poses) -> Scalars:
+    """Give by how much poses (n, 4, 4) turn from each to the next: (n - 1,) rad."""
     turns = np.einsum("nji,njk->nik", poses[:-1, :3, :3], poses[1:, :3, :3])
     return np.arccos(np.clip(0.5 * (np.trace(turns, axis1=1, axis2=2) - 1.0), -1.0, 1.0))

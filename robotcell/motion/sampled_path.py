@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
 from geometry.frames import rotation_angles, slerp
+from programs.motion.make_motion import find_corners
 from programs.playback import Timeline, build_timeline
 from programs.program import Command, MoveTo, TimedProgram, Wait
 from robotcell.cell.cell import Cell
@@ -43,6 +44,8 @@ class SampledPath:
     """(n,) the move or wait that the sample is, or leads to; ascending."""
     exact: Flags
     """(n,) whether it is the pose of that ``MoveTo`` itself."""
+    corner: Flags
+    """(n,) whether a line of the program ends here, or something happens at rest."""
     tool: Indices
     """(n,) index into the cell's tools."""
     changed: Flags
@@ -102,6 +105,10 @@ def sample_path(
     T_base_board = np.linalg.inv(cell.T_cell_base) @ np.stack((cell.T_cell_board, *placements.values()))
     placement = states.placement[state][parent]
     is_move = np.isin(owner[keys], np.array(moves, dtype=np.int64))
+    changed = is_key & (fresh | turned)[parent]
+    exact = is_key & (is_move & ~fresh)[parent]
+    corner = changed | np.append(changed[1:], True) | dwelling | np.concatenate(([True], dwelling[:-1]))
+    corner[exact] |= find_corners(program)[np.searchsorted(moves, owner[keys][parent[exact]])]
     T_base_tcp = T_board_tcp  # overwritten, some rows at a time: another array would double the memory
     for rows in row_pieces(len(times)):
         T_base_tcp[rows] = T_base_board[placement[rows]] @ T_board_tcp[rows]
@@ -111,9 +118,10 @@ def sample_path(
         T_base_board=T_base_board,
         placement=placement,
         instruction=np.where(fresh, state, owner[keys])[parent],
-        exact=is_key & (is_move & ~fresh)[parent],
+        exact=exact,
+        corner=corner,
         tool=states.tool[state][parent],
-        changed=is_key & (fresh | turned)[parent],
+        changed=changed,
         jet_on=jet_on,
         free=~jet_on | states.is_round[state][parent],
         dwelling=dwelling,
@@ -249,6 +257,7 @@ def refine_path(path: SampledPath, parts: Indices) -> tuple[SampledPath, Indices
         placement=path.placement[parent],
         instruction=path.instruction[parent],
         exact=path.exact[parent] & is_old,
+        corner=path.corner[parent] & is_old,
         tool=path.tool[parent],
         changed=path.changed[parent] & is_old,
         jet_on=np.where(is_old, path.jet_on[parent], path.jet_on[parent] & path.jet_on[before]),

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
+from geometry.frames import slerp
 from robotcell.motion.cell_queries import CellQueries
 from robotcell.motion.joint_move import Reconfiguration, find_move
 from robotcell.motion.ladder_graph import (
@@ -16,6 +17,7 @@ from robotcell.motion.ladder_graph import (
     joint_speeds,
     solve_by_tool,
     tilted,
+    turns_between,
 )
 from robotcell.motion.ladder_search import Choice, Ladder
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, refine_path
@@ -26,7 +28,14 @@ _SMOOTHING_S = 0.5
 """Turns about the jet are spread over about twice this time."""
 _FIXED_WEIGHT = 1e6
 """Weight of a fixed azimuth against smoothness."""
+_SWEEP_WEIGHT = 100.0
+"""s/rad^2. On a line on which the jet turns by b and the tool by a about it the jet is up to a b / 8 off."""
 _SMOOTH_ROUNDS = 4
+_TURNED_RAD = 1e-7
+"""A line that turns by less does not turn."""
+_HALF_TURN = np.radians(170.0)
+"""Of more it is not known which way round a controller turns."""
+_MM = 1e3
 _WIDEST = 0.12
 """rad that a joint may turn from sample to sample; else more samples are taken."""
 _MOST_PARTS = 40
@@ -103,8 +112,38 @@ class NodeTargets:
     azimuth: Scalars
     """(k,) rad, going on from node to node"""
     tilt: NDArray[np.float64]
+    """(k, 2) rad"""
     reconfigurations: Flags
     """(k - 1,)"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Edges:
+    """The straight lines of a path between its corners, of which there are k; the tool turns evenly along each."""
+
+    corner: Indices
+    """(k,) samples"""
+    before: Indices
+    """(n,) of each sample the corner that it is, or follows; not the last one"""
+    share: Scalars
+    """(n,) of the way to the next corner"""
+
+    def along(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Give values at the n samples that change evenly between those (k, ...) at the corners."""
+        share = self.share.reshape(-1, *[1] * (values.ndim - 1))
+        after = np.minimum(self.before + 1, len(self.corner) - 1)
+        return values[self.before] + share * (values[after] - values[self.before])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """How the tool is held along a path, from the azimuth and the direction of the jet that are programmed."""
+
+    edges: Edges
+    azimuth: Scalars
+    """(k,) rad about the jet at the corners, going on from one to the next"""
+    tilt: NDArray[np.float64]
+    """(k, 2) rad"""
 
 
 def attempt_motion(search: Search, choice: Choice) -> Motion:
@@ -142,19 +181,21 @@ def attempt_motion(search: Search, choice: Choice) -> Motion:
 def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
     """Give the joints at every sample, taking more samples where the joints turn far between two.
 
-    Azimuths are made smooth, but for those at which the branch would be lost.
+    The azimuth changes evenly along each straight line of the path, but for nodes at which the branch would be lost.
     """
     queries, path, nodes = search.queries, search.path, search.nodes
     robot, fixed = queries.cell.robot, search.fixed_azimuth.copy()
     wraps = joint_speeds(robot, search.multi_turn).wraps
     raw = chosen_configurations(robot, search.states.ladder, choice, nodes, wraps)
-    targets, lost = _solve_nodes(robot, smooth(raw, path, fixed), path, queries.configurations)
+    course = smooth(raw, path, fixed)
+    targets, lost = _solve_nodes(robot, raw, course, path, queries.configurations)
     for _ in range(_SMOOTH_ROUNDS):
         if not lost.any():
             break
         fixed |= widened(lost, 3)
-        targets, lost = _solve_nodes(robot, smooth(raw, path, fixed), path, queries.configurations)
-    tracked = track_path(robot, targets, path, queries.configurations)
+        course = smooth(raw, path, fixed)
+        targets, lost = _solve_nodes(robot, raw, course, path, queries.configurations)
+    tracked = track_path(robot, targets, course, path, queries.configurations)
     wide = _joint_turns(robot, tracked)
     for node in np.flatnonzero(choice.discontinuities).tolist():
         wide[nodes.until[node] : nodes.sample[node + 1]] = 0.0
@@ -163,7 +204,8 @@ def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
         path, place = refine_path(path, parts)
         nodes = replace(nodes, sample=place[nodes.sample], until=place[nodes.until])
         targets = replace(targets, sample=nodes.sample, until=nodes.until)
-        tracked = track_path(robot, targets, path, queries.configurations)
+        course = replace(course, edges=straight_edges(path, place[course.edges.corner]))
+        tracked = track_path(robot, targets, course, path, queries.configurations)
     return nodes, tracked
 
 
@@ -206,41 +248,107 @@ def chosen_configurations(robot: Robot, ladder: Ladder, choice: Choice, nodes: N
     )
 
 
-def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags) -> NodeTargets:
-    """Spread the turns about the jet over time where the azimuth is free.
+def straight_edges(path: SampledPath, corner: Indices) -> Edges:
+    """Give the lines between corners (k,), the first sample and the last among them."""
+    way = np.linalg.norm(np.diff(path.T_base_tcp[:, :3, 3], axis=0), axis=1) * _MM
+    turn = np.degrees(turns_between(path.T_base_tcp))
+    passed = np.concatenate(([0.0], np.cumsum(np.hypot(way, turn))))
+    before = np.clip(np.searchsorted(corner, np.arange(len(passed)), side="right") - 1, 0, max(len(corner) - 2, 0))
+    begin, end = passed[corner[before]], passed[corner[np.minimum(before + 1, len(corner) - 1)]]
+    share = np.where(end > begin, (passed - begin) / np.where(end > begin, end - begin, 1.0), 0.0)
+    share[corner[-1]] = 1.0
+    return Edges(corner, before, share)
 
-    Minimises the integral of (a - chosen)^2 + T^2 (da/dt)^2, a tridiagonal system; nothing crosses a reconfiguration.
+
+def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags) -> Course:
+    """Spread the turns about the jet over time where the azimuth is free, evenly along each straight line.
+
+    Minimises the integral of (a - chosen)^2 + T^2 (da/dt)^2 over the azimuths a at the corners, a tridiagonal system.
+    Nothing crosses a reconfiguration; the tool does not turn about its jet while it dwells, and hardly on lines on
+    which the jet turns far.
+
+    Args:
+        targets: The chosen configurations.
+        path: The path.
+        fixed: (k,) nodes that keep the azimuth that was chosen; they become corners.
     """
     from scipy.linalg import solveh_banded
 
-    if len(targets.sample) == 1:
-        return targets
-    gaps = np.maximum(path.times[targets.sample[1:]] - path.times[targets.until[:-1]], 1e-3)
-    weight = np.zeros(len(targets.sample))
-    weight[:-1] += 0.5 * gaps
-    weight[1:] += 0.5 * gaps
+    sample, until, count = targets.sample, targets.until, len(path.times)
+    tilts = np.any(np.diff(targets.tilt, axis=0) != 0.0, axis=1)
+    bends = (fixed & path.free[sample]) | np.append(tilts, False) | np.append(False, tilts)
+    reconfigures = np.flatnonzero(targets.reconfigurations)
+    held = np.concatenate((sample[bends], until[bends], until[reconfigures], sample[reconfigures + 1]))
+    edges = straight_edges(path, np.union1d(np.flatnonzero(path.corner), held))
+    corner, number = edges.corner, np.arange(count)
+    if count == 1:
+        return Course(edges, targets.azimuth, targets.tilt)
+    gaps = np.maximum(path.times[sample[1:]] - path.times[until[:-1]], 1e-3)
+    weight = np.maximum(0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps)), 5e-4)
     weight = np.where(fixed, weight * _FIXED_WEIGHT + _FIXED_WEIGHT, weight)
-    stiff = np.where(targets.reconfigurations, 0.0, _SMOOTHING_S**2 / gaps)
-    band = np.zeros((2, len(weight)))
+    stiff = _SMOOTHING_S**2 / np.maximum(np.diff(path.times[corner]), 1e-3)
+    sweeps = np.bincount(edges.before[1:], turns_between(path.T_base_tcp) * path.jet_on[1:], minlength=len(stiff))
+    rests = path.dwelling[corner[:-1]]
+    stiff = np.where(rests, _FIXED_WEIGHT, stiff + _SWEEP_WEIGHT * sweeps**2)
+    stiff[np.searchsorted(corner, until[reconfigures])] = 0.0
+    band, right = np.zeros((2, len(corner))), np.zeros(len(corner))
     band[0, 1:] = -stiff
-    band[1] = weight
     band[1, :-1] += stiff
     band[1, 1:] += stiff
-    return replace(targets, azimuth=np.asarray(solveh_banded(band, weight * targets.azimuth)))
+    begin, share = edges.before[sample], edges.share[sample]
+    for at, part in ((begin, 1.0 - share), (begin + 1, share)):
+        np.add.at(band[1], at, weight * part * part)
+        np.add.at(right, at, weight * part * targets.azimuth)
+    np.add.at(band[0], begin + 1, weight * share * (1.0 - share))
+    azimuth = np.asarray(solveh_banded(band, right))
+    for at in np.flatnonzero(rests).tolist():
+        azimuth[at + 1] = azimuth[at]
+    place = np.clip(np.searchsorted(sample, number, side="right") - 1, 0, len(sample) - 1)
+    tilt = np.stack([np.interp(path.times[corner], path.times[sample], column) for column in targets.tilt.T], axis=1)
+    tilt = np.where(path.dwelling[corner, None], targets.tilt[place[corner]], tilt)
+    return Course(edges, azimuth, tilt)
+
+
+def _tool_poses(course: Course, path: SampledPath) -> tuple[Poses, Scalars, NDArray[np.float64]]:
+    """Give T_base_tcp (n, 4, 4) along a course, with the azimuths (n,) and tilts (n, 2) of the samples.
+
+    Where the tool turns about its jet, or tilts, while the path itself turns, it turns evenly all in all, as a
+    controller does it.
+    """
+    from scipy.spatial.transform import Rotation
+
+    edges = course.edges
+    azimuth, tilt = edges.along(course.azimuth), edges.along(course.tilt)
+    azimuth = np.where(path.free, azimuth, 0.0)
+    poses = tilted(path.T_base_tcp, azimuth, tilt)
+    if len(edges.corner) < 2:
+        return poses, azimuth, tilt
+    turned = np.bincount(edges.before[1:], turns_between(path.T_base_tcp), minlength=len(edges.corner) - 1)
+    tilts = np.any(np.abs(np.diff(course.tilt, axis=0)) > 1e-12, axis=1)
+    mixed = ((np.abs(np.diff(course.azimuth)) > 1e-12) & (turned > _TURNED_RAD)) | tilts
+    far = (turns_between(poses[edges.corner]) > _HALF_TURN) | (np.abs(np.diff(course.azimuth)) > np.pi)
+    inner = np.flatnonzero((mixed & ~far)[edges.before] & (edges.share > 0.0) & (edges.share < 1.0))
+    for rows in row_pieces(len(inner)):
+        some = inner[rows]
+        ends = [edges.corner[edges.before[some] + end] for end in (0, 1)]
+        turns = [np.asarray(Rotation.from_matrix(poses[at, :3, :3]).as_quat(scalar_first=True)) for at in ends]
+        turn = slerp(turns[0], turns[1], edges.share[some])
+        poses[some, :3, :3] = Rotation.from_quat(turn, scalar_first=True).as_matrix()
+    return poses, azimuth, tilt
 
 
 def _solve_nodes(
-    robot: Robot, targets: NodeTargets, path: SampledPath, configurations: ConfigurationSolver
+    robot: Robot, targets: NodeTargets, course: Course, path: SampledPath, configurations: ConfigurationSolver
 ) -> tuple[NodeTargets, Flags]:
-    """Solve the nodes anew at their smooth azimuths, next to the chosen configurations; give where that failed."""
-    poses = tilted(path.T_base_tcp[targets.sample], targets.azimuth, targets.tilt)
+    """Solve the nodes anew on a course, next to the chosen configurations; give where that failed."""
+    poses = _tool_poses(course, path)[0][targets.sample]
     q, lost = _nearest_branch(robot, poses, path.tool[targets.sample], targets.q, configurations)
     lost |= np.max(np.abs(q - targets.q) * robot.turning, axis=1, initial=0.0) > np.radians(40.0)
     return replace(targets, q=np.where(lost[:, None], targets.q, q)), lost
 
 
 def track_path(
-    robot: Robot, targets: NodeTargets, path: SampledPath, configurations: ConfigurationSolver
+    robot: Robot, targets: NodeTargets, course: Course, path: SampledPath, configurations: ConfigurationSolver
 ) -> TrackedPath:
     """Give the joints at every sample, nearest to what lies between the nodes' configurations."""
     number = np.arange(len(path.times))
@@ -252,16 +360,16 @@ def track_path(
     skipped = inner & np.append(targets.reconfigurations, False)[before]
     share[skipped] = 0.0
     reference = targets.q[before] + share[:, None] * (targets.q[after] - targets.q[before])
-    azimuth = targets.azimuth[before] + share * (targets.azimuth[after] - targets.azimuth[before])
-    azimuth = np.where(path.free, azimuth, 0.0)
-    tilt = targets.tilt[before] + share[:, None] * (targets.tilt[after] - targets.tilt[before])
-    poses = tilted(path.T_base_tcp, azimuth, tilt)
-    poses[skipped] = poses[targets.until[before[skipped]]]
+    poses, azimuth, tilt = _tool_poses(course, path)
+    held = targets.until[before[skipped]]
+    poses[skipped], azimuth[skipped], tilt[skipped] = poses[held], azimuth[held], tilt[held]
     q, lost = _nearest_branch(robot, poses, path.tool, reference, configurations)
     q[skipped] = targets.q[before][skipped]
     begins = np.zeros(len(number), dtype=np.int64)
     begins[targets.sample[1:][targets.reconfigurations]] = 1
-    return TrackedPath(path, q, poses, azimuth, tilt, np.cumsum(begins), lost & ~skipped)
+    corner = np.zeros(len(number), dtype=np.bool_)
+    corner[course.edges.corner] = True
+    return TrackedPath(replace(path, corner=corner), q, poses, azimuth, tilt, np.cumsum(begins), lost & ~skipped)
 
 
 def _nearest_branch(

@@ -8,6 +8,7 @@ from small_programs import DOWN, program_of
 
 from programs.errors import ProgramError
 from programs.export import export, find_dialect
+from programs.motion.layout import on_time
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 
 
@@ -31,7 +32,12 @@ def test_joints_of_another_program_are_refused() -> None:
     with pytest.raises(ProgramError, match="moves and the cell"):
         export(PROGRAMS["loop"](), small_cell("abb"), "abb", joints_of(PROGRAMS["in_flight"]()))
     with pytest.raises(ProgramError, match="6 joints"):
-        export(PROGRAMS["loop"](), small_cell("abb"), "abb", joints_of(PROGRAMS["loop"]())[:, :3])
+        export(
+            PROGRAMS["loop"](),
+            small_cell("abb"),
+            "abb",
+            on_time(PROGRAMS["loop"](), joints_of(PROGRAMS["loop"]()).joints[:, :3]),
+        )
 
 
 def test_a_program_without_a_move_is_refused() -> None:

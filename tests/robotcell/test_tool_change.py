@@ -20,6 +20,7 @@ from programs.pose import Pose, angle, distance
 from programs.posts.dialects import DIALECTS
 from programs.posts.reading.compare import compare
 from programs.program import Command, Instruction, MoveTo, TimedProgram, Wait
+from reports.files.export_robot import tracking_of
 from robotcell.cell.installation import installation_of, to_pose
 from robotcell.cell.load import read_cell_text
 from robotcell.robot.poses import inverse
@@ -42,7 +43,7 @@ def installed() -> Installation:
 
 
 def motion_of(report: CellReport) -> MotionProgram:
-    return make_motion(report.program, installed(), report.joints)
+    return make_motion(report.program, installed(), tracking_of(report))
 
 
 def tools_of(program: TimedProgram) -> list[int]:
@@ -99,7 +100,7 @@ def test_what_the_controller_is_told_is_where_the_arm_is() -> None:
         elif isinstance(step, Line):
             for q, pose in ((step.samples.joints[0], step.start), (step.samples.joints[-1], step.target)):
                 assert distance(seen(tuple(q.tolist()), tool), pose) < 1e-3
-    assert reached == 3
+    assert reached == 5  # at first; and at each change the pose of the new orifice, then the joint move
 
 
 def test_no_line_is_driven_in_no_time() -> None:
@@ -112,7 +113,7 @@ def test_no_line_is_driven_in_no_time() -> None:
 def test_every_language_says_a_change_of_tools_as_planned(name: str) -> None:
     dialect = DIALECTS[name]
     report = tracked()
-    joints = report.joints if dialect.needs_joints else None
+    joints = tracking_of(report) if dialect.needs_joints else None
     motion = make_motion(report.program, installed(), joints)
     files = dialect.render(lower(motion, dialect.capability), installed())
     assert compare(dialect.read(files), motion, installed()) == ()

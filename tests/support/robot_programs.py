@@ -6,11 +6,11 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from small_plans import JET, LIMITS, Axes, down, leaning, pause, plan_of, random_plan, spray, transfer
 
 from boards.load import load_board
 from geometry.frames import align_signs
+from programs.motion.layout import Tracking, on_time
 from programs.plan import Command, Jet, PlanItem, SprayPass, Transfer
 from programs.program import MoveTo, SetNozzle, TimedProgram
 from recipes.load import load_recipe
@@ -152,11 +152,11 @@ def planned() -> TimedProgram:
     return run(load_recipe("smt-aqueous"), load_board(Path("tiny"))).program
 
 
-def joints_of(program: TimedProgram) -> NDArray[np.float64]:
-    """Some six joints that move as the orifice does: (moves, 6)."""
+def joints_of(program: TimedProgram) -> Tracking:
+    """The tracking of some six joints that move as the orifice does."""
     moves = [move for move in program.instructions if isinstance(move, MoveTo)]
     turns = align_signs(np.array([move.quaternion for move in moves]))
-    return np.hstack((0.01 * np.array([move.position for move in moves]), turns[:, 1:]))
+    return on_time(program, np.hstack((0.01 * np.array([move.position for move in moves]), turns[:, 1:])))
 
 
 def replace_jet(item: SprayPass) -> SprayPass:

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from hashlib import sha256
 
 from programs.errors import ProgramError
+from reports.files.export_robot import tracking_of
 from reports.files.write_run import cleaning_bytes, program_bytes, report_bytes
 from reports.tables.wording import amount, shorten
-from robotcell.cell.installation import exported_joints, installation_of
+from robotcell.cell.installation import installation_of
 from rulesengine.planning.pipeline import Run
 from specs.finding import Finding, blocking, worst_first
 from specs.progress import Progress, subprogress
@@ -161,9 +162,9 @@ def make_program(session: Session, dialect: str, progress: Progress) -> RobotPro
         raise ProgramError("no cell is chosen; choose one in the tab Robot.")
     run = session.planned_run
     checked = session.check or check_program(run, cell, subprogress(progress, 0.0, _CHECKING))
-    joints = None if checked.motion is None else exported_joints(cell.cell.robot, checked.motion.joints)
+    tracking = None if checked.motion is None else tracking_of(checked.report)
     progress("writing", _CHECKING)
-    return RobotProgram(checked, write_program(checked.program, installation_of(cell), dialect, joints))
+    return RobotProgram(checked, write_program(checked.program, installation_of(cell), dialect, tracking))
 
 
 def download_program(made: RobotProgram, allowed: Collection[str]) -> Download:

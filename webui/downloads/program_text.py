@@ -11,11 +11,11 @@ from typing import TypeAlias
 from programs.errors import ProgramError
 from programs.export import check_maker, find_dialect
 from programs.motion.installation import Installation
+from programs.motion.layout import Tracking
 from programs.motion.lower import EventError, lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import Line, Reach
 from programs.program import TimedProgram
-from robotcell.robot.robot import Joints
 from specs.finding import Finding
 from specs.source import NO_SOURCE, Source
 from webui.theme.palette import ACCENT, INK, QUIET, to_hex
@@ -57,7 +57,9 @@ class Written:
     """Whether it is known which text is which motion in space; if not, only which stroke it belongs to."""
 
 
-def write_program(program: TimedProgram, installation: Installation, dialect: str, joints: Joints | None) -> Written:
+def write_program(
+    program: TimedProgram, installation: Installation, dialect: str, tracking: Tracking | None
+) -> Written:
     """Write a program in a robot's language, and assign its lines to motions.
 
     Raises:
@@ -66,9 +68,9 @@ def write_program(program: TimedProgram, installation: Installation, dialect: st
     """
     language = find_dialect(dialect)
     check_maker(language, installation)
-    if language.needs_joints and joints is None:
+    if language.needs_joints and tracking is None:
         raise ProgramError(f"{language.title} is made of joint values; check the program in the tab Robot first.")
-    lowered = lower(make_motion(program, installation, joints), language.capability)
+    lowered = lower(make_motion(program, installation, tracking), language.capability)
     content = language.render(lowered, installation)
     moves = tuple(step for step in lowered.motion.steps if isinstance(step, Line | Reach))
     files = match_lines(content, moves, language.move)

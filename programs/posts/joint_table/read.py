@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
+from programs.posts.joint_table.write import ON_THE_WAY
 from programs.posts.rebuilt import (
     ReadCall,
     ReadEndRepeat,
@@ -43,7 +44,7 @@ def rebuild(files: ProgramFiles) -> list[ReadStep]:
             steps.append(ReadPause(time_s - (before[0] if before else 0.0)))
         elif events == "reach":
             steps.append(ReadReach(pose))
-        elif not events.startswith(("board ", "note ")):
+        elif events != ON_THE_WAY and not events.startswith(("board ", "note ")):
             if before is not None and (time_s > before[0] or before[1] != pose):
                 steps.append(ReadLine(pose, None, None))
             steps += _switched(events)

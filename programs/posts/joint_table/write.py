@@ -32,6 +32,9 @@ from specs.source import Source
 
 _SHARES_APART = 1e-9
 
+ON_THE_WAY = "on the way"
+"""Event of a row within a joint move."""
+
 
 @dataclass(slots=True)
 class _Row:
@@ -83,6 +86,9 @@ def _rows(steps: Sequence[Step]) -> Iterator[_Row]:
                     raise ProgramError("the joint motion is not known; track the program in a cell first.")
                 if at is None:
                     yield from (_Row(now, step.joints, step.target, _label(each), each.made_by) for each in waiting)
+                for moment in step.way[:-1]:
+                    yield _Row(now + moment.seconds, moment.joints, moment.pose, ON_THE_WAY, step.made_by)
+                now += step.way[-1].seconds if step.way else 0.0
                 at = _Row(now, step.joints, step.target, "reach", step.made_by)
                 yield at
             case _ if at is None:

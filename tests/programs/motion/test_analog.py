@@ -132,7 +132,7 @@ def test_any_volts_are_read_back(name: str, share: float, full: float, unit: str
 @NAMED
 def test_other_volts_are_a_difference(name: str) -> None:
     dialect, program = DIALECTS[name], PROGRAMS["loop"]()
-    tell = partial(make_motion, program, joints=joints_of(program) if dialect.needs_joints else None)
+    tell = partial(make_motion, program, tracking=joints_of(program) if dialect.needs_joints else None)
     cell, other = small_cell(), wired(PRESSURE, (2.0, 0.45))
     files = dialect.render(lower(tell(other), dialect.capability), other)
     assert "aoPressure" in "".join(compare(dialect.read(files), tell(cell), cell))

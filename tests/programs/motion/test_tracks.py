@@ -26,7 +26,8 @@ def lines_of(*items: object) -> tuple[Line, ...]:
 def track(times: list[float], x: list[float], y: list[float] | None = None) -> Track:
     tcp = np.column_stack((x, y or [0.0] * len(x), [50.0] * len(x)))
     quaternion = np.tile([0.0, 1.0, 0.0, 0.0], (len(x), 1))
-    return Track(np.array(times), tcp, quaternion, np.zeros(len(x), dtype=np.int64), np.empty((len(x), 0)))
+    clock, maker = np.array(times), np.zeros(len(x), dtype=np.int64)
+    return Track(clock, tcp, quaternion, maker, np.empty((len(x), 0)), clock, np.arange(len(x), dtype=np.float64), None)
 
 
 def worst_miss(program: TimedProgram, motion: MotionProgram) -> tuple[float, float]:

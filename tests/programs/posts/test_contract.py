@@ -6,12 +6,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from robot_programs import PROGRAMS, joints_of
 
 from programs.errors import ProgramError
 from programs.export import check_maker, export
 from programs.motion.installation import MAKER_NAMES, Installation, JointConvention
+from programs.motion.layout import Tracking, on_time
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import Reach
 from programs.posts.dialects import DIALECTS
@@ -46,10 +46,10 @@ CASES = [
 ]
 
 
-def joints_in(program: TimedProgram, installation: Installation) -> NDArray[np.float64]:
+def joints_in(program: TimedProgram, installation: Installation) -> Tracking:
     """Joints that move as the orifice does, as many as the robot has; slides by whole millimetres."""
     scales = np.array([100.0 if joint.kind == "prismatic" else 1.0 for joint in installation.joints])
-    return np.tile(joints_of(program), (1, 2))[:, : len(scales)] * scales
+    return on_time(program, np.tile(joints_of(program).joints, (1, 2))[:, : len(scales)] * scales)
 
 
 @pytest.mark.parametrize(("dialect", "cell", "made"), CASES)
@@ -121,7 +121,7 @@ def test_joint_values_are_read_back_as_the_controller_counts_them(dialect: str) 
 
 
 def written_or_refused(
-    dialect: str, installation: Installation, program: TimedProgram, joints: NDArray[np.float64] | None
+    dialect: str, installation: Installation, program: TimedProgram, joints: Tracking | None
 ) -> Mapping[str, str] | str:
     """Give the files, or why there are none."""
     try:

@@ -14,8 +14,8 @@ from programs.errors import ProgramError
 from programs.motion.steps import Line, Reach
 from programs.plan import SprayPass
 from programs.posts.dialects import DIALECTS
-from reports.files.export_robot import write_tracked
-from robotcell.cell.installation import exported_joints, installation_of
+from reports.files.export_robot import tracking_of, write_tracked
+from robotcell.cell.installation import installation_of
 from robotcell.cell.load import read_cell
 from specs.source import NO_SOURCE, Source
 from webui.downloads.program_text import (
@@ -48,8 +48,8 @@ def tracked():
 
 def tracked_text(dialect):
     done = tracked()
-    joints = exported_joints(done.cell.cell.robot, done.motion.joints)
-    return write_program(done.program, for_language(installation_of(done.cell), dialect), dialect, joints)
+    installation = for_language(installation_of(done.cell), dialect)
+    return write_program(done.program, installation, dialect, tracking_of(done.report))
 
 
 @pytest.mark.slow
