@@ -3,11 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.arrays import Indices, Points, Quaternions
+from geometry.arrays import Indices, Points, Quaternions, Scalars
 from geometry.compiled import compiled
 
 _LARGEST_TURN_DEG = 170.0
 """A turn this far in one line could go either way round."""
+_SHORT_S, _COARSE = 0.02, 0.03
+"""Lines that would take less than these seconds may be off by this much, mm and degrees: controllers take longer."""
 _BACK = 1.0
 """Tolerances that the motion may seem to run back by rounding."""
 
@@ -48,6 +50,44 @@ def thin(tcp: Points, quaternion: Quaternions, forced: NDArray[np.bool_], tolera
         number += 1
         first = good
     return kept[:number].copy()
+
+
+@compiled
+def merge_short(
+    tcp: Points,
+    quaternion: Quaternions,
+    times: Scalars,
+    kept: Indices,
+    fixed: NDArray[np.bool_],
+) -> Indices:
+    """Leave out kept samples (k,) beside lines that take less than 20 ms, as far as 0.03 mm and degrees allow.
+
+    Args:
+        tcp: (n, 3) mm.
+        quaternion: (n, 4)
+        times: (n,) s
+        kept: (k,) ends of lines, ascending.
+        fixed: (n,) samples that remain in any case.
+    """
+    ends = list(kept)
+    at = 0
+    while at < len(ends) - 1:
+        merged = False
+        if times[ends[at + 1]] - times[ends[at]] < _SHORT_S:
+            after = times[ends[at + 2]] - times[ends[at + 1]] if at + 2 < len(ends) else np.inf
+            before = times[ends[at]] - times[ends[at - 1]] if at > 0 else np.inf
+            for number in range(2):
+                inner = at + 1 if (number == 0) == (after <= before) else at
+                if inner in (0, len(ends) - 1) or fixed[ends[inner]]:
+                    continue
+                if _is_straight(tcp, quaternion, ends[inner - 1], ends[inner + 1], _COARSE):
+                    ends.pop(inner)
+                    at = max(inner - 1, 0)
+                    merged = True
+                    break
+        if not merged:
+            at += 1
+    return np.array(ends)
 
 
 @compiled

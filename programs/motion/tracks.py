@@ -149,8 +149,9 @@ def find_vertices(track: Track) -> Vertices:
     lengths = np.linalg.norm(steps, axis=1)
     rates = lengths / lasting
     rests = _rests(rates, lasting, _bends(steps, lengths))
-    forced = rests.copy()
-    forced[1:-1] |= np.diff(track.maker[1:]) != 0
+    fixed = rests.copy()
+    fixed[1:-1] |= np.diff(track.maker[1:]) != 0
+    forced = fixed.copy()
     if track.corner is not None:
         forced |= track.corner
     else:
@@ -158,9 +159,12 @@ def find_vertices(track: Track) -> Vertices:
         for first, last in zip(borders[:-1].tolist(), borders[1:].tolist(), strict=True):
             for at in _speed_borders(rates[first:last].tolist(), lasting[first:last].tolist()):
                 forced[first + at] = True
-    from programs.motion.thinning import thin  # compiled: only those who export should wait for it
+    from programs.motion.thinning import merge_short, thin  # compiled: only those who export should wait for it
 
-    kept = thin(np.ascontiguousarray(track.tcp), np.ascontiguousarray(track.quaternion), forced, TOLERANCE)
+    tcp, quaternion = np.ascontiguousarray(track.tcp), np.ascontiguousarray(track.quaternion)
+    kept = thin(tcp, quaternion, forced, TOLERANCE)
+    if track.corner is None:
+        kept = merge_short(tcp, quaternion, np.ascontiguousarray(track.clock), kept, fixed)
     return Vertices(kept, rests[kept])
 
 

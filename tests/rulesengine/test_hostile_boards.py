@@ -136,7 +136,7 @@ def moves_with_the_board(recipe):
 
 @pytest.mark.slow
 @given(recipe=recipes(), name=st.sampled_from(list(BOARDS)))
-@settings(ANY, max_examples=160)
+@settings(ANY, max_examples=120)
 def test_no_complaints_about_any_recipe_on_any_board(recipe, name):
     check_any(recipe, name)
 

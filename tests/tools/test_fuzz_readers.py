@@ -16,10 +16,10 @@ def fuzz(*words: str) -> "subprocess.CompletedProcess[str]":
 
 @pytest.mark.slow
 def test_a_slice_of_the_fuzz_finds_no_fault() -> None:
-    run = fuzz("--cases", "400", "--seed", "5")
+    run = fuzz("--cases", "240", "--seed", "5")
     assert run.returncode == 0, run.stdout + run.stderr
     rows = re.findall(r"^(\S+) +(\d+) +(\d+) +(\d+) ", run.stdout, re.MULTILINE)
-    assert sum(int(row[1]) for row in rows if row[0] != "reader") >= 400
+    assert sum(int(row[1]) for row in rows if row[0] != "reader") >= 240
     assert all(int(refused) + int(accepted) == int(cases) for _, cases, refused, accepted in rows)
 
 
