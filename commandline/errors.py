@@ -16,7 +16,6 @@ UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 _REFUSED = 2
 _INTERRUPTED = 130  # what a shell expects after Ctrl-C: 128 + SIGINT
 _INTERNAL = 70  # EX_SOFTWARE of sysexits.h
-_LONGEST_LINE = 1000
 DEBUG_VARIABLE = "WASHBOARD_DEBUG"
 """Set to 1 in the environment, it makes an internal error print its traceback."""
 

@@ -220,14 +220,14 @@ def _stretch(cutter: _Cutter) -> Iterator[Item]:
     following = cutter.tracking.joints[np.minimum(low + 1, len(cutter.tracking.joints) - 1)]
     joints = joints + (node - low)[:, None] * (following - joints)
     corner = None if cutter.tracking.corner is None else cutter.tracking.corner[low] | (node > low)
+    whole = Track(times, poses[:, :3], quaternion, maker, joints, clock, node, corner)
     first = 0
     for last in [*np.flatnonzero(holds).tolist(), len(times) - 1]:
         # Of samples with one pose the first is kept, so that the time they take belongs to the motion after them.
         rows = first + np.concatenate(([0], 1 + np.flatnonzero(~still[first:last])))
         if len(rows) > 1 or first == 0:
             seconds = _rising(times[rows], ends=float(times[last]))
-            whole = Track(times, poses[:, :3], quaternion, maker, joints, clock, node, corner).part(rows)
-            yield from _motions(replace(whole, times=seconds), makers)
+            yield from _motions(replace(whole.part(rows), times=seconds), makers)
         if last < len(times) - 1:
             yield Wait(float(times[last]), float(times[last + 1] - times[last]), makers[maker[last + 1]])
         first = last + 1

@@ -37,7 +37,8 @@ from specs.source import NO_SOURCE, Source
 def make_motion(program: TimedProgram, installation: Installation, tracking: Tracking | None = None) -> MotionProgram:
     """Turn samples into the fewest straight lines, and requests for the jet into signals for its valve.
 
-    Every sample lies within 0.004 mm and 0.004 degrees of the lines.
+    Every sample lies within 0.004 mm and 0.004 degrees of the lines; beside what would take less than 20 ms, within
+    0.03 mm and 0.03 degrees.
 
     Args:
         program: Any sound program.

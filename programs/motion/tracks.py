@@ -37,7 +37,8 @@ _DIP_SHARE, _DIP_FLOOR = 0.15, 3.0
 BLEND_ERROR_MM = 0.05
 """How far a corner may be cut."""
 _WIDEST_MM, _NARROWEST_MM = 5.0, 0.01
-_LARGEST_TURN_RAD = math.radians(170.0)
+LARGEST_TURN_RAD = math.radians(170.0)
+"""Of more it is not known which way round a controller turns."""
 _ROOM = 0.4
 """Share of either line that a zone may take, so that two zones never meet."""
 
@@ -96,7 +97,7 @@ def lines_of(track: Track, makers: tuple[Source, ...]) -> list[Line]:
     for line, rests, after in zip(lines, vertices.rests[1:].tolist(), [*lines[1:], lines[-1]], strict=True):
         passed = line if rests else replace(line, blend_mm=_zone(line, after))
         # Where the tool turns about half way round, controllers would choose the way by themselves.
-        turns_far = line.angle_rad > _LARGEST_TURN_RAD
+        turns_far = line.angle_rad > LARGEST_TURN_RAD
         parts += split_line(passed, (0.5,), _NARROWEST_MM) if turns_far else [passed]
     return parts
 

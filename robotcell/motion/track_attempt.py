@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
 from geometry.frames import slerp
+from programs.motion.tracks import LARGEST_TURN_RAD
 from robotcell.motion.cell_queries import CellQueries
 from robotcell.motion.joint_move import Reconfiguration, find_move
 from robotcell.motion.ladder_graph import (
@@ -33,8 +34,6 @@ _SWEEP_WEIGHT = 100.0
 _SMOOTH_ROUNDS = 4
 _TURNED_RAD = 1e-7
 """A line that turns by less does not turn."""
-_HALF_TURN = np.radians(170.0)
-"""Of more it is not known which way round a controller turns."""
 _MM = 1e3
 _WIDEST = 0.12
 """rad that a joint may turn from sample to sample; else more samples are taken."""
@@ -127,6 +126,8 @@ class Edges:
     """(n,) of each sample the corner that it is, or follows; not the last one"""
     share: Scalars
     """(n,) of the way to the next corner"""
+    turns: Scalars
+    """(n - 1,) rad that the programmed pose turns from each sample to the next"""
 
     def along(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Give values at the n samples that change evenly between those (k, ...) at the corners."""
@@ -144,6 +145,20 @@ class Course:
     """(k,) rad about the jet at the corners, going on from one to the next"""
     tilt: NDArray[np.float64]
     """(k, 2) rad"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldTool:
+    """A course at the n samples of its path."""
+
+    corner: Indices
+    """(k,) samples"""
+    T_base_tcp: Poses
+    """(n, 4, 4)"""
+    azimuth: Scalars
+    """(n,) rad"""
+    tilt: NDArray[np.float64]
+    """(n, 2) rad"""
 
 
 def attempt_motion(search: Search, choice: Choice) -> Motion:
@@ -188,14 +203,16 @@ def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
     wraps = joint_speeds(robot, search.multi_turn).wraps
     raw = chosen_configurations(robot, search.states.ladder, choice, nodes, wraps)
     course = smooth(raw, path, fixed)
-    targets, lost = _solve_nodes(robot, raw, course, path, queries.configurations)
+    held = hold_tool(course, path)
+    targets, lost = _solve_nodes(robot, raw, held, path, queries.configurations)
     for _ in range(_SMOOTH_ROUNDS):
         if not lost.any():
             break
         fixed |= widened(lost, 3)
         course = smooth(raw, path, fixed)
-        targets, lost = _solve_nodes(robot, raw, course, path, queries.configurations)
-    tracked = track_path(robot, targets, course, path, queries.configurations)
+        held = hold_tool(course, path)
+        targets, lost = _solve_nodes(robot, raw, held, path, queries.configurations)
+    tracked = track_path(robot, targets, held, path, queries.configurations)
     wide = _joint_turns(robot, tracked)
     for node in np.flatnonzero(choice.discontinuities).tolist():
         wide[nodes.until[node] : nodes.sample[node + 1]] = 0.0
@@ -205,7 +222,7 @@ def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
         nodes = replace(nodes, sample=place[nodes.sample], until=place[nodes.until])
         targets = replace(targets, sample=nodes.sample, until=nodes.until)
         course = replace(course, edges=straight_edges(path, place[course.edges.corner]))
-        tracked = track_path(robot, targets, course, path, queries.configurations)
+        tracked = track_path(robot, targets, hold_tool(course, path), path, queries.configurations)
     return nodes, tracked
 
 
@@ -251,13 +268,13 @@ def chosen_configurations(robot: Robot, ladder: Ladder, choice: Choice, nodes: N
 def straight_edges(path: SampledPath, corner: Indices) -> Edges:
     """Give the lines between corners (k,), the first sample and the last among them."""
     way = np.linalg.norm(np.diff(path.T_base_tcp[:, :3, 3], axis=0), axis=1) * _MM
-    turn = np.degrees(turns_between(path.T_base_tcp))
-    passed = np.concatenate(([0.0], np.cumsum(np.hypot(way, turn))))
+    turns = turns_between(path.T_base_tcp)
+    passed = np.concatenate(([0.0], np.cumsum(np.hypot(way, np.degrees(turns)))))
     before = np.clip(np.searchsorted(corner, np.arange(len(passed)), side="right") - 1, 0, max(len(corner) - 2, 0))
     begin, end = passed[corner[before]], passed[corner[np.minimum(before + 1, len(corner) - 1)]]
     share = np.where(end > begin, (passed - begin) / np.where(end > begin, end - begin, 1.0), 0.0)
     share[corner[-1]] = 1.0
-    return Edges(corner, before, share)
+    return Edges(corner, before, share, turns)
 
 
 def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags) -> Course:
@@ -274,20 +291,20 @@ def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags) -> Course:
     """
     from scipy.linalg import solveh_banded
 
-    sample, until, count = targets.sample, targets.until, len(path.times)
+    sample, until = targets.sample, targets.until
     tilts = np.any(np.diff(targets.tilt, axis=0) != 0.0, axis=1)
     bends = (fixed & path.free[sample]) | np.append(tilts, False) | np.append(False, tilts)
     reconfigures = np.flatnonzero(targets.reconfigurations)
     held = np.concatenate((sample[bends], until[bends], until[reconfigures], sample[reconfigures + 1]))
     edges = straight_edges(path, np.union1d(np.flatnonzero(path.corner), held))
-    corner, number = edges.corner, np.arange(count)
-    if count == 1:
+    corner = edges.corner
+    if len(corner) == 1:
         return Course(edges, targets.azimuth, targets.tilt)
     gaps = np.maximum(path.times[sample[1:]] - path.times[until[:-1]], 1e-3)
     weight = np.maximum(0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps)), 5e-4)
     weight = np.where(fixed, weight * _FIXED_WEIGHT + _FIXED_WEIGHT, weight)
     stiff = _SMOOTHING_S**2 / np.maximum(np.diff(path.times[corner]), 1e-3)
-    sweeps = np.bincount(edges.before[1:], turns_between(path.T_base_tcp) * path.jet_on[1:], minlength=len(stiff))
+    sweeps = np.bincount(edges.before[1:], edges.turns * path.jet_on[1:], minlength=len(stiff))
     rests = path.dwelling[corner[:-1]]
     stiff = np.where(rests, _FIXED_WEIGHT, stiff + _SWEEP_WEIGHT * sweeps**2)
     stiff[np.searchsorted(corner, until[reconfigures])] = 0.0
@@ -303,14 +320,14 @@ def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags) -> Course:
     azimuth = np.asarray(solveh_banded(band, right))
     for at in np.flatnonzero(rests).tolist():
         azimuth[at + 1] = azimuth[at]
-    place = np.clip(np.searchsorted(sample, number, side="right") - 1, 0, len(sample) - 1)
+    node = np.searchsorted(sample, corner, side="right") - 1
     tilt = np.stack([np.interp(path.times[corner], path.times[sample], column) for column in targets.tilt.T], axis=1)
-    tilt = np.where(path.dwelling[corner, None], targets.tilt[place[corner]], tilt)
+    tilt = np.where(path.dwelling[corner, None], targets.tilt[node], tilt)
     return Course(edges, azimuth, tilt)
 
 
-def _tool_poses(course: Course, path: SampledPath) -> tuple[Poses, Scalars, NDArray[np.float64]]:
-    """Give T_base_tcp (n, 4, 4) along a course, with the azimuths (n,) and tilts (n, 2) of the samples.
+def hold_tool(course: Course, path: SampledPath) -> HeldTool:
+    """Give how the tool is held at every sample of a course.
 
     Where the tool turns about its jet, or tilts, while the path itself turns, it turns evenly all in all, as a
     controller does it.
@@ -322,11 +339,11 @@ def _tool_poses(course: Course, path: SampledPath) -> tuple[Poses, Scalars, NDAr
     azimuth = np.where(path.free, azimuth, 0.0)
     poses = tilted(path.T_base_tcp, azimuth, tilt)
     if len(edges.corner) < 2:
-        return poses, azimuth, tilt
-    turned = np.bincount(edges.before[1:], turns_between(path.T_base_tcp), minlength=len(edges.corner) - 1)
+        return HeldTool(edges.corner, poses, azimuth, tilt)
+    turned = np.bincount(edges.before[1:], edges.turns, minlength=len(edges.corner) - 1)
     tilts = np.any(np.abs(np.diff(course.tilt, axis=0)) > 1e-12, axis=1)
     mixed = ((np.abs(np.diff(course.azimuth)) > 1e-12) & (turned > _TURNED_RAD)) | tilts
-    far = (turns_between(poses[edges.corner]) > _HALF_TURN) | (np.abs(np.diff(course.azimuth)) > np.pi)
+    far = (turns_between(poses[edges.corner]) > LARGEST_TURN_RAD) | (np.abs(np.diff(course.azimuth)) > np.pi)
     inner = np.flatnonzero((mixed & ~far)[edges.before] & (edges.share > 0.0) & (edges.share < 1.0))
     for rows in row_pieces(len(inner)):
         some = inner[rows]
@@ -334,21 +351,21 @@ def _tool_poses(course: Course, path: SampledPath) -> tuple[Poses, Scalars, NDAr
         turns = [np.asarray(Rotation.from_matrix(poses[at, :3, :3]).as_quat(scalar_first=True)) for at in ends]
         turn = slerp(turns[0], turns[1], edges.share[some])
         poses[some, :3, :3] = Rotation.from_quat(turn, scalar_first=True).as_matrix()
-    return poses, azimuth, tilt
+    return HeldTool(edges.corner, poses, azimuth, tilt)
 
 
 def _solve_nodes(
-    robot: Robot, targets: NodeTargets, course: Course, path: SampledPath, configurations: ConfigurationSolver
+    robot: Robot, targets: NodeTargets, held: HeldTool, path: SampledPath, configurations: ConfigurationSolver
 ) -> tuple[NodeTargets, Flags]:
-    """Solve the nodes anew on a course, next to the chosen configurations; give where that failed."""
-    poses = _tool_poses(course, path)[0][targets.sample]
+    """Solve the nodes anew with the tool held so, next to the chosen configurations; give where that failed."""
+    poses = held.T_base_tcp[targets.sample]
     q, lost = _nearest_branch(robot, poses, path.tool[targets.sample], targets.q, configurations)
     lost |= np.max(np.abs(q - targets.q) * robot.turning, axis=1, initial=0.0) > np.radians(40.0)
     return replace(targets, q=np.where(lost[:, None], targets.q, q)), lost
 
 
 def track_path(
-    robot: Robot, targets: NodeTargets, course: Course, path: SampledPath, configurations: ConfigurationSolver
+    robot: Robot, targets: NodeTargets, held: HeldTool, path: SampledPath, configurations: ConfigurationSolver
 ) -> TrackedPath:
     """Give the joints at every sample, nearest to what lies between the nodes' configurations."""
     number = np.arange(len(path.times))
@@ -360,15 +377,15 @@ def track_path(
     skipped = inner & np.append(targets.reconfigurations, False)[before]
     share[skipped] = 0.0
     reference = targets.q[before] + share[:, None] * (targets.q[after] - targets.q[before])
-    poses, azimuth, tilt = _tool_poses(course, path)
-    held = targets.until[before[skipped]]
-    poses[skipped], azimuth[skipped], tilt[skipped] = poses[held], azimuth[held], tilt[held]
+    poses, azimuth, tilt = held.T_base_tcp.copy(), held.azimuth.copy(), held.tilt.copy()
+    rest = targets.until[before[skipped]]
+    poses[skipped], azimuth[skipped], tilt[skipped] = poses[rest], azimuth[rest], tilt[rest]
     q, lost = _nearest_branch(robot, poses, path.tool, reference, configurations)
     q[skipped] = targets.q[before][skipped]
     begins = np.zeros(len(number), dtype=np.int64)
     begins[targets.sample[1:][targets.reconfigurations]] = 1
     corner = np.zeros(len(number), dtype=np.bool_)
-    corner[course.edges.corner] = True
+    corner[held.corner] = True
     return TrackedPath(replace(path, corner=corner), q, poses, azimuth, tilt, np.cumsum(begins), lost & ~skipped)
 
 
