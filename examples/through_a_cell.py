@@ -7,9 +7,10 @@ import sys
 from pathlib import Path
 
 from boards.load import load_board
+from programs.export import find_dialect
 from recipes.load import load_recipe
-from reports.files.atomic_write import write_files
 from reports.files.export_robot import export_in_cell
+from reports.files.robot_files import write_program
 from robotcell.cell.load import read_cell
 from rulesengine.planning.pipeline import run
 
@@ -22,7 +23,7 @@ def main(board: str = "tiny", cell: str = "ur5e-bench", dialect: str = "ur", fol
     for finding in result.findings:
         print(f"  {finding.severity} {finding.rule.id}: {finding.message}")
     if result.report.possible:
-        for file in write_files(Path(folder), result.exported.files):
+        for file in write_program(Path(folder), result.exported.files, find_dialect(dialect)):
             print(f"written {file}")
 
 

@@ -79,8 +79,10 @@ def demo(
 def _export(run: "Run", cell: "LoadedCell", dialect: str, folder: Path) -> None:
     """Track the program in a cell, and write it in the language of the robot."""
     from commandline.loading import progress_bar
-    from reports.files.atomic_write import write_bytes_atomically, write_files
+    from programs.export import find_dialect
+    from reports.files.atomic_write import write_bytes_atomically
     from reports.files.export_robot import export_in_cell
+    from reports.files.robot_files import write_program
     from reports.pictures.joint_picture import draw_joints
     from reports.terminal.cell_report import print_cell_report
     from reports.terminal.console import open_console, print_files
@@ -98,9 +100,10 @@ def _export(run: "Run", cell: "LoadedCell", dialect: str, folder: Path) -> None:
     joints = folder / f"{run.board.name}-joints.png"
     write_bytes_atomically(joints, draw_joints(exported.report, joints.suffix))
     files = exported.exported.files
-    place = folder / (f"{run.board.name}-{dialect}" if len(files) > 1 else next(iter(files)))
-    write_files(place, files)
-    print_files(console, joints=joints, robot=place)
+    several = len(files) > 1
+    place = folder / f"{run.board.name}-{dialect}" if several else folder
+    written = write_program(place, files, find_dialect(dialect))
+    print_files(console, joints=joints, robot=place if several else written[0])
 
 
 def _analyse(run: "Run", folder: Path) -> None:

@@ -38,7 +38,9 @@ def export(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="File to write; a folder where there are several.", metavar="OUT"),
+        typer.Option(
+            "--output", "-o", help="Folder, or file of a language that has one; --list states which.", metavar="OUT"
+        ),
     ] = None,
     board: ProgramBoard = None,
     parts: Parts = None,
@@ -65,14 +67,15 @@ def export(
         from programs.load import load_program
         from programs.posts.dialects import DIALECTS
         from reports.files.export_robot import export_in_cell
-        from reports.files.write_run import check_apart, check_folder
+        from reports.files.robot_files import check_output
         from robotcell.cell.installation import installation_of
         from robotcell.cell.load import read_cell
         from specs.finding_rules import check_allowed
 
         if list_dialects:
             print_library({
-                name: f"{each.title}, class {each.capability.controller_class}. {each.notes}"
+                name: f"{each.title}, class {each.capability.controller_class}. {each.form.describe(each.most_steps)} "
+                f"{each.notes}"
                 for name, each in DIALECTS.items()
             })  # fmt: skip
             return
@@ -81,12 +84,10 @@ def export(
         if dialect is not None:
             find_dialect(dialect)
         allowed = check_allowed(allow or [])
-        if output is not None and output.is_dir():
-            check_folder(output)
-        else:
-            check_apart((program, cell, board, parts), [output])
         loaded, planned = read_cell(cell), load_program(program)
         language = dialect or own_dialect(installation_of(loaded))
+        if output is not None:
+            check_output(output, find_dialect(language), (program, cell, board, parts))
         placed = read_program_board(planned, program, board, parts)
         with progress_bar() as progress:
             done = export_in_cell(planned, loaded, language, placed, progress, without_joints=without_joints)
@@ -100,7 +101,8 @@ def _write(done: "CellExport", dialect: str, output: Path | None, allowed: list[
         ProgramError: a finding forbids it.
     """
     from programs.errors import ProgramError
-    from reports.files.atomic_write import write_files
+    from programs.export import find_dialect
+    from reports.files.robot_files import write_program
     from reports.files.write_run import export_refusal
     from reports.terminal.cell_report import export_facts
     from reports.terminal.console import open_console, print_facts, print_files, print_findings, print_line
@@ -113,7 +115,7 @@ def _write(done: "CellExport", dialect: str, output: Path | None, allowed: list[
         if output is not None and stops:
             raise ProgramError(export_refusal(stops), file=output)
         if output is not None:
-            written = write_files(output, done.exported.files)
+            written = write_program(output, done.exported.files, find_dialect(dialect))
     finally:
         print_facts(console, export_facts(done, dialect))
         print_findings(console, done.findings)

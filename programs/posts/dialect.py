@@ -14,6 +14,29 @@ ProgramFiles: TypeAlias = Mapping[str, str]
 
 
 @dataclass(frozen=True, slots=True)
+class FileForm:
+    """The files of a program as the maker's tools take them."""
+
+    suffix: str
+    """Of the file to start with, such as ``.ngc``."""
+    several: tuple[str, ...] = ()
+    """Suffixes of all files where even the shortest program has several; empty where it is one file."""
+    beside: tuple[str, ...] = ()
+    """Suffixes of further files that a long program has."""
+    also: tuple[str, ...] = ()
+    """Other suffixes under which the tools take the one file."""
+    is_project: bool = False
+    """Whether the files go into a folder of the program's name."""
+
+    def describe(self, most_steps: int) -> str:
+        """Describe in a few words what is written, for a program of routines of so many steps at most."""
+        if self.several:
+            return f"Several files ({' '.join(self.several)}){', in a folder of the project name' * self.is_project}."
+        longer = f"; several{''.join(f' and a {each}' for each in self.beside)} from {most_steps} steps on"
+        return f"One {self.suffix} file{longer if most_steps else ''}."
+
+
+@dataclass(frozen=True, slots=True)
 class Dialect:
     """One controller's language. A room exports its own as ``DIALECT``."""
 
@@ -21,6 +44,7 @@ class Dialect:
     notes: str
     """Conditions for the integrator, one or two sentences."""
     capability: Capability
+    form: FileForm
     longest_line: int
     """Characters; a test holds every program to it."""
     write: "Callable[[Dialect, Lowered, Installation], ProgramFiles]"
@@ -39,6 +63,10 @@ class Dialect:
     without_joints: str = ""
     """What the integrator has to do where no joint values are written; empty where each position states the arm's
     configuration, which only joint values give."""
+
+    def folder(self, files: ProgramFiles) -> str:
+        """Name the folder that the files of a program have to be in; empty where any will do."""
+        return next(iter(files)).removesuffix(self.form.suffix) if self.form.is_project else ""
 
     def render(self, lowered: Lowered, installation: Installation) -> ProgramFiles:
         """Write a program."""

@@ -84,36 +84,38 @@ def write_bytes_atomically(path: Path, content: bytes) -> None:
                 ending.note_written(path)
 
 
-def write_files(out: Path, files: Mapping[str, str]) -> list[Path]:
-    """Write ASCII files so that after any failure what stood there before still does; give their paths.
+def write_files(folder: Path, files: Mapping[str, str]) -> list[Path]:
+    """Write ASCII files into a folder so that after any failure what stood there before still does; give their paths.
 
-    A single file goes to ``out``, or into it where that is a folder; several go into the folder ``out``. A folder that
-    holds an earlier set of the same files is replaced as a whole.
+    The folder is made where there is none. A single file joins what is in it; several are a set of their own, and
+    replace an earlier set of the same files as a whole.
 
     Raises:
         OutputError: they cannot be written there, or something else is there.
     """
-    if len(files) == 1:
-        ((name, text),) = files.items()
-        place = out / name if out.is_dir() else out
-        write_bytes_atomically(place, text.encode("ascii"))
-        return [place]
-    with output_errors(out):
-        if out.is_dir():
-            sweep(out)
-        _check_folder(out, files)
-        _replace_folder(out, files)
-    return [out / name for name in files]
+    with output_errors(folder):
+        if folder.is_dir():
+            sweep(folder)
+        _check_folder(folder, files)
+        if len(files) > 1:
+            _replace_folder(folder, files)
+            return [folder / name for name in files]
+        folder.mkdir(exist_ok=True)
+    ((name, text),) = files.items()
+    write_bytes_atomically(folder / name, text.encode("ascii"))
+    return [folder / name]
 
 
 def _check_folder(out: Path, files: Mapping[str, str]) -> None:
-    """Refuse a place that is no folder, or one that holds anything but earlier versions of the files."""
+    """Refuse a place that is no folder, or for several files one that holds anything but earlier versions of them."""
     if not out.exists():
         if not out.parent.is_dir():
             raise OutputError(out, f"there is no folder {out.parent}", "Make it, or name another place.")
         return
     if not out.is_dir():
-        raise OutputError(out, f"{len(files)} files are to be written and this is one", "Name a folder.")
+        raise OutputError(out, "a folder is to be written and this is a file", "Name a folder.")
+    if len(files) == 1:
+        return
     known = {_family(name) for name in files}
     for entry in sorted(out.iterdir()):
         if entry.is_symlink() or not entry.is_file() or _family(entry.name) not in known:

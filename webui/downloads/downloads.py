@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 
 from programs.errors import ProgramError
+from programs.export import find_dialect
 from reports.files.export_robot import tracking_of
 from reports.files.write_run import cleaning_bytes, program_bytes, report_bytes
 from reports.tables.wording import amount, shorten
@@ -182,7 +183,9 @@ def download_program(made: RobotProgram, allowed: Collection[str]) -> Download:
     if len(content) == 1:
         name, text = next(iter(content.items()))
         return Download(name, text.encode("ascii"))
-    return Download(f"{_file_stem(made.checked.run)}-{made.written.dialect}.zip", zip_bytes(content))
+    folder = find_dialect(made.written.dialect).folder(content)
+    packed = zip_bytes({f"{folder}/{name}" if folder else name: text for name, text in content.items()})
+    return Download(f"{_file_stem(made.checked.run)}-{made.written.dialect}.zip", packed)
 
 
 def _file_stem(run: Run) -> str:

@@ -6,7 +6,7 @@ from programs.motion.lower import Capability
 from programs.posts.abb.paint import Paint, PaintReader
 from programs.posts.abb.read import RapidReader
 from programs.posts.abb.write import Rapid
-from programs.posts.dialect import Dialect
+from programs.posts.dialect import Dialect, FileForm
 
 DIALECT = Dialect(
     title="ABB RAPID",
@@ -20,6 +20,7 @@ DIALECT = Dialect(
         longest_lead_s=0.5,  # assumed: what TriggIO \Time and EquipLag take without a change of Event Preset Time
         step_mm_s=0.1,
     ),
+    form=FileForm(".mod", beside=(".pgf",)),
     longest_line=200,
     most_steps=2000,  # of a module: with a target and an instruction for each, below 5,000 lines; assumed
     write=Rapid.write,
@@ -38,6 +39,7 @@ PAINT_DIALECT = Dialect(
         cycle_s=0.004,  # assumed, of the process controller
         step_mm_s=0.1,
     ),
+    form=FileForm(".mod", beside=(".pgf",)),
     longest_line=200,
     most_steps=2000,
     write=Paint.write,

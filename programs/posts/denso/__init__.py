@@ -6,7 +6,7 @@ from programs.motion.analog import Counting
 from programs.motion.lower import Capability
 from programs.posts.denso.read import PacScriptReader
 from programs.posts.denso.write import PacScript
-from programs.posts.dialect import Dialect
+from programs.posts.dialect import Dialect, FileForm
 
 DIALECT = Dialect(
     title="Denso PacScript",
@@ -23,6 +23,7 @@ DIALECT = Dialect(
         # Words of 16 bits; 10,000 at full scale is assumed: the module and its configuration decide.
         analog=Counting(full=10_000.0, step=1.0),
     ),
+    form=FileForm(".pcs"),
     longest_line=200,  # assumed
     most_steps=1000,  # of a program; assumed
     write=PacScript.write,

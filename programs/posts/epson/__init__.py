@@ -3,7 +3,7 @@
 import re
 
 from programs.motion.lower import Capability
-from programs.posts.dialect import Dialect
+from programs.posts.dialect import Dialect, FileForm
 from programs.posts.epson.read import SpelReader
 from programs.posts.epson.write import Spel
 
@@ -19,6 +19,7 @@ DIALECT = Dialect(
         most_events=16,  # Dn may appear 16 times in one statement (SPEL+ reference for RC800)
         step_mm_s=0.1,
     ),
+    form=FileForm(".prg"),
     longest_line=240,  # RC+ takes more; assumed
     most_steps=1500,  # of a file; assumed
     write=Spel.write,

@@ -4,7 +4,7 @@ import re
 
 from programs.motion.analog import Counting
 from programs.motion.lower import Capability
-from programs.posts.dialect import Dialect
+from programs.posts.dialect import Dialect, FileForm
 from programs.posts.fanuc.read import TpReader
 from programs.posts.fanuc.write import Tp
 
@@ -23,6 +23,7 @@ DIALECT = Dialect(
         # AI and AO are whole numbers: users cite the manual of the AAD04A, 2000 for 10 V; assumed of other modules.
         analog=Counting(full=2000.0, step=1.0),
     ),
+    form=FileForm(".ls", several=(".ls", ".txt")),
     longest_line=120,
     most_steps=800,  # of a program, each motion an instruction and a position; assumed, the memory is the limit
     write=Tp.write,

@@ -1,7 +1,7 @@
 """A table of joint values by time."""
 
 from programs.motion.lower import Capability
-from programs.posts.dialect import Dialect
+from programs.posts.dialect import Dialect, FileForm
 from programs.posts.joint_table.read import rebuild
 from programs.posts.joint_table.write import write
 
@@ -11,6 +11,7 @@ DIALECT = Dialect(
     "Loops and calls are words in the column of events.",
     # Each signal has a row at its own time; times have four decimals.
     capability=Capability(controller_class=1, timing="distance and time", cycle_s=5e-5, most_events=10**6),
+    form=FileForm(".csv"),
     longest_line=250,
     write=write,
     rebuild=rebuild,

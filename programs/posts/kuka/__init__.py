@@ -4,7 +4,7 @@ import re
 
 from programs.motion.analog import Counting
 from programs.motion.lower import Capability
-from programs.posts.dialect import Dialect
+from programs.posts.dialect import Dialect, FileForm
 from programs.posts.kuka.read import KrlReader
 from programs.posts.kuka.write import Krl
 
@@ -22,6 +22,7 @@ DIALECT = Dialect(
         most_events=8,  # integrators report eight triggers at work at once
         analog=Counting(full=1.0),  # $ANOUT and $ANIN count from -1 to 1 of full scale
     ),
+    form=FileForm(".src", several=(".src", ".dat")),
     longest_line=200,
     most_steps=1500,  # of a module: about 4,500 lines of .src; assumed, nobody states a limit
     write=Krl.write,

@@ -1,7 +1,7 @@
 """LinuxCNC G-code."""
 
 from programs.motion.lower import Capability
-from programs.posts.dialect import Dialect
+from programs.posts.dialect import Dialect, FileForm
 from programs.posts.linuxcnc.read import GCodeReader
 from programs.posts.linuxcnc.write import GCode
 
@@ -16,6 +16,7 @@ DIALECT = Dialect(
         cycle_s=0.001,  # the servo thread of the sample configurations
         step_mm_s=0.1 / 60.0,
     ),
+    form=FileForm(".ngc"),
     longest_line=200,  # the interpreter takes 255 characters (LINELEN)
     most_steps=5000,  # of a subroutine; assumed, for previews: the interpreter itself reads from disk, line by line
     write=GCode.write,

@@ -4,7 +4,7 @@ import re
 
 from programs.motion.analog import Counting
 from programs.motion.lower import Capability
-from programs.posts.dialect import Dialect
+from programs.posts.dialect import Dialect, FileForm
 from programs.posts.melfa.read import MelfaBasicReader
 from programs.posts.melfa.write import MelfaBasic
 
@@ -21,6 +21,7 @@ DIALECT = Dialect(
         # Words of 16 bits; 10,000 at full scale is assumed: the module and its configuration decide.
         analog=Counting(full=10_000.0, step=1.0),
     ),
+    form=FileForm(".prg", several=(".prg",)),
     longest_line=127,  # of a step (manual of CR1D)
     most_steps=2000,  # of a program: below 8,000 of the 32,767 step numbers; assumed
     write=MelfaBasic.write,

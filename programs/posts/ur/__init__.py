@@ -4,7 +4,7 @@ import re
 
 from programs.motion.analog import Counting
 from programs.motion.lower import Capability
-from programs.posts.dialect import Dialect
+from programs.posts.dialect import Dialect, FileForm
 from programs.posts.ur.read import UrScriptReader
 from programs.posts.ur.write import UrScript
 
@@ -25,6 +25,7 @@ DIALECT = Dialect(
         # currents, 20 mA, and inputs are read in volts or amperes. That 0 is 4 mA then is reported by users of RTDE.
         analog=Counting(full=1.0, least=0.0, zero_ma=4.0, reads_amperes=True),
     ),
+    form=FileForm(".script", also=(".urscript",)),
     longest_line=200,
     most_steps=1500,  # of a script file; assumed, nobody states a limit, and larger scripts take long to load
     write=UrScript.write,

@@ -3,16 +3,17 @@
 import re
 
 from programs.motion.lower import Capability
-from programs.posts.dialect import Dialect
+from programs.posts.dialect import Dialect, FileForm
 from programs.posts.val3.project import PERIOD_S
 from programs.posts.val3.read import Val3Reader
 from programs.posts.val3.write import Val3
 
 DIALECT = Dialect(
     title="Staubli VAL3",
-    notes="A project for CS8 and CS9, VAL3 s7 and newer: put the files into a folder of the project's name and link "
+    notes="A project for CS8 and CS9, VAL3 s7 and newer: copy its folder to the controller and link "
     "the variables do, go, ao and ai. A task of 4 ms sets outputs on the path, as direct ones run ahead of the motion.",
     capability=Capability(controller_class=4, timing="boundary", cycle_s=PERIOD_S, step_mm_s=0.1),
+    form=FileForm(".pjx", several=(".pjx", ".dtx", ".pgx"), is_project=True),
     longest_line=200,  # assumed
     most_steps=1500,  # of a program; assumed, an array takes 9,999 points
     write=Val3.write,

@@ -20,6 +20,11 @@ _LETTERS = {
     "…": "...",
 }
 
+_DEVICES = frozenset(
+    {"con", "prn", "aux", "nul", *(f"{port}{number}" for port in ("com", "lpt") for number in range(10))}
+)
+"""Names that no file may have under Windows, on which many controllers and most makers' tools run."""
+
 
 def plain(text: str) -> str:
     """Spell a text in printable ASCII: letters without their accents, a question mark for what has no letter."""
@@ -37,6 +42,8 @@ def cut(text: str, longest: int) -> str:
 def make_name(text: str, longest: int, taken: Collection[str] = (), link: str = "_") -> str:
     """Make an identifier: letters, digits and underscores, a letter first, unlike those taken whatever their case.
 
+    A file may have it as its name.
+
     Args:
         text: What it describes.
         longest: Characters that the language allows.
@@ -45,7 +52,7 @@ def make_name(text: str, longest: int, taken: Collection[str] = (), link: str = 
     """
     words = re.sub(r"_{2,}", "_", re.sub(r"[^A-Za-z0-9]", "_", plain(text))).strip("_")
     name = words if words[:1].isalpha() else f"W{words}"
-    known = {each.lower() for each in taken}
+    known = {*_DEVICES, *(each.lower() for each in taken)}
     chosen, number = name[:longest].rstrip("_"), 2
     while chosen.lower() in known:
         end = f"{link}{number}"

@@ -4,7 +4,7 @@ import re
 
 from programs.motion.analog import Counting
 from programs.motion.lower import Capability
-from programs.posts.dialect import Dialect
+from programs.posts.dialect import Dialect, FileForm
 from programs.posts.yaskawa.read import InformReader
 from programs.posts.yaskawa.write import Inform
 
@@ -23,6 +23,7 @@ DIALECT = Dialect(
         analog=Counting(step=1e-3),  # AOUT takes volts
         reads_sensors=False,  # analog inputs come by an option, and each by its own
     ),
+    form=FileForm(".JBI", several=(".JBI", ".TXT")),
     longest_line=120,
     most_steps=1000,  # of a job; assumed, the memory is the limit, and positions are numbered up to C09998
     write=Inform.write,

@@ -22,7 +22,8 @@ def test_the_languages_are_listed() -> None:
     outcome = washboard("export", "--list")
     assert outcome.code == 0
     assert [line.split()[0] for line in outcome.out.splitlines()] == list(DIALECTS)
-    assert "class 1" in outcome.out
+    assert "class 1. One .mod file; several and a .pgf from 2000 steps on." in outcome.out
+    assert "Several files (.src .dat)." in outcome.out
 
 
 def test_a_program_is_written_as_the_robot_does_it(made: Path, tmp_path: Path) -> None:
@@ -77,7 +78,7 @@ def test_without_a_place_nothing_is_written_and_everything_said(made: Path, tmp_
 
 @pytest.mark.slow
 def test_without_the_board_its_place_is_not_known(made: Path, tmp_path: Path) -> None:
-    words = ("export", made, "--cell", "ur5e-bench", "-o", tmp_path / "a.mod")
+    words = ("export", made, "--cell", "ur5e-bench", "-o", tmp_path / "a.script")
     refused = washboard(*words)
     assert refused.code == 2
     assert "First board-place-unknown at board: cell ur5e-bench holds the board by its front left corner" in refused.err
@@ -139,7 +140,29 @@ def test_the_program_itself_is_not_overwritten(made: Path) -> None:
     assert contents(made.parent) == before
 
 
-def test_a_place_that_cannot_be_written_is_said(made: Path, tmp_path: Path) -> None:
-    outcome = washboard("export", made, "--cell", "ur5e-bench", "-o", tmp_path / "no" / "where.mod")
+@pytest.mark.parametrize(
+    ("cell", "place", "reason"),
+    [
+        ("irb1200-bench", "loop.src", "a program in ABB RAPID is a .mod file. Name a .mod file, or a folder"),
+        ("kr6-bench", "loop.src", "a program in KUKA KRL is several files (.src, .dat). Name a folder"),
+    ],
+)
+def test_a_place_of_another_kind_is_refused(made: Path, tmp_path: Path, cell: str, place: str, reason: str) -> None:
+    outcome = washboard("export", made, "--cell", cell, "-o", tmp_path / place, "--board", "tiny")
     assert outcome.code == 2
-    assert "where.mod" in outcome.err
+    assert reason in outcome.err
+    assert len(outcome.err.splitlines()) == 1
+    assert contents(tmp_path) == {}
+
+
+def test_a_folder_is_made_for_what_the_maker_expects(made: Path, tmp_path: Path) -> None:
+    outcome = washboard("export", made, "--cell", "irb1200-bench", "-o", tmp_path / "robot", "--board", "tiny")
+    assert outcome.code == 0, outcome.err
+    assert f"Written  {tmp_path / 'robot' / 'tiny.mod'}" in outcome.out
+    assert list(contents(tmp_path)) == ["robot/tiny.mod"]
+
+
+def test_a_place_that_cannot_be_written_is_said(made: Path, tmp_path: Path) -> None:
+    outcome = washboard("export", made, "--cell", "ur5e-bench", "-o", tmp_path / "no" / "where.script")
+    assert outcome.code == 2
+    assert "where.script" in outcome.err

@@ -1,8 +1,10 @@
 """What every robot language has to keep to: a dialect is enrolled by standing in ``DIALECTS``."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import pytest
 from hypothesis import example, given, settings
@@ -56,6 +58,30 @@ def test_every_file_is_ascii_and_no_line_is_too_long(name: str, made: str) -> No
         assert text.isascii()
         assert max(len(line) for line in text.splitlines()) <= dialect.longest_line
         assert text.endswith("\n")
+
+
+STEMS = {
+    "fanuc": "[A-Z][A-Z0-9_]{0,7}", "yaskawa": "[A-Z][A-Z0-9_]{0,31}", "melfa": "[A-Z][A-Z0-9]{0,11}",
+    "linuxcnc": "[a-z][a-z0-9_]{0,39}", "kuka": r"[A-Za-z]\w{0,23}", "val3": r"[A-Za-z]\w{0,14}",
+}  # fmt: skip
+"""Names of files that controllers take, as far as not all of ABB's 32 letters, digits and underscores."""
+ODD_BOARDS = ("smt-demo", "2 Platine größer v1.2", "CON", "main", "tiny_01", "...", "x" * 90, "END", "наклейка")
+
+
+@NAMED
+@pytest.mark.parametrize("board", ODD_BOARDS)
+def test_the_controller_takes_the_names_of_the_files_whatever_the_boards(name: str, board: str) -> None:
+    """On a disk that does not tell capital letters apart, too."""
+    made = PROGRAMS["two_tools"]()
+    done = exported(name, replace(made, origin=replace(made.origin, board=board)))
+    stem, form = re.compile(STEMS.get(name, r"[A-Za-z]\w{0,59}"), re.ASCII), DIALECTS[name].form
+    assert next(iter(done.files)).endswith(form.suffix)
+    assert len({file.lower() for file in done.files}) == len(done.files)
+    assert (len(done.files) > 1) == bool(form.several)
+    for file in done.files:
+        assert stem.fullmatch(file.rpartition(".")[0])
+        assert file.lower() not in {f"con.{file.rpartition('.')[2].lower()}"}
+        assert Path(file).suffix in (form.several or (form.suffix,))
 
 
 @NAMED

@@ -65,10 +65,11 @@ ONE = {"demo.mod": "MODULE demo\n"}
 SOME = {"demo.pgf": "list\n", "demo.mod": "main\n", "demo_01.mod": "part\n"}
 
 
-def test_one_file_is_written_where_it_is_asked_for(tmp_path: Path) -> None:
-    assert write_files(tmp_path / "x.mod", ONE) == [tmp_path / "x.mod"]
+def test_one_file_joins_what_is_in_its_folder(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
     assert write_files(tmp_path, ONE) == [tmp_path / "demo.mod"]
-    assert contents(tmp_path) == {"x.mod": b"MODULE demo\n", "demo.mod": b"MODULE demo\n"}
+    assert write_files(tmp_path / "made", ONE) == [tmp_path / "made" / "demo.mod"]
+    assert set(contents(tmp_path)) == {"notes.txt", "demo.mod", "made/demo.mod"}
 
 
 def test_several_files_make_a_folder_and_replace_their_like(tmp_path: Path) -> None:
@@ -95,6 +96,8 @@ def test_several_files_do_not_go_into_a_file_or_into_nowhere(tmp_path: Path) -> 
     file.write_text("mine")
     with pytest.raises(OutputError, match="Name a folder"):
         write_files(file, SOME)
+    with pytest.raises(OutputError, match="Name a folder"):
+        write_files(file, ONE)
     with pytest.raises(OutputError, match="no folder"):
         write_files(tmp_path / "no" / "where", SOME)
     assert contents(tmp_path) == {"demo": b"mine"}

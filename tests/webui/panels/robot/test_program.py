@@ -45,6 +45,15 @@ def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
     assert (alone.name, alone.content[:8]) == ("tiny.script", b"def tiny")
 
 
+def test_a_project_is_packed_in_its_folder():
+    content = {"tiny.pjx": "list\n", "start.pgx": "code\n"}
+    made = make_program(ready(), "ur", quiet)
+    packed = download_program(replace(made, written=replace(made.written, dialect="val3", content=content)), ())
+    assert packed.name == "tiny-smt-aqueous-val3.zip"
+    with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
+        assert archive.namelist() == ["tiny/tiny.pjx", "tiny/start.pgx"]
+
+
 @pytest.mark.slow
 def test_a_program_for_another_makers_robot_is_refused():
     with pytest.raises(ProgramError, match=r"ABB RAPID is for ABB, and robot ur5e .* choose ur"):
