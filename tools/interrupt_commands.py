@@ -46,6 +46,8 @@ RECIPES = {"old": "speed_mm_s: 60", "new": "speed_mm_s: 55"}
 BURSTS = (1, 1, 2, 5)
 LISTENS_S = 60.0
 ENDS_S = 120.0
+SAVING_S = 4.0
+"""How long a server is left to save before it is ended at the latest."""
 CHILDREN_S = 5.0
 """A child is ended by its parent's end, not by the signal: it may take a moment."""
 
@@ -169,14 +171,28 @@ def complete(words: list[str], folder: Path) -> float:
     return time.monotonic() - begun
 
 
+def serve(words: list[str], folder: Path, job: Job) -> float:
+    """Start a server, end it when it serves, and give the seconds that this took from when it listened for signals."""
+    process = start(job, words, folder)
+    begun = time.monotonic()
+    assert process.stdout is not None
+    if not process.stdout.readline():
+        raise SystemExit(f"{words}: does not serve: {process.communicate()[1]}")
+    seconds = time.monotonic() - begun
+    process.terminate()
+    process.communicate()
+    return seconds
+
+
 def prepare(job: Job, inputs: Path, place: Path) -> Bench:
     """Make the outputs of the old and of the new input."""
     found: dict[str, Path] = {}
-    seconds = 2.0
+    seconds = 0.0
     for age in RECIPES:
         found[age] = place / age
         shutil.copytree(inputs, found[age])
         if job.server:
+            seconds = serve(list(job.words), found[age], job) + SAVING_S
             shutil.copy(inputs / f"{age}.yaml", found[age] / "mine.yaml")
         else:
             seconds = complete([word.format(age=age) for word in job.words], found[age])
