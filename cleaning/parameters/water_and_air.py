@@ -3,8 +3,6 @@
 import math
 from typing import cast
 
-from scipy.optimize import brentq
-
 from cleaning.errors import require_not_negative, require_temperature
 
 _ZERO_C = 273.15
@@ -107,4 +105,6 @@ def wet_surface_c(air_c: float, vapour_pa: float) -> float:
 
     if air_c <= _COLDEST_C or surplus(air_c) >= 0.0:
         return air_c
+    from scipy.optimize import brentq  # takes a third of a second, and few programs blow
+
     return cast(float, brentq(surplus, _COLDEST_C, air_c, xtol=1e-9))

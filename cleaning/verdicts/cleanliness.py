@@ -1,15 +1,9 @@
 """Cleanliness and drying apart: whether a component comes out clean, and whether it stays wet underneath."""
 
 from collections.abc import Iterable
-from typing import Literal, TypeAlias
 
 from cleaning.verdicts.results import CleaningReport, Judgement, Part
-from cleaning.verdicts.rules import VERDICTS, WET_GAP, Verdict
-
-Outcome: TypeAlias = Verdict | Literal["clean, wet"]
-"""What becomes of a component: how clean it comes out, and apart from that whether it stays wet where it is clean."""
-OUTCOMES: tuple[Outcome, ...] = ("dirty", "marginal", "clean, wet", "no verdict", "clean")
-"""Worst first: water that is left is near a limit too."""
+from cleaning.verdicts.rules import OUTCOMES, VERDICTS, WET_GAP, Outcome, Verdict
 
 
 def cleanliness(part: Part) -> Verdict:

@@ -9,6 +9,10 @@ Verdict: TypeAlias = Literal["clean", "marginal", "dirty", "no verdict"]
 """As predicted. ``no verdict``: outside of what the model holds for."""
 VERDICTS: tuple[Verdict, ...] = ("dirty", "marginal", "no verdict", "clean")
 """Worst first."""
+Outcome: TypeAlias = Verdict | Literal["clean, wet"]
+"""What becomes of a component: how clean it comes out, and apart from that whether it stays wet where it is clean."""
+OUTCOMES: tuple[Outcome, ...] = ("dirty", "marginal", "clean, wet", "no verdict", "clean")
+"""Worst first: water that is left is near a limit too."""
 _PAGE = "docs/cleaning.md"
 
 

@@ -5,7 +5,6 @@ from html import escape
 
 from cleaning.report import Traceability
 from cleaning.verdicts.cleanliness import (
-    OUTCOMES,
     count_cleanliness,
     outcome,
     rank_parts,
@@ -14,6 +13,7 @@ from cleaning.verdicts.cleanliness import (
     unclean_parts,
 )
 from cleaning.verdicts.results import CleaningReport, Part
+from cleaning.verdicts.rules import OUTCOMES
 from cleaning.verify import Verified
 from reports.html.page import image, section, table_html, verdict_mark, whole_page
 from reports.pictures.cleaning_pictures import (

@@ -4,7 +4,7 @@ from base64 import b64encode
 from collections.abc import Iterable
 from html import escape
 
-from cleaning.verdicts.cleanliness import Outcome
+from cleaning.verdicts.rules import Outcome
 from reports.pictures.cleaning_pictures import VERDICT_COLOURS
 from reports.pictures.sheet import FAINT, INK, QUIET, Picture
 from reports.tables.table import Cell, Table, Text, lines_of

@@ -13,9 +13,10 @@ from boards.board import Side
 from cleaning.exposure.exposure import Exposure
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
-from cleaning.verdicts.cleanliness import Outcome, outcome
+from cleaning.verdicts.cleanliness import outcome
 from cleaning.verdicts.exposed_area import percentile, shown_on_side
 from cleaning.verdicts.results import CleaningReport, Part
+from cleaning.verdicts.rules import Outcome
 from geometry.arrays import Indices, Scalars
 from reports.pictures.sheet import (
     ACCENT,

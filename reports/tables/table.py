@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from cleaning.verdicts.cleanliness import Outcome
+from cleaning.verdicts.rules import Outcome
 from specs.finding import Severity
 
 Emphasis: TypeAlias = Literal["", "strong", "quiet", "code", "small"]

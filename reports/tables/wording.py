@@ -3,8 +3,10 @@
 import re
 from collections.abc import Sequence
 from math import isinf
+from typing import TYPE_CHECKING
 
-from cleaning.verdicts.results import Number
+if TYPE_CHECKING:
+    from cleaning.verdicts.results import Number
 
 _NAME = r"[^\s+/]*[^\s+/.,:;]"
 _GROUP = re.compile(rf"(?P<first>{_NAME}\+{_NAME})(?P<rest>(?:\+{_NAME}){{2,}})")
@@ -46,7 +48,7 @@ def short_number(value: float) -> str:
     return f"{value:,.0f}" if 1000 <= abs(value) < 1e9 else f"{value:.3g}"
 
 
-def number_text(number: Number, highest: Number | None = None) -> str:
+def number_text(number: "Number", highest: "Number | None" = None) -> str:
     """A number with its unit and its limit, or the range from it to the highest."""
     last = highest or number
     limit = "" if number.limit is None or last.limit is None else f" (limit {_range(number.limit, last.limit)})"

@@ -57,17 +57,25 @@ def test_version() -> None:
 
 
 @pytest.mark.slow
-def test_help_and_completion_load_nothing_heavy() -> None:
-    heavy = ["numpy", "scipy", "shapely", "trimesh", "toppra", "matplotlib", "numba", "ruamel"]
-    for words in (["--help"], ["plan", "--help"]):
-        code = (
-            "import sys\nfrom commandline.main import main\n"
-            f"sys.argv = ['washboard', *{words!r}]\n"
-            "try:\n    main()\nexcept SystemExit as end:\n    assert not end.code\n"
-            f"print('LOADED', sorted(set({heavy!r}) & set(sys.modules)))"
-        )
-        run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-        assert run.stdout.endswith("LOADED []\n")
+@pytest.mark.parametrize(
+    ("words", "heavy"),
+    [
+        (["--help"], ["numpy", "scipy", "shapely", "trimesh", "toppra", "matplotlib", "numba", "ruamel"]),
+        (["plan", "--help"], ["numpy", "scipy", "shapely", "trimesh", "toppra", "matplotlib", "numba", "ruamel"]),
+        (["recipe", "check", "smt-aqueous"], ["numpy", "scipy", "shapely", "numba", "cleaning.exposure"]),
+        (["classify", "tiny"], ["scipy.optimize", "numba", "trimesh", "toppra", "cleaning.exposure"]),
+        (["plan", "tiny"], ["scipy.optimize", "trimesh", "cleaning.exposure"]),
+    ],
+)
+def test_a_command_loads_nothing_heavy_that_it_does_not_use(words: list[str], heavy: list[str]) -> None:
+    code = (
+        "import sys\nfrom commandline.main import main\n"
+        f"sys.argv = ['washboard', *{words!r}]\n"
+        "try:\n    main()\nexcept SystemExit as end:\n    assert not end.code\n"
+        f"print('LOADED', sorted(set({heavy!r}) & set(sys.modules)))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert run.stdout.endswith("LOADED []\n")
 
 
 def test_the_shell_is_offered_what_the_libraries_hold() -> None:

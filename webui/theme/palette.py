@@ -5,7 +5,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from cleaning.verdicts.cleanliness import Outcome
+from cleaning.verdicts.rules import Outcome
 from geometry.arrays import Scalars
 from specs.finding import Severity
 from webui.glb.glb import Colours

@@ -5,7 +5,6 @@ from cleaning_report import WET, small_report, soaked, soaked_report
 
 from cleaning.report import cleaning_report
 from cleaning.verdicts.cleanliness import (
-    OUTCOMES,
     cleanliness,
     count_cleanliness,
     deciding_judgement,
@@ -17,6 +16,7 @@ from cleaning.verdicts.cleanliness import (
     unclean_parts,
 )
 from cleaning.verdicts.component_rules import worst_first
+from cleaning.verdicts.rules import OUTCOMES
 
 
 @pytest.mark.parametrize("part", small_report().parts, ids=lambda part: part.component)

@@ -14,9 +14,10 @@ from cleaning.gap.flow_field import GapField
 from cleaning.parameters.model import Limits
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
-from cleaning.verdicts.cleanliness import OUTCOMES, outcome
+from cleaning.verdicts.cleanliness import outcome
 from cleaning.verdicts.exposed_area import shown_on_side
 from cleaning.verdicts.results import CleaningReport, Part
+from cleaning.verdicts.rules import OUTCOMES
 from geometry.arrays import Scalars
 from specs.errors import JobError
 from webui.glb.glb import Colours

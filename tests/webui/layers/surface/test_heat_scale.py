@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from cleaning_report import small_report, soaked_report
 
-from cleaning.verdicts.cleanliness import OUTCOMES
+from cleaning.verdicts.rules import OUTCOMES
 from webui.layers.surface.heat_scale import (
     FAILS,
     MEASURES,
