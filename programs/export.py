@@ -12,6 +12,8 @@ from programs.motion.layout import Tracking
 from programs.motion.lower import EventError, lower
 from programs.motion.make_motion import make_motion
 from programs.posts.dialects import DIALECTS, Dialect
+from programs.posts.reading.compare import Agreement
+from programs.posts.reading.proof import prove
 from programs.program import TimedProgram
 from specs.finding import Finding
 from specs.finding_rules import WITHOUT_JOINTS
@@ -28,6 +30,8 @@ class Exported:
     """What the cell, the valves and the language did not allow."""
     error: EventError
     """The worst event error."""
+    agreement: Agreement
+    """How closely the text, read back, does what was planned."""
 
 
 def export(
@@ -49,7 +53,7 @@ def export(
 
     Raises:
         ProgramError: there is no such dialect, the robot is of another maker than the language's, the program cannot be
-            driven, or the language needs the joint motion.
+            driven, the language needs the joint motion, or the text does not do what was planned.
     """
     language = find_dialect(dialect)
     found: tuple[Finding, ...] = ()
@@ -62,7 +66,9 @@ def export(
         raise ProgramError(f"{dialect} is made of joint values; track the program in a cell first.")
     motion = make_motion(program, installation, tracking)
     lowered = lower(replace(motion, findings=(*found, *motion.findings)), language.capability)
-    return Exported(language.render(lowered, installation), lowered.motion.findings, lowered.error)
+    files = language.render(lowered, installation)
+    agreement = prove(language, files, motion, installation)
+    return Exported(files, lowered.motion.findings, lowered.error, agreement)
 
 
 def check_maker(language: Dialect, installation: Installation) -> None:

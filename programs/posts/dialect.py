@@ -1,13 +1,13 @@
 """One language in which programs are exported: what it can express, how it is written, how it is read back."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from programs.motion.installation import Installation, Maker
 from programs.motion.lower import Capability, Lowered
-from programs.posts.rebuilt import ReadStep, Rebuilt
+from programs.posts.rebuilt import Rebuilt
 
 ProgramFiles: TypeAlias = Mapping[str, str]
 """Text by file name, the one to start with first."""
@@ -49,7 +49,7 @@ class Dialect:
     """Characters; a test holds every program to it."""
     write: "Callable[[Dialect, Lowered, Installation], ProgramFiles]"
     """Pure: the same motion and cell give the same bytes."""
-    rebuild: Callable[[ProgramFiles], Sequence[ReadStep]]
+    rebuild: Callable[[ProgramFiles], Rebuilt]
     """Executes a program's text."""
     most_steps: int = 0
     """Of one routine; 0 where the language has no routines."""
@@ -78,4 +78,4 @@ class Dialect:
         Raises:
             ProgramError: a file is missing, or holds a statement that this language's writer does not write.
         """
-        return Rebuilt(tuple(self.rebuild(files)), self.capability.analog)
+        return replace(self.rebuild(files), analog=self.capability.analog)

@@ -8,6 +8,15 @@ from programs.pose import Pose
 
 
 @dataclass(frozen=True, slots=True)
+class TextPlace:
+    """A line of a program's text."""
+
+    file: str
+    line: int
+    """From 1."""
+
+
+@dataclass(frozen=True, slots=True)
 class ReadSignal:
     """An output that changes during a line."""
 
@@ -119,3 +128,9 @@ class Rebuilt:
     steps: tuple[ReadStep, ...]
     analog: Counting = IN_OWN_UNIT
     """How its analog values and readings count."""
+    places: tuple[TextPlace | None, ...] = ()
+    """Statement of each step, as far as they are known."""
+
+    def place(self, step: int) -> TextPlace | None:
+        """Statement of a step; that of the last one for what comes after the end."""
+        return self.places[min(step, len(self.places) - 1)] if self.places else None

@@ -83,6 +83,7 @@ def export_facts(done: CellExport, dialect: str) -> Facts:
         ("files", f"{len(files)}, {text.count(chr(10))} lines, {len(text) / 1000:.0f} kB"),
         ("time", clock(takes_s) + longer),
         ("events", f"wrong by at most {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"),
+        ("text", f"read back: {done.exported.agreement.describe()}"),
         ("note", language.notes),
     ]
 

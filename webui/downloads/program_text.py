@@ -15,6 +15,8 @@ from programs.motion.layout import Tracking
 from programs.motion.lower import EventError, lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import Line, Reach
+from programs.posts.reading.compare import Agreement
+from programs.posts.reading.proof import prove
 from programs.program import TimedProgram
 from specs.finding import Finding
 from specs.source import NO_SOURCE, Source
@@ -53,6 +55,8 @@ class Written:
     """Text by file name, as the command line writes it."""
     findings: tuple[Finding, ...]
     error: EventError
+    agreement: Agreement
+    """How closely the text, read back, does what was planned."""
     places_known: bool
     """Whether it is known which text is which motion in space; if not, only which stroke it belongs to."""
 
@@ -64,18 +68,20 @@ def write_program(
 
     Raises:
         ProgramError: there is no such dialect, it is for robots of another maker, the program cannot be driven, or the
-            language needs the joint motion.
+            language needs the joint motion, or the text does not do what was planned.
     """
     language = find_dialect(dialect)
     check_maker(language, installation)
     if language.needs_joints and tracking is None:
         raise ProgramError(f"{language.title} is made of joint values; check the program in the tab Robot first.")
-    lowered = lower(make_motion(program, installation, tracking), language.capability)
+    motion = make_motion(program, installation, tracking)
+    lowered = lower(motion, language.capability)
     content = language.render(lowered, installation)
+    agreement = prove(language, content, motion, installation)
     moves = tuple(step for step in lowered.motion.steps if isinstance(step, Line | Reach))
     files = match_lines(content, moves, language.move)
     places_known = any(move is not None for file in files for move in file.moves)
-    return Written(dialect, files, content, lowered.motion.findings, lowered.error, places_known)
+    return Written(dialect, files, content, lowered.motion.findings, lowered.error, agreement, places_known)
 
 
 def match_lines(

@@ -5,7 +5,7 @@ import re
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, Reader, look_up, skip
+from programs.posts.reading.driver import Action, Reader, look_up, refusal, skip, statements_of
 from programs.posts.rebuilt import ReadSignal
 
 _DATA = re.compile(r"(?:LOCAL )?(?:CONST|PERS|VAR) (\w+) (\w+)(?::=(.*))?;")
@@ -43,13 +43,13 @@ class RapidReader(Reader):
         for name, text in files.items():
             if name.endswith(".pgf") and re.findall(r"<Module>(.*)</Module>", text) != list(modules):
                 raise ProgramError("the .pgf does not list the modules.", file=name)
-        for text in modules.values():
-            lines = (line.strip() for line in text.splitlines())
+        for name, text in modules.items():
+            lines = statements_of(name, text)
             statements = (line for line in lines if not line.startswith(("!", "MODULE ", "ENDMODULE")))
             for line in self.sort(statements, r"PROC (\w+)\(\)", "ENDPROC"):
                 match = _DATA.fullmatch(line)
                 if match is None or _NUMBER.sub("0", match[3] or "") != _SHAPES.get(match[1]):
-                    raise ProgramError(f"{line!r} declares nothing.")
+                    raise refusal(line, "declares nothing")
                 self.values[match[1], match[2]] = match[3] or ""
         return "main"
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, skip
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, refusal, skip, statements_of
 from programs.posts.rebuilt import ReadBoard, ReadLine, ReadPause, ReadSignal, ReadSwitch
 from programs.posts.writing.angles import from_fixed_xyz
 
@@ -30,11 +30,11 @@ class PacScriptReader(Reader):
         main = next(iter(files), "").removesuffix(".pcs")
         for file, text in files.items():
             name = file.removesuffix(".pcs")
-            lines = (line.partition("'")[0].strip() for line in text.splitlines())
-            named = (f"Sub {name}" if line == "Sub Main" else line for line in lines)
+            lines = statements_of(file, text, "'")
+            named = (line.become(f"Sub {name}") if line == "Sub Main" else line for line in lines)
             for line in self.sort(named, r"Sub (\w+)", "End Sub"):
                 if not re.fullmatch(rf"#Define (?:PER_MM_S|PER_DEG_S) {NUMBER}", line):
-                    raise ProgramError(f"{line!r} stands outside a subprogram.")
+                    raise refusal(line, "stands outside a subprogram")
         return main
 
     def grammar(self) -> dict[str, Action]:

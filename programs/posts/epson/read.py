@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, skip
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, refusal, skip, statements_of
 from programs.posts.rebuilt import ReadSignal
 from programs.posts.writing.angles import from_moving_zyx
 
@@ -26,9 +26,9 @@ class SpelReader(Reader):
 
     def load(self, files: ProgramFiles) -> str:
         """Sort the functions."""
-        lines = (line.partition("'")[0].strip() for text in files.values() for line in text.splitlines())
+        lines = (line for file, text in files.items() for line in statements_of(file, text, "'"))
         for line in self.sort(lines, r"Function (\w+)", "Fend"):
-            raise ProgramError(f"{line!r} stands outside a function.")
+            raise refusal(line, "stands outside a function")
         return "main"
 
     def grammar(self) -> dict[str, Action]:

@@ -6,8 +6,8 @@ from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.fanuc.write import LONGEST_WAIT_S, READING
-from programs.posts.reading.driver import Action, Reader, look_up, read_pose, skip
-from programs.posts.rebuilt import ReadSignal
+from programs.posts.reading.driver import Action, Reader, Statement, look_up, read_pose, refusal, skip
+from programs.posts.rebuilt import ReadSignal, TextPlace
 from programs.posts.writing.angles import from_fixed_xyz
 
 _N = r"(-?\d*\.?\d+)"
@@ -42,24 +42,25 @@ class TpReader(Reader):
         """Read the programs; the first is the main one, which begins when that of the frames has been run."""
         programs = {file.removesuffix(".ls"): text for file, text in files.items() if file.endswith(".ls")}
         for name, text in programs.items():
-            self.load_program(name, text)
+            self.load_program(name, f"{name}.ls", text)
         enters = [name for name, text in programs.items() if re.search(_ENTERED, text)]
         main = next(iter(programs), "")
         self.routines["(all)"] = [*(f"CALL {name}" for name in enters), f"CALL {main}"]
         return "(all)"
 
-    def load_program(self, name: str, text: str) -> None:
+    def load_program(self, name: str, file: str, text: str) -> None:
         """Read the instructions and positions of a program."""
         head, found, rest = text.partition("/MN\n")
         body, _, points = rest.partition("/POS\n")
         if not (found and head.startswith(f"/PROG  {name}\n/ATTR\n") and points.endswith("/END\n")):
-            raise ProgramError(f"{name} is no TP program.")
+            raise ProgramError(f"{name} is no TP program.", file=file)
         instructions: list[str] = []
+        first = head.count("\n") + 2
         for number, line in enumerate(body.splitlines(), start=1):
-            match = _INSTRUCTION.fullmatch(line)
+            match, place = _INSTRUCTION.fullmatch(line), TextPlace(file, first + number - 1)
             if match is None or int(match[1]) != number:
-                raise ProgramError(f"{name}: line {line!r} is not numbered {number} or does not end in ' ;'.")
-            instructions.append(match[2])
+                raise refusal(Statement(line, place), f"is not numbered {number} or does not end in ' ;'")
+            instructions.append(Statement(match[2], place))
         self.routines[name] = instructions
         for match in _POSITION.finditer(points):
             number, frame, tool, *numbers, joints = match.groups()
@@ -67,7 +68,7 @@ class TpReader(Reader):
             pose = values or read_pose(numbers, from_fixed_xyz)
             self.positions[name, number] = (frame, tool, pose)
         if len(_POSITION.sub("", points)) != len("/END\n"):
-            raise ProgramError(f"{name}: a position is not written as expected.")
+            raise ProgramError("a position is not written as expected.", file=file)
 
     def grammar(self) -> dict[str, Action]:
         """List the instructions."""

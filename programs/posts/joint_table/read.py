@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from programs.errors import ProgramError
 from programs.pose import Pose
@@ -18,13 +18,15 @@ from programs.posts.rebuilt import (
     ReadStep,
     ReadSwitch,
     ReadTool,
+    Rebuilt,
+    TextPlace,
 )
 
 _ASSIGNMENT = re.compile(r"(\w+) = (-?[\d.]+)")
 _LOOP = re.compile(r"repeat (\d+) until .* >= (-?[\d.]+)")
 
 
-def rebuild(files: ProgramFiles) -> list[ReadStep]:
+def rebuild(files: ProgramFiles) -> Rebuilt:
     """Rebuild the motion of the orifice from the pose columns, and what is switched from the events.
 
     Raises:
@@ -32,24 +34,43 @@ def rebuild(files: ProgramFiles) -> list[ReadStep]:
     """
     if len(files) != 1:
         raise ProgramError("a joint table is one file.")
-    lines = [line for line in next(iter(files.values())).splitlines() if not line.startswith("#")]
+    ((file, text),) = files.items()
+    lines = text.splitlines()
+    comments = next((at for at, line in enumerate(lines) if not line.startswith("#")), len(lines))
     steps: list[ReadStep] = []
+    places: list[TextPlace] = []
     before: tuple[float, Pose] | None = None
-    for number, row in enumerate(csv.DictReader(lines), start=1):
-        if int(row["node"]) != number:
-            raise ProgramError(f"node {row['node']} is in row {number}.")
-        x, y, z, a, b, c, d = (float(row[key]) for key in ("x", "y", "z", "qw", "qx", "qy", "qz"))
-        time_s, pose, events = float(row["time_s"]), Pose((x, y, z), (a, b, c, d)), row["events"]
-        if events == "held":
-            steps.append(ReadPause(time_s - (before[0] if before else 0.0)))
-        elif events == "reach":
-            steps.append(ReadReach(pose))
-        elif events != ON_THE_WAY and not events.startswith(("board ", "note ")):
-            if before is not None and (time_s > before[0] or before[1] != pose):
-                steps.append(ReadLine(pose, None, None))
-            steps += _switched(events)
-        before = (time_s, pose)
-    return steps
+    for number, row in enumerate(csv.DictReader(lines[comments:]), start=1):
+        place = TextPlace(file, comments + 1 + number)
+        try:
+            before = _read_row(number, row, before, steps)
+        except (ValueError, KeyError, TypeError) as error:
+            raise ProgramError(f"row {number} cannot be read ({error}).", file=file, line=place.line) from None
+        places += [place] * (len(steps) - len(places))
+    return Rebuilt(tuple(steps), places=tuple(places))
+
+
+def _read_row(
+    number: int, row: Mapping[str, str], before: tuple[float, Pose] | None, steps: list[ReadStep]
+) -> tuple[float, Pose]:
+    """Add the steps of a row, and give its time and pose.
+
+    Raises:
+        ValueError: it holds what the writer does not write.
+    """
+    if int(row["node"]) != number:
+        raise ValueError(f"it has node {row['node']}")
+    x, y, z, a, b, c, d = (float(row[key]) for key in ("x", "y", "z", "qw", "qx", "qy", "qz"))
+    time_s, pose, events = float(row["time_s"]), Pose((x, y, z), (a, b, c, d)), row["events"]
+    if events == "held":
+        steps.append(ReadPause(time_s - (before[0] if before else 0.0)))
+    elif events == "reach":
+        steps.append(ReadReach(pose))
+    elif events != ON_THE_WAY and not events.startswith(("board ", "note ")):
+        if before is not None and (time_s > before[0] or before[1] != pose):
+            steps.append(ReadLine(pose, None, None))
+        steps += _switched(events)
+    return time_s, pose
 
 
 def _switched(events: str) -> Iterator[ReadStep]:
@@ -65,4 +86,4 @@ def _switched(events: str) -> Iterator[ReadStep]:
         elif words.startswith("tool "):
             yield ReadTool(words, None)
         else:
-            raise ProgramError(f"unknown event {words!r}.")
+            raise ValueError(f"unknown event {words!r}")

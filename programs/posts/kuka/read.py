@@ -5,7 +5,7 @@ import re
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, N, Reader, read_pose, skip
+from programs.posts.reading.driver import Action, N, Reader, read_pose, refusal, skip, statements_of
 from programs.posts.rebuilt import ReadSignal
 from programs.posts.writing.angles import from_moving_zyx
 
@@ -43,14 +43,13 @@ class KrlReader(Reader):
             if f"{module}.{'dat' if kind == 'src' else 'src'}" not in files:
                 raise ProgramError("a .src and a .dat belong together.", file=file)
             known, values = len(self.routines), self.values.setdefault(module, {})
-            lines = (line.partition(";")[0].strip() for line in text.splitlines())
-            for line in self.sort(lines, r"DEF (\w+)\( \)", "END"):
+            for line in self.sort(statements_of(file, text, ";"), r"DEF (\w+)\( \)", "END"):
                 if match := _DECLARATION.fullmatch(line):
                     if not _SHAPES[match[1]].fullmatch(match[3]):
-                        raise ProgramError(f"{match[3]} is no {match[1]}.")
+                        raise refusal(line, f"has no {match[1]}")
                     values[match[2]] = match[3]
                 elif not line.startswith("&") and line not in (f"DEFDAT {module} PUBLIC", "ENDDAT"):
-                    raise ProgramError(f"unknown statement {line!r}.")
+                    raise refusal(line, "is unknown there")
             self.modules |= dict.fromkeys(list(self.routines)[known:], module)
         return next(iter(self.routines), "")
 

@@ -5,7 +5,7 @@ import re
 from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
 from programs.posts.linuxcnc.write import GROUP_BASE, SYSTEMS
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, skip
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, skip, statements_of
 from programs.posts.rebuilt import Axes, ReadBoard, ReadEndRepeat, ReadLine, ReadReach, ReadTool
 
 _AXES = rf"(?: [XYZABCUVW]{NUMBER})+"
@@ -31,8 +31,9 @@ class GCodeReader(Reader):
     def load(self, files: ProgramFiles) -> str:
         """Keep the subroutines; what else the first file holds is the program."""
         for file in files:
-            lines = (line.strip() for line in files[file].splitlines())
-            blocks = (line for line in lines if not (line.startswith("(") and line.endswith(")")))
+            blocks = (
+                line for line in statements_of(file, files[file]) if not (line.startswith("(") and line.endswith(")"))
+            )
             outside = list(self.sort(blocks, r"o<(\w+)> sub", r"o<\w+> endsub"))
             if _MAIN not in self.routines:
                 self.routines[_MAIN] = outside

@@ -5,7 +5,7 @@ import re
 from programs.errors import ProgramError
 from programs.pose import Pose, inverse
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, skip
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, refusal, skip, statements_of
 from programs.posts.writing.angles import from_fixed_xyz
 
 _OUTPUT = rf"(M_Out|M_Outb|M_Outw)\((\d+)\)={N}"
@@ -30,15 +30,15 @@ class MelfaBasicReader(Reader):
         for file, text in files.items():
             name = file.removesuffix(".prg")
             steps: list[str] = []
-            for number, line in enumerate(text.splitlines(), start=1):
+            for number, line in enumerate(statements_of(file, text), start=1):
                 if match := _POSITION.fullmatch(line):
                     self.positions[name, match[1]] = read_pose(match[2].split(","), from_fixed_xyz)
                 elif match := _JOINTS.fullmatch(line):
                     self.positions[name, match[1]] = tuple(float(word) for word in match[2].split(","))
                 elif line.startswith(f"{number} "):
-                    steps.append(line.removeprefix(f"{number} "))
+                    steps.append(line.become(line.removeprefix(f"{number} ")))
                 else:
-                    raise ProgramError(f"line {number} is neither a step nor a position: {line!r}.")
+                    raise refusal(line, f"is neither step {number} nor a position")
             self.routines[name] = steps
         return next(iter(self.routines), "")
 

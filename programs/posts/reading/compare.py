@@ -5,7 +5,6 @@ from itertools import zip_longest
 from math import degrees
 from typing import TypeAlias
 
-from programs.motion.analog import Counting
 from programs.motion.installation import Channel, Installation
 from programs.motion.steps import (
     RESOLUTION_MM,
@@ -37,6 +36,7 @@ from programs.posts.rebuilt import (
     ReadSwitch,
     ReadTool,
     Rebuilt,
+    TextPlace,
 )
 from programs.posts.writing.axes import AXIS_DEG, AXIS_MM, from_controller_counts, in_degrees_and_mm, place_on, units_of
 from specs.source import NO_SOURCE, Source
@@ -56,8 +56,50 @@ _Fired: TypeAlias = tuple[ReadSignal, float, float]
 """A signal, and from where to where on the planned line the line that carries it goes."""
 
 
-def compare(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation) -> tuple[str, ...]:
-    """List where a program that was read back differs from the motion it was made from; nothing if it does the same.
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """What a text does otherwise than planned."""
+
+    message: str
+    place: TextPlace | None
+    """Statement that does it, where that is known."""
+    made_by: Source
+    """What was planned there."""
+
+    def __str__(self) -> str:
+        """Place in the text, place in the recipe, message."""
+        place = f"{self.place.file}:{self.place.line}: " if self.place else ""
+        return f"{place}{self.made_by or 'program'}: {self.message}"
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """How closely a program that was read back does what was planned."""
+
+    differences: tuple[Difference, ...]
+    """Beyond the tolerances of ``measure``; some twenty at most."""
+    place_mm: float = 0.0
+    """Largest distance of the orifice from its planned place at the ends and in the middle of lines."""
+    turn_deg: float = 0.0
+    """Largest angle from the planned orientation there."""
+    event_s: float = 0.0
+    """Largest time between a signal and the planned one."""
+
+    def describe(self) -> str:
+        """State the worst values in words."""
+        return (
+            f"places within {self.place_mm:.3f} mm and {self.turn_deg:.3f} deg, "
+            f"signals within {1e3 * self.event_s:.1f} ms of the plan"
+        )
+
+
+def compare(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation) -> tuple[Difference, ...]:
+    """List where a program that was read back differs from the motion it was made from, as ``measure`` finds it."""
+    return measure(rebuilt, motion, installation).differences
+
+
+def measure(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation) -> Agreement:
+    """Compare a program that was read back with the motion it was made from.
 
     Poses are to agree within 0.01 mm and 0.01 degrees at the end and in the middle of every line that was read, and
     signals to leave within 2 ms, or within 0.5 mm of the jet's place. Where the text gives axes instead of poses they
@@ -68,16 +110,16 @@ def compare(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
         motion: What ``make_motion`` gave, before it was lowered.
         installation: The cell.
     """
-    comparison = _Comparison(installation, rebuilt.analog, rebuilt.steps)
+    comparison = _Comparison(installation, rebuilt)
     steps = [step for step in motion.steps if not isinstance(step, Note)]
     for step, after in zip_longest(steps, steps[1:]):
         comparison.match_step(step, after)
         if len(comparison.differences) >= _MOST_DIFFERENCES:
-            return tuple(comparison.differences)
+            return comparison.agreement()
     if comparison.next() is not None:
         surplus = rebuilt.steps[comparison.at :]
-        comparison.differ(f"{len(surplus)} steps too many, the first {surplus[0]}", NO_SOURCE)
-    return tuple(comparison.differences)
+        comparison.differ(f"{len(surplus)} steps too many, the first {surplus[0]}", NO_SOURCE, comparison.at)
+    return comparison.agreement()
 
 
 @dataclass(slots=True)
@@ -85,9 +127,9 @@ class _Comparison:
     """Two programs side by side."""
 
     installation: Installation
-    analog: Counting
-    read: tuple[ReadStep, ...]
+    rebuilt: Rebuilt
     at: int = 0
+    """The next step that was read."""
     read_tool: ReadTool | None = None
     read_board: ReadBoard | None = None
     planned_tool: UseTool | None = None
@@ -95,11 +137,31 @@ class _Comparison:
     axes: Axes | None = None
     """Where the last motion that was read as axes ended."""
     tools: dict[int, str] = field(default_factory=dict[int, str])
-    differences: list[str] = field(default_factory=list[str])
+    differences: list[Difference] = field(default_factory=list[Difference])
+    place_mm: float = 0.0
+    turn_deg: float = 0.0
+    event_s: float = 0.0
+    """The worst so far."""
 
-    def differ(self, message: str, made_by: Source) -> None:
-        """Add a difference."""
-        self.differences.append(f"{made_by or 'program'}: {message} (read step {self.at})")
+    @property
+    def read(self) -> tuple[ReadStep, ...]:
+        """Steps that were read."""
+        return self.rebuilt.steps
+
+    def agreement(self) -> Agreement:
+        """Give what was found."""
+        return Agreement(tuple(self.differences), self.place_mm, self.turn_deg, self.event_s)
+
+    def differ(self, message: str, made_by: Source, step: int | None = None) -> None:
+        """Add a difference at a step that was read; at the last one if that is not given."""
+        at = max(self.at - 1, 0) if step is None else step
+        self.differences.append(Difference(message, self.rebuilt.place(at), made_by))
+
+    def is_same_pose(self, planned: Pose, read: Pose) -> bool:
+        """Whether poses agree; keeps how far they are apart."""
+        apart_mm, apart_deg = distance(planned, read), degrees(angle(planned, read))
+        self.place_mm, self.turn_deg = max(self.place_mm, apart_mm), max(self.turn_deg, apart_deg)
+        return apart_mm <= _POSE_MM and apart_deg <= _POSE_DEG
 
     def next(self) -> ReadStep | None:
         """Give the next step that was read, past tools and boards, which are used from then on."""
@@ -136,7 +198,7 @@ class _Comparison:
             case Reach(), ReadReach(target=Axes(values=axes)):
                 return _same_joints(in_degrees_and_mm(step.joints, self.installation), axes)
             case Reach(), ReadReach(target=Pose() as target):
-                return _same_pose(step.target, target) and self.is_reached(step, found.joints)
+                return self.is_same_pose(step.target, target) and self.is_reached(step, found.joints)
             case Pause(), ReadPause():
                 return abs(step.duration_s - found.duration_s) <= _PAUSE_S
             case Switch(), ReadSwitch():
@@ -165,7 +227,7 @@ class _Comparison:
             return False
         if channel.kind != "analog":
             return abs(planned - read) <= 1e-6
-        return abs(planned - self.analog.value(channel, read)) <= self.analog.tolerance(channel)
+        return abs(planned - self.rebuilt.analog.value(channel, read)) <= self.rebuilt.analog.tolerance(channel)
 
     def is_condition(self, step: Repeat, found: ReadRepeat) -> bool:
         """Whether a loop that reads an input ends at the same volts."""
@@ -173,7 +235,7 @@ class _Comparison:
             return True
         pairs = [(found.least, step.least)]
         if found.reading is not None:
-            pairs += zip(found.reading, self.analog.reading(step.sensor), strict=True)
+            pairs += zip(found.reading, self.rebuilt.analog.reading(step.sensor), strict=True)
         return all(abs(read - planned) <= 1e-6 * max(1.0, abs(planned)) for read, planned in pairs)
 
     def match_frames(self, step: Reach) -> None:
@@ -206,7 +268,7 @@ class _Comparison:
                 fired += [(signal, done, end) for signal in found.signals]
                 done, begin, stops = end, target, found.stops
             else:
-                self.differ(f"planned a line, read {found}", line.made_by)
+                self.differ(f"planned a line, read {found}", line.made_by, self.at)
                 return
             self.at += 1
         while isinstance(found := self.next(), ReadSwitch) and len(fired) < len(line.events):
@@ -249,7 +311,9 @@ class _Comparison:
         off = max(off, place_on(line.samples, units, half_way, done)[1])
         if off > 1.0:
             allowed = f"{AXIS_MM:g} mm or {AXIS_DEG:g} degrees"
-            self.differ(f"the axes are {off:.1f} times {allowed} off the planned motion at {target}", line.made_by)
+            message = f"the axes are {off:.1f} times {allowed} off the planned motion at {target}"
+            self.differ(message, line.made_by, self.at)
+        self.place_mm, self.turn_deg = max(self.place_mm, off * AXIS_MM), max(self.turn_deg, off * AXIS_DEG)
         self.axes = target
         return line.pose_at(share), share
 
@@ -260,8 +324,8 @@ class _Comparison:
             ("ends", line.pose_at(last), target),
             ("is half way", line.pose_at(0.5 * (first + last)), between(begin, target, 0.5)),
         ):
-            if not _same_pose(planned, actual):
-                self.differ(f"the line {what} at {actual}, planned {planned}", line.made_by)
+            if not self.is_same_pose(planned, actual):
+                self.differ(f"the line {what} at {actual}, planned {planned}", line.made_by, self.at)
         # Of a way hardly longer than the rounding of its ends a language gives the speed of the turn, or none.
         has_speed = distance(begin, target) > RESOLUTION_MM + _DIGIT
         planned_mm_s, speed_mm_s = line.speed_mm_s if has_speed else 0.0, found.speed_mm_s
@@ -269,7 +333,7 @@ class _Comparison:
             speed_mm_s = (last - first) * line.length_mm / found.duration_s
         allowed = max(_SPEED_MM_S, _SPEED_SHARE * planned_mm_s)
         if planned_mm_s and speed_mm_s is not None and abs(speed_mm_s - planned_mm_s) > allowed:
-            self.differ(f"speed {speed_mm_s:g}, planned {planned_mm_s:g} mm/s", line.made_by)
+            self.differ(f"speed {speed_mm_s:g}, planned {planned_mm_s:g} mm/s", line.made_by, self.at)
 
     def match_signals(self, line: Line, fired: list[_Fired]) -> None:
         """Compare what switches on a line, and when."""
@@ -282,6 +346,7 @@ class _Comparison:
             place = first + signal.share * (last - first)
             late_s = line.samples.second_at(place) + signal.offset_s - event.signal_s
             late_mm = late_s * event.speed_mm_s
+            self.event_s = max(self.event_s, abs(late_s))
             if abs(late_s) > _EVENT_S + 1e-6 and abs(late_mm) > _EVENT_MM:
                 self.differ(f"signal {1e3 * late_s:.1f} ms late, {late_mm:.2f} mm", event.made_by)
 

@@ -3,7 +3,7 @@
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import TypeAlias, TypeVar
+from typing import Self, TypeAlias, TypeVar
 
 from programs.errors import ProgramError
 from programs.pose import Pose, Quaternion, distance
@@ -20,6 +20,8 @@ from programs.posts.rebuilt import (
     ReadStep,
     ReadSwitch,
     ReadTool,
+    Rebuilt,
+    TextPlace,
 )
 
 NUMBER = r"-?\d+(?:\.\d+)?"
@@ -28,10 +30,55 @@ N = rf"({NUMBER})"
 _SAME_PLACE_MM = 5e-4
 """Places nearer than this are written with the same three decimals."""
 
+_UNREADABLE = (ValueError, LookupError, ArithmeticError)
+"""What numbers and names that no program has make of a statement that is executed."""
+
 _Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
 Action: TypeAlias = Callable[[re.Match[str]], None]
 """What a statement does, by its match."""
+
+
+class Statement(str):
+    """A statement without its comment and the blanks around it, and where it stands."""
+
+    __slots__ = ("place",)
+
+    def __new__(cls, text: str, place: TextPlace | None = None) -> Self:
+        """Make a statement; text that the reader puts together stands nowhere."""
+        made = super().__new__(cls, text)
+        made.place = place
+        return made
+
+    place: TextPlace | None
+
+    def become(self, text: str) -> "Statement":
+        """Give other text at the same place."""
+        return Statement(text, self.place)
+
+
+def statements_of(file: str, text: str, comment: str = "") -> Iterator[Statement]:
+    """Give the lines of a file without the blanks around them; empty ones too.
+
+    Args:
+        file: Its name.
+        text: All of it.
+        comment: What begins a comment, to the end of the line; nothing if comments stay.
+    """
+    for number, line in enumerate(text.splitlines(), start=1):
+        kept = line.partition(comment)[0] if comment else line
+        yield Statement(kept.strip(), TextPlace(file, number))
+
+
+def refusal(line: str, why: str) -> ProgramError:
+    """Make the error of a line that cannot be read: the line, why, and where it stands."""
+    return located(f"{line!r} {why}.", line)
+
+
+def located(message: str, line: str) -> ProgramError:
+    """Make an error at the place of a line, where that is known."""
+    place = line.place if isinstance(line, Statement) else None
+    return ProgramError(message, file=place and place.file, line=place and place.line)
 
 
 class Reader(ABC):
@@ -41,6 +88,8 @@ class Reader(ABC):
         self.routines: dict[str, Sequence[str]] = {}
         """Statements by the routine's name."""
         self.steps: list[ReadStep] = []
+        self.places: list[TextPlace | None] = []
+        """Statement of each step."""
         self.routine, self.at = "", 0
         """The routine that runs, and its statement."""
         self.pose: Pose | None = None
@@ -51,20 +100,24 @@ class Reader(ABC):
 
         Empty where the last motion was no such one."""
         self._used: tuple[ReadTool | None, ReadBoard | None] = (None, None)
+        self._running: set[str] = set()
         self._patterns: list[tuple[re.Pattern[str], Action]] = []
 
     @classmethod
-    def rebuild(cls, files: ProgramFiles) -> Sequence[ReadStep]:
+    def rebuild(cls, files: ProgramFiles) -> Rebuilt:
         """Execute a program's files, each loop once.
 
         Raises:
             ProgramError: a file is missing, or a statement is not as the writer writes it.
         """
         reader = cls()
-        main = reader.load(files)
-        reader._patterns = [(re.compile(pattern), action) for pattern, action in reader.grammar().items()]
+        try:
+            main = reader.load(files)
+            reader._patterns = [(re.compile(pattern), action) for pattern, action in reader.grammar().items()]
+        except _UNREADABLE as error:
+            raise ProgramError(f"a declaration cannot be read ({error}).", file=next(iter(files), None)) from None
         reader.run(main)
-        return reader.steps
+        return Rebuilt(tuple(reader.steps), places=tuple(reader.places))
 
     # What a language states
 
@@ -82,16 +135,37 @@ class Reader(ABC):
         """Execute a routine.
 
         Raises:
-            ProgramError: there is none of that name, or one of its statements is unknown.
+            ProgramError: there is none of that name, it calls itself, or one of its statements is unknown.
         """
         if name not in self.routines:
             raise ProgramError(f"there is no routine {name or 'to start with'}.")
+        if name in self._running:
+            raise ProgramError(f"routine {name} calls itself.")
         caller = self.routine, self.at
         self.routine, self.at = name, 0
+        self._running.add(name)
         while self.at < len(self.routines[name]):
-            self.execute(self.routines[name][self.at])
+            self.do_statement(self.routines[name][self.at])
             self.at += 1
+        self._running.remove(name)
         self.routine, self.at = caller
+
+    def do_statement(self, statement: str) -> None:
+        """Execute one statement, and keep where it stands for the steps that it makes.
+
+        Raises:
+            ProgramError: it is unknown, or not possible there; the message names file and line.
+        """
+        try:
+            self.execute(statement)
+        except ProgramError as refused:
+            if refused.file is not None:
+                raise
+            raise located(str(refused), statement) from None
+        except _UNREADABLE as error:
+            raise refusal(statement, f"cannot be read ({error})") from None
+        place = statement.place if isinstance(statement, Statement) else None
+        self.places += [place] * (len(self.steps) - len(self.places))
 
     def execute(self, statement: str) -> None:
         """Execute one statement."""

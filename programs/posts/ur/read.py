@@ -7,7 +7,18 @@ from collections.abc import Iterable, Sequence
 from programs.errors import ProgramError
 from programs.pose import Pose, distance
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, skip
+from programs.posts.reading.driver import (
+    NUMBER,
+    Action,
+    N,
+    Reader,
+    Statement,
+    look_up,
+    read_pose,
+    refusal,
+    skip,
+    statements_of,
+)
 from programs.posts.rebuilt import ReadSignal
 from programs.posts.ur.watcher import KINDS, WATCHER
 from programs.posts.writing.angles import from_rotation_vector
@@ -27,8 +38,8 @@ class UrScriptReader(Reader):
 
     def load(self, files: ProgramFiles) -> str:
         """Find the thread as it is written, and the functions; the first is the program."""
-        statements = _statements(line for text in files.values() for line in text.splitlines())
-        watcher = _statements(WATCHER)
+        statements = [line for file, text in files.items() for line in _statements(file, text)]
+        watcher = _statements("", "\n".join(WATCHER))
         begins = [at for at, line in enumerate(statements) if line == watcher[0]]
         if len(begins) != 1 or statements[begins[0] : begins[0] + len(watcher)] != watcher:
             raise ProgramError("the thread that switches the outputs is not as it is written.")
@@ -36,7 +47,7 @@ class UrScriptReader(Reader):
         self.sort_nested(statements)
         return next(iter(self.routines), "")
 
-    def sort_nested(self, statements: Iterable[str]) -> None:
+    def sort_nested(self, statements: Iterable[Statement]) -> None:
         """Sort statements into functions, one inside the other; an end belongs to what was opened last."""
         opened: list[list[str]] = []
         loops = 0
@@ -45,7 +56,7 @@ class UrScriptReader(Reader):
                 opened.append([])
                 self.routines[match[1]] = opened[-1]
             elif not opened:
-                raise ProgramError(f"statement {statement!r} stands outside any function.")
+                raise refusal(statement, "stands outside any function")
             elif statement == "end" and loops == 0:
                 opened.pop()
             else:
@@ -111,6 +122,5 @@ def _pose(numbers: Sequence[str]) -> Pose:
     return Pose((1000.0 * x, 1000.0 * y, 1000.0 * z), pose.quaternion)
 
 
-def _statements(lines: Iterable[str]) -> list[str]:
-    statements = map(str.strip, lines)
-    return [statement for statement in statements if statement and not statement.startswith("#")]
+def _statements(file: str, text: str) -> list[Statement]:
+    return [line for line in statements_of(file, text) if line and not line.startswith("#")]

@@ -1,13 +1,14 @@
 """Reads a VAL3 project back, as a controller would execute it."""
 
 import re
+from collections.abc import Iterator
 from xml.etree import ElementTree
 
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, N, Reader, look_up, read_pose, skip
-from programs.posts.rebuilt import ReadLine, ReadSwitch
+from programs.posts.reading.driver import Action, N, Reader, Statement, look_up, read_pose, skip, statements_of
+from programs.posts.rebuilt import ReadLine, ReadSwitch, TextPlace
 from programs.posts.val3.project import OUTPUTS, TRIGGER, WATCH
 from programs.posts.writing.angles import from_moving_xyz
 
@@ -45,8 +46,7 @@ class Val3Reader(Reader):
                     raise ProgramError(f"the values of {name} are not in order.")
             elif tag == "Program":
                 text = "".join(element.itertext()).strip().removeprefix("begin").removesuffix("end")
-                lines = [line.strip() for line in text.splitlines()]
-                self.routines[name] = [line for line in lines if line and not line.startswith("//")]
+                self.routines[name] = list(_statements(files, name, text))
         for name, body in (("watch", WATCH), ("trigger", TRIGGER)):
             if self.routines.get(name) != [line.strip() for line in body]:
                 raise ProgramError("the task that sets outputs is not as it is written.")
@@ -130,6 +130,16 @@ class Val3Reader(Reader):
     def value(self, name: str, key: int = 0) -> dict[str, str]:
         """Look up a value of the data file."""
         return look_up(self.values, (name, key), f"{name}[{key}]")
+
+
+def _statements(files: ProgramFiles, name: str, text: str) -> Iterator[Statement]:
+    """Give the statements of a program: where it begins is looked up in the file of its name."""
+    file = f"{name}.pgx"
+    begins = files.get(file, "").partition("[begin")[0].count("\n")
+    for line in statements_of(file, text):
+        if line and not line.startswith("//"):
+            number = line.place.line if line.place is not None else 1
+            yield Statement(line, TextPlace(file, begins + number))
 
 
 def _pose(value: dict[str, str]) -> Pose:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, N, Reader, look_up, read_pose, skip
+from programs.posts.reading.driver import Action, N, Reader, Statement, look_up, read_pose, refusal, skip, statements_of
 from programs.posts.rebuilt import ReadSignal
 from programs.posts.writing.angles import from_fixed_xyz
 from programs.posts.yaskawa.write import LONGEST_WAIT_S
@@ -36,15 +36,15 @@ class InformReader(Reader):
             points, also, attributes = head.partition("//INST\n")
             begin = f"/JOB\n//NAME {name}\n//POS\n"
             if not (found and also and points.startswith(begin) and body.endswith("END\n")):
-                raise ProgramError(f"{name} is no job.")
-            frames = self.load_positions(name, points.removeprefix(begin).splitlines())
+                raise ProgramError(f"{name} is no job.", file=file)
+            frames = self.load_positions(name, [*statements_of(file, points)][begin.count("\n") :])
             relative = f"///ATTR SC,RW,RJ\n////FRAME USER {next(iter(frames), '')}\n"
             if len(frames) > 1 or (frames and relative not in attributes):
-                raise ProgramError(f"{name}: a relative job has one user frame, and names it.")
-            self.routines[name] = body.splitlines()[:-1]
+                raise ProgramError("a relative job has one user frame, and names it.", file=file)
+            self.routines[name] = [*statements_of(file, text)][head.count("\n") + 2 : -1]
         return next(iter(self.routines), "")
 
-    def load_positions(self, job: str, lines: Iterable[str]) -> set[str]:
+    def load_positions(self, job: str, lines: Iterable[Statement]) -> set[str]:
         """Read positions under their headings, and give their user frames."""
         heads = {"USER": "", "TOOL": "", "NPOS": ""}
         frames: set[str] = set()
@@ -57,7 +57,7 @@ class InformReader(Reader):
             elif match := re.fullmatch(r"///(USER|TOOL) (\d+)|///(NPOS) (\d+),0,0,0,0,0", line):
                 heads[match[1] or match[3]] = match[2] or match[4]
             elif not _CONFIGURATION.fullmatch(line):
-                raise ProgramError(f"unknown line {line!r}.")
+                raise refusal(line, "is unknown there")
         if heads["NPOS"] != str(count):
             raise ProgramError(f"NPOS states {heads['NPOS']} positions, there are {count}.")
         return frames

@@ -135,7 +135,7 @@ def test_other_volts_are_a_difference(name: str) -> None:
     tell = partial(make_motion, program, tracking=joints_of(program) if dialect.needs_joints else None)
     cell, other = small_cell(), wired(PRESSURE, (2.0, 0.45))
     files = dialect.render(lower(tell(other), dialect.capability), other)
-    assert "aoPressure" in "".join(compare(dialect.read(files), tell(cell), cell))
+    assert "aoPressure" in "".join(map(str, compare(dialect.read(files), tell(cell), cell)))
 
 
 @NAMED

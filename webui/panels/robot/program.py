@@ -119,6 +119,7 @@ def written_html(made: RobotProgram) -> str:
     facts = {
         "Files": f"{len(written.files)}, {lines:,} lines",
         "Events": f"at worst {error.distance_mm:.2f} mm, {1000 * error.time_s:.0f} ms off",
+        "Read back": written.agreement.describe(),
         "Controller": f"class {language.capability.controller_class}",
     }
     return box_html(facts_html(facts)) + mistakes_html(written.findings)

@@ -86,7 +86,7 @@ def test_steps_too_many_are_seen() -> None:
     rebuilt, motion = read_back("loop")
     longer = Rebuilt((*rebuilt.steps, ReadPause(0.5)))
     (difference,) = compare(longer, motion, small_cell())
-    assert "1 steps too many" in difference
+    assert "1 steps too many" in str(difference)
 
 
 @pytest.mark.slow
