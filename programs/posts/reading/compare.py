@@ -88,8 +88,8 @@ class Agreement:
     def describe(self) -> str:
         """State the worst values in words."""
         return (
-            f"places within {self.place_mm:.3f} mm and {self.turn_deg:.3f} deg, "
-            f"signals within {1e3 * self.event_s:.1f} ms of the plan"
+            f"places within {self.place_mm:.4f} mm and {self.turn_deg:.4f} deg, "
+            f"signals within {1e3 * self.event_s:.2f} ms of the plan"
         )
 
 

@@ -56,8 +56,8 @@ def test_an_export_states_how_closely_its_text_does_what_was_planned() -> None:
     assert 0.0 < done.place_mm <= 0.001
     assert 0.0 < done.event_s <= 0.002
     assert done.describe() == (
-        f"places within {done.place_mm:.3f} mm and {done.turn_deg:.3f} deg, "
-        f"signals within {1e3 * done.event_s:.1f} ms of the plan"
+        f"places within {done.place_mm:.4f} mm and {done.turn_deg:.4f} deg, "
+        f"signals within {1e3 * done.event_s:.2f} ms of the plan"
     )
 
 
