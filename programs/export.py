@@ -11,10 +11,15 @@ from programs.motion.installation import MAKER_NAMES, Installation, Maker
 from programs.motion.layout import Tracking
 from programs.motion.lower import EventError, lower
 from programs.motion.make_motion import make_motion
+from programs.motion.steps import MotionProgram
 from programs.posts.dialects import DIALECTS, Dialect
 from programs.posts.reading.compare import Agreement
+from programs.posts.reading.findings import check_size, check_time
+from programs.posts.reading.predict import predict
 from programs.posts.reading.proof import prove
 from programs.program import TimedProgram
+from programs.timing.controller import Controller
+from programs.timing.forecast import Forecast
 from specs.finding import Finding
 from specs.finding_rules import WITHOUT_JOINTS
 from specs.source import NO_SOURCE
@@ -32,6 +37,10 @@ class Exported:
     """The worst event error."""
     agreement: Agreement
     """How closely the text, read back, does what was planned."""
+    forecast: Forecast | None
+    """What the controller's model predicts of the text; ``None`` where the text states the time of every place."""
+    motion: MotionProgram
+    """What was written: in the controller's terms."""
 
 
 def export(
@@ -65,10 +74,37 @@ def export(
     if language.needs_joints and tracking is None:
         raise ProgramError(f"{dialect} is made of joint values; track the program in a cell first.")
     motion = make_motion(program, installation, tracking)
-    lowered = lower(replace(motion, findings=(*found, *motion.findings)), language.capability)
+    return write_motion(language, replace(motion, findings=(*found, *motion.findings)), installation)
+
+
+def write_motion(language: Dialect, motion: MotionProgram, installation: Installation) -> Exported:
+    """Write a motion, read it back, predict its time from what was read, and state that in its header.
+
+    Raises:
+        ProgramError: the language cannot express it, or the text does not do what was planned.
+    """
+    controller = controller_of(language, installation)
+    if controller is not None and 0 < controller.most_positions < language.most_steps:
+        language = replace(language, most_steps=controller.most_positions)
+    lowered = lower(motion, language.capability)
     files = language.render(lowered, installation)
-    agreement = prove(language, files, motion, installation)
-    return Exported(files, lowered.motion.findings, lowered.error, agreement)
+    rebuilt, agreement = prove(language, files, motion, installation)
+    if controller is None:
+        return Exported(files, lowered.motion.findings, lowered.error, agreement, None, lowered.motion)
+    forecast = predict(rebuilt, agreement, motion, installation, controller)
+    found = (*check_time(forecast, controller), *check_size(files, rebuilt, controller))
+    stated = replace(lowered.motion, findings=(*lowered.motion.findings, *found))
+    files = language.render(replace(lowered, motion=stated, forecast=forecast), installation)
+    if language.read(files).steps != rebuilt.steps:  # only comments may differ
+        raise ProgramError(f"the header of the {language.title} text changes what it does: nothing was written.")
+    return Exported(files, stated.findings, lowered.error, agreement, forecast, stated)
+
+
+def controller_of(language: Dialect, installation: Installation) -> Controller | None:
+    """Give the model that predicts the times of a language, with the numbers of a cell."""
+    if language.controller is None:
+        return None
+    return language.controller.with_values(installation.controller, installation.controller_source)
 
 
 def check_maker(language: Dialect, installation: Installation) -> None:

@@ -278,6 +278,15 @@ VALVE_PULSE_LENGTHENED = FindingRule(
 VALVE_STAYS_OPEN = FindingRule(
     "valve-stays-open", "warning", "the valve cannot shut between two strokes and stays open", _PROGRAMS
 )
+SLOWER_ON_CONTROLLER = FindingRule(
+    "slower-on-controller",
+    "warning",
+    "the controller's model takes more than 1.10 times the planned time: liquid and dose grow with it",
+    _PROGRAMS,
+)
+TOO_MANY_POINTS = FindingRule(
+    "too-many-points", "warning", "a file of the program is longer than its controller is known to take", _PROGRAMS
+)
 STOPS_FOR_OUTPUT = FindingRule("stops-for-output", "warning", "the controller stops for every output", _PROGRAMS)
 WAITS_FOR_VALVE = FindingRule(
     "waits-for-valve", "info", "the robot waits because a signal cannot leave earlier", _PROGRAMS

@@ -1,5 +1,6 @@
 """What a robot program must know of the cell it runs in: frames, tools, valves, channels. Millimetres, seconds."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
@@ -108,6 +109,10 @@ class Joint:
 
     name: str
     kind: JointKind
+    speed: float = math.inf
+    """Greatest, rad/s or mm/s; infinite if not known."""
+    acceleration: float = math.inf
+    """Greatest, rad/s² or mm/s²; infinite if not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,6 +173,10 @@ class Installation:
     """Whose controller the robot has; ``None`` if that is not stated."""
     convention: JointConvention | None = None
     """How that controller counts the joints; ``None`` if it counts them as the cell does."""
+    controller: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Numbers of the cell for the ``Controller`` that predicts times, by the names of its attributes."""
+    controller_source: str = ""
+    """Where these come from."""
 
     def joint_kinds(self, dof: int) -> list[JointKind]:
         """Kinds of the joints; so many revolute ones where the cell describes none."""

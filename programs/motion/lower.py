@@ -8,6 +8,7 @@ from typing import Literal, TypeAlias
 
 from programs.motion.analog import IN_OWN_UNIT, Counting, find_out_of_range
 from programs.motion.steps import Event, Line, MotionProgram, Reference, Repeat, Step, Switch, split_line
+from programs.timing.forecast import Forecast
 from specs.finding import Finding
 from specs.finding_rules import NO_SENSOR, STOPS_FOR_OUTPUT
 from specs.source import NO_SOURCE, Source
@@ -77,6 +78,8 @@ class Lowered:
     motion: MotionProgram
     """Its findings include what the controller cannot do."""
     error: EventError
+    forecast: Forecast | None = None
+    """What the controller's model predicts of the text; ``None`` before there is one, and where there is no model."""
 
 
 def lower(motion: MotionProgram, capability: Capability) -> Lowered:

@@ -8,6 +8,7 @@ from typing import TypeAlias
 from programs.motion.installation import Installation, Maker
 from programs.motion.lower import Capability, Lowered
 from programs.posts.rebuilt import Rebuilt
+from programs.timing.controller import Controller
 
 ProgramFiles: TypeAlias = Mapping[str, str]
 """Text by file name, the one to start with first."""
@@ -63,6 +64,8 @@ class Dialect:
     without_joints: str = ""
     """What the integrator has to do where no joint values are written; empty where each position states the arm's
     configuration, which only joint values give."""
+    controller: Controller | None = None
+    """The model that predicts the time of a program; ``None`` where the text states the time of every place."""
 
     def folder(self, files: ProgramFiles) -> str:
         """Name the folder that the files of a program have to be in; empty where any will do."""

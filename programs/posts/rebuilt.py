@@ -50,6 +50,12 @@ class ReadLine:
     signals: tuple[ReadSignal, ...] = ()
     duration_s: float | None = None
     """At full speed, where the language states that in place of the speed."""
+    zone: float = 0.0
+    """How its end is passed, in the terms of its controller's ``Blending``; 0 where it stops."""
+    turn_deg_s: float | None = None
+    """Greatest rate of the tool's turn; ``None`` where the text states none."""
+    acceleration_mm_s2: float | None = None
+    """``None`` where the text states none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +65,8 @@ class ReadReach:
     target: Pose | Axes
     joints: tuple[float, ...] = ()
     """Of the motion to joint values that leads there, as the controller counts them, degrees or mm; empty if none."""
+    speed_share: float | None = None
+    """Of the joints' greatest speeds; ``None`` where the text states none."""
 
 
 @dataclass(frozen=True, slots=True)

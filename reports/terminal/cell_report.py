@@ -6,6 +6,7 @@ import numpy as np
 from rich.console import Console
 
 from programs.posts.dialects import DIALECTS
+from programs.timing.forecast import Forecast
 from reports.files.export_robot import CellExport
 from reports.tables.table import Facts, Table
 from reports.tables.wording import amount, clock
@@ -82,10 +83,19 @@ def export_facts(done: CellExport, dialect: str) -> Facts:
         ("language", f"{language.title}, class {language.capability.controller_class}"),
         ("files", f"{len(files)}, {text.count(chr(10))} lines, {len(text) / 1000:.0f} kB"),
         ("time", clock(takes_s) + longer),
+        *_predicted(done.exported.forecast),
         ("events", f"wrong by at most {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"),
         ("text", f"read back: {done.exported.agreement.describe()}"),
         ("note", language.notes),
     ]
+
+
+def _predicted(forecast: Forecast | None) -> Facts:
+    """Time by the controller's model, and the events at its speeds; nothing where the text states its times."""
+    if forecast is None:
+        return []
+    events = f"wrong by at most {forecast.event_mm:.2f} mm, {1e3 * forecast.event_s:.1f} ms at predicted speeds"
+    return [("predicted", forecast.describe()), ("", events)]
 
 
 def print_relocation(console: Console, found: Relocation, goal: PlacementGoal) -> None:

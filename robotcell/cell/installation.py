@@ -12,6 +12,7 @@ from robotcell.cell.hold import describe_held
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.spec import Outputs
 from robotcell.robot.poses import inverse
+from robotcell.robot.robot import Joint as RobotJoint
 from robotcell.robot.robot import Joints, Poses, Robot
 
 _MM = 1e3
@@ -53,11 +54,16 @@ def installation_of(loaded: LoadedCell) -> Installation:
         },
         held=_describe_held_point(cell),
         placements={name: to_pose(T_base_cell @ placed) for name, placed in loaded.placements.items()},
-        joints=tuple(Joint(joint.name, joint.kind) for joint in cell.robot.joints),
+        joints=tuple(_joint(joint) for joint in cell.robot.joints),
         home=tuple(exported_joints(cell.robot, cell.home).tolist()),
         maker=cell.robot.maker,
         convention=cell.robot.convention,
     )
+
+
+def _joint(joint: RobotJoint) -> Joint:
+    scale = _MM if joint.kind == "prismatic" else 1.0
+    return Joint(joint.name, joint.kind, scale * joint.speed, scale * joint.acceleration)
 
 
 def _describe_held_point(cell: Cell) -> str:

@@ -149,7 +149,7 @@ class RobotProgram:
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Findings of plan, check and export, worst first."""
-        return worst_first((*self.checked.run.findings, *self.checked.findings, *self.written.findings))
+        return worst_first((*self.checked.run.findings, *self.checked.findings, *self.written.exported.findings))
 
 
 def make_program(session: Session, dialect: str, progress: Progress) -> RobotProgram:
@@ -179,7 +179,7 @@ def download_program(made: RobotProgram, allowed: Collection[str]) -> Download:
         ProgramError: a finding forbids it.
     """
     refuse_errors(made.findings, allowed)
-    content = made.written.content
+    content = made.written.exported.files
     if len(content) == 1:
         name, text = next(iter(content.items()))
         return Download(name, text.encode("ascii"))

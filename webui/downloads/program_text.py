@@ -9,16 +9,12 @@ from html import escape
 from typing import TypeAlias
 
 from programs.errors import ProgramError
-from programs.export import check_maker, find_dialect
+from programs.export import Exported, check_maker, find_dialect, write_motion
 from programs.motion.installation import Installation
 from programs.motion.layout import Tracking
-from programs.motion.lower import EventError, lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import Line, Reach
-from programs.posts.reading.compare import Agreement
-from programs.posts.reading.proof import prove
 from programs.program import TimedProgram
-from specs.finding import Finding
 from specs.source import NO_SOURCE, Source
 from webui.theme.palette import ACCENT, INK, QUIET, to_hex
 
@@ -51,12 +47,8 @@ class Written:
 
     dialect: str
     files: tuple[TextFile, ...]
-    content: Mapping[str, str]
-    """Text by file name, as the command line writes it."""
-    findings: tuple[Finding, ...]
-    error: EventError
-    agreement: Agreement
-    """How closely the text, read back, does what was planned."""
+    exported: Exported
+    """As the command line writes it."""
     places_known: bool
     """Whether it is known which text is which motion in space; if not, only which stroke it belongs to."""
 
@@ -75,13 +67,11 @@ def write_program(
     if language.needs_joints and tracking is None:
         raise ProgramError(f"{language.title} is made of joint values; check the program in the tab Robot first.")
     motion = make_motion(program, installation, tracking)
-    lowered = lower(motion, language.capability)
-    content = language.render(lowered, installation)
-    agreement = prove(language, content, motion, installation)
-    moves = tuple(step for step in lowered.motion.steps if isinstance(step, Line | Reach))
-    files = match_lines(content, moves, language.move)
+    done = write_motion(language, motion, installation)
+    moves = tuple(step for step in done.motion.steps if isinstance(step, Line | Reach))
+    files = match_lines(done.files, moves, language.move)
     places_known = any(move is not None for file in files for move in file.moves)
-    return Written(dialect, files, content, lowered.motion.findings, lowered.error, agreement, places_known)
+    return Written(dialect, files, done, places_known)
 
 
 def match_lines(

@@ -7,7 +7,19 @@ from programs.posts.abb.paint import Paint, PaintReader
 from programs.posts.abb.read import RapidReader
 from programs.posts.abb.write import Rapid
 from programs.posts.dialect import Dialect, FileForm
+from programs.timing.controller import Controller
 
+_CONTROLLER = Controller(
+    blending="zone",
+    settle_s=0.05,
+    look_ahead=20,
+    least_line_s=0.01,
+    most_lines=10_000,
+    sources={
+        "blending": "RAPID overview: zones that overlap shrink to half the distance of their points",
+        "acceleration_mm_s2": "RAPID overview: acceleration is that of the motors, so the joints limit it",
+    },
+)
 DIALECT = Dialect(
     title="ABB RAPID",
     notes="Modules for RobotWare 6 and 7; outputs by TriggEquip and TriggIO. Load the .pgf, or the one .mod. "
@@ -25,6 +37,7 @@ DIALECT = Dialect(
     most_steps=2000,  # of a module: with a target and an instruction for each, below 5,000 lines; assumed
     write=Rapid.write,
     rebuild=RapidReader.rebuild,
+    controller=_CONTROLLER,
     move=re.compile(r"\s*(MoveL|MoveJ|TriggL) p\d"),
     maker="abb",
     without_joints="Stand the arm in the configuration that it is to keep (ConfJ\\Off, ConfL\\Off).",
@@ -44,6 +57,7 @@ PAINT_DIALECT = Dialect(
     most_steps=2000,
     write=Paint.write,
     rebuild=PaintReader.rebuild,
+    controller=_CONTROLLER,
     move=re.compile(r"\s*(MoveL|MoveJ|PaintL) p\d"),
     maker="abb",
     without_joints="Stand the arm in the configuration that it is to keep (ConfJ\\Off, ConfL\\Off).",

@@ -12,6 +12,8 @@ _DATA = re.compile(r"(?:LOCAL )?(?:CONST|PERS|VAR) (\w+) (\w+)(?::=(.*))?;")
 _OUTPUT = r"\\[DGA]Op:=(\w+),([\d.-]+);"
 _NUMBER = re.compile(r"-?[\d.]+(?:E\d+)?")
 _LIST = r"[\d.,E-]+"
+_Z0_MM = 0.3
+"""Radius of the zone z0."""
 _POSE = "[[0,0,0],[0,0,0,0]]"
 _SHAPES = {
     "robtarget": "[[0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,0,0,0]]",
@@ -90,9 +92,10 @@ class RapidReader(Reader):
             self.reach(pose)
             return
         length_mm = self.length_to(pose)
-        speed_mm_s = self.numbers(speed, "speeddata")[0] if length_mm else 0.0
+        speed_mm_s, turn_deg_s, *_ = self.numbers(speed, "speeddata")
+        self.state(zone=_Z0_MM if zone == "z0" else float(zone[1:]) if zone != "fine" else 0.0, turn_deg_s=turn_deg_s)
         signals = tuple(self.signal(name, length_mm) for name in re.findall(r"ev\d+", triggers))
-        self.line(pose, zone == "fine", speed_mm_s, signals)
+        self.line(pose, zone == "fine", speed_mm_s if length_mm else 0.0, signals)
 
     def signal(self, name: str, length_mm: float) -> ReadSignal:
         """Place a trigger on a line."""

@@ -7,6 +7,7 @@ from programs.motion.lower import Capability
 from programs.posts.denso.read import PacScriptReader
 from programs.posts.denso.write import PacScript
 from programs.posts.dialect import Dialect, FileForm
+from programs.timing.controller import Controller
 
 DIALECT = Dialect(
     title="Denso PacScript",
@@ -28,6 +29,16 @@ DIALECT = Dialect(
     most_steps=1000,  # of a program; assumed
     write=PacScript.write,
     rebuild=PacScriptReader.rebuild,
+    controller=Controller(
+        blending="zone",
+        acceleration_mm_s2=2000.0,
+        turn_acceleration_deg_s2=1800.0,
+        joint_speed_share=0.1,
+        settle_s=0.05,
+        look_ahead=10,
+        least_line_s=0.008,
+        most_lines=10_000,
+    ),
     move=re.compile(r"\s*Move [LP], @\d P\("),
     maker="denso",
     without_joints="Stand the arm in the figure that it is to keep: positions keep the one that it has (-1).",

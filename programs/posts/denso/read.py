@@ -64,7 +64,9 @@ class PacScriptReader(Reader):
     def move(self, match: re.Match[str]) -> None:
         """Move in a line."""
         passing, values, speed, unit, goes_on = match.groups()
-        self.line(_pose(values), passing == "0", float(speed) if unit == "PER_MM_S" else 0.0)
+        turns = unit == "PER_DEG_S"
+        self.state(zone=float(passing), turn_deg_s=float(speed) if turns else None)
+        self.line(_pose(values), passing == "0", 0.0 if turns else float(speed))
         self.moving, self.percent = goes_on is not None, 0
 
     def wait_for_percent(self, match: re.Match[str]) -> None:

@@ -6,6 +6,7 @@ from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
 from programs.posts.epson.read import SpelReader
 from programs.posts.epson.write import Spel
+from programs.timing.controller import Controller
 
 DIALECT = Dialect(
     title="Epson SPEL+",
@@ -24,6 +25,20 @@ DIALECT = Dialect(
     most_steps=1500,  # of a file; assumed
     write=Spel.write,
     rebuild=SpelReader.rebuild,
+    controller=Controller(
+        blending="overlap",
+        acceleration_mm_s2=2000.0,
+        turn_acceleration_deg_s2=1000.0,
+        joint_speed_share=0.1,
+        settle_s=0.05,
+        look_ahead=10,
+        least_line_s=0.008,
+        most_lines=20_000,
+        sources={
+            "acceleration_mm_s2": "AccelS of the program's text",
+            "turn_acceleration_deg_s2": "AccelR of the program's text",
+        },
+    ),
     move=re.compile(r"\s*(Move|Go) XY\("),
     maker="epson",
 )

@@ -33,11 +33,12 @@ class SpelReader(Reader):
 
     def grammar(self) -> dict[str, Action]:
         """List the statements."""
-        settings = rf"Integer nLoop\d+|Motor On|Power High|Speed \d+|(?:Accel|AccelS|AccelR) {NUMBER}, {NUMBER}"
+        settings = rf"Integer nLoop\d+|Motor On|Power High|Speed \d+|(?:Accel|AccelR) {NUMBER}, {NUMBER}"
         return {
             rf"(Move|Go) {_XY} /(\d+)( ROT)?( CP)?(?: !(.*)!)?": self.move,
             rf"SpeedS {N}": self.set_speed,
-            rf"SpeedR {N}": skip,
+            rf"SpeedR {N}": lambda match: self.state(turn_deg_s=float(match[1])),
+            rf"AccelS {N}, {NUMBER}": lambda match: self.state(acceleration_mm_s2=float(match[1])),
             _OUTPUT: lambda match: self.switch(*_switched(match.groups())),
             rf"Wait {N}": self.pause,
             r"Call (\w+)": self.call,
@@ -71,6 +72,7 @@ class SpelReader(Reader):
         if word == "Go":
             self.reach(pose)
         else:
+            self.state(zone=0.0 if passes is None else 1.0)
             self.line(pose, passes is None, 0.0 if turns else self.speed_mm_s, tuple(_signals(parallel or "")))
 
 

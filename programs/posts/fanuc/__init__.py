@@ -7,6 +7,7 @@ from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
 from programs.posts.fanuc.read import TpReader
 from programs.posts.fanuc.write import Tp
+from programs.timing.controller import Controller
 
 DIALECT = Dialect(
     title="FANUC TP",
@@ -28,6 +29,18 @@ DIALECT = Dialect(
     most_steps=800,  # of a program, each motion an instruction and a position; assumed, the memory is the limit
     write=Tp.write,
     rebuild=TpReader.rebuild,
+    controller=Controller(
+        blending="overlap",
+        rise_s=0.03,
+        acceleration_mm_s2=2000.0,
+        turn_acceleration_deg_s2=1800.0,
+        joint_speed_share=0.1,
+        settle_s=0.05,
+        look_ahead=10,
+        least_line_s=0.016,
+        most_positions=9_999,
+        sources={"least_line_s": "two periods of the interpolator of 8 ms, assumed"},
+    ),
     move=re.compile(r"\s*\d+:L P\["),
     maker="fanuc",
 )

@@ -119,7 +119,10 @@ class TpReader(Reader):
         if not isinstance(pose, Pose):
             raise ProgramError(f"P[{number}] is not cartesian.")
         signals = (ReadSignal(*_assigned(*assigned), 1.0, -float(lead)),) if lead is not None else ()
-        self.line(pose, ending == "FINE", float(speed) if unit == "mm/sec" else 0.0, signals)
+        turns = unit == "deg/sec"
+        zone = 0.0 if ending == "FINE" else 0.01 * float(ending.removeprefix("CNT"))
+        self.state(zone=zone, turn_deg_s=float(speed) if turns else None)
+        self.line(pose, ending == "FINE", 0.0 if turns else float(speed), signals)
 
     def begin_loop(self, match: re.Match[str]) -> None:
         """Find how a loop ends: the jump back to its label, and the reading before it."""

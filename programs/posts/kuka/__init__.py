@@ -7,6 +7,7 @@ from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
 from programs.posts.kuka.read import KrlReader
 from programs.posts.kuka.write import Krl
+from programs.timing.controller import Controller
 
 DIALECT = Dialect(
     title="KUKA KRL",
@@ -27,6 +28,21 @@ DIALECT = Dialect(
     most_steps=1500,  # of a module: about 4,500 lines of .src; assumed, nobody states a limit
     write=Krl.write,
     rebuild=KrlReader.rebuild,
+    controller=Controller(
+        blending="zone",
+        acceleration_mm_s2=2300.0,
+        turn_speed_deg_s=200.0,
+        turn_acceleration_deg_s2=100.0,
+        joint_speed_share=0.1,
+        settle_s=0.05,
+        look_ahead=3,
+        least_line_s=0.012,
+        most_lines=20_000,
+        sources={
+            "look_ahead": "$ADVANCE = 3, which BAS(#INITMOV) sets",
+            "least_line_s": "interpolation cycle of 12 ms (RRS interface of KUKA)",
+        },
+    ),
     move=re.compile(r"\s*(LIN|PTP) P\d"),
     maker="kuka",
     without_joints="Stand the arm in the configuration that it is to keep: PTP without S and T keeps it.",

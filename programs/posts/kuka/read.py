@@ -58,7 +58,9 @@ class KrlReader(Reader):
         return {
             r"LIN (\w+)( C_DIS)?": self.move,
             rf"\$VEL\.CP={N}": self.set_speed,
-            rf"\$(?:VEL\.ORI1|VEL\.ORI2|APO\.CDIS)={N}": skip,
+            rf"\$VEL\.ORI1={N}": lambda match: self.state(turn_deg_s=float(match[1])),
+            rf"\$APO\.CDIS={N}": lambda match: self.state(zone=float(match[1])),
+            rf"\$VEL\.ORI2={N}": skip,
             rf"TRIGGER WHEN (?:PATH={N}|DISTANCE=1) DELAY=(-?\d+) DO {_ASSIGNMENT}": self.define_trigger,
             _PREPARATION: skip,
             r"PTP (\w+)": lambda match: self.reach(self.frame(match[1])),

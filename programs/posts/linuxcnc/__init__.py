@@ -4,6 +4,7 @@ from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
 from programs.posts.linuxcnc.read import GCodeReader
 from programs.posts.linuxcnc.write import GCode
+from programs.timing.controller import Controller
 
 DIALECT = Dialect(
     title="LinuxCNC G-code",
@@ -21,5 +22,18 @@ DIALECT = Dialect(
     most_steps=5000,  # of a subroutine; assumed, for previews: the interpreter itself reads from disk, line by line
     write=GCode.write,
     rebuild=GCodeReader.rebuild,
+    controller=Controller(
+        blending="tolerance",
+        look_ahead=50,
+        least_line_s=0.001,
+        blend_acceleration_share=0.5,
+        stops_in_turning_line=True,
+        sources={
+            "look_ahead": "ARC_BLEND_OPTIMIZATION_DEPTH of the INI file, 50",
+            "least_line_s": "SERVO_PERIOD, 1 ms",
+            "blend_acceleration_share": "tp.c: parabolic blends have half the acceleration",
+            "stops_in_turning_line": "tp.c: no look-ahead over lines with turning axes",
+        },
+    ),
     needs_joints=True,
 )

@@ -24,6 +24,7 @@ class GCodeReader(Reader):
         self.axes: dict[str, float] = {}
         """In machine coordinates, in the order in which they are first written."""
         self.stops = False
+        self.tolerance_mm = 0.0
         self.inverse = False
         self.loops: list[str] = []
         """Blocks that end the loops that run."""
@@ -44,7 +45,7 @@ class GCodeReader(Reader):
     def grammar(self) -> dict[str, Action]:
         """List the blocks."""
         return {
-            rf"((?:G61\.1 |G64 P{NUMBER} Q0 )?)(G9[34] )?G1({_AXES}) F{N}": self.feed,
+            rf"((?:G61\.1 |G64 P{N} Q0 )?)(G9[34] )?G1({_AXES}) F{N}": self.feed,
             rf"G0({_AXES})": lambda match: self.steps.append(ReadReach(self.move(match[1]))),
             rf"G53 G0{_AXES}": skip,
             r"M6([2-5]) P(\d+)": lambda match: self.switch(f"digital {match[2]}", float(match[1] in "24")),
@@ -62,14 +63,15 @@ class GCodeReader(Reader):
 
     def feed(self, match: re.Match[str]) -> None:
         """Move in a straight line of the axes."""
-        path, feed_mode, words, feed = match.groups()
+        path, tolerance_mm, feed_mode, words, feed = match.groups()
         self.stops = path.startswith("G61.1") if path else self.stops
+        self.tolerance_mm = float(tolerance_mm) if tolerance_mm else self.tolerance_mm
         self.inverse = feed_mode == "G93 " if feed_mode else self.inverse
-        target = self.move(words)
+        target, zone = self.move(words), 0.0 if self.stops else self.tolerance_mm
         if self.inverse:
-            self.steps.append(ReadLine(target, self.stops, None, duration_s=60.0 / float(feed)))
+            self.steps.append(ReadLine(target, self.stops, None, duration_s=60.0 / float(feed), zone=zone))
         else:
-            self.steps.append(ReadLine(target, self.stops, float(feed) / 60.0))
+            self.steps.append(ReadLine(target, self.stops, float(feed) / 60.0, zone=zone))
 
     def move(self, words: str) -> Axes:
         """Give the axes after a block."""

@@ -7,6 +7,7 @@ from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
 from programs.posts.melfa.read import MelfaBasicReader
 from programs.posts.melfa.write import MelfaBasic
+from programs.timing.controller import Controller
 
 DIALECT = Dialect(
     title="Mitsubishi MELFA-BASIC",
@@ -26,6 +27,18 @@ DIALECT = Dialect(
     most_steps=2000,  # of a program: below 8,000 of the 32,767 step numbers; assumed
     write=MelfaBasic.write,
     rebuild=MelfaBasicReader.rebuild,
+    controller=Controller(
+        blending="zone",
+        acceleration_mm_s2=2000.0,
+        turn_speed_deg_s=180.0,
+        turn_acceleration_deg_s2=1800.0,
+        joint_speed_share=0.1,
+        settle_s=0.05,
+        look_ahead=10,
+        least_line_s=0.0071,
+        most_lines=32_767,
+        sources={"most_lines": "step numbers of a program (manual of CR1D)"},
+    ),
     move=re.compile(r"\d+ (Mvs|Mov) P\d"),
     maker="mitsubishi",
 )

@@ -48,7 +48,7 @@ class MelfaBasicReader(Reader):
             rf"Mvs (P\d+)(?: Wth {_OUTPUT})?": self.move,
             r"Mov ([PJ]\d+)": lambda match: self.move_to(self.position(match[1])),
             rf"Spd (?:{N}|M_NSpd)": self.set_speed,
-            rf"Cnt (0|1,{NUMBER},{NUMBER})": self.set_passing,
+            rf"Cnt (?:0|1,({NUMBER}),{NUMBER})": self.set_passing,
             _OUTPUT: lambda match: self.set_output(*match.groups()),
             rf"Dly {N}": self.pause,
             r'CallP "(\w+)"': self.call,
@@ -86,7 +86,8 @@ class MelfaBasicReader(Reader):
 
     def set_passing(self, match: re.Match[str]) -> None:
         """Stop at the ends of lines, or pass them."""
-        self.stops = match[1] == "0"
+        self.stops = match[1] is None
+        self.state(zone=float(match[1] or 0.0))
 
     def begin_loop(self, match: re.Match[str]) -> None:
         """Find how a loop ends: the jump back to its label."""

@@ -10,6 +10,7 @@ from programs.motion.steps import (
     RESOLUTION_MM,
     Call,
     EndRepeat,
+    Event,
     Line,
     MotionProgram,
     Note,
@@ -52,8 +53,31 @@ _PAUSE_S = 0.006
 _SPEED_SHARE, _SPEED_MM_S = 0.01, 1.0
 _MOST_DIFFERENCES = 20
 
-_Fired: TypeAlias = tuple[ReadSignal, float, float]
-"""A signal, and from where to where on the planned line the line that carries it goes."""
+_Fired: TypeAlias = tuple[ReadSignal, float, float, int]
+"""A signal, from where to where on the planned line the line that carries it goes, and the step that was read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """A motion that was read, and the part of a planned one that it is."""
+
+    step: int
+    """Of those that were read."""
+    planned: Line | Reach
+    begin: float
+    end: float
+    """Shares of the planned line at its ends; 0 and 1 of a joint motion."""
+
+
+@dataclass(frozen=True, slots=True)
+class Firing:
+    """A signal that was read, and the planned one that it is."""
+
+    step: int
+    """Of those that were read: the line that carries it, or the output before one."""
+    signal: ReadSignal
+    line: Line
+    event: Event
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +108,10 @@ class Agreement:
     """Largest angle from the planned orientation there."""
     event_s: float = 0.0
     """Largest time between a signal and the planned one."""
+    matches: tuple[Match, ...] = ()
+    """Motions that were read, in order."""
+    firings: tuple[Firing, ...] = ()
+    """Signals on lines that were read, in order."""
 
     def describe(self) -> str:
         """State the worst values in words."""
@@ -142,6 +170,8 @@ class _Comparison:
     turn_deg: float = 0.0
     event_s: float = 0.0
     """The worst so far."""
+    matches: list[Match] = field(default_factory=list[Match])
+    firings: list[Firing] = field(default_factory=list[Firing])
 
     @property
     def read(self) -> tuple[ReadStep, ...]:
@@ -150,7 +180,14 @@ class _Comparison:
 
     def agreement(self) -> Agreement:
         """Give what was found."""
-        return Agreement(tuple(self.differences), self.place_mm, self.turn_deg, self.event_s)
+        return Agreement(
+            tuple(self.differences),
+            self.place_mm,
+            self.turn_deg,
+            self.event_s,
+            tuple(self.matches),
+            tuple(self.firings),
+        )
 
     def differ(self, message: str, made_by: Source, step: int | None = None) -> None:
         """Add a difference at a step that was read; at the last one if that is not given."""
@@ -190,6 +227,7 @@ class _Comparison:
                 if not self.is_same(step, found):
                     self.differ(f"planned {step}, read {found}", step.made_by)
                 if isinstance(step, Reach):
+                    self.matches.append(Match(self.at - 1, step, 0.0, 1.0))
                     self.match_frames(step)
 
     def is_same(self, step: Step, found: ReadStep | None) -> bool:
@@ -261,18 +299,19 @@ class _Comparison:
                 break  # it is that other one
             found = self.next()
             if isinstance(found, ReadSwitch) and len(fired) < len(line.events):
-                fired.append((ReadSignal(found.channel, found.value, 0.0, 0.0), done, done))
+                fired.append((ReadSignal(found.channel, found.value, 0.0, 0.0), done, done, self.at))
             elif isinstance(found, ReadLine):
                 target, end = self.locate(line, found.target, done)
                 self.match_part(line, found, (begin, done, target, end))
-                fired += [(signal, done, end) for signal in found.signals]
+                self.matches.append(Match(self.at, line, done, end))
+                fired += [(signal, done, end, self.at) for signal in found.signals]
                 done, begin, stops = end, target, found.stops
             else:
                 self.differ(f"planned a line, read {found}", line.made_by, self.at)
                 return
             self.at += 1
         while isinstance(found := self.next(), ReadSwitch) and len(fired) < len(line.events):
-            fired.append((ReadSignal(found.channel, found.value, 0.0, 0.0), 1.0, 1.0))
+            fired.append((ReadSignal(found.channel, found.value, 0.0, 0.0), 1.0, 1.0, self.at))
             self.at += 1
         if stops is not None and stops != (line.blend_mm == 0.0):
             self.differ(f"the line {'stops' if stops else 'does not stop'}", line.made_by)
@@ -340,7 +379,8 @@ class _Comparison:
         if len(fired) != len(line.events):
             self.differ(f"{len(fired)} signals on the line, planned {len(line.events)}", line.made_by)
             return
-        for (signal, first, last), event in zip(fired, line.events, strict=True):
+        for (signal, first, last, step), event in zip(fired, line.events, strict=True):
+            self.firings.append(Firing(step, signal, line, event))
             if not self.is_output(event.channel, event.value, signal.channel, signal.value):
                 self.differ(f"signal {signal}, planned {event}", event.made_by)
             place = first + signal.share * (last - first)

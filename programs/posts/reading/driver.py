@@ -3,12 +3,14 @@
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Self, TypeAlias, TypeVar
 
 from programs.errors import ProgramError
 from programs.pose import Pose, Quaternion, distance
 from programs.posts.dialect import ProgramFiles
 from programs.posts.rebuilt import (
+    Axes,
     ReadBoard,
     ReadCall,
     ReadEndRepeat,
@@ -99,6 +101,8 @@ class Reader(ABC):
         """Joint values that it came to, as the controller counts them, degrees or mm: the next motion ends there.
 
         Empty where the last motion was no such one."""
+        self.terms = ReadLine(Axes(()), None, None)
+        """Zone, turn rate and acceleration that are in force, or that the line to come states."""
         self._used: tuple[ReadTool | None, ReadBoard | None] = (None, None)
         self._running: set[str] = set()
         self._patterns: list[tuple[re.Pattern[str], Action]] = []
@@ -291,13 +295,20 @@ class Reader(ABC):
         self.pose, self.counted = pose, ()
 
     def line(self, pose: Pose, stops: bool, speed_mm_s: float, signals: tuple[ReadSignal, ...] = ()) -> None:
-        """Go straight to a pose; after joint values it is there already."""
+        """Go straight to a pose, under ``terms``; after joint values it is there already."""
         if self.counted or self.pose is None:
             self.reach(pose, self.counted)
             return
         self._use_frames()
-        self.steps.append(ReadLine(pose, stops, speed_mm_s, signals))
+        zone = 0.0 if stops else self.terms.zone
+        self.steps.append(
+            replace(self.terms, target=pose, stops=stops, speed_mm_s=speed_mm_s, signals=signals, zone=zone)
+        )
         self.pose = pose
+
+    def state(self, **terms: float | None) -> None:
+        """Put terms of lines in force: ``zone``, ``turn_deg_s``, ``acceleration_mm_s2``, ``duration_s``."""
+        self.terms = replace(self.terms, **terms)  # pyright: ignore[reportArgumentType]
 
     def length_to(self, pose: Pose) -> float:
         """Millimetres to a pose; 0 where the tool only turns, and where the robot's own pose is not known."""

@@ -5,10 +5,13 @@ from programs.motion.installation import Installation
 from programs.motion.steps import MotionProgram
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.reading.compare import Agreement, measure
+from programs.posts.rebuilt import Rebuilt
 
 
-def prove(dialect: Dialect, files: ProgramFiles, motion: MotionProgram, installation: Installation) -> Agreement:
-    """Read a program back, and compare it with the motion it was made from.
+def prove(
+    dialect: Dialect, files: ProgramFiles, motion: MotionProgram, installation: Installation
+) -> tuple[Rebuilt, Agreement]:
+    """Read a program back, compare it with the motion it was made from, and give both.
 
     Args:
         dialect: Its language.
@@ -22,7 +25,8 @@ def prove(dialect: Dialect, files: ProgramFiles, motion: MotionProgram, installa
     """
     remedy = f"The {dialect.title} writer is at fault: nothing was written. Choose another dialect, and report this."
     try:
-        agreement = measure(dialect.read(files), motion, installation)
+        rebuilt = dialect.read(files)
+        agreement = measure(rebuilt, motion, installation)
     except ProgramError as refused:
         raise ProgramError(f"{refused} The text cannot be read back. {remedy}") from None
     if agreement.differences:
@@ -33,4 +37,4 @@ def prove(dialect: Dialect, files: ProgramFiles, motion: MotionProgram, installa
         )
         place = first.place
         raise ProgramError(f"{message} {remedy}", file=place and place.file, line=place and place.line)
-    return agreement
+    return rebuilt, agreement

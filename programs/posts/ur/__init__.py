@@ -7,6 +7,7 @@ from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
 from programs.posts.ur.read import UrScriptReader
 from programs.posts.ur.write import UrScript
+from programs.timing.controller import Controller
 
 DIALECT = Dialect(
     title="URScript",
@@ -30,6 +31,16 @@ DIALECT = Dialect(
     most_steps=1500,  # of a script file; assumed, nobody states a limit, and larger scripts take long to load
     write=UrScript.write,
     rebuild=UrScriptReader.rebuild,
+    controller=Controller(
+        blending="zone",
+        acceleration_mm_s2=1200.0,
+        joint_speed_share=0.1,
+        look_ahead=100,
+        least_line_s=0.008,
+        times_are_whole=True,
+        most_bytes=2_000_000,
+        sources={"acceleration_mm_s2": "stated by each movel", "times_are_whole": "script manual: t overrules a and v"},
+    ),
     move=re.compile(r"\s*movel\("),
     maker="universal-robots",
     without_joints="Stand the arm in the configuration that it is to keep: movej takes the nearest one.",

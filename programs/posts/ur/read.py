@@ -67,12 +67,12 @@ class UrScriptReader(Reader):
 
     def grammar(self) -> dict[str, Action]:
         """List the statements."""
-        target = rf"\(pose_trans\(board, {_POSE}\), a=[\d.]+"
+        target = rf"\(pose_trans\(board, {_POSE}\), a="
         looks = rf" and \(\1 == 0 or {N}\*get_standard_analog_in\(\d+\)\+{N} < {N}\)"
         return {
-            rf"movel{target}, ([vt])={N}(?:, r={N})\)": self.move,
-            rf"movej{target}, v=[\d.]+\)": lambda match: self.reach(_pose(match.groups())),
-            rf"movel{target}, v=[\d.]+\)": lambda match: self.reach(_pose(match.groups()), self.counted),
+            rf"movel{target}{N}, ([vt])={N}(?:, r={N})\)": self.move,
+            rf"movej{target}[\d.]+, v=[\d.]+\)": lambda match: self.reach(_pose(match.groups())),
+            rf"movel{target}[\d.]+, v=[\d.]+\)": lambda match: self.reach(_pose(match.groups()), self.counted),
             rf"movej\(\[((?:{NUMBER},)*{NUMBER})\], a=[\d.]+, v=[\d.]+\)": self.move_radians,
             rf"arm\({_POSE}, {_POSE}, {N}, {_OUTPUT}\)": self.arm,
             rf"set_out\({_OUTPUT}\)": lambda match: self.switch(f"{_CHANNELS[match[1]]} {match[2]}", float(match[3])),
@@ -106,12 +106,14 @@ class UrScriptReader(Reader):
     def move(self, match: re.Match[str]) -> None:
         """Move in a line; what is armed has to be armed for it."""
         numbers = match.groups()
-        pose, (kind, pace, blend) = _pose(numbers[:6]), numbers[6:]
+        pose, (acceleration, kind, pace, blend) = _pose(numbers[:6]), numbers[6:]
         for start, target, _ in self.armed:
             if self.pose is None or distance(start, self.pose) > 1e-6 or distance(target, pose) > 1e-6:
                 raise ProgramError("an output is armed for another move than the next.")
         signals = tuple(signal for _, _, signal in self.armed)
         self.armed = []
+        self.state(zone=1000.0 * float(blend), acceleration_mm_s2=1000.0 * float(acceleration))
+        self.state(duration_s=float(pace) if kind == "t" else None)
         self.line(pose, float(blend) == 0.0, 1000.0 * float(pace) if kind == "v" else 0.0, signals)
 
 

@@ -7,6 +7,7 @@ from programs.posts.dialect import Dialect, FileForm
 from programs.posts.val3.project import PERIOD_S
 from programs.posts.val3.read import Val3Reader
 from programs.posts.val3.write import Val3
+from programs.timing.controller import Controller
 
 DIALECT = Dialect(
     title="Staubli VAL3",
@@ -18,6 +19,14 @@ DIALECT = Dialect(
     most_steps=1500,  # of a program; assumed, an array takes 9,999 points
     write=Val3.write,
     rebuild=Val3Reader.rebuild,
+    controller=Controller(
+        blending="zone",
+        settle_s=0.05,
+        look_ahead=20,
+        least_line_s=0.004,
+        most_positions=9_999,
+        sources={"most_positions": "size of an array"},
+    ),
     move=re.compile(r"\s*(nId=)?move[lj]\(p\w*\["),
     maker="staubli",
     without_joints="Stand the arm in the configuration that it is to keep: points have ssame, esame, wsame.",

@@ -118,6 +118,7 @@ class Val3Reader(Reader):
             return
         speeds = self.value(movement)
         turns = self.pose is not None and not self.length_to(pose)
+        self.state(zone=float(speeds["leave"]), turn_deg_s=float(speeds["rmax"]))
         self.line(pose, speeds["blend"] == "off", 0.0 if turns else float(speeds["tmax"]))
 
     def trigger(self, match: re.Match[str]) -> None:

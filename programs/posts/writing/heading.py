@@ -8,6 +8,7 @@ from programs.motion.lower import Lowered
 from programs.motion.steps import Line, MotionProgram, Repeat, Switch
 from programs.posts.dialect import Dialect
 from programs.posts.writing.wording import cut, join_lines, plain, short
+from programs.timing.forecast import Forecast
 
 _MOST_FINDINGS = 12
 _WIDTH = 110
@@ -28,6 +29,7 @@ def heading(dialect: Dialect, lowered: Lowered, installation: Installation) -> t
         f"Cell   {installation.cell}  robot {installation.robot}",
         *([f"Held   {installation.held}"] if installation.held else []),
         f"Planned time {motion.duration_s:.1f} s, each loop once",
+        *_predicted(lowered.forecast),
         f"Worst event error {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"
         + (f" ({error.made_by})" if error.made_by else ""),
         f"Controller class {capability.controller_class}; cycle {1e3 * capability.cycle_s:g} ms is in the error",
@@ -38,13 +40,24 @@ def heading(dialect: Dialect, lowered: Lowered, installation: Installation) -> t
     return tuple(plain(line) for line in lines)
 
 
+def _predicted(forecast: Forecast | None) -> Iterator[str]:
+    if forecast is not None:
+        yield f"Predicted time {forecast.describe()}"
+        yield (
+            f"Worst event error {forecast.event_mm:.2f} mm, {1e3 * forecast.event_s:.1f} ms at predicted speeds"
+            + (f" ({forecast.event_by})" if forecast.event_by else "")
+        )
+
+
 def short_heading(lowered: Lowered, installation: Installation, page: str) -> tuple[str, ...]:
     """Give the lines of a header for comments of some 30 characters, the rest being on a page."""
-    origin, error = lowered.motion.origin, lowered.error
+    origin, error, forecast = lowered.motion.origin, lowered.error, lowered.forecast
+    predicted = () if forecast is None else (f"Time {forecast.predicted_s:.1f} s, {forecast.ratio:.2f} x plan",)
     return (
         f"Washboard: board {origin.board}",
         f"recipe {origin.recipe}",
         f"cell {installation.cell}",
+        *predicted,
         f"Event error {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms",
         f"Frames: see {page}",
     )

@@ -7,6 +7,7 @@ from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
 from programs.posts.yaskawa.read import InformReader
 from programs.posts.yaskawa.write import Inform
+from programs.timing.controller import Controller
 
 DIALECT = Dialect(
     title="Yaskawa INFORM",
@@ -28,6 +29,18 @@ DIALECT = Dialect(
     most_steps=1000,  # of a job; assumed, the memory is the limit, and positions are numbered up to C09998
     write=Inform.write,
     rebuild=InformReader.rebuild,
+    controller=Controller(
+        blending="zone",
+        rise_s=0.03,
+        acceleration_mm_s2=2000.0,
+        turn_acceleration_deg_s2=1800.0,
+        joint_speed_share=0.1,
+        settle_s=0.05,
+        look_ahead=10,
+        least_line_s=0.008,
+        most_positions=9_998,
+        sources={"most_positions": "positions are numbered up to C09998"},
+    ),
     move=re.compile(r"MOV[LJ] C\d"),
     maker="yaskawa",
 )

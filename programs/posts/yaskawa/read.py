@@ -9,7 +9,7 @@ from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.driver import Action, N, Reader, Statement, look_up, read_pose, refusal, skip, statements_of
 from programs.posts.rebuilt import ReadSignal
 from programs.posts.writing.angles import from_fixed_xyz
-from programs.posts.yaskawa.write import LONGEST_WAIT_S
+from programs.posts.yaskawa.write import LONGEST_WAIT_S, PASSING_MM
 
 _OUTPUT = rf"(?:DOUT (OT|OG)|AOUT (AO))#\((\d+)\) (ON|OFF|{N})"
 _AGAIN = r"JUMP \*(LOOP\d+) IF I\d{3}<(\d+)"
@@ -93,7 +93,10 @@ class InformReader(Reader):
             if output is None:
                 raise ProgramError(f"no output follows {match[0]!r}.")
             signals = (ReadSignal(*_assigned(output), 1.0, -float(ahead)),)
-        self.line(pose, level == "PL=0", float(speed) if unit == "V" else 0.0, signals)
+        turns = unit == "VR"
+        zone = float(level.removeprefix("CR=")) if level.startswith("CR") else PASSING_MM
+        self.state(zone=zone, turn_deg_s=float(speed) if turns else None)
+        self.line(pose, level == "PL=0", 0.0 if turns else float(speed), signals)
 
 
 def _assigned(match: re.Match[str]) -> tuple[str, float]:

@@ -21,12 +21,14 @@ from programs.posts.writing.wording import fixed, join_lines, pose_words, split_
 LONGEST_WAIT_S = 655.0
 """TIMER takes up to 655.35 s."""
 _REACH_PERCENT = "10.00"
+PASSING_MM = 0.3
+"""Greatest S1CxG033, which PL=1 passes by."""
 _NARROWEST_CR_MM = 1.0
 """CR takes no smaller corner radius."""
 _NOTES = (
     "Rx, Ry, Rz turn about the fixed x, then y, then z axis; points are in the board's CAD frame, as user frame",
     "Positions are RECTAN, as the pulses of a degree differ from robot to robot",
-    "V in mm/s, VR in degrees/s; PL=0 stops, PL=1 passes: let parameter S1CxG033 be 0.3 mm or less",
+    f"V in mm/s, VR in degrees/s; PL=0 stops, PL=1 passes: let parameter S1CxG033 be {PASSING_MM} mm or less",
     "I090 and up count loops; ENWAIT T counts from the end of its motion, in s",
 )
 

@@ -59,7 +59,7 @@ def test_text_and_place_belong_together(dialect):
     done = tracked_text(dialect)
     assert done.places_known
     moves = [move for file in done.files for move in file.moves if move is not None]
-    read = [step.target for step in DIALECTS[dialect].read(done.content).steps if hasattr(step, "target")]
+    read = [step.target for step in DIALECTS[dialect].read(done.exported.files).steps if hasattr(step, "target")]
     assert len(moves) == len(read)
     for move, target in zip(moves, read, strict=True):
         assert move.target.position == pytest.approx(target.position, abs=0.02)
@@ -80,7 +80,7 @@ def test_every_sprayed_stroke_is_found_in_every_language(dialect):
 @pytest.mark.parametrize("dialect", ["ur", "joint-table"])
 def test_the_page_writes_what_the_command_line_writes(dialect):
     done = tracked()
-    assert dict(write_tracked(done.report, done.cell, dialect).files) == dict(tracked_text(dialect).content)
+    assert dict(write_tracked(done.report, done.cell, dialect).files) == dict(tracked_text(dialect).exported.files)
 
 
 def test_the_first_text_of_a_stroke_is_found_and_leads_back():

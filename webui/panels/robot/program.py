@@ -113,13 +113,14 @@ class ProgramPanel:
 
 def written_html(made: RobotProgram) -> str:
     """Files, timing errors of the jet, and findings of a written program."""
-    written = made.written
-    language, error = DIALECTS[written.dialect], written.error
+    written, exported = made.written, made.written.exported
+    language, error = DIALECTS[written.dialect], exported.error
     lines = sum(len(file.lines) for file in written.files)
     facts = {
         "Files": f"{len(written.files)}, {lines:,} lines",
+        **({"Time": forecast.describe()} if (forecast := exported.forecast) is not None else {}),
         "Events": f"at worst {error.distance_mm:.2f} mm, {1000 * error.time_s:.0f} ms off",
-        "Read back": written.agreement.describe(),
+        "Read back": exported.agreement.describe(),
         "Controller": f"class {language.capability.controller_class}",
     }
-    return box_html(facts_html(facts)) + mistakes_html(written.findings)
+    return box_html(facts_html(facts)) + mistakes_html(exported.findings)

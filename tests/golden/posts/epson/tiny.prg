@@ -3,6 +3,8 @@
 ' Recipe smt-aqueous  sha256 77b0
 ' Cell   bench  robot arm
 ' Planned time 3.6 s, each loop once
+' Predicted time 3.0 s by this controller's model, 0.84 x planned
+' Worst event error 0.00 mm, 30.0 ms at predicted speeds (s/pass)
 ' Worst event error 0.04 mm, 22.0 ms at planned speeds (s/pass)
 ' Controller class 2; cycle 2 ms is in the error
 ' Analog aoPressure: 0 V is 0, 10 V is 10

@@ -3,6 +3,7 @@ import zipfile
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
+from html import unescape
 
 import pytest
 from made_findings import made_finding
@@ -33,6 +34,11 @@ def ready(maker="universal-robots"):
 
 
 @pytest.mark.slow
+def in_language(made, dialect, **changed):
+    exported = replace(made.written.exported, **changed)
+    return replace(made, written=replace(made.written, dialect=dialect, exported=exported))
+
+
 def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
     one, same = (make_program(ready("fanuc"), "fanuc", quiet) for _ in range(2))
     assert one.checked is ready("fanuc").check
@@ -40,7 +46,7 @@ def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
     assert packed == download_program(same, ())
     assert packed.name == "tiny-smt-aqueous-fanuc.zip"
     with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
-        assert {name: archive.read(name).decode() for name in archive.namelist()} == dict(one.written.content)
+        assert {name: archive.read(name).decode() for name in archive.namelist()} == dict(one.written.exported.files)
     alone = download_program(make_program(ready(), "ur", quiet), ())
     assert (alone.name, alone.content[:8]) == ("tiny.script", b"def tiny")
 
@@ -48,7 +54,7 @@ def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
 def test_a_project_is_packed_in_its_folder():
     content = {"tiny.pjx": "list\n", "start.pgx": "code\n"}
     made = make_program(ready(), "ur", quiet)
-    packed = download_program(replace(made, written=replace(made.written, dialect="val3", content=content)), ())
+    packed = download_program(in_language(made, "val3", files=content), ())
     assert packed.name == "tiny-smt-aqueous-val3.zip"
     with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
         assert archive.namelist() == ["tiny/tiny.pjx", "tiny/start.pgx"]
@@ -91,7 +97,7 @@ def test_errors_forbid_the_download_until_their_rules_are_allowed():
 def test_what_a_robot_cannot_do_is_written_as_planned_and_says_so():
     still = replace(ready().check, motion=None)
     made = make_program(replace(ready(), checked=still), "ur", quiet)
-    assert "tiny.script" in made.written.content
+    assert "tiny.script" in made.written.exported.files
     with pytest.raises(ProgramError, match="joint values"):
         make_program(replace(ready(), checked=still), "joint-table", quiet)
 
@@ -99,8 +105,9 @@ def test_what_a_robot_cannot_do_is_written_as_planned_and_says_so():
 def test_the_worst_event_error_is_said_and_findings_are_text():
     made = make_program(ready(), "ur", quiet)
     html = written_html(made)
-    assert f"{made.written.error.distance_mm:.2f} mm" in html
-    odd = replace(made, written=replace(made.written, findings=(made_finding("r", "warning", "<script>"),)))
+    assert f"{made.written.exported.error.distance_mm:.2f} mm" in html
+    assert made.written.exported.forecast.describe() in unescape(html)
+    odd = in_language(made, "ur", findings=(made_finding("r", "warning", "<script>"),))
     assert "<script>" not in written_html(odd)
 
 
@@ -125,7 +132,7 @@ def test_the_panel_writes_shows_and_gives_away(tmp_path):
         assert "Events" in panel._run._line.content
         press(page, "Download")
         made = make_program(ready(), "ur", quiet)
-        assert sent == [("tiny.script", made.written.content["tiny.script"].encode())]
+        assert sent == [("tiny.script", made.written.exported.files["tiny.script"].encode())]
         press(page, "Language", "Joint look-up table")
         wait_for(lambda: "tiny.csv" in find(page, "File").options)
         page.show(replace(page.session, run=replace(page.session.run)))

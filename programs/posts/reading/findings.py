@@ -1,0 +1,87 @@
+"""Findings on a program's text: it takes longer than planned, or is longer than the controller takes."""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from programs.posts.dialect import ProgramFiles
+from programs.posts.rebuilt import ReadLine, ReadReach, Rebuilt
+from programs.timing.controller import Controller
+from programs.timing.forecast import Cause, Forecast
+from specs.finding import Finding
+from specs.finding_rules import SLOWER_ON_CONTROLLER, TOO_MANY_POINTS
+from specs.source import NO_SOURCE
+
+MOST_RATIO = 1.10
+"""Predicted over planned time from which on a finding states why."""
+_LEAST_SHARE = 0.1
+"""Of the time lost, that a cause has to have to be named."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Remedy:
+    """What takes the time, and what helps."""
+
+    what: str
+    remedy: str
+
+
+_REMEDIES: dict[Cause, _Remedy] = {
+    "speed": _Remedy("at the commanded speed", "the plan is faster there than the text: report this"),
+    "ramps": _Remedy("speeding up and slowing down", "state the controller's acceleration, or plan with less"),
+    "stops": _Remedy("stopping", "let the recipe stop less often"),
+    "corners": _Remedy("slowed by a corner at one end", "plan with less speed or acceleration"),
+    "short lines": _Remedy("too short for their speed", "plan with less speed, or wider corners"),
+    "look-ahead": _Remedy("too short for the lines that are planned ahead", "plan with less speed, or wider corners"),
+    "turn of the tool": _Remedy(
+        "turning the tool", "plan with a lower rotation speed and acceleration, or state the controller's own"
+    ),
+    "joint limits": _Remedy("at the limits of the joints", "plan with the cell (plan --cell), or lower the limits"),
+    "joint moves": _Remedy("joint motions at their stated speed", "raise that speed once the program has been run"),
+}
+
+
+def check_time(forecast: Forecast, controller: Controller) -> Iterator[Finding]:
+    """Report where and why a controller takes more than 1.10 times the planned time."""
+    if forecast.ratio <= MOST_RATIO:
+        return
+    losses = [loss for loss in forecast.losses() if loss[1] > 0.0]
+    whole = sum(lost_s for _, lost_s, _, _ in losses)
+    named = [loss for loss in losses if loss[1] >= _LEAST_SHARE * whole] or losses[:1]
+    reasons = "; ".join(
+        f"{lost_s:.1f} s on {count} moves {_REMEDIES[cause].what} (worst: {worst.made_by or 'program'}, "
+        f"{worst.predicted_s:.2f} s for {worst.planned_s:.2f} s)"
+        for cause, lost_s, count, worst in named
+    )
+    message = (
+        f"the controller is predicted to take {forecast.predicted_s:.1f} s for {forecast.planned_s:.1f} s planned, "
+        f"{forecast.ratio:.2f} times: {reasons}."
+    )
+    if named:
+        message += f" Remedy: {_REMEDIES[named[0][0]].remedy}."
+    yield Finding(SLOWER_ON_CONTROLLER, message, named[0][3].made_by if named else NO_SOURCE)
+
+
+def check_size(files: ProgramFiles, rebuilt: Rebuilt, controller: Controller) -> Iterator[Finding]:
+    """Report files that are longer than their controller is known to take, once for each of its limits."""
+    positions = Counter(
+        place.file
+        for step, place in zip(rebuilt.steps, rebuilt.places, strict=True)
+        if isinstance(step, ReadLine | ReadReach) and place is not None
+    )
+    for word, what, sizes in (
+        ("most_positions", "positions", dict(positions)),
+        ("most_lines", "lines", {name: text.count("\n") for name, text in files.items()}),
+        ("most_bytes", "bytes", {name: len(text) for name, text in files.items()}),
+    ):
+        most = getattr(controller, word)
+        over = {name: size for name, size in sizes.items() if size > most > 0}
+        if over:
+            name, size = max(over.items(), key=lambda each: each[1])
+            others = f", and {len(over) - 1} files more" if len(over) > 1 else ""
+            message = (
+                f"{name} has {size} {what}{others}; the controller is known to take {most} in one "
+                f"({controller.source(word)}). State {word} under controller of the cell if it takes more, or wash "
+                "fewer parts in one program."
+            )
+            yield Finding(TOO_MANY_POINTS, message)

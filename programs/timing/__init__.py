@@ -1,0 +1,1 @@
+"""Motion over time as controllers make it of a program's lines."""

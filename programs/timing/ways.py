@@ -1,0 +1,181 @@
+"""Lines as a controller sees them, and how fast it drives each and passes its end."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from math import acos, cos, dist, hypot, inf, sqrt, tan
+
+import numpy as np
+
+from geometry.arrays import Scalars
+from programs.pose import Position
+from programs.timing.controller import Controller
+from programs.timing.drive import Lane
+from programs.timing.forecast import Cause
+from programs.timing.ramps import Ramp
+
+_STRAIGHT = 1e-6
+"""Change of a direction that is none."""
+_LARGEST = 1e9
+"""Speed and acceleration where nothing limits them."""
+_ARC_SHARE = sqrt(0.75)
+"""Of the acceleration that LinuxCNC uses across an arc (``BLEND_ACC_RATIO_NORMAL`` of its ``blendmath.h``)."""
+_LEAST_COSINE = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """One line, all rates per mm of it, or per degree where the tool turns on the spot."""
+
+    length: float
+    turns: bool
+    """Whether the tool turns on the spot."""
+    direction: Position
+    """Unit vector; zeros where the tool turns on the spot."""
+    turning: Position
+    """Turn of the tool: axis times degrees."""
+    first: Scalars
+    """(dof,) rates of the joints where it begins, degrees or mm."""
+    last: Scalars
+    """(dof,) where it ends."""
+    fastest: Scalars
+    """(dof,) largest."""
+    bend: Scalars
+    """(dof,) largest change of those rates."""
+    speed: float
+    """As commanded, mm/s or degrees/s."""
+    stops: bool
+    zone: float
+    """How its end is passed, in the terms of the controller's blending."""
+    turn_deg_s: float = inf
+    """Greatest rate of the turn that its text states."""
+    acceleration_mm_s2: float | None = None
+    """That its text states; ``None`` for the controller's own."""
+    whole_s: float | None = None
+    """Time from rest to rest that its text states in place of a speed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Machine:
+    """What limits a motion: the controller and the joints."""
+
+    controller: Controller
+    speed: Scalars
+    """(dof,) greatest speeds of the joints, degrees/s or mm/s."""
+    acceleration: Scalars
+    """(dof,)"""
+    revolute: Scalars
+    """(dof,) 1 where a joint turns, 0 where it slides."""
+
+    def joint_time(self, way: Scalars, share: float) -> float:
+        """Time of a joint motion from rest to rest.
+
+        Args:
+            way: (dof,) degrees or mm.
+            share: Of the joints' greatest speeds.
+        """
+        longest = 0.0
+        for size, speed, acceleration in np.column_stack((np.abs(way), self.speed, self.acceleration)).tolist():
+            ramp = Ramp(min(acceleration, _LARGEST), self.controller.rise_s)
+            top = ramp.peak(0.0, 0.0, size, min(share * speed, _LARGEST))
+            if top > 0.0:
+                longest = max(longest, 2.0 * ramp.duration(top) + (size - 2.0 * ramp.length(0.0, top)) / top)
+        return longest
+
+    def lanes(self, ways: Sequence[Way]) -> Iterator[tuple[Lane, Cause]]:
+        """Give how each of some lines that follow each other may be driven, and what limits it most."""
+        limits = [self._limit(way) for way in ways]
+        for at, (way, after) in enumerate(zip_longest(ways, ways[1:])):
+            top, cause, ramp = limits[at]
+            if after is None or way.stops:
+                yield Lane(way.length, way.turns, top, ramp, 0.0, self.controller.settle_s), cause
+            else:
+                next_top, _, next_ramp = limits[at + 1]
+                acceleration = min(ramp.acceleration, next_ramp.acceleration)
+                leave = self._pass(way, after, (top, next_top), acceleration)
+                yield Lane(way.length, way.turns, top, ramp, leave), cause
+
+    def _limit(self, way: Way) -> tuple[float, Cause, Ramp]:
+        """Greatest speed of a line, what sets it, and how its speed may change."""
+        controller, turn = self.controller, hypot(*way.turning)
+        ramp = Ramp(min(self._acceleration(way, turn), _LARGEST), controller.rise_s)
+        speed = way.speed
+        if way.whole_s is not None:
+            under_root = (ramp.acceleration * way.whole_s) ** 2 - 4.0 * ramp.acceleration * way.length
+            speed = 0.5 * (ramp.acceleration * way.whole_s - sqrt(max(under_root, 0.0)))
+        tops: list[tuple[float, Cause]] = [
+            (min(speed, _LARGEST), "speed"),
+            (_least(self.speed, way.fastest), "joint limits"),
+            (sqrt(_least(self.acceleration, way.bend)), "joint limits"),
+            (min(way.turn_deg_s, controller.turn_speed_deg_s) / turn if turn > 0.0 else inf, "turn of the tool"),
+            (way.length / controller.least_line_s if controller.least_line_s > 0.0 else inf, "short lines"),
+        ]
+        if controller.stops_in_turning_line and self._is_rotary(way):
+            tops.append((sqrt(ramp.acceleration * way.length), "short lines"))
+        top, cause = min(tops, key=lambda each: each[0])
+        return max(top, 1e-6), cause, ramp
+
+    def _acceleration(self, way: Way, turn: float) -> float:
+        """Greatest acceleration along a line."""
+        own = way.acceleration_mm_s2 or self.controller.acceleration_mm_s2
+        least = min(
+            inf if way.turns else own,
+            self.controller.turn_acceleration_deg_s2 / turn if turn > 0.0 else inf,
+            _least(self.acceleration, way.fastest),
+        )
+        return least * (self.controller.blend_acceleration_share if self._is_rotary(way) else 1.0)
+
+    def _is_rotary(self, way: Way) -> bool:
+        return bool(np.any(way.fastest * self.revolute > _STRAIGHT)) or (way.turns and not way.fastest.size)
+
+    def _pass(self, way: Way, after: Way, tops: tuple[float, float], acceleration: float) -> float:
+        """Greatest speed from one line into the next."""
+        if way.turns != after.turns:
+            return 0.0
+        match self.controller.blending:
+            case "overlap":
+                return min(way.zone, 1.0) * min(tops)
+            case "zone":
+                half = 0.5 * min(way.length, after.length)
+                return self._round(way, after, half if way.turns else min(way.zone, half))
+            case "tolerance":
+                return self._within(way, after, acceleration)
+
+    def _round(self, way: Way, after: Way, radius: float) -> float:
+        """Greatest speed through a parabola that begins and ends ``radius`` from a corner.
+
+        Over its 2 radius/v seconds each rate per mm changes evenly, so its acceleration is change v²/(2 radius).
+        """
+        controller, turn = self.controller, dist(way.turning, after.turning)
+        least = _least(self.acceleration, np.abs(after.first - way.last))
+        if not way.turns and (change := dist(way.direction, after.direction)) > _STRAIGHT:
+            own = way.acceleration_mm_s2 or controller.acceleration_mm_s2
+            least = min(least, own / change)
+        if turn > _STRAIGHT:
+            least = min(least, controller.turn_acceleration_deg_s2 / turn)
+        return sqrt(2.0 * radius * least)
+
+    def _within(self, way: Way, after: Way, acceleration: float) -> float:
+        """Greatest speed through a corner that is left by ``zone`` mm at most, as LinuxCNC blends.
+
+        Where a turning axis moves, one line slows down while the next speeds up: v = 2 sqrt(a zone / cos(angle/2)), the
+        angle between the lines (``tpComputeBlendVelocity`` of its ``tp.c``). Elsewhere an arc is put into the corner.
+        """
+        dot = min(max(sum(a * b for a, b in zip(way.direction, after.direction, strict=True)), -1.0), 1.0)
+        if self._is_rotary(way) or self._is_rotary(after):
+            cosine = cos(0.5 * acos(-dot))
+            return 2.0 * sqrt(acceleration * way.zone / cosine) if cosine > _LEAST_COSINE else inf
+        half = 0.5 * acos(dot)
+        if half < _LEAST_COSINE:
+            return inf
+        if cos(half) < _LEAST_COSINE:
+            return 0.0
+        by_zone = way.zone * cos(half) / (1.0 - cos(half))
+        by_length = 0.5 * min(way.length, after.length) / tan(half)
+        return sqrt(_ARC_SHARE * acceleration * min(by_zone, by_length))
+
+
+def _least(limits: Scalars, rates: Scalars) -> float:
+    """Greatest speed or acceleration along a line at which no joint exceeds its limit."""
+    moves = rates > 1e-12
+    return float(np.min(limits[moves] / rates[moves])) if np.any(moves) else inf
