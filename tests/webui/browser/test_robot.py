@@ -29,7 +29,6 @@ def test_from_a_cell_to_the_robots_program(start_server):
         tab.see("Go to the worst")
         tab.press("Play")
         tab.wait_for_input("Time (s)", "value => Number(value) > 1")
-        tab.press("Pause")
         tab.tab("Program")
         tab.press("Write")
         tab.see("def tiny")
