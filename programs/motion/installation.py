@@ -81,6 +81,47 @@ class Sensor:
 
 
 @dataclass(frozen=True, slots=True)
+class Contact:
+    """A digital input of the controller."""
+
+    name: str
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """A condition that a program waits for before the robot moves: a contact's state, or a sensor's least value."""
+
+    name: str
+    contact: Contact | None
+    """Either a contact or a sensor."""
+    state: bool
+    """Of the contact."""
+    sensor: Sensor | None
+    least: float
+    """Of the quantity that the sensor shows."""
+    timeout_s: float
+    message: str = ""
+    """What the controller shows when that is over; empty for the name."""
+    watched: bool = False
+    """Whether the program also stops when the contact leaves its state."""
+
+    @property
+    def words(self) -> str:
+        """The name in words."""
+        return self.name.replace("_", " ")
+
+    @property
+    def shown(self) -> str:
+        """What the controller shows."""
+        return self.message or f"no {self.words}"
+
+
+USUAL_WAITS = ("part_present", "door_closed", "temperature", "pressure")
+"""What a production program waits for; a header states which of them it does not."""
+
+
+@dataclass(frozen=True, slots=True)
 class Valve:
     """The output that opens a nozzle, and how the jet follows it."""
 
@@ -162,6 +203,8 @@ class Installation:
     """What ``GRIP open`` and ``GRIP close`` set."""
     sensors: Mapping[str, Sensor] = field(default_factory=dict[str, Sensor])
     """What shows the quantity of ``UNTIL key``."""
+    waits: tuple[Wait, ...] = ()
+    """What a program waits for before the robot moves, in this order."""
     held: str = ""
     """The point of the board that the cell holds it by, in words; empty for the origin of its CAD frame."""
     placements: Mapping[str, Pose] = field(default_factory=dict[str, Pose])

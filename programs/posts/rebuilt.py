@@ -130,6 +130,44 @@ ReadStep: TypeAlias = (
 
 
 @dataclass(frozen=True, slots=True)
+class ReadWait:
+    """A condition that is waited for before the robot moves."""
+
+    channel: str
+    """Name of the input in the language, or its number."""
+    state: bool | None
+    """Of a digital input; ``None`` for a quantity."""
+    timeout_s: float
+    condition: tuple[float, float, float] | None = None
+    """Scale and offset that turn the input's number into the quantity, and its least value."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadPart:
+    """A part of main that the program may start at."""
+
+    number: int
+    begins: int
+    """Number of steps before it."""
+    entry: tuple[ReadStep, ...] = ()
+    """What is done where the program starts there, before the part's own steps."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadFrame:
+    """The production frame around a program."""
+
+    waits: tuple[ReadWait, ...]
+    watched: tuple[tuple[str, bool], ...]
+    """Inputs that are watched while the program runs, by name or number, and the state that they are to keep."""
+    parts: tuple[ReadPart, ...]
+    shut: tuple[str, ...]
+    """Outputs that the fault routine shuts."""
+    guards_override: bool
+    """Whether the program refuses to start, or takes no notice, where the speed override is not 100 %."""
+
+
+@dataclass(frozen=True, slots=True)
 class Rebuilt:
     """A program as its text executes."""
 
@@ -138,6 +176,8 @@ class Rebuilt:
     """How its analog values and readings count."""
     places: tuple[TextPlace | None, ...] = ()
     """Statement of each step, as far as they are known."""
+    frame: ReadFrame | None = None
+    """``None`` where the language has none, such as a table."""
 
     def place(self, step: int) -> TextPlace | None:
         """Statement of a step; that of the last one for what comes after the end."""

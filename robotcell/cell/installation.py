@@ -5,12 +5,24 @@ import math
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from programs.motion.installation import Assignment, Channel, Installation, Joint, Sensor, Setting, Tool, Valve
+from programs.motion.installation import (
+    Assignment,
+    Channel,
+    Contact,
+    Installation,
+    Joint,
+    Sensor,
+    Setting,
+    Tool,
+    Valve,
+    Wait,
+)
 from programs.pose import Pose
 from robotcell.cell.cell import Cell
 from robotcell.cell.hold import describe_held
 from robotcell.cell.load import LoadedCell
-from robotcell.cell.spec import Outputs
+from robotcell.cell.spec import CellSpec, Outputs
+from robotcell.cell.spec import Wait as WaitSpec
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Joint as RobotJoint
 from robotcell.robot.robot import Joints, Poses, Robot
@@ -29,6 +41,10 @@ def installation_of(loaded: LoadedCell) -> Installation:
     def assign(outputs: Outputs) -> tuple[Assignment, ...]:
         return tuple(Assignment(channels[name], value) for name, value in outputs.items())
 
+    sensors = {
+        key: Sensor(each.input, each.number, each.scale, each.offset, each.full_scale, each.unit, each.counts)
+        for key, each in spec.io.sensors.items()
+    }
     T_base_cell = inverse(cell.T_cell_base)
     return Installation(
         cell=cell.name,
@@ -48,10 +64,8 @@ def installation_of(loaded: LoadedCell) -> Installation:
             key: Setting(channels[each.output], each.scale, each.offset) for key, each in spec.io.settings.items()
         },
         grips={"open": assign(spec.io.grip.open), "close": assign(spec.io.grip.close)},
-        sensors={
-            key: Sensor(each.input, each.number, each.scale, each.offset, each.full_scale, each.unit, each.counts)
-            for key, each in spec.io.sensors.items()
-        },
+        sensors=sensors,
+        waits=tuple(_wait_of(name, wait, spec, sensors) for name, wait in spec.io.waits.items()),
         held=_describe_held_point(cell),
         placements={name: to_pose(T_base_cell @ placed) for name, placed in loaded.placements.items()},
         joints=tuple(_joint(joint) for joint in cell.robot.joints),
@@ -64,6 +78,14 @@ def installation_of(loaded: LoadedCell) -> Installation:
 def _joint(joint: RobotJoint) -> Joint:
     scale = _MM if joint.kind == "prismatic" else 1.0
     return Joint(joint.name, joint.kind, scale * joint.speed, scale * joint.acceleration)
+
+
+def _wait_of(name: str, wait: WaitSpec, spec: CellSpec, sensors: dict[str, Sensor]) -> Wait:
+    """Give a condition for the start with the channel that shows it."""
+    contact = Contact(wait.input, spec.io.inputs[wait.input].number) if wait.input is not None else None
+    sensor = sensors[wait.sensor] if wait.sensor is not None else None
+    shown = (contact, wait.state == 1, sensor, wait.least or 0.0)
+    return Wait(name, *shown, wait.timeout_s, wait.message, wait.watched)
 
 
 def _describe_held_point(cell: Cell) -> str:

@@ -40,6 +40,8 @@ _SECTIONS = {
     "io: outputs": ("Output",),
     "io: settings": ("OutputSetting",),
     "io: sensors": ("Sensor",),
+    "io: inputs": ("DigitalInput",),
+    "io: waits": ("Wait",),
     "io: grip": ("Grip",),
 }
 
@@ -175,7 +177,7 @@ def _place_board(hold: Hold, root: Located, path: YamlPath) -> Poses:
 def find_problems(spec: CellSpec) -> list[Problem]:
     """Find channels that are missing, values that a channel cannot take, numbers that are used twice."""
     outputs = spec.io.outputs
-    problems = list(_check_channels(spec.io))
+    problems = [*_check_channels(spec.io), *_check_waits(spec.io)]
     for name, nozzle in spec.nozzles.items():
         path: YamlPath = ("nozzles", name, "valve")
         problems += _check_name(nozzle.valve, outputs, path)
@@ -228,6 +230,20 @@ def _check_channels(io: InputOutput) -> Iterator[Problem]:
         for name, channel in channels.items():
             if channel.unit == "mA" and "full_scale" not in channel.model_fields_set:  # the default is that of volts
                 yield Problem(("io", kind, name, "unit"), "mA needs a full_scale too, such as full_scale: 20")
+
+
+def _check_waits(io: InputOutput) -> Iterator[Problem]:
+    """Find inputs that share a number, and waits for inputs and sensors that there are none of."""
+    taken: dict[int, str] = {}
+    for name, each in io.inputs.items():
+        if (other := taken.setdefault(each.number, name)) != name:
+            message = f"digital input {each.number} is {other} already; each has its own number"
+            yield Problem(("io", "inputs", name, "number"), message)
+    for name, wait in io.waits.items():
+        for key, used, known in (("input", wait.input, io.inputs), ("sensor", wait.sensor, io.sensors)):
+            if used is not None and used not in known:
+                message = f"{used!r} is not under io.{key}s; {name_nearest(used, known)}"
+                yield Problem(("io", "waits", name, key), message)
 
 
 def _check_name(name: str, outputs: dict[str, Output], path: YamlPath) -> Iterator[Problem]:

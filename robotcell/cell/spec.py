@@ -34,6 +34,7 @@ Mass: TypeAlias = Annotated[float, Bounds(0.0001, 10_000, "kg", "masses of a too
 ChannelNumber: TypeAlias = Annotated[int, Bounds(0, 65535)]
 ChannelCounts: TypeAlias = Annotated[int, Bounds(0, 2**32, what="counts of a channel")]
 FullScale: TypeAlias = Annotated[float, Bounds(0.001, 1000, "V or mA", "full scales of a channel")]
+Timeout: TypeAlias = Annotated[float, Bounds(1, 3000, "s", "time-outs")]
 Signal: TypeAlias = Annotated[float, Bounds(-1_000_000, 1_000_000, what="values, scales and offsets of a channel")]
 Outputs: TypeAlias = dict[Name, Signal]
 HeldBy: TypeAlias = Literal["front_left", "front_right", "back_left", "back_right", "centre", "origin"]
@@ -205,6 +206,36 @@ class Sensor(Spec):
     offset: Signal = Field(default=0.0, description="Likewise.")
 
 
+class DigitalInput(Spec):
+    """A digital input of the controller."""
+
+    number: ChannelNumber = Field(description="For languages that number inputs, such as DI[3].")
+
+
+class Wait(Spec):
+    """A condition that a program waits for before the robot moves: an input's state, or a least value of a quantity."""
+
+    input: Name | None = Field(default=None, description="Under io.inputs; or give sensor and least.")
+    state: Literal[0, 1] = Field(default=1, description="State of the input to wait for.")
+    sensor: Name | None = Field(default=None, description="Under io.sensors.")
+    least: Signal | None = Field(default=None, description="Least value of the sensor's quantity, in its unit.")
+    timeout_s: Timeout = Field(default=30.0, description="After so long the program shows the message and ends.")
+    message: str = Field(default="", max_length=60, description="What it shows then; left out, the name of the wait.")
+    watched: bool = Field(
+        default=False, description="Whether the program also stops, valves shut, when the input leaves that state."
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> "Wait":
+        if (self.input is None) == (self.sensor is None):
+            raise ValueError("give an input, with its state, or a sensor, with its least value")
+        if (self.sensor is None) != (self.least is None):
+            raise ValueError("sensor and least go together")
+        if self.sensor is not None and (self.watched or "state" in self.model_fields_set):
+            raise ValueError("state and watched go with an input; a sensor has a least value")
+        return self
+
+
 class Grip(Spec):
     """Outputs set by a gripper's commands."""
 
@@ -223,7 +254,14 @@ class InputOutput(Spec):
     )
     grip: Grip = Field(default=Grip(), description="Outputs set by GRIP open and GRIP close.")
     sensors: dict[Name, Sensor] = Field(
-        default={}, description="Inputs that measure the quantity of an until, by key, such as resistivity_mohm_cm."
+        default={},
+        description="Inputs that measure a quantity, of an until or a wait, by key, such as resistivity_mohm_cm.",
+    )
+    inputs: dict[Name, DigitalInput] = Field(default={}, description="Digital inputs, by their name in the controller.")
+    waits: dict[Name, Wait] = Field(
+        default={},
+        description="Conditions for the start, in their order: part_present, door_closed, temperature, pressure, and "
+        "any others.",
     )
 
 

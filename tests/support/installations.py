@@ -6,6 +6,7 @@ from dataclasses import replace
 from programs.motion.installation import (
     Assignment,
     Channel,
+    Contact,
     Installation,
     Joint,
     JointConvention,
@@ -14,6 +15,7 @@ from programs.motion.installation import (
     Setting,
     Tool,
     Valve,
+    Wait,
 )
 from programs.pose import Pose
 from programs.posts.dialects import DIALECTS
@@ -27,6 +29,12 @@ HEAT = Channel("analog", "aoHeat", 2)
 
 RING = Valve(WASH, open_lag_s=0.04, close_lag_s=0.02, min_pulse_s=0.03)
 KNIFE = Valve(AIR, open_lag_s=0.1, close_lag_s=0.05, min_pulse_s=0.05)
+
+WAITS = (
+    Wait("part_present", Contact("diPart", 3), True, None, 0.0, 30.0),
+    Wait("door_closed", Contact("diDoor", 4), False, None, 0.0, 12.5, "close the door", watched=True),
+    Wait("pressure", None, True, Sensor("aiPressure", 2, 1.25, -2.5), 3.0, 20.0),
+)
 
 _HALF = math.radians(15)
 
@@ -57,6 +65,7 @@ def small_cell(maker: Maker | None = None) -> Installation:
         settings={"pressure_bar": Setting(PRESSURE, 2.0, 0.5), "temperature_c": Setting(HEAT, 0.1)},
         grips={"open": (Assignment(GRIPPER, 0.0),), "close": (Assignment(GRIPPER, 1.0),)},
         sensors={"resistivity_mohm_cm": Sensor("aiResistivity", 1, 2.0)},
+        waits=WAITS,
         placements={"flip_to_bottom": Pose((400.0, 120.0, 60.0), (0.0, 1.0, 0.0, 0.0))},
         joints=tuple(Joint(f"j{number}", "revolute") for number in range(1, 7)),
         home=(0.0, -0.5, 0.6, 0.0, 1.2, 0.0),

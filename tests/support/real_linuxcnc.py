@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,11 +58,14 @@ do("mode", linuxcnc.MODE_AUTO)
 command.program_open({program!r})
 begun = time.monotonic()
 command.auto(linuxcnc.AUTO_RUN, 0)
-idle = 0
+idle, aborted = 0, False
 while time.monotonic() < begun + {limit_s} and idle < 5:
     time.sleep(0.1)
     status.poll()
     report()
+    if {stop_at} is not None and not aborted and status.dout[{stop_at} or 0]:
+        {stop}
+        aborted = True
     idle = idle + 1 if status.interp_state == linuxcnc.INTERP_IDLE and status.inpos else 0
 print("ENDED" if idle else "STOPPED", flush=True)
 report()
@@ -70,6 +74,12 @@ time.sleep(1.0)
 print("OVERRUNS", subprocess.run(["halcmd", "getp", "sampler.0.overruns"], capture_output=True, text=True).stdout)
 log.terminate()
 """
+
+Stop: TypeAlias = Literal["abort", "emergency stop"]
+_STOPS: dict[Stop, str] = {
+    "abort": "command.abort()",
+    "emergency stop": "command.state(linuxcnc.STATE_ESTOP)",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,12 +124,31 @@ class ControllerLog:
         return slice(int(moves[0]), int(moves[-1]) + 2) if len(moves) else slice(0, 0)
 
 
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What a run finds around it."""
+
+    interpreter: tuple[str, ...] = ()
+    """Further lines of the INI file's section ``RS274NGC``."""
+    contacts: tuple[int, ...] = ()
+    """Digital inputs that are on."""
+    stop_at: int | None = None
+    """Digital output: an operator stops the program within a tenth of a second after it is on; ``None`` for never."""
+    stop: Stop = "abort"
+    """How."""
+
+
 class ControllerError(Exception):
     """The controller did not run the program to its end."""
 
 
 def run_on_linuxcnc(
-    program: Path, axes: Sequence[Axis], kinematics: str = "", *, limit_s: float = 600.0
+    program: Path,
+    axes: Sequence[Axis],
+    kinematics: str = "",
+    *,
+    limit_s: float = 600.0,
+    around: Surroundings | None = None,
 ) -> ControllerLog:
     """Run a program, a file or the main file of a folder of files, and log every servo cycle.
 
@@ -128,10 +157,12 @@ def run_on_linuxcnc(
         axes: In the order of the machine's joints.
         kinematics: As the INI file has it; left out, each joint is an axis.
         limit_s: After so long the run is stopped.
+        around: INI, contacts, and what an operator does; left out, a plain machine that is left alone.
 
     Raises:
         ControllerError: it did not end, samples were lost, or there is nothing in the log.
     """
+    around = around or Surroundings()
     text = "".join(file.read_text("ascii") for file in sorted(program.parent.glob("*.ngc")))
     digital = sorted({int(number) for number in re.findall(r"M6[2-5] P(\d+)", text)})
     analog = sorted({int(number) for number in re.findall(r"M6[78] E(\d+)", text)})
@@ -140,12 +171,17 @@ def run_on_linuxcnc(
         shutil.copytree(
             program.parent, folder / _PROGRAM, ignore=lambda _, names: [n for n in names if n[-4:] != ".ngc"]
         )
-        (folder / "machine.ini").write_text(_ini(axes, kinematics or _trivial(axes)), "ascii")
-        (folder / "machine.hal").write_text(_hal(len(axes), digital, analog), "ascii")
+        (folder / "machine.ini").write_text(_ini(axes, kinematics or _trivial(axes), around.interpreter), "ascii")
+        (folder / "machine.hal").write_text(_hal(len(axes), digital, analog, around.contacts), "ascii")
         (folder / "tool.tbl").write_text("".join(f"T{n} P{n} D0 Z0\n" for n in range(1, 10)), "ascii")
         display = folder / "display.py"
         main = str(folder / _PROGRAM / program.name)
-        display.write_text(_DISPLAY.format(joints=len(axes), program=main, limit_s=limit_s), "ascii")
+        display.write_text(
+            _DISPLAY.format(
+                joints=len(axes), program=main, limit_s=limit_s, stop_at=around.stop_at, stop=_STOPS[around.stop]
+            ),
+            "ascii",
+        )
         display.chmod(0o755)
         (folder / "home").mkdir()
         shutil.chown(folder, USER)
@@ -185,7 +221,7 @@ def _trivial(axes: Sequence[Axis]) -> str:
     return f"trivkins coordinates={''.join(axis.letter for axis in axes)}"
 
 
-def _ini(axes: Sequence[Axis], kinematics: str) -> str:
+def _ini(axes: Sequence[Axis], kinematics: str, interpreter: Sequence[str]) -> str:
     """The machine: limits of its axes, homed where they stand, at 0."""
     straight = [axis for axis in axes if not axis.turns]
     turning = [axis for axis in axes if axis.turns]
@@ -193,7 +229,7 @@ def _ini(axes: Sequence[Axis], kinematics: str) -> str:
         "EMC": ["VERSION = 1.1", "MACHINE = washboard", "DEBUG = 0"],
         "DISPLAY": ["DISPLAY = ./display.py"],
         "TASK": ["TASK = milltask", "CYCLE_TIME = 0.001"],
-        "RS274NGC": ["PARAMETER_FILE = machine.var", f"SUBROUTINE_PATH = {_PROGRAM}"],
+        "RS274NGC": ["PARAMETER_FILE = machine.var", f"SUBROUTINE_PATH = {_PROGRAM}", *interpreter],
         "EMCMOT": ["EMCMOT = motmod", "COMM_TIMEOUT = 1.0", "SERVO_PERIOD = 1000000"],
         "EMCIO": ["EMCIO = io", "CYCLE_TIME = 0.02", "TOOL_TABLE = tool.tbl"],
         "HAL": ["HALFILE = machine.hal"],
@@ -221,7 +257,7 @@ def _ini(axes: Sequence[Axis], kinematics: str) -> str:
     return "".join(f"[{name}]\n" + "".join(f"{line}\n" for line in lines) for name, lines in sections.items())
 
 
-def _hal(joints: int, digital: Sequence[int], analog: Sequence[int]) -> str:
+def _hal(joints: int, digital: Sequence[int], analog: Sequence[int], contacts: Sequence[int]) -> str:
     """Motors that follow at once, and a sampler of joints, outputs and the block's number in each servo cycle."""
     sampled = "f" * joints + "b" * len(digital) + "f" * len(analog) + "s"
     sources = [
@@ -240,6 +276,7 @@ def _hal(joints: int, digital: Sequence[int], analog: Sequence[int]) -> str:
         *(f"net s{n} {source} => sampler.0.pin.{joints + n}" for n, source in enumerate(sources)),
         "setp sampler.0.enable 0",
         *(f"setp motion.analog-in-{number:02d} {_READING_V:g}" for number in range(8)),
+        *(f"setp motion.digital-in-{number:02d} 1" for number in contacts),
         "net estop iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in",
         "net prepare iocontrol.0.tool-prepare => iocontrol.0.tool-prepared",
         "net change iocontrol.0.tool-change => iocontrol.0.tool-changed",

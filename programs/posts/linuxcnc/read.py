@@ -12,10 +12,13 @@ _AXES = rf"(?: [XYZABCUVW]{NUMBER})+"
 _WORD = re.compile(rf"([XYZABCUVW])({NUMBER})")
 _WHILE = rf"(o\d+) while \[\[#<loop\d+> LT (\d+)\] AND \[\[{N} \* #5399 \+ {N}\] LT {N}\]\]"
 _MAIN = "(main)"
+_LEAST = rf"if \[\[{N} \* #5399 \+ {N}\] LT {N}\]"
 
 
 class GCodeReader(Reader):
     """Subroutines, coordinate systems, and the modes of the machine."""
+
+    handlers = frozenset({"main"})
 
     def __init__(self) -> None:
         super().__init__()
@@ -33,7 +36,9 @@ class GCodeReader(Reader):
         """Keep the subroutines; what else the first file holds is the program."""
         for file in files:
             blocks = (
-                line for line in statements_of(file, files[file]) if not (line.startswith("(") and line.endswith(")"))
+                line
+                for line in statements_of(file, files[file])
+                if line.startswith("(ABORT,") or not (line.startswith("(") and line.endswith(")"))
             )
             outside = list(self.sort(blocks, r"o<(\w+)> sub", r"o<\w+> endsub"))
             if _MAIN not in self.routines:
@@ -54,12 +59,37 @@ class GCodeReader(Reader):
             r"(T\d+) M6": lambda match: self.steps.append(ReadTool(match[1], None)),
             r"G5\d(?:\.\d)?": self.use_system,
             rf"G10 L2 P(\d)({_AXES}) R0": self.set_offset,
+            rf"o<{self.shut_name}> call": self.shut("main"),
             r"o<(\w+)> call": self.call,
+            r"(o\d+) if \[#<_start> LE (\d+)\]": lambda match: self.do_part(match[1], match[2]),
+            r"(o\d+) if \[#<_start> EQ (\d+)\]": lambda match: self.enter(match[2], f"{match[1]} endif"),
+            r"M49": self.guard,
+            r"M66 P(\d+) (L[34]) Q(\d+(?:\.\d)?)": self.wait_contact,
+            r"#<waited> = 0": self.wait_sensor,
             r"(o\d+) repeat \[(\d+)\]": self.begin_counted,
             r"(o\d+) do": self.begin_loop,
             rf"o\d+ endrepeat|{_WHILE}": self.end_loop,
-            r"G21 G90 G17 G40 G49 G80|M2|M66 E\d+ L0|#<loop\d+> = .*": skip,
+            r"G21 G90 G17 G40 G49 G80|M2|M66 E\d+ L0|#<loop\d+> = .*|#<_start> = 1|o\d+ endif": skip,
         }
+
+    def do_part(self, word: str, number: str) -> None:
+        """Begin a part of main."""
+        self.begin_part(number, f"{word} endif")
+
+    def wait_contact(self, match: re.Match[str]) -> None:
+        """Wait for a digital input, and abort where that takes too long."""
+        self.pass_on(r"o(\d+) if \[#5399 LT 0\]", r"\(ABORT,.*\)", r"o\d+ endif")
+        self.wait_for(match[1], match[2] == "L3", float(match[3]))
+
+    def wait_sensor(self, match: re.Match[str]) -> None:
+        """Wait for a quantity, and abort where that takes too long."""
+        again = r"o\d+ while \[\[#<waited> LT (\d+)\] AND " + _LEAST.removeprefix("if ") + r"\]"
+        begin = (r"o\d+ do", r"G4 P0\.1", r"#<waited> = \[#<waited> \+ 1\]", r"M66 E(\d+) L0")
+        found = self.pass_on(*begin, again, rf"o\d+ {_LEAST}", r"\(ABORT,.*\)", r"o\d+ endif")
+        tenths, *condition = found[4].groups()
+        if list(found[5].groups()) != condition:
+            raise ProgramError("what is waited for is not what is looked at then.")
+        self.wait_least(found[3][1], condition, float(tenths) / 10.0)
 
     def feed(self, match: re.Match[str]) -> None:
         """Move in a straight line of the axes."""

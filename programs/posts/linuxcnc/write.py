@@ -45,6 +45,31 @@ class GCode(Syntax):
     pause_form = "G4 P{}"
     last = ("M2",)
     longest_name = 40
+    start = "#<_start>"
+    start_words = "write it into the block {start} = 1, instead of 1,"
+    part_form = ("o{label} if [{start} LE {number}]", "  {call}", "o{label} endif")
+    enter_begin = ("o90 if [{start} EQ {number}]", "  {start} = 1")
+    enter_end = ("o90 endif",)
+    guard = ("M49",)
+    states = ("L4", "L3")
+    reading = "{scale} * #5399 + {offset}"
+    wait_contact = (
+        "M66 P{input} {state} Q{seconds}",
+        "o{label} if [#5399 LT 0]",
+        "  (ABORT,{message})",
+        "o{label} endif",
+    )
+    wait_sensor = (
+        "#<waited> = 0",
+        "o{label} do",
+        "  G4 P0.1",
+        "  #<waited> = [#<waited> + 1]",
+        "  M66 E{input} L0",
+        "o{label} while [[#<waited> LT {tenths}] AND [[{reading}] LT {least}]]",
+        "o{label}1 if [[{reading}] LT {least}]",
+        "  (ABORT,{message})",
+        "o{label}1 endif",
+    )
 
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
         super().__init__(dialect, lowered, installation)
@@ -62,7 +87,7 @@ class GCode(Syntax):
 
     def make_names(self) -> Names:
         """Name subroutines in lower case, as their files are looked up."""
-        return Names(self.longest_name, {self.name.lower()}, str.lower)
+        return Names(self.longest_name, {self.name.lower(), self.shut_name}, str.lower)
 
     def comment(self, text: str, longest: int = 0) -> str:
         """Write a comment, and none that is taken for (MSG,...) or (ABORT,...)."""
@@ -72,6 +97,10 @@ class GCode(Syntax):
     def initial_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard | None]:
         """Select the coordinate system; the tool is in the spindle."""
         return (chapter.board,)
+
+    def entry_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard]:
+        """Change the tool: it is in the spindle otherwise."""
+        return (chapter.tool,) if chapter.tool is not None else ()
 
     def chapter(self, chapter: Chapter) -> Iterator[str]:
         """Write a subroutine; its first blocks state all modes and axes, so that it runs alone."""
@@ -170,6 +199,8 @@ class GCode(Syntax):
 
     def prepare(self) -> Iterator[str]:
         """Set the modes, and the zero of each coordinate system."""
+        yield self.comment(f"the part to start at; 1 is the whole program of {len(self.chapters)}")
+        yield f"{self.start} = 1"
         yield "G21 G90 G17 G40 G49 G80"
         zero = "origin of the board; leave this block out after touching off" if self.slides else "joint zero"
         for number, (system, offset) in enumerate(self.offsets.values(), start=1):
@@ -196,8 +227,7 @@ class GCode(Syntax):
         word, counter = f"o{_FIRST_WORD + number}", f"#<loop{_FIRST_WORD + number}>"
         if loop.sensor is None:
             return [f"{word} endrepeat"]
-        reading = f"{short(loop.sensor.scale, 6)} * #5399 + {short(loop.sensor.offset, 6)}"
-        condition = f"[{counter} LT {loop.count}] AND [[{reading}] LT {short(loop.least, 6)}]"
+        condition = f"[{counter} LT {loop.count}] AND [[{self.quantity(loop.sensor)}] LT {short(loop.least, 6)}]"
         return [f"  M66 E{loop.sensor.number} L0", f"{word} while [{condition}]"]
 
     def legend(self) -> Iterator[str]:
@@ -209,14 +239,33 @@ class GCode(Syntax):
         yield f"Axes: {axes}"
         speed = "G94 F: mm/min of the orifice; G93 F: 1/min of the block where turning axes move"
         yield f"Joint values; each tool's offset is in them. {speed}"
+
+    def signal_lines(self) -> Iterator[str]:
+        """List outputs and inputs by their HAL pins."""
         for channel in channels_of(self.motion):
             pin = f"{'digital' if channel.kind == 'digital' else 'analog'}-out-{_number(channel):02d}"
             yield f"Output {channel.name}: motion.{pin}" + (" (a whole number)" if channel.kind == "group" else "")
+        for wait in self.installation.waits:
+            if wait.contact is not None:
+                yield f"Input {wait.contact.name}: motion.digital-in-{wait.contact.number:02d}, {wait.words}"
+            if wait.sensor is not None:
+                yield f"Input {wait.sensor.name}: motion.analog-in-{wait.sensor.number:02d}, {wait.words}"
+
+    def setup(self) -> Iterator[str]:
+        """State what HAL and INI have to do, as G-code has no interrupts."""
+        yield "motmod num_dio and num_aio above the numbers below; the INI's axes as the words of the blocks"
+        yield f"[RS274NGC] ON_ABORT_COMMAND = O <{self.shut_name}> call, or an abort leaves the valves as they are"
+        yield f"{self.shut_name}.ngc in SUBROUTINE_PATH with the subroutine of that name below, for that call"
+        yield "HAL: and2 of each valve's pin with motion.motion-enabled, and for the case that the controller dies"
+        for wait in self.installation.waits:
+            if wait.watched and wait.contact is not None:
+                yield f"HAL: {wait.contact.name} to halui.program.stop when it leaves its state: {wait.words}"
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one file, or a file for each subroutine and one that calls them."""
         head = self.heading(*self.legend())
-        bodies = {each.name: [f"o<{each.name}> sub", *each.body, f"o<{each.name}> endsub", ""] for each in routines}
+        named = {self.shut_name: self.shut(), **{each.name: each.body for each in routines}}
+        bodies = {name: [f"o<{name}> sub", *body, f"o<{name}> endsub", ""] for name, body in named.items()}
         if self.fits_one_file:
             inside = [line for body in bodies.values() for line in body]
             return {f"{self.name}.ngc": join_lines([*head, *inside, *main.body])}

@@ -23,6 +23,7 @@ from programs.motion.steps import (
     UseTool,
 )
 from programs.pose import Pose, angle, between, distance
+from programs.posts.reading.production import compare_frame
 from programs.posts.rebuilt import (
     Axes,
     ReadBoard,
@@ -147,6 +148,8 @@ def measure(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
     if comparison.next() is not None:
         surplus = rebuilt.steps[comparison.at :]
         comparison.differ(f"{len(surplus)} steps too many, the first {surplus[0]}", NO_SOURCE, comparison.at)
+    for message in compare_frame(rebuilt, motion, installation):
+        comparison.differences.append(Difference(message, None, NO_SOURCE))
     return comparison.agreement()
 
 

@@ -3,8 +3,9 @@
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import replace
-from typing import Self, TypeAlias, TypeVar
+from typing import ClassVar, Self, TypeAlias, TypeVar
 
 from programs.errors import ProgramError
 from programs.pose import Pose, Quaternion, distance
@@ -14,7 +15,9 @@ from programs.posts.rebuilt import (
     ReadBoard,
     ReadCall,
     ReadEndRepeat,
+    ReadFrame,
     ReadLine,
+    ReadPart,
     ReadPause,
     ReadReach,
     ReadRepeat,
@@ -22,6 +25,7 @@ from programs.posts.rebuilt import (
     ReadStep,
     ReadSwitch,
     ReadTool,
+    ReadWait,
     Rebuilt,
     TextPlace,
 )
@@ -72,6 +76,10 @@ def statements_of(file: str, text: str, comment: str = "") -> Iterator[Statement
         yield Statement(kept.strip(), TextPlace(file, number))
 
 
+class EnteredError(Exception):
+    """The program has come to the part that it starts at."""
+
+
 def refusal(line: str, why: str) -> ProgramError:
     """Make the error of a line that cannot be read: the line, why, and where it stands."""
     return located(f"{line!r} {why}.", line)
@@ -86,7 +94,20 @@ def located(message: str, line: str) -> ProgramError:
 class Reader(ABC):
     """A controller while it executes one program; a language is a subclass with a grammar."""
 
+    shut_name: ClassVar[str] = "shut_valves"
+    """The fault routine; it is called before the first motion too."""
+    handlers: ClassVar[AbstractSet[str]] = frozenset()
+    """What has to call the fault routine, by the names that ``shut`` is given; none in languages without a frame."""
+
     def __init__(self) -> None:
+        self.start = 1
+        """The part to start at."""
+        self.parts: list[ReadPart] = []
+        self.waits: list[ReadWait] = []
+        self.watched: list[tuple[str, bool]] = []
+        self.shut_by: set[str] = set()
+        self.guards_override = False
+        self._entry_end: tuple[str, int] | None = None
         self.routines: dict[str, Sequence[str]] = {}
         """Statements by the routine's name."""
         self.steps: list[ReadStep] = []
@@ -114,14 +135,52 @@ class Reader(ABC):
         Raises:
             ProgramError: a file is missing, or a statement is not as the writer writes it.
         """
+        reader, main = cls._loaded(files)
+        reader.run(main)
+        steps, places, frame = tuple(reader.steps), tuple(reader.places), None
+        if reader.handlers:
+            parts = tuple(replace(part, entry=cls._enter(files, part.number)) for part in reader.parts)
+            shut = reader.read_shut()
+            frame = ReadFrame(tuple(reader.waits), tuple(reader.watched), parts, shut, reader.guards_override)
+        return Rebuilt(steps, places=places, frame=frame)
+
+    @classmethod
+    def _loaded(cls, files: ProgramFiles) -> tuple[Self, str]:
+        """Give a controller that has loaded the files, and its main routine."""
         reader = cls()
         try:
             main = reader.load(files)
             reader._patterns = [(re.compile(pattern), action) for pattern, action in reader.grammar().items()]
         except _UNREADABLE as error:
             raise ProgramError(f"a declaration cannot be read ({error}).", file=next(iter(files), None)) from None
-        reader.run(main)
-        return Rebuilt(tuple(reader.steps), places=tuple(reader.places))
+        return reader, main
+
+    @classmethod
+    def _enter(cls, files: ProgramFiles, part: int) -> tuple[ReadStep, ...]:
+        """Execute a program that starts at a part, as far as that part's own steps."""
+        reader, main = cls._loaded(files)
+        reader.start = part
+        if part == 1:
+            return ()
+        try:
+            reader.run(main)
+        except EnteredError:
+            return tuple(reader.steps)
+        raise ProgramError(f"the program cannot start at part {part}.")
+
+    def read_shut(self) -> tuple[str, ...]:
+        """Give the outputs that the fault routine shuts.
+
+        Raises:
+            ProgramError: something does not call it, or it does something else too.
+        """
+        if missing := sorted(self.handlers - self.shut_by):
+            raise ProgramError(f"the valves are not shut by {', '.join(missing)}.")
+        self.steps, self.places = [], []
+        self.run(self.shut_name)
+        if any(not isinstance(step, ReadSwitch) or step.value for step in self.steps):
+            raise ProgramError(f"{self.shut_name} does more than to shut valves.")
+        return tuple(step.channel for step in self.steps if isinstance(step, ReadSwitch))
 
     # What a language states
 
@@ -150,6 +209,8 @@ class Reader(ABC):
         self._running.add(name)
         while self.at < len(self.routines[name]):
             self.do_statement(self.routines[name][self.at])
+            if (self.routine, self.at) == self._entry_end:
+                raise EnteredError
             self.at += 1
         self._running.remove(name)
         self.routine, self.at = caller
@@ -214,6 +275,81 @@ class Reader(ABC):
                 inside.append(line)
             elif line:
                 yield line
+
+    # The production frame
+
+    def shut(self, by: str) -> Action:
+        """Give the action of a statement that calls the fault routine, by what has it called."""
+
+        def note(match: re.Match[str]) -> None:
+            self.shut_by.add(by)
+
+        return note
+
+    def guard(self, match: re.Match[str]) -> None:
+        """Refuse to start where the speed override is not 100 %."""
+        self.guards_override = True
+
+    def pass_to(self, pattern: str) -> int:
+        """Give the number of the next statement of the routine that matches a pattern.
+
+        Raises:
+            ProgramError: there is none.
+        """
+        matches = re.compile(pattern).fullmatch
+        statements = self.routines[self.routine]
+        found = next((at for at in range(self.at + 1, len(statements)) if matches(statements[at])), None)
+        if found is None:
+            raise ProgramError(f"nothing ends {statements[self.at]!r}.")
+        return found
+
+    def pass_on(self, *patterns: str) -> list[re.Match[str]]:
+        """Give the statements after this one, which are executed with it, by their patterns.
+
+        Raises:
+            ProgramError: they are others.
+        """
+        found: list[re.Match[str]] = []
+        for pattern in patterns:
+            self.at += 1
+            statements = self.routines[self.routine]
+            statement = statements[self.at] if self.at < len(statements) else ""
+            match = re.fullmatch(pattern, statement)
+            if match is None:
+                raise refusal(statement, "is not what belongs to the statement before it")
+            found.append(match)
+        return found
+
+    def begin_part(self, number: str, end: str = "") -> bool:
+        """Begin a part of main; whether it is done. Where it is not, go on after the statement that ends it.
+
+        Args:
+            number: Of the part.
+            end: Pattern of that statement; nothing where the part is one statement.
+        """
+        self.parts.append(ReadPart(int(number), len(self.steps)))
+        if self.start <= int(number):
+            return True
+        if end:
+            self.at = self.pass_to(end)
+        return False
+
+    def enter(self, number: str, end: str) -> None:
+        """Begin what a part does first if the program starts there; pass over it otherwise."""
+        at = self.pass_to(end)
+        if self.start == int(number):
+            self.start, self._entry_end = 1, (self.routine, at)
+        else:
+            self.at = at
+
+    def wait_for(self, channel: str, state: bool, timeout_s: float) -> None:
+        """Wait for a contact."""
+        self.waits.append(ReadWait(channel, state, timeout_s))
+
+    def wait_least(self, channel: str, condition: Sequence[str], timeout_s: float) -> None:
+        """Wait for a quantity: scale, offset, least value."""
+        scale, offset, least = map(float, condition)
+        self.waits.append(ReadWait(channel, None, timeout_s, (scale, offset, least)))
 
     # Statements that many languages have
 

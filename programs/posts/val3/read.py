@@ -26,7 +26,7 @@ class Val3Reader(Reader):
         """Attributes by variable and key."""
         self.outputs: dict[str, str] = {}
         """Variable, by the number that the task knows it by."""
-        self.waits = True
+        self.stands = True
         """Whether the program has waited for the moves."""
 
     def load(self, files: ProgramFiles) -> str:
@@ -72,12 +72,12 @@ class Val3Reader(Reader):
 
     def stand(self, what: str) -> None:
         """Make sure that the program has waited for the moves: it runs ahead of them."""
-        if not self.waits:
+        if not self.stands:
             raise ProgramError(f"{what!r} is done before the robot stands.")
 
     def wait(self, match: re.Match[str]) -> None:
         """Wait for the moves."""
-        self.waits = True
+        self.stands = True
 
     def call(self, match: re.Match[str]) -> None:
         """Call a program; the integrator's when the robot stands."""
@@ -104,7 +104,7 @@ class Val3Reader(Reader):
     def move(self, match: re.Match[str]) -> None:
         """Move in a line, or by joints."""
         word, name, key, tool, movement = match.groups()
-        self.waits = False
+        self.stands = False
         target = self.value(name, int(key or 0))
         if "j1" in target:
             if name != "jHome":

@@ -6,7 +6,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import ClassVar
 
-from programs.motion.installation import Channel, Installation, Tool
+from programs.motion.installation import Channel, Installation, Sensor, Tool
 from programs.motion.lower import Lowered
 from programs.motion.steps import (
     Call,
@@ -25,6 +25,8 @@ from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Chapter, Part, divide, nest
+from programs.posts.writing.entries import find_entries
+from programs.posts.writing.frame import PART_LABEL, ProductionFrame
 from programs.posts.writing.heading import heading
 from programs.posts.writing.lines import Placed, follow, place_events
 from programs.posts.writing.naming import Names, number_slots
@@ -44,7 +46,7 @@ class Routine:
     """Declarations that belong to it, such as its points."""
 
 
-class Syntax(ABC):
+class Syntax(ProductionFrame, ABC):
     """How one program is written in one language; a language is a subclass.
 
     The class attributes hold what is a word or a limit. The methods write one kind of step each; those without a body
@@ -116,6 +118,8 @@ class Syntax(ABC):
         self.dialect, self.lowered, self.installation = dialect, lowered, installation
         self.motion = lowered.motion
         self.parts = self.divide()
+        self.entry_steps = find_entries(self.parts, installation)
+        """What a part other than the first does if the program starts there."""
         self.name = make_name(self.motion.origin.board, self.longest_program_name or self.longest_name, self.reserved)
         self.names = self.make_names()
         for step in self.motion.steps:  # only the integrator's routines have names that are known outside the program
@@ -164,6 +168,7 @@ class Syntax(ABC):
         for frame in self.initial_frames(chapter):
             if frame is not None:
                 yield from self.use(frame)
+        yield from self.enter(chapter)
         maker = NO_SOURCE
         for placed in place_events(chapter.steps):
             step = placed.step
@@ -172,24 +177,55 @@ class Syntax(ABC):
                 yield self.comment(str(maker))
             yield from self.statements(step, placed)
 
+    def enter(self, chapter: Chapter) -> Iterator[str]:
+        """Write what a part does first if the program starts there; modal words are then as before it."""
+        if not self.enter_begin or chapter.number not in self.entry_steps:
+            return
+        words = {"start": self.start, "number": str(chapter.number)}
+        yield from (form.format(**words) for form in self.enter_begin)
+        indent = "  " if self.indents_loops else ""
+        for step in (*self.entry_frames(chapter), *self.entry_steps[chapter.number]):
+            yield from (f"{indent}{line}" for line in self.statements(step, Placed(step)))
+        yield from (form.format(**words) for form in self.enter_end)
+        self.settings.clear()
+        self.forget()
+
+    def entry_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard]:
+        """Give what is selected at the start only, as the parts before it have done so otherwise."""
+        return ()
+
     def initial_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard | None]:
         """Give what a routine selects first."""
         return (chapter.board, chapter.tool)
 
     def main(self) -> Iterator[str]:
-        """Write main: preparation, home, the routines with their loops, home, end."""
+        """Write main: preparation, guard and waits, home, the routines with their loops, home, end."""
         yield from self.prepare()
+        yield from self.begin_production()
         home = list(self.home())
         yield from home
         for indent, part in nest(self.parts):
             if isinstance(part, Chapter):
-                lines = [self.call(self.routine_name(part))]
+                words = {"start": self.start, "number": str(part.number), "label": str(PART_LABEL + part.number)}
+                words["call"] = self.call(self.routine_name(part))
+                lines = [form.format(**words) for form in self.part_form]
             else:
                 write = self.begin_loop if part.begins else self.end_loop
                 lines = write(part.number, part.loop)
             yield from (f"{indent if self.indents_loops else ''}{line}" for line in lines)
         yield from home
         yield from self.last
+
+    def begin_production(self) -> Iterator[str]:
+        """Write the guard, shut all valves, and wait for what the cell maps; nothing in languages without the forms."""
+        yield from self.guard
+        if self.enter_begin:
+            yield self.call(self.shut_name)
+        yield from self.waits()
+
+    def shut(self) -> list[str]:
+        """Write the body of the routine that shuts the valves."""
+        return [self.output(channel, 0.0) for channel in self.valves]
 
     def prepare(self) -> Iterable[str]:
         """Write what comes before the first motion."""
@@ -214,14 +250,17 @@ class Syntax(ABC):
         words = {"number": str(number), "counter": counter, "count": str(loop.count)}
         condition = self.counted
         if (sensor := loop.sensor) is not None:
-            scale, offset = (
-                self.operand(value, self.reading_digits) for value in self.dialect.capability.analog.reading(sensor)
-            )
-            reading = self.reading.format(scale=scale, name=sensor.name, number=sensor.number, offset=offset)
             condition = self.sensed
-            words |= {"reading": reading, "least": self.operand(loop.least)}
+            words |= {"reading": self.quantity(sensor), "least": self.operand(loop.least)}
         words["condition"] = condition.format(**words)
         return [line for form in forms if (line := form.format(**words))]
+
+    def quantity(self, sensor: Sensor) -> str:
+        """Write the quantity that an input shows."""
+        scale, offset = (
+            self.operand(value, self.reading_digits) for value in self.dialect.capability.analog.reading(sensor)
+        )
+        return self.reading.format(scale=scale, name=sensor.name, number=sensor.number, offset=offset)
 
     @abstractmethod
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
@@ -295,10 +334,6 @@ class Syntax(ABC):
         """Write the value of an output that is not digital."""
         return short(value, 6)
 
-    def operand(self, value: float, digits: int = 6) -> str:
-        """Write a number in an expression."""
-        return short(value, digits)
-
     def call(self, name: str) -> str:
         """Call a routine."""
         return self.call_form.format(name)
@@ -315,7 +350,8 @@ class Syntax(ABC):
 
     def heading(self, *more: str) -> list[str]:
         """Write the header as comments; its last lines are the language's own."""
-        lines = (*heading(self.dialect, self.lowered, self.installation), *more)
+        general = heading(self.dialect, self.lowered, self.installation)
+        lines = (*general, *self.frame_lines(), *self.signal_lines(), *more)
         return [self.comment(line, self.longest_heading) for line in lines]
 
     def loop_comment(self, loop: Repeat) -> str:

@@ -10,6 +10,12 @@ MODULE tiny
   ! Controller class 3; cycle 4 ms is in the error
   ! Analog aoPressure: 0 V is 0, 10 V is 10
   ! Analog aiResistivity: 0 V is 0, 10 V is 10
+  ! Output aoPressure: analog 1
+  ! Output doWash: digital 1, opens ring60
+  ! Output goMedium: group 1
+  ! Input diPart: digital 3, part present
+  ! Input diDoor: digital 4, door closed
+  ! Input aiPressure: analog 2, pressure
   ! Units: mm, s, mm/s, deg/s; targets in the board's CAD frame.
   PERS tooldata t_ring60:=[TRUE,[[0.000,30.000,142.500],[0.9238795,0.0000000,0.3826834,0.0000000]],[0.8,[0,0,71.2],[1,0,0,0],0,0,0]];
   PERS wobjdata w_board:=[FALSE,TRUE,"",[[400.000,-120.500,35.250],[0.9659258,0.0000000,0.0000000,0.2588190]],[[0,0,0],[1,0,0,0]]];

@@ -10,6 +10,12 @@
 ' Analog aoPressure: 0 V is 0, 10 V is 10
 ' Analog aiResistivity: 0 V is 0, 10 V is 10
 ' Output aoPressure: analog 1
+' Output doWash: digital 1, opens ring60
+' Output goMedium: group 1
+' Input diPart: digital 3, part present
+' Input diDoor: digital 4, door closed
+' Input aiPressure: analog 2, pressure
+' Output aoPressure: analog 1
 ' Output doWash: digital 1
 ' Output goMedium: group 1
 ' Units: mm, mm/s, deg/s; points in the board's CAD frame (Local), U V W about z, y', x''.

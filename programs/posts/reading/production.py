@@ -1,0 +1,149 @@
+"""Compares the production frame of a program's text with what the cell maps."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from math import degrees
+
+from programs.motion.analog import Counting
+from programs.motion.installation import Channel, Installation, Wait
+from programs.motion.steps import Line, MotionProgram, Switch
+from programs.pose import Pose, angle, distance
+from programs.posts.rebuilt import (
+    Axes,
+    ReadBoard,
+    ReadFrame,
+    ReadLine,
+    ReadReach,
+    ReadStep,
+    ReadSwitch,
+    ReadTool,
+    ReadWait,
+    Rebuilt,
+)
+
+_SAME = 0.01
+"""mm or degrees."""
+_SAME_NUMBER = 1e-6
+
+
+def compare_frame(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation) -> Iterator[str]:
+    """Describe where the frame that was read differs from what it has to be; nothing for languages without one.
+
+    Compared are the waits with those of the cell, the outputs that the fault routine shuts with the valves that the
+    program opens, and what is in force where the program starts at a later part with what the parts before it leave.
+    """
+    frame = rebuilt.frame
+    if frame is None:
+        return
+    if not frame.guards_override:
+        yield "the speed override is not looked at"
+    for channel in _valves(motion, installation):
+        if not any(_is_called(channel, label) for label in frame.shut):
+            yield f"the fault routine does not shut {channel.name}"
+    yield from _compare_waits(frame, rebuilt.analog, installation.waits)
+    yield from _compare_parts(rebuilt, frame)
+
+
+def _valves(motion: MotionProgram, installation: Installation) -> list[Channel]:
+    """Outputs of valves that the program opens."""
+    opened = [step.channel for step in motion.steps if isinstance(step, Switch) and step.value]
+    opened += [event.channel for step in motion.steps if isinstance(step, Line) for event in step.events if event.value]
+    valves = {valve.channel for valve in installation.valves.values()}
+    return [channel for channel in dict.fromkeys(opened) if channel in valves]
+
+
+def _is_called(channel: Channel, label: str) -> bool:
+    return label in (channel.name, f"{channel.kind} {channel.number}")
+
+
+def _compare_waits(frame: ReadFrame, analog: Counting, waits: Sequence[Wait]) -> Iterator[str]:
+    if len(frame.waits) != len(waits):
+        yield f"{len(frame.waits)} waits before the first motion, the cell maps {len(waits)}"
+        return
+    for read, wait in zip(frame.waits, waits, strict=True):
+        if not _is_same_wait(read, wait, analog):
+            yield f"the wait for {wait.words} is read as {read}"
+    watched = [wait.contact for wait in waits if wait.watched]
+    if frame.watched and len(frame.watched) != len(watched):
+        yield f"{len(frame.watched)} inputs are watched, not {len(watched)}"
+    for (channel, state), wait in zip(frame.watched, (wait for wait in waits if wait.watched), strict=False):
+        if wait.contact and (channel not in (wait.contact.name, str(wait.contact.number)) or state != wait.state):
+            yield f"{wait.words} is watched as {channel}"
+
+
+def _is_same_wait(read: ReadWait, wait: Wait, analog: Counting) -> bool:
+    source = wait.contact or wait.sensor
+    if source is None or read.channel not in (source.name, str(source.number)):
+        return False
+    same = [(read.timeout_s, wait.timeout_s)]
+    if wait.sensor is not None:
+        if read.condition is None:
+            return False
+        same += zip(read.condition, (*analog.reading(wait.sensor), wait.least), strict=True)
+    elif read.state is not wait.state:
+        return False
+    return all(abs(one - other) <= _SAME_NUMBER * max(1.0, abs(other)) for one, other in same)
+
+
+@dataclass(slots=True)
+class _State:
+    """What is in force after some steps."""
+
+    outputs: dict[str, float] = field(default_factory=dict[str, float])
+    place: Pose | Axes | None = None
+    tool: str | None = None
+    board: ReadBoard | None = None
+
+    @classmethod
+    def after(cls, steps: Sequence[ReadStep], outputs: dict[str, float]) -> "_State":
+        """Go through some steps."""
+        state = cls(dict(outputs))
+        for step in steps:
+            match step:
+                case ReadSwitch():
+                    state.outputs[step.channel] = step.value
+                case ReadLine():
+                    state.outputs |= {signal.channel: signal.value for signal in step.signals}
+                    state.place = step.target
+                case ReadReach():
+                    state.place = step.target
+                case ReadTool():
+                    state.tool = step.label
+                case ReadBoard():
+                    state.board = step
+                case _:
+                    pass
+        return state
+
+
+def _compare_parts(rebuilt: Rebuilt, frame: ReadFrame) -> Iterator[str]:
+    """Compare what each entry leaves with what the parts before it leave."""
+    if [part.number for part in frame.parts] != list(range(1, 1 + len(frame.parts))):
+        yield f"parts {[part.number for part in frame.parts]} are not numbered in order"
+        return
+    shut = dict.fromkeys(frame.shut, 0.0)
+    for part in frame.parts[1:]:
+        planned = _State.after(rebuilt.steps[: part.begins], shut)
+        entered = _State.after(part.entry, shut)
+        if planned.outputs != entered.outputs:
+            yield f"started at part {part.number} the outputs are {entered.outputs}, not {planned.outputs}"
+        if entered.place is None:
+            if any(isinstance(step, ReadLine) for step in _first_motion(rebuilt.steps[part.begins :])):
+                yield f"started at part {part.number} it begins with a line from where it stands"
+            continue
+        if not _is_same_place(planned.place, entered.place):
+            yield f"started at part {part.number} it begins at {entered.place}, not {planned.place}"
+        if (planned.tool, planned.board) != (entered.tool, entered.board):
+            yield f"started at part {part.number} it has tool {entered.tool}, not {planned.tool}, or another frame"
+
+
+def _first_motion(steps: Sequence[ReadStep]) -> list[ReadStep]:
+    return [step for step in steps if isinstance(step, ReadLine | ReadReach)][:1]
+
+
+def _is_same_place(one: Pose | Axes | None, other: Pose | Axes) -> bool:
+    if isinstance(one, Pose) and isinstance(other, Pose):
+        return distance(one, other) <= _SAME and degrees(angle(one, other)) <= _SAME
+    if isinstance(one, Axes) and isinstance(other, Axes):
+        return all(abs(a - b) <= _SAME for a, b in zip(one.values, other.values, strict=True))
+    return False

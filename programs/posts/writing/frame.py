@@ -1,0 +1,142 @@
+"""The production frame around a program: guard, waits and faults before the first motion, and where it may start."""
+
+from collections.abc import Iterator, Sequence
+from typing import ClassVar
+
+from programs.motion.installation import USUAL_WAITS, Channel, Installation, Sensor, Wait
+from programs.motion.steps import MotionProgram
+from programs.posts.dialect import Dialect
+from programs.posts.writing.chapters import Chapter, Part
+from programs.posts.writing.heading import channels_of
+from programs.posts.writing.wording import cut, short
+
+PART_LABEL, WAIT_LABEL = 200, 300
+"""Labels of parts and of waits begin after these, where a language numbers them."""
+
+
+class ProductionFrame:
+    """Forms of the frame in one language, and what is filled into them; ``Syntax`` is made of it.
+
+    Forms are lines of text; empty ones are left out. A language without a form does not have what it is for, and its
+    ``setup`` states what the integrator has to provide in its place.
+    """
+
+    dialect: Dialect
+    installation: Installation
+    motion: MotionProgram
+    parts: tuple[Part, ...]
+
+    start: ClassVar[str] = "nStart"
+    """Variable that names the part to start at; 0 or 1 for the whole program."""
+    shut_name: ClassVar[str] = "shut_valves"
+    """Routine that shuts every valve which the program opens."""
+    part_form: ClassVar[tuple[str, ...]] = ("{call}",)
+    """Of a part in main, of ``number``, ``label``, ``call`` and ``start``: done unless that is a later one."""
+    enter_begin: ClassVar[tuple[str, ...]] = ()
+    enter_end: ClassVar[tuple[str, ...]] = ()
+    """Around what a part does first if the program starts there, of its ``number`` and of ``start``."""
+    guard: ClassVar[tuple[str, ...]] = ()
+    """Refuses to start unless the speed override is 100 %."""
+    states: ClassVar[tuple[str, str]] = ("0", "1")
+    wait_contact: ClassVar[tuple[str, ...]] = ()
+    wait_sensor: ClassVar[tuple[str, ...]] = ()
+    """Wait with a time-out for a contact, of ``input``, ``name``, ``state`` and ``other`` state, or for a quantity, of
+    ``reading`` and ``least``; of ``index`` from 1, a ``label``, ``seconds``, ``tenths``, ``ms`` and ``message`` too."""
+    watch: ClassVar[tuple[str, ...]] = ()
+    """Begins to watch a contact while the program runs, with the words of its wait."""
+    longest_message: ClassVar[int] = 60
+    start_words: ClassVar[str] = "set {start} to"
+    """How the operator chooses the part to start at."""
+
+    def operand(self, value: float, digits: int = 6) -> str:
+        """Write a number in an expression."""
+        return short(value, digits)
+
+    def quantity(self, sensor: Sensor) -> str:
+        """Write the quantity that an input shows."""
+        raise NotImplementedError
+
+    # What main does
+
+    def wait_lines(self, forms: Sequence[str], index: int, wait: Wait) -> list[str]:
+        """Fill in the forms of a wait."""
+        words = {
+            "index": str(index),
+            "label": str(WAIT_LABEL + index),
+            "seconds": short(wait.timeout_s, 1),
+            "tenths": short(10.0 * wait.timeout_s, 0),
+            "ms": short(1000.0 * wait.timeout_s, 0),
+            "message": self.message(wait.shown),
+            "words": self.message(wait.words),
+        }
+        if wait.contact is not None:
+            words |= {"input": str(wait.contact.number), "name": wait.contact.name}
+            words |= {"state": self.states[wait.state], "other": self.states[not wait.state]}
+        if wait.sensor is not None:
+            words |= {"reading": self.quantity(wait.sensor), "least": self.operand(wait.least)}
+            words |= {"input": str(wait.sensor.number), "name": wait.sensor.name}
+        return [line for form in forms if (line := form.format(**words))]
+
+    def message(self, text: str) -> str:
+        """Give a message that stands in a string of any language."""
+        return cut("".join(letter if letter not in "\"'();:,{}[]!\\" else " " for letter in text), self.longest_message)
+
+    def waits(self) -> Iterator[str]:
+        """Write the waits, then begin to watch."""
+        numbered = list(enumerate(self.installation.waits, start=1))
+        for index, wait in numbered:
+            yield from self.wait_lines(self.wait_contact if wait.contact else self.wait_sensor, index, wait)
+        for index, wait in numbered:
+            if wait.watched:
+                yield from self.wait_lines(self.watch, index, wait)
+
+    # What the header states
+
+    @property
+    def valves(self) -> list[Channel]:
+        """Outputs of valves that the program uses, by their numbers."""
+        valves = {valve.channel for valve in self.installation.valves.values()}
+        return [channel for channel in channels_of(self.motion) if channel in valves]
+
+    @property
+    def chapters(self) -> list[Chapter]:
+        """Parts of main without its loops."""
+        return [part for part in self.parts if isinstance(part, Chapter)]
+
+    def frame_lines(self) -> Iterator[str]:
+        """State what is waited for and what is not, where the program may start, and what has to be set up."""
+        if not self.enter_begin:
+            return
+        waits, known = self.installation.waits, {wait.name for wait in self.installation.waits}
+        if waits:
+            yield f"Waits for {', '.join(map(_describe, waits))}"
+        if lacking := [name.replace("_", " ") for name in USUAL_WAITS if name not in known]:
+            yield f"Does not wait for {', '.join(lacking)}: the cell maps no such input"
+        if watched := [wait.words for wait in waits if wait.watched]:
+            yield f"Stops, valves shut, without {', '.join(watched)}{'' if self.watch else ': to be wired, see below'}"
+        yield f"Parts: {', '.join(f'{part.number} {part.title}' for part in self.chapters)}"
+        if (last := len(self.chapters)) > 1:
+            chosen = self.start_words.format(start=self.start)
+            yield f"A stopped board is finished from part 2 to {last}: {chosen} its number; that way from home is slow"
+        yield from (f"Set up: {line}" for line in self.setup())
+
+    def setup(self) -> Iterator[str]:
+        """State what the integrator has to set up in the controller."""
+        return iter(())
+
+    def signal_lines(self) -> Iterator[str]:
+        """List outputs and inputs by name and number, with what they are for."""
+        nozzles = {valve.channel: nozzle for nozzle, valve in self.installation.valves.items()}
+        for channel in channels_of(self.motion):
+            opens = f", opens {nozzles[channel]}" if channel in nozzles else ""
+            yield f"Output {channel.name}: {channel.kind} {channel.number}{opens}"
+        for wait in self.installation.waits:
+            if wait.contact is not None:
+                yield f"Input {wait.contact.name}: digital {wait.contact.number}, {wait.words}"
+            if wait.sensor is not None:
+                yield f"Input {wait.sensor.name}: analog {wait.sensor.number}, {wait.words}"
+
+
+def _describe(wait: Wait) -> str:
+    until = "" if wait.sensor is None else f" of {short(wait.least, 6)}"
+    return f"{wait.words}{until} ({short(wait.timeout_s, 1)} s)"
