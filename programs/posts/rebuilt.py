@@ -56,6 +56,8 @@ class ReadLine:
     """Greatest rate of the tool's turn; ``None`` where the text states none."""
     acceleration_mm_s2: float | None = None
     """``None`` where the text states none."""
+    turn_acceleration_deg_s2: float | None = None
+    """``None`` where the text states none."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -53,13 +53,14 @@ class Drive:
                 return t0 + _time_in_phase(way - s0, v0, v1, t1 - t0)
         return self.moving_s
 
-    def speed_at(self, share: float) -> float:
-        """Speed where this share of its length is done."""
-        way = min(max(share, 0.0), 1.0) * self.lane.length
-        for (_, s0, v0), (_, s1, v1) in pairwise(self._phases()):
-            if way <= s1 and s1 > s0:
-                return sqrt(max(v0**2 + (v1**2 - v0**2) * (way - s0) / (s1 - s0), 0.0))
-        return self.end
+    def way_at(self, seconds: float) -> float:
+        """Way that is done by then."""
+        for (t0, s0, v0), (t1, s1, v1) in pairwise(self._phases()):
+            if seconds <= t1 and t1 > t0:
+                done = min(max(seconds - t0, 0.0), t1 - t0)
+                way = s0 + v0 * done + 0.5 * (v1 - v0) * done**2 / (t1 - t0)
+                return min(way, s1)
+        return self.lane.length
 
     def _phases(self) -> tuple[tuple[float, float, float], ...]:
         """Time, way and speed at the ends of the three phases."""

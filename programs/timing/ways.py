@@ -51,6 +51,8 @@ class Way:
     """Greatest rate of the turn that its text states."""
     acceleration_mm_s2: float | None = None
     """That its text states; ``None`` for the controller's own."""
+    turn_acceleration_deg_s2: float | None = None
+    """Likewise."""
     whole_s: float | None = None
     """Time from rest to rest that its text states in place of a speed."""
 
@@ -120,7 +122,7 @@ class Machine:
         own = way.acceleration_mm_s2 or self.controller.acceleration_mm_s2
         least = min(
             inf if way.turns else own,
-            self.controller.turn_acceleration_deg_s2 / turn if turn > 0.0 else inf,
+            (way.turn_acceleration_deg_s2 or self.controller.turn_acceleration_deg_s2) / turn if turn > 0.0 else inf,
             _least(self.acceleration, way.fastest),
         )
         return least * (self.controller.blend_acceleration_share if self._is_rotary(way) else 1.0)
@@ -152,7 +154,7 @@ class Machine:
             own = way.acceleration_mm_s2 or controller.acceleration_mm_s2
             least = min(least, own / change)
         if turn > _STRAIGHT:
-            least = min(least, controller.turn_acceleration_deg_s2 / turn)
+            least = min(least, (way.turn_acceleration_deg_s2 or controller.turn_acceleration_deg_s2) / turn)
         return sqrt(2.0 * radius * least)
 
     def _within(self, way: Way, after: Way, acceleration: float) -> float:

@@ -72,6 +72,8 @@ def installation_of(loaded: LoadedCell) -> Installation:
         home=tuple(exported_joints(cell.robot, cell.home).tolist()),
         maker=cell.robot.maker,
         convention=cell.robot.convention,
+        controller=spec.controller.model_dump(exclude_none=True, exclude={"source"}),
+        controller_source=spec.controller.source,
     )
 
 

@@ -36,6 +36,7 @@ _SECTIONS = {
     "tools": ("ToolSpec",),
     "tools: bodies, and fixtures": _SHAPES,
     "nozzles": ("NozzleSpec",),
+    "controller": ("ControllerSpec",),
     "io": ("InputOutput",),
     "io: outputs": ("Output",),
     "io: settings": ("OutputSetting",),

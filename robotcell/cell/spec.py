@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 from programs.motion.installation import Maker
 from recipes.recipe import Name
 from specs.spec import (
+    Acceleration,
     Bounds,
     Coordinate,
     Distance,
@@ -36,6 +37,10 @@ ChannelCounts: TypeAlias = Annotated[int, Bounds(0, 2**32, what="counts of a cha
 FullScale: TypeAlias = Annotated[float, Bounds(0.001, 1000, "V or mA", "full scales of a channel")]
 Timeout: TypeAlias = Annotated[float, Bounds(1, 3000, "s", "time-outs")]
 Signal: TypeAlias = Annotated[float, Bounds(-1_000_000, 1_000_000, what="values, scales and offsets of a channel")]
+JointShare: TypeAlias = Annotated[float, Bounds(0.001, 1, what="shares of a joint's speed")]
+LookAhead: TypeAlias = Annotated[int, Bounds(1, 100_000, "lines", "look-aheads of a controller")]
+Positions: TypeAlias = Annotated[int, Bounds(200, 10_000_000, what="positions of a file")]
+Length: TypeAlias = Annotated[int, Bounds(1, 10**12, what="lengths of a file")]
 Outputs: TypeAlias = dict[Name, Signal]
 HeldBy: TypeAlias = Literal["front_left", "front_right", "back_left", "back_right", "centre", "origin"]
 HELD_BY: HeldBy = "front_left"
@@ -343,6 +348,29 @@ class NozzleSpec(Spec):
     )
 
 
+class ControllerSpec(Spec):
+    """What is known of the cell's own controller, for the prediction of times; what is left out stays as it was."""
+
+    acceleration_mm_s2: Acceleration | None = Field(default=None, description="Greatest, of the orifice.")
+    rise_s: Duration | None = Field(default=None, description="Time in which an acceleration builds up.")
+    turn_speed_deg_s: TurnSpeed | None = Field(default=None, description="Greatest, of the tool.")
+    turn_acceleration_deg_s2: TurnAcceleration | None = Field(default=None, description="Greatest, of the tool.")
+    joint_speed_share: JointShare | None = Field(
+        default=None, description="Of the joints' greatest speeds, in joint motions that state none."
+    )
+    settle_s: Duration | None = Field(default=None, description="From a stop until the next motion begins.")
+    look_ahead: LookAhead | None = Field(
+        default=None, description="Lines planned after the one that runs: within them it must be able to stop."
+    )
+    least_line_s: Duration | None = Field(default=None, description="Shortest time of a line.")
+    most_positions: Positions | None = Field(
+        default=None, description="Motions that a file may have: longer programs are divided."
+    )
+    most_lines: Length | None = Field(default=None, description="Lines of text that a file may have.")
+    most_bytes: Length | None = Field(default=None, description="Bytes that a file may have.")
+    source: str = Field(default="the cell", min_length=1, description="Where these numbers come from.")
+
+
 class CellSpec(Spec):
     """A robot cell: one YAML file."""
 
@@ -368,4 +396,7 @@ class CellSpec(Spec):
         default=5.0, description="Distance that every body of robot and tool keeps from board and fixtures."
     )
     nozzles: dict[Name, NozzleSpec] = Field(default={}, description="By the nozzle's name in the recipe.")
+    controller: ControllerSpec = Field(
+        default=ControllerSpec(), description="Numbers of the robot's controller in place of those that are assumed."
+    )
     io: InputOutput = Field(default=InputOutput(), description="Outputs and inputs of the robot's controller.")

@@ -33,12 +33,13 @@ class SpelReader(Reader):
 
     def grammar(self) -> dict[str, Action]:
         """List the statements."""
-        settings = rf"Integer nLoop\d+|Motor On|Power High|Speed \d+|(?:Accel|AccelR) {NUMBER}, {NUMBER}"
+        settings = rf"Integer nLoop\d+|Motor On|Power High|Speed \d+|Accel {NUMBER}, {NUMBER}"
         return {
             rf"(Move|Go) {_XY} /(\d+)( ROT)?( CP)?(?: !(.*)!)?": self.move,
             rf"SpeedS {N}": self.set_speed,
             rf"SpeedR {N}": lambda match: self.state(turn_deg_s=float(match[1])),
             rf"AccelS {N}, {NUMBER}": lambda match: self.state(acceleration_mm_s2=float(match[1])),
+            rf"AccelR {N}, {NUMBER}": lambda match: self.state(turn_acceleration_deg_s2=float(match[1])),
             _OUTPUT: lambda match: self.switch(*_switched(match.groups())),
             rf"Wait {N}": self.pause,
             r"Call (\w+)": self.call,

@@ -13,6 +13,8 @@ from programs.posts.writing.wording import fixed, join_lines, make_name, operand
 
 _PTP_PERCENT = 10
 _ORI_DEG_S = 200.0
+_TURN_DEG_S2 = 1000
+"""Greatest acceleration of a turn that controllers take, assumed: that of BAS(#INITMOV) is a tenth of it."""
 _HEAD = ("&ACCESS RVP", "&REL 1")
 
 
@@ -97,8 +99,9 @@ class Krl(Syntax):
 
     def prepare(self) -> Iterator[str]:
         """Set the controller's defaults and a slow ``PTP``; without a home the motion begins where the robot is."""
-        yield "; the controller's own defaults; a slow PTP"
-        yield from ("BAS(#INITMOV,0)", f"BAS(#VEL_PTP,{_PTP_PERCENT})", "$ORI_TYPE=#VAR")
+        yield "; the controller's own defaults; a slow PTP; turns that speed up as fast as $ACC_MA allows"
+        yield from ("BAS(#INITMOV,0)", f"$ACC.ORI1={_TURN_DEG_S2}", f"$ACC.ORI2={_TURN_DEG_S2}")
+        yield from (f"BAS(#VEL_PTP,{_PTP_PERCENT})", "$ORI_TYPE=#VAR")
         if not self.installation.home:
             yield "PTP $AXIS_ACT"
 

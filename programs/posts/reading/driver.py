@@ -443,7 +443,7 @@ class Reader(ABC):
         self.pose = pose
 
     def state(self, **terms: float | None) -> None:
-        """Put terms of lines in force: ``zone``, ``turn_deg_s``, ``acceleration_mm_s2``, ``duration_s``."""
+        """Put terms of lines in force: ``zone``, ``turn_deg_s``, ``duration_s``, and accelerations."""
         self.terms = replace(self.terms, **terms)  # pyright: ignore[reportArgumentType]
 
     def length_to(self, pose: Pose) -> float:

@@ -1,7 +1,9 @@
 """Predicts how long a controller takes for a program's text, and where its jets begin and end."""
 
+from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import accumulate
 from math import hypot, inf
 
 import numpy as np
@@ -232,6 +234,7 @@ class _Run:
             read.zone,
             inf if read.turn_deg_s is None else read.turn_deg_s,
             read.acceleration_mm_s2,
+            read.turn_acceleration_deg_s2,
             read.duration_s if self.machine.controller.times_are_whole else None,
         )
 
@@ -277,7 +280,7 @@ def _event_errors(run: _Run, firings: Sequence[Firing], motion: MotionProgram) -
         for valve in run.installation.valves.values()
         for value, lag in ((1.0, valve.open_lag_s), (0.0, valve.close_lag_s))
     }
-    lines, passed = motion.lines, _passed(run)
+    lines, passed, clock = motion.lines, _passed(run), _Clock.of(run)
     times = np.array([line.time_s for line in lines])
     for firing in firings:
         event = firing.event
@@ -285,14 +288,14 @@ def _event_errors(run: _Run, firings: Sequence[Firing], motion: MotionProgram) -
         jet_s = firing.line.time_s + event.signal_s + lag_s
         line = lines[max(int(np.searchsorted(times, jet_s, side="right")) - 1, 0)]
         share = line.samples.share_at(jet_s - line.time_s)
-        if (place := _when(passed.get(id(line), ()), share, run)) is None:
+        due_s = _when(passed.get(id(line), ()), share, run)
+        if due_s is None:
             continue
-        due_s, speed_mm_s = place
         leaves_s = run.begins[firing.step] + firing.signal.offset_s
         if firing.step in run.drives:
             leaves_s += run.drives[firing.step].second_at(firing.signal.share)
-        late_s = leaves_s + lag_s - due_s
-        yield abs(late_s) * speed_mm_s, abs(late_s), event.made_by
+        begins_s = leaves_s + lag_s
+        yield abs(clock.way_at(begins_s) - clock.way_at(due_s)), abs(begins_s - due_s), event.made_by
 
 
 def _passed(run: _Run) -> dict[int, list[Match]]:
@@ -304,12 +307,38 @@ def _passed(run: _Run) -> dict[int, list[Match]]:
     return parts
 
 
-def _when(parts: Sequence[Match], share: float, run: _Run) -> tuple[float, float] | None:
-    """When the orifice passes a place of a planned line, and how fast; ``None`` where no part that was read has it."""
+@dataclass(frozen=True, slots=True)
+class _Clock:
+    """How far the orifice is at a time."""
+
+    drives: tuple[Drive, ...]
+    begins: tuple[float, ...]
+    """When each begins."""
+    ways: tuple[float, ...]
+    """mm until then."""
+
+    @classmethod
+    def of(cls, run: _Run) -> "_Clock":
+        """Add up the ways of a program."""
+        drives = tuple(run.drives.values())
+        ways = accumulate((_millimetres(each, each.lane.length) for each in drives), initial=0.0)
+        return cls(drives, tuple(run.begins[step] for step in run.drives), tuple(ways)[:-1])
+
+    def way_at(self, seconds: float) -> float:
+        """Way of the orifice by then, mm."""
+        at = max(bisect_right(self.begins, seconds) - 1, 0)
+        return self.ways[at] + _millimetres(self.drives[at], self.drives[at].way_at(seconds - self.begins[at]))
+
+
+def _millimetres(drive: Drive, way: float) -> float:
+    """Way of the orifice; none in a turn on the spot."""
+    return 0.0 if drive.lane.turns else way
+
+
+def _when(parts: Sequence[Match], share: float, run: _Run) -> float | None:
+    """When the orifice passes a place of a planned line; ``None`` where no part that was read has it."""
     for match in parts:
         if share <= match.end or match is parts[-1]:
             inside = (share - match.begin) / (match.end - match.begin)
-            done = run.drives[match.step]
-            mm_s = 0.0 if done.lane.turns else done.speed_at(inside)
-            return run.begins[match.step] + done.second_at(inside), mm_s
+            return run.begins[match.step] + run.drives[match.step].second_at(inside)
     return None

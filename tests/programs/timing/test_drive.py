@@ -16,7 +16,7 @@ def test_a_line_from_rest_to_rest_takes_its_plateau_and_two_ramps() -> None:
     (done,) = drive([LANE], 10)
     assert done.duration_s == pytest.approx(100.0 / 100.0 + 100.0 / 500.0)
     assert done.second_at(0.5) == pytest.approx(0.5 * done.duration_s)
-    assert done.speed_at(0.5) == pytest.approx(100.0)
+    assert done.way_at(0.5 * done.duration_s) == pytest.approx(50.0)
 
 
 def test_a_line_that_goes_straight_on_may_be_divided_without_loss() -> None:
@@ -79,6 +79,8 @@ def test_speeds_join_and_keep_to_all_limits(lanes: list[Lane], look_ahead: int) 
         assert each.second_at(1.0) == pytest.approx(each.moving_s)
         times = [each.second_at(0.1 * tenth) for tenth in range(11)]
         assert times == sorted(times)
+        for share, seconds in zip(range(11), times, strict=True):
+            assert each.way_at(seconds) == pytest.approx(0.1 * share * each.lane.length, rel=1e-6, abs=1e-6)
 
 
 @given(LANES)

@@ -5,10 +5,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 from small_cells import CELL
 
+from programs.export import controller_of, find_dialect
 from programs.pose import Pose
 from robotcell.cell.installation import installation_of
 from robotcell.cell.load import cell_library, read_cell, read_cell_text
 from robotcell.robot.robot import Poses
+from specs.errors import JobError
 
 
 def matrix(given: Pose) -> Poses:
@@ -65,3 +67,23 @@ def test_channels_of_current_keep_their_full_scale() -> None:
     channel, sensor = installation.settings["pressure_bar"].channel, installation.sensors["resistivity_mohm_cm"]
     assert (channel.full_scale, channel.unit) == (20.0, "mA")
     assert (sensor.full_scale, sensor.unit, sensor.counts) == (24.0, "mA", 4096)
+
+
+def test_numbers_of_the_controller_are_those_of_the_cell() -> None:
+    text = CELL
+    assert installation_of(read_cell_text(text)).controller == {}
+    text += "controller: {acceleration_mm_s2: 800, look_ahead: 5, source: a stopwatch}\n"
+    installation = installation_of(read_cell_text(text))
+    assert installation.controller == {"acceleration_mm_s2": 800.0, "look_ahead": 5}
+    assert installation.controller_source == "a stopwatch"
+    model = controller_of(find_dialect("ur"), installation)
+    assert model is not None
+    assert (model.acceleration_mm_s2, model.look_ahead) == (800.0, 5)
+    assert model.source("look_ahead") == "a stopwatch"
+    assert model.source("settle_s") == "assumed"
+
+
+@pytest.mark.parametrize("line", ["look_ahead: 0", "most_positions: 3", "settle_s: -1", "speed: 3"])
+def test_numbers_of_a_controller_are_bounded(line: str) -> None:
+    with pytest.raises(JobError, match=r"controller"):
+        read_cell_text(f"{CELL}controller: {{{line}}}\n")
