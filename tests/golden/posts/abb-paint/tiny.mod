@@ -5,7 +5,7 @@ MODULE tiny
   ! Cell   bench  robot arm
   ! Planned time 3.6 s, each loop once
   ! Predicted time 2.7 s by this controller's model, 0.76 x planned
-  ! Worst event error 0.00 mm, 30.0 ms at predicted speeds (s/pass)
+  ! Worst event error 0.00 mm, 40.0 ms at predicted speeds (s/pass)
   ! Worst event error 0.02 mm, 4.0 ms at planned speeds (s/pass)
   ! Controller class 3; cycle 4 ms is in the error
   ! Analog aoPressure: 0 V is 0, 10 V is 10
