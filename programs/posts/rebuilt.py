@@ -165,8 +165,10 @@ class ReadFrame:
     parts: tuple[ReadPart, ...]
     shut: tuple[str, ...]
     """Outputs that the fault routine shuts."""
-    guards_override: bool
-    """Whether the program refuses to start, or takes no notice, where the speed override is not 100 %."""
+    guards_override: bool | None
+    """Whether the program refuses to start, or takes no notice, where the speed override is not 100 %.
+
+    ``None`` where the language cannot read it."""
 
 
 @dataclass(frozen=True, slots=True)

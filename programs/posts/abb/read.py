@@ -5,7 +5,7 @@ import re
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, Reader, look_up, refusal, skip, statements_of
+from programs.posts.reading.driver import Action, N, Reader, look_up, refusal, skip, statements_of
 from programs.posts.rebuilt import ReadSignal
 
 _DATA = re.compile(r"(?:LOCAL )?(?:CONST|PERS|VAR) (\w+) (\w+)(?::=(.*))?;")
@@ -23,6 +23,8 @@ _SHAPES = {
     "speeddata": "[0,0,0,0]",
     "triggdata": "",
     "num": "0",
+    "bool": "FALSE",
+    "intnum": "",
 }
 """How the values of each type are nested, every number as 0."""
 
@@ -31,6 +33,7 @@ class RapidReader(Reader):
     """Data, procedures and triggers of all modules."""
 
     moves = "MoveL|MoveJ|TriggL"
+    handlers = frozenset({"main", "ERROR", "TRAP"})
 
     def __init__(self) -> None:
         super().__init__()
@@ -48,7 +51,9 @@ class RapidReader(Reader):
         for name, text in modules.items():
             lines = statements_of(name, text)
             statements = (line for line in lines if not line.startswith(("!", "MODULE ", "ENDMODULE")))
-            for line in self.sort(statements, r"PROC (\w+)\(\)", "ENDPROC"):
+            for line in self.sort(
+                statements, r"(?:PROC (?=\w+\()|TRAP )(\w+)(?:\((?:string sText)?\))?", "ENDPROC|ENDTRAP"
+            ):
                 match = _DATA.fullmatch(line)
                 if match is None or _NUMBER.sub("0", match[3] or "") != _SHAPES.get(match[1]):
                     raise refusal(line, "declares nothing")
@@ -60,6 +65,15 @@ class RapidReader(Reader):
         looks = r" AND \(\1=0 OR ([\d.-]+)\*AInput\(\w+\)\+([\d.-]+)<([\d.-]+)\)"
         return {
             rf"({self.moves}) (\w+),(\w+)((?:,ev\d+)?(?:\\T\d:=ev\d+)*),(\w+),(\w+)\\WObj:=(\w+);": self.move,
+            r"shut_valves;": self.shut("main"),
+            r"IF nStart<=(\d+) (\w+);": lambda match: self.run(match[2]) if self.begin_part(match[1]) else None,
+            r"IF nStart=(\d+) THEN": lambda match: self.enter(match[1], "ENDIF"),
+            r'IF CSpeedOverride\(\)<>100 stop_job "[^"]*";': self.guard,
+            r"WaitDI (\w+),([01])\\MaxTime:=([\d.]+)\\TimeFlag:=bLate;": self.wait_contact,
+            rf"WaitUntil {N}\*AInput\((\w+)\)\+{N}>={N}\\MaxTime:=([\d.]+)\\TimeFlag:=bLate;": self.wait_sensor,
+            r"CONNECT (\w+) WITH on_fault;": self.connect,
+            r"ERROR": self.handle_error,
+            r"IDelete \w+;|nStart:=1;|ENDIF": skip,
             rf"MoveAbsJ \[\[({_LIST})\],\[({_LIST})\]\]\\NoEOffs,.*": self.move_to_joints,
             r"MoveAbsJ jHome\\NoEOffs,.*": skip,
             rf"TriggEquip (\w+),([\d.-]+)(\\Start)?,([\d.-]+){_OUTPUT}": self.define_trigger,
@@ -71,6 +85,35 @@ class RapidReader(Reader):
             r"(ConfJ\\Off|ConfL\\Off|nLoop\d+:=.*);": skip,
             r"([A-Za-z]\w*);": self.call,
         }
+
+    def wait_contact(self, match: re.Match[str]) -> None:
+        """Wait for a signal."""
+        self.stop_late()
+        self.wait_for(match[1], match[2] == "1", float(match[3]))
+
+    def wait_sensor(self, match: re.Match[str]) -> None:
+        """Wait for a quantity."""
+        self.stop_late()
+        scale, channel, offset, least, timeout_s = match.groups()
+        self.wait_least(channel, (scale, offset, least), float(timeout_s))
+
+    def stop_late(self) -> None:
+        """Stop where a wait is over."""
+        self.pass_on(r'IF bLate stop_job "[^"]*";')
+        self.expect("stop_job", r"shut_valves;", r"TPWrite .*;", r"EXIT;")
+
+    def connect(self, match: re.Match[str]) -> None:
+        """Connect the fault routine with errors, or with a signal that leaves its state."""
+        self.expect("on_fault", r"StopMove\\Quick;", r"shut_valves;", r"TPWrite .*;", r"EXIT;")
+        (cause,) = self.pass_on(rf"IError COMMON_ERR,TYPE_ERR,{match[1]};|ISignalDI (\w+),([01]),{match[1]};")
+        self.shut_by.add("TRAP")
+        if cause[1]:
+            self.watched.append((cause[1], cause[2] == "0"))
+
+    def handle_error(self, match: re.Match[str]) -> None:
+        """Come to the end of main: what follows is the handler of errors."""
+        self.pass_on(r"shut_valves;", r"RAISE;")
+        self.shut_by.add("ERROR")
 
     def move_to_joints(self, match: re.Match[str]) -> None:
         """Come to joint values: the robot's, and those of external axes that there are."""

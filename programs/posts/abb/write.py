@@ -13,7 +13,8 @@ from programs.posts.writing.wording import fixed, indent, join_lines, short
 
 _NO_AXES = "[9E9,9E9,9E9,9E9,9E9,9E9]"
 _RESERVED = frozenset({
-    "main", "define_events", "alias", "and", "backward", "case", "connect", "const", "default", "div", "do", "else",
+    "main", "define_events", "shut_valves", "on_fault", "stop_job", "nstart", "blate",
+    "alias", "and", "backward", "case", "connect", "const", "default", "div", "do", "else",
     "elseif", "endfor", "endfunc", "endif", "endmodule", "endproc", "endrecord", "endtest", "endtrap", "endwhile",
     "error", "exit", "false", "for", "from", "func", "goto", "if", "inout", "local", "mod", "module", "nostepin",
     "not", "noview", "or", "pers", "proc", "raise", "readonly", "record", "retry", "return", "step", "sysmodule",
@@ -43,6 +44,21 @@ class Rapid(Syntax):
     sensed = "{counter}<{count} AND ({counter}=0 OR {reading}<{least})"
     reading = "{scale}*AInput({name})+{offset}"
     reading_digits = 6
+    part_form = ("IF {start}<={number} {call}",)
+    enter_begin = ("IF {start}={number} THEN", "  {start}:=1;")
+    enter_end = ("ENDIF",)
+    guard = ('IF CSpeedOverride()<>100 stop_job "speed override is not 100 percent";',)
+    wait_contact = ("WaitDI {name},{state}\\MaxTime:={seconds}\\TimeFlag:=bLate;", 'IF bLate stop_job "{message}";')
+    wait_sensor = (
+        "WaitUntil {reading}>={least}\\MaxTime:={seconds}\\TimeFlag:=bLate;",
+        'IF bLate stop_job "{message}";',
+    )
+    watch = (
+        "IDelete irWatch{index};",
+        "CONNECT irWatch{index} WITH on_fault;",
+        "ISignalDI {name},{other},irWatch{index};",
+    )
+    start_words = "set {start} to"
     move = "MoveL"
     """A motion in a line that switches nothing."""
 
@@ -122,6 +138,17 @@ class Rapid(Syntax):
             self.speeds[_REACH_SPEED] = "[100,500,5000,1000]"
             yield f"MoveAbsJ jHome\\NoEOffs,{_REACH_SPEED},fine,{next(iter(self.tools), 'tool0')};"
 
+    def begin_production(self) -> Iterator[str]:
+        """Connect the fault routine too."""
+        yield from super().begin_production()
+        yield from ("IDelete irFault;", "CONNECT irFault WITH on_fault;", "IError COMMON_ERR,TYPE_ERR,irFault;")
+
+    def setup(self) -> Iterator[str]:
+        """State what the integrator has to set up."""
+        yield f"event routine {self.shut_name} for Stop and QStop (Controller, Event Routine): a stop shuts no output"
+        yield "the signals below in the I/O configuration; after a stop start from main (PP to Main)"
+        yield "tooldata and wobjdata are in this module: compare them with yours, and identify the loads"
+
     def declarations(self) -> Iterator[str]:
         """Declare tools, work objects, speeds, triggers and counters."""
         for name, tool in self.tools.items():
@@ -134,14 +161,26 @@ class Rapid(Syntax):
             yield f"CONST jointtarget jHome:={self.joint_target(self.installation.home)};"
         yield from (f"CONST speeddata {name}:={value};" for name, value in self.speeds.items())
         yield from (f"VAR triggdata {name};" for name in self.triggers.values())
+        yield from ("PERS num nStart:=1;", "VAR bool bLate:=FALSE;", "VAR intnum irFault;")
+        watched = (index for index, wait in enumerate(self.installation.waits, start=1) if wait.watched)
+        yield from (f"VAR intnum irWatch{index};" for index in watched)
         yield from (f"VAR num nLoop{number}:=0;" for number in self.loops)
+
+    def faults(self) -> list[str]:
+        """Write the routines that shut the valves: the one for all, and those for faults and for what is lacking."""
+        shut = _procedure(self.shut_name, dict.fromkeys(self.shut()))
+        stop = [f"{self.shut_name};", 'TPWrite "Washboard: "+sText;', "EXIT;"]
+        trap = ["StopMove\\Quick;", f"{self.shut_name};", 'TPWrite "Washboard: fault, valves shut";', "EXIT;"]
+        trapped = ["TRAP on_fault", *indent(trap), "ENDTRAP", ""]
+        return [*shut, "PROC stop_job(string sText)", *indent(stop), "ENDPROC", "", *trapped]
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one module, or a module for each routine and a ``.pgf`` that lists them."""
         head = self.heading("Units: mm, s, mm/s, deg/s; targets in the board's CAD frame.")
         triggers = [definition.format(name) for definition, name in self.triggers.items()]
         data = [*head, *self.declarations(), ""]
-        procedures = [*_procedure("main", main.body), *_procedure("define_events", triggers)]
+        procedures = [*_main(main.body), *self.faults()]
+        procedures += _procedure("define_events", triggers)
         bodies = [_procedure(routine.name, routine.body) for routine in routines]
         if self.fits_one_file:
             targets = [line for routine in routines for line in routine.data]
@@ -164,6 +203,11 @@ def _pose(pose: Pose) -> str:
 
 def _procedure(name: str, body: Iterable[str]) -> list[str]:
     return [f"PROC {name}()", *indent(body), "ENDPROC", ""]
+
+
+def _main(body: Iterable[str]) -> list[str]:
+    """Write main; errors of routines without a handler of their own come to its handler."""
+    return ["PROC main()", *indent(body), "ERROR", *indent(["shut_valves;", "RAISE;"]), "ENDPROC", ""]
 
 
 def _module(name: str, lines: Iterable[str]) -> str:

@@ -12,19 +12,25 @@ from programs.posts.writing.angles import from_moving_zyx
 _FRAME = re.compile(rf"\{{X {N},Y {N},Z {N},A {N},B {N},C {N}\}}")
 _AXES = rf"\{{A1 {N}(?:,[AE]\d {N})*\}}"
 _LOAD = re.compile(rf"\{{M {N},CM {_FRAME.pattern},J \{{X {N},Y {N},Z {N}\}}\}}")
-_SHAPES = {"FRAME": _FRAME, "E6AXIS": re.compile(_AXES), "LOAD": _LOAD, "INT": re.compile("0")}
+_SHAPES = {"FRAME": _FRAME, "E6AXIS": re.compile(_AXES), "LOAD": _LOAD, "INT": re.compile("[01]")}
 _DECLARATION = re.compile(r"DECL (?:GLOBAL )?(FRAME|E6AXIS|LOAD|INT) (\w+)=(.*)")
 _ASSIGNMENT = r"(?:\$(OUT|ANOUT)\[(\d+)\]|([A-Za-z]\w*))=(TRUE|FALSE|-?\d+(?:\.\d+)?)"
 _COUNTED = r"UNTIL nLoop\d+>=(\d+)"
 _LOOKED = rf"UNTIL \(nLoop\d+>=(\d+)\) OR \(\(?{N}\)?\*\$ANIN\[\d+\]\+\(?{N}\)?>=\(?{N}\)?\)"
+_LEAST = rf"\(?{N}\)?\*\$ANIN\[(\d+)\]\+\(?{N}\)?<\(?{N}\)?"
+_LATE = (r"WAIT SEC 0\.1", r"nWait=nWait\+1", "ENDWHILE")
+_REFUSED = (r'MsgNotify\("[^"]*"\)', "RETURN", "ENDIF")
+_INTERRUPT = r"INTERRUPT DECL (\d+) WHEN (?:\$STOPMESS==TRUE|\$IN\[(\d+)\]==(TRUE|FALSE)) DO on_fault\( \)"
 _PREPARATION = (
     r"&.*|BAS\(#INITMOV,0\)|BAS\(#VEL_PTP,\d+\)|\$ORI_TYPE=#VAR|PTP (?:HOME_POSITION|\$AXIS_ACT)"
-    r"|\$LOAD=\w+|nLoop\d+=0|nLoop(\d+)=nLoop\1\+1"
+    r"|\$LOAD=\w+|nLoop\d+=0|nLoop(\d+)=nLoop\1\+1|\w+_start=1|ENDIF"
 )
 
 
 class KrlReader(Reader):
     """Declarations and routines of all modules."""
+
+    handlers = frozenset({"main", "interrupt"})
 
     def __init__(self) -> None:
         super().__init__()
@@ -57,6 +63,12 @@ class KrlReader(Reader):
         """List the statements."""
         return {
             r"LIN (\w+)( C_DIS)?": self.move,
+            r"shut_valves\( \)": self.shut("main"),
+            r"IF \w+_start<=(\d+) THEN": lambda match: self.run_part(match[1], r"(\w+)\( \)", "ENDIF"),
+            r"IF \w+_start==(\d+) THEN": lambda match: self.enter(match[1], "ENDIF"),
+            r"IF \$OV_PRO<>100 THEN": self.refuse_override,
+            r"nWait=0": self.read_wait,
+            _INTERRUPT: self.interrupt,
             rf"\$VEL\.CP={N}": self.set_speed,
             rf"\$VEL\.ORI1={N}": lambda match: self.state(turn_deg_s=float(match[1])),
             rf"\$APO\.CDIS={N}": lambda match: self.state(zone=float(match[1])),
@@ -74,6 +86,34 @@ class KrlReader(Reader):
             _ASSIGNMENT: lambda match: self.switch(*_assigned(match.groups())),
             r"([A-Za-z]\w*)\( \)": self.call,
         }
+
+    def refuse_override(self, match: re.Match[str]) -> None:
+        """Refuse to start where the speed override is not 100 %."""
+        self.pass_on(*_REFUSED)
+        self.guards_override = True
+
+    def read_wait(self, match: re.Match[str]) -> None:
+        """Wait for an input or a quantity, and end where that takes too long."""
+        contact, least = r"\$IN\[(\d+)\]<>(TRUE|FALSE)", _LEAST
+        (begins,) = self.pass_on(rf"WHILE \((?:{contact}|{least})\) AND \(nWait<(\d+)\)")
+        *_, looks, _, _, _ = self.pass_on(*_LATE, rf"IF (?:{contact}|{least}) THEN", *_REFUSED)
+        number, state, scale, sensor, offset, value, tenths = begins.groups()
+        if looks.groups() != begins.groups()[:-1]:
+            raise ProgramError("what is waited for is not what is looked at then.")
+        if number:
+            self.wait_for(number, state == "TRUE", float(tenths) / 10.0)
+        else:
+            self.wait_least(sensor, (scale, offset, value), float(tenths) / 10.0)
+
+    def interrupt(self, match: re.Match[str]) -> None:
+        """Have the fault routine run at a stop, or when an input leaves its state."""
+        self.pass_on(rf"INTERRUPT ON {match[1]}")
+        after = ("BRAKE F", r"shut_valves\( \)", r'MsgNotify\("[^"]*"\)', "LOOP", "HALT", "ENDLOOP")
+        self.expect("on_fault", *after)
+        if match[2]:
+            self.watched.append((match[2], match[3] == "FALSE"))
+        else:
+            self.shut_by.add("interrupt")
 
     def frame(self, name: str) -> Pose:
         """Give a declared frame: of the module that runs, or a global one."""

@@ -2,9 +2,11 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
+from programs.motion.installation import Installation
+from programs.motion.lower import Lowered
 from programs.motion.steps import Line, Reach, UseBoard, UseTool
 from programs.pose import Pose
-from programs.posts.dialect import ProgramFiles
+from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import moving_zyx
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
@@ -12,6 +14,8 @@ from programs.posts.writing.lines import Placed, turn_limit
 from programs.posts.writing.wording import fixed, join_lines, make_name, operand, pose_words, short
 
 _PTP_PERCENT = 10
+_FIRST_INTERRUPT = 21
+"""Of those that users may declare; 3 and 4 are the controller's own."""
 _ORI_DEG_S = 200.0
 _TURN_DEG_S2 = 1000
 """Greatest acceleration of a turn that controllers take, assumed: that of BAS(#INITMOV) is a tenth of it."""
@@ -29,16 +33,84 @@ class Krl(Syntax):
     analog = "$ANOUT[{number}]={value}"
     off_on = ("FALSE", "TRUE")
     setting_form = "{}={}"
+    states = ("FALSE", "TRUE")
+    part_form = ("IF {start}<={number} THEN", "  {call}", "ENDIF")
+    enter_begin = ("IF {start}=={number} THEN", "  {start}=1")
+    enter_end = ("ENDIF",)
+    guard = ("IF $OV_PRO<>100 THEN", '  MsgNotify("speed override is not 100 percent")', "  RETURN", "ENDIF")
+    wait_contact = (
+        "nWait=0",
+        "WHILE ($IN[{input}]<>{state}) AND (nWait<{tenths})",
+        "  WAIT SEC 0.1",
+        "  nWait=nWait+1",
+        "ENDWHILE",
+        "IF $IN[{input}]<>{state} THEN",
+        '  MsgNotify("{message}")',
+        "  RETURN",
+        "ENDIF",
+    )
+    wait_sensor = (
+        "nWait=0",
+        "WHILE ({reading}<{least}) AND (nWait<{tenths})",
+        "  WAIT SEC 0.1",
+        "  nWait=nWait+1",
+        "ENDWHILE",
+        "IF {reading}<{least} THEN",
+        '  MsgNotify("{message}")',
+        "  RETURN",
+        "ENDIF",
+    )
+    watch = ("INTERRUPT DECL {interrupt} WHEN $IN[{input}]=={other} DO on_fault( )", "INTERRUPT ON {interrupt}")
     loop_begin = ("{counter}=0", "REPEAT", "  {counter}={counter}+1")
     loop_end = ("UNTIL {condition}",)
     counted = "{counter}>={count}"
     sensed = "({counter}>={count}) OR ({reading}>={least})"
     reading = "{scale}*$ANIN[{number}]+{offset}"
     reserved = frozenset(
-        {"home", "main", "end", "def", "loop", "tool", "base", "frame", "load", "signal", "path", "trigger"}
+        {
+            "home",
+            "main",
+            "end",
+            "def",
+            "loop",
+            "tool",
+            "base",
+            "frame",
+            "load",
+            "signal",
+            "path",
+            "trigger",
+            "shut_valves",
+            "on_fault",
+        }
     )
     longest_name = 24  # of a module or a variable in KSS 8
     longest_program_name = 19
+
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        self.start = f"{self.name[:10]}_start"
+
+    def begin_production(self) -> Iterator[str]:
+        """Declare the fault routine as interrupt too."""
+        yield from super().begin_production()
+        number = _FIRST_INTERRUPT
+        yield f"INTERRUPT DECL {number} WHEN $STOPMESS==TRUE DO on_fault( )"
+        yield f"INTERRUPT ON {number}"
+
+    def setup(self) -> Iterator[str]:
+        """State what the integrator has to set up."""
+        last = _FIRST_INTERRUPT + len(self.installation.waits)
+        yield f"interrupts {_FIRST_INTERRUPT} to {last} are free; {self.start} is in the .dat"
+        yield "SPS.SUB shuts the valves where $PRO_ACT is FALSE: a program that is cancelled or deselected runs no line"
+        yield "mode AUT or EXT at 100 %: T1 is limited to 250 mm/s; MsgNotify of the message library of KSS 8"
+        yield "$TOOL, $LOAD and $BASE are set from the .dat: compare them with yours"
+
+    def faults(self) -> list[str]:
+        """Write the routines that shut the valves; after a fault the program goes on only when it is reset."""
+        after = ["BRAKE F", f"{self.shut_name}( )", 'MsgNotify("fault, valves shut: reset the program")']
+        halt = ["LOOP", "  HALT", "ENDLOOP"]
+        return ["", f"DEF {self.shut_name}( )", *self.shut(), "END", "", "DEF on_fault( )", *after, *halt, "END"]
 
     def line(self, line: Line, placed: Placed) -> Iterator[str]:
         """Write speeds, each where it matters, the triggers of the motion, and ``LIN``."""
@@ -125,6 +197,8 @@ class Krl(Syntax):
         yield from (f"DECL GLOBAL FRAME {name}={_frame(place)}" for name, place in self.boards.items())
         if self.installation.home:
             yield f"DECL E6AXIS HOME_POSITION={self.axes(self.installation.home)}"
+        yield f"DECL GLOBAL INT {self.start}=1"
+        yield "DECL INT nWait=0"
         yield from (f"DECL INT nLoop{number}=0" for number in self.loops)
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
@@ -134,8 +208,8 @@ class Krl(Syntax):
         if self.fits_one_file:
             data += [point for routine in routines for point in routine.data]
             after = [line for each in routines for line in ["", f"DEF {each.name}( )", *each.body, "END"]]
-            return _module(self.name, [*body, "END", *after], data)
-        files = _module(self.name, [*body, "END"], data)
+            return _module(self.name, [*body, "END", *self.faults(), *after], data)
+        files = _module(self.name, [*body, "END", *self.faults()], data)
         for each in routines:
             files |= _module(each.name, [*each.body, "END"], each.data)
         return files

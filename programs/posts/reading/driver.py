@@ -106,7 +106,7 @@ class Reader(ABC):
         self.waits: list[ReadWait] = []
         self.watched: list[tuple[str, bool]] = []
         self.shut_by: set[str] = set()
-        self.guards_override = False
+        self.guards_override: bool | None = False
         self._entry_end: tuple[str, int] | None = None
         self.routines: dict[str, Sequence[str]] = {}
         """Statements by the routine's name."""
@@ -303,6 +303,16 @@ class Reader(ABC):
             raise ProgramError(f"nothing ends {statements[self.at]!r}.")
         return found
 
+    def expect(self, routine: str, *patterns: str) -> None:
+        """Make sure that a routine which is not run has the statements that it has to have.
+
+        Raises:
+            ProgramError: it has others.
+        """
+        statements = self.routines.get(routine, [])
+        if len(statements) != len(patterns) or not all(map(re.fullmatch, patterns, statements)):
+            raise ProgramError(f"{routine} is not as it is written.")
+
     def pass_on(self, *patterns: str) -> list[re.Match[str]]:
         """Give the statements after this one, which are executed with it, by their patterns.
 
@@ -341,6 +351,13 @@ class Reader(ABC):
             self.start, self._entry_end = 1, (self.routine, at)
         else:
             self.at = at
+
+    def run_part(self, number: str, call: str, end: str) -> None:
+        """Do a part of main whose call and end are the next statements, unless the start is at a later one."""
+        done = self.begin_part(number)
+        called, *_ = self.pass_on(call, end)
+        if done:
+            self.run(called[1])
 
     def wait_for(self, channel: str, state: bool, timeout_s: float) -> None:
         """Wait for a contact."""

@@ -35,7 +35,7 @@ def compare_frame(rebuilt: Rebuilt, motion: MotionProgram, installation: Install
     frame = rebuilt.frame
     if frame is None:
         return
-    if not frame.guards_override:
+    if frame.guards_override is False:
         yield "the speed override is not looked at"
     for channel in _valves(motion, installation):
         if not any(_is_called(channel, label) for label in frame.shut):

@@ -25,14 +25,18 @@ from programs.posts.writing.angles import from_rotation_vector
 
 _POSE = rf"p\[{N},{N},{N},{N},{N},{N}\]"
 _OUTPUT = rf"([012]), (\d+), {N}"
+_LEAST = rf"{N}\*get_standard_analog_in\((\d+)\)\+{N} < {N}"
 _CHANNELS = {str(code): kind for kind, code in KINDS.items()}
 
 
 class UrScriptReader(Reader):
     """Functions, declared poses, and outputs that wait for their places."""
 
+    handlers = frozenset({"main", "stop_job", "thread"})
+
     def __init__(self) -> None:
         super().__init__()
+        self.guards_override = None
         self.armed: list[tuple[Pose, Pose, ReadSignal]] = []
         self.poses: dict[str, Pose] = {}
 
@@ -52,7 +56,7 @@ class UrScriptReader(Reader):
         opened: list[list[str]] = []
         loops = 0
         for statement in statements:
-            if match := re.fullmatch(r"def (\w+)\(\):", statement):
+            if match := re.fullmatch(r"(?:def|thread) (\w+)\((?:text)?\):", statement):
                 opened.append([])
                 self.routines[match[1]] = opened[-1]
             elif not opened:
@@ -60,7 +64,7 @@ class UrScriptReader(Reader):
             elif statement == "end" and loops == 0:
                 opened.pop()
             else:
-                loops += statement.startswith("while ") - (statement == "end")
+                loops += statement.startswith(("while ", "if ")) - (statement == "end")
                 opened[-1].append(statement)
         if opened:
             raise ProgramError("a function has no end.")
@@ -78,6 +82,12 @@ class UrScriptReader(Reader):
             rf"set_out\({_OUTPUT}\)": lambda match: self.switch(f"{_CHANNELS[match[1]]} {match[2]}", float(match[3])),
             rf"sleep\({N}\)": self.pause,
             rf"while (\w+) < (\d+)(?:{looks})?:": lambda match: self.repeat(match[2], match.groups()[2:]),
+            r"shut_valves\(\)": self.shut("main"),
+            r"if n_start <= (\d+):": lambda match: self.run_part(match[1], r"(\w+)\(\)", "end"),
+            r"if n_start == (\d+):": lambda match: self.enter(match[1], "end"),
+            r"n_wait = 0": self.read_wait,
+            r"run_watch_inputs = run watch_inputs\(\)": self.read_thread,
+            r"global n_start = 1 #.*|global n_start = 1|n_start = 1|kill run_watch_inputs": skip,
             r"end": self.end_repeat,
             r"set_tcp\((\w+)\)": lambda match: self.use_tool(match[1], look_up(self.poses, match[1], match[1])),
             r"board = (\w+)": lambda match: self.use_board(look_up(self.poses, match[1], match[1])),
@@ -86,6 +96,39 @@ class UrScriptReader(Reader):
             r"n_loop_\d+ = 0|n_loop_(\d+) = n_loop_\1 \+ 1": skip,
             r"([A-Za-z]\w*)\(\)": self.call,
         }
+
+    def read_wait(self, match: re.Match[str]) -> None:
+        """Wait for an input or a quantity, and stop where that takes too long."""
+        contact, least = r"get_standard_digital_in\((\d+)\) != (True|False)", _LEAST
+        (begins,) = self.pass_on(rf"while (?:{contact}|{least}) and n_wait < (\d+):")
+        late = (r"sleep\(0\.1\)", r"n_wait = n_wait \+ 1", "end")
+        *_, looks, _, _ = self.pass_on(*late, rf"if (?:{contact}|{least}):", r'stop_job\("[^"]*"\)', "end")
+        number, state, scale, sensor, offset, value, tenths = begins.groups()
+        if looks.groups() != begins.groups()[:-1]:
+            raise ProgramError("what is waited for is not what is looked at then.")
+        self.read_stop()
+        if number:
+            self.wait_for(number, state == "True", float(tenths) / 10.0)
+        else:
+            self.wait_least(sensor, (scale, offset, value), float(tenths) / 10.0)
+
+    def read_stop(self) -> None:
+        """Read the function that ends the program."""
+        self.expect("stop_job", r"shut_valves\(\)", r"popup\(text, .*\)", "halt")
+        self.shut_by.add("stop_job")
+
+    def read_thread(self, match: re.Match[str]) -> None:
+        """Read the thread that watches inputs: it stops the program when one leaves its state."""
+        self.read_stop()
+        inside = list(self.routines.get("watch_inputs", []))
+        if inside[:1] != ["while True:"] or inside[-2:] != ["sync()", "end"]:
+            raise ProgramError("the thread that watches inputs is not as it is written.")
+        for first, stop, end in zip(*(iter(inside[1:-2]),) * 3, strict=True):
+            found = re.fullmatch(r"if get_standard_digital_in\((\d+)\) != (True|False):", first)
+            if found is None or not re.fullmatch(r'stop_job\("[^"]*"\)', stop) or end != "end":
+                raise ProgramError("the thread that watches inputs is not as it is written.")
+            self.watched.append((found[1], found[2] == "True"))
+        self.shut_by.add("thread")
 
     def move_radians(self, match: re.Match[str]) -> None:
         """Come to joint values."""

@@ -34,15 +34,58 @@ class UrScript(Syntax):
     to_joints = f"movej([{{}}], {_REACH_SPEED})"
     by_joints = f"movej({{}}, {_REACH_SPEED})"
     straight = f"movel({{}}, {_REACH_SPEED})"
+    start = "n_start"
+    start_words = "write it into the line {start} = 1, instead of 1,"
+    part_form = ("if {start} <= {number}:", "  {call}", "end")
+    enter_begin = ("if {start} == {number}:", "  {start} = 1")
+    enter_end = ("end",)
+    states = ("False", "True")
+    wait_contact = (
+        "n_wait = 0",
+        "while get_standard_digital_in({input}) != {state} and n_wait < {tenths}:",
+        "  sleep(0.1)",
+        "  n_wait = n_wait + 1",
+        "end",
+        "if get_standard_digital_in({input}) != {state}:",
+        '  stop_job("{message}")',
+        "end",
+    )
+    wait_sensor = (
+        "n_wait = 0",
+        "while {reading} < {least} and n_wait < {tenths}:",
+        "  sleep(0.1)",
+        "  n_wait = n_wait + 1",
+        "end",
+        "if {reading} < {least}:",
+        '  stop_job("{message}")',
+        "end",
+    )
     counter = "n_loop_{number}"
     loop_begin = ("{counter} = 0", "while {condition}:", "  {counter} = {counter} + 1")
     loop_end = ("end",)
     counted = "{counter} < {count}"
     sensed = "{counter} < {count} and ({counter} == 0 or {reading} < {least})"
     reading = "{scale}*get_standard_analog_in({number})+{offset}"
-    last = ("kill run_watch",)
+    last = ("kill run_watch_inputs", "kill run_watch")
     reserved = frozenset(
-        {"arm", "fire", "settle", "set_out", "watch", "board", "main", "end", "def", "thread", "global", "local"}
+        {
+            "arm",
+            "fire",
+            "settle",
+            "set_out",
+            "watch",
+            "board",
+            "main",
+            "end",
+            "def",
+            "thread",
+            "global",
+            "local",
+            "shut_valves",
+            "stop_job",
+            "watch_inputs",
+            "n_start",
+        }
     )
     longest_name = 60
     longest_program_name = 55
@@ -96,7 +139,37 @@ class UrScript(Syntax):
         """Declare the frames, and start the thread."""
         for name, pose in self.poses.items():
             yield f"global {name} = {_pose(pose)}"
+        yield f"global {self.start} = 1 # the part to start at; 1 is the whole program of {len(self.chapters)}"
         yield "run_watch = run watch()"
+
+    def begin_production(self) -> Iterator[str]:
+        """Start the thread that watches inputs."""
+        yield from super().begin_production()
+        yield "run_watch_inputs = run watch_inputs()"
+
+    def setup(self) -> Iterator[str]:
+        """State what the integrator has to set up."""
+        yield "Installation, I/O: each valve's output goes low when no program runs; after a stop no script does"
+        yield "speed slider at 100 %, which a script cannot read: lock it, or have an RTDE client hold it"
+        yield "TCP, payload and the board's pose are set by the program: compare them with yours"
+
+    def faults(self) -> list[str]:
+        """Write the functions that shut the valves, and the thread that watches inputs."""
+        lines = [f"def {self.shut_name}():", *indent(self.shut()), "end", "def stop_job(text):"]
+        lines += [
+            f"  {self.shut_name}()",
+            '  popup(text, title="Washboard", error=True, blocking=False)',
+            "  halt",
+            "end",
+        ]
+        watched: list[str] = []
+        for wait in self.installation.waits:
+            if wait.watched and wait.contact is not None:
+                state = self.states[wait.state]
+                watched.append(f"if get_standard_digital_in({wait.contact.number}) != {state}:")
+                watched += [f'  stop_job("{self.message(wait.shown)}")', "end"]
+        inside = [*(f"    {line}" for line in watched), "    sync()"]
+        return [*lines, "thread watch_inputs():", "  while True:", *inside, "  end", "end"]
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one program, or a file of functions for each part and a program that calls them."""
@@ -104,9 +177,9 @@ class UrScript(Syntax):
         functions = [[f"def {each.name}():", *indent(each.body), "end"] for each in routines]
         if self.fits_one_file:
             bodies = [line for function in functions for line in [*function, ""]]
-            return {f"{self.name}.script": self.program([*head, *WATCHER, "", *bodies, *main.body])}
+            return {f"{self.name}.script": self.program([*head, *WATCHER, *self.faults(), "", *bodies, *main.body])}
         files = {f"{self.name}.script": self.program([*head, *main.body])}
-        for number, lines in enumerate([WATCHER, *functions]):
+        for number, lines in enumerate([[*WATCHER, *self.faults()], *functions]):
             files[f"{self.name}_{number:02d}.script"] = join_lines(lines)
         return files
 

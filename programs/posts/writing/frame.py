@@ -10,8 +10,8 @@ from programs.posts.writing.chapters import Chapter, Part
 from programs.posts.writing.heading import channels_of
 from programs.posts.writing.wording import cut, short
 
-PART_LABEL, WAIT_LABEL = 200, 300
-"""Labels of parts and of waits begin after these, where a language numbers them."""
+PART_LABEL, WAIT_LABEL, INTERRUPT = 200, 300, 21
+"""Labels of parts and of waits begin after these, where a language numbers them; and interrupts of what is watched."""
 
 
 class ProductionFrame:
@@ -26,7 +26,7 @@ class ProductionFrame:
     motion: MotionProgram
     parts: tuple[Part, ...]
 
-    start: ClassVar[str] = "nStart"
+    start: str = "nStart"
     """Variable that names the part to start at; 0 or 1 for the whole program."""
     shut_name: ClassVar[str] = "shut_valves"
     """Routine that shuts every valve which the program opens."""
@@ -63,6 +63,7 @@ class ProductionFrame:
         words = {
             "index": str(index),
             "label": str(WAIT_LABEL + index),
+            "interrupt": str(INTERRUPT + index),
             "seconds": short(wait.timeout_s, 1),
             "tenths": short(10.0 * wait.timeout_s, 0),
             "ms": short(1000.0 * wait.timeout_s, 0),

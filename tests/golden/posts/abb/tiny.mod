@@ -10,6 +10,14 @@ MODULE tiny
   ! Controller class 1; cycle 2 ms is in the error
   ! Analog aoPressure: 0 V is 0, 10 V is 10
   ! Analog aiResistivity: 0 V is 0, 10 V is 10
+  ! Waits for part present (30 s), door closed (12.5 s), pressure of 3 (20 s)
+  ! Does not wait for temperature: the cell maps no such input
+  ! Stops, valves shut, without door closed
+  ! Parts: 1 clean, 2 clean, 3 clean
+  ! A stopped board is finished from part 2 to 3: set nStart to its number; that way from home is slow
+  ! Set up: event routine shut_valves for Stop and QStop (Controller, Event Routine): a stop shuts no output
+  ! Set up: the signals below in the I/O configuration; after a stop start from main (PP to Main)
+  ! Set up: tooldata and wobjdata are in this module: compare them with yours, and identify the loads
   ! Output aoPressure: analog 1
   ! Output doWash: digital 1, opens ring60
   ! Output goMedium: group 1
@@ -26,31 +34,77 @@ MODULE tiny
   CONST speeddata s63p6:=[63.6,500,5000,1000];
   VAR triggdata ev1;
   VAR triggdata ev2;
+  PERS num nStart:=1;
+  VAR bool bLate:=FALSE;
+  VAR intnum irFault;
+  VAR intnum irWatch2;
   VAR num nLoop1:=0;
 
   LOCAL CONST robtarget p1:=[[0.000,0.000,110.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p2:=[[0.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  LOCAL CONST robtarget p3:=[[40.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  LOCAL CONST robtarget p4:=[[40.000,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  LOCAL CONST robtarget p5:=[[0.000,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  LOCAL CONST robtarget p6:=[[0.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  LOCAL CONST robtarget p7:=[[0.000,0.000,110.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p3:=[[0.000,0.000,110.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p4:=[[0.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p5:=[[40.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p6:=[[40.000,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p7:=[[0.000,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p8:=[[0.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p9:=[[0.000,0.000,110.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p10:=[[0.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p11:=[[40.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p12:=[[40.000,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p13:=[[0.000,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p14:=[[0.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p15:=[[0.000,0.000,110.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
 
   PROC main()
     ConfJ\Off;
     ConfL\Off;
     define_events;
+    IF CSpeedOverride()<>100 stop_job "speed override is not 100 percent";
+    shut_valves;
+    WaitDI diPart,1\MaxTime:=30\TimeFlag:=bLate;
+    IF bLate stop_job "no part present";
+    WaitDI diDoor,0\MaxTime:=12.5\TimeFlag:=bLate;
+    IF bLate stop_job "close the door";
+    WaitUntil 1.25*AInput(aiPressure)+-2.5>=3\MaxTime:=20\TimeFlag:=bLate;
+    IF bLate stop_job "no pressure";
+    IDelete irWatch2;
+    CONNECT irWatch2 WITH on_fault;
+    ISignalDI diDoor,1,irWatch2;
+    IDelete irFault;
+    CONNECT irFault WITH on_fault;
+    IError COMMON_ERR,TYPE_ERR,irFault;
     MoveAbsJ jHome\NoEOffs,s100,fine,t_ring60;
-    clean_01;
+    IF nStart<=1 clean_01;
     ! until resistivity_mohm_cm >= 1, 4 times at most
     nLoop1:=0;
     WHILE nLoop1<4 AND (nLoop1=0 OR 2*AInput(aiResistivity)+0<1) DO
       nLoop1:=nLoop1+1;
-      clean_02;
+      IF nStart<=2 clean_02;
     ENDWHILE
-    clean_03;
+    IF nStart<=3 clean_03;
     MoveAbsJ jHome\NoEOffs,s100,fine,t_ring60;
+  ERROR
+    shut_valves;
+    RAISE;
   ENDPROC
+
+  PROC shut_valves()
+    SetDO doWash,0;
+  ENDPROC
+
+  PROC stop_job(string sText)
+    shut_valves;
+    TPWrite "Washboard: "+sText;
+    EXIT;
+  ENDPROC
+
+  TRAP on_fault
+    StopMove\Quick;
+    shut_valves;
+    TPWrite "Washboard: fault, valves shut";
+    EXIT;
+  ENDTRAP
 
   PROC define_events()
     TriggIO ev1,0.020\Time\DOp:=doWash,0;
@@ -71,21 +125,39 @@ MODULE tiny
   ENDPROC
 
   PROC clean_02()
+    IF nStart=2 THEN
+      nStart:=1;
+      SetGO goMedium,1;
+      SetAO aoPressure,7.5;
+      MoveJ p3,s100,fine,t_ring60\WObj:=w_board;
+      MoveL p4,s163,fine,t_ring60\WObj:=w_board;
+    ENDIF
     SetDO doWash,1;
     ! s/pass
     WaitTime 0.040;
-    TriggL p3,s60,ev1,fine,t_ring60\WObj:=w_board;
-    ! s/transfer
-    TriggL p4,s63p6,ev2,fine,t_ring60\WObj:=w_board;
-    ! s/pass
     TriggL p5,s60,ev1,fine,t_ring60\WObj:=w_board;
     ! s/transfer
-    MoveL p6,s63p6,fine,t_ring60\WObj:=w_board;
+    TriggL p6,s63p6,ev2,fine,t_ring60\WObj:=w_board;
+    ! s/pass
+    TriggL p7,s60,ev1,fine,t_ring60\WObj:=w_board;
+    ! s/transfer
+    MoveL p8,s63p6,fine,t_ring60\WObj:=w_board;
   ENDPROC
 
   PROC clean_03()
+    IF nStart=3 THEN
+      nStart:=1;
+      SetGO goMedium,1;
+      SetAO aoPressure,7.5;
+      MoveJ p9,s100,fine,t_ring60\WObj:=w_board;
+      MoveL p10,s163,fine,t_ring60\WObj:=w_board;
+      MoveL p11,s60,fine,t_ring60\WObj:=w_board;
+      MoveL p12,s63p6,fine,t_ring60\WObj:=w_board;
+      MoveL p13,s60,fine,t_ring60\WObj:=w_board;
+      MoveL p14,s63p6,fine,t_ring60\WObj:=w_board;
+    ENDIF
     ! s/transfer
-    MoveL p7,s163,fine,t_ring60\WObj:=w_board;
+    MoveL p15,s163,fine,t_ring60\WObj:=w_board;
   ENDPROC
 
 ENDMODULE

@@ -33,6 +33,7 @@ def test_the_example_of_the_four_dialects_by_brushes() -> None:
     lines = written(sprayed())
     frames = "t_ring60\\WObj:=w_board;"
     assert [each for each in lines if each.startswith(("PaintL", "SetBrush"))] == [
+        "SetBrush 0;",  # of the routine that shuts all valves
         "SetBrush 0;",
         f"PaintL p2,s100,z0,{frames}",
         "SetBrush 1;",

@@ -35,8 +35,8 @@ def refusal(corrupt: Callable[[str], str]) -> str:
 
 
 def test_a_wrong_place_names_the_move_and_the_stroke() -> None:
-    found = refusal(lambda text: text.replace("p5:=[[0.000,10.000,", "p5:=[[0.000,10.020,"))
-    assert found.startswith("TriggL p5,s60,")
+    found = refusal(lambda text: text.replace("p7:=[[0.000,10.000,", "p7:=[[0.000,10.020,"))
+    assert found.startswith("TriggL p7,s60,")
     assert "planned at s/pass: the line ends at" in found
 
 
@@ -63,7 +63,7 @@ def test_an_export_states_how_closely_its_text_does_what_was_planned() -> None:
 
 def test_nothing_comes_out_of_a_writer_that_makes_a_mistake(monkeypatch: pytest.MonkeyPatch) -> None:
     def write(*given: object) -> dict[str, str]:
-        return {FILE: DIALECT.write(*given)[FILE].replace("SetDO doWash,0;", "SetDO doWash,1;")}  # type: ignore[arg-type]
+        return {FILE: DIALECT.write(*given)[FILE].replace("SetGO goMedium,1;", "SetGO goMedium,2;")}  # type: ignore[arg-type]
 
     monkeypatch.setattr("programs.export.DIALECTS", {"abb": replace(DIALECT, write=write)})
     with pytest.raises(ProgramError, match="planned Switch"):
