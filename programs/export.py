@@ -17,6 +17,7 @@ from programs.posts.reading.compare import Agreement
 from programs.posts.reading.findings import check_size, check_time
 from programs.posts.reading.predict import predict
 from programs.posts.reading.proof import prove
+from programs.posts.writing.tool_points import in_tool_points
 from programs.program import TimedProgram
 from programs.timing.controller import Controller
 from programs.timing.forecast import Forecast
@@ -74,6 +75,8 @@ def export(
     if language.needs_joints and tracking is None:
         raise ProgramError(f"{dialect} is made of joint values; track the program in a cell first.")
     motion = make_motion(program, installation, tracking)
+    if language.takes_axes and installation.tool_point is not None:
+        motion = in_tool_points(motion, installation)
     return write_motion(language, replace(motion, findings=(*found, *motion.findings)), installation)
 
 

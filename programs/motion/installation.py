@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from programs.pose import IDENTITY, Pose
 
@@ -178,6 +179,40 @@ class JointConvention:
         return tuple(np.linalg.solve(np.array(self.rows), shifted).tolist())
 
 
+@dataclass(frozen=True, slots=True)
+class ToolPointMachine:
+    """A machine whose controller derives the carriage from the tool point: LinuxCNC's ``5axiskins``.
+
+    The joints are X, Y and Z along the base's axes, then two that turn, in either order: C about z, B the tilt. In
+    machine coordinates the tool point is ``X + R sin B cos C``, ``Y + R sin B sin C``, ``Z + R (1 - cos B)``.
+    """
+
+    pivot_mm: float
+    """R: from the axis of B to the orifice."""
+    base: tuple[float, float, float]
+    """Machine coordinates of a tool point in the origin of the robot's base, mm."""
+    swing: int
+    """Index among the joints of C; the other one that turns is B."""
+    swing_zero: float
+    """rad that the controller's C counts where the cell's is 0."""
+    signs: tuple[float, float]
+    """1, or -1 where the controller counts the other way round: of C, of B."""
+    tilt_zero: float
+    """rad that the controller's B counts where the cell's is 0."""
+
+    def axes(self, joints: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Give tool points and the controller's angles (n, 5), mm and rad, in the joints' order, of joints (n, 5)."""
+        c = self.signs[0] * joints[:, self.swing] + self.swing_zero
+        b = self.signs[1] * joints[:, 7 - self.swing] + self.tilt_zero
+        reach = self.pivot_mm * np.sin(b)
+        axes = np.empty_like(joints)
+        axes[:, 0] = joints[:, 0] + reach * np.cos(c)
+        axes[:, 1] = joints[:, 1] + reach * np.sin(c)
+        axes[:, 2] = joints[:, 2] + self.pivot_mm * (1.0 - np.cos(b))
+        axes[:, self.swing], axes[:, 7 - self.swing] = c, b
+        return axes
+
+
 _NO_OUTPUTS: Mapping[str, tuple[Assignment, ...]] = {}
 
 
@@ -220,6 +255,9 @@ class Installation:
     """Numbers of the cell for the ``Controller`` that predicts times, by the names of its attributes."""
     controller_source: str = ""
     """Where these come from."""
+
+    tool_point: ToolPointMachine | None = None
+    """Where the controller takes tool points in place of the joints of its carriage."""
 
     def joint_kinds(self, dof: int) -> list[JointKind]:
         """Kinds of the joints; so many revolute ones where the cell describes none."""

@@ -59,6 +59,8 @@ class Dialect:
     other instructions look alike."""
     needs_joints: bool = False
     """Whether the joint motion has to be known."""
+    takes_axes: bool = False
+    """Whether it is written in axes: tool points and angles where the machine's controller takes those."""
     maker: Maker | None = None
     """Whose robots it is for: joint values are written as that maker's controllers count them; ``None`` for any."""
     without_joints: str = ""

@@ -74,6 +74,7 @@ def installation_of(loaded: LoadedCell) -> Installation:
         convention=cell.robot.convention,
         controller=spec.controller.model_dump(exclude_none=True, exclude={"source"}),
         controller_source=spec.controller.source,
+        tool_point=loaded.tool_point,
     )
 
 

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from programs.motion.installation import ToolPointMachine
 from robotcell.cell.cell import Cell, Tool
 from robotcell.cell.measured_place import board_pose
 from robotcell.cell.robot_library import build_robot, limit_joints, load_robot, require_limits
 from robotcell.cell.shapes import build_bodies, place_pose
 from robotcell.cell.spec import CellSpec, Hold, InputOutput, JointLimits, Output, Outputs
+from robotcell.cell.tool_point import tool_point_machine
 from robotcell.errors import CellError, error_at
 from robotcell.robot.robot import Poses, Robot
 from specs.yaml.file_kind import FileKind
@@ -80,6 +82,8 @@ class LoadedCell:
     root: Located
     placements: dict[str, Poses]
     """(4, 4) T_cell_board after ``CALL name``, by that name; like ``cell.T_cell_board`` without a board."""
+    tool_point: ToolPointMachine | None = None
+    """Where G-code has tool points."""
 
     @property
     def round_nozzles(self) -> frozenset[str]:
@@ -145,7 +149,7 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
         held_by=spec.board.held_by,
     )
     placements = {name: _place_board(hold, root, ("placements", name)) for name, hold in spec.placements.items()}
-    return LoadedCell(cell, spec, root, placements)
+    return LoadedCell(cell, spec, root, placements, _tool_point(spec, cell, root))
 
 
 def _read_spec(root: Located) -> CellSpec:
@@ -166,6 +170,15 @@ def _build_robot(spec: CellSpec, root: Located) -> Robot:
     robot = limit_joints(robot, spec.joints, root, ("joints",))
     require_limits(robot, root, ("robot",))
     return robot
+
+
+def _tool_point(spec: CellSpec, cell: Cell, root: Located) -> ToolPointMachine | None:
+    if spec.kinematics == "trivial":
+        return None
+    try:
+        return tool_point_machine(cell)
+    except CellError as error:
+        raise error_at(root, ("kinematics",), str(error)) from None
 
 
 def _place_board(hold: Hold, root: Located, path: YamlPath) -> Poses:

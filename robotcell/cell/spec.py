@@ -388,6 +388,11 @@ class CellSpec(Spec):
     placements: dict[Name, Hold] = Field(
         default={}, description="Pose of the board after CALL NAME, such as flip_to_bottom."
     )
+    kinematics: Literal["trivial", "5axiskins"] = Field(
+        default="trivial",
+        description="Kinematics of a machine with LinuxCNC. trivial: each axis is a joint. 5axiskins: G-code has tool "
+        "points; joints X, Y, Z slide along the base's axes, C turns about z, B tilts the tool across C.",
+    )
     tools: dict[ToolNumber, ToolSpec] = Field(min_length=1, description="By the number that a nozzle's `tool` names.")
     fixtures: dict[Name, BodySpec] = Field(
         default={}, description="Bodies that stand in the cell: table, holder, walls."

@@ -147,6 +147,7 @@ def run_on_linuxcnc(
     axes: Sequence[Axis],
     kinematics: str = "",
     *,
+    pivot_mm: float = 0.0,
     limit_s: float = 600.0,
     around: Surroundings | None = None,
 ) -> ControllerLog:
@@ -156,6 +157,7 @@ def run_on_linuxcnc(
         program: G-code.
         axes: In the order of the machine's joints.
         kinematics: As the INI file has it; left out, each joint is an axis.
+        pivot_mm: Pivot length of ``5axiskins``, whose joints are X, Y, Z, B, C, W.
         limit_s: After so long the run is stopped.
         around: INI, contacts, and what an operator does; left out, a plain machine that is left alone.
 
@@ -171,8 +173,13 @@ def run_on_linuxcnc(
         shutil.copytree(
             program.parent, folder / _PROGRAM, ignore=lambda _, names: [n for n in names if n[-4:] != ".ngc"]
         )
-        (folder / "machine.ini").write_text(_ini(axes, kinematics or _trivial(axes), around.interpreter), "ascii")
-        (folder / "machine.hal").write_text(_hal(len(axes), digital, analog, around.contacts), "ascii")
+        (folder / "machine.ini").write_text(
+            _ini(axes, kinematics or _trivial(axes), 2.0 * pivot_mm, around.interpreter), "ascii"
+        )
+        pivot = [f"setp 5axiskins.pivot-length {pivot_mm:g}\n"] if pivot_mm else []
+        (folder / "machine.hal").write_text(
+            "".join((_hal(len(axes), digital, analog, around.contacts), *pivot)), "ascii"
+        )
         (folder / "tool.tbl").write_text("".join(f"T{n} P{n} D0 Z0\n" for n in range(1, 10)), "ascii")
         display = folder / "display.py"
         main = str(folder / _PROGRAM / program.name)
@@ -221,8 +228,8 @@ def _trivial(axes: Sequence[Axis]) -> str:
     return f"trivkins coordinates={''.join(axis.letter for axis in axes)}"
 
 
-def _ini(axes: Sequence[Axis], kinematics: str, interpreter: Sequence[str]) -> str:
-    """The machine: limits of its axes, homed where they stand, at 0."""
+def _ini(axes: Sequence[Axis], kinematics: str, wider_mm: float, interpreter: Sequence[str]) -> str:
+    """The machine: limits of its axes, homed where they stand, at 0; tool points may go farther than joints."""
     straight = [axis for axis in axes if not axis.turns]
     turning = [axis for axis in axes if axis.turns]
     sections = {
@@ -249,7 +256,10 @@ def _ini(axes: Sequence[Axis], kinematics: str, interpreter: Sequence[str]) -> s
             f"MIN_LIMIT = {axis.least:g}", f"MAX_LIMIT = {axis.most:g}", f"MAX_VELOCITY = {axis.speed:g}",
             f"MAX_ACCELERATION = {axis.acceleration:g}",
         ]  # fmt: skip
-        sections[f"AXIS_{axis.letter}"] = limits
+        farther = 0.0 if axis.turns else wider_mm
+        sections[f"AXIS_{axis.letter}"] = [
+            f"MIN_LIMIT = {axis.least - farther:g}", f"MAX_LIMIT = {axis.most + farther:g}", *limits[2:],
+        ]  # fmt: skip
         sections[f"JOINT_{number}"] = [
             f"TYPE = {'ANGULAR' if axis.turns else 'LINEAR'}", "HOME = 0", *limits, "FERROR = 1000",
             "MIN_FERROR = 1000", "HOME_SEQUENCE = 0", "HOME_SEARCH_VEL = 0", "HOME_LATCH_VEL = 0",

@@ -8,9 +8,9 @@ from programs.timing.controller import Controller
 
 DIALECT = Dialect(
     title="LinuxCNC G-code",
-    notes="For machines with trivial kinematics such as gantries: joint values are the axes, so the tools' offsets are "
-    "in them (G49), and G54 is the board's origin. The header lists the outputs to wire; num_dio and num_aio may be "
-    "few.",
+    notes="For gantries with trivial kinematics, where joint values are the axes, or 5axiskins, where tool points are: "
+    "the cell's kinematics states which. No tool lengths are used (G49); G54 is the board's origin. The header lists "
+    "the outputs to wire; num_dio and num_aio may be few.",
     capability=Capability(
         controller_class=3,
         timing="boundary",
@@ -36,4 +36,5 @@ DIALECT = Dialect(
         },
     ),
     needs_joints=True,
+    takes_axes=True,
 )

@@ -99,9 +99,12 @@ class GCodeReader(Reader):
         self.inverse = feed_mode == "G93 " if feed_mode else self.inverse
         target, zone = self.move(words), 0.0 if self.stops else self.tolerance_mm
         if self.inverse:
-            self.steps.append(ReadLine(target, self.stops, None, duration_s=60.0 / float(feed), zone=zone))
+            line = ReadLine(target, self.stops, None, duration_s=60.0 / float(feed), zone=zone)
+        elif any(letter in words for letter in "XYZ"):
+            line = ReadLine(target, self.stops, float(feed) / 60.0, zone=zone)
         else:
-            self.steps.append(ReadLine(target, self.stops, float(feed) / 60.0, zone=zone))
+            line = ReadLine(target, self.stops, 0.0, zone=zone, turn_deg_s=float(feed) / 60.0)
+        self.steps.append(line)
 
     def move(self, words: str) -> Axes:
         """Give the axes after a block."""

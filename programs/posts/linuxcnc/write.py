@@ -7,18 +7,21 @@ mm/min, else inverse time (``G93``), whatever the turning axes do to the length 
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from math import degrees
 
 from programs.errors import ProgramError
-from programs.motion.installation import Channel, Installation
+from programs.motion.installation import Channel, Installation, ToolPointMachine
 from programs.motion.lower import Lowered
 from programs.motion.steps import Line, MotionProgram, Reach, Repeat, UseBoard, UseTool
+from programs.pose import Position
 from programs.posts.dialect import Dialect, ProgramFiles
-from programs.posts.writing.axes import in_degrees_and_mm, needed_samples, units_of
+from programs.posts.writing.axes import SPOT_DEG, allowed_on, in_degrees_and_mm, needed_samples, units_of
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import channels_of
 from programs.posts.writing.lines import Placed
 from programs.posts.writing.naming import Names
+from programs.posts.writing.tool_points import one_row
 from programs.posts.writing.wording import cut, fixed, join_lines, short
 
 GROUP_BASE = 32
@@ -78,7 +81,9 @@ class GCode(Syntax):
         kinds = {letter: joint.kind for letter, joint in zip(self.letters, installation.joints, strict=True)}
         self.slides = all(kinds.get(letter) == "prismatic" for letter in "XYZ")
         """Whether X, Y and Z are straight axes: then F in mm/min is the speed of an orifice that does not turn."""
-        self.offsets = _offsets(self.motion, self.letters, self.slides)
+        self.machine = installation.tool_point
+        base = self.machine.base if self.machine is not None else (0.0, 0.0, 0.0)
+        self.offsets = _offsets(self.motion, self.letters, base if self.slides else None)
         self.offset: tuple[float, ...] = ()
         self.written: tuple[str, ...] = ()
         """Axes as written last; empty where the next block has to write all."""
@@ -127,9 +132,11 @@ class GCode(Syntax):
         if not line.joints:
             raise ProgramError(_NO_JOINTS)
         done = 0.0
-        for sample in needed_samples(line.samples, units_of(self.installation), _FINENESS):
+        units, spot = units_of(self.installation), self.machine is not None and line.turns_on_the_spot
+        allowed = allowed_on(line, units, self.installation)
+        for sample in needed_samples(line.samples, units, _FINENESS, allowed):
             share = float(line.samples.shares[sample])
-            words = self.axes(tuple(line.samples.joints[sample].tolist()))
+            words = self.axes(tuple(line.samples.joints[sample].tolist()), rests=spot)
             path = "G61.1" if share == 1.0 and line.blend_mm == 0.0 else f"G64 P{_BLEND_MM:g} Q0"
             feed_mode, feed = self.feed(line, share - done)
             modes = [each for key, mode in (("path", path), ("feed", feed_mode)) for each in self.mode(key, mode)]
@@ -142,8 +149,10 @@ class GCode(Syntax):
 
     def feed(self, line: Line, share: float) -> tuple[str, str]:
         """Give the feed mode and ``F`` of a block that does this share of a line."""
-        if self.slides and line.speed_mm_s > 0.0 and not self.turning:
+        if line.speed_mm_s > 0.0 and (self.machine is not None or (self.slides and not self.turning)):
             return "G94", short(60.0 * line.speed_mm_s, 1)
+        if self.machine is not None:
+            return "G94", short(60.0 * degrees(line.turn_rad_s), 1)
         whole_s = line.duration_s
         if line.speed_mm_s > 0.0:
             whole_s = line.length_mm / line.speed_mm_s
@@ -151,8 +160,8 @@ class GCode(Syntax):
             whole_s = line.angle_rad / line.turn_rad_s
         return "G93", short(60.0 / (share * whole_s), 4)
 
-    def axes(self, joints: tuple[float, ...]) -> str:
-        """Write the axes that change, at least one.
+    def axes(self, joints: tuple[float, ...], *, rests: bool = False) -> str:
+        """Write the axes that change, at least one; none of X, Y and Z where the tool point rests.
 
         Raises:
             ProgramError: the joints are not known.
@@ -166,6 +175,8 @@ class GCode(Syntax):
             for letter, value, zero in zip(self.letters, values, offset, strict=True)
         )
         before = self.written or tuple("" for _ in words)
+        if rests and self.written:
+            words = tuple(then if then[0] in "XYZ" else now for now, then in zip(words, before, strict=True))
         changed = [now for now, then in zip(words, before, strict=True) if now != then]
         self.turning = any(word[0] not in "XYZ" for word in changed)
         self.written = words
@@ -212,7 +223,8 @@ class GCode(Syntax):
         """Go home in machine coordinates."""
         if self.installation.home:
             self.offset, self.written = (), ()
-            yield f"G53 G0 {self.axes(self.installation.home)}"
+            home = self.installation.home
+            yield f"G53 G0 {self.axes(home if self.machine is None else one_row(self.machine, home))}"
 
     def begin_loop(self, number: int, loop: Repeat) -> list[str]:
         """Write ``repeat``, or ``do`` where an input is read."""
@@ -237,8 +249,11 @@ class GCode(Syntax):
             for letter, joint in zip(self.letters, self.installation.joints, strict=True)
         )
         yield f"Axes: {axes}"
-        speed = "G94 F: mm/min of the orifice; G93 F: 1/min of the block where turning axes move"
-        yield f"Joint values; each tool's offset is in them. {speed}"
+        if self.machine is None:
+            speed = "G94 F: mm/min of the orifice; G93 F: 1/min of the block where turning axes move"
+            yield f"Joint values; each tool's offset is in them. {speed}"
+        else:
+            yield from _describe_machine(self.machine, self.letters)
 
     def signal_lines(self) -> Iterator[str]:
         """List outputs and inputs by their HAL pins."""
@@ -273,6 +288,19 @@ class GCode(Syntax):
         return files | {f"{name}.ngc": join_lines([*body, "M2"]) for name, body in bodies.items()}
 
 
+def _describe_machine(machine: ToolPointMachine, letters: tuple[str, ...]) -> Iterator[str]:
+    """Describe what the machine's configuration has to be."""
+    yield f"Tool points: KINEMATICS = 5axiskins; pivot-length {short(machine.pivot_mm, 4)} with every tool, W at 0, G49"
+    yield "Machine zero: X Y Z of the cell's joints where B is 0. F: mm/min of the orifice, deg/min on the spot"
+    tilt = 7 - machine.swing
+    zeros = (machine.swing_zero, machine.tilt_zero)
+    for letter, sign, zero in zip((letters[machine.swing], letters[tilt]), machine.signs, zeros, strict=True):
+        if sign < 0.0 or zero:
+            plus = f", plus {short(degrees(zero), 4)} deg" if zero else ""
+            yield f"{letter} counts {'against' if sign < 0.0 else 'as'} the cell's joint{plus}; B tilts to +X at C0"
+    yield f"On the spot B and C go evenly: the jet may be up to {SPOT_DEG:g} deg off the shortest turn meanwhile"
+
+
 def _name_axes(installation: Installation) -> tuple[str, ...]:
     """Name the axes as the joints are named if those are axes, else X, Y, Z, A, B, C, U, V, W in their order."""
     names = [joint.name.upper() for joint in installation.joints]
@@ -283,18 +311,20 @@ def _name_axes(installation: Installation) -> tuple[str, ...]:
 
 
 def _offsets(
-    motion: MotionProgram, letters: tuple[str, ...], slides: bool
+    motion: MotionProgram, letters: tuple[str, ...], base: Position | None
 ) -> Mapping[str, tuple[str, tuple[float, ...]]]:
     """Coordinate system, and what it adds to each axis, by the placement of the board.
 
-    Where X, Y and Z slide, assumed along the directions of the base frame, the board's origin is their zero.
+    Where X, Y and Z slide, assumed along the directions of the base frame, the board's origin is their zero; ``base``
+    is then where the base's origin is in their coordinates.
     """
     places = {step.placement: step.T_base_board for step in motion.steps if isinstance(step, UseBoard)}
     if len(places) > len(SYSTEMS):
         raise ProgramError(f"LinuxCNC has {len(SYSTEMS)} coordinate systems; the board lies in {len(places)} places.")
     offsets: dict[str, tuple[str, tuple[float, ...]]] = {}
     for system, (placement, place) in zip(SYSTEMS, places.items(), strict=False):
-        origin = dict(zip("XYZ", place.position, strict=True)) if slides else {}
+        shifted = [] if base is None else [a + b for a, b in zip(place.position, base, strict=True)]
+        origin = dict(zip("XYZ", shifted, strict=False))
         offsets[placement] = (system, tuple(round(origin.get(letter, 0.0), _DIGITS) for letter in letters))
     return offsets
 

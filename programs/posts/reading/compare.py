@@ -40,7 +40,7 @@ from programs.posts.rebuilt import (
     Rebuilt,
     TextPlace,
 )
-from programs.posts.writing.axes import AXIS_DEG, AXIS_MM, from_controller_counts, in_degrees_and_mm, place_on, units_of
+from programs.posts.writing.axes import allowed_on, from_controller_counts, in_degrees_and_mm, place_on, units_of
 from specs.source import NO_SOURCE, Source
 
 _POSE_MM, _POSE_DEG = 0.01, 0.01
@@ -329,7 +329,9 @@ class _Comparison:
         """
         target = self.target_after(0) if due or not isinstance(self.next(), ReadSwitch) else None
         if isinstance(target, Axes):
-            share, off = place_on(line.samples, units_of(self.installation), target.values, 0.0)
+            units = units_of(self.installation)
+            allowed = allowed_on(line, units, self.installation)
+            share, off = place_on(line.samples, units, target.values, 0.0, allowed)
             return share == 1.0 and off <= 1.0
         return target is not None and _same_pose(target, line.target)
 
@@ -347,15 +349,19 @@ class _Comparison:
             reached = _same_pose(target, line.target) and not nearer
             return target, 1.0 if reached else _share_of(line, target, done)
         units = units_of(self.installation)
-        share, off = place_on(line.samples, units, target.values, done)
+        allowed = allowed_on(line, units, self.installation)
+        share, off = place_on(line.samples, units, target.values, done, allowed)
         before = self.axes.values if self.axes is not None else target.values
         half_way = tuple(0.5 * (a + b) for a, b in zip(before, target.values, strict=True))
-        off = max(off, place_on(line.samples, units, half_way, done)[1])
+        off = max(off, place_on(line.samples, units, half_way, done, allowed)[1])
+        most_mm, most_deg = (
+            float(allowed[units == 1.0].max(initial=0.0)),
+            float(allowed[units != 1.0].max(initial=0.0)),
+        )
         if off > 1.0:
-            allowed = f"{AXIS_MM:g} mm or {AXIS_DEG:g} degrees"
-            message = f"the axes are {off:.1f} times {allowed} off the planned motion at {target}"
-            self.differ(message, line.made_by, self.at)
-        self.place_mm, self.turn_deg = max(self.place_mm, off * AXIS_MM), max(self.turn_deg, off * AXIS_DEG)
+            message = f"the axes are {off:.1f} times {most_mm:g} mm or {most_deg:g} degrees off the planned motion"
+            self.differ(f"{message} at {target}", line.made_by, self.at)
+        self.place_mm, self.turn_deg = max(self.place_mm, off * most_mm), max(self.turn_deg, off * most_deg)
         self.axes = target
         return line.pose_at(share), share
 

@@ -203,7 +203,8 @@ class _Run:
             move = np.zeros(3)
             move[: min(int(slides.sum()), 3)] = steps[slides][:3]
             length, turns = float(np.linalg.norm(move)), False
-            if length <= _SHORTEST:
+            if length <= _SHORTEST or read.turn_deg_s is not None:
+                steps = np.where(slides, 0.0, steps)
                 length, turns = float(np.linalg.norm(steps)), True
             rates = np.array([steps, steps])
             shares = np.array([0.0, 1.0])

@@ -6,10 +6,13 @@ import numpy as np
 
 from geometry.arrays import Scalars
 from programs.motion.installation import Installation
-from programs.motion.steps import SampledLine
+from programs.motion.steps import Line, SampledLine
 
 AXIS_MM, AXIS_DEG = 0.004, 0.002
 """How far an axis may be off the planned motion; at 300 mm from the axis 0.002 degrees are 0.01 mm."""
+POINT_MM, TURN_DEG, SPOT_DEG = 0.04, 0.25, 12.0
+"""The same of tool points: what lines may leave out; B and C on a line, and where the tool turns on the spot. There one
+block goes evenly in B and C, on a cone, where the plan turns by the shortest way."""
 _SAME_SHARE = 1e-9
 
 
@@ -35,7 +38,9 @@ def from_controller_counts(counted: tuple[float, ...], installation: Installatio
     return counted if installation.convention is None else installation.convention.recover(counted)
 
 
-def place_on(samples: SampledLine, units: Scalars, axes: tuple[float, ...], after: float) -> tuple[float, float]:
+def place_on(
+    samples: SampledLine, units: Scalars, axes: tuple[float, ...], after: float, allowed: Scalars | None = None
+) -> tuple[float, float]:
     """Find where the planned motion passes the given axes.
 
     Args:
@@ -43,37 +48,44 @@ def place_on(samples: SampledLine, units: Scalars, axes: tuple[float, ...], afte
         units: From ``units_of``.
         axes: Degrees and mm.
         after: Share of the line before which not to look.
+        allowed: (dof,) degrees and mm by which each axis may be off; left out, 0.002 degrees and 0.004 mm.
 
     Returns:
         The share of the line done there, and how far off the axes are, in units of what is allowed.
     """
     if samples.joints.shape[1] != len(axes):
         return 1.0, math.inf
-    rows = samples.joints / units / allowed_of(units)
-    target = np.array(axes) / allowed_of(units)
+    exact, allowed = allowed_of(units), allowed_of(units) if allowed is None else allowed
+    rows = samples.joints / units / allowed
+    target = np.array(axes) / allowed
     steps = np.diff(rows, axis=0)
     squared = np.maximum(np.sum(steps**2, axis=1), 1e-30)
     parts = np.clip(np.sum((target - rows[:-1]) * steps, axis=1) / squared, 0.0, 1.0)
     off = np.max(np.abs(rows[:-1] + parts[:, None] * steps - target), axis=1)
     shares = samples.shares[:-1] + parts * np.diff(samples.shares)
     off = np.where(shares > after + _SAME_SHARE, off, np.inf)
-    if np.max(np.abs(rows[-1] - target)) <= 1.0:  # where nothing moves all shares fit; the end is meant
+    if (
+        np.max(np.abs(rows[-1] - target) * allowed / exact) <= 1.0
+    ):  # where nothing moves all shares fit; the end is meant
         return 1.0, float(np.max(np.abs(rows[-1] - target)))
     at = int(np.argmin(off))
     return (float(shares[at]), float(off[at])) if np.isfinite(off[at]) else (1.0, math.inf)
 
 
-def needed_samples(samples: SampledLine, units: Scalars, fineness: float) -> tuple[int, ...]:
+def needed_samples(
+    samples: SampledLine, units: Scalars, fineness: float, allowed: Scalars | None = None
+) -> tuple[int, ...]:
     """Choose the samples of a line between which the axes may run straight; the first is not among them, the last is.
 
     Args:
         samples: The planned motion along a line.
         units: From ``units_of``.
         fineness: How much of what is allowed may be used up.
+        allowed: (dof,) degrees and mm, as for ``place_on``.
     """
     shares, numbers = np.unique(samples.shares, return_index=True)
     numbers[-1] = len(samples.shares) - 1
-    rows = samples.joints[numbers] / units / (fineness * allowed_of(units))
+    rows = samples.joints[numbers] / units / (fineness * (allowed_of(units) if allowed is None else allowed))
     kept = {len(shares) - 1}
     stack = [(0, len(shares) - 1)]
     while stack:
@@ -91,3 +103,13 @@ def needed_samples(samples: SampledLine, units: Scalars, fineness: float) -> tup
 def allowed_of(units: Scalars) -> Scalars:
     """(dof,) how far each axis may be off, in mm or degrees."""
     return np.where(units == 1.0, AXIS_MM, AXIS_DEG)
+
+
+def allowed_on(line: Line, units: Scalars, installation: Installation) -> Scalars:
+    """(dof,) how far each axis may be off on a line, in mm or degrees: more where the controller takes tool points.
+
+    There the orifice keeps to its line whatever B and C do, and only the jet's direction is off.
+    """
+    if installation.tool_point is None:
+        return allowed_of(units)
+    return np.where(units == 1.0, POINT_MM, SPOT_DEG if line.turns_on_the_spot else TURN_DEG)

@@ -24,12 +24,13 @@ from programs.posts.linuxcnc import DIALECT
 from programs.posts.linuxcnc.write import GROUP_BASE
 from programs.posts.reading.compare import compare
 from programs.posts.rebuilt import Axes, ReadLine, ReadReach, ReadSwitch, Rebuilt
+from programs.posts.writing.tool_points import in_tool_points
 from robotcell.cell.installation import installation_of, to_pose
 from robotcell.cell.load import read_cell
 from robotcell.robot.robot import flange_poses
 
 LOADED = read_cell("gantry")
-GANTRY = replace(installation_of(LOADED), valves={"ring60": RING}, waits=())
+GANTRY = replace(installation_of(LOADED), valves={"ring60": RING}, waits=(), tool_point=None)
 """Joints X, Y, Z, C, B. It waits for nothing: the interpreter alone, without a controller, reads 0 at all inputs."""
 NEEDS_RS274 = pytest.mark.skipif(
     shutil.which("rs274") is None, reason="LinuxCNC's interpreter (rs274 of Debian's linuxcnc-uspace) is not installed"
@@ -117,6 +118,20 @@ def test_a_stroke_that_does_not_turn_has_the_speed_of_the_orifice_in_mm_per_minu
     feeds = re.findall(r"^.*G1 .*$", text, flags=re.MULTILINE)
     assert [line.split()[-1] for line in feeds] == ["F6000"] * len(feeds)
     assert "G93" not in text.split("o<start_01> sub")[1]
+
+
+def test_under_5axiskins_lines_and_turns_on_the_spot_are_one_block_in_tool_points() -> None:
+    cell = replace(GANTRY, tool_point=installation_of(LOADED).tool_point)
+    motion = in_tool_points(begun(*TILTED), cell)
+    text = text_of(motion, cell)
+    assert compare(DIALECT.read({"tiny.ngc": text}), motion, cell) == ()
+    blocks = re.findall(r"^.*G1 .*$", text, flags=re.MULTILINE)
+    assert len(blocks) == 4 + 2  # the valve's signals divide lines
+    assert "G93" not in text
+    assert blocks[-1] == "G1 C180.0000 F5400"
+    assert [re.search(r"X(-?[\d.]+)", block)[1] for block in blocks if "X" in block][-1] == "20.0000"
+    assert "G10 L2 P1 X-80 Y-50 Z-110 C0 B0 R0" in text
+    assert "5axiskins; pivot-length 180" in text
 
 
 def test_the_origin_of_the_board_is_the_zero_of_a_gantry() -> None:
