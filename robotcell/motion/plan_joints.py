@@ -23,7 +23,7 @@ from robotcell.motion.ladder_graph import (
     with_full_turns,
     with_home_costs,
 )
-from robotcell.motion.ladder_search import FOLLOW, MAY_RECONFIGURE, Choice, cheapest
+from robotcell.motion.ladder_search import FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE, Choice, cheapest
 from robotcell.motion.sampled_path import SampledPath
 from robotcell.motion.track_attempt import (
     CLEAR,
@@ -143,6 +143,7 @@ def _choose(search: Search) -> Choice:
     steps = ladder_steps(search.path, search.nodes, search.queries.cell)
     counts = search.refused.items()
     steps.kind[[at for at, times in counts if times >= _MOST_REFUSALS and steps.kind[at] == MAY_RECONFIGURE]] = FOLLOW
+    steps.kind[list(search.by_joints)] = MUST_RECONFIGURE
     speeds = joint_speeds(search.queries.cell.robot, search.multi_turn)
     forbidden = np.array(search.forbidden, dtype=np.int64).reshape(-1, 2)
     ladder, known = search.states.ladder, search.known
@@ -249,7 +250,9 @@ def _note_flaws(search: Search, choice: Choice, motion: Motion) -> bool:
 def _blame(search: Search, choice: Choice, motion: Motion, *, forbid_pairs: bool) -> bool:
     """Fix the azimuths around lost or colliding samples; where they are fixed, forbid the pairs or states there.
 
-    With a state are forbidden those of its node whose arm stands alike, whatever the last joint does.
+    Where the jet is off, what was lost is left to a joint move: a jet that passes close by an axis of its wrist needs
+    half a turn of that at once. With a state are forbidden those of its node whose arm stands alike, whatever the last
+    joint does.
     """
     wrong, count = motion.lost if forbid_pairs else motion.hits, len(motion.nodes.sample)
     node = np.unique(np.searchsorted(motion.nodes.sample, wrong, side="right") - 1)
@@ -262,6 +265,9 @@ def _blame(search: Search, choice: Choice, motion: Motion, *, forbid_pairs: bool
     search.fixed_azimuth |= widened(np.isin(np.arange(count), around[~fixed]), 3)
     states = choice.state[around[fixed]]
     if forbid_pairs:
+        jet_off = ~search.path.jet_on[search.nodes.sample[around[fixed]]].any(axis=1)
+        search.by_joints |= set(around[fixed][jet_off, 0].tolist())
+        states = states[~jet_off]
         pairs = [(int(a), int(b)) for a, b in states.tolist()]
         search.forbidden += [pair for pair in pairs if pair not in search.forbidden]
         return True

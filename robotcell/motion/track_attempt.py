@@ -77,6 +77,8 @@ class Search:
     """Joints whose whole turns are states of their own."""
     forbidden: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
     """Pairs of states that must not follow each other."""
+    by_joints: set[int] = field(default_factory=set[int])
+    """Nodes with the jet off after which the joints move freely: along the path they would turn at once."""
     refused: dict[int, int] = field(default_factory=dict[int, int])
     """How often no way was found for a reconfiguration move after a node."""
 

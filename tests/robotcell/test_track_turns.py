@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from small_programs import program_of
-from tracked import line_program, moves_of
+from tracked import line_program, moves_of, reached_mm, tilted
 
 from programs.errors import ProgramError
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram
@@ -219,3 +219,26 @@ def test_the_jet_leans_within_the_band_only_where_it_must() -> None:
     tilt = np.degrees(np.arccos(np.clip(2 * (jets[:, 1] ** 2 + jets[:, 2] ** 2) - 1, -1, 1)))
     assert tilt.max() <= 41.0
     assert (tilt < 0.1).any()
+
+
+@pytest.mark.parametrize("beside_deg", [0.1, 2.0])
+def test_a_jet_that_is_off_may_pass_close_by_the_axis_that_turns_it(beside_deg: float) -> None:
+    """A gantry's C would have to make half a turn at once there."""
+    begin, end = tilted(20.0), tilted(20.0, 180.0 - beside_deg)
+    program = program_of(
+        Command(0.0, "NOZZLE", ("ring60", "TOOL", "1"), ""),
+        MoveTo(0.0, (0.0, 0.0, 60.0), begin, 0.0, ""),
+        SetNozzle(0.0, True, ""),
+        MoveTo(1.0, (20.0, 0.0, 60.0), begin, 20.0, ""),
+        SetNozzle(1.0, False, ""),
+        MoveTo(2.0, (20.0, 20.0, 60.0), end, 20.0, ""),
+        SetNozzle(2.0, True, ""),
+        MoveTo(3.0, (0.0, 20.0, 60.0), end, 20.0, ""),
+        SetNozzle(3.0, False, ""),
+    )
+    report = track(program, read_cell("gantry").cell, None, terms=ROUND)
+    assert report.possible
+    places, jets = reached_mm(report)
+    sprayed = [at for at, move in enumerate(moves_of(report.program)) if move.position[1] in (0.0, 20.0)]
+    np.testing.assert_allclose(places[sprayed], [moves_of(report.program)[at].position for at in sprayed], atol=1e-4)
+    np.testing.assert_allclose(np.degrees(np.arccos(-jets[sprayed, 2])), 20.0, atol=0.01)
