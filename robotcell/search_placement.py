@@ -3,34 +3,27 @@
 A place is confirmed as it would be written, tenths of a millimetre and hundredths of a degree.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from boards.board import Board
-from geometry.arrays import Indices
 from programs.program import TimedProgram
 from robotcell.cell.cell import Cell
+from robotcell.cell.cell_edits import place_of
 from robotcell.cell.hold import hold_board
-from robotcell.cell.load import CELL, LoadedCell
+from robotcell.cell.load import LoadedCell
 from robotcell.cell.shapes import place_pose
-from robotcell.cell.spec import HELD_BY, HeldBy, Place
+from robotcell.cell.spec import Place
 from robotcell.collision.collision import build_collider
 from robotcell.diagnosis.plausibility import board_box, corners_of, longest_reach, meets_box
 from robotcell.errors import CellError
 from robotcell.motion.sampled_path import SampledPath, sample_path
 from robotcell.placement.optimise import HasRoom, Placement, PlacementGoal, find_placements, judge_placement
-from robotcell.placement.reachability import Targets
-from robotcell.robot.poses import inverse, roll_pitch_yaw
-from robotcell.robot.robot import Poses
+from robotcell.placement.reachability import Targets, spread
+from robotcell.robot.poses import inverse
 from robotcell.track import CellReport, terms_of, track
-from specs.errors import EditError
 from specs.progress import Progress, no_progress, subprogress
-from specs.yaml.edit import set_value
-from specs.yaml.located import read_yaml
 
 _MOST_TARGETS = 40
 _LEVER_M = 0.1
@@ -145,22 +138,9 @@ def targets_of(path: SampledPath) -> Targets:
     azimuth = np.where(free[:, None], 0.0, T_board_tcp[:, :3, 0])
     points = np.hstack((T_board_tcp[:, :3, 3], _LEVER_M * T_board_tcp[:, :3, 2], _LEVER_M * azimuth))
     most = max(_MOST_TARGETS // len(used), 1)
-    chosen = [rows[_spread(points[rows], most)] for rows in (np.flatnonzero(tool == each) for each in used)]
+    chosen = [rows[spread(points[rows], most)] for rows in (np.flatnonzero(tool == each) for each in used)]
     at = np.sort(np.concatenate(chosen))
     return Targets(T_board_tcp[at], tool[at], free[at])
-
-
-def _spread(points: NDArray[np.float64], most: int) -> Indices:
-    """Choose points (n, k) one after the other: the farthest from the middle, then the farthest from all before."""
-    apart = np.linalg.norm(points - points.mean(axis=0), axis=1)
-    chosen: list[int] = []
-    nearest = np.full(len(points), np.inf)
-    while len(chosen) < most and nearest.max() > 1e-6:
-        # Rounded, so that among equals the first in the program is taken wherever the board lies.
-        chosen.append(int(np.argmax(np.round(apart, 7))))
-        nearest = np.minimum(nearest, np.linalg.norm(points - points[chosen[-1]], axis=1))
-        apart = nearest
-    return np.array(chosen, dtype=np.int64)
 
 
 def room_of(cell: Cell, board: Board) -> HasRoom:
@@ -174,43 +154,3 @@ def room_of(cell: Cell, board: Board) -> HasRoom:
     around += [corners @ cell.T_cell_base[:3, :3].T + cell.T_cell_base[:3, 3] for corners in base]
     kept = [corners for corners in around if not meets_box(corners, low, high, cell.T_cell_board)]
     return lambda T_cell_board: not any(meets_box(corners, low, high, T_cell_board) for corners in kept)
-
-
-def place_of(T_cell_held: Poses) -> Place:
-    """Round the held point's pose as it is written: tenths of a millimetre, hundredths of a degree."""
-    x, y, z = (round(1e3 * float(value), 1) + 0.0 for value in T_cell_held[:3, 3])
-    roll, pitch, yaw = (round(float(np.degrees(value)), 2) + 0.0 for value in roll_pitch_yaw(T_cell_held))
-    return Place(xyz_mm=(x, y, z), rpy_deg=(roll, pitch, yaw))
-
-
-def format_place(place: Place, held_by: HeldBy = HELD_BY) -> str:
-    """Format ``board`` with the pose of its held point as YAML."""
-    turned = f", rpy_deg: {_format(place.rpy_deg)}" if any(place.rpy_deg) else ""
-    hold = "" if held_by == HELD_BY else f"  hold: {held_by}\n"
-    return f"board:\n{hold}  pose: {{xyz_mm: {_format(place.xyz_mm)}{turned}}}\n"
-
-
-def _format(values: Sequence[float]) -> str:
-    return f"[{', '.join(str(int(value) if value == int(value) else value) for value in values)}]"
-
-
-def with_place(text: str, place: Place, file: Path, held_by: HeldBy = HELD_BY) -> str:
-    """Write the pose of the held point under ``board`` of a cell's text; nothing else changes, comments stay.
-
-    Args:
-        text: The cell's file.
-        place: The pose of the held point.
-        file: Name in errors.
-        held_by: That point.
-
-    Raises:
-        CellError: ``board`` is shared with another key by an anchor.
-    """
-    written = {"xyz_mm": list(place.xyz_mm)} | ({"rpy_deg": list(place.rpy_deg)} if any(place.rpy_deg) else {})
-    board = read_yaml(text, file, CELL).get("board")
-    names_point = board is not None and board.get("hold") is not None
-    hold = {"hold": held_by} if names_point or held_by != HELD_BY else {}
-    try:
-        return set_value(text, ("board",), {**hold, "pose": written})
-    except EditError as error:
-        raise CellError(str(error), file=file) from None

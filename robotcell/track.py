@@ -1,7 +1,7 @@
 """Whether and how a robot carries out a timed program."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -16,7 +16,8 @@ from robotcell.cell.load import LoadedCell
 from robotcell.collision.collision import Clearance
 from robotcell.diagnosis.findings import PathInCell, breaks, collisions, nearly_singular, slowness, tilts, unreachable
 from robotcell.diagnosis.plausibility import check_cell
-from robotcell.diagnosis.remedies import find_remedy, sample_targets, share_reached
+from robotcell.diagnosis.refusals import Refusal, find_refusal
+from robotcell.diagnosis.remedies import Remedy, find_remedies, sample_points, share_reached
 from robotcell.motion.cell_queries import CellQueries, build_queries
 from robotcell.motion.joint_move import find_move
 from robotcell.motion.joint_program import build_robot_program
@@ -34,6 +35,8 @@ from specs.finding_rules import (
 from specs.progress import Progress, no_progress, subprogress
 
 _MOST_TILT_DEG = 45.0
+_MOST_CHECKED = 2
+"""Remedies that are checked as a whole."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +49,8 @@ class Terms:
     """T_cell_board (4, 4) after ``CALL name``, by that name."""
     tilt_band: float = 0.0
     """rad that the robot may tilt the jet while it sprays where nothing else is clear, if the program grants less."""
+    loaded: LoadedCell | None = None
+    """The cell's file, whose edits are offered as remedies."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,6 +77,8 @@ class CellReport:
     clearance_at: Indices
     """Which moves these are."""
     findings: tuple[Finding, ...]
+    remedy: Remedy | None = None
+    """The change of the cell that the finding ``cell-remedy`` describes."""
 
     @property
     def possible(self) -> bool:
@@ -81,7 +88,7 @@ class CellReport:
 
 def terms_of(loaded: LoadedCell, tilt_band: float = 0.0) -> Terms:
     """Give the terms of a cell's file, with a tilt band in radians."""
-    return Terms(loaded.round_nozzles, loaded.placements, tilt_band)
+    return Terms(loaded.round_nozzles, loaded.placements, tilt_band, loaded)
 
 
 def track(
@@ -92,9 +99,10 @@ def track(
     terms: Terms | None = None,
     progress: Progress = no_progress,
 ) -> CellReport:
-    """Find the joint motion for a whole program, or report what keeps the robot from it.
+    """Find the joint motion for a whole program, or report what keeps the robot from it, and what would help.
 
-    The same input gives the same result.
+    Cheap rules come first (``robotcell.diagnosis.refusals``): where one refuses the cell, no motion is searched, and
+    the remedy is tried at some points of the program only. The same input gives the same result.
 
     Args:
         program: The program; its own findings stay with it.
@@ -108,29 +116,68 @@ def track(
             libraries of ``washboard[robot]`` are missing.
         ProgramError: The program has no move.
     """
-    allowed = terms or Terms()
+    task = _Task(program, board, terms or Terms())
+    trial = _try(task, cell, subprogress(progress, 0.0, 0.6))
+    report = trial.report
+    if trial.wrong is not None:
+        progress("looking for a remedy", 0.6)
+        found = _remedy(task, cell, trial, subprogress(progress, 0.6, 1.0))
+        if found is not None:
+            remedy, finding = found
+            report = replace(report, findings=worst_first([*report.findings, finding]), remedy=remedy)
+    progress("robot checked", 1.0)
+    return report
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Task:
+    """What is to be carried out, in this cell or another."""
+
+    program: TimedProgram
+    board: Board | None
+    terms: Terms
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Trial:
+    """A program tried in a cell."""
+
+    report: CellReport
+    path: SampledPath
+    nodes: Indices
+    """Samples that were looked at."""
+    wrong: Indices | None
+    """Those that are not reached or not clear; ``None`` where there are none."""
+    refusal: Refusal | None = None
+    """Set where a cheap rule refused the cell."""
+
+
+def _try(task: _Task, cell: Cell, progress: Progress) -> _Trial:
+    """Carry out a program in a cell as far as that goes; no remedies."""
+    program, board, terms = task.program, task.board, task.terms
     progress("sampling the path", 0.0)
-    tilt = max(allowed.tilt_band, granted_tilt(program))
-    path = sample_path(program, cell, allowed.round_nozzles, allowed.placements)
-    queries = build_queries(program, cell, board, [cell.T_cell_board, *allowed.placements.values()])
+    tilt = max(terms.tilt_band, granted_tilt(program))
+    path = sample_path(program, cell, terms.round_nozzles, terms.placements)
+    queries = build_queries(program, cell, board, [cell.T_cell_board, *terms.placements.values()])
+    refusal = find_refusal(PathInCell(queries, path), tilt)
+    if refusal is not None:
+        report = _without_motion(queries, [*check_cell(cell, board), *refusal.findings])
+        return _Trial(report, path, refusal.nodes, refusal.wrong, refusal)
     found = plan_motion(queries, path, tilt, subprogress(progress, 0.0, 0.9))
     if isinstance(found, OutOfReach):
         samples = found.nodes.sample[found.empty]
-        findings = [*unreachable(PathInCell(queries, path), samples)]
-        findings += _remedy(cell, board, path, found.nodes.sample, samples)
+        findings = [*check_cell(cell, board), *unreachable(PathInCell(queries, path), samples)]
+        return _Trial(_without_motion(queries, findings), path, found.nodes.sample, samples)
+    subject = PathInCell(queries, found.tracked.path)
+    findings = [*breaks(subject, found), *collisions(subject, found)]
+    broken = np.concatenate((found.nodes.sample[found.discontinuities], found.nodes.sample[found.blocked], found.lost))
+    wrong = np.union1d(found.hits, broken)
+    if len(broken):
         report = _without_motion(queries, [*check_cell(cell, board), *findings])
     else:
-        subject = PathInCell(queries, found.tracked.path)
-        findings = [*breaks(subject, found), *collisions(subject, found)]
-        if len(found.hits):
-            findings += _remedy(cell, board, subject.path, found.nodes.sample, found.hits)
-        if len(found.discontinuities) or len(found.blocked) or len(found.lost):
-            report = _without_motion(queries, [*check_cell(cell, board), *findings])
-        else:
-            progress("timing the joints", 0.9)
-            report = _with_motion(subject, board, found, findings)
-    progress("robot checked", 1.0)
-    return report
+        progress("timing the joints", 0.9)
+        report = _with_motion(subject, board, found, findings)
+    return _Trial(report, subject.path, found.nodes.sample, wrong if len(wrong) else None)
 
 
 def granted_tilt(program: TimedProgram) -> float:
@@ -227,12 +274,30 @@ def _check_home(subject: PathInCell, tracked: TrackedPath) -> list[Finding]:
     return findings
 
 
-def _remedy(cell: Cell, board: Board | None, path: SampledPath, nodes: Indices, wrong: Indices) -> list[Finding]:
-    """Report what would help, if anything that was tried does."""
-    targets = sample_targets(path, nodes, wrong)
-    text = find_remedy(cell, board, targets) if len(targets.tool) else None
-    if text is None:
-        return []
-    share = share_reached(cell, targets)
-    message = f"{text}; at present {share:.0%} of the {len(targets.tool)} points that were tried are reached at all."
-    return [Finding(CELL_REMEDY, message)]
+def _remedy(task: _Task, cell: Cell, trial: _Trial, progress: Progress) -> tuple[Remedy, Finding] | None:
+    """Find what would help, and report it; checked as a whole where a search was needed anyway."""
+    if trial.wrong is None:
+        return None
+    points = sample_points(trial.path, trial.nodes, trial.wrong)
+    if not len(points.chosen.tool):
+        return None
+    through = () if trial.refusal is None else trial.refusal.through_base
+    most = 1 if trial.refusal is not None else _MOST_CHECKED
+    found = find_remedies(cell, task.board, points, task.terms.loaded, through_base=through, most=most)
+    for number, each in enumerate(found if trial.refusal is None else ()):
+        share = subprogress(progress, number / len(found), (number + 1) / len(found))
+        if not any(finding.severity == "error" for finding in _try(task, each.cell, share).report.findings):
+            return each, _remedy_finding(each, "the robot can do the program, which was checked as a whole")
+    if not found:
+        return None
+    reached, how = share_reached(cell, points.chosen), ", in one configuration" if found[0].in_one else ""
+    text = (
+        f"every point that was tried would be reachable without collision{how}; at present {reached:.0%} of these "
+        f"{len(points.chosen.tool)} points are reached at all. The next check shows whether all of it can be done"
+    )
+    return found[0], _remedy_finding(found[0], text)
+
+
+def _remedy_finding(remedy: Remedy, text: str) -> Finding:
+    edits = f" Write in the cell: {'; '.join(map(str, remedy.edits))}" if remedy.edits else ""
+    return Finding(CELL_REMEDY, f"{remedy.text} {text}.{edits}")

@@ -184,6 +184,9 @@ BOARD_OUT_OF_REACH = FindingRule(
     "the nearest corner is farther away than all lengths of robot and tool together",
     _CELLS,
 )
+FIXTURE_IN_BASE = FindingRule(
+    "fixture-in-base", "error", "at a check: a fixture reaches more than 20 mm into the robot's base", _CELLS
+)
 FIXTURE_IN_BOARD = FindingRule(
     "fixture-in-board", "warning", "a fixture reaches into the box around the board and its components", _CELLS
 )
@@ -215,8 +218,8 @@ JUMP = FindingRule("jump", "error", "no joint position continues from the one be
 CELL_REMEDY = FindingRule(
     "cell-remedy",
     "warning",
-    "what would make the points that were tried reachable and clear: a TCP turned by 180 degrees, metres for "
-    "millimetres, a board upside down, else the smallest shift or turn of the board",
+    "what would help, and the keys of the cell to write: a classical mistake undone, wider limits, else the least of "
+    "another place of the board, a shorter or longer tool, and a fixture that stands elsewhere",
     _CHECKING,
 )
 SPEED_NOT_HELD = FindingRule(

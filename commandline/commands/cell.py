@@ -112,9 +112,10 @@ def place(
         from reports.files.write_run import check_apart
         from reports.terminal.cell_report import print_relocation
         from reports.terminal.console import open_console, print_files
+        from robotcell.cell.cell_edits import with_place
         from robotcell.cell.load import CELL, read_cell_text
         from robotcell.placement.optimise import PlacementGoal
-        from robotcell.search_placement import find_place, with_place
+        from robotcell.search_placement import find_place
         from specs.yaml.load import find_file, read_text
 
         check_apart((program, board, parts), [output])
@@ -165,9 +166,9 @@ def _check_movable(text: str, loaded: "LoadedCell", output: Path) -> None:
     Raises:
         CellError: the cell names files that are not there beside the output, or ``board`` cannot be changed.
     """
+    from robotcell.cell.cell_edits import place_of, with_place
     from robotcell.cell.load import read_cell_text
     from robotcell.errors import CellError
-    from robotcell.search_placement import place_of, with_place
 
     file = Path(loaded.root.mark.file)
     moved = with_place(text, place_of(loaded.cell.held_pose), file, loaded.cell.held_by)

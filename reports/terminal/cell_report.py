@@ -11,10 +11,11 @@ from reports.files.export_robot import CellExport
 from reports.tables.table import Facts, Table
 from reports.tables.wording import amount, clock
 from reports.terminal.console import print_facts, print_findings, print_line, print_table
+from robotcell.cell.cell_edits import format_place
 from robotcell.motion.retime import rates_of
 from robotcell.placement.optimise import Placement, PlacementGoal
 from robotcell.placement.reachability import Metric
-from robotcell.search_placement import Relocation, format_place
+from robotcell.search_placement import Relocation
 from robotcell.track import CellReport
 
 _METRICS: dict[Metric, str] = {

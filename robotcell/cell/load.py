@@ -13,7 +13,7 @@ from robotcell.cell.cell import Cell, Tool
 from robotcell.cell.measured_place import board_pose
 from robotcell.cell.robot_library import build_robot, limit_joints, load_robot, require_limits
 from robotcell.cell.shapes import build_bodies, place_pose
-from robotcell.cell.spec import CellSpec, Hold, InputOutput, JointLimits, Output, Outputs
+from robotcell.cell.spec import CellSpec, Hold, InputOutput, JointLimits, Output, Outputs, ToolSpec
 from robotcell.cell.tool_point import tool_point_machine
 from robotcell.errors import CellError, error_at
 from robotcell.robot.robot import Poses, Robot
@@ -82,6 +82,8 @@ class LoadedCell:
     root: Located
     placements: dict[str, Poses]
     """(4, 4) T_cell_board after ``CALL name``, by that name; like ``cell.T_cell_board`` without a board."""
+    unlimited: Robot
+    """The robot with its own limits, which those under ``joints`` of the cell's file may tighten."""
     tool_point: ToolPointMachine | None = None
     """Where G-code has tool points."""
 
@@ -126,7 +128,9 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
     """
     root = read_yaml(text, file, CELL)
     spec = _read_spec(root)
-    robot = _build_robot(spec, root)
+    unlimited = _build_robot(spec, root)
+    robot = limit_joints(unlimited, spec.joints, root, ("joints",))
+    require_limits(robot, root, ("robot",))
     raise_problems(find_home_problems(spec, robot), root, CELL)
     units = np.array([1e-3 if joint.kind == "prismatic" else math.pi / 180 for joint in robot.joints])
     cell = Cell(
@@ -135,21 +139,23 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
         T_cell_base=place_pose(spec.base),
         T_cell_board=_place_board(spec.board, root, ("board",)),
         home=units * np.array(spec.home_deg_mm),
-        tools=tuple(
-            Tool(
-                number=number,
-                name=tool.name,
-                T_flange_tcp=place_pose(tool.tcp),
-                bodies=build_bodies(tool.bodies, root, ("tools", str(number), "bodies")),
-            )
-            for number, tool in sorted(spec.tools.items())
-        ),
+        tools=tuple(build_tool(number, tool, root) for number, tool in sorted(spec.tools.items())),
         fixtures=build_bodies(spec.fixtures, root, ("fixtures",)),
         margin=1e-3 * spec.margin_mm,
         held_by=spec.board.held_by,
     )
     placements = {name: _place_board(hold, root, ("placements", name)) for name, hold in spec.placements.items()}
-    return LoadedCell(cell, spec, root, placements, _tool_point(spec, cell, root))
+    return LoadedCell(cell, spec, root, placements, unlimited, _tool_point(spec, cell, root))
+
+
+def build_tool(number: int, spec: ToolSpec, root: Located) -> Tool:
+    """Make a tool of a cell's file as metres.
+
+    Raises:
+        CellError: a body cannot be made; the message gives its place in the file.
+    """
+    bodies = build_bodies(spec.bodies, root, ("tools", str(number), "bodies"))
+    return Tool(number, spec.name, place_pose(spec.tcp), bodies)
 
 
 def _read_spec(root: Located) -> CellSpec:
@@ -167,8 +173,6 @@ def _build_robot(spec: CellSpec, root: Located) -> Robot:
             raise error_at(root, ("robot",), str(error)) from None
     else:
         robot = build_robot(spec.robot, Path(root.mark.file).parent, root, ("robot",))
-    robot = limit_joints(robot, spec.joints, root, ("joints",))
-    require_limits(robot, root, ("robot",))
     return robot
 
 
@@ -224,7 +228,7 @@ def find_home_problems(spec: CellSpec, robot: Robot) -> list[Problem]:
                 name for name in (joint.name, "all") if name in spec.joints and _bounds_position(spec.joints[name])
             ]
             by = f" (joints.{stated[0]})" if stated else ""
-            message = f"{joint.name} goes from {limits}{by}, not to {value:g}"
+            message = f"{joint.name} goes from {limits}{by}, not to {value:g}; put home within, or widen the limits"
             problems.append(Problem(("home_deg_mm", index), message, tuple(("joints", name) for name in stated)))
     return problems
 

@@ -6,7 +6,7 @@ Coal is of ``washboard[robot]``; only this module and ``robotcell.collision.cont
 import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, Literal, TypeAlias, cast
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from boards.board import Board
 from geometry.arrays import Indices, Points, Triangles
 from robotcell.errors import CellError
-from robotcell.robot.robot import Body, Box, Capsule, Poses
+from robotcell.robot.robot import Body, Box, Capsule, Poses, Shape
 
 Part: TypeAlias = Literal["robot", "tool", "fixture", "board"]
 
@@ -84,20 +84,25 @@ def board_solid(board: Board, T_cell_board: Poses) -> Solid:
 
 def body_solid(body: Body, part: Part, link: int, T_link_carrier: Poses) -> Solid:
     """Give a body of robot, tool or fixture, in its link's frame; a fixture in the cell's, with link 0."""
-    shape, middle = body.shape, np.zeros(3)
+    geometry, middle, half, radius = _geometry(body.shape)
+    pose = T_link_carrier @ body.T_carrier_shape @ _shift(middle)
+    return Solid((body.name,), np.zeros(0, np.int64), part, link, geometry, pose, half, radius)
+
+
+@lru_cache(maxsize=512)
+def _geometry(shape: Shape) -> tuple[Any, NDArray[np.float64], NDArray[np.float64], float]:
+    """Give a shape's geometry, the middle and half the edges of its box, and its radius; the last ones are kept."""
     match shape:
         case Box():
             half = np.array(shape.size) / 2
-            geometry, radius = coal().Box(*shape.size), float(np.linalg.norm(half))
+            return coal().Box(*shape.size), np.zeros(3), half, float(np.linalg.norm(half))
         case Capsule():
             half = np.array([shape.radius, shape.radius, shape.radius + shape.length / 2])
-            geometry, radius = coal().Capsule(shape.radius, shape.length), float(half[2])
+            return coal().Capsule(shape.radius, shape.length), np.zeros(3), half, float(half[2])
         case _:
             middle, half = _box(shape.triangles.reshape(-1, 3))
             centred = shape.triangles - middle
-            geometry, radius = _mesh(centred), _farthest(centred.reshape(-1, 3))
-    pose = T_link_carrier @ body.T_carrier_shape @ _shift(middle)
-    return Solid((body.name,), np.zeros(0, np.int64), part, link, geometry, pose, half, radius)
+            return _mesh(centred), middle, half, _farthest(centred.reshape(-1, 3))
 
 
 def _mesh(triangles: Triangles) -> Any:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Board
-from geometry.arrays import Scalars
+from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.collision.body_pairs import (
     CONTACT,
@@ -103,6 +103,44 @@ def with_board_at(collider: Collider, T_cell_board: Poses) -> Collider:
     return Collider(MappingProxyType(by_tool), T_cell_board)
 
 
+def with_fixture_moved(collider: Collider, name: str, offset: NDArray[np.float64]) -> Collider:
+    """Move the fixtures of a name by (3,) m in the cell, without preparing anything anew."""
+    moved = np.eye(4)
+    moved[:3, 3] = offset
+    by_tool: dict[int, BodyPairs] = {}
+    for number, bodies in collider.by_tool.items():
+        solids = (
+            replace(each, T_link_solid=moved @ each.T_link_solid)
+            if each.part == "fixture" and each.names == (name,)
+            else each
+            for each in bodies.solids
+        )
+        by_tool[number] = replace(bodies, solids=tuple(solids))
+    return Collider(MappingProxyType(by_tool), collider.T_cell_board)
+
+
+def fixtures_through_base(collider: Collider, deep: float) -> tuple[str, ...]:
+    """Name the fixtures that reach into the bodies of the robot's base, which no configuration can avoid.
+
+    A fixture does if moving it by ``deep``, m, to none of the six sides frees it of the same body: the robot may stand
+    on it or beside it, or as deep in a recess of it.
+    """
+    bodies = next(iter(collider.by_tool.values()))
+    fixtures = [index for index, solid in enumerate(bodies.solids) if solid.part == "fixture"]
+    bases = [index for index, solid in enumerate(bodies.solids) if solid.part == "robot" and solid.link == 0]
+    first, second = (grid.ravel() for grid in np.meshgrid(fixtures, bases, indexing="ij"))
+    met = np.ones(len(first), dtype=np.bool_)
+    for side in np.vstack((np.zeros((1, 3)), deep * np.eye(3), -deep * np.eye(3))):
+        moved = np.eye(4)
+        moved[:3, 3] = side
+        solids = tuple(
+            replace(each, T_link_solid=moved @ each.T_link_solid) if each.part == "fixture" else each
+            for each in bodies.solids
+        )
+        met &= _touching_at_rest(replace(bodies, solids=solids), first, second, 0.0)
+    return tuple(dict.fromkeys(bodies.solids[index].names[0] for index in first[met].tolist()))
+
+
 def collides(collider: Collider, q: Joints, tool: int) -> NDArray[np.bool_]:
     """Give (n,) for each of (n, dof) rows of joints whether anything collides.
 
@@ -135,6 +173,30 @@ def first_pairs(collider: Collider, q: Joints, tool: int) -> tuple[Touch | None,
             if contact is not None:
                 touches[start + row] = touch_of(bodies, pair, contact)
     return tuple(touches)
+
+
+def fewest_obstacles(collider: Collider, q: Joints, tool: int) -> tuple[Touch, ...]:
+    """Give the pairs that collide at that of (n, dof) rows which the fewest other bodies keep from being clear.
+
+    One pair for each of these bodies: fixtures, then the robot's own, then the board's; none where a row is clear.
+
+    Raises:
+        CellError: The cell has no such tool.
+    """
+    bodies, best = pairs_with(collider, tool), dict[str, Touch]()
+    for start, places in in_chunks(bodies, q):
+        items, probe = near_items(bodies, places, bodies.margins), probe_of(bodies, places)
+        ends = np.searchsorted(items.rows, np.arange(len(places.turns) + 1))
+        for row in range(len(places.turns)):
+            met: dict[str, Touch] = {}
+            for pair in items.pairs[ends[row] : ends[row + 1]].tolist():
+                contact = probe(row, pair, float(bodies.margins[pair]))
+                if contact is not None:
+                    touch = touch_of(bodies, pair, contact)
+                    met.setdefault(touch.other, touch)
+            if (start, row) == (0, 0) or len(met) < len(best):
+                best = met
+    return tuple(best.values())
 
 
 def clearance(collider: Collider, q: Joints, tool: int, farthest: float = FARTHEST) -> Clearance:
@@ -215,14 +277,19 @@ def _under_the_base(bodies: BodyPairs) -> NDArray[np.bool_]:
     fixtures = [index for index, solid in enumerate(solids) if solid.part == "fixture"]
     bases = [index for index, solid in enumerate(solids) if solid.part == "robot" and solid.link == 0]
     first, second = (grid.ravel() for grid in np.meshgrid(fixtures, bases, indexing="ij"))
-    standing = replace(
-        bodies, first=first.astype(np.int64), second=second.astype(np.int64), margins=np.full(len(first), CONTACT)
-    )
-    places = place(standing, np.zeros((1, bodies.robot.dof)))
-    items = Items(np.zeros(len(first), np.int64), np.arange(len(first)), standing.margins)
-    met = np.isfinite(contact_distances(standing, places, items, np.arange(len(first))))
+    met = _touching_at_rest(bodies, first, second, CONTACT)
     carrying = set(first[met].tolist())
     return np.array(
         [one in carrying and solids[other].link == 1 for one, other in zip(bodies.first, bodies.second, strict=True)],
         np.bool_,
     )
+
+
+def _touching_at_rest(bodies: BodyPairs, first: Indices, second: Indices, margin: float) -> NDArray[np.bool_]:
+    """(pairs,) whether pairs of solids that stand still come within a margin."""
+    standing = replace(
+        bodies, first=first.astype(np.int64), second=second.astype(np.int64), margins=np.full(len(first), margin)
+    )
+    places = place(standing, np.zeros((1, bodies.robot.dof)))
+    items = Items(np.zeros(len(first), np.int64), np.arange(len(first)), standing.margins)
+    return np.isfinite(contact_distances(standing, places, items, np.arange(len(first))))

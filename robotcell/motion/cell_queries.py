@@ -15,6 +15,7 @@ from robotcell.collision.collision import (
     build_collider,
     clearance,
     collides,
+    fewest_obstacles,
     first_pairs,
     with_board_at,
 )
@@ -70,6 +71,10 @@ class CellQueries:
         """Name the first pair of bodies that collides at joints (dof,)."""
         touch = first_pairs(self.colliders[placement], q[None], self.cell.tools[tool].number)[0]
         return None if touch is None else (touch.body, touch.other)
+
+    def obstacles(self, q: Joints, tool: int, placement: int) -> tuple[Touch, ...]:
+        """Give what collides at that of joints (k, dof) which the fewest bodies keep from being clear."""
+        return fewest_obstacles(self.colliders[placement], q, self.cell.tools[tool].number)
 
     def clearance(self, q: Joints, path: SampledPath, sample: Indices) -> Clearance:
         """Measure the clearance of joints (k, dof) at samples (k,) of a path."""

@@ -19,6 +19,8 @@ ConfigurationSolver: TypeAlias = Callable[[Poses, int], tuple[Joints, Scalars]]
 """Takes (n, 4, 4) T_base_tcp and a tool's index; gives (n, b, dof) joints, NaN where none, and (n, b) by how much each
 differs from the requested azimuth about the jet."""
 
+STRAIGHT = np.zeros((1, 2))
+"""The tilt of a jet as it is programmed."""
 NODE_M = 8e-3
 NODE_RAD = np.radians(12.0)
 """Nodes are about this far apart, and at every rest, change of tool, and switch of the jet."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from geometry.arrays import Indices
 from robotcell.motion.cell_queries import CellQueries
 from robotcell.motion.ladder_graph import (
+    STRAIGHT,
     NodePoses,
     Nodes,
     States,
@@ -48,7 +49,6 @@ _TRANSFER_TILTS = np.radians([20.0, 40.0])
 """Largest tilts of the jet while it is off, where nothing else is clear."""
 _TILTED_AZIMUTHS = 6
 """Tried about the jet where it may be tilted: a third of ``AZIMUTHS``, as there are seventeen tilts to each."""
-_STRAIGHT = np.zeros((1, 2))
 _HIT_COST_S = 1e3
 """Cost of a configuration that collides: more than all that is free, less than leaving the path."""
 _SUSPECT_COST_S = 1.0
@@ -77,7 +77,7 @@ def plan_motion(queries: CellQueries, path: SampledPath, tilt: float, progress: 
     """
     nodes = choose_nodes(path, queries.cell.robot.dof)
     progress("solving configurations", 0.05)
-    everywhere = (node_poses(nodes, some, _STRAIGHT) for some in node_pieces(nodes))
+    everywhere = (node_poses(nodes, some, STRAIGHT) for some in node_pieces(nodes))
     states = solve_states(queries.cell.robot, path, nodes, everywhere, queries.configurations)
     empty = np.flatnonzero(np.diff(states.ladder.first) == 0)
     tilted = empty[:0]
@@ -93,7 +93,7 @@ def plan_motion(queries: CellQueries, path: SampledPath, tilt: float, progress: 
     motion = attempt_motion(search, choice)
     for number in range(_ATTEMPTS):
         progress("tracking the path", 0.4 + 0.5 * number / _ATTEMPTS)
-        if not _note_flaws(search, choice, motion):
+        if _is_final(search, choice, motion) or not _note_flaws(search, choice, motion):
             break
         choice = _choose(search)
         motion = attempt_motion(search, choice)
@@ -198,7 +198,7 @@ def _with_tilts(queries: CellQueries, path: SampledPath, nodes: Nodes, where: In
 
     def poses_of(some: Indices) -> NodePoses:
         parts = [
-            node_poses(nodes, some[~tilts[some]], _STRAIGHT),
+            node_poses(nodes, some[~tilts[some]], STRAIGHT),
             node_poses(fewer, some[(tilts & ~jet_on)[some]], _fan(_TRANSFER_TILTS)),
             node_poses(fewer, some[(tilts & jet_on)[some]], _fan(np.array([0.5 * tilt, tilt]))),
         ]
@@ -213,7 +213,7 @@ def _with_tilts(queries: CellQueries, path: SampledPath, nodes: Nodes, where: In
 def _fan(angles: NDArray[np.float64]) -> NDArray[np.float64]:
     """Give no tilt, and each angle in eight directions."""
     turns = np.radians(np.arange(0.0, 360.0, 45.0))
-    return np.concatenate([_STRAIGHT, *(angle * np.column_stack((np.cos(turns), np.sin(turns))) for angle in angles)])
+    return np.concatenate([STRAIGHT, *(angle * np.column_stack((np.cos(turns), np.sin(turns))) for angle in angles)])
 
 
 def _close_repeats(search: Search, choice: Choice) -> bool:
@@ -232,6 +232,15 @@ def _close_repeats(search: Search, choice: Choice) -> bool:
             others = np.arange(*ladder.first[first : first + 2])
             search.known.excluded[others] = others != choice.state[first]
     return changed
+
+
+def _is_final(search: Search, choice: Choice, motion: Motion) -> bool:
+    """Whether no other choice can be without flaws: a search anew has fewer states and pairs to choose from.
+
+    One that collides is chosen only where all of a node do, and a discontinuity only where no states follow each other.
+    """
+    collides = len(motion.hits) > 0 and (search.known.verdict[choice.state] == HITS).any()
+    return bool(collides or choice.discontinuities.any())
 
 
 def _note_flaws(search: Search, choice: Choice, motion: Motion) -> bool:

@@ -75,6 +75,19 @@ def configurations_at(cell: Cell, T_cell_board: Poses, targets: Targets, azimuth
     return Configurations(*(field[order] for field in fields))
 
 
+def spread(points: NDArray[np.float64], most: int) -> Indices:
+    """Choose points (n, k) one after the other: the farthest from the middle, then the farthest from all before."""
+    apart = np.linalg.norm(points - points.mean(axis=0), axis=1)
+    chosen: list[int] = []
+    nearest = np.full(len(points), np.inf)
+    while len(chosen) < most and nearest.max() > 1e-6:
+        # Rounded, so that among equals the first in the program is taken wherever the board lies.
+        chosen.append(int(np.argmax(np.round(apart, 7))))
+        nearest = np.minimum(nearest, np.linalg.norm(points - points[chosen[-1]], axis=1))
+        apart = nearest
+    return np.array(chosen, dtype=np.int64)
+
+
 def clear_of(cell: Cell, collider: Collider, targets: Targets, found: Configurations) -> Configurations:
     """Leave out the configurations that collide."""
     hits = np.zeros(len(found.q), dtype=np.bool_)

@@ -15,9 +15,13 @@ _ONE_LINE = frozenset({"path", "pattern", "function", "solution"})
 def reach(root: Tree, path: YamlPath) -> Tree:
     """Give what stands at a path; mappings on the way there are made."""
     node = root
-    for key in path:
-        if isinstance(node, dict) and cast("dict[Key, Tree]", node).get(key) is None:
-            node[key] = CommentedMap() if isinstance(node, CommentedMap) else {}
+    for name in path:
+        key = name
+        if isinstance(node, dict):
+            entries = cast("dict[Key, Tree]", node)
+            key = next((own for own in entries if str(own) == name), name)  # ruamel reads the key 1 as a number
+            if entries.get(key) is None:
+                node[key] = CommentedMap() if isinstance(node, CommentedMap) else {}
         node = node[key]
     return node
 

@@ -11,6 +11,7 @@ from tracked import line_program
 
 import robotcell.search_placement
 from boards.load import board_library, load_board
+from robotcell.cell.cell_edits import format_place, place_of, with_place
 from robotcell.cell.load import read_cell_text
 from robotcell.cell.shapes import place_pose
 from robotcell.cell.spec import Hold, Place
@@ -18,7 +19,7 @@ from robotcell.errors import CellError
 from robotcell.motion.sampled_path import sample_path
 from robotcell.robot.poses import pose, roll_pitch_yaw
 from robotcell.robot.robot import flange_poses
-from robotcell.search_placement import find_place, format_place, place_of, room_of, targets_of, with_place
+from robotcell.search_placement import find_place, room_of, targets_of
 from robotcell.track import CellReport, track
 
 _FILE = Path("cell.yaml")

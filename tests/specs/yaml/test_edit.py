@@ -169,3 +169,8 @@ def test_a_number_or_word_replaced_in_its_line_reads_as_the_round_trip_writes_it
     quick = {path: set_value(text, path, value) for path, value in changes[::9]}
     monkeypatch.setattr("specs.yaml.edit._replace_in_line", lambda *_: None)
     assert quick == {path: set_value(text, path, value) for path, value in changes[::9]}
+
+
+def test_a_key_that_is_a_number_is_found():
+    text = "tools:\n  1: {tcp: [0, 0, 600]} # the long one\n  2: {tcp: [0, 0, 180]}\n"
+    assert set_value(text, ("tools", "1", "tcp"), [0, 0, 180]) == text.replace("600", "180")

@@ -1,0 +1,230 @@
+"""Edits of a cell's file: its board, a fixture or an orifice elsewhere, wider limits of joints. Millimetres."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcell.cell.load import CELL
+from robotcell.cell.spec import (
+    HELD_BY,
+    BodySpec,
+    BoxSpec,
+    CapsuleSpec,
+    CylinderSpec,
+    HeldBy,
+    Hold,
+    HoseSpec,
+    MeshSpec,
+    Place,
+    Point,
+    ToolSpec,
+)
+from robotcell.errors import CellError
+from robotcell.robot.poses import roll_pitch_yaw
+from robotcell.robot.robot import Poses
+from specs.errors import EditError
+from specs.yaml.edit import set_value
+from specs.yaml.located import YamlPath, read_yaml, spell_path
+from specs.yaml.tree import Tree
+
+PointChange: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Moves points (k, 3)."""
+
+
+@dataclass(frozen=True, slots=True)
+class CellEdit:
+    """A value written into a cell's file."""
+
+    path: YamlPath
+    value: Tree
+
+    def __str__(self) -> str:
+        """Give the key and its value, as in ``board.pose: {xyz_mm: [400, -50, 150]}``."""
+        return f"{spell_path(self.path)}: {_flow(self.value)}"
+
+
+def apply_edits(text: str, edits: Iterable[CellEdit], file: Path) -> str:
+    """Write edits into the text of a cell; nothing else changes, comments stay.
+
+    Raises:
+        CellError: a key is shared with another one by an anchor.
+    """
+    try:
+        for edit in edits:
+            text = set_value(text, edit.path, edit.value)
+    except EditError as error:
+        raise CellError(str(error), file=file) from None
+    return text
+
+
+def place_of(T_cell_held: Poses) -> Place:
+    """Round a pose as it is written: tenths of a millimetre, hundredths of a degree."""
+    x, y, z = (round(1e3 * float(value), 1) + 0.0 for value in T_cell_held[:3, 3])
+    roll, pitch, yaw = (round(float(np.degrees(value)), 2) + 0.0 for value in roll_pitch_yaw(T_cell_held))
+    return Place(xyz_mm=(x, y, z), rpy_deg=(roll, pitch, yaw))
+
+
+def format_place(place: Place, held_by: HeldBy = HELD_BY) -> str:
+    """Format ``board`` with the pose of its held point as YAML."""
+    hold = "" if held_by == HELD_BY else f"  hold: {held_by}\n"
+    return f"board:\n{hold}  pose: {_flow(_place_tree(place))}\n"
+
+
+def with_place(text: str, place: Place, file: Path, held_by: HeldBy = HELD_BY) -> str:
+    """Write the pose of the held point under ``board`` of a cell's text; nothing else changes, comments stay.
+
+    Args:
+        text: The cell's file.
+        place: The pose of the held point.
+        file: Name in errors.
+        held_by: That point.
+
+    Raises:
+        CellError: ``board`` is shared with another key by an anchor.
+    """
+    board = read_yaml(text, file, CELL).get("board")
+    names_point = board is not None and board.get("hold") is not None
+    hold: dict[str, Tree] = {"hold": held_by} if names_point or held_by != HELD_BY else {}
+    return apply_edits(text, [CellEdit(("board",), {**hold, "pose": _place_tree(place)})], file)
+
+
+def board_edit(hold: Hold, place: Place) -> CellEdit:
+    """Give the edit that holds the board at another place, by the same point; measured points are replaced."""
+    if hold.pose is not None:
+        return CellEdit(("board", "pose"), _place_tree(place))
+    held: dict[str, Tree] = {} if hold.held_by == HELD_BY else {"hold": hold.held_by}
+    return CellEdit(("board",), {**held, "pose": _place_tree(place)})
+
+
+def base_edit(T_cell_base: Poses) -> CellEdit:
+    """Give the edit that puts the robot's base elsewhere."""
+    return CellEdit(("base",), _place_tree(place_of(T_cell_base)))
+
+
+def tcp_edit(number: int, T_flange_tcp: Poses) -> CellEdit:
+    """Give the edit that puts a tool's orifice elsewhere on the flange."""
+    return CellEdit(("tools", str(number), "tcp"), _place_tree(place_of(T_flange_tcp)))
+
+
+def moved_body_edits(path: YamlPath, spec: BodySpec, offset_mm: Sequence[float]) -> tuple[CellEdit, ...]:
+    """Give the edits that move a body of a cell's file along the axes of what carries it."""
+    return _edits_between(path, spec, _with_points(spec, lambda points: points + np.array(offset_mm)))
+
+
+def longest_rod_mm(tool: ToolSpec) -> tuple[float, float] | None:
+    """Give where the longest rod of a tool begins and ends along the flange's z; ``None`` where it has no rod."""
+    ends = [
+        sorted((body.from_mm[2], body.to_mm[2]))
+        for body in tool.bodies.values()
+        if isinstance(body, CapsuleSpec | CylinderSpec)
+    ]
+    if not ends:
+        return None
+    low, high = max(ends, key=lambda pair: (pair[1] - pair[0], -pair[0]))
+    return (low, high)
+
+
+def lengthened_tool(tool: ToolSpec, by_mm: float) -> ToolSpec | None:
+    """Give a tool whose orifice is farther along the flange's z, or nearer where ``by_mm`` is negative.
+
+    Its longest rod takes the difference, and what is beyond its end moves along with the orifice. Bodies that all end
+    before a nearer orifice stay as they are.
+
+    Returns:
+        ``None`` where no rod is long enough to be shortened so far.
+    """
+    x, y, z = tool.tcp.xyz_mm
+    bodies, rod = tool.bodies, longest_rod_mm(tool)
+    ends = [float(_points_of(body)[:, 2].max()) for body in bodies.values()]
+    if by_mm < 0.0 and z + by_mm <= 0.0:
+        return None
+    if rod is not None and max(ends, default=0.0) > z + min(by_mm, 0.0):
+        low, high = rod
+        if high + by_mm < low + 1.0:
+            return None
+
+        def stretched(points: NDArray[np.float64]) -> NDArray[np.float64]:
+            z = points[:, 2]
+            z = np.where(z >= high - 1e-9, z + by_mm, np.minimum(z, max(high + by_mm, low)))
+            return np.column_stack((points[:, :2], z))
+
+        bodies = {name: _with_points(body, stretched) for name, body in bodies.items()}
+    tcp = tool.tcp.model_copy(update={"xyz_mm": (x, y, _tenths(z + by_mm))})
+    return tool.model_copy(update={"tcp": tcp, "bodies": bodies})
+
+
+def tool_edits(number: int, before: ToolSpec, after: ToolSpec) -> tuple[CellEdit, ...]:
+    """Give the edits that turn a tool of a cell's file into another: its orifice, and the bodies that differ."""
+    path: YamlPath = ("tools", str(number))
+    edits = [CellEdit((*path, "tcp", "xyz_mm"), _point_tree(after.tcp.xyz_mm))]
+    for name, body in after.bodies.items():
+        edits += _edits_between((*path, "bodies", name), before.bodies[name], body)
+    return tuple(edits)
+
+
+def _points_of(spec: BodySpec) -> NDArray[np.float64]:
+    """(k, 3) the points that place a body."""
+    match spec:
+        case BoxSpec() | MeshSpec():
+            return np.array([spec.at.xyz_mm])
+        case CapsuleSpec() | CylinderSpec():
+            return np.array([spec.from_mm, spec.to_mm])
+        case HoseSpec():
+            return np.array(spec.along_mm)
+
+
+def _with_points(spec: BodySpec, change: PointChange) -> BodySpec:
+    points = [(_tenths(x), _tenths(y), _tenths(z)) for x, y, z in change(_points_of(spec)).tolist()]
+    match spec:
+        case BoxSpec() | MeshSpec():
+            return spec.model_copy(update={"at": spec.at.model_copy(update={"xyz_mm": points[0]})})
+        case CapsuleSpec() | CylinderSpec():
+            return spec.model_copy(update={"from_mm": points[0], "to_mm": points[1]})
+        case HoseSpec():
+            return spec.model_copy(update={"along_mm": points})
+
+
+def _edits_between(path: YamlPath, before: BodySpec, after: BodySpec) -> tuple[CellEdit, ...]:
+    """Give the edits of the points in which two specifications of one body differ."""
+    if before == after:
+        return ()
+    match after:
+        case BoxSpec() | MeshSpec():
+            return (CellEdit((*path, "at", "xyz_mm"), _point_tree(after.at.xyz_mm)),)
+        case CapsuleSpec() | CylinderSpec():
+            ends = (("from_mm", after.from_mm), ("to_mm", after.to_mm))
+            return tuple(
+                CellEdit((*path, key), _point_tree(point)) for key, point in ends if getattr(before, key) != point
+            )
+        case HoseSpec():
+            return (CellEdit((*path, "along_mm"), [_point_tree(point) for point in after.along_mm]),)
+
+
+def _tenths(value: float) -> float:
+    return round(float(value), 1) + 0.0
+
+
+def _point_tree(point: Point) -> Tree:
+    return [_number(value) for value in point]
+
+
+def _place_tree(place: Place) -> dict[str, Tree]:
+    turned: dict[str, Tree] = {"rpy_deg": _point_tree(place.rpy_deg)} if any(place.rpy_deg) else {}
+    return {"xyz_mm": _point_tree(place.xyz_mm), **turned}
+
+
+def _number(value: float) -> float | int:
+    return int(value) if value == int(value) else value
+
+
+def _flow(value: Tree) -> str:
+    """Write a value on one line, as YAML."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_flow(inner)}" for key, inner in value.items()) + "}"
+    if isinstance(value, list):
+        return f"[{', '.join(_flow(item) for item in value)}]"
+    return str(value)

@@ -1,0 +1,126 @@
+"""Cells that no motion can do are refused by cheap rules, before any search, with the cause and the edit that helps."""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+from hostile_cells import KINDS, hostile_text, read_text
+from tracked import line_program
+
+import robotcell.track
+from boards.board import Board
+from boards.load import board_library, load_board
+from robotcell.cell.cell_edits import CellEdit, apply_edits
+from robotcell.cell.hold import hold_board
+from robotcell.cell.load import LoadedCell
+from robotcell.diagnosis.findings import PathInCell
+from robotcell.diagnosis.refusals import find_refusal
+from robotcell.motion.cell_queries import build_queries
+from robotcell.motion.plan_joints import OutOfReach, plan_motion
+from robotcell.motion.sampled_path import sample_path
+from robotcell.track import CellReport, terms_of, track
+from specs.progress import no_progress
+
+ROBOTS = ("ur5e-bench", "kr6-bench", "irb1200-bench", "gantry")
+CAUSES = {
+    "far": ("board-out-of-reach", "mm from the first joint"),
+    "long-tool": ("out-of-reach", "out of the robot's reach"),
+    "tight": ("joint-limit", "beyond a joint's limit: wrist_1 by"),
+    "upside-down": ("board-upside-down", "top faces down"),
+    "table-through-base": ("collision", "collides with table"),
+    "shadow": ("out-of-reach", "out of the robot's reach"),
+    "post": ("collision", "collides with post"),
+}
+REMEDIES = {
+    "far": "board moved by -",
+    "long-tool": "mm shorter",
+    "tight": "limits of wrist_1 from",
+    "upside-down": "turned over",
+    "table-through-base": "table moved by -",
+    "shadow": "board moved by",
+    "post": "moved by",
+}
+
+
+@cache
+def board() -> Board:
+    return load_board(board_library()["tiny"])
+
+
+def checked(loaded: LoadedCell) -> CellReport:
+    return track(line_program(), loaded.cell, board(), terms=terms_of(loaded))
+
+
+def hostile(name: str, kind: str) -> LoadedCell:
+    return hold_board(read_text(hostile_text(name, kind)), board())
+
+
+def errors(report: CellReport) -> list[str]:
+    return [finding.message for finding in report.findings if finding.severity == "error"]
+
+
+@pytest.fixture
+def no_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise AssertionError("a motion was searched")
+
+    monkeypatch.setattr(robotcell.track, "plan_motion", refuse)
+
+
+@pytest.mark.usefixtures("no_search")
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_hostile_cell_is_refused_without_a_search_with_cause_and_remedy_by_name(kind: str) -> None:
+    report = checked(hostile("ur5e-bench", kind))
+    found = {(finding.rule.id, finding.message) for finding in report.findings if finding.severity == "error"}
+    rule, words = CAUSES[kind]
+    assert any(each == rule and words in message for each, message in found), found
+    (remedy,) = [finding.message for finding in report.findings if finding.rule.id == "cell-remedy"]
+    assert REMEDIES[kind] in remedy
+    assert "Write in the cell: " in remedy
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_edit_that_is_named_makes_the_program_possible(name: str, kind: str) -> None:
+    if (name, kind) == ("gantry", "shadow"):
+        pytest.skip("a gantry has no shadow")
+    text = hostile_text(name, kind)
+    report = checked(hold_board(read_text(text), board()))
+    assert errors(report)
+    assert report.remedy is not None
+    mended = apply_edits(text, report.remedy.edits, Path(name))
+    assert errors(checked(hold_board(read_text(mended), board()))) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["kr6-bench", "ur5e-bench"])
+def test_what_the_rules_refuse_no_search_can_do(name: str) -> None:
+    """Places from well within reach to well beyond it: the rules refuse only where the search finds nothing."""
+    program, refused, done = line_program(), 0, 0
+    for x in (-200.0, 100.0, 250.0, 400.0, 550.0, 650.0, 800.0):
+        text = apply_edits(hostile_text(name, "far"), [_at(x)], Path(name))
+        loaded = hold_board(read_text(text), board())
+        path = sample_path(program, loaded.cell, loaded.round_nozzles, {})
+        queries = build_queries(program, loaded.cell, board(), [loaded.cell.T_cell_board])
+        refusal = find_refusal(PathInCell(queries, path), 0.0)
+        motion = plan_motion(queries, path, 0.0, no_progress)
+        flawless = not isinstance(motion, OutOfReach) and not any(
+            len(each) for each in (motion.hits, motion.lost, motion.discontinuities, motion.blocked)
+        )
+        assert refusal is None or not flawless
+        refused, done = refused + (refusal is not None), done + flawless
+    assert refused
+    assert done
+
+
+def _at(x: float) -> CellEdit:
+    return CellEdit(("board", "pose", "xyz_mm"), [x, -50, 250])
+
+
+def test_a_fixture_inside_the_base_is_refused_and_one_that_carries_it_is_not() -> None:
+    text = hostile_text("kr6-bench", "far")
+    for z, through in ((-20, False), (-5, False), (150, True)):
+        moved = text.replace("at: {xyz_mm: [350, 0, -20]}", f"at: {{xyz_mm: [350, 0, {z}]}}")
+        report = checked(hold_board(read_text(moved), board()))
+        assert ("fixture-in-base" in {finding.rule.id for finding in report.findings}) is through
