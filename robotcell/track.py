@@ -145,7 +145,7 @@ class _Trial:
     report: CellReport
     path: SampledPath
     nodes: Indices
-    """Samples that were looked at."""
+    """Samples at which configurations are chosen."""
     wrong: Indices | None
     """Those that are not reached or not clear; ``None`` where there are none."""
     refusal: Refusal | None = None

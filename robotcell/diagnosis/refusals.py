@@ -43,7 +43,7 @@ class Refusal:
 
     findings: tuple[Finding, ...]
     nodes: Indices
-    """Samples of the path that were looked at."""
+    """Samples of the path at which the search chooses configurations."""
     wrong: Indices
     """Those that are not reached, or not clear."""
     through_base: tuple[str, ...] = ()
@@ -64,18 +64,18 @@ def find_refusal(subject: PathInCell, tilt: float) -> Refusal | None:
     through = fixtures_through_base(subject.queries.colliders[0], DEEP_M)
     if through:
         findings = tuple(_describe_through_base(name) for name in through)
-        return Refusal(findings, nodes.sample[own], nodes.sample[own[:1]], through)
+        return Refusal(findings, nodes.sample, nodes.sample[own[:1]], through)
     chosen = _chosen_nodes(subject, nodes, own)
     states = _states_at(subject, nodes, chosen)
     if len(_empty(states, chosen)):
         every = own[np.unique(np.linspace(0, len(own) - 1, min(len(own), _MOST_REPORTED)).astype(np.int64))]
         every = np.union1d(every, chosen)
         wrong = nodes.sample[_empty(_states_at(subject, nodes, every), every)]
-        return Refusal(tuple(unreachable(subject, wrong)), nodes.sample[every], wrong)
+        return Refusal(tuple(unreachable(subject, wrong)), nodes.sample, wrong)
     blocked = chosen[:0] if tilt > 0.0 else _blocked(subject, nodes, states, chosen)
     if len(blocked):
         findings = tuple(_describe_blocked(subject, nodes, blocked, len(chosen)))
-        return Refusal(findings, nodes.sample[chosen], nodes.sample[blocked])
+        return Refusal(findings, nodes.sample, nodes.sample[blocked])
     return None
 
 

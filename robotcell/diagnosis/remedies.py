@@ -112,9 +112,9 @@ class _Case:
 
 
 def sample_points(path: SampledPath, nodes: Indices, wrong: Indices) -> Points:
-    """Choose samples of a path, of those that are wrong and those that spray; with the board as the cell holds it."""
+    """Choose samples of a path, of those that are wrong and of all; with the board as the cell holds it."""
     chosen: list[Indices] = []
-    for samples in (wrong, nodes[path.jet_on[nodes]]):
+    for samples in (wrong, nodes):
         own = samples[path.placement[samples] == 0]
         if len(own):
             chosen.append(own[spread_samples(path, own, _MOST_TARGETS // 2)])
