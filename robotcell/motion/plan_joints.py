@@ -235,12 +235,12 @@ def _close_repeats(search: Search, choice: Choice) -> bool:
 
 
 def _is_final(search: Search, choice: Choice, motion: Motion) -> bool:
-    """Whether no other choice can be without flaws: a search anew has fewer states and pairs to choose from.
-
-    One that collides is chosen only where all of a node do, and a discontinuity only where no states follow each other.
-    """
-    collides = len(motion.hits) > 0 and (search.known.verdict[choice.state] == HITS).any()
-    return bool(collides or choice.discontinuities.any())
+    """Whether every state of some node collides, and the motion does: no other choice can be clear there."""
+    if not len(motion.hits):
+        return False
+    first, verdict = search.states.ladder.first, search.known.verdict
+    nodes = np.flatnonzero(verdict[choice.state] == HITS).tolist()
+    return any(bool(np.all(verdict[first[node] : first[node + 1]] == HITS)) for node in nodes)
 
 
 def _note_flaws(search: Search, choice: Choice, motion: Motion) -> bool:
