@@ -169,6 +169,8 @@ class ReadFrame:
     """Whether the program refuses to start, or takes no notice, where the speed override is not 100 %.
 
     ``None`` where the language cannot read it."""
+    reads_sensors: bool = True
+    """Whether the language can wait for a quantity."""
 
 
 @dataclass(frozen=True, slots=True)

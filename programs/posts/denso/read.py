@@ -17,6 +17,8 @@ _EXIT = rf"If {N} \* IOW\[\d+\] \+ {N} >= {N} Then Exit For"
 class PacScriptReader(Reader):
     """Subprograms, tools and works, and the move that goes on while the program does."""
 
+    handlers = frozenset({"main", "On Error"})
+
     def __init__(self) -> None:
         super().__init__()
         self.frames: dict[tuple[str, str], Pose] = {}
@@ -47,6 +49,17 @@ class PacScriptReader(Reader):
             rf"Move ([PL]), @0 {_POSE}, -1\), Speed = 10": self.reach_pose,
             rf"Move P, @0 J\(({NUMBER}(?:, {NUMBER})*)\), Speed = 10": self.move_joints,
             r"Delay (\d+)": self.delay,
+            r"Call shut_valves": self.shut("main"),
+            r"If I\[99\] <= (\d+) Then Call (\w+)": lambda match: (
+                self.run(match[2]) if self.begin_part(match[1]) else None
+            ),
+            r"If I\[99\] = (\d+) Then": lambda match: self.enter(match[1], "End If"),
+            r'If CurExtSpd <> 100 Then Halt "[^"]*"': self.guard,
+            r"Wait IO\[(\d+)\] = (On|Off), (\d+), I\[98\]": self.wait_contact,
+            rf"Wait {N} \* IOW\[(\d+)\] \+ {N} >= {N}, (\d+), I\[98\]": self.wait_sensor,
+            r"On Error GoTo \*Fault": self.read_fault,
+            r"Exit Sub": self.leave,
+            r"End If|I\[99\] = 1": skip,
             r"Call (\w+)": self.call,
             r"For (nLoop\d+) = 1 To (\d+)": self.begin_loop,
             r"Next nLoop\d+": self.end_repeat,
@@ -60,6 +73,27 @@ class PacScriptReader(Reader):
         if not statement.startswith(("Move L", "Set ", "Reset ", "IO", "Arrive ")):
             self.moving = False
         super().execute(statement)
+
+    def wait_contact(self, match: re.Match[str]) -> None:
+        """Wait for an input, and halt where that takes too long."""
+        self.pass_on(r'If I\[98\] = 0 Then Halt "[^"]*"')
+        self.wait_for(match[1], match[2] == "On", float(match[3]) / 1000.0)
+
+    def wait_sensor(self, match: re.Match[str]) -> None:
+        """Wait for a quantity, and halt where that takes too long."""
+        self.pass_on(r'If I\[98\] = 0 Then Halt "[^"]*"')
+        scale, sensor, offset, least, milliseconds = match.groups()
+        self.wait_least(sensor, (scale, offset, least), float(milliseconds) / 1000.0)
+
+    def read_fault(self, match: re.Match[str]) -> None:
+        """Read where errors lead: the end of Main, which shuts the valves."""
+        if self.routines[self.routine][-4:-1] != ["Exit Sub", "*Fault:", "Call shut_valves"]:
+            raise ProgramError("errors do not lead to what shuts the valves.")
+        self.shut_by.add("On Error")
+
+    def leave(self, match: re.Match[str]) -> None:
+        """Leave Main; what errors lead to follows."""
+        self.at = len(self.routines[self.routine]) - 1
 
     def move(self, match: re.Match[str]) -> None:
         """Move in a line."""

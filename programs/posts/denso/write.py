@@ -8,7 +8,6 @@ from programs.posts.dialect import ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
-from programs.posts.writing.heading import list_outputs
 from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.posts.writing.wording import cut, fixed, indent, join_lines, pose_words, short
 
@@ -35,14 +34,24 @@ class PacScript(Syntax):
     by_joints = "Move P, @0 {}, Speed = 10"
     straight = "Move L, @0 {}, Speed = 10"
     home_comment = " ' home"
+    start = "I[99]"
+    start_words = "enter in {start}"
+    states = ("Off", "On")
+    part_form = ("If {start} <= {number} Then {call}",)
+    enter_begin = ("If {start} = {number} Then", "  {start} = 1")
+    enter_end = ("End If",)
+    guard = ('If CurExtSpd <> 100 Then Halt "speed is not 100 percent"',)
+    wait_contact = ("Wait IO[{input}] = {state}, {ms}, I[98]", 'If I[98] = 0 Then Halt "{message}"')
+    wait_sensor = ("Wait {reading} >= {least}, {ms}, I[98]", 'If I[98] = 0 Then Halt "{message}"')
     loop_begin = ("For {counter} = 1 To {count}",)
     loop_end = ("{condition}", "Next {counter}")
     sensed = "  If {reading} >= {least} Then Exit For"
     reading = "{scale} * IOW[{number}] + {offset}"
-    last = ("GiveArm",)
+    last = ("GiveArm", "Exit Sub", "*Fault:", "Call shut_valves", 'Halt "fault, valves shut"')
     rounds_groups = True
     reserved = frozenset({
         "main", "sub", "end", "move", "tool", "work", "call", "next", "arrive", "speed", "home", "loop", "set", "reset",
+        "shut_valves", "fault",
     })  # fmt: skip
     longest_name = 32
     longest_title = 29
@@ -78,15 +87,25 @@ class PacScript(Syntax):
     def prepare(self) -> Iterator[str]:
         """Take the arm, and set speeds, tools and works."""
         yield from (f"Dim nLoop{number} As Integer" for number in self.loops)
+        yield "On Error GoTo *Fault"
         yield from ("TakeArm Keep = 0", "Speed 100", "Accel 100, 100")
         for kind, number, name, pose in self.slots.entries(self.installation):
             yield f"{'Tool' if kind == 'tool' else 'Work'} {number}, {_frame(pose)} ' {cut(name, 40)}"
 
+    def setup(self) -> Iterator[str]:
+        """State what the integrator has to set up."""
+        yield "supervisory task or PLC: shut the valves while no program runs; a stop keeps outputs"
+        for wait in self.installation.waits:
+            if wait.watched and wait.contact is not None:
+                yield f"IO[{wait.contact.number}] to the PLC, which stops the robot: {wait.words}"
+        yield "I[98] and I[99] are used; I[99] is the part to start at; percent of Speed in the two definitions below"
+        yield "Tool and Work are set by Main under the numbers there: compare them with yours; ExtSpeed 100"
+
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one file, or a file for each subprogram and one that calls them."""
         units = "Units: mm, degrees; positions in the board's CAD frame (Work), RX RY RZ about the fixed x, y, z."
-        head = self.heading(*list_outputs(self.motion), units)
-        top = [_title(self.name), *head, *_SPEEDS, "", *_sub("Main", main.body)]
+        head = self.heading(units)
+        top = [_title(self.name), *head, *_SPEEDS, "", *_sub("Main", main.body), *_sub(self.shut_name, self.shut())]
         if self.fits_one_file:
             inside = [line for each in routines for line in _sub(each.name, each.body)]
             return {f"{self.name}.pcs": join_lines([*top, *inside])}

@@ -13,11 +13,14 @@ from programs.posts.writing.angles import from_moving_zyx
 _XY = rf"XY\(((?:{NUMBER}, ){{5}}{NUMBER})\)"
 _OUTPUT = rf"(?:(On|Off) (\d+)|(Out|AIO_Out) (\d+), {N})"
 _PARALLEL = re.compile(rf"D(\d+); {_OUTPUT}(?:; |$)")
+_STOP = r'Call stop_job\("[^"]*"\)'
 _WHILE = rf"Loop While (nLoop\d+) < (\d+)(?: And {N} \* AIO_In\(\d+\) \+ {N} < {N})?"
 
 
 class SpelReader(Reader):
     """Functions, tools and locals."""
+
+    handlers = frozenset({"main", "stop_job", "Error", "Emergency", "Abort"})
 
     def __init__(self) -> None:
         super().__init__()
@@ -27,8 +30,9 @@ class SpelReader(Reader):
     def load(self, files: ProgramFiles) -> str:
         """Sort the functions."""
         lines = (line for file, text in files.items() for line in statements_of(file, text, "'"))
-        for line in self.sort(lines, r"Function (\w+)", "Fend"):
-            raise refusal(line, "stands outside a function")
+        for line in self.sort(lines, r"Function (\w+)(?:\(text\$ As String\))?", "Fend"):
+            if line != "Global Preserve Integer nStart":
+                raise refusal(line, "stands outside a function")
         return "main"
 
     def grammar(self) -> dict[str, Action]:
@@ -42,6 +46,17 @@ class SpelReader(Reader):
             rf"AccelR {N}, {NUMBER}": lambda match: self.state(turn_acceleration_deg_s2=float(match[1])),
             _OUTPUT: lambda match: self.switch(*_switched(match.groups())),
             rf"Wait {N}": self.pause,
+            r"Call shut_valves": self.shut("main"),
+            r"(On|Off) (\d+), Forced": lambda match: self.switch(*_switched((*match.groups(), None, None, None))),
+            r"If nStart <= (\d+) Then Call (\w+)": lambda match: (
+                self.run(match[2]) if self.begin_part(match[1]) else None
+            ),
+            r"If nStart = (\d+) Then": lambda match: self.enter(match[1], "EndIf"),
+            rf"If SpeedFactor <> 100 Then {_STOP}": self.guard,
+            rf"Wait Sw\((\d+)\) = (On|Off), {N}": self.wait_contact,
+            r"TmReset 0": self.wait_sensor,
+            r"Trap (?:(\d+), Sw\((\d+)\) = (On|Off)|(Error|Emergency|Abort)) Xqt on_fault": self.trap,
+            r"EndIf|nStart = 1": skip,
             r"Call (\w+)": self.call,
             r"Do": self.begin_loop,
             _WHILE: self.end_repeat,
@@ -50,6 +65,38 @@ class SpelReader(Reader):
             rf"Go JA\(({NUMBER}(?:, {NUMBER})*)\)": self.move_joints,
             rf"nLoop(\d+) = (?:0|nLoop\1 \+ 1)|{settings}": skip,
         }
+
+    def wait_contact(self, match: re.Match[str]) -> None:
+        """Wait for an input, and stop where that takes too long."""
+        self.pass_on(rf"If TW = True Then {_STOP}")
+        self.read_stop()
+        self.wait_for(match[1], match[2] == "On", float(match[3]))
+
+    def wait_sensor(self, match: re.Match[str]) -> None:
+        """Wait for a quantity, and stop where that takes too long."""
+        least = rf"{N} \* AIO_In\((\d+)\) \+ {N} < {N}"
+        waits, _, _, looks = self.pass_on(
+            rf"Do While {least} And Tmr\(0\) < {N}", r"Wait 0\.1", "Loop", rf"If {least} Then {_STOP}"
+        )
+        scale, sensor, offset, value, seconds = waits.groups()
+        if looks.groups() != waits.groups()[:-1]:
+            raise ProgramError("what is waited for is not what is looked at then.")
+        self.read_stop()
+        self.wait_least(sensor, (scale, offset, value), float(seconds))
+
+    def read_stop(self) -> None:
+        """Read the function that ends the program."""
+        self.expect("stop_job", "Call shut_valves", r"Print .*", "Quit All")
+        self.shut_by.add("stop_job")
+
+    def trap(self, match: re.Match[str]) -> None:
+        """Have the fault routine run at an event."""
+        self.read_stop()
+        self.expect("on_fault", "Call shut_valves", r"Print .*", "Quit All")
+        if match[4]:
+            self.shut_by.add(match[4])
+        else:
+            self.watched.append((match[2], match[3] == "Off"))
 
     def begin_loop(self, match: re.Match[str]) -> None:
         """Begin a loop whose counter is the first thing in it."""

@@ -7,7 +7,6 @@ from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.writing.angles import moving_zyx
 from programs.posts.writing.driver import Routine, Syntax
-from programs.posts.writing.heading import list_outputs
 from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import cut, fixed, indent, join_lines, make_name, pose_words
@@ -30,6 +29,20 @@ class Spel(Syntax):
     by_joints = "Go {}"
     straight = "Move {}"
     home_comment = " ' home"
+    states = ("Off", "On")
+    part_form = ("If {start} <= {number} Then {call}",)
+    enter_begin = ("If {start} = {number} Then", "  {start} = 1")
+    enter_end = ("EndIf",)
+    guard = ('If SpeedFactor <> 100 Then Call stop_job("speed factor is not 100")',)
+    wait_contact = ("Wait Sw({input}) = {state}, {seconds}", 'If TW = True Then Call stop_job("{message}")')
+    wait_sensor = (
+        "TmReset 0",
+        "Do While {reading} < {least} And Tmr(0) < {seconds}",
+        "  Wait 0.1",
+        "Loop",
+        'If {reading} < {least} Then Call stop_job("{message}")',
+    )
+    watch = ("Trap {index}, Sw({input}) = {other} Xqt on_fault",)
     loop_begin = ("{counter} = 0", "Do", "  {counter} = {counter} + 1")
     loop_end = ("Loop While {condition}",)
     counted = "{counter} < {count}"
@@ -39,7 +52,7 @@ class Spel(Syntax):
     rounds_groups = True
     reserved = frozenset({
         "main", "function", "fend", "tool", "local", "home", "move", "go", "wait", "call", "do", "loop", "start",
-        "reset",
+        "reset", "shut_valves", "stop_job", "on_fault", "nstart",
     })  # fmt: skip
     longest_name = 32
     longest_title = 29
@@ -69,12 +82,35 @@ class Spel(Syntax):
         for kind, number, name, pose in self.slots.entries(self.installation):
             yield f"{'TLSet' if kind == 'tool' else 'Local'} {number}, {_xy(pose)} ' {cut(name, 40)}"
 
+    def shut(self) -> list[str]:
+        """Shut the valves in an emergency stop too, in which outputs are not set otherwise."""
+        return [f"{line}, Forced" for line in super().shut()]
+
+    def begin_production(self) -> Iterator[str]:
+        """Have the fault routine run at errors, aborts and emergency stops."""
+        yield from (f"Trap {event} Xqt on_fault" for event in ("Error", "Emergency", "Abort"))
+        yield from super().begin_production()
+
+    def setup(self) -> Iterator[str]:
+        """State what the integrator has to set up."""
+        yield "preferences: outputs off at an emergency stop; a background task shuts the valves while no task runs"
+        yield "trap numbers below 5 are free; nStart, the part to start at, is kept when the controller is switched off"
+        yield "AccelS and AccelR of this arm in main; the option for analog I/O where it is used"
+
+    def faults(self) -> list[str]:
+        """Write the functions that shut the valves."""
+        shut = f"Call {self.shut_name}"
+        stop = indent([shut, 'Print "Washboard: ", text$', "Quit All"])
+        fault = [shut, 'Print "Washboard: fault, valves shut"', "Quit All"]
+        stopping = ["Function stop_job(text$ As String)", *stop, "Fend", ""]
+        return [*_function(self.shut_name, self.shut()), *stopping, *_function("on_fault", fault)]
+
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one file, or a file for each function and one with main."""
         units = "Units: mm, mm/s, deg/s; points in the board's CAD frame (Local), U V W about z, y', x''."
-        head = self.heading(*list_outputs(self.motion), units)
+        head = self.heading(units)
         texts = {each.name: _function(each.name, each.body) for each in routines}
-        start = [*head, *_function("main", main.body)]
+        start = [*head, "Global Preserve Integer nStart", "", *_function("main", main.body), *self.faults()]
         name = make_name(self.motion.origin.board, self.longest_name, self.names.taken)
         if self.fits_one_file:
             return {f"{name}.prg": join_lines([*start, *(line for text in texts.values() for line in text)])}

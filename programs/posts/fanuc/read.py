@@ -30,6 +30,8 @@ _KINDS = {"DO": "digital", "GO": "group", "AO": "analog"}
 class TpReader(Reader):
     """All programs with their positions, and the controller's tables."""
 
+    handlers = frozenset({"main", "BG logic"})
+
     def __init__(self) -> None:
         super().__init__()
         self.positions: dict[tuple[str, str], tuple[str, str, Pose | tuple[float, ...]]] = {}
@@ -45,6 +47,7 @@ class TpReader(Reader):
             self.load_program(name, f"{name}.ls", text)
         enters = [name for name, text in programs.items() if re.search(_ENTERED, text)]
         main = next(iter(programs), "")
+        self.shut_name = next((name for name in programs if name.endswith("_SH")), self.shut_name)
         self.routines["(all)"] = [*(f"CALL {name}" for name in enters), f"CALL {main}"]
         return "(all)"
 
@@ -74,6 +77,13 @@ class TpReader(Reader):
         """List the instructions."""
         return {
             rf"L P\[(\d+)\] (\d+)(mm/sec|deg/sec) (FINE|CNT\d+)(?: TB {_N}sec,{_ASSIGNMENT})?": self.move,
+            rf"CALL {self.shut_name}": self.shut("main"),
+            r"IF R\[89\]<=(\d+),CALL (\w+)": lambda match: self.run(match[2]) if self.begin_part(match[1]) else None,
+            r"IF R\[89\]<>(\d+),JMP LBL\[99\]": lambda match: self.enter(match[1], r"LBL\[99\]"),
+            r"R\[88\]=\$MCR\.\$GENOVERRIDE": self.refuse_override,
+            r"\$WAITTMOUT=(\d+)": self.wait_contact,
+            r"R\[88\]=0": self.wait_sensor,
+            r"LBL\[99\]|R\[89\]=1": skip,
             r"!.*": skip,
             r"J P\[(\d+)\] \d+% FINE": lambda match: self.move_to(self.position(match[1])),
             r"(UFRAME|UTOOL)_NUM=(\d+)": self.use_frame,
@@ -82,12 +92,56 @@ class TpReader(Reader):
             r"LBL\[(\d+)\]": self.begin_loop,
             _AGAIN: self.end_repeat,
             r"CALL ([A-Z]\w*)": self.call,
-            rf"PR\[\d+,([1-6])\]={_M}": self.enter,
+            rf"PR\[\d+,([1-6])\]={_M}": self.enter_value,
             _ENTERED: self.enter_frame,
             rf"PR\[\d+\]=LPOS|R\[\d+\]=0|R\[\d+\]=R\[\d+\]\+1|{_SCALED}|{_SHIFTED}": skip,
         }
 
-    def enter(self, match: re.Match[str]) -> None:
+    def read_shut(self) -> tuple[str, ...]:
+        """Give the outputs that the fault routine shuts; the BG logic has to shut the same."""
+        name = next((each for each in self.routines if each.endswith("_BG")), "")
+        stopped: set[str] = set()
+        for statement in self.routines.get(name, []):
+            found = re.fullmatch(r"IF \((?:!UO\[3\]|DI\[(\d+)\]=(ON|OFF))\),DO\[(\d+)\]=\(OFF\)", statement)
+            if found is None:
+                raise refusal(statement, "does not belong to the BG logic")
+            if found[1] is None:
+                stopped.add(f"digital {found[3]}")
+            elif (found[1], found[2] == "OFF") not in self.watched:
+                self.watched.append((found[1], found[2] == "OFF"))
+        self.shut_by.add("BG logic")
+        shut = super().read_shut()
+        if stopped != set(shut):
+            raise ProgramError(f"the BG logic shuts {sorted(stopped)}, not {sorted(shut)}.")
+        return shut
+
+    def refuse_override(self, match: re.Match[str]) -> None:
+        """Refuse to start where the speed override is not 100 %."""
+        self.pass_on(r"IF R\[88\]=100,JMP LBL\[88\]", r"MESSAGE\[.*\]", "ABORT", r"LBL\[88\]")
+        self.guards_override = True
+
+    def wait_contact(self, match: re.Match[str]) -> None:
+        """Wait for an input, and abort where that takes too long."""
+        waits, goes, late, _, _, ready = self.pass_on(
+            r"WAIT DI\[(\d+)\]=(ON|OFF) TIMEOUT,LBL\[(\d+)\]", r"JMP LBL\[(\d+)\]", r"LBL\[(\d+)\]", r"MESSAGE\[.*\]",
+            "ABORT", r"LBL\[(\d+)\]",
+        )  # fmt: skip
+        if waits[3] != late[1] or goes[1] != ready[1]:
+            raise ProgramError(f"{waits[0]} does not lead to its message.")
+        self.wait_for(waits[1], waits[2] == "ON", float(match[1]) / 100.0)
+
+    def wait_sensor(self, match: re.Match[str]) -> None:
+        """Wait for a quantity, and abort where that takes too long."""
+        again, scaled, shifted, enough, *_, repeats, _, _, ready = self.pass_on(
+            r"LBL\[(\d+)\]", rf"R\[{READING}\]=AI\[(\d+)\]\*{_M}", _SHIFTED,
+            rf"IF R\[{READING}\]>={_M},JMP LBL\[(\d+)\]", r"WAIT \.10\(sec\)", r"R\[88\]=R\[88\]\+1",
+            r"IF R\[88\]<(\d+),JMP LBL\[(\d+)\]", r"MESSAGE\[.*\]", "ABORT", r"LBL\[(\d+)\]",
+        )  # fmt: skip
+        if repeats[2] != again[1] or enough[2] != ready[1]:
+            raise ProgramError(f"{enough[0]} does not lead past its message.")
+        self.wait_least(scaled[1], (scaled[2], shifted[1], enough[1]), float(repeats[1]) / 10.0)
+
+    def enter_value(self, match: re.Match[str]) -> None:
         """Enter a number into the position register."""
         self.register[int(match[1]) - 1] = match[2]
 

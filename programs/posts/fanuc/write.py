@@ -52,6 +52,42 @@ class Tp(Syntax):
     first_counter = _COUNTER
     loop_text = "until {key} >= {least}"
     loop_begin = ("{counter}=0", "LBL[{number}]", "{counter}={counter}+1")
+    start = "R[89]"
+    start_words = "enter in register {start}"
+    states = ("OFF", "ON")
+    part_form = ("IF {start}<={number},{call}",)
+    enter_begin = ("IF {start}<>{number},JMP LBL[99]", "{start}=1")
+    enter_end = ("LBL[99]",)
+    guard = (
+        "R[88]=$MCR.$GENOVERRIDE",
+        "IF R[88]=100,JMP LBL[88]",
+        "MESSAGE[OVERRIDE IS NOT 100]",
+        "ABORT",
+        "LBL[88]",
+    )
+    wait_contact = (
+        "$WAITTMOUT={hundredths}",
+        "WAIT DI[{input}]={state} TIMEOUT,LBL[{label}]",
+        "JMP LBL[{ready}]",
+        "LBL[{label}]",
+        "MESSAGE[{message}]",
+        "ABORT",
+        "LBL[{ready}]",
+    )
+    wait_sensor = (
+        "R[88]=0",
+        "LBL[{label}]",
+        f"R[{READING}]=AI[{{input}}]*{{scale}}",
+        f"R[{READING}]=R[{READING}]+{{offset}}",
+        f"IF R[{READING}]>={{least}},JMP LBL[{{ready}}]",
+        "WAIT .10(sec)",
+        "R[88]=R[88]+1",
+        "IF R[88]<{tenths},JMP LBL[{label}]",
+        "MESSAGE[{message}]",
+        "ABORT",
+        "LBL[{ready}]",
+    )
+    longest_message = 24
     longest_name = 8  # of a program on any controller; 36 on newer ones
     indents_loops = False
     numbers_points_by_routine = True
@@ -59,6 +95,27 @@ class Tp(Syntax):
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
         super().__init__(dialect, lowered, installation)
         self.configuration = "N U T, 0, 0, 0"
+        self.shut_name = self.own_name("SH")
+
+    def operand(self, value: float, digits: int = 6) -> str:
+        """Write a number in an expression; a negative one stands in brackets."""
+        return operand(value, digits)
+
+    def setup(self) -> Iterator[str]:
+        """State what the integrator has to set up."""
+        yield f"BG logic (mixed logic): run {self.own_name('BG')}, it shuts the valves while no program runs (UO[3])"
+        yield f"{self.start} is the part to start at, R[88] and R[{READING}] are used; after a stop run main again"
+        for wait in self.installation.waits:
+            if wait.watched and wait.contact is not None:
+                yield f"{wait.words}: BG logic shuts the valves; wire DI[{wait.contact.number}] to UI[2] (*HOLD) too"
+
+    def background(self) -> Iterator[str]:
+        """Write the BG logic: it shuts the valves while no program runs, or without what is watched."""
+        for shut in (self.output(channel, 0.0).replace("OFF", "(OFF)") for channel in self.valves):
+            yield f"IF (!UO[3]),{shut}"
+            for wait in self.installation.waits:
+                if wait.watched and wait.contact is not None:
+                    yield f"IF (DI[{wait.contact.number}]={self.states[not wait.state]}),{shut}"
 
     def make_names(self) -> Names:
         """Begin the list of names; the program's leaves room for the number of a routine."""
@@ -186,7 +243,10 @@ class Tp(Syntax):
         files = {f"{each.name}.ls": _program(each.name, each.body, each.data) for each in (main, *routines)}
         frames = self.own_name("FR")
         files[f"{frames}.ls"] = _program(frames, list(self.entries()), [])
-        notes = [*table_lines(self.slots, self.installation, "UTOOL", "UFRAME"), *_NOTES]
+        files[f"{self.shut_name}.ls"] = _program(self.shut_name, self.shut(), [])
+        background = self.own_name("BG")
+        files[f"{background}.ls"] = _program(background, list(self.background()), [])
+        notes = [*self.page_lines(), *table_lines(self.slots, self.installation, "UTOOL", "UFRAME"), *_NOTES]
         files[f"{self.name}.txt"] = sheet(self.dialect, self.lowered, self.installation, notes)
         return files
 

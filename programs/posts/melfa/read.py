@@ -18,6 +18,8 @@ _KINDS = {"M_Out": "digital", "M_Outb": "group", "M_Outw": "analog"}
 class MelfaBasicReader(Reader):
     """All programs with their positions."""
 
+    handlers = frozenset({"main", "M_Run(1)=0", "M_Err=1"})
+
     def __init__(self) -> None:
         super().__init__()
         self.positions: dict[tuple[str, str], Pose | tuple[float, ...]] = {}
@@ -40,6 +42,7 @@ class MelfaBasicReader(Reader):
                 else:
                     raise refusal(line, f"is neither step {number} nor a position")
             self.routines[name] = steps
+            self.shut_name = name if name.endswith("SHUT") else self.shut_name
         return next(iter(self.routines), "")
 
     def grammar(self) -> dict[str, Action]:
@@ -51,6 +54,14 @@ class MelfaBasicReader(Reader):
             rf"Cnt (?:0|1,({NUMBER}),{NUMBER})": self.set_passing,
             _OUTPUT: lambda match: self.set_output(*match.groups()),
             rf"Dly {N}": self.pause,
+            rf'CallP "{self.shut_name}"': self.shut("main"),
+            r'If M_19<=(\d+) Then CallP "(\w+)"': lambda match: (
+                self.run(match[2]) if self.begin_part(match[1]) else None
+            ),
+            r"If M_19<>(\d+) Then GoTo \*RUN": lambda match: self.enter(match[1], r"\*RUN"),
+            r"If M_OPovrd<>100 Then Error \d+": self.guard,
+            r"M_Timer\(1\)=0": self.read_wait,
+            r"\*RUN|M_19=1": skip,
             r'CallP "(\w+)"': self.call,
             r"\*LOOP(\d+)": self.begin_loop,
             _BACK: self.end_repeat,
@@ -58,6 +69,41 @@ class MelfaBasicReader(Reader):
             r"(Tool|Base) (P\w+)": self.use_frame,
             r"'.*|Ovrd 100|JOvrd \d+|M\d+=0|M(\d+)=M\1\+1|End": skip,
         }
+
+    def read_wait(self, match: re.Match[str]) -> None:
+        """Wait for an input or a quantity, and end in an error where that takes too long."""
+        least = rf"\({N}\*M_Inw\((\d+)\)\+{N}\)>={N}"
+        again, waits, late, _, ready = self.pass_on(
+            r"\*(WAIT\d+)", rf"If (?:M_In\((\d+)\)=([01])|{least}) Then GoTo \*(READY\d+)",
+            r"If M_Timer\(1\)<(\d+) Then GoTo \*(WAIT\d+)", r"Error \d+", r"\*(READY\d+)",
+        )  # fmt: skip
+        number, state, scale, sensor, offset, value, to = waits.groups()
+        if late[2] != again[1] or to != ready[1]:
+            raise ProgramError(f"{waits[0]} does not lead past its error.")
+        if number:
+            self.wait_for(number, state == "1", float(late[1]) / 1000.0)
+        else:
+            self.wait_least(sensor, (scale, offset, value), float(late[1]) / 1000.0)
+
+    def read_shut(self) -> tuple[str, ...]:
+        """Give the outputs that the fault routine shuts; the slot that always runs has to shut the same."""
+        name = next((each for each in self.routines if "WATCH" in each), "")
+        begin, *inside, back, _ = self.routines.get(name) or ["", "", ""]
+        stopped: dict[str, set[str]] = {}
+        for statement in inside:
+            found = re.fullmatch(r"If (M_Run\(1\)=0|M_Err=1|M_In\((\d+)\)=([01])) Then M_Out\((\d+)\)=0", statement)
+            if found is None:
+                raise refusal(statement, "does not belong to the slot that always runs")
+            stopped.setdefault(found[1], set()).add(f"digital {found[4]}")
+            if found[2] and (found[2], found[3] == "0") not in self.watched:
+                self.watched.append((found[2], found[3] == "0"))
+        if (begin, back) == ("*LOOP", "GoTo *LOOP"):
+            opens = any(each.startswith("M_Out") for each in self.routines.get(self.shut_name, []))
+            self.shut_by |= set(stopped) if opens else self.handlers
+        shut = super().read_shut()
+        if any(each != set(shut) for each in stopped.values()):
+            raise ProgramError("the slot that always runs does not shut every valve.")
+        return shut
 
     def move(self, match: re.Match[str]) -> None:
         """Move in a line; an output that goes with it is set where it begins."""

@@ -8,7 +8,6 @@ from programs.posts.dialect import ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
-from programs.posts.writing.heading import list_outputs
 from programs.posts.writing.lines import Placed
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import join_lines, make_name, pose_words, short
@@ -26,6 +25,30 @@ class MelfaBasic(Syntax):
     analog = "M_Outw({number})={value}"
     by_joints = "Mov {}"
     straight = "Mvs {}"
+    start = "M_19"
+    start_words = "enter in {start}"
+    part_form = ("If {start}<={number} Then {call}",)
+    enter_begin = ("If {start}<>{number} Then GoTo *RUN", "{start}=1")
+    enter_end = ("*RUN",)
+    guard = ("' error 9100: the speed override is not 100 percent", "If M_OPovrd<>100 Then Error 9100")
+    wait_contact = (
+        "' error {error}: {message}",
+        "M_Timer(1)=0",
+        "*WAIT{index}",
+        "If M_In({input})={state} Then GoTo *READY{index}",
+        "If M_Timer(1)<{ms} Then GoTo *WAIT{index}",
+        "Error {error}",
+        "*READY{index}",
+    )
+    wait_sensor = (
+        "' error {error}: {message}",
+        "M_Timer(1)=0",
+        "*WAIT{index}",
+        "If ({reading})>={least} Then GoTo *READY{index}",
+        "If M_Timer(1)<{ms} Then GoTo *WAIT{index}",
+        "Error {error}",
+        "*READY{index}",
+    )
     counter = "M{number}"
     loop_begin = ("{counter}=0", "*LOOP{number}", "{counter}={counter}+1")
     loop_end = ("If {condition} Then GoTo *LOOP{number}",)
@@ -42,6 +65,8 @@ class MelfaBasic(Syntax):
         """Begin the list of names with the program's own."""
         names = Names(self.longest_name, set(), str.upper, link="X")
         self.name = names.give("main", 0, _plain(self.motion.origin.board))
+        self.shut_name = names.give("shut", 0, f"{self.name[:7]}SHUT")
+        self.watch_name = names.give("watch", 0, f"{self.name[:7]}WATCH")
         return names
 
     def call_name(self, name: str) -> str:
@@ -101,12 +126,31 @@ class MelfaBasic(Syntax):
         """Set the overrides."""
         return ["Ovrd 100", "JOvrd 10", "Cnt 0"]
 
+    def setup(self) -> Iterator[str]:
+        """State what the integrator has to set up."""
+        yield f"{self.watch_name} in slot 2 (SLT2: {self.watch_name},REP,ALWAYS,1): shuts valves while slot 1 does not"
+        yield "run, after an error, and without what is watched; wire that to stop the robot too"
+        yield f"{self.start} is the part to start at; after a stop reset the program; errors 9100 up are used"
+
+    def background(self) -> Iterator[str]:
+        """Write the program of a slot that always runs: it shuts the valves."""
+        lost = [
+            f"M_In({wait.contact.number})={self.states[not wait.state]}"
+            for wait in self.installation.waits
+            if wait.watched and wait.contact is not None
+        ]
+        yield "*LOOP"
+        for condition in ("M_Run(1)=0", "M_Err=1", *lost):
+            yield from (f"If {condition} Then {line}" for line in self.shut())
+        yield "GoTo *LOOP"
+
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write a file for each program: its steps by number, then its positions."""
         units = "Units: mm, mm/s, degrees; positions in the board's CAD frame, A B C about the fixed x, y, z"
         files: dict[str, str] = {}
-        for each in (main, *routines):
-            head = self.heading(*list_outputs(self.motion), units) if each is main else []
+        faults = [Routine(self.shut_name, 0, self.shut(), []), Routine(self.watch_name, 0, [*self.background()], [])]
+        for each in (main, *routines, *faults):
+            head = self.heading(units) if each is main else []
             steps = enumerate([*head, *each.body, "End"], start=1)
             files[f"{each.name}.prg"] = join_lines([*(f"{number} {step}" for number, step in steps), *each.data])
         return files

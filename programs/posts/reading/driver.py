@@ -94,8 +94,10 @@ def located(message: str, line: str) -> ProgramError:
 class Reader(ABC):
     """A controller while it executes one program; a language is a subclass with a grammar."""
 
-    shut_name: ClassVar[str] = "shut_valves"
+    shut_name: str = "shut_valves"
     """The fault routine; it is called before the first motion too."""
+    reads_sensors: ClassVar[bool] = True
+    """Whether the language can wait for a quantity."""
     handlers: ClassVar[AbstractSet[str]] = frozenset()
     """What has to call the fault routine, by the names that ``shut`` is given; none in languages without a frame."""
 
@@ -141,7 +143,9 @@ class Reader(ABC):
         if reader.handlers:
             parts = tuple(replace(part, entry=cls._enter(files, part.number)) for part in reader.parts)
             shut = reader.read_shut()
-            frame = ReadFrame(tuple(reader.waits), tuple(reader.watched), parts, shut, reader.guards_override)
+            frame = ReadFrame(
+                tuple(reader.waits), tuple(reader.watched), parts, shut, reader.guards_override, cls.reads_sensors
+            )
         return Rebuilt(steps, places=places, frame=frame)
 
     @classmethod

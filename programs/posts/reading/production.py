@@ -40,7 +40,9 @@ def compare_frame(rebuilt: Rebuilt, motion: MotionProgram, installation: Install
     for channel in _valves(motion, installation):
         if not any(_is_called(channel, label) for label in frame.shut):
             yield f"the fault routine does not shut {channel.name}"
-    yield from _compare_waits(frame, rebuilt.analog, installation.waits)
+    yield from _compare_waits(
+        frame, rebuilt.analog, [wait for wait in installation.waits if wait.contact or frame.reads_sensors]
+    )
     yield from _compare_parts(rebuilt, frame)
 
 
@@ -128,7 +130,7 @@ def _compare_parts(rebuilt: Rebuilt, frame: ReadFrame) -> Iterator[str]:
         if planned.outputs != entered.outputs:
             yield f"started at part {part.number} the outputs are {entered.outputs}, not {planned.outputs}"
         if entered.place is None:
-            if any(isinstance(step, ReadLine) for step in _first_motion(rebuilt.steps[part.begins :])):
+            if isinstance(_first_motion(rebuilt.steps[part.begins :]), ReadLine):
                 yield f"started at part {part.number} it begins with a line from where it stands"
             continue
         if not _is_same_place(planned.place, entered.place):
@@ -137,8 +139,8 @@ def _compare_parts(rebuilt: Rebuilt, frame: ReadFrame) -> Iterator[str]:
             yield f"started at part {part.number} it has tool {entered.tool}, not {planned.tool}, or another frame"
 
 
-def _first_motion(steps: Sequence[ReadStep]) -> list[ReadStep]:
-    return [step for step in steps if isinstance(step, ReadLine | ReadReach)][:1]
+def _first_motion(steps: Sequence[ReadStep]) -> ReadStep | None:
+    return next((step for step in steps if isinstance(step, ReadLine | ReadReach)), None)
 
 
 def _is_same_place(one: Pose | Axes | None, other: Pose | Axes) -> bool:

@@ -13,12 +13,17 @@ from programs.posts.val3.project import OUTPUTS, TRIGGER, WATCH
 from programs.posts.writing.angles import from_moving_xyz
 
 _UNTIL = rf"until (nLoop\d+)>=(\d+)(?: or {N}\*aioGet\(ai\d+\)\+{N}>={N})?"
+_WAIT = rf"if watch\((?:di(\d+)==(true|false)|{N}\*aioGet\(ai(\d+)\)\+{N}>={N}),{N}\)==false"
+_REFUSED = (r'popUpMsg\("[^"]*"\)', r"call stop\(\)", "return", "endIf")
 _SETTER = re.compile(r"if x_nOutput==(\d+)\s+(?:(do\d+)=x_nValue!=0|(?:dioSet|aioSet)\(([ga]o\d+),x_nValue\))\s+endIf")
 _KINDS = {prefix: kind for kind, prefix in OUTPUTS.items()}
 
 
 class Val3Reader(Reader):
     """Data and programs of a project, and the moves that the program runs ahead of."""
+
+    shut_name = "shutValves"
+    handlers = frozenset({"main", "stop", "isPowered()==false"})
 
     def __init__(self) -> None:
         super().__init__()
@@ -58,6 +63,14 @@ class Val3Reader(Reader):
         """List the statements."""
         task = r"taskCreateSync \"watch\",0\.004,bOverrun,watch\(\)|taskKill\(\"watch\"\)"
         return {
+            r"call shutValves\(\)": self.shut("main"),
+            r"call stop\(\)": self.read_stop,
+            r"if nStart<=(\d+)": lambda match: self.run_part(match[1], r"call (\w+)\(\)", "endIf"),
+            r"if nStart==(\d+)": lambda match: self.enter(match[1], "endIf"),
+            r"if getMonitorSpeed\(\)!=100": self.refuse_override,
+            _WAIT: self.read_wait,
+            r'taskCreate "guard",50,guard\(\)': self.read_guard,
+            r"nStart=1|endIf": skip,
             r"(?:nId=)?(movel|movej)\((\w+)(?:\[(\d+)\])?,(\w+),(\w+)\)": self.move,
             rf"call trigger\(nId,(\d+),{N}\)": self.trigger,
             r"waitEndMove\(\)": self.wait,
@@ -69,6 +82,38 @@ class Val3Reader(Reader):
             _UNTIL: self.end_repeat,
             rf"nHead=0|nTail=0|nLoop(\d+)=(?:0|nLoop\1\+1)|{task}": skip,
         }
+
+    def refuse_override(self, match: re.Match[str]) -> None:
+        """Refuse to start where the monitor speed is not 100 %."""
+        self.pass_on(*_REFUSED)
+        self.guards_override = True
+
+    def read_wait(self, match: re.Match[str]) -> None:
+        """Wait for an input or a quantity, and stop where that takes too long."""
+        self.pass_on(*_REFUSED)
+        number, state, scale, sensor, offset, value, seconds = match.groups()
+        if number:
+            self.wait_for(number, state == "true", float(seconds))
+        else:
+            self.wait_least(sensor, (scale, offset, value), float(seconds))
+
+    def read_stop(self, match: re.Match[str]) -> None:
+        """Read what the application does when it stops."""
+        self.expect("stop", r"call shutValves\(\)", r'taskKill\("guard"\)', r'taskKill\("watch"\)')
+        self.shut_by.add("stop")
+
+    def read_guard(self, match: re.Match[str]) -> None:
+        """Read the task that shuts the valves: without arm power, or without an input."""
+        begin, *inside, waits, end = self.routines.get("guard") or ["", "", ""]
+        if (begin, waits, end) != ("while true", "delay(0.01)", "endWhile") or len(inside) % 4:
+            raise ProgramError("the task guard is not as it is written.")
+        for at in range(0, len(inside), 4):
+            found = re.fullmatch(r"if (isPowered\(\)==false|di(\d+)!=(true|false))", inside[at])
+            if found is None or inside[at + 1 : at + 4] != ["stopMove()", "call shutValves()", "endIf"]:
+                raise ProgramError("the task guard is not as it is written.")
+            if found[2]:
+                self.watched.append((found[2], found[3] == "true"))
+            self.shut_by.add(found[1])
 
     def stand(self, what: str) -> None:
         """Make sure that the program has waited for the moves: it runs ahead of them."""

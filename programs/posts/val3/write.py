@@ -10,13 +10,15 @@ from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.val3 import project
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
-from programs.posts.writing.heading import channels_of, list_outputs
+from programs.posts.writing.heading import channels_of
 from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import fixed, short
 
 _FASTEST = 9999.0
 _GROUP_BITS = 8
+_STOP = ("call shutValves()", 'taskKill("guard")', 'taskKill("watch")')
+"""What the application does when it stops."""
 _PARAMETERS = ("x_nMove", "x_nOutput", "x_nValue")
 
 
@@ -31,16 +33,43 @@ class Val3(Syntax):
     group = "dioSet(go{number},{value})"
     analog = "aioSet(ao{number},{value})"
     off_on = ("false", "true")
+    shut_name = "shutValves"
+    states = ("false", "true")
+    part_form = ("if {start}<={number}", "  {call}", "endIf")
+    enter_begin = ("if {start}=={number}", "  {start}=1")
+    enter_end = ("endIf",)
+    guard = (
+        "if getMonitorSpeed()!=100",
+        '  popUpMsg("speed is not 100 percent")',
+        "  call stop()",
+        "  return",
+        "endIf",
+    )
+    wait_contact = (
+        "if watch(di{input}=={state},{seconds})==false",
+        '  popUpMsg("{message}")',
+        "  call stop()",
+        "  return",
+        "endIf",
+    )
+    wait_sensor = (
+        "if watch({reading}>={least},{seconds})==false",
+        '  popUpMsg("{message}")',
+        "  call stop()",
+        "  return",
+        "endIf",
+    )
     loop_begin = ("{counter}=0", "do", "  {counter}={counter}+1")
     loop_end = ("until {condition}",)
     counted = "{counter}>={count}"
     sensed = "{counter}>={count} or {reading}>={least}"
     reading = "{scale}*aioGet(ai{number})+{offset}"
     reading_digits = 6
-    last = ('taskKill("watch")',)
+    last = ("call stop()",)
     rounds_groups = True
     reserved = frozenset({
         "start", "stop", "watch", "trigger", "setoutput", "begin", "end", "call", "return", "wait", "open", "close",
+        "guard", "shutvalves", "nstart",
     })  # fmt: skip
     longest_name = 15  # of programs and variables in the oldest controllers in use; assumed
     longest_title = 12
@@ -133,6 +162,7 @@ class Val3(Syntax):
     def prepare(self) -> Iterator[str]:
         """Start the task."""
         yield from ("nHead=0", "nTail=0")
+        yield 'taskCreate "guard",50,guard()'
         yield f'taskCreateSync "watch",{short(project.PERIOD_S, 3)},bOverrun,watch()'
 
     def home(self) -> list[str]:
@@ -148,6 +178,7 @@ class Val3(Syntax):
             yield project.variable(name, "tool", [project.place(tool.T_flange_tcp, "flange")])
         yield from self.signals()
         yield from (project.variable(name, "num", (), project.QUEUE) for name in ("nMove", "nOutput", "nValue"))
+        yield project.variable("nStart", "num", ['value="1"'])
         for name in ("nHead", "nTail", "nId", *(f"nLoop{number}" for number in self.loops)):
             yield project.variable(name, "num", (), 1)
         yield project.variable("bOverrun", "bool", (), 1)
@@ -165,9 +196,32 @@ class Val3(Syntax):
             yield project.variable(
                 name, "aio" if kind == "analog" else "dio", (), _GROUP_BITS if kind == "group" else 1
             )
-        sensors = (step.sensor for step in self.motion.steps if isinstance(step, Repeat))
+        waits = self.installation.waits
+        for number in sorted({wait.contact.number for wait in waits if wait.contact is not None}):
+            yield project.variable(f"di{number}", "dio", (), 1)
+        sensors = [step.sensor for step in self.motion.steps if isinstance(step, Repeat)]
+        sensors += [wait.sensor for wait in waits]
         for number in sorted({sensor.number for sensor in sensors if sensor is not None}):
             yield project.variable(f"ai{number}", "aio", (), 1)
+
+    def setup(self) -> Iterator[str]:
+        """State what the integrator has to set up."""
+        yield "link do, go, ao, di and ai of the data file to your inputs and outputs"
+        yield "valves on outputs that go off with arm power, or wired so: a task that is killed shuts nothing"
+        yield "start is main, stop shuts the valves and is called when the application stops; nStart in the data file"
+        yield "monitor speed 100 %; tools and frames are in the data file: compare them with yours"
+
+    def watched(self) -> Iterator[str]:
+        """Write the task that shuts the valves without arm power, or without what is watched."""
+        lost = [
+            f"di{wait.contact.number}!={self.states[wait.state]}"
+            for wait in self.installation.waits
+            if wait.watched and wait.contact is not None
+        ]
+        yield "while true"
+        for condition in ("isPowered()==false", *lost):
+            yield from (f"  if {condition}", "    stopMove()", f"    call {self.shut_name}()", "  endIf")
+        yield from ("  delay(0.01)", "endWhile")
 
     def setters(self) -> Iterator[str]:
         """Write what sets the output of a number."""
@@ -179,8 +233,10 @@ class Val3(Syntax):
         """Write a project: its file, the data, start and stop, a program for each routine, and those of the task."""
         units = "Units: mm, mm/s, deg/s; points in the board's CAD frame, rx ry rz about x, y', z''"
         programs = {
-            "start": project.code("start", [*self.heading(*list_outputs(self.motion), units), *main.body]),
-            "stop": project.code("stop", self.last),
+            "start": project.code("start", [*self.heading(units), *main.body]),
+            "stop": project.code("stop", _STOP),
+            self.shut_name: project.code(self.shut_name, self.shut()),
+            "guard": project.code("guard", self.watched()),
             **{each.name: project.code(each.name, each.body) for each in routines},
             "watch": project.code("watch", project.WATCH),
             "trigger": project.code("trigger", project.TRIGGER, _PARAMETERS),

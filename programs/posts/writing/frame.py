@@ -10,8 +10,8 @@ from programs.posts.writing.chapters import Chapter, Part
 from programs.posts.writing.heading import channels_of
 from programs.posts.writing.wording import cut, short
 
-PART_LABEL, WAIT_LABEL, INTERRUPT = 200, 300, 21
-"""Labels of parts and of waits begin after these, where a language numbers them; and interrupts of what is watched."""
+PART_LABEL, WAIT_LABEL, READY_LABEL, INTERRUPT, ERROR = 200, 300, 400, 21, 9100
+"""Labels of parts, of waits and of what follows them, interrupts and errors begin after these."""
 
 
 class ProductionFrame:
@@ -28,7 +28,7 @@ class ProductionFrame:
 
     start: str = "nStart"
     """Variable that names the part to start at; 0 or 1 for the whole program."""
-    shut_name: ClassVar[str] = "shut_valves"
+    shut_name: str = "shut_valves"
     """Routine that shuts every valve which the program opens."""
     part_form: ClassVar[tuple[str, ...]] = ("{call}",)
     """Of a part in main, of ``number``, ``label``, ``call`` and ``start``: done unless that is a later one."""
@@ -63,7 +63,10 @@ class ProductionFrame:
         words = {
             "index": str(index),
             "label": str(WAIT_LABEL + index),
+            "ready": str(READY_LABEL + index),
+            "hundredths": short(100.0 * wait.timeout_s, 0),
             "interrupt": str(INTERRUPT + index),
+            "error": str(ERROR + index),
             "seconds": short(wait.timeout_s, 1),
             "tenths": short(10.0 * wait.timeout_s, 0),
             "ms": short(1000.0 * wait.timeout_s, 0),
@@ -76,6 +79,8 @@ class ProductionFrame:
         if wait.sensor is not None:
             words |= {"reading": self.quantity(wait.sensor), "least": self.operand(wait.least)}
             words |= {"input": str(wait.sensor.number), "name": wait.sensor.name}
+            scale, offset = self.dialect.capability.analog.reading(wait.sensor)
+            words |= {"scale": self.operand(scale, 9), "offset": self.operand(offset, 9)}
         return [line for form in forms if (line := form.format(**words))]
 
     def message(self, text: str) -> str:
@@ -108,7 +113,10 @@ class ProductionFrame:
         """State what is waited for and what is not, where the program may start, and what has to be set up."""
         if not self.enter_begin:
             return
-        waits, known = self.installation.waits, {wait.name for wait in self.installation.waits}
+        waits = [wait for wait in self.installation.waits if wait.contact or self.wait_sensor]
+        known = {wait.name for wait in self.installation.waits}
+        if unread := [wait.words for wait in self.installation.waits if wait not in waits]:
+            yield f"Does not wait for {', '.join(unread)}: this language reads no analog input"
         if waits:
             yield f"Waits for {', '.join(map(_describe, waits))}"
         if lacking := [name.replace("_", " ") for name in USUAL_WAITS if name not in known]:
@@ -124,6 +132,11 @@ class ProductionFrame:
     def setup(self) -> Iterator[str]:
         """State what the integrator has to set up in the controller."""
         return iter(())
+
+    def page_lines(self) -> Iterator[str]:
+        """Give the lines of the frame, and the inputs, for a page beside the program."""
+        yield from self.frame_lines()
+        yield from (line for line in self.signal_lines() if line.startswith("Input "))
 
     def signal_lines(self) -> Iterator[str]:
         """List outputs and inputs by name and number, with what they are for."""

@@ -21,8 +21,12 @@ _KINDS = {"OT": "digital", "OG": "group", "AO": "analog"}
 class InformReader(Reader):
     """All jobs with their positions."""
 
+    handlers = frozenset({"main"})
+    reads_sensors = False
+
     def __init__(self) -> None:
         super().__init__()
+        self.guards_override = None
         self.positions: dict[tuple[str, str], tuple[str, Pose]] = {}
         """Tool and pose by job and name; the user frame is the job's."""
 
@@ -42,6 +46,7 @@ class InformReader(Reader):
             if len(frames) > 1 or (frames and relative not in attributes):
                 raise ProgramError("a relative job has one user frame, and names it.", file=file)
             self.routines[name] = [*statements_of(file, text)][head.count("\n") + 2 : -1]
+        self.shut_name = next((name for name in self.routines if name.endswith("_SH")), self.shut_name)
         return next(iter(self.routines), "")
 
     def load_positions(self, job: str, lines: Iterable[Statement]) -> set[str]:
@@ -71,9 +76,23 @@ class InformReader(Reader):
             rf"TIMER T={N}": lambda match: self.hold(float(match[1]), LONGEST_WAIT_S),
             r"\*(LOOP\d+)": lambda match: self.repeat(self.find_end(_AGAIN, match[1])[2]),
             _AGAIN: self.end_repeat,
+            rf"CALL JOB:{self.shut_name}": self.shut("main"),
+            r"CALL JOB:(\w+) IF I089<=(\d+)": lambda match: self.run(match[1]) if self.begin_part(match[2]) else None,
+            r"JUMP \*RUN IF I089<>(\d+)": lambda match: self.enter(match[1], r"\*RUN"),
+            rf"WAIT IN#\((\d+)\)=(ON|OFF) T={N}": self.wait_contact,
+            r"\*RUN|SET I089 1": skip,
             r"CALL JOB:(\w+)": self.call,
             r"'.*|NOP|SET I\d{3} 0|INC I\d{3}": skip,
         }
+
+    def wait_contact(self, match: re.Match[str]) -> None:
+        """Wait for an input, and abort where that takes too long."""
+        number, state, seconds = match.groups()
+        again = rf"JUMP \*(GO\d+) IF IN#\({number}\)={state}"
+        goes, _, _, ready = self.pass_on(again, r'MSG "[^"]*"', "ABORT", r"\*(GO\d+)")
+        if goes[1] != ready[1]:
+            raise ProgramError(f"{goes[0]} does not lead past its message.")
+        self.wait_for(number, state == "ON", float(seconds))
 
     def position(self, name: str) -> Pose:
         """Look up a position, and use its frames."""

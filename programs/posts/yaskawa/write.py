@@ -45,6 +45,20 @@ class Inform(Syntax):
     off_on = ("OFF", "ON")
     counter = "I{number:03d}"
     first_counter = 90  # assumed free
+    start = "I089"
+    start_words = "enter in {start}"
+    states = ("OFF", "ON")
+    part_form = ("{call} IF {start}<={number}",)
+    enter_begin = ("JUMP *RUN IF {start}<>{number}", "SET {start} 1")
+    enter_end = ("*RUN",)
+    wait_contact = (
+        "WAIT IN#({input})={state} T={seconds}",
+        "JUMP *GO{index} IF IN#({input})={state}",
+        'MSG "{message}"',
+        "ABORT",
+        "*GO{index}",
+    )
+    longest_message = 32
     loop_text = "until {key} >= {least}"
     loop_begin = ("SET {counter} 0", "*LOOP{number}", "INC {counter}")
     loop_end = ("JUMP *LOOP{number} IF {counter}<{count}",)
@@ -58,6 +72,22 @@ class Inform(Syntax):
         self.heads: list[str] = []
         """Headings of positions that are in force."""
         self.turns = "0,0,0"
+        self.shut_name = self.fault_name()
+        for wait in installation.waits:
+            if wait.timeout_s > LONGEST_WAIT_S:
+                raise ProgramError(f"io.waits.{wait.name}: INFORM waits {LONGEST_WAIT_S:g} s at most; lower timeout_s.")
+
+    def fault_name(self) -> str:
+        """Name the job that shuts the valves, unlike the integrator's."""
+        name = f"{self.name}_SH"
+        return name if name.lower() not in self.names.taken else f"{self.name[:-1]}X_SH"
+
+    def setup(self) -> Iterator[str]:
+        """State what the integrator has to set up."""
+        yield "concurrent I/O (ladder): shut the valves' outputs while the robot is not in operation: a stop"
+        yield "keeps outputs, and no job changes that; likewise without what is to be watched"
+        yield "play mode at 100 %, no speed limit, no dry run: a job cannot read the speed override"
+        yield f"parameter S2C714 for ENWAIT; {self.start} is the part to start at; relative jobs are allowed"
 
     def divide(self) -> tuple[Part, ...]:
         """Divide where the board is put elsewhere too: a relative job has one user frame."""
@@ -135,7 +165,8 @@ class Inform(Syntax):
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write main, a job for each routine, and a page for the integrator."""
         files = {f"{each.name}.JBI": _job(each) for each in (main, *routines)}
-        notes = [*table_lines(self.slots, self.installation, "TOOL", "USER"), *_NOTES]
+        files[f"{self.shut_name}.JBI"] = _job(Routine(self.shut_name, 0, self.shut(), []))
+        notes = [*self.page_lines(), *table_lines(self.slots, self.installation, "TOOL", "USER"), *_NOTES]
         files[f"{self.name}.TXT"] = sheet(self.dialect, self.lowered, self.installation, notes)
         return files
 

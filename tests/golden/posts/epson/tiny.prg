@@ -9,16 +9,23 @@
 ' Controller class 2; cycle 2 ms is in the error
 ' Analog aoPressure: 0 V is 0, 10 V is 10
 ' Analog aiResistivity: 0 V is 0, 10 V is 10
+' Waits for part present (30 s), door closed (12.5 s), pressure of 3 (20 s)
+' Does not wait for temperature: the cell maps no such input
+' Stops, valves shut, without door closed
+' Parts: 1 clean, 2 clean, 3 clean
+' A stopped board is finished from part 2 to 3: set nStart to its number; that way from home is slow
+' Set up: preferences: outputs off at an emergency stop; a background task shuts the valves while no task runs
+' Set up: trap numbers below 5 are free; nStart, the part to start at, is kept when the controller is switched off
+' Set up: AccelS and AccelR of this arm in main; the option for analog I/O where it is used
 ' Output aoPressure: analog 1
 ' Output doWash: digital 1, opens ring60
 ' Output goMedium: group 1
 ' Input diPart: digital 3, part present
 ' Input diDoor: digital 4, door closed
 ' Input aiPressure: analog 2, pressure
-' Output aoPressure: analog 1
-' Output doWash: digital 1
-' Output goMedium: group 1
 ' Units: mm, mm/s, deg/s; points in the board's CAD frame (Local), U V W about z, y', x''.
+Global Preserve Integer nStart
+
 Function main
   Integer nLoop1
   Motor On
@@ -31,16 +38,47 @@ Function main
   AccelR 1000, 1000
   TLSet 1, XY(0.000, 30.000, 142.500, 0.0000, 45.0000, 0.0000) ' ring60
   Local 1, XY(400.000, -120.500, 35.250, 30.0000, 0.0000, 0.0000) ' board as mounted
+  Trap Error Xqt on_fault
+  Trap Emergency Xqt on_fault
+  Trap Abort Xqt on_fault
+  If SpeedFactor <> 100 Then Call stop_job("speed factor is not 100")
+  Call shut_valves
+  Wait Sw(3) = On, 30
+  If TW = True Then Call stop_job("no part present")
+  Wait Sw(4) = Off, 12.5
+  If TW = True Then Call stop_job("close the door")
+  TmReset 0
+  Do While 1.25 * AIO_In(2) + -2.5 < 3 And Tmr(0) < 20
+    Wait 0.1
+  Loop
+  If 1.25 * AIO_In(2) + -2.5 < 3 Then Call stop_job("no pressure")
+  Trap 2, Sw(4) = On Xqt on_fault
   Go JA(0.0000, -28.6479, 34.3775, 0.0000, 68.7549, 0.0000) ' home
-  Call clean_01
+  If nStart <= 1 Then Call clean_01
   ' until resistivity_mohm_cm >= 1, 4 times at most
   nLoop1 = 0
   Do
     nLoop1 = nLoop1 + 1
-    Call clean_02
+    If nStart <= 2 Then Call clean_02
   Loop While nLoop1 < 4 And 2 * AIO_In(1) + 0 < 1
-  Call clean_03
+  If nStart <= 3 Then Call clean_03
   Go JA(0.0000, -28.6479, 34.3775, 0.0000, 68.7549, 0.0000) ' home
+Fend
+
+Function shut_valves
+  Off 1, Forced
+Fend
+
+Function stop_job(text$ As String)
+  Call shut_valves
+  Print "Washboard: ", text$
+  Quit All
+Fend
+
+Function on_fault
+  Call shut_valves
+  Print "Washboard: fault, valves shut"
+  Quit All
 Fend
 
 Function clean_01
@@ -60,6 +98,14 @@ Fend
 
 Function clean_02
   Tool 1
+  If nStart = 2 Then
+    nStart = 1
+    Out 1, 1
+    AIO_Out 1, 7.5
+    Go XY(0.000, 0.000, 110.000, 0.0000, 0.0000, 180.0000) /1
+    SpeedS 163.0
+    Move XY(0.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1
+  EndIf
   On 1
   ' s/pass
   Wait 0.040
@@ -78,6 +124,22 @@ Fend
 
 Function clean_03
   Tool 1
+  If nStart = 3 Then
+    nStart = 1
+    Out 1, 1
+    AIO_Out 1, 7.5
+    Go XY(0.000, 0.000, 110.000, 0.0000, 0.0000, 180.0000) /1
+    SpeedS 163.0
+    Move XY(0.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1
+    SpeedS 60.0
+    Move XY(40.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1
+    SpeedS 63.6
+    Move XY(40.000, 10.000, 50.000, 0.0000, 0.0000, 180.0000) /1
+    SpeedS 60.0
+    Move XY(0.000, 10.000, 50.000, 0.0000, 0.0000, 180.0000) /1
+    SpeedS 63.6
+    Move XY(0.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1
+  EndIf
   ' s/transfer
   SpeedS 163.0
   Move XY(0.000, 0.000, 110.000, 0.0000, 0.0000, 180.0000) /1

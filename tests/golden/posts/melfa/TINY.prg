@@ -9,30 +9,59 @@
 9 ' Controller class 3; cycle 7.1 ms is in the error
 10 ' Analog aoPressure: 0 V is 0, 10 V is 10000
 11 ' Analog aiResistivity: 0 V is 0, 10 V is 10000
-12 ' Output aoPressure: analog 1
-13 ' Output doWash: digital 1, opens ring60
-14 ' Output goMedium: group 1
-15 ' Input diPart: digital 3, part present
-16 ' Input diDoor: digital 4, door closed
-17 ' Input aiPressure: analog 2, pressure
-18 ' Output aoPressure: analog 1
-19 ' Output doWash: digital 1
-20 ' Output goMedium: group 1
-21 ' Units: mm, mm/s, degrees; positions in the board's CAD frame, A B C about the fixed x, y, z
-22 Ovrd 100
-23 JOvrd 10
-24 Cnt 0
-25 Mov J1
-26 CallP "CLEAN01"
-27 ' until resistivity_mohm_cm >= 1, 4 times at most
-28 M1=0
-29 *LOOP1
-30 M1=M1+1
-31 CallP "CLEAN02"
-32 If M1<4 And (0.002*M_Inw(1)+0)<1 Then GoTo *LOOP1
-33 CallP "CLEAN03"
-34 Mov J1
-35 Base P_NBase
-36 Tool P_NTool
-37 End
+12 ' Waits for part present (30 s), door closed (12.5 s), pressure of 3 (20 s)
+13 ' Does not wait for temperature: the cell maps no such input
+14 ' Stops, valves shut, without door closed: to be wired, see below
+15 ' Parts: 1 clean, 2 clean, 3 clean
+16 ' A stopped board is finished from part 2 to 3: enter in M_19 its number; that way from home is slow
+17 ' Set up: TINYWATCH in slot 2 (SLT2: TINYWATCH,REP,ALWAYS,1): shuts valves while slot 1 does not
+18 ' Set up: run, after an error, and without what is watched; wire that to stop the robot too
+19 ' Set up: M_19 is the part to start at; after a stop reset the program; errors 9100 up are used
+20 ' Output aoPressure: analog 1
+21 ' Output doWash: digital 1, opens ring60
+22 ' Output goMedium: group 1
+23 ' Input diPart: digital 3, part present
+24 ' Input diDoor: digital 4, door closed
+25 ' Input aiPressure: analog 2, pressure
+26 ' Units: mm, mm/s, degrees; positions in the board's CAD frame, A B C about the fixed x, y, z
+27 Ovrd 100
+28 JOvrd 10
+29 Cnt 0
+30 ' error 9100: the speed override is not 100 percent
+31 If M_OPovrd<>100 Then Error 9100
+32 CallP "TINYSHUT"
+33 ' error 9101: no part present
+34 M_Timer(1)=0
+35 *WAIT1
+36 If M_In(3)=1 Then GoTo *READY1
+37 If M_Timer(1)<30000 Then GoTo *WAIT1
+38 Error 9101
+39 *READY1
+40 ' error 9102: close the door
+41 M_Timer(1)=0
+42 *WAIT2
+43 If M_In(4)=0 Then GoTo *READY2
+44 If M_Timer(1)<12500 Then GoTo *WAIT2
+45 Error 9102
+46 *READY2
+47 ' error 9103: no pressure
+48 M_Timer(1)=0
+49 *WAIT3
+50 If (0.00125*M_Inw(2)+-2.5)>=3 Then GoTo *READY3
+51 If M_Timer(1)<20000 Then GoTo *WAIT3
+52 Error 9103
+53 *READY3
+54 Mov J1
+55 If M_19<=1 Then CallP "CLEAN01"
+56 ' until resistivity_mohm_cm >= 1, 4 times at most
+57 M1=0
+58 *LOOP1
+59 M1=M1+1
+60 If M_19<=2 Then CallP "CLEAN02"
+61 If M1<4 And (0.002*M_Inw(1)+0)<1 Then GoTo *LOOP1
+62 If M_19<=3 Then CallP "CLEAN03"
+63 Mov J1
+64 Base P_NBase
+65 Tool P_NTool
+66 End
 J1=(0.0000,-28.6479,34.3775,0.0000,68.7549,0.0000)

@@ -121,11 +121,12 @@ def test_joint_three_counts_from_level_and_the_wrist_and_turns_come_from_the_joi
 
 def test_the_arm_goes_home_before_and_after() -> None:
     main = instructions(export(PROGRAMS["loop"](), small_cell("fanuc"), "fanuc").files["TINY.ls"])
-    assert [each for each in main if each.startswith(("J ", "CALL"))] == [
+    assert [each for each in main if each.startswith(("J ", "CALL", "IF R[89]"))] == [
+        "CALL TINY_SH",
         "J P[1] 10% FINE",
-        "CALL TINY_01",
-        "CALL TINY_02",
-        "CALL TINY_03",
+        "IF R[89]<=1,CALL TINY_01",
+        "IF R[89]<=2,CALL TINY_02",
+        "IF R[89]<=3,CALL TINY_03",
         "J P[1] 10% FINE",
     ]
 
@@ -161,7 +162,7 @@ def test_a_long_program_is_divided_and_its_names_have_eight_characters() -> None
     long = replace(motion, origin=replace(motion.origin, board="coldfire mainboard"))
     files = DIALECT.render(lower(long, DIALECT.capability), small_cell("fanuc"))
     names = [name.removesuffix(".ls") for name in files if name.endswith(".ls")]
-    assert names == ["COLDF", "COLDF_01", "COLDF_02", "COLDF_03", "COLDF_FR"]
+    assert names == ["COLDF", "COLDF_01", "COLDF_02", "COLDF_03", "COLDF_FR", "COLDF_SH", "COLDF_BG"]
     assert compare(DIALECT.read(files), long, small_cell("fanuc")) == ()
 
 

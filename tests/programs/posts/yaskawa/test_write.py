@@ -85,7 +85,7 @@ def test_comments_have_32_characters() -> None:
 
 def test_a_loop_counts_and_says_why() -> None:
     made = export(PROGRAMS["loop"](), small_cell("yaskawa"), "yaskawa")
-    assert instructions(made.files["TINY.JBI"], "SET", "*", "INC", "JUMP") == [
+    assert instructions(made.files["TINY.JBI"], "SET", "*LOOP", "INC", "JUMP *LOOP") == [
         "SET I090 0",
         "*LOOP1",
         "INC I090",
@@ -111,7 +111,7 @@ def test_a_long_program_is_divided_into_jobs() -> None:
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines)
     files = written(motion)
-    assert list(files) == ["TINY.JBI", "TINY_01.JBI", "TINY_02.JBI", "TINY_03.JBI", "TINY.TXT"]
+    assert list(files) == ["TINY.JBI", "TINY_01.JBI", "TINY_02.JBI", "TINY_03.JBI", "TINY_SH.JBI", "TINY.TXT"]
     assert compare(DIALECT.read(files), motion, small_cell("yaskawa")) == ()
 
 
