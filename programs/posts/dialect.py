@@ -69,6 +69,9 @@ class Dialect:
     controller: Controller | None = None
     """The model that predicts the time of a program; ``None`` where the text states the time of every place."""
 
+    writes_joints: bool = True
+    """Whether a joint motion is written with joint values, where they are known."""
+
     def folder(self, files: ProgramFiles) -> str:
         """Name the folder that the files of a program have to be in; empty where any will do."""
         return next(iter(files)).removesuffix(self.form.suffix) if self.form.is_project else ""
@@ -83,4 +86,4 @@ class Dialect:
         Raises:
             ProgramError: a file is missing, or holds a statement that this language's writer does not write.
         """
-        return replace(self.rebuild(files), analog=self.capability.analog)
+        return replace(self.rebuild(files), capability=self.capability, has_joints=self.writes_joints)

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from programs.motion.analog import IN_OWN_UNIT, Counting
+from programs.motion.analog import Counting
+from programs.motion.lower import Capability
 from programs.pose import Pose
 
 
@@ -58,6 +59,8 @@ class ReadLine:
     """``None`` where the text states none."""
     turn_acceleration_deg_s2: float | None = None
     """``None`` where the text states none."""
+    axes: Axes | None = None
+    """Where the axes are at the end, in tables that have them beside the pose: as the cell counts them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +72,8 @@ class ReadReach:
     """Of the motion to joint values that leads there, as the controller counts them, degrees or mm; empty if none."""
     speed_share: float | None = None
     """Of the joints' greatest speeds; ``None`` where the text states none."""
+    way: "tuple[ReadLine, ...]" = ()
+    """The motion in small steps, in tables that have it; with the end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,6 +124,8 @@ class ReadRepeat:
     """The quantity, in its own unit, that ends it; ``None`` where it only counts."""
     reading: tuple[float, float] | None = None
     """Scale and offset that turn the input's number into the quantity; ``None`` where the text does not have them."""
+    channel: str = ""
+    """Name or number of the input; empty where the text does not have it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +136,10 @@ class ReadEndRepeat:
 ReadStep: TypeAlias = (
     ReadLine | ReadReach | ReadPause | ReadSwitch | ReadTool | ReadBoard | ReadCall | ReadRepeat | ReadEndRepeat
 )
+
+
+EXACT = Capability(controller_class=3, timing="boundary", cycle_s=0.0)
+"""Of a language whose steps are as small as can be."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,12 +189,19 @@ class Rebuilt:
     """A program as its text executes."""
 
     steps: tuple[ReadStep, ...]
-    analog: Counting = IN_OWN_UNIT
-    """How its analog values and readings count."""
     places: tuple[TextPlace | None, ...] = ()
     """Statement of each step, as far as they are known."""
     frame: ReadFrame | None = None
     """``None`` where the language has none, such as a table."""
+    capability: Capability = EXACT
+    """What its language can time, and in which steps it counts."""
+    has_joints: bool = True
+    """Whether a joint motion goes to joint values, where they are known."""
+
+    @property
+    def analog(self) -> Counting:
+        """How its analog values and readings count."""
+        return self.capability.analog
 
     def place(self, step: int) -> TextPlace | None:
         """Statement of a step; that of the last one for what comes after the end."""

@@ -84,7 +84,10 @@ class PaintReader(RapidReader):
     def load(self, files: ProgramFiles) -> str:
         """Find the guns too."""
         names = r'CONST string sBrush(\d+):="(\w+)";'
-        self.guns = {number: name for text in files.values() for number, name in re.findall(names, text)}
+        listed = [found for text in files.values() for found in re.findall(names, text)]
+        self.guns = dict(listed)
+        if [number for number, _ in listed] != [str(number) for number in range(1, 1 + len(set(self.guns.values())))]:
+            raise ProgramError("the brushes are not numbered from 1, or two have one gun.", file=next(iter(files)))
         return super().load({file: re.sub(names, "", text) for file, text in files.items()})
 
     def grammar(self) -> dict[str, Action]:

@@ -4,29 +4,30 @@ import re
 
 from programs.errors import ProgramError
 from programs.pose import Pose
+from programs.posts.abb.write import REACH_SPEED
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, N, Reader, look_up, refusal, skip, statements_of
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, checked, look_up, refusal, skip, statements_of
 from programs.posts.rebuilt import ReadSignal
 
 _DATA = re.compile(r"(?:LOCAL )?(?:CONST|PERS|VAR) (\w+) (\w+)(?::=(.*))?;")
 _OUTPUT = r"\\[DGA]Op:=(\w+),([\d.-]+);"
-_NUMBER = re.compile(r"-?[\d.]+(?:E\d+)?")
-_LIST = r"[\d.,E-]+"
-_Z0_MM = 0.3
-"""Radius of the zone z0."""
-_POSE = "[[0,0,0],[0,0,0,0]]"
+_LIST = rf"{NUMBER}(?:,(?:{NUMBER}|9E9))*"
+_ZONES_MM = {"z0": 0.3, "z1": 1.0, "z5": 5.0}
+"""Radii of the predefined zones."""
+_POSE = rf"\[\[{N},{N},{N}\],\[{N},{N},{N},{N}\]\]"
+_NO_AXES = re.escape("[9E9,9E9,9E9,9E9,9E9,9E9]")
 _SHAPES = {
-    "robtarget": "[[0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,0,0,0]]",
-    "jointtarget": "[[0,0,0,0,0,0],[0,0,0,0,0,0]]",
-    "tooldata": f"[TRUE,{_POSE},[0,[0,0,0],[0,0,0,0],0,0,0]]",
-    "wobjdata": f'[FALSE,TRUE,"",{_POSE},{_POSE}]',
-    "speeddata": "[0,0,0,0]",
-    "triggdata": "",
-    "num": "0",
-    "bool": "FALSE",
-    "intnum": "",
+    "robtarget": rf"{_POSE[:-2]},\[0,0,0,0\],{_NO_AXES}\]",
+    "jointtarget": rf"\[\[{_LIST}\],\[(?:9E9|{NUMBER})(?:,(?:9E9|{NUMBER})){{5}}\]\]",
+    "tooldata": rf"\[TRUE,{_POSE},\[{N},\[0,0,{N}\],\[1,0,0,0\],0,0,0\]\]",
+    "wobjdata": rf'\[FALSE,TRUE,"",{_POSE},\[\[0,0,0\],\[1,0,0,0\]\]\]',
+    "speeddata": rf"\[{N},{N},5000,1000\]",
+    "triggdata": "()",
+    "num": "([01])",
+    "bool": "(FALSE)",
+    "intnum": "()",
 }
-"""How the values of each type are nested, every number as 0."""
+"""Patterns of the values of each type; their groups are its numbers."""
 
 
 class RapidReader(Reader):
@@ -37,9 +38,9 @@ class RapidReader(Reader):
 
     def __init__(self) -> None:
         super().__init__()
-        self.values: dict[tuple[str, str], str] = {}
-        """By type and name."""
-        self.triggers: dict[str, tuple[float, bool, float, str, float]] = {}
+        self.values = self.declares("data")
+        """Numbers by type and name."""
+        self.triggers = self.declares("trigger")
         """Place in mm, whether it counts from the start, lead in seconds, channel and value by name."""
 
     def load(self, files: ProgramFiles) -> str:
@@ -49,20 +50,28 @@ class RapidReader(Reader):
             if name.endswith(".pgf") and re.findall(r"<Module>(.*)</Module>", text) != list(modules):
                 raise ProgramError("the .pgf does not list the modules.", file=name)
         for name, text in modules.items():
+            if not (text.startswith(f"MODULE {name.removesuffix('.mod')}\n") and text.endswith("\nENDMODULE\n")):
+                raise ProgramError("this is no module of its file's name.", file=name)
             lines = statements_of(name, text)
             statements = (line for line in lines if not line.startswith(("!", "MODULE ", "ENDMODULE")))
             for line in self.sort(
                 statements, r"(?:PROC (?=\w+\()|TRAP )(\w+)(?:\((?:string sText)?\))?", "ENDPROC|ENDTRAP"
             ):
                 match = _DATA.fullmatch(line)
-                if match is None or _NUMBER.sub("0", match[3] or "") != _SHAPES.get(match[1]):
+                shape = match and re.fullmatch(_SHAPES.get(match[1], "(?!)"), match[3] or "")
+                if match is None or shape is None:
                     raise refusal(line, "declares nothing")
-                self.values[match[1], match[2]] = match[3] or ""
+                self.values.add((match[1], match[2]), shape.groups(), line)
+                if match[1] in ("bool", "intnum") or match[2] == "nStart":
+                    self.values.used.add((match[1], match[2]))  # of the production frame
+        self.called.add("stop_job")
         return "main"
 
     def grammar(self) -> dict[str, Action]:
         """List the statements."""
-        looks = r" AND \(\1=0 OR ([\d.-]+)\*AInput\(\w+\)\+([\d.-]+)<([\d.-]+)\)"
+        looks = rf" AND \(\1=0 OR {N}\*AInput\((\w+)\)\+{N}<{N}\)"
+        slow = rf"({REACH_SPEED}),fine,(\w+)"
+        external = rf"{_LIST}|9E9(?:,9E9)*"
         return {
             rf"({self.moves}) (\w+),(\w+)((?:,ev\d+)?(?:\\T\d:=ev\d+)*),(\w+),(\w+)\\WObj:=(\w+);": self.move,
             r"shut_valves;": self.shut("main"),
@@ -74,15 +83,17 @@ class RapidReader(Reader):
             r"CONNECT (\w+) WITH on_fault;": self.connect,
             r"ERROR": self.handle_error,
             r"IDelete \w+;|nStart:=1;|ENDIF": skip,
-            rf"MoveAbsJ \[\[({_LIST})\],\[({_LIST})\]\]\\NoEOffs,.*": self.move_to_joints,
-            r"MoveAbsJ jHome\\NoEOffs,.*": skip,
-            rf"TriggEquip (\w+),([\d.-]+)(\\Start)?,([\d.-]+){_OUTPUT}": self.define_trigger,
-            rf"TriggIO (\w+),()()([\d.-]+)\\Time{_OUTPUT}": self.define_trigger,
+            rf"MoveAbsJ \[\[({_LIST})\],\[({external})\]\]\\NoEOffs,{slow}\\WObj:=(\w+);": self.move_to_joints,
+            rf"MoveAbsJ (jHome)\\NoEOffs,{slow};": self.go_home,
+            rf"TriggEquip (\w+),([\d.]+)(\\Start)?,([\d.]+){_OUTPUT}": self.define_trigger,
+            rf"TriggIO (\w+),()()([\d.]+)\\Time{_OUTPUT}": self.define_trigger,
             r"Set[DGA]O (\w+),([\d.-]+);": lambda match: self.switch(match[1], float(match[2])),
             r"WaitTime ([\d.]+);": self.pause,
-            rf"WHILE (\w+)<(\d+)(?:{looks})? DO": lambda match: self.repeat(match[2], match.groups()[2:]),
+            rf"WHILE (\w+)<(\d+)(?:{looks})? DO": self.begin_loop,
             r"ENDWHILE": self.end_repeat,
-            r"(ConfJ\\Off|ConfL\\Off|nLoop\d+:=.*);": skip,
+            r"(nLoop\d+):=0;": self.set_counter,
+            r"(nLoop\d+):=\1\+1;": self.raise_counter,
+            r"(ConfJ\\Off|ConfL\\Off);": skip,
             r"([A-Za-z]\w*);": self.call,
         }
 
@@ -115,15 +126,35 @@ class RapidReader(Reader):
         self.pass_on(r"shut_valves;", r"RAISE;")
         self.shut_by.add("ERROR")
 
+    def begin_loop(self, match: re.Match[str]) -> None:
+        """Begin a loop; its counter is a number that is declared."""
+        self.values.use(("num", match[1]))
+        self.repeat(match[2], match.groups()[2:], match[1])
+
+    def go_home(self, match: re.Match[str]) -> None:
+        """Go home."""
+        self.numbers(match[1], "jointtarget")
+        self.check_reach(match[2], match[3])
+
+    def check_reach(self, speed: str, tool: str) -> None:
+        """Make sure that a joint motion has the speed of all, and a tool that there is."""
+        if self.numbers(speed, "speeddata") != [100.0, 500.0]:
+            raise ProgramError(f"speed {speed} of joint motions is not [100,500,5000,1000].")
+        if tool != "tool0":
+            self.numbers(tool, "tooldata")
+
     def move_to_joints(self, match: re.Match[str]) -> None:
         """Come to joint values: the robot's, and those of external axes that there are."""
+        self.check_reach(match[3], match[4])
+        self.numbers(match[5], "wobjdata")
         external = [word for word in match[2].split(",") if word != "9E9"]
         self.come_to(float(word) for word in (*match[1].split(","), *external))
 
     def define_trigger(self, match: re.Match[str]) -> None:
         """Define when a trigger leaves."""
         name, place_mm, start, lead, channel, value = match.groups()
-        self.triggers[name] = (float(place_mm or 0.0), bool(start), float(lead), channel, float(value))
+        self.values.use(("triggdata", name))
+        self.triggers.add(name, (float(place_mm or 0.0), bool(start), float(lead), channel, float(value)))
 
     def move(self, match: re.Match[str]) -> None:
         """Move in a line, or by joints."""
@@ -131,27 +162,33 @@ class RapidReader(Reader):
         self.use_tool(tool, self.pose_of(tool, "tooldata"))
         self.use_board(self.pose_of(board, "wobjdata"))
         pose = self.pose_of(target, "robtarget")
-        if kind == "MoveJ":
-            self.reach(pose)
+        names = re.findall(r"ev\d+", triggers)
+        if kind == "MoveJ" or self.counted:
+            self.check_reach(speed, tool)
+            if zone != "fine" or names:
+                raise ProgramError(f"{match[0]!r} comes to a pose and does not stop there, or switches something.")
+            self.reach(pose, self.counted)
             return
+        if [f"\\T{number}:=" for number in range(2, 1 + len(names))] != re.findall(r"\\T\d:=", triggers):
+            raise ProgramError(f"the triggers of {match[0]!r} are not counted from T2.")
         length_mm = self.length_to(pose)
-        speed_mm_s, turn_deg_s, *_ = self.numbers(speed, "speeddata")
-        self.state(zone=_Z0_MM if zone == "z0" else float(zone[1:]) if zone != "fine" else 0.0, turn_deg_s=turn_deg_s)
-        signals = tuple(self.signal(name, length_mm) for name in re.findall(r"ev\d+", triggers))
+        speed_mm_s, turn_deg_s = self.numbers(speed, "speeddata")
+        zone_mm = 0.0 if zone == "fine" else look_up(_ZONES_MM, zone, f"zone {zone}")
+        self.state(zone=zone_mm, turn_deg_s=turn_deg_s)
+        signals = tuple(self.signal(name, length_mm) for name in names)
         self.line(pose, zone == "fine", speed_mm_s if length_mm else 0.0, signals)
 
     def signal(self, name: str, length_mm: float) -> ReadSignal:
         """Place a trigger on a line."""
-        place_mm, from_start, lead_s, channel, value = look_up(self.triggers, name, f"trigger {name}")
-        share = place_mm / length_mm if length_mm else 0.0
+        place_mm, from_start, lead_s, channel, value = self.triggers.use(name)
+        share = place_mm / length_mm if length_mm else place_mm
         return ReadSignal(channel, value, share if from_start else 1.0 - share, -lead_s)
 
     def numbers(self, name: str, kind: str) -> list[float]:
         """Give the numbers of a declared value."""
-        value = look_up(self.values, (kind, name), f"{kind} {name}")
-        return [float(word) for word in _NUMBER.findall(value)]
+        return [float(word) for word in self.values.use((kind, name))]
 
     def pose_of(self, name: str, kind: str) -> Pose:
         """Give the pose that a target, tool or work object begins with."""
         x, y, z, a, b, c, d = self.numbers(name, kind)[:7]
-        return Pose((x, y, z), (a, b, c, d))
+        return Pose((x, y, z), checked((a, b, c, d)))

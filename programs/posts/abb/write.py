@@ -23,7 +23,7 @@ _RESERVED = frozenset({
 """Words of the language, and the routines that every program has."""
 _ZONES = ((5.0, "z5"), (1.0, "z1"), (0.0, "z0"))
 """Predefined zones by their radius; z0 is 0.3 mm, and the controller shrinks a zone that has no room."""
-_REACH_SPEED = "s100"
+REACH_SPEED = "s100"
 
 
 class Rapid(Syntax):
@@ -80,8 +80,8 @@ class Rapid(Syntax):
 
     def reach(self, reach: Reach) -> Iterator[str]:
         """Write ``MoveAbsJ`` and the line that is left, or ``MoveJ``."""
-        frames = f"{_REACH_SPEED},fine,{self.tool}\\WObj:={self.board};"
-        self.speeds[_REACH_SPEED] = "[100,500,5000,1000]"
+        frames = f"{REACH_SPEED},fine,{self.tool}\\WObj:={self.board};"
+        self.speeds[REACH_SPEED] = "[100,500,5000,1000]"
         if reach.joints:
             yield f"MoveAbsJ {self.joint_target(reach.joints)}\\NoEOffs,{frames}"
         yield f"{'MoveL' if reach.joints else 'MoveJ'} {self.point(reach.target)},{frames}"
@@ -135,8 +135,8 @@ class Rapid(Syntax):
     def home(self) -> Iterator[str]:
         """Go to ``jHome``."""
         if self.installation.home:
-            self.speeds[_REACH_SPEED] = "[100,500,5000,1000]"
-            yield f"MoveAbsJ jHome\\NoEOffs,{_REACH_SPEED},fine,{next(iter(self.tools), 'tool0')};"
+            self.speeds[REACH_SPEED] = "[100,500,5000,1000]"
+            yield f"MoveAbsJ jHome\\NoEOffs,{REACH_SPEED},fine,{next(iter(self.tools), 'tool0')};"
 
     def begin_production(self) -> Iterator[str]:
         """Connect the fault routine too."""

@@ -5,13 +5,14 @@ from dataclasses import replace
 
 from programs.errors import ProgramError
 from programs.pose import Pose
+from programs.posts.denso.write import SPEEDS
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, refusal, skip, statements_of
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, U, read_pose, refusal, skip, statements_of
 from programs.posts.rebuilt import ReadBoard, ReadLine, ReadPause, ReadSignal, ReadSwitch
 from programs.posts.writing.angles import from_fixed_xyz
 
 _POSE = rf"P\(((?:{NUMBER}, ){{5}}{NUMBER})"
-_EXIT = rf"If {N} \* IOW\[\d+\] \+ {N} >= {N} Then Exit For"
+_EXIT = rf"If {N} \* IOW\[(\d+)\] \+ {N} >= {N} Then Exit For"
 
 
 class PacScriptReader(Reader):
@@ -21,7 +22,8 @@ class PacScriptReader(Reader):
 
     def __init__(self) -> None:
         super().__init__()
-        self.frames: dict[tuple[str, str], Pose] = {}
+        self.frames = self.declares("frame")
+        self.counter_names = self.declares("counter")
         self.moving = False
         """Whether the last move goes on while the program does."""
         self.percent = 0
@@ -35,14 +37,14 @@ class PacScriptReader(Reader):
             lines = statements_of(file, text, "'")
             named = (line.become(f"Sub {name}") if line == "Sub Main" else line for line in lines)
             for line in self.sort(named, r"Sub (\w+)", "End Sub"):
-                if not re.fullmatch(rf"#Define (?:PER_MM_S|PER_DEG_S) {NUMBER}", line):
+                if line not in {each.partition("'")[0].strip() for each in SPEEDS}:
                     raise refusal(line, "stands outside a subprogram")
         return main
 
     def grammar(self) -> dict[str, Action]:
         """List the statements."""
         return {
-            rf"Move L, @(\d+) {_POSE}, -1\), Speed = {N} \* (PER_MM_S|PER_DEG_S)(, Next)?": self.move,
+            rf"Move L, @(\d+) {_POSE}, -1\), Speed = {U} \* (PER_MM_S|PER_DEG_S)(, Next)?": self.move,
             rf"(?:(Set|Reset) IO\[(\d+)\]|(IOB|IOW)\[(\d+)\] = {N})": self.set_output,
             r"Arrive (\d+)": self.wait_for_percent,
             r"WaitMotion 4, 0": self.stand,
@@ -62,10 +64,12 @@ class PacScriptReader(Reader):
             r"End If|I\[99\] = 1": skip,
             r"Call (\w+)": self.call,
             r"For (nLoop\d+) = 1 To (\d+)": self.begin_loop,
-            r"Next nLoop\d+": self.end_repeat,
+            r"Next (nLoop\d+)": self.end_loop,
+            _EXIT: self.leave_loop,
+            r"Dim (nLoop\d+) As Integer": lambda match: self.counter_names.add(match[1], 0),
             rf"(Tool|Work) (\d+), {_POSE}\)": self.set_frame,
             r"Change(Tool|Work) (\d+)": self.use_frame,
-            rf"Dim nLoop\d+ As Integer|TakeArm Keep = 0|GiveArm|Speed 100|Accel 100, 100|{_EXIT}": skip,
+            r"TakeArm Keep = 0|GiveArm|Speed 100|Accel 100, 100": skip,
         }
 
     def execute(self, statement: str) -> None:
@@ -147,15 +151,30 @@ class PacScriptReader(Reader):
         if not end:
             raise ProgramError(f"{match[0]} has no Next.")
         looks = re.fullmatch(_EXIT, lines[end - 1])
-        self.repeat(match[2], looks.groups() if looks else ())
+        self.counter_names.use(match[1])
+        self.counters[match[1]] = 0
+        self.repeat(match[2], looks.groups() if looks else (), match[1])
+        self.counters[match[1]] = 1  # it counts by itself
+
+    def leave_loop(self, match: re.Match[str]) -> None:
+        """Leave a loop by its input, right before it ends."""
+        lines = self.routines[self.routine]
+        if not self.loops or self.at + 1 == len(lines) or lines[self.at + 1] != f"Next {self.loops[-1]}":
+            raise ProgramError(f"{match[0]!r} does not stand at the end of a loop.")
+
+    def end_loop(self, match: re.Match[str]) -> None:
+        """End the loop of a counter."""
+        if self.loops[-1:] != [match[1]]:
+            raise ProgramError(f"{match[0]!r} ends another loop than the innermost.")
+        self.end_repeat(match)
 
     def set_frame(self, match: re.Match[str]) -> None:
         """Set a tool or a work."""
-        self.frames[match[1], match[2]] = _pose(match[3])
+        self.frames.add((match[1], match[2]), _pose(match[3]))
 
     def use_frame(self, match: re.Match[str]) -> None:
         """Use another tool or work from now on."""
-        pose = look_up(self.frames, (match[1], match[2]), f"{match[1]} {match[2]}")
+        pose = self.frames.use((match[1], match[2]))
         if match[1] == "Tool":
             self.use_tool(match[0], pose)
         else:

@@ -11,7 +11,7 @@ from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.posts.writing.wording import cut, fixed, indent, join_lines, pose_words, short
 
-_SPEEDS = (
+SPEEDS = (
     "#Define PER_MM_S 0.1 ' percent of Speed for 1 mm/s, assumed: 100 / greatest CP speed of this arm",
     "#Define PER_DEG_S 0.2 ' percent of Speed for 1 deg/s, assumed: 100 / greatest turn of this arm",
 )
@@ -105,13 +105,13 @@ class PacScript(Syntax):
         """Write one file, or a file for each subprogram and one that calls them."""
         units = "Units: mm, degrees; positions in the board's CAD frame (Work), RX RY RZ about the fixed x, y, z."
         head = self.heading(units)
-        top = [_title(self.name), *head, *_SPEEDS, "", *_sub("Main", main.body), *_sub(self.shut_name, self.shut())]
+        top = [_title(self.name), *head, *SPEEDS, "", *_sub("Main", main.body), *_sub(self.shut_name, self.shut())]
         if self.fits_one_file:
             inside = [line for each in routines for line in _sub(each.name, each.body)]
             return {f"{self.name}.pcs": join_lines([*top, *inside])}
         files = {f"{self.name}.pcs": join_lines(top)}
         for each in routines:
-            files[f"{each.name}.pcs"] = join_lines([_title(each.name), *_SPEEDS, "", *_sub("Main", each.body)])
+            files[f"{each.name}.pcs"] = join_lines([_title(each.name), *SPEEDS, "", *_sub("Main", each.body)])
         return files
 
 

@@ -4,9 +4,9 @@ import re
 from collections.abc import Iterator, Sequence
 
 from programs.errors import ProgramError
-from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, refusal, skip, statements_of
+from programs.posts.epson.write import ACCELERATION, SETTINGS, TURN_ACCELERATION
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, U, read_pose, refusal, skip, statements_of
 from programs.posts.rebuilt import ReadSignal
 from programs.posts.writing.angles import from_moving_zyx
 
@@ -14,7 +14,7 @@ _XY = rf"XY\(((?:{NUMBER}, ){{5}}{NUMBER})\)"
 _OUTPUT = rf"(?:(On|Off) (\d+)|(Out|AIO_Out) (\d+), {N})"
 _PARALLEL = re.compile(rf"D(\d+); {_OUTPUT}(?:; |$)")
 _STOP = r'Call stop_job\("[^"]*"\)'
-_WHILE = rf"Loop While (nLoop\d+) < (\d+)(?: And {N} \* AIO_In\(\d+\) \+ {N} < {N})?"
+_WHILE = rf"Loop While (nLoop\d+) < (\d+)(?: And {N} \* AIO_In\((\d+)\) \+ {N} < {N})?"
 
 
 class SpelReader(Reader):
@@ -24,7 +24,8 @@ class SpelReader(Reader):
 
     def __init__(self) -> None:
         super().__init__()
-        self.frames: dict[tuple[str, str], Pose] = {}
+        self.frames = self.declares("frame")
+        self.counter_names = self.declares("counter")
         self.speed_mm_s = 0.0
 
     def load(self, files: ProgramFiles) -> str:
@@ -37,15 +38,15 @@ class SpelReader(Reader):
 
     def grammar(self) -> dict[str, Action]:
         """List the statements."""
-        settings = rf"Integer nLoop\d+|Motor On|Power High|Speed \d+|Accel {NUMBER}, {NUMBER}"
+        settings = "|".join(setting for setting in SETTINGS if not setting.startswith(("AccelS", "AccelR")))
         return {
             rf"(Move|Go) {_XY} /(\d+)( ROT)?( CP)?(?: !(.*)!)?": self.move,
-            rf"SpeedS {N}": self.set_speed,
-            rf"SpeedR {N}": lambda match: self.state(turn_deg_s=float(match[1])),
-            rf"AccelS {N}, {NUMBER}": lambda match: self.state(acceleration_mm_s2=float(match[1])),
-            rf"AccelR {N}, {NUMBER}": lambda match: self.state(turn_acceleration_deg_s2=float(match[1])),
+            rf"SpeedS {U}": self.set_speed,
+            rf"SpeedR {U}": lambda match: self.state(turn_deg_s=float(match[1])),
+            rf"AccelS ({ACCELERATION}), \1": lambda match: self.state(acceleration_mm_s2=float(match[1])),
+            rf"AccelR ({TURN_ACCELERATION}), \1": lambda match: self.state(turn_acceleration_deg_s2=float(match[1])),
             _OUTPUT: lambda match: self.switch(*_switched(match.groups())),
-            rf"Wait {N}": self.pause,
+            rf"Wait {U}": self.pause,
             r"Call shut_valves": self.shut("main"),
             r"(On|Off) (\d+), Forced": lambda match: self.switch(*_switched((*match.groups(), None, None, None))),
             r"If nStart <= (\d+) Then Call (\w+)": lambda match: (
@@ -61,9 +62,12 @@ class SpelReader(Reader):
             r"Do": self.begin_loop,
             _WHILE: self.end_repeat,
             rf"(TLSet|Local) (\d+), {_XY}": self.set_frame,
-            r"Tool (\d+)": lambda match: self.use_tool(match[0], look_up(self.frames, ("TLSet", match[1]), match[0])),
+            r"Tool (\d+)": lambda match: self.use_tool(match[0], self.frames.use(("TLSet", match[1]))),
             rf"Go JA\(({NUMBER}(?:, {NUMBER})*)\)": self.move_joints,
-            rf"nLoop(\d+) = (?:0|nLoop\1 \+ 1)|{settings}": skip,
+            r"Integer (nLoop\d+)": lambda match: self.counter_names.add(match[1], 0),
+            r"(nLoop\d+) = 0": self.set_counter,
+            r"(nLoop\d+) = \1 \+ 1": self.raise_counter,
+            settings: skip,
         }
 
     def wait_contact(self, match: re.Match[str]) -> None:
@@ -102,7 +106,8 @@ class SpelReader(Reader):
         """Begin a loop whose counter is the first thing in it."""
         counter = next((found[1] for found in self.ahead(r"(nLoop\d+) = nLoop\d+ \+ 1")), "")
         end = self.find_end(_WHILE, counter)
-        self.repeat(end[2], end.groups()[2:])
+        self.counter_names.use(end[1])
+        self.repeat(end[2], end.groups()[2:], end[1])
 
     def set_speed(self, match: re.Match[str]) -> None:
         """Set the speed of the TCP."""
@@ -110,12 +115,12 @@ class SpelReader(Reader):
 
     def set_frame(self, match: re.Match[str]) -> None:
         """Set a tool or a local."""
-        self.frames[match[1], match[2]] = read_pose(match[3].split(", "), from_moving_zyx)
+        self.frames.add((match[1], match[2]), read_pose(match[3].split(", "), from_moving_zyx))
 
     def move(self, match: re.Match[str]) -> None:
         """Move in a line, or by joints."""
         word, values, local, turns, passes, parallel = match.groups()
-        self.use_board(look_up(self.frames, ("Local", local), f"Local {local}"))
+        self.use_board(self.frames.use(("Local", local)))
         pose = read_pose(values.split(", "), from_moving_zyx)
         if word == "Go":
             self.reach(pose)

@@ -11,6 +11,19 @@ from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import cut, fixed, indent, join_lines, make_name, pose_words
 
+ACCELERATION, TURN_ACCELERATION = 2000, 1000
+"""mm/s2 and degrees/s2; assumed."""
+SETTINGS = (
+    *("Motor On", "Power High", "Speed 10", "Accel 20, 20"),
+    *(
+        "SpeedS 100",
+        f"AccelS {ACCELERATION}, {ACCELERATION}",
+        "SpeedR 90",
+        f"AccelR {TURN_ACCELERATION}, {TURN_ACCELERATION}",
+    ),
+)
+"""Power, and speeds and accelerations to begin with."""
+
 
 class Spel(Syntax):
     """SPEL+: functions of moves to points of a local."""
@@ -77,8 +90,7 @@ class Spel(Syntax):
     def prepare(self) -> Iterator[str]:
         """Set speeds and accelerations, tools and locals."""
         yield from (f"Integer nLoop{number}" for number in self.loops)
-        yield from ("Motor On", "Power High", "Speed 10", "Accel 20, 20")
-        yield from ("SpeedS 100", "AccelS 2000, 2000", "SpeedR 90", "AccelR 1000, 1000")
+        yield from SETTINGS
         for kind, number, name, pose in self.slots.entries(self.installation):
             yield f"{'TLSet' if kind == 'tool' else 'Local'} {number}, {_xy(pose)} ' {cut(name, 40)}"
 

@@ -5,19 +5,20 @@ import re
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.fanuc.write import LONGEST_WAIT_S, READING
+from programs.posts.fanuc.write import LONGEST_WAIT_S, POSITION, REACH_PERCENT, READING, attributes_of
 from programs.posts.reading.driver import Action, Reader, Statement, look_up, read_pose, refusal, skip
 from programs.posts.rebuilt import ReadSignal, TextPlace
 from programs.posts.writing.angles import from_fixed_xyz
+from programs.posts.writing.wording import join_lines
 
 _N = r"(-?\d*\.?\d+)"
 _M = r"\(?(-?\d*\.?\d+)\)?"
 """A number that stands in brackets if it is negative."""
 _ASSIGNMENT = rf"(DO|GO|AO)\[(\d+)\]=(ON|OFF|{_M})"
-_ENTERED = r"(UFRAME|UTOOL)\[(\d+)\]=PR\[\d+\]"
-_SCALED = rf"R\[\d+\]=AI\[\d+\]\*{_M}"
+_ENTERED = rf"(UFRAME|UTOOL)\[(\d+)\]=PR\[{POSITION}\]"
+_SCALED = rf"R\[{READING}\]=AI\[(\d+)\]\*{_M}"
 _SHIFTED = rf"R\[{READING}\]=R\[{READING}\]\+{_M}"
-_AGAIN = rf"IF R\[\d+\]<(\d+)(?: AND R\[\d+\]<{_M})?,JMP LBL\[(\d+)\]"
+_AGAIN = rf"IF R\[(\d+)\]<(\d+)(?: AND R\[{READING}\]<{_M})?,JMP LBL\[(\d+)\]"
 _INSTRUCTION = re.compile(r" *(\d+):(?:  )?(.*) ;")
 _POSITION = re.compile(
     rf"P\[(\d+)\]\{{\n   GP1:\n\tUF : (\d+), UT : (\d+),(?:\t\tCONFIG : '[NF] U T, -?\d, -?\d, -?\d',\n\t"
@@ -34,10 +35,10 @@ class TpReader(Reader):
 
     def __init__(self) -> None:
         super().__init__()
-        self.positions: dict[tuple[str, str], tuple[str, str, Pose | tuple[float, ...]]] = {}
+        self.positions = self.declares("position")
         """User frame, tool, and pose or joint values, by program and number."""
         self.tables: dict[tuple[str, str], Pose] = {}
-        self.register = ["0"] * 6
+        self.register = [""] * 6
         self.frames: dict[str, str] = {}
 
     def load(self, files: ProgramFiles) -> str:
@@ -55,7 +56,8 @@ class TpReader(Reader):
         """Read the instructions and positions of a program."""
         head, found, rest = text.partition("/MN\n")
         body, _, points = rest.partition("/POS\n")
-        if not (found and head.startswith(f"/PROG  {name}\n/ATTR\n") and points.endswith("/END\n")):
+        attributes = attributes_of(name, body.count("\n"), "P[" in points)
+        if not (found and f"{head}{found}" == join_lines(attributes) and points.endswith("/END\n")):
             raise ProgramError(f"{name} is no TP program.", file=file)
         instructions: list[str] = []
         first = head.count("\n") + 2
@@ -69,7 +71,9 @@ class TpReader(Reader):
             number, frame, tool, *numbers, joints = match.groups()
             values = tuple(float(word) for word in re.findall(rf"J\d+ = +{_N} ", joints or ""))
             pose = values or read_pose(numbers, from_fixed_xyz)
-            self.positions[name, number] = (frame, tool, pose)
+            if re.findall(r"J(\d+) =", joints or "") != [str(axis) for axis in range(1, 1 + len(values))]:
+                raise ProgramError(f"the joints of P[{number}] are not in order.", file=file)
+            self.positions.add((name, number), (frame, tool, pose), Statement("", TextPlace(file, 1)))
         if len(_POSITION.sub("", points)) != len("/END\n"):
             raise ProgramError("a position is not written as expected.", file=file)
 
@@ -85,21 +89,24 @@ class TpReader(Reader):
             r"R\[88\]=0": self.wait_sensor,
             r"LBL\[99\]|R\[89\]=1": skip,
             r"!.*": skip,
-            r"J P\[(\d+)\] \d+% FINE": lambda match: self.move_to(self.position(match[1])),
+            rf"J P\[(\d+)\] {REACH_PERCENT}% FINE": lambda match: self.move_to(self.position(match[1])),
             r"(UFRAME|UTOOL)_NUM=(\d+)": self.use_frame,
             _ASSIGNMENT: lambda match: self.switch(*_assigned(*match.groups())),
             rf"WAIT {_N}\(sec\)": lambda match: self.hold(float(match[1]), LONGEST_WAIT_S),
             r"LBL\[(\d+)\]": self.begin_loop,
             _AGAIN: self.end_repeat,
             r"CALL ([A-Z]\w*)": self.call,
-            rf"PR\[\d+,([1-6])\]={_M}": self.enter_value,
+            rf"PR\[{POSITION},([1-6])\]={_M}": self.enter_value,
             _ENTERED: self.enter_frame,
-            rf"PR\[\d+\]=LPOS|R\[\d+\]=0|R\[\d+\]=R\[\d+\]\+1|{_SCALED}|{_SHIFTED}": skip,
+            r"R\[(\d+)\]=0": self.set_counter,
+            r"R\[(\d+)\]=R\[\1\]\+1": self.raise_counter,
+            rf"PR\[{POSITION}\]=LPOS|{_SCALED}|{_SHIFTED}": skip,
         }
 
     def read_shut(self) -> tuple[str, ...]:
         """Give the outputs that the fault routine shuts; the BG logic has to shut the same."""
         name = next((each for each in self.routines if each.endswith("_BG")), "")
+        self.called.add(name)
         stopped: set[str] = set()
         for statement in self.routines.get(name, []):
             found = re.fullmatch(r"IF \((?:!UO\[3\]|DI\[(\d+)\]=(ON|OFF))\),DO\[(\d+)\]=\(OFF\)", statement)
@@ -142,17 +149,22 @@ class TpReader(Reader):
         self.wait_least(scaled[1], (scaled[2], shifted[1], enough[1]), float(repeats[1]) / 10.0)
 
     def enter_value(self, match: re.Match[str]) -> None:
-        """Enter a number into the position register."""
+        """Enter a number into the position register, once for each frame."""
+        if self.register[int(match[1]) - 1]:
+            raise ProgramError(f"{match[0]!r} is entered twice.")
         self.register[int(match[1]) - 1] = match[2]
 
     def enter_frame(self, match: re.Match[str]) -> None:
         """Enter the position register into a table."""
+        if (match[1], match[2]) in self.tables or "" in self.register:
+            raise ProgramError(f"{match[0]!r} is entered twice, or without all numbers.")
         self.tables[match[1], match[2]] = read_pose(self.register, from_fixed_xyz)
+        self.register = [""] * 6
 
     def use_frame(self, match: re.Match[str]) -> None:
         """Use another tool or user frame from now on."""
         table, number = match.groups()
-        pose = self.tables.get((table, number))
+        pose = look_up(self.tables, (table, number), f"{table}[{number}]")
         self.frames[table] = number
         if table == "UTOOL":
             self.use_tool(number, pose)
@@ -161,7 +173,7 @@ class TpReader(Reader):
 
     def position(self, number: str) -> Pose | tuple[float, ...]:
         """Look up a position, taught in the frames in use."""
-        frame, tool, pose = look_up(self.positions, (self.routine, number), f"P[{number}]")
+        frame, tool, pose = self.positions.use((self.routine, number))
         if (frame, tool) != (self.frames.get("UFRAME"), self.frames.get("UTOOL")):
             raise ProgramError(f"P[{number}] is of frame {frame} and tool {tool}, which are not in use.")
         return pose
@@ -180,13 +192,13 @@ class TpReader(Reader):
 
     def begin_loop(self, match: re.Match[str]) -> None:
         """Find how a loop ends: the jump back to its label, and the reading before it."""
-        scale = offset = None
+        channel = scale = offset = None
         for found in self.ahead(rf"{_SCALED}|{_SHIFTED}|{_AGAIN}"):
-            scale, offset = found[1] or scale, found[2] or offset
-            if found[5] == match[1]:
-                if found[4] and (scale is None or offset is None):
+            channel, scale, offset = found[1] or channel, found[2] or scale, found[3] or offset
+            if found[7] == match[1]:
+                if found[6] and (scale is None or offset is None):
                     raise ProgramError(f"the loop at {match[0]} does not read its input.")
-                self.repeat(found[3], (scale, offset, found[4]) if found[4] else ())
+                self.repeat(found[5], (scale, channel, offset, found[6]) if found[6] else (), found[4])
                 return
         raise ProgramError(f"nothing jumps to {match[0]}.")
 

@@ -20,15 +20,15 @@ from programs.posts.writing.wording import fixed, join_lines, make_name, operand
 
 LONGEST_WAIT_S = 327.0
 """WAIT takes up to 327.67 s."""
-_REACH_PERCENT = 10
+REACH_PERCENT = 10
 READING = 90
-_COUNTER, _POSITION = 91, 91
+_COUNTER, POSITION = 91, 91
 """Registers: R[91] and up count loops, R[90] holds a reading; PR[91] is used by the program of frames. Assumed free."""
 _SLOW_CORNER_S = 0.05
 """At CNT100 a corner is rounded by about the way of half the time to brake; assumed 0.1 s."""
 _NOTES = (
     "The program that ends in FR enters these frames in the controller's tables; run it once, or enter your own",
-    f"R[{_COUNTER}] and up count loops, R[{READING}] holds a reading, PR[{_POSITION}] is used to enter the frames",
+    f"R[{_COUNTER}] and up count loops, R[{READING}] holds a reading, PR[{POSITION}] is used to enter the frames",
     "W, P, R turn about the fixed x, then y, then z axis; points are in the board's CAD frame",
     "Speeds are whole mm/sec, rounded down; an output's TB counts from the end of its motion, in hundredths",
 )
@@ -46,7 +46,7 @@ class Tp(Syntax):
     off_on = ("OFF", "ON")
     select_tool = "UTOOL_NUM={}"
     select_board = "UFRAME_NUM={}"
-    by_joints = f"J {{}} {_REACH_PERCENT}% FINE"
+    by_joints = f"J {{}} {REACH_PERCENT}% FINE"
     straight = "L {} 100mm/sec FINE"
     counter = "R[{number}]"
     first_counter = _COUNTER
@@ -195,7 +195,7 @@ class Tp(Syntax):
         units = ["deg" if kind == "revolute" else " mm" for kind in kinds]
         words = [f"J{n} = {fixed(v, 4):>10} {unit}" for n, (v, unit) in enumerate(zip(values, units, strict=True), 1)]
         rows = "".join(f",\n\t{row}" for row in (",\t".join(words[at : at + 3]) for at in range(0, len(words), 3)))
-        return f"J {self.declare(rows)} {_REACH_PERCENT}% FINE"
+        return f"J {self.declare(rows)} {REACH_PERCENT}% FINE"
 
     def declare(self, what: str) -> str:
         """Declare a position."""
@@ -230,7 +230,7 @@ class Tp(Syntax):
 
     def entries(self) -> Iterator[str]:
         """Enter the cell's frames in the controller's tables; the position register is made cartesian first."""
-        register = f"PR[{_POSITION}"
+        register = f"PR[{POSITION}"
         yield self.comment("Enter the frames of the cell")
         yield f"{register}]=LPOS"
         for kind, number, _, pose in self.slots.entries(self.installation):
@@ -265,8 +265,22 @@ def _configuration(degrees: Sequence[float]) -> str:
 
 
 def _program(name: str, body: Sequence[str], positions: Sequence[str]) -> str:
-    """Write a program: the attributes have no date, so that the same program gives the same bytes."""
-    lines = [
+    """Write a program."""
+    lines = attributes_of(name, len(body), bool(positions))
+    for number, line in enumerate(body, start=1):
+        lines.append(f"{number:4d}:{'' if line.startswith(('J P', 'L P')) else '  '}{line} ;")
+    return join_lines([*lines, "/POS", *positions, "/END"])
+
+
+def attributes_of(name: str, instructions: int, moves: bool) -> list[str]:
+    """Write what is before the instructions: it has no date, so that the same program gives the same bytes.
+
+    Args:
+        name: Of the program.
+        instructions: How many there are.
+        moves: Whether it has positions.
+    """
+    return [
         f"/PROG  {name}",
         "/ATTR",
         "OWNER\t\t= MNEDITOR;",
@@ -274,7 +288,7 @@ def _program(name: str, body: Sequence[str], positions: Sequence[str]) -> str:
         "PROG_SIZE\t= 0;",
         "FILE_NAME\t= ;",
         "VERSION\t\t= 0;",
-        f"LINE_COUNT\t= {len(body)};",
+        f"LINE_COUNT\t= {instructions};",
         "MEMORY_SIZE\t= 0;",
         "PROTECT\t\t= READ_WRITE;",
         "TCD:  STACK_SIZE\t= 0,",
@@ -283,10 +297,7 @@ def _program(name: str, body: Sequence[str], positions: Sequence[str]) -> str:
         "      BUSY_LAMP_OFF\t= 0,",
         "      ABORT_REQUEST\t= 0,",
         "      PAUSE_REQUEST\t= 0;",
-        f"DEFAULT_GROUP\t= {'1' if positions else '*'},*,*,*,*;",
+        f"DEFAULT_GROUP\t= {'1' if moves else '*'},*,*,*,*;",
         "CONTROL_CODE\t= 00000000 00000000;",
         "/MN",
     ]
-    for number, line in enumerate(body, start=1):
-        lines.append(f"{number:4d}:{'' if line.startswith(('J P', 'L P')) else '  '}{line} ;")
-    return join_lines([*lines, "/POS", *positions, "/END"])

@@ -16,4 +16,5 @@ DIALECT = Dialect(
     write=write,
     rebuild=rebuild,
     needs_joints=True,
+    writes_joints=False,
 )

@@ -3,12 +3,15 @@
 import csv
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.joint_table.write import ON_THE_WAY
+from programs.posts.reading.driver import checked
 from programs.posts.rebuilt import (
+    Axes,
     ReadCall,
     ReadEndRepeat,
     ReadLine,
@@ -61,14 +64,25 @@ def _read_row(
     if int(row["node"]) != number:
         raise ValueError(f"it has node {row['node']}")
     x, y, z, a, b, c, d = (float(row[key]) for key in ("x", "y", "z", "qw", "qx", "qy", "qz"))
-    time_s, pose, events = float(row["time_s"]), Pose((x, y, z), (a, b, c, d)), row["events"]
+    time_s, pose, events = float(row["time_s"]), Pose((x, y, z), checked((a, b, c, d))), row["events"]
+    lasts_s = time_s - (before[0] if before else 0.0)
+    if lasts_s < 0.0:
+        raise ValueError("it is earlier than the row before it")
+    axes = Axes(tuple(float(row[key]) for key in row if key.endswith(("_deg", "_mm"))))
+    motion = ReadLine(pose, None, None, duration_s=lasts_s, axes=axes)
     if events == "held":
-        steps.append(ReadPause(time_s - (before[0] if before else 0.0)))
-    elif events == "reach":
-        steps.append(ReadReach(pose))
-    elif events != ON_THE_WAY and not events.startswith(("board ", "note ")):
-        if before is not None and (time_s > before[0] or before[1] != pose):
-            steps.append(ReadLine(pose, None, None))
+        steps.append(ReadPause(lasts_s))
+    elif events in (ON_THE_WAY, "reach"):
+        way = (motion,)
+        if steps and isinstance(steps[-1], ReadReach) and steps[-1].way[-1].stops is None:
+            way = (*steps.pop().way, motion)  # type: ignore[union-attr]
+        steps.append(ReadReach(pose, way=(*way[:-1], replace(way[-1], stops=True if events == "reach" else None))))
+    elif events.startswith(("board ", "note ")):
+        if lasts_s or (before is not None and before[1] != pose):
+            raise ValueError("nothing moves there")
+    else:
+        if before is not None and (lasts_s or before[1] != pose):
+            steps.append(motion)
         steps += _switched(events)
     return time_s, pose
 

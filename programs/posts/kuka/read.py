@@ -5,7 +5,8 @@ import re
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, N, Reader, read_pose, refusal, skip, statements_of
+from programs.posts.kuka.write import HEAD, PTP_PERCENT, TURN_DEG_S2
+from programs.posts.reading.driver import Action, N, Reader, U, read_pose, refusal, skip, statements_of
 from programs.posts.rebuilt import ReadSignal
 from programs.posts.writing.angles import from_moving_zyx
 
@@ -15,15 +16,15 @@ _LOAD = re.compile(rf"\{{M {N},CM {_FRAME.pattern},J \{{X {N},Y {N},Z {N}\}}\}}"
 _SHAPES = {"FRAME": _FRAME, "E6AXIS": re.compile(_AXES), "LOAD": _LOAD, "INT": re.compile("[01]")}
 _DECLARATION = re.compile(r"DECL (?:GLOBAL )?(FRAME|E6AXIS|LOAD|INT) (\w+)=(.*)")
 _ASSIGNMENT = r"(?:\$(OUT|ANOUT)\[(\d+)\]|([A-Za-z]\w*))=(TRUE|FALSE|-?\d+(?:\.\d+)?)"
-_COUNTED = r"UNTIL nLoop\d+>=(\d+)"
-_LOOKED = rf"UNTIL \(nLoop\d+>=(\d+)\) OR \(\(?{N}\)?\*\$ANIN\[\d+\]\+\(?{N}\)?>=\(?{N}\)?\)"
+_COUNTED = r"UNTIL (nLoop\d+)>=(\d+)"
+_LOOKED = rf"UNTIL \((nLoop\d+)>=(\d+)\) OR \(\(?{N}\)?\*\$ANIN\[(\d+)\]\+\(?{N}\)?>=\(?{N}\)?\)"
 _LEAST = rf"\(?{N}\)?\*\$ANIN\[(\d+)\]\+\(?{N}\)?<\(?{N}\)?"
 _LATE = (r"WAIT SEC 0\.1", r"nWait=nWait\+1", "ENDWHILE")
 _REFUSED = (r'MsgNotify\("[^"]*"\)', "RETURN", "ENDIF")
 _INTERRUPT = r"INTERRUPT DECL (\d+) WHEN (?:\$STOPMESS==TRUE|\$IN\[(\d+)\]==(TRUE|FALSE)) DO on_fault\( \)"
 _PREPARATION = (
-    r"&.*|BAS\(#INITMOV,0\)|BAS\(#VEL_PTP,\d+\)|\$ORI_TYPE=#VAR|PTP (?:HOME_POSITION|\$AXIS_ACT)"
-    r"|\$LOAD=\w+|nLoop\d+=0|nLoop(\d+)=nLoop\1\+1|\w+_start=1|ENDIF"
+    rf"BAS\(#INITMOV,0\)|BAS\(#VEL_PTP,{PTP_PERCENT}\)|\$ORI_TYPE=#VAR|PTP \$AXIS_ACT"
+    r"|\w+_start=1|ENDIF"
 )
 
 
@@ -36,9 +37,10 @@ class KrlReader(Reader):
         super().__init__()
         self.modules: dict[str, str] = {}
         """Module by the routine's name."""
-        self.values: dict[str, dict[str, str]] = {}
-        """Declared values by name, by module."""
+        self.values = self.declares("data")
+        """Declared values by module and name; global ones have no module."""
         self.speed_mm_s = 0.0
+        self.second_turn: float | None = None
         self.triggers: list[tuple[float, float, str, float]] = []
         """Place in mm from the end, seconds, channel and value: for the next motion."""
 
@@ -48,13 +50,16 @@ class KrlReader(Reader):
             module, _, kind = file.rpartition(".")
             if f"{module}.{'dat' if kind == 'src' else 'src'}" not in files:
                 raise ProgramError("a .src and a .dat belong together.", file=file)
-            known, values = len(self.routines), self.values.setdefault(module, {})
+            known = len(self.routines)
             for line in self.sort(statements_of(file, text, ";"), r"DEF (\w+)\( \)", "END"):
                 if match := _DECLARATION.fullmatch(line):
                     if not _SHAPES[match[1]].fullmatch(match[3]):
                         raise refusal(line, f"has no {match[1]}")
-                    values[match[2]] = match[3]
-                elif not line.startswith("&") and line not in (f"DEFDAT {module} PUBLIC", "ENDDAT"):
+                    key = ("" if "GLOBAL" in line else module, match[2])
+                    self.values.add(key, match[3], line)
+                    if match[2].endswith("_start") or match[2] == "nWait":
+                        self.values.used.add(key)  # of the production frame
+                elif line not in HEAD and line not in (f"DEFDAT {module} PUBLIC", "ENDDAT"):
                     raise refusal(line, "is unknown there")
             self.modules |= dict.fromkeys(list(self.routines)[known:], module)
         return next(iter(self.routines), "")
@@ -69,16 +74,20 @@ class KrlReader(Reader):
             r"IF \$OV_PRO<>100 THEN": self.refuse_override,
             r"nWait=0": self.read_wait,
             _INTERRUPT: self.interrupt,
-            rf"\$VEL\.CP={N}": self.set_speed,
-            rf"\$VEL\.ORI1={N}": lambda match: self.state(turn_deg_s=float(match[1])),
-            rf"\$APO\.CDIS={N}": lambda match: self.state(zone=float(match[1])),
-            rf"\$ACC\.ORI1={N}": lambda match: self.state(turn_acceleration_deg_s2=float(match[1])),
-            rf"\$(?:VEL|ACC)\.ORI2={N}": skip,
+            rf"\$VEL\.CP={U}": self.set_speed,
+            rf"\$VEL\.ORI1={U}": lambda match: self.state(turn_deg_s=float(match[1])),
+            rf"\$APO\.CDIS={U}": lambda match: self.state(zone=float(match[1])),
+            rf"\$VEL\.ORI2={U}": self.set_second_turn,
+            rf"\$ACC\.ORI1=({TURN_DEG_S2})": lambda match: self.state(turn_acceleration_deg_s2=float(match[1])),
+            rf"\$ACC\.ORI2={TURN_DEG_S2}": skip,
             rf"TRIGGER WHEN (?:PATH={N}|DISTANCE=1) DELAY=(-?\d+) DO {_ASSIGNMENT}": self.define_trigger,
             _PREPARATION: skip,
+            r"PTP (HOME_POSITION)|\$LOAD=(\w+)": self.use_value,
+            r"(nLoop\d+)=0": self.set_counter,
+            r"(nLoop\d+)=\1\+1": self.raise_counter,
             r"PTP (\w+)": lambda match: self.reach(self.frame(match[1])),
             rf"PTP {_AXES}": lambda match: self.come_to(float(word) for word in re.findall(rf"[AE]\d {N}", match[0])),
-            rf"WAIT SEC {N}": self.pause,
+            rf"WAIT SEC {U}": self.pause,
             r"REPEAT": self.begin_loop,
             rf"{_COUNTED}|{_LOOKED}": self.end_repeat,
             r"\$TOOL=(\w+)": lambda match: self.use_tool(match[1], self.frame(match[1])),
@@ -117,14 +126,31 @@ class KrlReader(Reader):
 
     def frame(self, name: str) -> Pose:
         """Give a declared frame: of the module that runs, or a global one."""
-        for values in (self.values[self.modules[self.routine]], *self.values.values()):
-            if match := _FRAME.fullmatch(values.get(name, "")):
-                return read_pose(match.groups(), from_moving_zyx)
+        if match := _FRAME.fullmatch(self.value(name)):
+            return read_pose(match.groups(), from_moving_zyx)
         raise ProgramError(f"{name} is not declared as FRAME.")
+
+    def value(self, name: str) -> str:
+        """Give a declared value: of the module that runs, or a global one."""
+        key = (self.modules[self.routine], name)
+        return self.values.use(key if key in self.values.values else ("", name))
+
+    def use_value(self, match: re.Match[str]) -> None:
+        """Use a declared value that states no place."""
+        self.value(match[1] or match[2])
+
+    def set_counter(self, match: re.Match[str]) -> None:
+        """Set a loop's counter, which is declared, to 0."""
+        self.value(match[1])
+        super().set_counter(match)
 
     def set_speed(self, match: re.Match[str]) -> None:
         """Set the speed of the TCP, m/s."""
         self.speed_mm_s = 1000.0 * float(match[1])
+
+    def set_second_turn(self, match: re.Match[str]) -> None:
+        """Set the rate of the turn about the tool's own axis."""
+        self.second_turn = float(match[1])
 
     def define_trigger(self, match: re.Match[str]) -> None:
         """Set an output with the next motion."""
@@ -135,8 +161,10 @@ class KrlReader(Reader):
         """Move in a line; the triggers before it are this motion's."""
         pose = self.frame(match[1])
         length_mm = self.length_to(pose)
+        if not self.counted and self.second_turn != self.terms.turn_deg_s:
+            raise ProgramError("$VEL.ORI2 is not as $VEL.ORI1.")
         signals = tuple(
-            ReadSignal(channel, value, 1.0 + place / length_mm if length_mm else 1.0, seconds)
+            ReadSignal(channel, value, 1.0 + place / (length_mm or 1.0), seconds)
             for place, seconds, channel, value in self.triggers
         )
         self.triggers = []
@@ -148,7 +176,7 @@ class KrlReader(Reader):
         for found in self.ahead(rf"REPEAT|{_COUNTED}|{_LOOKED}"):
             depth += 1 if found[0] == "REPEAT" else -1
             if depth == 0:
-                self.repeat(found[1] or found[2], found.groups()[2:])
+                self.repeat(found[2] or found[4], found.groups()[4:], found[1] or found[3])
                 return
         raise ProgramError("a REPEAT has no UNTIL.")
 

@@ -13,13 +13,13 @@ from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.lines import Placed, turn_limit
 from programs.posts.writing.wording import fixed, join_lines, make_name, operand, pose_words, short
 
-_PTP_PERCENT = 10
+PTP_PERCENT = 10
 _FIRST_INTERRUPT = 21
 """Of those that users may declare; 3 and 4 are the controller's own."""
 _ORI_DEG_S = 200.0
-_TURN_DEG_S2 = 1000
+TURN_DEG_S2 = 1000
 """Greatest acceleration of a turn that controllers take, assumed: that of BAS(#INITMOV) is a tenth of it."""
-_HEAD = ("&ACCESS RVP", "&REL 1")
+HEAD = ("&ACCESS RVP", "&REL 1")
 
 
 class Krl(Syntax):
@@ -172,8 +172,8 @@ class Krl(Syntax):
     def prepare(self) -> Iterator[str]:
         """Set the controller's defaults and a slow ``PTP``; without a home the motion begins where the robot is."""
         yield "; the controller's own defaults; a slow PTP; turns that speed up as fast as $ACC_MA allows"
-        yield from ("BAS(#INITMOV,0)", f"$ACC.ORI1={_TURN_DEG_S2}", f"$ACC.ORI2={_TURN_DEG_S2}")
-        yield from (f"BAS(#VEL_PTP,{_PTP_PERCENT})", "$ORI_TYPE=#VAR")
+        yield from ("BAS(#INITMOV,0)", f"$ACC.ORI1={TURN_DEG_S2}", f"$ACC.ORI2={TURN_DEG_S2}")
+        yield from (f"BAS(#VEL_PTP,{PTP_PERCENT})", "$ORI_TYPE=#VAR")
         if not self.installation.home:
             yield "PTP $AXIS_ACT"
 
@@ -223,6 +223,6 @@ def _frame(pose: Pose) -> str:
 
 def _module(name: str, source: Iterable[str], data: Iterable[str]) -> dict[str, str]:
     return {
-        f"{name}.src": join_lines([*_HEAD, f"DEF {name}( )", *source]),
-        f"{name}.dat": join_lines([*_HEAD, f"DEFDAT {name} PUBLIC", *data, "ENDDAT"]),
+        f"{name}.src": join_lines([*HEAD, f"DEF {name}( )", *source]),
+        f"{name}.dat": join_lines([*HEAD, f"DEFDAT {name} PUBLIC", *data, "ENDDAT"]),
     }

@@ -1,12 +1,13 @@
 """Reads G-code back, as LinuxCNC's interpreter would execute it."""
 
 import re
+from itertools import pairwise
 
 from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
 from programs.posts.linuxcnc.write import GROUP_BASE, SYSTEMS
 from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, skip, statements_of
-from programs.posts.rebuilt import Axes, ReadBoard, ReadEndRepeat, ReadLine, ReadReach, ReadTool
+from programs.posts.rebuilt import Axes, ReadBoard, ReadLine, ReadReach, ReadTool
 
 _AXES = rf"(?: [XYZABCUVW]{NUMBER})+"
 _WORD = re.compile(rf"([XYZABCUVW])({NUMBER})")
@@ -29,7 +30,7 @@ class GCodeReader(Reader):
         self.stops = False
         self.tolerance_mm = 0.0
         self.inverse = False
-        self.loops: list[str] = []
+        self.ends: list[str] = []
         """Blocks that end the loops that run."""
 
     def load(self, files: ProgramFiles) -> str:
@@ -132,17 +133,22 @@ class GCodeReader(Reader):
 
     def begin_counted(self, match: re.Match[str]) -> None:
         """Begin a loop that only counts."""
-        self.loops.append(f"{match[1]} endrepeat")
+        self.ends.append(f"{match[1]} endrepeat")
         self.repeat(match[2])
 
     def begin_loop(self, match: re.Match[str]) -> None:
         """Begin a loop that reads an input where it ends."""
         end = self.find_end(_WHILE, match[1])
-        self.loops.append(end[0])
-        self.repeat(end[2], end.groups()[2:])
+        self.ends.append(end[0])
+        looks = list(self.ahead(rf"M66 E(\d+) L0|{re.escape(end[0])}"))
+        channel = next((before[1] for before, each in pairwise(looks) if each[0] == end[0]), None)
+        if channel is None:
+            raise ProgramError("the loop does not read its input where it ends.")
+        scale, offset, least = end.groups()[2:]
+        self.repeat(end[2], (scale, channel, offset, least))
 
     def end_loop(self, match: re.Match[str]) -> None:
         """End the loop that was begun last."""
-        if not self.loops or self.loops.pop() != match[0]:
+        if not self.ends or self.ends.pop() != match[0]:
             raise ProgramError(f"{match[0]} ends another loop than the innermost.")
-        self.steps.append(ReadEndRepeat())
+        self.end_repeat(match)

@@ -5,13 +5,13 @@ import re
 from programs.errors import ProgramError
 from programs.pose import Pose, inverse
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, read_pose, refusal, skip, statements_of
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, U, read_pose, refusal, skip, statements_of
 from programs.posts.writing.angles import from_fixed_xyz
 
 _OUTPUT = rf"(M_Out|M_Outb|M_Outw)\((\d+)\)={N}"
 _POSITION = re.compile(rf"(P\w+)=\(((?:{NUMBER},){{5}}{NUMBER})\)\([07],0\)")
 _JOINTS = re.compile(rf"(J\d+)=\(({NUMBER}(?:,{NUMBER})*)\)")
-_BACK = rf"If M(\d+)<(\d+)(?: And \({N}\*M_Inw\(\d+\)\+{N}\)<{N})? Then GoTo \*LOOP\1"
+_BACK = rf"If M(\d+)<(\d+)(?: And \({N}\*M_Inw\((\d+)\)\+{N}\)<{N})? Then GoTo \*LOOP\1"
 _KINDS = {"M_Out": "digital", "M_Outb": "group", "M_Outw": "analog"}
 
 
@@ -22,7 +22,7 @@ class MelfaBasicReader(Reader):
 
     def __init__(self) -> None:
         super().__init__()
-        self.positions: dict[tuple[str, str], Pose | tuple[float, ...]] = {}
+        self.positions = self.declares("position")
         """Poses and joint values by program and name."""
         self.speed_mm_s = 0.0
         self.stops = True
@@ -34,13 +34,15 @@ class MelfaBasicReader(Reader):
             steps: list[str] = []
             for number, line in enumerate(statements_of(file, text), start=1):
                 if match := _POSITION.fullmatch(line):
-                    self.positions[name, match[1]] = read_pose(match[2].split(","), from_fixed_xyz)
+                    self.positions.add((name, match[1]), read_pose(match[2].split(","), from_fixed_xyz), line)
                 elif match := _JOINTS.fullmatch(line):
-                    self.positions[name, match[1]] = tuple(float(word) for word in match[2].split(","))
+                    self.positions.add((name, match[1]), tuple(float(word) for word in match[2].split(",")), line)
                 elif line.startswith(f"{number} "):
                     steps.append(line.become(line.removeprefix(f"{number} ")))
                 else:
                     raise refusal(line, f"is neither step {number} nor a position")
+            if "End" not in steps or steps.index("End") != len(steps) - 1:
+                raise ProgramError("the program does not end with End.", file=file)
             self.routines[name] = steps
             self.shut_name = name if name.endswith("SHUT") else self.shut_name
         return next(iter(self.routines), "")
@@ -50,10 +52,10 @@ class MelfaBasicReader(Reader):
         return {
             rf"Mvs (P\d+)(?: Wth {_OUTPUT})?": self.move,
             r"Mov ([PJ]\d+)": lambda match: self.move_to(self.position(match[1])),
-            rf"Spd (?:{N}|M_NSpd)": self.set_speed,
-            rf"Cnt (?:0|1,({NUMBER}),{NUMBER})": self.set_passing,
+            rf"Spd (?:{U}|M_NSpd)": self.set_speed,
+            rf"Cnt (?:0|1,{U},\1)": self.set_passing,
             _OUTPUT: lambda match: self.set_output(*match.groups()),
-            rf"Dly {N}": self.pause,
+            rf"Dly {U}": self.pause,
             rf'CallP "{self.shut_name}"': self.shut("main"),
             r'If M_19<=(\d+) Then CallP "(\w+)"': lambda match: (
                 self.run(match[2]) if self.begin_part(match[1]) else None
@@ -67,7 +69,9 @@ class MelfaBasicReader(Reader):
             _BACK: self.end_repeat,
             r"(Tool|Base) P_N\1": skip,
             r"(Tool|Base) (P\w+)": self.use_frame,
-            r"'.*|Ovrd 100|JOvrd \d+|M\d+=0|M(\d+)=M\1\+1|End": skip,
+            r"M(\d+)=0": self.set_counter,
+            r"M(\d+)=M\1\+1": self.raise_counter,
+            r"'.*|Ovrd 100|JOvrd 10|End": skip,
         }
 
     def read_wait(self, match: re.Match[str]) -> None:
@@ -88,6 +92,7 @@ class MelfaBasicReader(Reader):
     def read_shut(self) -> tuple[str, ...]:
         """Give the outputs that the fault routine shuts; the slot that always runs has to shut the same."""
         name = next((each for each in self.routines if "WATCH" in each), "")
+        self.called.add(name)
         begin, *inside, back, _ = self.routines.get(name) or ["", "", ""]
         stopped: dict[str, set[str]] = {}
         for statement in inside:
@@ -113,7 +118,7 @@ class MelfaBasicReader(Reader):
 
     def position(self, name: str) -> Pose | tuple[float, ...]:
         """Look up a position of the program that runs."""
-        return look_up(self.positions, (self.routine, name), f"position {name}")
+        return self.positions.use((self.routine, name))
 
     def point(self, name: str) -> Pose:
         """Look up a position that is a pose."""
@@ -138,7 +143,7 @@ class MelfaBasicReader(Reader):
     def begin_loop(self, match: re.Match[str]) -> None:
         """Find how a loop ends: the jump back to its label."""
         end = self.find_end(_BACK, match[1])
-        self.repeat(end[2], end.groups()[2:])
+        self.repeat(end[2], end.groups()[2:], end[1])
 
     def use_frame(self, match: re.Match[str]) -> None:
         """Use another tool or base from now on."""

@@ -1,17 +1,23 @@
 """Compares what a program's text does with the motion it was made from."""
 
+import math
+import re
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from math import degrees
 from typing import TypeAlias
 
+import numpy as np
+
 from programs.motion.installation import Channel, Installation
+from programs.motion.lower import Capability
 from programs.motion.steps import (
     RESOLUTION_MM,
     Call,
     EndRepeat,
     Event,
     Line,
+    Moment,
     MotionProgram,
     Note,
     Pause,
@@ -41,17 +47,23 @@ from programs.posts.rebuilt import (
     TextPlace,
 )
 from programs.posts.writing.axes import allowed_on, from_controller_counts, in_degrees_and_mm, place_on, units_of
+from programs.posts.writing.wording import make_name
 from specs.source import NO_SOURCE, Source
 
 _POSE_MM, _POSE_DEG = 0.01, 0.01
-_EVENT_MM, _EVENT_S = 0.5, 0.002
+_EVENT_S = 0.002
 _DIGIT = 2e-3
 """mm and degrees that written digits may shift a pose by."""
 _JOINT = 0.001
 """mm and degrees, of a joint."""
-_PAUSE_S = 0.006
-"""FANUC and others count pauses in hundredths."""
-_SPEED_SHARE, _SPEED_MM_S = 0.01, 1.0
+_TICK_S = 2e-4
+"""Twice the last digit of a time in a table."""
+_PAUSE_S = 6e-4
+"""Half of the last digit, or of the language's step where that is more."""
+_SPEED_SHARE = 0.01
+"""Where the text states times instead of speeds."""
+_SHARE = 1.1e-4
+"""Of a line: nearer to each other it is not divided."""
 _MOST_DIFFERENCES = 20
 
 _Fired: TypeAlias = tuple[ReadSignal, float, float, int]
@@ -131,8 +143,9 @@ def measure(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
     """Compare a program that was read back with the motion it was made from.
 
     Poses are to agree within 0.01 mm and 0.01 degrees at the end and in the middle of every line that was read, and
-    signals to leave within 2 ms, or within 0.5 mm of the jet's place. Where the text gives axes instead of poses they
-    are to lie on the planned joint motion within 0.004 mm and 0.002 degrees, at those ends and middles.
+    signals to leave within 2 ms, or half of the language's step where that is more. Speeds are
+    to be the planned ones as the language rounds them. Where the text gives axes instead of poses they are to lie
+    on the planned joint motion within 0.004 mm and 0.002 degrees, at those ends and middles.
 
     Args:
         rebuilt: What the reader found.
@@ -168,6 +181,11 @@ class _Comparison:
     axes: Axes | None = None
     """Where the last motion that was read as axes ended."""
     tools: dict[int, str] = field(default_factory=dict[int, str])
+    matched: tuple[UseTool | None, UseBoard | None, ReadTool | None, ReadBoard | None] | None = None
+    """Tools and boards that were compared last."""
+    line_read: Line | None = None
+    line_s: float = 0.0
+    """The line of which rows of a table were read last, and how much of its time has passed."""
     differences: list[Difference] = field(default_factory=list[Difference])
     place_mm: float = 0.0
     turn_deg: float = 0.0
@@ -175,6 +193,11 @@ class _Comparison:
     """The worst so far."""
     matches: list[Match] = field(default_factory=list[Match])
     firings: list[Firing] = field(default_factory=list[Firing])
+
+    @property
+    def capability(self) -> Capability:
+        """What the language can time, and its steps."""
+        return self.rebuilt.capability
 
     @property
     def read(self) -> tuple[ReadStep, ...]:
@@ -231,7 +254,7 @@ class _Comparison:
                     self.differ(f"planned {step}, read {found}", step.made_by)
                 if isinstance(step, Reach):
                     self.matches.append(Match(self.at - 1, step, 0.0, 1.0))
-                    self.match_frames(step)
+                    self.match_frames(step.made_by)
 
     def is_same(self, step: Step, found: ReadStep | None) -> bool:
         """Whether a step other than a line was read as planned."""
@@ -239,13 +262,14 @@ class _Comparison:
             case Reach(), ReadReach(target=Axes(values=axes)):
                 return _same_joints(in_degrees_and_mm(step.joints, self.installation), axes)
             case Reach(), ReadReach(target=Pose() as target):
-                return self.is_same_pose(step.target, target) and self.is_reached(step, found.joints)
+                reached = self.is_reached(step, found.joints) and self.is_way(step, found.way)
+                return self.is_same_pose(step.target, target) and reached
             case Pause(), ReadPause():
-                return abs(step.duration_s - found.duration_s) <= _PAUSE_S
+                return abs(step.duration_s - found.duration_s) <= max(_PAUSE_S, 0.51 * self.capability.step_s)
             case Switch(), ReadSwitch():
                 return self.is_output(step.channel, step.value, found.channel, found.value)
             case Call(), ReadCall():
-                return bool(found.label)
+                return _is_name_of(found.label, step.name)
             case Repeat(), ReadRepeat():
                 return step.count == found.count and self.is_condition(step, found)
             case EndRepeat(), ReadEndRepeat():
@@ -255,12 +279,29 @@ class _Comparison:
 
     def is_reached(self, step: Reach, counted: tuple[float, ...]) -> bool:
         """Whether joint values that were read are the planned ones when they are counted as the cell does."""
-        if not step.joints or not counted:
+        if not step.joints or not self.rebuilt.has_joints:
             return not counted  # some languages have no joint values, but none has them where none are known
+        if len(counted) < len(step.joints):
+            return False
         planned, dof = in_degrees_and_mm(step.joints, self.installation), len(step.joints)
         read = from_controller_counts(counted[:dof], self.installation)
         beyond = any(counted[dof:])  # RAPID has six at least
         return not beyond and _same_joints(planned, read)
+
+    def is_way(self, step: Reach, way: tuple[ReadLine, ...]) -> bool:
+        """Whether the small steps of a joint motion, where the text has them, are the planned ones."""
+        if not way:
+            return True
+        seconds = np.cumsum([each.duration_s or 0.0 for each in way])
+        planned = step.way or (Moment(0.0, step.target, step.joints),)
+        return len(planned) == len(way) and all(
+            abs(due.seconds - at) <= _TICK_S
+            and isinstance(each.target, Pose)
+            and self.is_same_pose(due.pose, each.target)
+            and each.axes is not None
+            and _same_joints(in_degrees_and_mm(due.joints, self.installation), each.axes.values)
+            for due, each, at in zip(planned, way, seconds, strict=True)
+        )
 
     def is_output(self, channel: Channel, planned: float, label: str, read: float) -> bool:
         """Whether an output is the planned one and gets the planned value; an analog one as volts at its terminal."""
@@ -268,31 +309,36 @@ class _Comparison:
             return False
         if channel.kind != "analog":
             return abs(planned - read) <= 1e-6
-        return abs(planned - self.rebuilt.analog.value(channel, read)) <= self.rebuilt.analog.tolerance(channel)
+        return abs(planned - self.capability.analog.value(channel, read)) <= self.capability.analog.tolerance(channel)
 
     def is_condition(self, step: Repeat, found: ReadRepeat) -> bool:
         """Whether a loop that reads an input ends at the same volts."""
-        if step.sensor is None or found.least is None:
-            return True
+        if step.sensor is None or not self.capability.reads_sensors:
+            return found.least is None or found.reading is None
+        if found.least is None or found.channel not in ("", step.sensor.name, str(step.sensor.number)):
+            return False
         pairs = [(found.least, step.least)]
         if found.reading is not None:
-            pairs += zip(found.reading, self.rebuilt.analog.reading(step.sensor), strict=True)
+            pairs += zip(found.reading, self.capability.analog.reading(step.sensor), strict=True)
         return all(abs(read - planned) <= 1e-6 * max(1.0, abs(planned)) for read, planned in pairs)
 
-    def match_frames(self, step: Reach) -> None:
-        """Compare tool and board: the tool by where its orifice is, and by its name wherever it is used."""
+    def match_frames(self, made_by: Source) -> None:
+        """Compare tool and board of a motion: the tool by where its orifice is, and by its name wherever it is used."""
         tool, board = self.planned_tool, self.planned_board
+        if (in_use := (tool, board, self.read_tool, self.read_board)) == self.matched:
+            return
+        self.matched = in_use
         if tool is not None and self.read_tool is not None:
             label, place = self.read_tool.label, self.read_tool.T_flange_tcp
             known = self.tools.setdefault(tool.number, label) == label
             if not known or (place is None and len(set(self.tools.values())) < len(self.tools)):
-                self.differ(f"tool {label} is used for another tool than before", step.made_by)
+                self.differ(f"tool {label} is used for another tool than before", made_by)
             planned = self.installation.tool(tool.number).T_flange_tcp
             if place is not None and not _same_pose(place, planned):
-                self.differ(f"tool {label} is at {place}, planned {planned}", step.made_by)
+                self.differ(f"tool {label} is at {place}, planned {planned}", made_by)
         place = self.read_board.T_base_board if self.read_board is not None else None
         if place is not None and board is not None and not _same_pose(place, board.T_base_board):
-            self.differ(f"the board is at {place}, planned {board.T_base_board}", step.made_by)
+            self.differ(f"the board is at {place}, planned {board.T_base_board}", made_by)
 
     def match_line(self, line: Line, another: bool) -> None:
         """Match one line with the lines that it was divided into; another one may come right after it."""
@@ -304,7 +350,10 @@ class _Comparison:
             if isinstance(found, ReadSwitch) and len(fired) < len(line.events):
                 fired.append((ReadSignal(found.channel, found.value, 0.0, 0.0), done, done, self.at))
             elif isinstance(found, ReadLine):
+                if done == 1.0 and found.target == begin and (not line.events or (stops and line.blend_mm == 0.0)):
+                    break  # it goes nowhere, and no division for an output is due
                 target, end = self.locate(line, found.target, done)
+                self.match_frames(line.made_by)
                 self.match_part(line, found, (begin, done, target, end))
                 self.matches.append(Match(self.at, line, done, end))
                 fired += [(signal, done, end, self.at) for signal in found.signals]
@@ -374,14 +423,34 @@ class _Comparison:
         ):
             if not self.is_same_pose(planned, actual):
                 self.differ(f"the line {what} at {actual}, planned {planned}", line.made_by, self.at)
+        if found.axes is not None:
+            if not self.is_moment(line, found, last):
+                self.differ(f"the joints are at {found.axes} after {self.line_s:g} s", line.made_by, self.at)
+            return
         # Of a way hardly longer than the rounding of its ends a language gives the speed of the turn, or none.
         has_speed = distance(begin, target) > RESOLUTION_MM + _DIGIT
         planned_mm_s, speed_mm_s = line.speed_mm_s if has_speed else 0.0, found.speed_mm_s
+        planned_mm_s = _rounded(planned_mm_s, self.capability.step_mm_s)
+        allowed = 0.3 * self.capability.step_mm_s + 1e-6 * planned_mm_s
         if found.duration_s is not None:
             speed_mm_s = (last - first) * line.length_mm / found.duration_s
-        allowed = max(_SPEED_MM_S, _SPEED_SHARE * planned_mm_s)
+            allowed = max(1.0, _SPEED_SHARE * planned_mm_s)
         if planned_mm_s and speed_mm_s is not None and abs(speed_mm_s - planned_mm_s) > allowed:
             self.differ(f"speed {speed_mm_s:g}, planned {planned_mm_s:g} mm/s", line.made_by, self.at)
+
+    def is_moment(self, line: Line, found: ReadLine, last: float) -> bool:
+        """Whether a row of a table is a moment of the planned motion: its time, the share done and its joints."""
+        self.line_s = found.duration_s + (self.line_s if self.line_read is line else 0.0) if found.duration_s else 0.0
+        self.line_read = line
+        samples, moments = line.samples, self.line_s + np.array([-_TICK_S, 0.0, _TICK_S])
+        shares = np.interp(moments, samples.seconds, samples.shares)
+        slack = max(_POSE_MM / max(line.length_mm, _POSE_MM), _SHARE) if line.length_mm else 1.0
+        rows = np.array([np.interp(moments, samples.seconds, column) for column in samples.joints.T])
+        axes = np.array(found.axes.values if found.axes else ()) * units_of(self.installation)
+        if len(axes) != len(rows) or not shares[0] - slack <= last <= shares[2] + slack:
+            return False
+        allowed = _JOINT * units_of(self.installation)
+        return bool(np.all((axes >= rows.min(axis=1) - allowed) & (axes <= rows.max(axis=1) + allowed)))
 
     def match_signals(self, line: Line, fired: list[_Fired]) -> None:
         """Compare what switches on a line, and when."""
@@ -394,10 +463,38 @@ class _Comparison:
                 self.differ(f"signal {signal}, planned {event}", event.made_by)
             place = first + signal.share * (last - first)
             late_s = line.samples.second_at(place) + signal.offset_s - event.signal_s
-            late_mm = late_s * event.speed_mm_s
             self.event_s = max(self.event_s, abs(late_s))
-            if abs(late_s) > _EVENT_S + 1e-6 and abs(late_mm) > _EVENT_MM:
+            beyond = (self.capability.step_mm + _DIGIT) / max((last - first) * line.length_mm, RESOLUTION_MM)
+            if not -beyond <= signal.share <= 1.0 + beyond:
+                self.differ(f"signal {signal} leaves where the line is not", event.made_by)
+            if not self.is_in_time(line, event.signal_s, event.signal_s + late_s):
+                late_mm = late_s * event.speed_mm_s
                 self.differ(f"signal {1e3 * late_s:.1f} ms late, {late_mm:.2f} mm", event.made_by)
+
+    def is_in_time(self, line: Line, signal_s: float, leaves_s: float) -> bool:
+        """Whether a signal leaves within 2 ms of its moment, or half of the language's step where that is more.
+
+        Where it leaves on the line it may be a digit off, in mm, or as near as whole percents are.
+        """
+        capability, late_s = self.capability, abs(leaves_s - signal_s)
+        if late_s <= max(_EVENT_S, 0.51 * capability.step_s if capability.timing == "time" else 0.0) + 1e-6:
+            return True
+        is_on_line = -_EVENT_S <= leaves_s <= line.duration_s + _EVENT_S
+        off = abs(line.samples.share_at(leaves_s) - line.samples.share_at(signal_s))
+        nearest = 0.005 * capability.step_percent if capability.timing == "percent" else 0.0
+        return is_on_line and (off <= nearest + _SHARE or off * line.length_mm <= capability.step_mm + _DIGIT)
+
+
+def _rounded(speed_mm_s: float, step_mm_s: float) -> float:
+    """Give a speed as languages round it: down, unless it is nearly the next step, and to one step at least."""
+    return max(math.floor(speed_mm_s / step_mm_s + 0.3), 1) * step_mm_s if speed_mm_s else 0.0
+
+
+def _is_name_of(label: str, name: str) -> bool:
+    """Whether a label is what a language makes of a name: its letters and digits, cut or numbered."""
+    plain_label, plain_name = (re.sub(r"[^a-z0-9]", "", make_name(each, 200).lower()) for each in (label, name))
+    stem = re.sub(r"\d+$", "", plain_label)
+    return bool(stem) and (plain_name.startswith(plain_label) or plain_name.startswith(stem))
 
 
 def _share_of(line: Line, target: Pose, done: float) -> float:

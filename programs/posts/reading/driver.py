@@ -1,11 +1,12 @@
 """The skeleton of every reader: a controller that executes a program's statements by a table of their patterns."""
 
+import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
-from typing import ClassVar, Self, TypeAlias, TypeVar
+from typing import Any, ClassVar, Generic, Self, TypeAlias, TypeVar
 
 from programs.errors import ProgramError
 from programs.pose import Pose, Quaternion, distance
@@ -33,11 +34,17 @@ from programs.posts.rebuilt import (
 NUMBER = r"-?\d+(?:\.\d+)?"
 N = rf"({NUMBER})"
 """A number that is kept."""
+U = r"(\d+(?:\.\d+)?)"
+"""A number that is kept and has no sign: times, speeds."""
 _SAME_PLACE_MM = 5e-4
 """Places nearer than this are written with the same three decimals."""
 
 _UNREADABLE = (ValueError, LookupError, ArithmeticError)
 """What numbers and names that no program has make of a statement that is executed."""
+
+_MOST_DEGREES = 360.0
+_UNIT = 3e-7
+"""How far the length of a quaternion with seven decimals may be off."""
 
 _Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
@@ -91,6 +98,47 @@ def located(message: str, line: str) -> ProgramError:
     return ProgramError(message, file=place and place.file, line=place and place.line)
 
 
+class Declared(Generic[_Key, _Value]):
+    """What a program declares of one kind: each once, and all of it used."""
+
+    def __init__(self, what: str) -> None:
+        self.what = what
+        self.values: dict[_Key, _Value] = {}
+        self.used: set[_Key] = set()
+
+    def add(self, key: _Key, value: _Value, line: str = "") -> None:
+        """Declare a value.
+
+        Raises:
+            ProgramError: it is declared already.
+        """
+        if key in self.values:
+            raise located(f"{self.what} {_words(key)} is declared twice.", line)
+        self.values[key] = value
+
+    def use(self, key: _Key) -> _Value:
+        """Give a value that is used.
+
+        Raises:
+            ProgramError: it is not declared.
+        """
+        self.used.add(key)
+        return look_up(self.values, key, f"{self.what} {_words(key)}")
+
+    def check(self) -> None:
+        """Make sure that all of it was used.
+
+        Raises:
+            ProgramError: something was not.
+        """
+        if unused := next((key for key in self.values if key not in self.used), None):
+            raise ProgramError(f"{self.what} {_words(unused)} is declared and never used.")
+
+
+def _words(key: object) -> str:
+    return " ".join(map(str, key)) if isinstance(key, tuple) else str(key)  # type: ignore[reportUnknownArgumentType,reportUnknownVariableType]
+
+
 class Reader(ABC):
     """A controller while it executes one program; a language is a subclass with a grammar."""
 
@@ -126,8 +174,15 @@ class Reader(ABC):
         Empty where the last motion was no such one."""
         self.terms = ReadLine(Axes(()), None, None)
         """Zone, turn rate and acceleration that are in force, or that the line to come states."""
+        self.counters: dict[str, int] = {}
+        """How often a loop's counter was raised, since it was set to 0."""
+        self.loops: list[str] = []
+        """Counters of the loops that run; empty for one that counts by itself."""
+        self.declared: list[Declared[Any, Any]] = []
         self._used: tuple[ReadTool | None, ReadBoard | None] = (None, None)
         self._running: set[str] = set()
+        self.called: set[str] = set()
+        """Routines that were executed, or that are called in another way."""
         self._patterns: list[tuple[re.Pattern[str], Action]] = []
 
     @classmethod
@@ -141,11 +196,12 @@ class Reader(ABC):
         reader.run(main)
         steps, places, frame = tuple(reader.steps), tuple(reader.places), None
         if reader.handlers:
-            parts = tuple(replace(part, entry=cls._enter(files, part.number)) for part in reader.parts)
+            parts = tuple(replace(part, entry=reader.enter_at(files, part.number)) for part in reader.parts)
             shut = reader.read_shut()
             frame = ReadFrame(
                 tuple(reader.waits), tuple(reader.watched), parts, shut, reader.guards_override, cls.reads_sensors
             )
+        reader.finish()
         return Rebuilt(steps, places=places, frame=frame)
 
     @classmethod
@@ -159,16 +215,18 @@ class Reader(ABC):
             raise ProgramError(f"a declaration cannot be read ({error}).", file=next(iter(files), None)) from None
         return reader, main
 
-    @classmethod
-    def _enter(cls, files: ProgramFiles, part: int) -> tuple[ReadStep, ...]:
-        """Execute a program that starts at a part, as far as that part's own steps."""
-        reader, main = cls._loaded(files)
-        reader.start = part
+    def enter_at(self, files: ProgramFiles, part: int) -> tuple[ReadStep, ...]:
+        """Execute a program that starts at a part, as far as that part's own steps; what it uses counts as used."""
         if part == 1:
             return ()
+        reader, main = self._loaded(files)
+        reader.start = part
         try:
             reader.run(main)
         except EnteredError:
+            self.called |= reader.called
+            for own, there in zip(self.declared, reader.declared, strict=True):
+                own.used |= there.used
             return tuple(reader.steps)
         raise ProgramError(f"the program cannot start at part {part}.")
 
@@ -196,6 +254,24 @@ class Reader(ABC):
     def grammar(self) -> Mapping[str, Action]:
         """Give the action of each statement by its pattern; the first that matches the whole statement counts."""
 
+    def declares(self, what: str) -> "Declared[Any, Any]":
+        """Give an empty list of what a program declares of one kind; it is checked at the end."""
+        self.declared.append(Declared(what))
+        return self.declared[-1]
+
+    def finish(self) -> None:
+        """Make sure at the end that nothing is left over.
+
+        Raises:
+            ProgramError: a routine was never called, a loop has no end, or a declaration was not used.
+        """
+        if left := next((name for name in self.routines if name not in self.called), None):
+            raise ProgramError(f"routine {left} is never called.")
+        if self.loops:
+            raise ProgramError("a loop has no end.")
+        for each in self.declared:
+            each.check()
+
     # Execution
 
     def run(self, name: str) -> None:
@@ -211,10 +287,11 @@ class Reader(ABC):
         caller = self.routine, self.at
         self.routine, self.at = name, 0
         self._running.add(name)
+        self.called.add(name)
         while self.at < len(self.routines[name]):
-            self.do_statement(self.routines[name][self.at])
             if (self.routine, self.at) == self._entry_end:
                 raise EnteredError
+            self.do_statement(self.routines[name][self.at])
             self.at += 1
         self._running.remove(name)
         self.routine, self.at = caller
@@ -269,16 +346,23 @@ class Reader(ABC):
             end: Pattern of its last line.
         """
         inside: list[str] | None = None
+        line = ""
         for line in lines:
             if match := re.fullmatch(begin, line):
+                if inside is not None or match[1] in self.routines:
+                    raise refusal(line, "begins within another, or twice")
                 inside = []
                 self.routines[match[1]] = inside
             elif re.fullmatch(end, line):
+                if inside is None:
+                    raise refusal(line, "ends nothing")
                 inside = None
             elif line and inside is not None:
                 inside.append(line)
             elif line:
                 yield line
+        if inside is not None:
+            raise refusal(line, "is the last line, and a routine has no end")
 
     # The production frame
 
@@ -314,6 +398,7 @@ class Reader(ABC):
             ProgramError: it has others.
         """
         statements = self.routines.get(routine, [])
+        self.called.add(routine)
         if len(statements) != len(patterns) or not all(map(re.fullmatch, patterns, statements)):
             raise ProgramError(f"{routine} is not as it is written.")
 
@@ -425,22 +510,50 @@ class Reader(ABC):
         """Come to joint values, as the controller counts them."""
         self.counted = tuple(counted)
 
-    def repeat(self, count: str, condition: Sequence[str | None] = ()) -> None:
+    def set_counter(self, match: re.Match[str]) -> None:
+        """Set a loop's counter, the first group, to 0."""
+        self.counters[match[1]] = 0
+
+    def raise_counter(self, match: re.Match[str]) -> None:
+        """Raise the counter, the first group, of the innermost loop.
+
+        Raises:
+            ProgramError: it is that of another one.
+        """
+        if not self.loops or self.loops[-1] != match[1]:
+            raise ProgramError(f"{match[0]!r} does not count the innermost loop.")
+        self.counters[match[1]] += 1
+
+    def repeat(self, count: str, condition: Sequence[str | None] = (), counter: str = "") -> None:
         """Begin a loop.
 
         Args:
             count: How often at most.
-            condition: Scale, offset and least value of the quantity; nothing where the loop only counts.
+            condition: Scale, input, offset and least value of the quantity; nothing where the loop only counts.
+            counter: Its name; empty where the loop counts by itself.
+
+        Raises:
+            ProgramError: the counter was not set to 0.
         """
-        numbers = [float(number) for number in condition if number is not None]
-        if len(numbers) < 3:
+        if counter and self.counters.get(counter) != 0:
+            raise ProgramError(f"the counter {counter} is not 0 where its loop begins.")
+        self.loops.append(counter)
+        words = [word for word in condition if word is not None]
+        if not words:
             self.steps.append(ReadRepeat(int(count), None))
             return
-        scale, offset, least = numbers
-        self.steps.append(ReadRepeat(int(count), least, (scale, offset)))
+        scale, channel, offset, least = words
+        self.steps.append(ReadRepeat(int(count), float(least), (float(scale), float(offset)), channel))
 
     def end_repeat(self, match: re.Match[str]) -> None:
-        """End the innermost loop."""
+        """End the innermost loop.
+
+        Raises:
+            ProgramError: there is none, or it was not counted once.
+        """
+        counter = self.loops.pop() if self.loops else None
+        if counter is None or (counter and self.counters.pop(counter) != 1):
+            raise ProgramError(f"{match[0]!r} ends no loop, or one that is not counted once.")
         self.steps.append(ReadEndRepeat())
 
     # Motion
@@ -495,7 +608,20 @@ def look_up(table: Mapping[_Key, _Value], key: _Key, what: str) -> _Value:
     return table[key]
 
 
+def checked(quaternion: Quaternion) -> Quaternion:
+    """Give a quaternion that is of unit length to its digits, as controllers demand it.
+
+    Raises:
+        ProgramError: it is not.
+    """
+    if abs(math.hypot(*quaternion) - 1.0) > _UNIT:
+        raise ProgramError(f"the quaternion {quaternion} is not of unit length.")
+    return quaternion
+
+
 def read_pose(numbers: Iterable[str], orientation: Callable[[float, float, float], Quaternion]) -> Pose:
     """Read a pose: x, y, z in mm, then the angles of a maker."""
     x, y, z, a, b, c = map(float, numbers)
+    if max(map(abs, (a, b, c))) > _MOST_DEGREES:
+        raise ProgramError("an angle of a pose is more than a turn.")
     return Pose((x, y, z), orientation(a, b, c))

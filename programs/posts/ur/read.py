@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 from programs.errors import ProgramError
-from programs.pose import Pose, distance
+from programs.pose import Pose, angle, distance
 from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.driver import (
     NUMBER,
@@ -13,7 +13,7 @@ from programs.posts.reading.driver import (
     N,
     Reader,
     Statement,
-    look_up,
+    U,
     read_pose,
     refusal,
     skip,
@@ -21,11 +21,13 @@ from programs.posts.reading.driver import (
 )
 from programs.posts.rebuilt import ReadSignal
 from programs.posts.ur.watcher import KINDS, WATCHER
+from programs.posts.ur.write import ACCELERATION, REACH_SPEED
 from programs.posts.writing.angles import from_rotation_vector
 
 _POSE = rf"p\[{N},{N},{N},{N},{N},{N}\]"
 _OUTPUT = rf"([012]), (\d+), {N}"
 _LEAST = rf"{N}\*get_standard_analog_in\((\d+)\)\+{N} < {N}"
+_ACCELERATION_MM_S2 = 1000.0 * float(ACCELERATION.removeprefix("a="))
 _CHANNELS = {str(code): kind for kind, code in KINDS.items()}
 
 
@@ -38,7 +40,9 @@ class UrScriptReader(Reader):
         super().__init__()
         self.guards_override = None
         self.armed: list[tuple[Pose, Pose, ReadSignal]] = []
-        self.poses: dict[str, Pose] = {}
+        self.poses = self.declares("pose")
+        self.settled = True
+        """Whether nothing is left that waits for its place."""
 
     def load(self, files: ProgramFiles) -> str:
         """Find the thread as it is written, and the functions; the first is the program."""
@@ -71,17 +75,18 @@ class UrScriptReader(Reader):
 
     def grammar(self) -> dict[str, Action]:
         """List the statements."""
-        target = rf"\(pose_trans\(board, {_POSE}\), a="
-        looks = rf" and \(\1 == 0 or {N}\*get_standard_analog_in\(\d+\)\+{N} < {N}\)"
+        target = rf"\(pose_trans\(board, {_POSE}\), "
+        fast, slow = re.escape(ACCELERATION), re.escape(REACH_SPEED)
+        looks = rf" and \(\1 == 0 or {N}\*get_standard_analog_in\((\d+)\)\+{N} < {N}\)"
         return {
-            rf"movel{target}{N}, ([vt])={N}(?:, r={N})\)": self.move,
-            rf"movej{target}[\d.]+, v=[\d.]+\)": lambda match: self.reach(_pose(match.groups())),
-            rf"movel{target}[\d.]+, v=[\d.]+\)": lambda match: self.reach(_pose(match.groups()), self.counted),
-            rf"movej\(\[((?:{NUMBER},)*{NUMBER})\], a=[\d.]+, v=[\d.]+\)": self.move_radians,
-            rf"arm\({_POSE}, {_POSE}, {N}, {_OUTPUT}\)": self.arm,
+            rf"movel{target}{fast}, ([vt])={U}, r={U}\)": self.move,
+            rf"movej{target}{slow}\)": lambda match: self.reach(_pose(match.groups())),
+            rf"movel{target}{slow}\)": lambda match: self.reach(_pose(match.groups()), self.counted),
+            rf"movej\(\[((?:{NUMBER},)*{NUMBER})\], {slow}\)": self.move_radians,
+            rf"arm\({_POSE}, {_POSE}, {U}, {_OUTPUT}\)": self.arm,
             rf"set_out\({_OUTPUT}\)": lambda match: self.switch(f"{_CHANNELS[match[1]]} {match[2]}", float(match[3])),
-            rf"sleep\({N}\)": self.pause,
-            rf"while (\w+) < (\d+)(?:{looks})?:": lambda match: self.repeat(match[2], match.groups()[2:]),
+            rf"sleep\({U}\)": self.pause,
+            rf"while (\w+) < (\d+)(?:{looks})?:": lambda match: self.repeat(match[2], match.groups()[2:], match[1]),
             r"shut_valves\(\)": self.shut("main"),
             r"if n_start <= (\d+):": lambda match: self.run_part(match[1], r"(\w+)\(\)", "end"),
             r"if n_start == (\d+):": lambda match: self.enter(match[1], "end"),
@@ -89,11 +94,13 @@ class UrScriptReader(Reader):
             r"run_watch_inputs = run watch_inputs\(\)": self.read_thread,
             r"global n_start = 1 #.*|global n_start = 1|n_start = 1|kill run_watch_inputs": skip,
             r"end": self.end_repeat,
-            r"set_tcp\((\w+)\)": lambda match: self.use_tool(match[1], look_up(self.poses, match[1], match[1])),
-            r"board = (\w+)": lambda match: self.use_board(look_up(self.poses, match[1], match[1])),
+            r"set_tcp\((\w+)\)": lambda match: self.use_tool(match[1], self.poses.use(match[1])),
+            r"board = (\w+)": lambda match: self.use_board(self.poses.use(match[1])),
             rf"global (\w+) = {_POSE}": self.declare,
-            rf"set_payload\({N}, \[0,0,{N}\]\)|run_watch = run watch\(\)|kill run_watch|settle\(\)": skip,
-            r"n_loop_\d+ = 0|n_loop_(\d+) = n_loop_\1 \+ 1": skip,
+            r"settle\(\)": self.settle,
+            rf"set_payload\({U}, \[0,0,{N}\]\)|run_watch = run watch\(\)|kill run_watch": skip,
+            r"(n_loop_\d+) = 0": self.set_counter,
+            r"(n_loop_\d+) = \1 \+ 1": self.raise_counter,
             r"([A-Za-z]\w*)\(\)": self.call,
         }
 
@@ -120,6 +127,7 @@ class UrScriptReader(Reader):
     def read_thread(self, match: re.Match[str]) -> None:
         """Read the thread that watches inputs: it stops the program when one leaves its state."""
         self.read_stop()
+        self.called.add("watch_inputs")
         inside = list(self.routines.get("watch_inputs", []))
         if inside[:1] != ["while True:"] or inside[-2:] != ["sync()", "end"]:
             raise ProgramError("the thread that watches inputs is not as it is written.")
@@ -136,7 +144,19 @@ class UrScriptReader(Reader):
 
     def declare(self, match: re.Match[str]) -> None:
         """Declare a pose."""
-        self.poses[match[1]] = _pose(match.groups()[1:])
+        self.poses.add(match[1], _pose(match.groups()[1:]))
+
+    def settle(self, match: re.Match[str]) -> None:
+        """Switch at a stop what the thread has left."""
+        if self.settled:
+            raise ProgramError("settle() does not follow a move with outputs that stops.")
+        self.settled = True
+
+    def execute(self, statement: str) -> None:
+        """Make sure that outputs of a move that stops are settled right after it."""
+        if not self.settled and statement != "settle()":
+            raise ProgramError(f"settle() is missing before {statement!r}.")
+        super().execute(statement)
 
     def arm(self, match: re.Match[str]) -> None:
         """Arm an output for the next move."""
@@ -149,15 +169,20 @@ class UrScriptReader(Reader):
     def move(self, match: re.Match[str]) -> None:
         """Move in a line; what is armed has to be armed for it."""
         numbers = match.groups()
-        pose, (acceleration, kind, pace, blend) = _pose(numbers[:6]), numbers[6:]
+        pose, (kind, pace, blend) = _pose(numbers[:6]), numbers[6:]
         for start, target, _ in self.armed:
-            if self.pose is None or distance(start, self.pose) > 1e-6 or distance(target, pose) > 1e-6:
+            if self.pose is None or _apart(start, self.pose) or _apart(target, pose):
                 raise ProgramError("an output is armed for another move than the next.")
         signals = tuple(signal for _, _, signal in self.armed)
+        self.settled = not signals or float(blend) > 0.0
         self.armed = []
-        self.state(zone=1000.0 * float(blend), acceleration_mm_s2=1000.0 * float(acceleration))
+        self.state(zone=1000.0 * float(blend), acceleration_mm_s2=_ACCELERATION_MM_S2)
         self.state(duration_s=float(pace) if kind == "t" else None)
         self.line(pose, float(blend) == 0.0, 1000.0 * float(pace) if kind == "v" else 0.0, signals)
+
+
+def _apart(one: Pose, other: Pose) -> bool:
+    return distance(one, other) > 1e-6 or angle(one, other) > 1e-6
 
 
 def _pose(numbers: Sequence[str]) -> Pose:

@@ -15,7 +15,7 @@ from programs.posts.writing.wording import fixed, indent, join_lines, short
 
 _NARROWEST_MM = 0.001
 """A blend that is written as 0 is a stop."""
-_ACCELERATION, _REACH_SPEED = "a=1.2", "a=0.5, v=0.25"
+ACCELERATION, REACH_SPEED = "a=1.2", "a=0.5, v=0.25"
 """m/s2 and rad/s2; 1.2 is the default of movel."""
 _EXPLANATIONS = (
     "Units: m, m/s, s, rad; poses are x, y, z and axis times angle, in the board's CAD frame: pose_trans(board, ...).",
@@ -31,9 +31,9 @@ class UrScript(Syntax):
     call_form = "{}()"
     pause_form = "sleep({})"
     digital, group, analog = (f"set_out({code}, {{number}}, {{value}})" for code in KINDS.values())
-    to_joints = f"movej([{{}}], {_REACH_SPEED})"
-    by_joints = f"movej({{}}, {_REACH_SPEED})"
-    straight = f"movel({{}}, {_REACH_SPEED})"
+    to_joints = f"movej([{{}}], {REACH_SPEED})"
+    by_joints = f"movej({{}}, {REACH_SPEED})"
+    straight = f"movel({{}}, {REACH_SPEED})"
     start = "n_start"
     start_words = "write it into the line {start} = 1, instead of 1,"
     part_form = ("if {start} <= {number}:", "  {call}", "end")
@@ -100,7 +100,7 @@ class UrScript(Syntax):
             elif event not in late:
                 yield self.output(event.channel, event.value)
         pace = f"t={fixed(max(line.duration_s, 0.01), 3)}" if line.turns_on_the_spot else f"v={_m(line.speed_mm_s)}"
-        yield f"movel({self.point(line.target)}, {_ACCELERATION}, {pace}, r={_m(self.blend(line))})"
+        yield f"movel({self.point(line.target)}, {ACCELERATION}, {pace}, r={_m(self.blend(line))})"
         yield from (self.output(event.channel, event.value) for event in late)
         if line.events and line.blend_mm == 0.0 and way_mm:
             yield "settle()"

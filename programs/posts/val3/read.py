@@ -1,21 +1,22 @@
 """Reads a VAL3 project back, as a controller would execute it."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from xml.etree import ElementTree
 
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, N, Reader, Statement, look_up, read_pose, skip, statements_of
+from programs.posts.reading.driver import Action, N, Reader, Statement, U, look_up, read_pose, skip, statements_of
 from programs.posts.rebuilt import ReadLine, ReadSwitch, TextPlace
 from programs.posts.val3.project import OUTPUTS, TRIGGER, WATCH
 from programs.posts.writing.angles import from_moving_xyz
 
-_UNTIL = rf"until (nLoop\d+)>=(\d+)(?: or {N}\*aioGet\(ai\d+\)\+{N}>={N})?"
+_UNTIL = rf"until (nLoop\d+)>=(\d+)(?: or {N}\*aioGet\(ai(\d+)\)\+{N}>={N})?"
 _WAIT = rf"if watch\((?:di(\d+)==(true|false)|{N}\*aioGet\(ai(\d+)\)\+{N}>={N}),{N}\)==false"
 _REFUSED = (r'popUpMsg\("[^"]*"\)', r"call stop\(\)", "return", "endIf")
 _SETTER = re.compile(r"if x_nOutput==(\d+)\s+(?:(do\d+)=x_nValue!=0|(?:dioSet|aioSet)\(([ga]o\d+),x_nValue\))\s+endIf")
+_SAME_ARM = {"shoulder": "ssame", "elbow": "esame", "wrist": "wsame"}
 _KINDS = {prefix: kind for kind, prefix in OUTPUTS.items()}
 
 
@@ -27,8 +28,12 @@ class Val3Reader(Reader):
 
     def __init__(self) -> None:
         super().__init__()
-        self.values: dict[tuple[str, int], dict[str, str]] = {}
+        self.values = self.declares("value")
         """Attributes by variable and key."""
+        self.types: dict[str, str] = {}
+        """Type by variable."""
+        self.counted_move = False
+        """Whether the number of the last move was kept."""
         self.outputs: dict[str, str] = {}
         """Variable, by the number that the task knows it by."""
         self.stands = True
@@ -46,9 +51,7 @@ class Val3Reader(Reader):
         for element in (element for tree in trees for element in tree.iter() if "name" in element.attrib):
             name, tag = element.attrib["name"], element.tag.rpartition("}")[2]
             if tag == "Data":
-                self.values |= {(name, key): dict(value.attrib) for key, value in enumerate(element)}
-                if any(value.attrib["key"] != str(key) for key, value in enumerate(element)):
-                    raise ProgramError(f"the values of {name} are not in order.")
+                self.load_data(name, element)
             elif tag == "Program":
                 text = "".join(element.itertext()).strip().removeprefix("begin").removesuffix("end")
                 self.routines[name] = list(_statements(files, name, text))
@@ -57,7 +60,34 @@ class Val3Reader(Reader):
                 raise ProgramError("the task that sets outputs is not as it is written.")
         for number, digital, other in _SETTER.findall(" ".join(self.routines.get("setOutput", []))):
             self.outputs[number] = digital or other
+        self.called |= {"watch", "trigger", "setOutput", "stop", "guard"}
+        self.check_variables()
         return "start"
+
+    def load_data(self, name: str, element: ElementTree.Element) -> None:
+        """Read a variable; an array states its size."""
+        keys = [value.attrib["key"] for value in element]
+        size = element.attrib["size"]
+        if name in self.types or keys != [str(key) for key in range(len(keys))] or (keys and size != str(len(keys))):
+            raise ProgramError(f"{name} is there twice, or its values are not in order, or not so many.")
+        self.types[name] = element.attrib["type"]
+        for key, value in enumerate(element):
+            self.values.add((name, key), dict(value.attrib))
+            if name == "nStart":  # of the production frame
+                self.values.used.add((name, key))
+            if self.types[name] == "mdesc" and not _is_movement(value.attrib):
+                raise ProgramError(f"{name} has an acceleration or a speed that is not 100 %, or blends unevenly.")
+
+    def check_variables(self) -> None:
+        """Make sure that outputs, inputs and counters are declared, of their type, and used."""
+        text = " ".join(line for lines in self.routines.values() for line in lines)
+        for name in set(re.findall(r"\b(?:do|go|ao|ai|nLoop)\d+\b", text)) | {"nMove", "nHead", "nTail", "nId"}:
+            kind = {"d": "dio", "g": "dio", "a": "aio", "n": "num"}[name[0]]
+            if self.types.get(name) != kind:
+                raise ProgramError(f"variable {name} is not declared as {kind}.")
+        for name in (name for name in self.types if re.fullmatch(r"(?:do|go|ao|ai|nLoop)\d+", name)):
+            if not re.search(rf"\b{name}\b", text):
+                raise ProgramError(f"variable {name} is declared and never used.")
 
     def grammar(self) -> dict[str, Action]:
         """List the statements."""
@@ -71,16 +101,18 @@ class Val3Reader(Reader):
             _WAIT: self.read_wait,
             r'taskCreate "guard",50,guard\(\)': self.read_guard,
             r"nStart=1|endIf": skip,
-            r"(?:nId=)?(movel|movej)\((\w+)(?:\[(\d+)\])?,(\w+),(\w+)\)": self.move,
+            r"(nId=)?(movel|movej)\((\w+)(?:\[(\d+)\])?,(\w+),(\w+)\)": self.move,
             rf"call trigger\(nId,(\d+),{N}\)": self.trigger,
             r"waitEndMove\(\)": self.wait,
             r"call (\w+)\(\)": self.call,
-            rf"delay\({N}\)": self.pause,
+            rf"delay\({U}\)": self.pause,
             r"(do\d+)=(true|false)": lambda match: self.switch(match[1], float(match[2] == "true")),
             rf"(?:dioSet|aioSet)\(([ga]o\d+),{N}\)": lambda match: self.switch(match[1], float(match[2])),
             r"do": self.begin_loop,
             _UNTIL: self.end_repeat,
-            rf"nHead=0|nTail=0|nLoop(\d+)=(?:0|nLoop\1\+1)|{task}": skip,
+            r"(nLoop\d+)=0": self.set_counter,
+            r"(nLoop\d+)=\1\+1": self.raise_counter,
+            rf"nHead=0|nTail=0|{task}": skip,
         }
 
     def refuse_override(self, match: re.Match[str]) -> None:
@@ -144,24 +176,31 @@ class Val3Reader(Reader):
         """Begin a loop whose counter is the first thing in it."""
         counter = next((found[1] for found in self.ahead(r"(nLoop\d+)=nLoop\d+\+1")), "")
         end = self.find_end(_UNTIL, counter)
-        self.repeat(end[2], end.groups()[2:])
+        self.repeat(end[2], end.groups()[2:], counter)
 
     def move(self, match: re.Match[str]) -> None:
         """Move in a line, or by joints."""
-        word, name, key, tool, movement = match.groups()
-        self.stands = False
-        target = self.value(name, int(key or 0))
-        if "j1" in target:
+        kept, word, name, key, tool, movement = match.groups()
+        self.stands, self.counted_move = False, kept is not None
+        target, speeds = self.value(name, int(key or 0)), self.value(movement)
+        if self.types[movement] != "mdesc" or (tool != "flange" and self.types.get(tool) != "tool"):
+            raise ProgramError(f"{tool} is no tool, or {movement} no movement.")
+        if self.types[name] == "jointRx":
+            if word == "movel" or movement != "mReach":
+                raise ProgramError(f"{match[0]!r} does not come to joint values as it should.")
             if name != "jHome":
                 self.come_to(float(value) for key, value in target.items() if key.startswith("j"))
             return
+        if self.types[name] != "pointRx" or not target.items() >= _SAME_ARM.items():
+            raise ProgramError(f"{name} is no point that keeps the arm's configuration.")
+        if (word == "movej" or bool(self.counted)) != (movement == "mReach"):
+            raise ProgramError(f"{match[0]!r} has the speed of another kind of motion.")
         pose = _pose(target)
         self.use_tool(tool, _pose(self.value(tool)))
         self.use_board(_pose(self.value(target["fatherId"].removesuffix("[0]"))))
         if word == "movej":
             self.reach(pose)
             return
-        speeds = self.value(movement)
         turns = self.pose is not None and not self.length_to(pose)
         self.state(zone=float(speeds["leave"]), turn_deg_s=float(speeds["rmax"]))
         self.line(pose, speeds["blend"] == "off", 0.0 if turns else float(speeds["tmax"]))
@@ -170,12 +209,20 @@ class Val3Reader(Reader):
         """Set an output with the move that was just given."""
         if not self.steps or not isinstance(self.steps[-1], ReadLine):
             raise ProgramError("a trigger does not follow a line.")
+        if not self.counted_move:
+            raise ProgramError("a trigger follows a line whose number is not kept.")
         output = look_up(self.outputs, match[1], f"output {match[1]} of the task")
         self.steps.insert(-1, ReadSwitch(_channel(output), float(match[2])))
 
     def value(self, name: str, key: int = 0) -> dict[str, str]:
         """Look up a value of the data file."""
-        return look_up(self.values, (name, key), f"{name}[{key}]")
+        return self.values.use((name, key))
+
+
+def _is_movement(value: Mapping[str, str]) -> bool:
+    """Whether a movement has full acceleration, and leaves and reaches its blend alike."""
+    full = all(value[word] == "100" for word in ("accel", "vel", "decel"))
+    return full and value["leave"] == value["reach"] and value["blend"] in ("off", "cartesian")
 
 
 def _statements(files: ProgramFiles, name: str, text: str) -> Iterator[Statement]:

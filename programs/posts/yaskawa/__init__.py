@@ -43,4 +43,5 @@ DIALECT = Dialect(
     ),
     move=re.compile(r"MOV[LJ] C\d"),
     maker="yaskawa",
+    writes_joints=False,
 )

@@ -6,15 +6,28 @@ from collections.abc import Iterable
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, N, Reader, Statement, look_up, read_pose, refusal, skip, statements_of
+from programs.posts.reading.driver import (
+    Action,
+    N,
+    Reader,
+    Statement,
+    U,
+    look_up,
+    read_pose,
+    refusal,
+    skip,
+    statements_of,
+)
 from programs.posts.rebuilt import ReadSignal
 from programs.posts.writing.angles import from_fixed_xyz
-from programs.posts.yaskawa.write import LONGEST_WAIT_S, PASSING_MM
+from programs.posts.yaskawa.write import LONGEST_WAIT_S, PASSING_MM, REACH_PERCENT
 
 _OUTPUT = rf"(?:DOUT (OT|OG)|AOUT (AO))#\((\d+)\) (ON|OFF|{N})"
-_AGAIN = r"JUMP \*(LOOP\d+) IF I\d{3}<(\d+)"
+_AGAIN = r"JUMP \*(LOOP\d+) IF (I\d{3})<(\d+)"
 _POINT = re.compile(rf"(C\d{{5}})={N},{N},{N},{N},{N},{N}")
-_CONFIGURATION = re.compile(r"///POSTYPE USER|///RECTAN|///RCONF 1,0,0,[01],[01],[01],0,0")
+_HEADS = (r"USER (\d+)", r"TOOL (\d+)", r"POSTYPE USER()", r"RECTAN()", r"RCONF 1,0,0,([01],[01],[01]),0,0")
+"""Headings of positions in their order."""
+_TABLE = re.compile(rf"(TOOL|USER) (\d+) = X {N} Y {N} Z {N} Rx {N} Ry {N} Rz {N}  .*")
 _KINDS = {"OT": "digital", "OG": "group", "AO": "analog"}
 
 
@@ -27,13 +40,16 @@ class InformReader(Reader):
     def __init__(self) -> None:
         super().__init__()
         self.guards_override = None
-        self.positions: dict[tuple[str, str], tuple[str, Pose]] = {}
-        """Tool and pose by job and name; the user frame is the job's."""
+        self.positions = self.declares("position")
+        """User frame, tool and pose by job and name."""
+        self.tables: dict[tuple[str, str], Pose] = {}
+        """Tools and user frames that are to be entered, where the page is at hand."""
 
     def load(self, files: ProgramFiles) -> str:
         """Read the jobs; the first is the main one."""
         for file, text in files.items():
             if not file.endswith(".JBI"):
+                self.load_page(file, text)
                 continue
             name = file.removesuffix(".JBI")
             head, found, body = text.partition("\nNOP\n")
@@ -42,39 +58,56 @@ class InformReader(Reader):
             if not (found and also and points.startswith(begin) and body.endswith("END\n")):
                 raise ProgramError(f"{name} is no job.", file=file)
             frames = self.load_positions(name, [*statements_of(file, points)][begin.count("\n") :])
-            relative = f"///ATTR SC,RW,RJ\n////FRAME USER {next(iter(frames), '')}\n"
-            if len(frames) > 1 or (frames and relative not in attributes):
+            relative = f",RJ\n////FRAME USER {next(iter(frames), '')}" if frames else ""
+            shown = re.sub(r"///DATE [\d/ :]+\n", "", attributes, count=1)
+            if len(frames) > 1 or shown != f"///COMM Washboard\n///ATTR SC,RW{relative}\n///GROUP1 RB1":
                 raise ProgramError("a relative job has one user frame, and names it.", file=file)
             self.routines[name] = [*statements_of(file, text)][head.count("\n") + 2 : -1]
         self.shut_name = next((name for name in self.routines if name.endswith("_SH")), self.shut_name)
         return next(iter(self.routines), "")
 
     def load_positions(self, job: str, lines: Iterable[Statement]) -> set[str]:
-        """Read positions under their headings, and give their user frames."""
-        heads = {"USER": "", "TOOL": "", "NPOS": ""}
-        frames: set[str] = set()
-        count = 0
+        """Read positions under their headings, each group of them whole, and give their user frames."""
+        heads: list[str] = []
+        stated, frames, count = "", set[str](), 0
         for line in lines:
             if match := _POINT.fullmatch(line):
-                self.positions[job, match[1]] = (heads["TOOL"], read_pose(match.groups()[1:], from_fixed_xyz))
-                frames.add(heads["USER"])
+                if len(heads) != len(_HEADS) or match[1] != f"C{count:05d}":
+                    raise refusal(line, "does not follow its headings, or the position before it")
+                pose = read_pose(match.groups()[1:], from_fixed_xyz)
+                self.positions.add((job, match[1]), (heads[0], heads[1], pose), line)
+                frames.add(heads[0])
                 count += 1
-            elif match := re.fullmatch(r"///(USER|TOOL) (\d+)|///(NPOS) (\d+),0,0,0,0,0", line):
-                heads[match[1] or match[3]] = match[2] or match[4]
-            elif not _CONFIGURATION.fullmatch(line):
-                raise refusal(line, "is unknown there")
-        if heads["NPOS"] != str(count):
-            raise ProgramError(f"NPOS states {heads['NPOS']} positions, there are {count}.")
+            elif match := re.fullmatch(r"///NPOS (\d+),0,0,0,0,0", line):
+                stated += match[1]
+            else:
+                heads = [] if len(heads) == len(_HEADS) else heads
+                match = re.fullmatch(f"///{_HEADS[len(heads)]}", line)
+                if match is None:
+                    raise refusal(line, "is no heading, or not the next one")
+                heads.append(match[1])
+        if stated != str(count) or (heads and len(heads) != len(_HEADS)):
+            raise ProgramError(f"job {job}: NPOS states {stated} positions, there are {count}.")
         return frames
+
+    def load_page(self, file: str, text: str) -> None:
+        """Read the tools and user frames that the integrator is to enter."""
+        for line in statements_of(file, text):
+            if match := _TABLE.fullmatch(line):
+                if (match[1], match[2]) in self.tables:
+                    raise refusal(line, "is there twice")
+                self.tables[match[1], match[2]] = read_pose(match.groups()[2:], from_fixed_xyz)
 
     def grammar(self) -> dict[str, Action]:
         """List the instructions."""
         return {
-            rf"MOVL (C\d{{5}}) (VR?)={N} (PL=[01]|CR=[\d.]+)(?: ENWAIT T={N})?": self.move,
-            r"MOVJ (C\d{5}) VJ=[\d.]+ PL=0": lambda match: self.reach(self.position(match[1])),
+            rf"MOVL (C\d{{5}}) (VR?)={U} (PL=[01]|CR=\d+\.\d)(?: ENWAIT T={U})?": self.move,
+            rf"MOVJ (C\d{{5}}) VJ={re.escape(REACH_PERCENT)} PL=0": lambda match: self.reach(self.position(match[1])),
             _OUTPUT: lambda match: self.switch(*_assigned(match)),
-            rf"TIMER T={N}": lambda match: self.hold(float(match[1]), LONGEST_WAIT_S),
-            r"\*(LOOP\d+)": lambda match: self.repeat(self.find_end(_AGAIN, match[1])[2]),
+            rf"TIMER T={U}": lambda match: self.hold(float(match[1]), LONGEST_WAIT_S),
+            r"\*(LOOP\d+)": self.begin_loop,
+            r"SET (I\d{3}) 0": self.set_counter,
+            r"INC (I\d{3})": self.raise_counter,
             _AGAIN: self.end_repeat,
             rf"CALL JOB:{self.shut_name}": self.shut("main"),
             r"CALL JOB:(\w+) IF I089<=(\d+)": lambda match: self.run(match[1]) if self.begin_part(match[2]) else None,
@@ -82,7 +115,7 @@ class InformReader(Reader):
             rf"WAIT IN#\((\d+)\)=(ON|OFF) T={N}": self.wait_contact,
             r"\*RUN|SET I089 1": skip,
             r"CALL JOB:(\w+)": self.call,
-            r"'.*|NOP|SET I\d{3} 0|INC I\d{3}": skip,
+            r"'.*|NOP": skip,
         }
 
     def wait_contact(self, match: re.Match[str]) -> None:
@@ -96,10 +129,19 @@ class InformReader(Reader):
 
     def position(self, name: str) -> Pose:
         """Look up a position, and use its frames."""
-        tool, pose = look_up(self.positions, (self.routine, name), f"position {name}")
-        self.use_tool(tool, None)
-        self.use_board(None)
+        user, tool, pose = self.positions.use((self.routine, name))
+        if self.tables:
+            self.use_tool(tool, look_up(self.tables, ("TOOL", tool), f"TOOL {tool}"))
+            self.use_board(look_up(self.tables, ("USER", user), f"USER {user}"))
+        else:
+            self.use_tool(tool, None)
+            self.use_board(None)
         return pose
+
+    def begin_loop(self, match: re.Match[str]) -> None:
+        """Find how a loop ends: the jump back to its label."""
+        end = self.find_end(_AGAIN, match[1])
+        self.repeat(end[3], (), end[2])
 
     def move(self, match: re.Match[str]) -> None:
         """Move in a line; the output that goes ahead is the instruction after it, which is not executed again."""

@@ -20,7 +20,7 @@ from programs.posts.writing.wording import fixed, join_lines, pose_words, split_
 
 LONGEST_WAIT_S = 655.0
 """TIMER takes up to 655.35 s."""
-_REACH_PERCENT = "10.00"
+REACH_PERCENT = "10.00"
 PASSING_MM = 0.3
 """Greatest S1CxG033, which PL=1 passes by."""
 _NARROWEST_CR_MM = 1.0
@@ -132,7 +132,7 @@ class Inform(Syntax):
 
     def reach(self, reach: Reach) -> Iterator[str]:
         """Write ``MOVJ``."""
-        yield f"MOVJ {self.position(reach.target, reach.joints)} VJ={_REACH_PERCENT} PL=0"
+        yield f"MOVJ {self.position(reach.target, reach.joints)} VJ={REACH_PERCENT} PL=0"
 
     def home(self) -> tuple[str, ...]:
         """Go nowhere: the first motion is a ``MOVJ`` from where the robot is."""

@@ -79,12 +79,12 @@ def test_a_mistake_is_seen(mistake: str) -> None:
     rebuilt, motion = read_back(made)
     assert compare(rebuilt, motion, small_cell()) == ()
     steps = [step for each in rebuilt.steps if (step := spoil(each) if isinstance(each, kind) else each) is not None]
-    assert compare(Rebuilt(tuple(steps)), motion, small_cell())
+    assert compare(replace(rebuilt, steps=tuple(steps)), motion, small_cell())
 
 
 def test_steps_too_many_are_seen() -> None:
     rebuilt, motion = read_back("loop")
-    longer = Rebuilt((*rebuilt.steps, ReadPause(0.5)))
+    longer = replace(rebuilt, steps=(*rebuilt.steps, ReadPause(0.5)))
     (difference,) = compare(longer, motion, small_cell())
     assert "1 steps too many" in str(difference)
 
