@@ -14,10 +14,11 @@ from robotcell.cell.cell import Cell
 from robotcell.cell.hold import describe_held
 from robotcell.cell.load import LoadedCell
 from robotcell.collision.collision import Clearance
+from robotcell.diagnosis.changes import Remedy
 from robotcell.diagnosis.findings import PathInCell, breaks, collisions, nearly_singular, slowness, tilts, unreachable
 from robotcell.diagnosis.plausibility import check_cell
 from robotcell.diagnosis.refusals import Refusal, find_refusal
-from robotcell.diagnosis.remedies import Remedy, find_remedies, sample_points, share_reached
+from robotcell.diagnosis.remedies import find_remedies, sample_points, share_reached
 from robotcell.motion.cell_queries import CellQueries, build_queries
 from robotcell.motion.joint_move import find_move
 from robotcell.motion.joint_program import build_robot_program

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from boards.board import Board
 from boards.errors import BoardError
 from boards.load import SUFFIXES, board_library, load_board
-from cleaning.verdicts.results import CleaningReport
 from programs.program import TimedProgram
 from recipes.errors import RecipeError
 from recipes.load import load_recipe, recipe_library, recipe_sha256
@@ -17,6 +17,9 @@ from specs.confinement import find_beside
 from specs.finding import Finding, worst_first
 from specs.finding_rules import BOARD_DIFFERS, RECIPE_DIFFERS
 from specs.progress import Progress, no_progress
+
+if TYPE_CHECKING:
+    from cleaning.verdicts.results import CleaningReport
 
 _SHOWN = 16
 
@@ -133,7 +136,7 @@ def find_differences(program: TimedProgram, board: Board, recipe: Recipe | None 
     return found
 
 
-def with_differences(report: CleaningReport, differences: list[Finding]) -> CleaningReport:
+def with_differences(report: "CleaningReport", differences: list[Finding]) -> "CleaningReport":
     """Have a report state the board that was analysed, and the differences from the inputs of the program."""
     origin = replace(report.origin, board=report.board.name, board_sha256=report.board.sha256)
     return replace(report, origin=origin, findings=worst_first((*differences, *report.findings)))

@@ -1,0 +1,282 @@
+"""Changes of a cell that may help: a mistake undone, wider limits, the board, a tool or a fixture elsewhere."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.board import Board
+from geometry.arrays import Indices
+from robotcell.cell.cell import Cell, Tool
+from robotcell.cell.cell_edits import (
+    CellEdit,
+    base_edit,
+    board_edit,
+    lengthened_tool,
+    moved_body_edits,
+    place_of,
+    tcp_edit,
+    tool_edits,
+)
+from robotcell.cell.load import LoadedCell, build_tool
+from robotcell.cell.shapes import place_pose
+from robotcell.collision.collision import Collider
+from robotcell.diagnosis.plausibility import corners_of
+from robotcell.placement.reachability import Targets, clear_of, configurations_at
+from robotcell.robot.poses import inverse, pose
+from robotcell.robot.robot import Joints, Poses, flange_poses
+
+AZIMUTHS = 8
+"""Tried about a free jet."""
+_SHIFTS_MM = (20.0, 50.0, 100.0, 200.0, 300.0, 400.0, 600.0, 800.0, 1200.0, 1600.0)
+_LENGTHS_MM = (30.0, 60.0, 100.0, 150.0, 200.0, 250.0, 300.0, 350.0, 400.0, 450.0, 500.0, 600.0, 800.0)
+_YAWS_DEG = (30.0, 60.0, 90.0, 180.0)
+_RADII_M = np.arange(0.1, 1.6, 0.05)
+_LIFTS_M = (0.0, 0.1, -0.1, 0.2, -0.2, 0.3, -0.3)
+_FARTHEST_M = 20.0
+"""No board or orifice is farther away."""
+_LONG_M = 0.4
+"""Tools for boards are hardly ever longer: their length is looked at first then."""
+_LONGER = 4.0
+"""A longer tool bends and swings more: another place of the board is better, unless it is that much farther."""
+_SPARE_DEG = 5.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Remedy:
+    """A cell that differs in one thing."""
+
+    text: str
+    """The change, as a condition: ``"with the TCP turned ..."``."""
+    cell: Cell
+    edits: tuple[CellEdit, ...] = ()
+    """The same in the cell's file; none where the cell was not read from one."""
+    in_one: bool = False
+    """Whether one configuration reaches all points that were tried, clear, away from limits, and at some azimuths."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChangeCase:
+    """A cell that is to be changed, and where it is tried."""
+
+    cell: Cell
+    board: Board | None
+    targets: Targets
+    first: Targets
+    """Those that are tried first."""
+    every: Targets
+    collider: Collider
+    loaded: LoadedCell | None
+    blamed: tuple[str, ...]
+    """Fixtures that are in the way, most first."""
+
+
+def mistakes(case: ChangeCase) -> Iterator[Remedy]:
+    """Give the cell with each classical mistake undone."""
+    cell = case.cell
+    for axis, turn in (("X", (np.pi, 0.0, 0.0)), ("Y", (0.0, np.pi, 0.0))):
+        turned = tuple(replace(tool, T_flange_tcp=tool.T_flange_tcp @ pose((0, 0, 0), turn)) for tool in cell.tools)
+        yield from _with_tools(case, turned, f"turned by 180 degrees about its own {axis}")
+    for axis, turn in (("X", (np.pi, 0.0, 0.0)), ("Y", (0.0, np.pi, 0.0))):
+        text = f"with the board turned over about its own {axis} (it may be upside down)"
+        yield _with_board(case, cell.held_pose @ pose((0, 0, 0), turn), text)
+    for factor, text in ((1000.0, "metres were written for millimetres"), (1e-3, "millimetres were taken for metres")):
+        moved = _scaled(cell.held_pose, factor)
+        if np.abs(moved[:3, 3]).max() <= _FARTHEST_M:
+            yield _with_board(case, moved, f"with the board's place times {factor:g} ({text})")
+        scaled = tuple(replace(tool, T_flange_tcp=_scaled(tool.T_flange_tcp, factor)) for tool in cell.tools)
+        if max(float(np.abs(tool.T_flange_tcp[:3, 3]).max()) for tool in scaled) <= _FARTHEST_M:
+            yield from _with_tools(case, scaled, f"{factor:g} times as far from the flange ({text})")
+    for degrees in (180.0, 90.0, -90.0):
+        turned = cell.T_cell_base @ pose((0, 0, 0), (0, 0, np.radians(degrees)))
+        edits = () if case.loaded is None else (base_edit(turned),)
+        text = f"with the robot's base turned by {degrees:g} degrees about its axis"
+        yield Remedy(text, replace(cell, T_cell_base=turned), edits)
+
+
+def wider_limits(case: ChangeCase) -> Iterator[Remedy]:
+    """Give the cell with limits that it tightens as wide as the targets need: of each such joint alone, then of all."""
+    if case.loaded is None:
+        return
+    robot, own = case.cell.robot, case.loaded.unlimited
+    tightened = [
+        index
+        for index, (now, wide) in enumerate(zip(robot.joints, own.joints, strict=True))
+        if now.lowest > wide.lowest + 1e-9 or now.highest < wide.highest - 1e-9
+    ]
+    groups = [[index] for index in tightened] + ([tightened] if len(tightened) > 1 else [])
+    for group in groups:
+        yield from _widened(case, group)
+
+
+def _widened(case: ChangeCase, group: list[int]) -> Iterator[Remedy]:
+    """Give the cell with the limits of some joints as wide as one configuration needs, narrowest first."""
+    if case.loaded is None:
+        return
+    robot, own = case.cell.robot, case.loaded.unlimited
+    free = list(robot.joints)
+    for index in group:
+        free[index] = replace(free[index], lowest=own.joints[index].lowest, highest=own.joints[index].highest)
+    wide = replace(case.cell, robot=replace(robot, joints=tuple(free)))
+    found = configurations_at(wide, wide.T_cell_board, case.targets, AZIMUTHS)
+    clear = clear_of(wide, case.collider, case.targets, found)
+    ways: list[tuple[float, int, NDArray[np.float64]]] = []
+    for branch in np.unique(clear.branch).tolist():
+        mine = clear.branch == branch
+        if len(np.unique(clear.target[mine])) == len(case.targets.tool):
+            spans = _needed(clear.q[mine], clear.target[mine], robot.lowest, robot.highest)
+            ways.append((float(np.sum(spans[1][group] - spans[0][group])), branch, spans))
+    for _, _, (low, high) in sorted(ways, key=lambda way: way[:2]):
+        joints, edits, words = list(robot.joints), list[CellEdit](), list[str]()
+        for index in group:
+            joint = joints[index]
+            unit, key, name = (
+                (1e3, "position_mm", "mm") if joint.kind == "prismatic" else (180 / np.pi, "position_deg", "degrees")
+            )
+            lowest = max(_SPARE_DEG * np.floor(unit * low[index] / _SPARE_DEG - 1.0), unit * own.joints[index].lowest)
+            highest = min(_SPARE_DEG * np.ceil(unit * high[index] / _SPARE_DEG + 1.0), unit * own.joints[index].highest)
+            span = [round(min(lowest, unit * joint.lowest), 4), round(max(highest, unit * joint.highest), 4)]
+            joints[index] = replace(joint, lowest=span[0] / unit, highest=span[1] / unit)
+            edits.append(CellEdit(("joints", joint.name, key), span))
+            words.append(f"{joint.name} from {span[0]:g} to {span[1]:g} {name}")
+        cell = replace(case.cell, robot=replace(robot, joints=tuple(joints)))
+        yield Remedy(f"with the limits of {', '.join(words)}", cell, tuple(edits))
+
+
+def _needed(q: Joints, target: Indices, lowest: Joints, highest: Joints) -> NDArray[np.float64]:
+    """Give (2, dof) the span that some configuration of every target lies in, next to the present limits."""
+    excess = np.maximum(np.maximum(lowest - q, q - highest), 0.0).max(axis=1)
+    rows = [np.flatnonzero(target == each) for each in np.unique(target)]
+    chosen = q[[int(row[np.argmin(np.round(excess[row], 9))]) for row in rows]]
+    return np.stack((chosen.min(axis=0), chosen.max(axis=0)))
+
+
+def small_changes(case: ChangeCase) -> Iterator[Remedy]:
+    """Give the cell with the board, a tool's orifice or a fixture elsewhere, the smallest change first."""
+    steps = [*_shifts(case), *_lengths(case), *_fixture_shifts(case)]
+    for _, _, change in sorted(steps, key=lambda step: step[:2]):
+        yield change
+
+
+def fixtures_moved(case: ChangeCase) -> Iterator[Remedy]:
+    """Give the cell with a fixture moved: first so that the robot stands on it, then the least move first."""
+    for _, _, change in _fixture_shifts(case):
+        yield change
+
+
+def _shifts(case: ChangeCase) -> Iterator[tuple[float, int, Remedy]]:
+    """Give size, rank and the cell with the board moved along an axis, or turned."""
+    for size, (axis, name), sign in product(_SHIFTS_MM, enumerate("xyz"), (1.0, -1.0)):
+        T_cell_held = case.cell.held_pose.copy()
+        T_cell_held[axis, 3] += sign * size * 1e-3
+        text = f"with the board moved by {sign * size:+g} mm along the cell's {name}"
+        yield size, 0, _with_board(case, T_cell_held, text)
+    for degrees, sign in product(_YAWS_DEG, (1.0, -1.0)):
+        turned = case.cell.held_pose @ pose((0, 0, 0), (0, 0, sign * np.radians(degrees)))
+        text = f"with the board turned by {sign * degrees:+g} degrees about its own z"
+        yield 2.0 * degrees, 1, _with_board(case, turned, text)
+
+
+def _lengths(case: ChangeCase) -> Iterator[tuple[float, int, Remedy]]:
+    """Give size, rank and the cell with the tools that the targets need longer or shorter, all by as much."""
+    if case.loaded is None:
+        return
+    numbers = [case.cell.tools[index].number for index in np.unique(case.targets.tool).tolist()]
+    for size, (sign, word, weight) in product(_LENGTHS_MM, ((-1.0, "shorter", 1.0), (1.0, "longer", _LONGER))):
+        tools, edits = list(case.cell.tools), list[CellEdit]()
+        for number in numbers:
+            before = case.loaded.spec.tools[number]
+            after = lengthened_tool(before, sign * size)
+            if after is None:
+                break
+            index = next(at for at, tool in enumerate(tools) if tool.number == number)
+            tools[index] = build_tool(number, after, case.loaded.root)
+            edits += tool_edits(number, before, after)
+        else:
+            names = " and ".join(f"tool {number} ({case.loaded.spec.tools[number].name})" for number in numbers)
+            yield (
+                weight * size,
+                2,
+                Remedy(f"with {names} {size:g} mm {word}", replace(case.cell, tools=tuple(tools)), tuple(edits)),
+            )
+
+
+def shorter(case: ChangeCase) -> Iterator[Remedy]:
+    """Give the cell with its tools shorter, where one that the targets need is unusually long."""
+    tools = [case.cell.tools[index] for index in np.unique(case.targets.tool).tolist()]
+    if max(float(np.linalg.norm(tool.T_flange_tcp[:3, 3])) for tool in tools) >= _LONG_M:
+        yield from (change for _, _, change in _lengths(case) if "shorter" in change.text)
+
+
+def _fixture_shifts(case: ChangeCase) -> Iterator[tuple[float, int, Remedy]]:
+    """Give size, rank and the cell with a fixture that is in the way moved along an axis."""
+    ways = [(name, *way) for way in product(_SHIFTS_MM, enumerate("xyz"), (-1.0, 1.0)) for name in case.blamed]
+    for name in case.blamed:
+        top = max(float(corners_of(body)[:, 2].max()) for body in case.cell.fixtures if body.name == name)
+        size = round(1e3 * (top - float(case.cell.T_cell_base[2, 3])), 1)
+        if size > 0.0:
+            ways.insert(0, (name, size, (2, "z"), -1.0))  # so that the robot stands on it
+    for name, size, (axis, letter), sign in ways:
+        offset = np.zeros(3)
+        offset[axis] = sign * size
+        edits = ()
+        if case.loaded is not None:
+            edits = moved_body_edits(("fixtures", name), case.loaded.spec.fixtures[name], offset.tolist())
+        moved = pose((1e-3 * offset).tolist(), (0, 0, 0))
+        fixtures = tuple(
+            replace(body, T_carrier_shape=moved @ body.T_carrier_shape) if body.name == name else body
+            for body in case.cell.fixtures
+        )
+        text = f"with {name} moved by {sign * size:+g} mm along the cell's {letter}"
+        yield size, 3, Remedy(text, replace(case.cell, fixtures=fixtures), edits)
+
+
+def places(case: ChangeCase) -> Iterator[Remedy]:
+    """Give the cell with the board at places before the robot, nearest to the present one first."""
+    cell, base = case.cell, case.cell.T_cell_base
+    centre = case.targets.T_board_tcp[:, :3, 3].mean(axis=0)
+    middle = (inverse(base) @ cell.T_cell_board @ np.append(centre, 1.0))[:3]
+    tip = _tip_at_home(cell, int(case.targets.tool[0]))
+    offsets: list[NDArray[np.float64]] = []
+    for toward, radius, lift, height in product((middle, tip), _RADII_M, _LIFTS_M, (middle[2], tip[2])):
+        length = float(np.linalg.norm(toward[:2]))
+        ahead = toward[:2] / length if length > 1e-6 else np.array([1.0, 0.0])
+        offsets.append(base[:3, :3] @ (np.array([*(radius * ahead), height + lift]) - middle))
+    for offset in sorted(offsets, key=lambda each: round(float(np.linalg.norm(each)), 6)):
+        T_cell_held = cell.held_pose.copy()
+        T_cell_held[:3, 3] += np.round(offset, 2)
+        x, y, z = (1e3 * (T_cell_held - cell.held_pose)[:3, 3]).tolist()
+        yield _with_board(case, T_cell_held, f"with the board moved by {x:+.0f}, {y:+.0f}, {z:+.0f} mm in the cell")
+
+
+def _tip_at_home(cell: Cell, tool: int) -> NDArray[np.float64]:
+    """(3,) where a tool's orifice is at home, base frame."""
+    return (flange_poses(cell.robot, cell.home[None])[0] @ cell.tools[tool].T_flange_tcp)[:3, 3]
+
+
+def _with_board(case: ChangeCase, T_cell_held: Poses, text: str) -> Remedy:
+    """Give the cell with the board held elsewhere, as it is written."""
+    place = place_of(T_cell_held)
+    edits = () if case.loaded is None else (board_edit(case.loaded.spec.board, place),)
+    return Remedy(text, case.cell.with_held_at(place_pose(place)), edits)
+
+
+def _with_tools(case: ChangeCase, others: tuple[Tool, ...], text: str) -> Iterator[Remedy]:
+    """Give the cell with all tools changed, and with each of several changed alone."""
+
+    def edits_of(tools: Iterable[Tool]) -> tuple[CellEdit, ...]:
+        return () if case.loaded is None else tuple(tcp_edit(tool.number, tool.T_flange_tcp) for tool in tools)
+
+    yield Remedy(f"with the TCP {text}", replace(case.cell, tools=others), edits_of(others))
+    for index, other in enumerate(others if len(others) > 1 else ()):
+        tools = (*case.cell.tools[:index], other, *case.cell.tools[index + 1 :])
+        name = f"with the TCP of tool {other.number} ({other.name}) {text}"
+        yield Remedy(name, replace(case.cell, tools=tools), edits_of([other]))
+
+
+def _scaled(T: Poses, factor: float) -> Poses:
+    scaled = T.copy()
+    scaled[:3, 3] *= factor
+    return scaled
