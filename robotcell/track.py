@@ -20,8 +20,8 @@ from robotcell.diagnosis.plausibility import check_cell
 from robotcell.diagnosis.refusals import Refusal, find_refusal
 from robotcell.diagnosis.remedies import find_remedies, sample_points, share_reached
 from robotcell.motion.cell_queries import CellQueries, build_queries
-from robotcell.motion.joint_move import find_move
-from robotcell.motion.joint_program import build_robot_program
+from robotcell.motion.joint_move import HomeMoves, Lifting, find_move
+from robotcell.motion.joint_program import AddedTimes, build_robot_program
 from robotcell.motion.plan_joints import OutOfReach, plan_motion
 from robotcell.motion.retime import retime
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, sample_path
@@ -61,14 +61,16 @@ class CellReport:
     cell: Cell
     requested: TimedProgram
     program: TimedProgram
-    """As the robot carries it out: the same instructions at the same places, its own times, azimuths and tilts; more
-    moves where joints do not go straight between the requested ones."""
+    """As the robot carries it out, from home to home: the same instructions at the same places, its own times, azimuths
+    and tilts; more moves where joints do not go straight between the requested ones, and where the tool is changed."""
     clock: Scalars
     """(moves,) s when the requested program would be there; NaN within joint moves that it does not have."""
     corner: Flags
     """(moves,) whether a straight line ends there, of the path or of a joint move."""
     joints: Joints
     """(moves, dof) one row for each ``MoveTo`` of the program; (0, dof) where the robot cannot carry it out."""
+    added: AddedTimes
+    """Of the motions that only the robot's program has."""
     singularity: Scalars
     """(moves,) w, the manipulability."""
     condition: Scalars
@@ -210,6 +212,7 @@ def _without_motion(queries: CellQueries, findings: list[Finding]) -> CellReport
         clock=none,
         corner=none > 0.0,
         joints=np.zeros((0, queries.cell.robot.dof)),
+        added=AddedTimes(),
         singularity=none,
         condition=none,
         clearance=Clearance(none, ()),
@@ -225,12 +228,13 @@ def _with_motion(subject: PathInCell, board: Board | None, found: Motion, findin
     for move in found.reconfigurations:
         cuts[move.begin : move.end] = True
     retiming = retime(robot, path.times, tracked.q, cuts)
-    done = build_robot_program(program, queries.cell, tracked, retiming.lasting, found.reconfigurations)
+    home = _home_moves(queries, tracked)
+    done = build_robot_program(program, queries.cell, tracked, retiming.lasting, found.reconfigurations, home)
     w, condition = singularity(robot, done.joints)
     own = np.flatnonzero(done.row_of >= 0)
     at_sample = np.ones(len(tracked.q))
     at_sample[done.row_of[own]] = condition[own]
-    findings = [*findings, *_check_home(subject, tracked), *tilts(subject, tracked)]
+    findings = [*findings, *_check_home(subject, home), *tilts(subject, tracked)]
     findings += [*nearly_singular(subject, at_sample), *slowness(subject, retiming)]
     if board is None:
         message = (
@@ -246,6 +250,7 @@ def _with_motion(subject: PathInCell, board: Board | None, found: Motion, findin
         clock=np.where(done.row_of >= 0, path.times[done.row_of], np.nan),
         corner=done.corner,
         joints=done.joints,
+        added=done.added,
         singularity=w,
         condition=condition,
         clearance=queries.clearance(done.joints[own], path, done.row_of[own]),
@@ -261,17 +266,27 @@ def _assumed(cell: Cell) -> str:
     return f", and the origin of its file was taken for the {describe_held(cell.held_by)} that the cell holds it by"
 
 
-def _check_home(subject: PathInCell, tracked: TrackedPath) -> list[Finding]:
+def _home_moves(queries: CellQueries, tracked: TrackedPath) -> HomeMoves:
+    """Find joint moves from home to the beginning, and from the end home: through the safe height."""
+    home = Lifting(queries.cell.home[None])
+    ways: list[Joints] = []
+    for sample in (0, len(tracked.q) - 1):
+        tool, placement = int(tracked.path.tool[sample]), int(tracked.path.placement[sample])
+        lifting = queries.lifting(tracked, sample, queries.below_safe(tracked.path, sample))
+        found = find_move(queries.cell, lifting, home, (tool, tool), queries.blocked_at(placement))
+        ways.append(tracked.q[sample : sample + 1] if found is None else found[0])
+    return HomeMoves(ways[0][::-1], ways[1])
+
+
+def _check_home(subject: PathInCell, home: HomeMoves) -> list[Finding]:
     """Report where the way from home to the beginning, or back from the end, is blocked."""
     findings: list[Finding] = []
-    queries, path = subject.queries, subject.path
-    for sample, text in ((0, "from home to the beginning"), (len(tracked.q) - 1, "from the end back home")):
-        tool = int(path.tool[sample])
-        ends = queries.cell.home[None], queries.lifted(tracked.q[sample], tracked.T_base_tcp[sample], tool)
-        if find_move(queries.cell, *ends, (tool, tool), queries.blocked_at(int(path.placement[sample]))) is None:
-            message = f"the straight joint move {text} collides; choose another home, or move there by hand."
-            made_by, place = subject.made_by(sample), subject.place(sample)
-            findings.append(Finding(HOME_BLOCKED, message, made_by, place))
+    ends = ((0, home.out, "from home to the beginning"), (-1, home.back, "from the end back home"))
+    for sample, way, text in ends:
+        if len(way) < 2:
+            message = f"every joint move {text} that was tried collides; choose another home, or move there by hand."
+            at = sample % len(subject.path.times)
+            findings.append(Finding(HOME_BLOCKED, message, subject.made_by(at), subject.place(at)))
     return findings
 
 

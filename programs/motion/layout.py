@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from math import dist, inf
+from math import dist, inf, isnan
 from typing import TypeAlias
 
 import numpy as np
@@ -119,6 +119,8 @@ class _Cutter:
     """Moves so far."""
     planned: float = 0.0
     """When the plan is at the last sample."""
+    left_at: float = 0.0
+    """When it is at the last sample that is not within a joint move."""
 
     def move(self, move: MoveTo) -> None:
         """Add the pose of a move."""
@@ -147,7 +149,7 @@ class _Cutter:
         self.cut()
         self.items.append(command)
         if pose and not elsewhere:
-            self.sample(command.time_s, pose, command.made_by, self.planned)
+            self.sample(command.time_s, pose, command.made_by, self.left_at)
 
     def is_due(self, time_s: float) -> bool:
         """Whether the next move is done by then, but for less than a file resolves."""
@@ -167,7 +169,8 @@ class _Cutter:
             return ()
         if time_s > self.times[-1] + TICK_S:
             there = (*self.states.tcp[at].tolist(), *self.states.quaternion[at].tolist())
-            self.sample(time_s, target or there, made_by, self.planned_at(time_s))
+            due = self.tracking.clock[self.moved] if target else np.nan
+            self.sample(time_s, target or there, made_by, self.planned_at(time_s) if isnan(due) else float(due))
         return self.poses[-1]
 
     def planned_at(self, time_s: float) -> float:
@@ -179,6 +182,7 @@ class _Cutter:
     def sample(self, time_s: float, pose: tuple[float, ...], made_by: Source, planned: float) -> None:
         """Add a sample."""
         self.planned = planned
+        self.left_at = self.left_at if isnan(planned) else planned
         self.clock.append(planned)
         self.times.append(time_s)
         self.poses.append(pose)

@@ -169,13 +169,18 @@ class _Builder:
             return
         self.spraying = switch.spraying
         step = len(self.steps)
-        while step > 0 and self.begins[step - 1] > switch.time_s - 0.5 * TICK_S and self.duration(step - 1) is not None:
+        while step > 0 and self.begins[step - 1] > switch.time_s - 0.5 * TICK_S and self.moves(step - 1):
             step -= 1
         seconds = 0.0
         if step > 0 and (duration_s := self.duration(step - 1)) is not None:
             step -= 1
             seconds = min(max(switch.time_s - self.begins[step], 0.0), duration_s)
         self.requests.append(SwitchRequest(step, seconds, switch.spraying, self.nozzle, switch.made_by))
+
+    def moves(self, step: int) -> bool:
+        """Whether a step takes time, a joint move too: what is switched before it began comes before it."""
+        each = self.steps[step]
+        return self.duration(step) is not None or (isinstance(each, Reach) and bool(each.way))
 
     def duration(self, step: int) -> float | None:
         """Seconds that a step takes; ``None`` for what is done at rest."""

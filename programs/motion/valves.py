@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from itertools import accumulate
 
 from programs.motion.installation import Installation, Valve
-from programs.motion.steps import Event, Line, Note, Pause, Step, Switch
+from programs.motion.steps import Event, Line, Note, Pause, Reach, Step, Switch
 from specs.finding import Finding
 from specs.finding_rules import NO_VALVE, VALVE_PULSE_LENGTHENED, VALVE_STAYS_OPEN, WAITS_FOR_VALVE
 from specs.source import NO_SOURCE, Source
@@ -76,7 +76,7 @@ def open_valves(
     missing: dict[str, Finding] = {}
     signals: list[_Signal] = []
     placed = _Placed()
-    for request in requests:
+    for request in _shut_on_joint_moves(steps, requests):
         valve, jet = installation.valves.get(request.nozzle), "on" if request.spraying else "off"
         if valve is None:
             name = request.nozzle or "(none)"
@@ -98,6 +98,32 @@ def open_valves(
         findings.append(Finding(WAITS_FOR_VALVE, message))
     shut = (Switch(channel, 0.0, NO_SOURCE) for channel in dict.fromkeys(signal.valve.channel for signal in kept))
     return [*shut, *_assemble(steps, placed)], findings
+
+
+def _shut_on_joint_moves(steps: Sequence[Step], requests: Sequence[SwitchRequest]) -> list[SwitchRequest]:
+    """Interrupt a jet that would go on during a joint move, until the next line or pause."""
+    kept: list[SwitchRequest] = []
+    is_on = False
+    for number, request in enumerate(requests):
+        if not request.spraying:
+            kept += [request] if is_on else []
+            is_on = False
+            continue
+        until = requests[number + 1] if number + 1 < len(requests) else None
+        end = len(steps) if until is None else until.step + (until.seconds > 0.0)
+        shut = False
+        for at in range(request.step, end):
+            step = steps[at]
+            if isinstance(step, Line | Pause) and not is_on:
+                kept.append(replace(request, step=at, seconds=0.0) if shut else request)
+                is_on = True
+            elif isinstance(step, Reach) and step.way:
+                kept += [replace(request, step=at, seconds=0.0, spraying=False)] if is_on else []
+                is_on, shut = False, True
+        if not is_on and not shut:
+            kept.append(request)
+            is_on = True
+    return kept
 
 
 def _with_whole_pulses(steps: Sequence[Step], signals: list[_Signal], findings: list[Finding]) -> list[_Signal]:

@@ -45,6 +45,13 @@ class Cell:
     """The point of a board whose pose the cell's file gives."""
     T_board_held: Poses = field(default_factory=lambda: np.eye(4))
     """(4, 4) that point of the board it holds, with the board's axes."""
+    tool_change: Joints | None = None
+    """(dof,) where the tool is changed; ``None`` for at home."""
+
+    @property
+    def change_place(self) -> Joints:
+        """(dof,) where the tool is changed."""
+        return self.home if self.tool_change is None else self.tool_change
 
     @property
     def held_pose(self) -> Poses:

@@ -139,6 +139,7 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
         T_cell_base=place_pose(spec.base),
         T_cell_board=_place_board(spec.board, root, ("board",)),
         home=units * np.array(spec.home_deg_mm),
+        tool_change=None if spec.tool_change_deg_mm is None else units * np.array(spec.tool_change_deg_mm),
         tools=tuple(build_tool(number, tool, root) for number, tool in sorted(spec.tools.items())),
         fixtures=build_bodies(spec.fixtures, root, ("fixtures",)),
         margin=1e-3 * spec.margin_mm,
@@ -214,13 +215,22 @@ def find_problems(spec: CellSpec) -> list[Problem]:
 
 
 def find_home_problems(spec: CellSpec, robot: Robot) -> list[Problem]:
-    """Find a home that has too many or too few values, or lies outside the joints' limits."""
-    home = spec.home_deg_mm
+    """Find a home, or a place to change the tool, that has too many or too few values, or lies outside the limits."""
+    stated = {"home_deg_mm": spec.home_deg_mm, "tool_change_deg_mm": spec.tool_change_deg_mm}
+    return [
+        problem
+        for key, place in stated.items()
+        if place is not None
+        for problem in _find_place_problems(spec, robot, key, place)
+    ]
+
+
+def _find_place_problems(spec: CellSpec, robot: Robot, key: str, place: list[float]) -> list[Problem]:
     names = ", ".join(joint.name for joint in robot.joints)
-    if len(home) != robot.dof:
-        return [Problem(("home_deg_mm",), f"has {len(home)} values; {robot.name} has {robot.dof} joints: {names}")]
+    if len(place) != robot.dof:
+        return [Problem((key,), f"has {len(place)} values; {robot.name} has {robot.dof} joints: {names}")]
     problems: list[Problem] = []
-    for index, (value, joint) in enumerate(zip(home, robot.joints, strict=True)):
+    for index, (value, joint) in enumerate(zip(place, robot.joints, strict=True)):
         unit, word = (1e-3, "mm") if joint.kind == "prismatic" else (math.pi / 180, "degrees")
         if not joint.lowest - _SLACK <= unit * value <= joint.highest + _SLACK:
             limits = f"{joint.lowest / unit:g} to {joint.highest / unit:g} {word}"
@@ -228,8 +238,8 @@ def find_home_problems(spec: CellSpec, robot: Robot) -> list[Problem]:
                 name for name in (joint.name, "all") if name in spec.joints and _bounds_position(spec.joints[name])
             ]
             by = f" (joints.{stated[0]})" if stated else ""
-            message = f"{joint.name} goes from {limits}{by}, not to {value:g}; put home within, or widen the limits"
-            problems.append(Problem(("home_deg_mm", index), message, tuple(("joints", name) for name in stated)))
+            message = f"{joint.name} goes from {limits}{by}, not to {value:g}; put it within, or widen the limits"
+            problems.append(Problem((key, index), message, tuple(("joints", name) for name in stated)))
     return problems
 
 

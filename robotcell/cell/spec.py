@@ -384,6 +384,10 @@ class CellSpec(Spec):
     home_deg_mm: list[Home] = Field(
         description="Joints at the beginning and end of a program: a number for each, degrees or, where it slides, mm."
     )
+    tool_change_deg_mm: list[Home] | None = Field(
+        default=None,
+        description="Joints where the tool is changed, away from the board; left out, those of home.",
+    )
     board: Hold = Field(description="Pose of the board.")
     placements: dict[Name, Hold] = Field(
         default={}, description="Pose of the board after CALL NAME, such as flip_to_bottom."

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from boards.board import Board
 from geometry.arrays import Indices, Scalars
-from programs.program import Command, TimedProgram
+from programs.program import Command, MoveTo, TimedProgram
 from robotcell.cell.cell import Cell
 from robotcell.collision.collision import (
     Clearance,
@@ -22,8 +22,8 @@ from robotcell.collision.collision import (
 from robotcell.collision.contacts import Touch
 from robotcell.collision.sweep import collides_between
 from robotcell.kinematics.inverse import solve
-from robotcell.motion.joint_move import IsBlocked
-from robotcell.motion.sampled_path import Flags, SampledPath
+from robotcell.motion.joint_move import IsBlocked, Lifting
+from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath
 from robotcell.robot.full_turns import nearest_turns
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Joints, Poses
@@ -31,6 +31,7 @@ from robotcell.robot.robot import Joints, Poses
 _LIFTS_M = np.array([0.02, 0.04, 0.07, 0.1, 0.15])
 _MOST_LIFT_CHANGE = 0.6
 """rad or m that a joint may move for a step of lifting."""
+_SAFE_ENOUGH_M = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,20 +88,37 @@ class CellQueries:
                 touches[row] = touch
         return Clearance(distances, tuple(touches))
 
-    def lifted(self, q: Joints, T_base_tcp: Poses, tool: int) -> Joints:
-        """Give joints (k, dof) that lift the tool step by step from where it is, as far as the branch goes on."""
+    def lifting(self, tracked: TrackedPath, sample: int, safe_m: float = 0.0) -> Lifting:
+        """Give how the tool may be lifted straight up from a sample, as far as the branch goes on.
+
+        Args:
+            tracked: The path.
+            sample: Where it is lifted.
+            safe_m: By how much it is lifted at least; in one piece.
+        """
         up = np.linalg.inv(self.cell.T_cell_base)[:3, 2]
-        poses = np.repeat(T_base_tcp[None], len(_LIFTS_M), axis=0)
-        poses[:, :3, 3] += _LIFTS_M[:, None] * up
-        rows = [q]
-        for pose in poses:
-            found = nearest_turns(self.cell.robot, self.configurations(pose[None], tool)[0][0], rows[-1])
-            far = np.max(np.abs(found - rows[-1]), axis=1)
+        tool, last = int(tracked.path.tool[sample]), tracked.q[sample]
+        small = np.arange(_LIFTS_M[0], safe_m - 1e-9, _LIFTS_M[0])
+        safe = [safe_m] if safe_m > 0.0 else []
+        rows = [last]
+        for lift in (*small, *safe, *(safe_m + _LIFTS_M)):
+            pose = tracked.T_base_tcp[sample].copy()
+            pose[:3, 3] += lift * up
+            found = nearest_turns(self.cell.robot, self.configurations(pose[None], tool)[0][0], last)
+            far = np.max(np.abs(found - last), axis=1)
             far = np.where(np.isfinite(far), far, np.inf)
             if far.min() > _MOST_LIFT_CHANGE:
                 break
-            rows.append(found[int(np.argmin(far))])
-        return np.stack(rows)
+            last = found[int(np.argmin(far))]
+            rows = [*rows, last] if lift > safe_m else [rows[0], last]
+        return Lifting(np.stack(rows), min(1 + len(safe), len(rows)))
+
+    def below_safe(self, path: SampledPath, sample: int) -> float:
+        """Give by how much the orifice is lower at a sample than it ever is at that place of the board, m."""
+        up = np.linalg.inv(self.cell.T_cell_base)[:3, 2]
+        heights = path.T_base_tcp[path.placement == path.placement[sample], :3, 3] @ up
+        below = float(heights.max() - path.T_base_tcp[sample, :3, 3] @ up)
+        return below if below > _SAFE_ENOUGH_M else 0.0
 
     def blocked_at(self, placement: int) -> IsBlocked:
         """Give the check whether straight joint moves collide, with the board at one of its placements."""
@@ -110,14 +128,29 @@ class CellQueries:
 
         return is_blocked
 
+    def blocked_on_change(self, path: SampledPath, begin: int, end: int) -> IsBlocked:
+        """Give the check of a joint move between two samples: with its tool each has its placement of the board."""
+        places = {int(path.tool[at]): int(path.placement[at]) for at in (begin, end)}
+
+        def is_blocked(before: Joints, after: Joints, tool: int) -> Flags:
+            return self.blocked_at(places[tool])(before, after, tool)
+
+        return is_blocked
+
     def repeats(self, path: SampledPath) -> list[tuple[int, int]]:
         """Give the samples at which each repeated part of the program begins and ends."""
         opened: list[int] = []
         found: list[tuple[int, int]] = []
+        left = False  # whether the tool was changed, or the board turned, since the last move
         for index, item in enumerate(self.program.instructions):
+            left &= not isinstance(item, MoveTo)
+            left |= isinstance(item, Command) and item.keyword in ("NOZZLE", "CALL")
             if isinstance(item, Command) and item.keyword in ("REPEAT", "ENDREPEAT"):
-                at = max(int(np.searchsorted(path.instruction, index)) - 1, 0)
+                following = int(np.searchsorted(path.instruction, index))
+                at = max(following - 1, 0)
                 if item.keyword == "REPEAT":
+                    arrives = left and following < len(path.changed) and bool(path.changed[following])
+                    at = following if arrives else at
                     opened.append(at)
                 elif opened:
                     found.append((opened.pop(), at))

@@ -1,6 +1,6 @@
 """Joint moves with the jet off: to another configuration, another tool, home. Metres, radians."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
@@ -10,6 +10,7 @@ import numpy as np
 from geometry.arrays import Scalars
 from robotcell.cell.cell import Cell
 from robotcell.motion.sampled_path import Flags
+from robotcell.robot.full_turns import nearest_turns
 from robotcell.robot.robot import Joints, Robot
 
 SHARE = 0.5
@@ -30,43 +31,89 @@ class Reconfiguration:
     """and after it."""
     way: Joints
     """(k, dof) rows of joints, straight from one to the next, at rest at each; k >= 2"""
+    change: int = 0
+    """Row at which the tool is changed; 0 also where it is not."""
 
 
-def find_move(cell: Cell, begin: Joints, end: Joints, tools: tuple[int, int], is_blocked: IsBlocked) -> Joints | None:
-    """Find the way (k, dof) of a joint move that collides with nothing: straight, lifted, or via home; else ``None``.
+@dataclass(frozen=True, slots=True, eq=False)
+class Lifting:
+    """Where a joint move begins or ends, and how the tool may be lifted from there."""
+
+    rows: Joints
+    """(k, dof) the joints there, then lifted step by step."""
+    least: int = 1
+    """How many of them a way has at least: up to the safe height."""
+
+    def up_to(self, count: int) -> Joints:
+        """Give the first rows, at least as many as it takes."""
+        return self.rows[: max(count, self.least)]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HomeMoves:
+    """Joint moves from home to where a path begins, and from its end home."""
+
+    out: Joints
+    """(k, dof) rows of joints, as those of a reconfiguration; one row where no way is clear."""
+    back: Joints
+    """(k, dof) likewise."""
+
+
+Way: TypeAlias = tuple[Joints, int]
+"""Rows (k, dof), and the one at which the tool is changed."""
+
+
+def find_move(
+    cell: Cell, begin: Lifting, end: Lifting, tools: tuple[int, int], is_blocked: IsBlocked
+) -> tuple[Joints, int] | None:
+    """Find a joint move that collides with nothing: straight, lifted, or via home; another tool by way of its place.
 
     Args:
-        cell: Whose home.
-        begin: (k, dof) where it begins, and how it may be lifted from there.
-        end: (k, dof) where it ends, and how it may be lifted from there.
-        tools: Index of the tool before and after: it is changed at the beginning, or at home if the way leads there.
+        cell: Whose home, and whose place for a change of the tool.
+        begin: Where it begins.
+        end: Where it ends.
+        tools: Index of the tool before and after.
         is_blocked: Checks straight ways for collisions.
+
+    Returns:
+        Rows (k, dof) and the one at which the tool is changed; ``None`` where every way collides.
     """
-    for way, carried in _ways(cell, begin, end, tools):
+    before, after = tools
+    changes = before != after
+    ways = _by_way_of(cell.robot, cell.change_place, begin, end) if changes else _direct(cell, begin, end)
+    for way, change in ways:
+        carried = ((before if changes and at < change else after) for at in range(len(way) - 1))
         legs = (is_blocked(way[at : at + 1], way[at + 1 : at + 2], tool)[0] for at, tool in enumerate(carried))
         if not any(legs):
-            return way
+            return way, change
     return None
 
 
-def _ways(cell: Cell, begin: Joints, end: Joints, tools: tuple[int, int]) -> list[tuple[Joints, list[int]]]:
-    """Ways (k, dof) with the tool on each leg, the simplest first."""
-    home = cell.home[None]
-    before, after = tools
-    down = end[::-1]
-    ways = [(np.concatenate((begin[:1], end[:1])), [after])]
-    for lift in range(2, max(len(begin), len(end)) + 1):
-        way = np.concatenate((begin[:lift], down[-lift:]))
-        ways.append((way, [after] * (len(way) - 1)))
-    for lift in (1, len(begin)):
-        up, back = begin[:lift], down[-lift:]
-        over, under = home.copy(), home.copy()
+def _direct(cell: Cell, begin: Lifting, end: Lifting) -> Iterator[Way]:
+    """Give ways straight from begin to end, the simplest first, then by way of home."""
+    seen = set[int]()
+    for lift in range(1, max(len(begin.rows), len(end.rows)) + 1):
+        way = np.concatenate((begin.up_to(lift), end.up_to(lift)[::-1]))
+        if len(way) not in seen:
+            seen.add(len(way))
+            yield way, 0
+    for way, _ in _by_way_of(cell.robot, cell.home, begin, end):
+        yield way, 0
+
+
+def _by_way_of(robot: Robot, place: Joints, begin: Lifting, end: Lifting) -> Iterator[Way]:
+    """Give ways by a place (dof,), at which the tool is changed: straight, or with the first joint last and first.
+
+    Joints of several turns come to the place without unwinding.
+    """
+    wound = nearest_turns(robot, place[None], begin.rows[:1])
+    place = np.where(np.isfinite(wound), wound, place)
+    for lift in dict.fromkeys((1, max(len(begin.rows), len(end.rows)))):
+        up, back = begin.up_to(lift), end.up_to(lift)[::-1]
+        over, under = place.copy(), place.copy()
         over[0, 0], under[0, 0] = up[-1, 0], back[0, 0]
-        for middle in ((home, home), (np.concatenate((up[-1:], over, home)), np.concatenate((home, under, back[:1])))):
-            out, come = np.concatenate((up, middle[0])), np.concatenate((middle[1], back))
-            way = np.concatenate((out, come))
-            ways.append((way, [before] * (len(out) - 1) + [after] * len(come)))
-    return ways
+        yield np.concatenate((up, place, back)), len(up)
+        yield np.concatenate((up, over, place, under, back)), len(up) + 1
 
 
 def time_move(robot: Robot, way: Joints) -> tuple[Scalars, Joints]:

@@ -1,6 +1,6 @@
 """The robot's program: the same instructions at the same places, at the times that the joints need."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,9 +10,23 @@ from geometry.frames import align_signs
 from programs.program import Command, Instruction, MoveTo, TimedProgram, Totals, Wait
 from programs.summary import by_function
 from robotcell.cell.cell import Cell
-from robotcell.motion.joint_move import Reconfiguration, time_move
-from robotcell.motion.sampled_path import Flags, TrackedPath
+from robotcell.motion.joint_move import HomeMoves, Reconfiguration, time_move
+from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath
 from robotcell.robot.robot import Joints, Poses, flange_poses, row_pieces
+
+_SOON_S = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class AddedTimes:
+    """Seconds of the motions that a program does not have, jet off: the cell's."""
+
+    from_home: float = 0.0
+    """From home to the first pose; 0 where no way is clear."""
+    tool_changes: float = 0.0
+    """To where the tool is changed, and from there."""
+    to_home: float = 0.0
+    """From the last pose home; 0 where no way is clear."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,6 +40,23 @@ class RobotProgram:
     """(m,) sample of the path that the row is; -1 where it belongs to a joint move."""
     corner: Flags
     """(m,) whether it ends a straight line of the path, or of a joint move."""
+    added: AddedTimes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Leg:
+    """A part of a joint move with one tool."""
+
+    at: Scalars
+    """(k,) s since the program began"""
+    q: Joints
+    """(k, dof)"""
+    corner: Flags
+    """(k,) whether the robot rests there"""
+    tool: int
+    placement: int
+    leads_to: int
+    """Instruction that it comes before."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,9 +76,14 @@ class _Rows:
 
 
 def build_robot_program(
-    program: TimedProgram, cell: Cell, tracked: TrackedPath, lasting: Scalars, moves: tuple[Reconfiguration, ...]
+    program: TimedProgram,
+    cell: Cell,
+    tracked: TrackedPath,
+    lasting: Scalars,
+    moves: tuple[Reconfiguration, ...],
+    home: HomeMoves,
 ) -> RobotProgram:
-    """Build the program that the robot carries out.
+    """Build the program that the robot carries out, from home to home.
 
     Args:
         program: The program as planned.
@@ -55,29 +91,70 @@ def build_robot_program(
         tracked: The path as the robot tracks it.
         lasting: (n - 1,) s that it takes from sample to sample; unused where joint moves replace the path.
         moves: Joint moves in place of pieces of the path, in order.
+        home: Joint moves before and after the path.
     """
-    timed = [time_move(cell.robot, each.way) for each in moves]
+    path = tracked.path
+    timed = [[time_move(cell.robot, part) for part in _parts(each)] for each in moves]
     spent = lasting.copy()
-    for each, (at, _) in zip(moves, timed, strict=True):
-        spent[each.begin : each.end] = at[-1] / (each.end - each.begin)
-    clock = np.round(tracked.path.times[0] + np.concatenate(([0.0], np.cumsum(spent))), 9)
-    rows = _rows(cell, tracked, clock, list(zip(moves, timed, strict=True)))
-    others = _others(program, tracked, clock)
+    for each, parts in zip(moves, timed, strict=True):
+        spent[each.begin : each.end] = sum(at[-1] for at, _ in parts) / (each.end - each.begin)
+    out_at, out = time_move(cell.robot, home.out)
+    clock = np.round(path.times[0] + out_at[-1] + np.concatenate(([0.0], np.cumsum(spent))), 9)
+    changes = {
+        each.end: float(np.round(clock[each.begin] + parts[0][0][-1], 9))
+        for each, parts in zip(moves, timed, strict=True)
+        if each.change
+    }
+    others = _others(program, tracked, clock, changes)
+    legs = [leg for each, parts in zip(moves, timed, strict=True) for leg in _legs(path, clock, each, parts)]
+    if len(out) > 1:
+        first = int(path.tool[0]), int(path.placement[0]), int(path.instruction[0])
+        legs.append(_Leg(path.times[0] + out_at[:-1], out[:-1], _is_among(out[:-1], home.out), *first))
+    back_at, back = time_move(cell.robot, home.back)
+    if len(back) > 1:
+        rest = max([float(clock[-1]), *(item.time_s for _, item in others)])
+        begin = 0 if rest > clock[-1] + _SOON_S else 1  # the last instruction may come after the last move
+        last = int(path.tool[-1]), int(path.placement[-1]), len(program.instructions)
+        legs.append(_Leg(rest + back_at[begin:], back[begin:], _is_among(back[begin:], home.back), *last))
+    rows = _rows(cell, tracked, clock, moves, legs)
     index = np.concatenate((rows.leads_to, np.array([index for index, _ in others], dtype=np.int64)))
     times = np.concatenate((rows.times, np.array([item.time_s for _, item in others], dtype=np.float64)))
     items: list[Instruction] = [*_moves(program, tracked, rows), *(item for _, item in others)]
     instructions = tuple(items[at] for at in np.lexsort((index, times)).tolist())
-    return RobotProgram(_with_totals(program, instructions), rows.q, rows.sample, rows.corner)
+    by_change = sum(at[-1] for each, parts in zip(moves, timed, strict=True) if each.change for at, _ in parts)
+    added = AddedTimes(float(out_at[-1]), float(by_change), float(back_at[-1]))
+    return RobotProgram(_with_totals(program, instructions), rows.q, rows.sample, rows.corner, added)
+
+
+def _parts(move: Reconfiguration) -> list[Joints]:
+    """Divide a way where the tool is changed."""
+    return [move.way[: move.change + 1], move.way[move.change :]] if move.change else [move.way]
+
+
+def _legs(
+    path: SampledPath, clock: Scalars, move: Reconfiguration, parts: list[tuple[Scalars, Joints]]
+) -> Iterator[_Leg]:
+    """Give the rows of a joint move between its ends; where the tool is changed, with the one and with the other."""
+    begin, end = clock[move.begin], move.end
+    after = int(path.tool[end]), int(path.placement[end]), int(path.instruction[end])
+    if move.change:
+        (at, q), parts = parts[0], parts[1:]
+        before = int(path.tool[move.begin]), int(path.placement[move.begin]), int(path.instruction[move.begin])
+        yield _Leg(begin + at[1:], q[1:], _is_among(q[1:], move.way), *before)
+        begin += at[-1]
+    at, q = parts[0]
+    inner = slice(0, -1) if path.changed[end] else slice(1, -1)
+    yield _Leg(begin + at[inner], q[inner], _is_among(q[inner], move.way), *after)
 
 
 def _rows(
-    cell: Cell, tracked: TrackedPath, clock: Scalars, moves: list[tuple[Reconfiguration, tuple[Scalars, Joints]]]
+    cell: Cell, tracked: TrackedPath, clock: Scalars, moves: tuple[Reconfiguration, ...], legs: list[_Leg]
 ) -> _Rows:
     """Put samples and joint moves together; samples at which nothing new is reached are left out."""
     path = tracked.path
     kept = np.ones(len(path.times), dtype=np.bool_)
     kept[1:] = ~path.dwelling[:-1] | path.exact[1:]
-    for each, _ in moves:
+    for each in moves:
         kept[each.begin + 1 : each.end] = False
     own = np.flatnonzero(kept)
     T_board_base = np.linalg.inv(path.T_base_board)
@@ -86,20 +163,11 @@ def _rows(
         some = own[rows]
         tcp[rows], quaternion[rows] = _in_board(T_board_base[path.placement[some]] @ tracked.T_base_tcp[some])
     parts = [_Rows(clock[own], tracked.q[own], tcp, quaternion, own, path.instruction[own], path.corner[own])]
-    for each, (at, q) in moves:
-        inner = slice(0, -1) if path.changed[each.end] else slice(1, -1)
-        tool = cell.tools[int(path.tool[each.end])]
-        poses = flange_poses(cell.robot, q[inner]) @ tool.T_flange_tcp
-        parts.append(
-            _Rows(
-                clock[each.begin] + at[inner],
-                q[inner],
-                *_in_board(T_board_base[path.placement[each.end]] @ poses),
-                np.full(len(poses), -1),
-                np.full(len(poses), path.instruction[each.end]),
-                _is_among(q[inner], each.way),
-            )
-        )
+    for leg in legs:
+        poses = flange_poses(cell.robot, leg.q) @ cell.tools[leg.tool].T_flange_tcp
+        places = _in_board(T_board_base[leg.placement] @ poses)
+        none, leads_to = np.full(len(poses), -1), np.full(len(poses), leg.leads_to)
+        parts.append(_Rows(np.round(leg.at, 9), leg.q, *places, none, leads_to, leg.corner))
     fields = [np.concatenate([getattr(part, name) for part in parts]) for name in _Rows.__slots__]
     order = np.lexsort((np.where(fields[4] < 0, 1, 0), fields[5], fields[0]))
     return _Rows(*(field[order] for field in fields))
@@ -140,28 +208,46 @@ def _moves(program: TimedProgram, tracked: TrackedPath, rows: _Rows) -> Iterator
             rows.leads_to[some].tolist(),
             strict=True,
         ):
-            yield MoveTo(at, (x, y, z), (w, i, j, k), v, program.instructions[index].made_by)
+            made_by = program.instructions[min(index, len(program.instructions) - 1)].made_by
+            yield MoveTo(at, (x, y, z), (w, i, j, k), v, made_by)
 
 
-def _others(program: TimedProgram, tracked: TrackedPath, clock: Scalars) -> list[tuple[int, Instruction]]:
+def _others(
+    program: TimedProgram, tracked: TrackedPath, clock: Scalars, changed_at: Mapping[int, float]
+) -> list[tuple[int, Instruction]]:
     """Give every other instruction its new time, with its index.
 
-    What stands with a change of the tool, or a turn of the board, happens when the robot leaves for it. A wait, or the
-    jet, that comes after the change, and what follows on that, happens when the robot is there.
+    What stands with a turn of the board happens when the robot leaves for it, what stands with a change of the tool
+    where that is changed, and what the program begins with at home. A wait, the jet, or a loop that comes after the
+    change, and what follows on that, happens when the robot is there.
+
+    Args:
+        program: The program as planned.
+        tracked: The path as the robot tracks it.
+        clock: (n,) s when the robot is at each sample.
+        changed_at: s at which the tool is changed before a sample.
     """
     path = tracked.path
     timed: list[tuple[int, Instruction]] = []
-    left_for, there = -1, -1
+    begins, left_for, changed_for, there = True, -1, -1, -1
     for index, item in enumerate(program.instructions):
         if isinstance(item, MoveTo):
             continue
         following = int(np.searchsorted(path.instruction, index, side="left"))
         at = _time_at(path.times, clock, following, item.time_s)
-        if following < len(path.times) and path.changed[following]:
-            is_later = not isinstance(item, Command) or item.time_s > path.times[following] + 1e-9
+        begins &= following == 0 and isinstance(item, Command) and item.keyword != "REPEAT"
+        if begins:
+            at = float(path.times[0])
+        elif following < len(path.times) and path.changed[following]:
+            word = item.keyword if isinstance(item, Command) else ""
+            is_later = word in ("", "REPEAT") or item.time_s > path.times[following] + 1e-9
             there = following if left_for == following and is_later else there
-            left_for = following if isinstance(item, Command) and item.keyword in ("NOZZLE", "CALL") else left_for
-            at = max(float(clock[following]), at) if there == following else float(clock[following - 1])
+            left_for = following if word in ("NOZZLE", "CALL") else left_for
+            changed_for = following if word not in ("", "REPEAT", "ENDREPEAT") else changed_for
+            leaves = float(clock[following - 1])
+            waits = changed_for == following and (word != "" or left_for == following)  # the jet goes off before
+            at_change = changed_at.get(following, leaves) if waits else leaves
+            at = max(float(clock[following]), at) if there == following else at_change
         timed.append((index, replace(item, time_s=at)))
     return timed
 

@@ -172,12 +172,13 @@ def attempt_motion(search: Search, choice: Choice) -> Motion:
     for node in np.flatnonzero(choice.reconfigurations & ~choice.discontinuities).tolist():
         begin, end = int(nodes.until[node]), int(nodes.sample[node + 1])
         tools = int(path.tool[begin]), int(path.tool[end])
-        lifted = [queries.lifted(tracked.q[at], tracked.T_base_tcp[at], int(path.tool[at])) for at in (begin, end)]
-        way = find_move(queries.cell, lifted[0], lifted[1], tools, queries.blocked_at(int(path.placement[end])))
-        if way is None:  # every way collides
+        safe_m = [queries.below_safe(path, at) if tools[0] != tools[1] else 0.0 for at in (begin, end)]
+        ends = [queries.lifting(tracked, at, safe) for at, safe in zip((begin, end), safe_m, strict=True)]
+        found = find_move(queries.cell, ends[0], ends[1], tools, queries.blocked_on_change(path, begin, end))
+        if found is None:  # every way collides
             blocked.append(node)
         else:
-            moves.append(Reconfiguration(begin, end, way))
+            moves.append(Reconfiguration(begin, end, *found))
     lost = tracked.lost | np.append(_joint_turns(queries.cell.robot, tracked) > 2.0 * _WIDEST, False)
     hits = queries.collide(tracked.q, path.tool, path.placement)
     expected = search.known.verdict[choice.state] == HITS

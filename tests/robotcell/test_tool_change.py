@@ -14,12 +14,12 @@ from programs import native
 from programs.motion.installation import Installation
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
-from programs.motion.steps import Line, MotionProgram, Reach, UseTool
+from programs.motion.steps import Line, MotionProgram, Reach, Switch, UseTool
 from programs.playback import playback
 from programs.pose import Pose, angle, distance
 from programs.posts.dialects import DIALECTS
 from programs.posts.reading.compare import compare
-from programs.program import Command, Instruction, MoveTo, TimedProgram, Wait
+from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Wait
 from reports.files.export_robot import tracking_of
 from robotcell.cell.installation import installation_of, to_pose
 from robotcell.cell.load import read_cell_text
@@ -29,6 +29,7 @@ from robotcell.track import CellReport, Terms, track
 
 LOADED = read_cell_text(TWO_TCPS)
 CELL = LOADED.cell
+VALVES = {valve.channel.name for valve in installation_of(LOADED).valves.values()}
 TERMS = Terms(round_nozzles=frozenset({"ring60"}))
 
 
@@ -90,17 +91,66 @@ def test_the_orifice_jumps_and_the_joints_do_not() -> None:
 
 def test_what_the_controller_is_told_is_where_the_arm_is() -> None:
     """Every reach and every line ends where its joints bring the orifice of the tool in use, and begins so too."""
-    tool, reached = 0, 0
+    tool = 0
     for step in motion_of(tracked()).steps:
         if isinstance(step, UseTool):
             tool = step.number
         elif isinstance(step, Reach):
-            reached += 1
             assert distance(seen(step.joints, tool), step.target) < 1e-3
         elif isinstance(step, Line):
             for q, pose in ((step.samples.joints[0], step.start), (step.samples.joints[-1], step.target)):
                 assert distance(seen(tuple(q.tolist()), tool), pose) < 1e-3
-    assert reached == 5  # at first; and at each change the pose of the new orifice, then the joint move
+
+
+def test_the_tool_is_changed_at_its_place_and_nothing_is_sprayed_on_the_way() -> None:
+    """Up to the height at which the program begins, home with the one tool, and from there with the other."""
+    steps = [step for step in motion_of(tracked()).steps if isinstance(step, Reach | UseTool | Line)]
+    home = tuple(CELL.home.tolist())
+    changes = [at for at, step in enumerate(steps) if isinstance(step, UseTool)][1:]
+    assert len(changes) == 2
+    for at in changes:
+        lifted, before, after = steps[at - 2], steps[at - 1], steps[at + 1]
+        assert isinstance(lifted, Reach | Line)
+        assert lifted.target.position[2] == pytest.approx(110.0)
+        assert isinstance(before, Reach)
+        assert isinstance(after, Reach)
+        assert before.joints == pytest.approx(home)
+        assert after.joints == pytest.approx(home)
+    report = tracked()
+    states = playback(report.program, np.array([move.time_s for move in moves_of(report.program)]))
+    at_home = np.abs(report.joints - CELL.home).max(axis=1) < 1e-9
+    assert at_home.sum() >= 6
+    assert not states.spraying[at_home].any()
+
+
+def test_a_jet_that_goes_on_across_a_change_is_shut_on_the_way() -> None:
+    program = two_tools()
+    off = next(at for at, item in enumerate(program.instructions) if isinstance(item, SetNozzle) and not item.spraying)
+    kept = tuple(item for at, item in enumerate(program.instructions) if at not in (off, off + 5))
+    report = track(replace(program, instructions=kept), CELL, None, terms=TERMS)
+    ways, is_open, opened = 0, {0.0}, 0
+    for step in motion_of(report).steps:
+        if isinstance(step, Switch):
+            is_open = {step.value} if step.channel.name in VALVES else is_open
+        elif isinstance(step, Line):
+            values = [event.value for event in step.events if event.channel.name in VALVES]
+            opened += 1.0 in values
+            is_open = {values[-1]} if values else is_open
+        elif isinstance(step, Reach) and step.way:
+            ways += 1
+            assert is_open == {0.0}
+    assert ways >= 6
+    assert opened
+
+
+def test_another_place_for_the_tools_is_gone_to() -> None:
+    place = CELL.home + np.array([-0.6, 0.0, 0.0, 0.0, 0.0, 0.0])
+    report = track(two_tools(), replace(CELL, tool_change=place), None, terms=TERMS)
+    tools = tools_of(report.program)
+    for at in (np.flatnonzero(np.diff(tools)) + 1).tolist():
+        np.testing.assert_allclose(report.joints[at], place, atol=1e-9)
+    np.testing.assert_allclose(report.joints[[0, -1]], [CELL.home, CELL.home], atol=1e-9)
+    assert report.added.tool_changes > tracked().added.tool_changes
 
 
 def test_no_line_is_driven_in_no_time() -> None:

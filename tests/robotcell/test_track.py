@@ -2,6 +2,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from small_programs import program_of
 from tracked import MADE_BY, line_program, moves_of, rates, reached_mm
 
 from programs import native
@@ -65,7 +66,30 @@ def test_asked_places_are_kept_and_others_lie_between_them() -> None:
 def test_a_robot_that_is_quick_enough_keeps_the_programs_own_time() -> None:
     program = line_program(speed=20.0, accelerate=200.0)
     report = track(program, cell_of("kr6-bench"), None, terms=ROUND)
-    assert report.program.totals.duration_s == pytest.approx(program.totals.duration_s, abs=1e-6)
+    added_s = report.added.from_home + report.added.to_home
+    assert report.program.totals.duration_s - added_s == pytest.approx(program.totals.duration_s, abs=1e-6)
+
+
+def test_a_program_begins_and_ends_at_home_through_the_height_of_its_transfers() -> None:
+    """A program that begins at the height at which it sprays as well: the way there leads down, and up again."""
+    whole = line_program(speed=20.0, accelerate=200.0)
+    low = MoveTo(0.0, (80.0, 50.0, 60.0), (0.0, 1.0, 0.0, 0.0), 0.0, "sequence[0]")
+    begins_low = program_of(low, *(dataclasses.replace(i, time_s=i.time_s + 3.0) for i in whole.instructions))
+    cell = cell_of("kr6-bench")
+    for program, lifts in ((whole, 0), (begins_low, 1)):
+        report = track(program, cell, None, terms=ROUND)
+        np.testing.assert_allclose(report.joints[[0, -1]], [cell.home, cell.home], atol=1e-9)
+        own = np.flatnonzero(np.isfinite(report.clock))
+        assert report.corner[: own[0]].sum() == 1 + lifts
+        assert report.program.instructions[-1].time_s == pytest.approx(report.program.totals.duration_s)
+        moves = [item for item in report.program.instructions if isinstance(item, MoveTo)]
+        assert moves[own[0]].time_s == pytest.approx(report.added.from_home)
+        assert moves[-1].time_s - moves[own[-1]].time_s == pytest.approx(report.added.to_home)
+        if lifts:
+            assert moves[own[0] - 1].position[2] > 60.0
+            up = moves[int(np.flatnonzero(report.corner[: own[0]])[-1])]
+            highest = max(item.position[2] for item in program.instructions if isinstance(item, MoveTo))
+            assert up.position == pytest.approx((80.0, 50.0, highest), abs=1e-3)
     assert "speed-not-held" not in rules(report)
 
 

@@ -82,7 +82,8 @@ def test_a_gantry_that_turns_without_end_turns_with_each_lap() -> None:
     report = track(laps(3), cell, None, terms=ROUND)
     assert report.possible
     turning = [joint.name for joint in cell.robot.joints].index("C")
-    assert np.ptp(report.joints[:, turning]) == pytest.approx(3 * 2 * math.pi, abs=0.3)
+    on_path = np.isfinite(report.clock)
+    assert np.ptp(report.joints[on_path, turning]) == pytest.approx(3 * 2 * math.pi, abs=0.3)
 
 
 def test_too_many_laps_with_the_jet_on_cannot_be_done_with_a_limited_head() -> None:
@@ -175,7 +176,7 @@ def test_a_board_that_is_turned_over_is_sprayed_where_it_then_is() -> None:
     assert report.possible, report.findings
     from robotcell.robot.robot import flange_poses
 
-    tip = (cell.T_cell_base @ flange_poses(cell.robot, report.joints[-1:]) @ cell.tools[0].T_flange_tcp)[0]
+    tip = (cell.T_cell_base @ flange_poses(cell.robot, report.joints[np.isfinite(report.clock)][-1:]) @ cell.tools[0].T_flange_tcp)[0]
     np.testing.assert_allclose(tip[:3, 3], (turned @ [0.048, 0.04, below * 1e-3, 1.0])[:3], atol=1e-6)
     assert tip[2, 2] == pytest.approx(-1.0, abs=1e-6)  # down onto the side that is up now
     assert tip[2, 3] > cell.T_cell_board[2, 3]
