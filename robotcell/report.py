@@ -39,6 +39,11 @@ def cell_report(report: CellReport) -> dict[str, Json]:
     rates = rates_of(report.program, report.joints)
     motion: dict[str, Json] = {
         "done": _totals(report.program.totals),
+        "added": {
+            "from_home_s": _digits(report.added.from_home),
+            "tool_changes_s": _digits(report.added.tool_changes),
+            "to_home_s": _digits(report.added.to_home),
+        },
         "joints": [joint_use(joint, rates, index) for index, joint in enumerate(report.cell.robot.joints)],
         "singularity": {
             "least_w": _digits(report.singularity.min()),

@@ -1,6 +1,6 @@
 """Whether and how a robot carries out a timed program."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -20,22 +20,24 @@ from robotcell.diagnosis.plausibility import check_cell
 from robotcell.diagnosis.refusals import Refusal, find_refusal
 from robotcell.diagnosis.remedies import find_remedies, sample_points, share_reached
 from robotcell.motion.cell_queries import CellQueries, build_queries
-from robotcell.motion.joint_move import HomeMoves, Lifting, find_move
+from robotcell.motion.joint_move import HomeMoves, Lifting, Reconfiguration, find_move
 from robotcell.motion.joint_program import AddedTimes, build_robot_program
 from robotcell.motion.plan_joints import OutOfReach, plan_motion
 from robotcell.motion.retime import retime
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, sample_path
 from robotcell.motion.track_attempt import Motion
-from robotcell.robot.robot import Joints, Poses, singularity
+from robotcell.robot.robot import Joints, Poses, flange_poses, singularity
 from specs.finding import Finding, worst_first
 from specs.finding_rules import (
     BOARD_NOT_CHECKED,
     CELL_REMEDY,
     HOME_BLOCKED,
+    TOOL_CHANGE_ABOVE_BOARD,
 )
 from specs.progress import Progress, no_progress, subprogress
 
 _MOST_TILT_DEG = 45.0
+_MM = 1e3
 _MOST_CHECKED = 2
 """Remedies that are checked as a whole."""
 
@@ -235,6 +237,7 @@ def _with_motion(subject: PathInCell, board: Board | None, found: Motion, findin
     at_sample = np.ones(len(tracked.q))
     at_sample[done.row_of[own]] = condition[own]
     findings = [*findings, *_check_home(subject, home), *tilts(subject, tracked)]
+    findings += _check_tool_changes(subject, board, found.reconfigurations)
     findings += [*nearly_singular(subject, at_sample), *slowness(subject, retiming)]
     if board is None:
         message = (
@@ -288,6 +291,29 @@ def _check_home(subject: PathInCell, home: HomeMoves) -> list[Finding]:
             at = sample % len(subject.path.times)
             findings.append(Finding(HOME_BLOCKED, message, subject.made_by(at), subject.place(at)))
     return findings
+
+
+def _check_tool_changes(
+    subject: PathInCell, board: Board | None, moves: tuple[Reconfiguration, ...]
+) -> Iterator[Finding]:
+    """Report the first change of a tool whose orifice is above the board, or below it."""
+    cell, path = subject.queries.cell, subject.path
+    if board is None:
+        return
+    for move in moves:
+        row = move.way[move.change : move.change + 1]
+        for sample in (move.begin, move.end) if move.change else ():
+            T_base_tcp = flange_poses(cell.robot, row)[0] @ cell.tools[int(path.tool[sample])].T_flange_tcp
+            place = np.linalg.inv(path.T_base_board[int(path.placement[sample])]) @ T_base_tcp[:, 3]
+            left, front, right, back = board.outline.bounds
+            if left <= _MM * place[0] <= right and front <= _MM * place[1] <= back:
+                key = "home_deg_mm" if cell.tool_change is None else "tool_change_deg_mm"
+                message = (
+                    f"the tool is changed above {board.name}, at {key} of cell {cell.name}: what drips or falls there "
+                    "lands on it. State joints beside the board under tool_change_deg_mm."
+                )
+                yield Finding(TOOL_CHANGE_ABOVE_BOARD, message, subject.made_by(move.end), subject.place(move.end))
+                return
 
 
 def _remedy(task: _Task, cell: Cell, trial: _Trial, progress: Progress) -> tuple[Remedy, Finding] | None:

@@ -233,7 +233,10 @@ SPEED_NOT_HELD = FindingRule(
 NEAR_SINGULAR = FindingRule("near-singular", "warning", "the inverse condition is below 0.02 while spraying", _CHECKING)
 JET_TILTED = FindingRule("jet-tilted", "warning", "the jet deviates from the programmed direction", _CHECKING)
 HOME_BLOCKED = FindingRule(
-    "home-blocked", "warning", "the way from home to the beginning, or back, collides", _CHECKING
+    "home-blocked", "error", "every way from home to the beginning, or back, that was tried collides", _CHECKING
+)
+TOOL_CHANGE_ABOVE_BOARD = FindingRule(
+    "tool-change-above-board", "warning", "the tool is changed where the orifice is above the board", _CHECKING
 )
 BOARD_NOT_CHECKED = FindingRule(
     "board-not-checked", "warning", "the board was not found: collisions with it were not checked", _CHECKING

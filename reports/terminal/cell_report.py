@@ -66,6 +66,7 @@ def _facts(report: CellReport) -> Facts:
     w, condition = report.singularity.min(), report.condition.min()
     return [
         ("time", clock(done) if abs(done - planned) < 0.05 else f"{clock(done)}, programmed {clock(planned)}"),
+        ("home", report.added.describe()),
         ("singular", f"w at least {w:.4f}, inverse condition at least {condition:.4f}"),
         (
             "nearest",
@@ -84,6 +85,7 @@ def export_facts(done: CellExport, dialect: str) -> Facts:
         ("language", f"{language.title}, class {language.capability.controller_class}"),
         ("files", f"{len(files)}, {text.count(chr(10))} lines, {len(text) / 1000:.0f} kB"),
         ("time", clock(takes_s) + longer),
+        *([("home", done.report.added.describe())] if done.report.possible else []),
         *_predicted(done.exported.forecast),
         ("events", f"wrong by at most {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"),
         ("text", f"read back: {done.exported.agreement.describe()}"),

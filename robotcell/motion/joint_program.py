@@ -28,6 +28,11 @@ class AddedTimes:
     to_home: float = 0.0
     """From the last pose home; 0 where no way is clear."""
 
+    def describe(self) -> str:
+        """Give them in words, as a part of the robot's time."""
+        changes = f", {self.tool_changes:.1f} s for changes of the tool" if self.tool_changes else ""
+        return f"{self.from_home:.1f} s from there, {self.to_home:.1f} s back{changes}; in the time"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotProgram:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from small_cells import TWO_TCPS
 from small_programs import program_of
 from tracked import HEIGHT, line_program, moves_of
 
+from boards.load import load_board
 from programs import native
 from programs.motion.installation import Installation
 from programs.motion.lower import lower
@@ -141,6 +143,20 @@ def test_a_jet_that_goes_on_across_a_change_is_shut_on_the_way() -> None:
             assert is_open == {0.0}
     assert ways >= 6
     assert opened
+
+
+def test_a_place_above_the_board_is_a_warning_and_one_beside_it_is_not() -> None:
+    board = load_board(Path("tiny"))
+    beside = CELL.home + np.array([-0.6, 0.0, 0.0, 0.0, 0.0, 0.0])
+    done, program = tracked(), moves_of(tracked().program)
+    inside = (at for at, move in enumerate(program) if 5 < move.position[0] < 15 and 5 < move.position[1] < 15)
+    above = done.joints[next(inside)]
+    for place, expected in ((None, False), (above, True), (beside, False)):
+        cell = replace(CELL, tool_change=place)
+        report = track(two_tools(), cell, board, terms=TERMS)
+        found = [finding for finding in report.findings if finding.rule.id == "tool-change-above-board"]
+        assert len(found) == expected
+        assert all("tool_change_deg_mm of cell" in finding.message for finding in found)
 
 
 def test_another_place_for_the_tools_is_gone_to() -> None:

@@ -41,11 +41,12 @@ def test_the_joints_bring_the_orifice_where_the_program_says(name: str) -> None:
     program = line_program()
     report = track(program, cell_of(name), None, terms=ROUND)
     assert report.possible
-    assert rules(report) <= {"board-not-checked", "speed-not-held", "home-blocked"}
+    assert rules(report) <= {"board-not-checked", "speed-not-held"}
     moves = moves_of(report.program)
     assert report.joints.shape == (len(moves), report.cell.robot.dof)
     places, jets = reached_mm(report)
     np.testing.assert_allclose(places, [move.position for move in moves], atol=1e-4)
+    jets = jets[np.isfinite(report.clock)]
     np.testing.assert_allclose(jets, np.tile([0.0, 0.0, -1.0], (len(jets), 1)), atol=1e-6)
 
 

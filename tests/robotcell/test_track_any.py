@@ -82,7 +82,8 @@ def test_a_move_in_no_time_takes_the_time_that_the_joints_need(
     times = np.array([move.time_s for move in moves_of(report.program)])
     fastest = np.abs(np.diff(report.joints, axis=0)) / np.diff(times)[:, None]
     assert (fastest <= 1.03 * cell.robot.speed).all()
-    assert report.program.instructions[-1] == SetNozzle(times[-1], False, "")
+    arrives_s = float(times[np.isfinite(report.clock)][-1])
+    assert SetNozzle(arrives_s, False, "") in report.program.instructions
     assert native.render(report.program)
 
 

@@ -176,7 +176,8 @@ def test_a_board_that_is_turned_over_is_sprayed_where_it_then_is() -> None:
     assert report.possible, report.findings
     from robotcell.robot.robot import flange_poses
 
-    tip = (cell.T_cell_base @ flange_poses(cell.robot, report.joints[np.isfinite(report.clock)][-1:]) @ cell.tools[0].T_flange_tcp)[0]
+    last = report.joints[np.isfinite(report.clock)][-1:]
+    tip = (cell.T_cell_base @ flange_poses(cell.robot, last) @ cell.tools[0].T_flange_tcp)[0]
     np.testing.assert_allclose(tip[:3, 3], (turned @ [0.048, 0.04, below * 1e-3, 1.0])[:3], atol=1e-6)
     assert tip[2, 2] == pytest.approx(-1.0, abs=1e-6)  # down onto the side that is up now
     assert tip[2, 3] > cell.T_cell_board[2, 3]

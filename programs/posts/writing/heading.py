@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from programs.motion.analog import analog_channels
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Line, MotionProgram, Repeat, Switch
+from programs.motion.steps import Line, MotionProgram, Reach, Repeat, Switch
 from programs.posts.dialect import Dialect
 from programs.posts.writing.wording import cut, join_lines, plain, short
 from programs.timing.forecast import Forecast
@@ -29,6 +29,7 @@ def heading(dialect: Dialect, lowered: Lowered, installation: Installation) -> t
         f"Cell   {installation.cell}  robot {installation.robot}",
         *([f"Held   {installation.held}"] if installation.held else []),
         f"Planned time {motion.duration_s:.1f} s, each loop once",
+        *_home_lines(motion),
         *_predicted(lowered.forecast),
         f"Worst event error {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"
         + (f" ({error.made_by})" if error.made_by else ""),
@@ -47,6 +48,16 @@ def _predicted(forecast: Forecast | None) -> Iterator[str]:
             f"Worst event error {forecast.event_mm:.2f} mm, {1e3 * forecast.event_s:.1f} ms at predicted speeds"
             + (f" ({forecast.event_by})" if forecast.event_by else "")
         )
+
+
+def _home_lines(motion: MotionProgram) -> list[str]:
+    """Give how long the joint motions before the first line and after the last take, where they are known."""
+    lines = [at for at, step in enumerate(motion.steps) if isinstance(step, Line)]
+    out, back = (
+        sum(step.way[-1].seconds for step in part if isinstance(step, Reach) and step.way)
+        for part in (motion.steps[: min(lines, default=0)], motion.steps[max(lines, default=0) :])
+    )
+    return [f"In it {out:.1f} s from home and {back:.1f} s back, at half of the joints' speeds"] if out or back else []
 
 
 def short_heading(lowered: Lowered, installation: Installation, page: str) -> tuple[str, ...]:

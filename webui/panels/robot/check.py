@@ -164,6 +164,7 @@ def facts_of(checked: Checked) -> dict[str, str]:
     planned_s, taken_s = report.requested.totals.duration_s, report.program.totals.duration_s
     same = abs(taken_s - planned_s) < 0.05
     facts = {"Time": f"{clock(taken_s)}, {'as planned' if same else f'planned {clock(planned_s)}'}"}
+    facts["Home"] = report.added.describe()
     quantities: tuple[Quantity, ...] = ("speed", "acceleration")
     rates = rates_of(report.program, report.joints)
     for quantity in quantities:
