@@ -79,8 +79,8 @@ def divide(motion: MotionProgram, most_steps: int) -> tuple[Part, ...]:
 def _pieces(steps: tuple[Step, ...], most: int) -> Iterator[list[Step] | Repeat | EndRepeat]:
     piece: list[Step] = []
     for step in steps:
-        has_lines = any(isinstance(each, Line) for each in piece) if _function(step) else False
-        if piece and (isinstance(step, Repeat | EndRepeat) or has_lines):
+        moves = any(map(_moves, piece)) if _function(step) else False
+        if piece and (isinstance(step, Repeat | EndRepeat) or moves):
             yield piece
             piece = []
         if isinstance(step, Repeat | EndRepeat):
@@ -96,6 +96,10 @@ def _pieces(steps: tuple[Step, ...], most: int) -> Iterator[list[Step] | Repeat 
             piece = piece[end:]
     if piece:
         yield piece
+
+
+def _moves(step: Step) -> bool:
+    return isinstance(step, Line) or (isinstance(step, Reach) and bool(step.way))
 
 
 def _passes(step: Step) -> TypeGuard[Line]:
