@@ -62,9 +62,9 @@ class _State:
         return [*settings, *self.approach(chapter), *jets, *lags]
 
     def approach(self, chapter: Chapter) -> list[Step]:
-        """Give the motion; none where the chapter begins with a joint motion or has none."""
+        """Give the motion; none where the chapter begins with a joint motion. After one without motion comes a line."""
         first = next((step for step in chapter.steps if isinstance(step, Line | Reach)), None)
-        if self.reach is None or not isinstance(first, Line):
+        if self.reach is None or isinstance(first, Reach):
             return []
         heights = [_height(self.reach.target), *(_height(line.target) for line in self.way)]
         highest = max(heights)
