@@ -14,9 +14,10 @@ from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
 from programs.posts.dialects import DIALECTS, Dialect
 from programs.posts.reading.compare import Agreement
-from programs.posts.reading.findings import check_size, check_time
+from programs.posts.reading.findings import check_routines, check_size, check_time
 from programs.posts.reading.predict import predict
 from programs.posts.reading.proof import prove
+from programs.posts.writing.chapters import rest_within
 from programs.posts.writing.tool_points import in_tool_points
 from programs.program import TimedProgram
 from programs.timing.controller import Controller
@@ -89,13 +90,18 @@ def write_motion(language: Dialect, motion: MotionProgram, installation: Install
     controller = controller_of(language, installation)
     if controller is not None and 0 < controller.most_positions < language.most_steps:
         language = replace(language, most_steps=controller.most_positions)
+    motion, stops = rest_within(motion, language.most_steps)
     lowered = lower(motion, language.capability)
     files = language.render(lowered, installation)
     rebuilt, agreement = prove(language, files, motion, installation)
     if controller is None:
         return Exported(files, lowered.motion.findings, lowered.error, agreement, None, lowered.motion)
     forecast = predict(rebuilt, agreement, motion, installation, controller)
-    found = (*check_time(forecast, controller), *check_size(files, rebuilt, controller))
+    found = (
+        *check_time(forecast, controller),
+        *check_routines(stops, language.most_steps),
+        *check_size(files, rebuilt, controller),
+    )
     stated = replace(lowered.motion, findings=(*lowered.motion.findings, *found))
     files = language.render(replace(lowered, motion=stated, forecast=forecast), installation)
     if language.read(files).steps != rebuilt.steps:  # only comments may differ

@@ -38,7 +38,7 @@ def make_motion(program: TimedProgram, installation: Installation, tracking: Tra
     """Turn samples into the fewest straight lines, and requests for the jet into signals for its valve.
 
     Every sample lies within 0.004 mm and 0.004 degrees of the lines; beside what would take less than 20 ms, within
-    0.03 mm and 0.03 degrees.
+    0.06 mm and 0.1 degrees.
 
     Args:
         program: Any sound program.

@@ -164,8 +164,9 @@ def find_vertices(track: Track) -> Vertices:
 
     tcp, quaternion = np.ascontiguousarray(track.tcp), np.ascontiguousarray(track.quaternion)
     kept = thin(tcp, quaternion, forced, TOLERANCE)
-    if track.corner is None:
-        kept = merge_short(tcp, quaternion, np.ascontiguousarray(track.clock), kept, fixed)
+    if track.corner is not None:
+        fixed |= track.corner
+    kept = merge_short(tcp, quaternion, np.ascontiguousarray(track.clock), kept, fixed)
     return Vertices(kept, rests[kept])
 
 

@@ -62,6 +62,16 @@ def check_time(forecast: Forecast, controller: Controller) -> Iterator[Finding]:
     yield Finding(SLOWER_ON_CONTROLLER, message, named[0][3].made_by if named else NO_SOURCE)
 
 
+def check_routines(stops: int, most_steps: int) -> Iterator[Finding]:
+    """Report that the robot stops on its way because a routine of the language holds no more."""
+    if stops:
+        yield Finding(
+            TOO_MANY_POINTS,
+            f"the robot stops {stops} times on its way for the next routine, as one holds {most_steps} steps: the jet "
+            "stays longer there. Let the recipe rest more often, or state most_positions under controller of the cell.",
+        )
+
+
 def check_size(files: ProgramFiles, rebuilt: Rebuilt, controller: Controller) -> Iterator[Finding]:
     """Report files that are longer than their controller is known to take, once for each of its limits."""
     positions = Counter(

@@ -76,6 +76,28 @@ def divide(motion: MotionProgram, most_steps: int) -> tuple[Part, ...]:
     return tuple(parts)
 
 
+def rest_within(motion: MotionProgram, most_steps: int) -> tuple[MotionProgram, int]:
+    """Let the robot stand at least once in so many steps, so that routines can end there.
+
+    Args:
+        motion: The program, before it is lowered.
+        most_steps: Of one routine; 0 where that is not limited.
+
+    Returns:
+        The program, and how many of its lines stop for that alone.
+    """
+    steps: list[Step] = []
+    passed = stops = 0
+    for step in motion.steps:
+        passed = passed + 1 if _passes(step) else 0
+        if most_steps and passed >= max(most_steps // 2, 1):  # lowering divides lines
+            steps.append(replace(step, blend_mm=0.0))
+            passed, stops = 0, stops + 1
+        else:
+            steps.append(step)
+    return (replace(motion, steps=tuple(steps)) if stops else motion), stops
+
+
 def _pieces(steps: tuple[Step, ...], most: int) -> Iterator[list[Step] | Repeat | EndRepeat]:
     piece: list[Step] = []
     for step in steps:

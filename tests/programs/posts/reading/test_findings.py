@@ -46,7 +46,10 @@ def test_a_file_that_is_longer_than_the_controller_takes_is_a_finding(word: str)
     assert "the cell" in message
 
 
+def test_a_way_that_no_routine_holds_is_divided_by_stops() -> None:
+    assert "too-many-points" not in rules(with_controller(most_positions=100))
+    assert "on its way for the next routine" in rules(with_controller(most_positions=2))["too-many-points"]
+
+
 def test_a_long_program_is_divided_at_the_positions_that_the_cell_states() -> None:
-    whole, divided = with_controller(), with_controller(most_positions=8)
-    assert len(divided.files) > len(whole.files)
-    assert "too-many-points" not in rules(divided)
+    assert len(with_controller(most_positions=8).files) > len(with_controller().files)

@@ -72,7 +72,7 @@ def test_a_signal_is_late_by_what_the_controller_is_slow_before_its_place() -> N
     ],
 )
 def test_a_worse_controller_takes_longer_and_says_why(changed: dict[str, float], cause: str) -> None:
-    usual, worse = of_text("kuka"), of_text("kuka", **changed)
+    usual, worse = of_text("kuka"), of_text("kuka", ("", ""), **changed)
     assert worse.predicted_s > 1.1 * usual.predicted_s
     assert worse.losses()[0][0] == cause
 
