@@ -76,8 +76,6 @@ def export(
     if language.needs_joints and tracking is None:
         raise ProgramError(f"{dialect} is made of joint values; track the program in a cell first.")
     motion = make_motion(program, installation, tracking)
-    if language.takes_axes and installation.tool_point is not None:
-        motion = in_tool_points(motion, installation)
     return write_motion(language, replace(motion, findings=(*found, *motion.findings)), installation)
 
 
@@ -87,6 +85,8 @@ def write_motion(language: Dialect, motion: MotionProgram, installation: Install
     Raises:
         ProgramError: the language cannot express it, or the text does not do what was planned.
     """
+    if language.takes_axes and installation.tool_point is not None:
+        motion = in_tool_points(motion, installation)
     controller = controller_of(language, installation)
     if controller is not None and 0 < controller.most_positions < language.most_steps:
         language = replace(language, most_steps=controller.most_positions)
