@@ -33,6 +33,8 @@ _ODD = (
     *("ß" * 50).encode().split(b"|"),
 )
 _BRACKETS = (b"(", b")", b"[", b"{", b"<a>", b"- ", b"[[", b"((", b'"', b"&a [*a", b"?")
+_LONGEST = 3_000_000
+"""Bytes of a file, at each of its changes too."""
 _FLOATS = (float("inf"), float("nan"), 1e30, -1e30, 1e8, 1e-38, 0.0, -0.0)
 _INTEGERS = (0, 1, 2, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 0xFFFF, 255)
 
@@ -45,7 +47,8 @@ def mutate(data: bytes, others: tuple[bytes, ...], rng: random.Random) -> bytes:
         if rng.random() < 0.03:
             other = rng.choice(others)
             data = data[: rng.randint(0, len(data))] + other[rng.randint(0, len(other)) :]
-    return data[:3_000_000]
+        data = data[:_LONGEST]
+    return data
 
 
 def _number(data: bytes, rng: random.Random) -> bytes:
@@ -66,13 +69,13 @@ def _word(data: bytes, rng: random.Random) -> bytes:
 
 
 def _replace(data: bytes, pattern: re.Pattern[bytes], change: Callable[[bytes], bytes], rng: random.Random) -> bytes:
-    """Change one match, or every match that equals it."""
+    """Change one match, or every match that equals it where that does not become too long."""
     start = rng.randint(0, max(len(data) - 1, 0))
     found = pattern.search(data, start) or pattern.search(data)
     if found is None:
         return data
     new = change(found[0])
-    if rng.random() < 0.15:
+    if rng.random() < 0.15 and data.count(found[0]) * len(new) < _LONGEST:
         return data.replace(found[0], new)
     return data[: found.start()] + new + data[found.end() :]
 
