@@ -17,6 +17,7 @@ from programs.posts.reading.compare import Agreement
 from programs.posts.reading.findings import check_routines, check_size, check_time
 from programs.posts.reading.predict import predict
 from programs.posts.reading.proof import prove
+from programs.posts.rebuilt import Rebuilt
 from programs.posts.writing.chapters import rest_within
 from programs.posts.writing.tool_points import in_tool_points
 from programs.program import TimedProgram
@@ -43,6 +44,8 @@ class Exported:
     """What the controller's model predicts of the text; ``None`` where the text states the time of every place."""
     motion: MotionProgram
     """What was written: in the controller's terms."""
+    rebuilt: Rebuilt
+    """What the reader found in the text."""
 
 
 def export(
@@ -95,7 +98,7 @@ def write_motion(language: Dialect, motion: MotionProgram, installation: Install
     files = language.render(lowered, installation)
     rebuilt, agreement = prove(language, files, motion, installation)
     if controller is None:
-        return Exported(files, lowered.motion.findings, lowered.error, agreement, None, lowered.motion)
+        return Exported(files, lowered.motion.findings, lowered.error, agreement, None, lowered.motion, rebuilt)
     forecast = predict(rebuilt, agreement, motion, installation, controller)
     found = (
         *check_time(forecast, controller),
@@ -104,9 +107,10 @@ def write_motion(language: Dialect, motion: MotionProgram, installation: Install
     )
     stated = replace(lowered.motion, findings=(*lowered.motion.findings, *found))
     files = language.render(replace(lowered, motion=stated, forecast=forecast), installation)
-    if language.read(files).steps != rebuilt.steps:  # only comments may differ
+    final = language.read(files)
+    if final.steps != rebuilt.steps:  # only comments may differ
         raise ProgramError(f"the header of the {language.title} text changes what it does: nothing was written.")
-    return Exported(files, stated.findings, lowered.error, agreement, forecast, stated)
+    return Exported(files, stated.findings, lowered.error, agreement, forecast, stated, final)
 
 
 def controller_of(language: Dialect, installation: Installation) -> Controller | None:

@@ -1,6 +1,5 @@
 """One language in which programs are exported: what it can express, how it is written, how it is read back."""
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeAlias
@@ -54,9 +53,6 @@ class Dialect:
     """Executes a program's text."""
     most_steps: int = 0
     """Of one routine; 0 where the language has no routines."""
-    move: re.Pattern[str] | None = None
-    """The beginning of a line of text that moves to one pose; ``None`` where a motion takes several lines of text, or
-    other instructions look alike."""
     needs_joints: bool = False
     """Whether the joint motion has to be known."""
     takes_axes: bool = False

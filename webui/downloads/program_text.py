@@ -14,6 +14,7 @@ from programs.motion.installation import Installation
 from programs.motion.layout import Tracking
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import Line, Reach
+from programs.posts.rebuilt import ReadLine, ReadReach, TextPlace
 from programs.program import TimedProgram
 from specs.source import NO_SOURCE, Source
 from webui.theme.palette import ACCENT, INK, QUIET, to_hex
@@ -69,26 +70,32 @@ def write_program(
     motion = make_motion(program, installation, tracking)
     done = write_motion(language, motion, installation)
     moves = tuple(step for step in done.motion.steps if isinstance(step, Line | Reach))
-    files = match_lines(done.files, moves, language.move)
+    read = zip(done.rebuilt.steps, done.rebuilt.places, strict=True)
+    files = match_lines(done.files, moves, [place for step, place in read if isinstance(step, ReadLine | ReadReach)])
     places_known = any(move is not None for file in files for move in file.moves)
     return Written(dialect, files, done, places_known)
 
 
 def match_lines(
-    content: Mapping[str, str], moves: tuple[Move, ...], pattern: re.Pattern[str] | None
+    content: Mapping[str, str], moves: tuple[Move, ...], places: Sequence[TextPlace | None]
 ) -> tuple[TextFile, ...]:
-    """Lines with their motions; only with their origins if the numbers of lines and motions differ."""
+    """Lines with their motions; only with their origins where a motion takes several lines.
+
+    Args:
+        content: Text by file name.
+        moves: In the order of the program.
+        places: Statements of the motions that were read, in the same order.
+    """
     split = {name: tuple(text.splitlines()) for name, text in content.items()}
-    found = sum(pattern.match(text) is not None for lines in split.values() for text in lines) if pattern else 0
-    if pattern is None or found != len(moves) or not moves:
+    if len(places) != len(moves) or not moves or None in places:
         known = tuple(dict.fromkeys(move.made_by for move in moves))
         return tuple(
             TextFile(name, lines, (None,) * len(lines), cited_makers(lines, known)) for name, lines in split.items()
         )
-    left = iter(moves)
+    at = {(place.file, place.line): move for place, move in zip(places, moves, strict=True) if place is not None}
     files: list[TextFile] = []
     for name, lines in split.items():
-        own = tuple(next(left) if pattern.match(text) else None for text in lines)
+        own = tuple(at.get((name, number)) for number in range(1, len(lines) + 1))
         files.append(TextFile(name, lines, own, tuple(NO_SOURCE if move is None else move.made_by for move in own)))
     return tuple(files)
 

@@ -1,7 +1,5 @@
 """ABB RAPID, with and without the paint option."""
 
-import re
-
 from programs.motion.lower import Capability
 from programs.posts.abb.paint import Paint, PaintReader
 from programs.posts.abb.read import RapidReader
@@ -38,7 +36,6 @@ DIALECT = Dialect(
     write=Rapid.write,
     rebuild=RapidReader.rebuild,
     controller=_CONTROLLER,
-    move=re.compile(r"\s*(MoveL|MoveJ|TriggL) p\d"),
     maker="abb",
     without_joints="Stand the arm in the configuration that it is to keep (ConfJ\\Off, ConfL\\Off).",
 )
@@ -58,7 +55,6 @@ PAINT_DIALECT = Dialect(
     write=Paint.write,
     rebuild=PaintReader.rebuild,
     controller=_CONTROLLER,
-    move=re.compile(r"\s*(MoveL|MoveJ|PaintL) p\d"),
     maker="abb",
     without_joints="Stand the arm in the configuration that it is to keep (ConfJ\\Off, ConfL\\Off).",
 )

@@ -1,7 +1,5 @@
 """Denso PacScript."""
 
-import re
-
 from programs.motion.analog import Counting
 from programs.motion.lower import Capability
 from programs.posts.denso.read import PacScriptReader
@@ -39,7 +37,6 @@ DIALECT = Dialect(
         least_line_s=0.008,
         most_lines=10_000,
     ),
-    move=re.compile(r"\s*Move [LP], @\d P\("),
     maker="denso",
     without_joints="Stand the arm in the figure that it is to keep: positions keep the one that it has (-1).",
 )

@@ -1,7 +1,5 @@
 """Epson SPEL+."""
 
-import re
-
 from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
 from programs.posts.epson.read import SpelReader
@@ -39,6 +37,5 @@ DIALECT = Dialect(
             "turn_acceleration_deg_s2": "AccelR of the program's text",
         },
     ),
-    move=re.compile(r"\s*(Move|Go) XY\("),
     maker="epson",
 )

@@ -1,7 +1,5 @@
 """FANUC TP in its text form (LS)."""
 
-import re
-
 from programs.motion.analog import Counting
 from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
@@ -41,6 +39,5 @@ DIALECT = Dialect(
         most_positions=9_999,
         sources={"least_line_s": "two periods of the interpolator of 8 ms, assumed"},
     ),
-    move=re.compile(r"\s*\d+:L P\["),
     maker="fanuc",
 )

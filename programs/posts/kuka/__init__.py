@@ -1,7 +1,5 @@
 """KUKA KRL."""
 
-import re
-
 from programs.motion.analog import Counting
 from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
@@ -44,7 +42,6 @@ DIALECT = Dialect(
             "least_line_s": "interpolation cycle of 12 ms (RRS interface of KUKA)",
         },
     ),
-    move=re.compile(r"\s*(LIN|PTP) P\d"),
     maker="kuka",
     without_joints="Stand the arm in the configuration that it is to keep: PTP without S and T keeps it.",
 )

@@ -1,7 +1,5 @@
 """Mitsubishi MELFA-BASIC V and VI."""
 
-import re
-
 from programs.motion.analog import Counting
 from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
@@ -39,6 +37,5 @@ DIALECT = Dialect(
         most_lines=32_767,
         sources={"most_lines": "step numbers of a program (manual of CR1D)"},
     ),
-    move=re.compile(r"\d+ (Mvs|Mov) P\d"),
     maker="mitsubishi",
 )

@@ -1,7 +1,5 @@
 """Universal Robots URScript."""
 
-import re
-
 from programs.motion.analog import Counting
 from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
@@ -41,7 +39,6 @@ DIALECT = Dialect(
         most_bytes=2_000_000,
         sources={"acceleration_mm_s2": "stated by each movel", "times_are_whole": "script manual: t overrules a and v"},
     ),
-    move=re.compile(r"\s*movel\("),
     maker="universal-robots",
     without_joints="Stand the arm in the configuration that it is to keep: movej takes the nearest one.",
 )

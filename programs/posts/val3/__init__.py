@@ -1,7 +1,5 @@
 """Stäubli VAL 3."""
 
-import re
-
 from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
 from programs.posts.val3.project import PERIOD_S
@@ -27,7 +25,6 @@ DIALECT = Dialect(
         most_positions=9_999,
         sources={"most_positions": "size of an array"},
     ),
-    move=re.compile(r"\s*(nId=)?move[lj]\(p\w*\["),
     maker="staubli",
     without_joints="Stand the arm in the configuration that it is to keep: points have ssame, esame, wsame.",
 )

@@ -1,7 +1,5 @@
 """Yaskawa INFORM."""
 
-import re
-
 from programs.motion.analog import Counting
 from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm
@@ -41,7 +39,6 @@ DIALECT = Dialect(
         most_positions=9_998,
         sources={"most_positions": "positions are numbered up to C09998"},
     ),
-    move=re.compile(r"MOV[LJ] C\d"),
     maker="yaskawa",
     writes_joints=False,
 )
