@@ -352,6 +352,8 @@ class _Comparison:
             elif isinstance(found, ReadLine):
                 if done == 1.0 and found.target == begin and (not line.events or (stops and line.blend_mm == 0.0)):
                     break  # it goes nowhere, and no division for an output is due
+                if isinstance(found.target, Axes) and found.target == self.axes and line.length_mm > _POSE_MM:
+                    self.differ(f"block {found} goes nowhere", line.made_by, self.at)
                 target, end = self.locate(line, found.target, done)
                 self.match_frames(line.made_by)
                 self.match_part(line, found, (begin, done, target, end))
@@ -446,8 +448,10 @@ class _Comparison:
         shares = np.interp(moments, samples.seconds, samples.shares)
         slack = max(_POSE_MM / max(line.length_mm, _POSE_MM), _SHARE) if line.length_mm else 1.0
         rows = np.array([np.interp(moments, samples.seconds, column) for column in samples.joints.T])
-        axes = np.array(found.axes.values if found.axes else ()) * units_of(self.installation)
-        if len(axes) != len(rows) or not shares[0] - slack <= last <= shares[2] + slack:
+        if found.axes is None or len(found.axes.values) != len(rows):
+            return False
+        axes = np.array(found.axes.values) * units_of(self.installation)
+        if not shares[0] - slack <= last <= shares[2] + slack:
             return False
         allowed = _JOINT * units_of(self.installation)
         return bool(np.all((axes >= rows.min(axis=1) - allowed) & (axes <= rows.max(axis=1) + allowed)))

@@ -133,10 +133,53 @@ def _compare_parts(rebuilt: Rebuilt, frame: ReadFrame) -> Iterator[str]:
             if isinstance(_first_motion(rebuilt.steps[part.begins :]), ReadLine):
                 yield f"started at part {part.number} it begins with a line from where it stands"
             continue
+        if (wrong := _other_motion(rebuilt.steps[: part.begins], part.entry)) is not None:
+            yield f"started at part {part.number} it does not go as before: {wrong}"
         if not _is_same_place(planned.place, entered.place):
             yield f"started at part {part.number} it begins at {entered.place}, not {planned.place}"
         if (planned.tool, planned.board) != (entered.tool, entered.board):
             yield f"started at part {part.number} it has tool {entered.tool}, not {planned.tool}, or another frame"
+
+
+def _other_motion(before: Sequence[ReadStep], entry: Sequence[ReadStep]) -> ReadStep | None:
+    """Give a motion of an entry that is none of those before it, in their order, or one of those that it leaves out.
+
+    Points at which lines were divided for outputs may be left out: the entry switches nothing on its way.
+    """
+    due = [step for step in before if isinstance(step, ReadLine | ReadReach)]
+    begins = max((at for at, step in enumerate(due) if isinstance(step, ReadReach)), default=0)
+    left, at = due[begins:], None
+    for step in entry:
+        if not isinstance(step, ReadLine | ReadReach):
+            continue
+        skipped: list[ReadLine | ReadReach] = []
+        while left and not _is_same_motion(left[0], step):
+            skipped.append(left.pop(0))
+        if not left or any(not _lies_between(at, each, step) for each in skipped):
+            return step
+        at = left.pop(0)
+    return next((each for each in left if at is None or not _is_same_place(each.target, at.target)), None)
+
+
+def _is_same_motion(one: ReadLine | ReadReach, other: ReadLine | ReadReach) -> bool:
+    if not _is_same_place(one.target, other.target):
+        return False
+    match one, other:
+        case ReadLine(), ReadLine():
+            return (one.stops, one.speed_mm_s) == (other.stops, other.speed_mm_s)
+        case ReadReach(), ReadReach():
+            return one.joints == other.joints
+        case _:
+            return False
+
+
+def _lies_between(begin: ReadStep | None, step: ReadStep, end: ReadStep) -> bool:
+    """Whether a line ends on the straight line between two others, as where it was divided."""
+    places = [each.target if isinstance(each, ReadLine | ReadReach) else None for each in (begin, step, end)]
+    if not isinstance(step, ReadLine) or any(not isinstance(place, Pose) for place in places):
+        return False
+    first, middle, last = (place for place in places if isinstance(place, Pose))
+    return distance(first, middle) + distance(middle, last) - distance(first, last) <= _SAME
 
 
 def _first_motion(steps: Sequence[ReadStep]) -> ReadStep | None:
