@@ -352,7 +352,7 @@ class _Comparison:
             elif isinstance(found, ReadLine):
                 if done == 1.0 and found.target == begin and (not line.events or (stops and line.blend_mm == 0.0)):
                     break  # it goes nowhere, and no division for an output is due
-                if isinstance(found.target, Axes) and found.target == self.axes and line.length_mm > _POSE_MM:
+                if isinstance(found.target, Axes) and found.target == self.axes and _goes_on(line):
                     self.differ(f"block {found} goes nowhere", line.made_by, self.at)
                 target, end = self.locate(line, found.target, done)
                 self.match_frames(line.made_by)
@@ -492,6 +492,10 @@ class _Comparison:
 def _rounded(speed_mm_s: float, step_mm_s: float) -> float:
     """Give a speed as languages round it: down, unless it is nearly the next step, and to one step at least."""
     return max(math.floor(speed_mm_s / step_mm_s + 0.3), 1) * step_mm_s if speed_mm_s else 0.0
+
+
+def _goes_on(line: Line) -> bool:
+    return line.length_mm + degrees(line.angle_rad) > _POSE_MM
 
 
 def _is_name_of(label: str, name: str) -> bool:

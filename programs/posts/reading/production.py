@@ -147,8 +147,9 @@ def _other_motion(before: Sequence[ReadStep], entry: Sequence[ReadStep]) -> Read
     Points at which lines were divided for outputs may be left out: the entry switches nothing on its way.
     """
     due = [step for step in before if isinstance(step, ReadLine | ReadReach)]
-    begins = max((at for at, step in enumerate(due) if isinstance(step, ReadReach)), default=0)
-    left, at = due[begins:], None
+    first = _first_motion(entry)
+    starts = [at for at, step in enumerate(due) if first is not None and _is_same_motion(step, first)]
+    left, at = due[max(starts, default=len(due)) :], None
     for step in entry:
         if not isinstance(step, ReadLine | ReadReach):
             continue
@@ -169,6 +170,8 @@ def _is_same_motion(one: ReadLine | ReadReach, other: ReadLine | ReadReach) -> b
             return (one.stops, one.speed_mm_s) == (other.stops, other.speed_mm_s)
         case ReadReach(), ReadReach():
             return one.joints == other.joints
+        case ReadLine(), ReadReach():  # what a line ends at may be reached by joints at the start
+            return True
         case _:
             return False
 
@@ -182,7 +185,7 @@ def _lies_between(begin: ReadStep | None, step: ReadStep, end: ReadStep) -> bool
     return distance(first, middle) + distance(middle, last) - distance(first, last) <= _SAME
 
 
-def _first_motion(steps: Sequence[ReadStep]) -> ReadStep | None:
+def _first_motion(steps: Sequence[ReadStep]) -> ReadLine | ReadReach | None:
     return next((step for step in steps if isinstance(step, ReadLine | ReadReach)), None)
 
 
