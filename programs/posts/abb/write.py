@@ -58,7 +58,6 @@ class Rapid(Syntax):
         "CONNECT irWatch{index} WITH on_fault;",
         "ISignalDI {name},{other},irWatch{index};",
     )
-    start_words = "set {start} to"
     move = "MoveL"
     """A motion in a line that switches nothing."""
 

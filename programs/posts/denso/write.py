@@ -35,7 +35,8 @@ class PacScript(Syntax):
     straight = "Move L, @0 {}, Speed = 10"
     home_comment = " ' home"
     start = "I[99]"
-    start_words = "enter in {start}"
+    start_words = "enter its number in {start}"
+    watch_note = ": to be wired, see below"
     states = ("Off", "On")
     part_form = ("If {start} <= {number} Then {call}",)
     enter_begin = ("If {start} = {number} Then", "  {start} = 1")

@@ -53,7 +53,8 @@ class Tp(Syntax):
     loop_text = "until {key} >= {least}"
     loop_begin = ("{counter}=0", "LBL[{number}]", "{counter}={counter}+1")
     start = "R[89]"
-    start_words = "enter in register {start}"
+    start_words = "enter its number in {start}"
+    watch_note = ": the valves by itself, the robot as wired, see below"
     states = ("OFF", "ON")
     part_form = ("IF {start}<={number},{call}",)
     enter_begin = ("IF {start}<>{number},JMP LBL[99]", "{start}=1")

@@ -49,7 +49,8 @@ class GCode(Syntax):
     last = ("M2",)
     longest_name = 40
     start = "#<_start>"
-    start_words = "write it into the block {start} = 1, instead of 1,"
+    start_words = "write its number into the block {start} = 1"
+    watch_note = ": to be wired, see below"
     part_form = ("o{label} if [{start} LE {number}]", "  {call}", "o{label} endif")
     enter_begin = ("o90 if [{start} EQ {number}]", "  {start} = 1")
     enter_end = ("o90 endif",)

@@ -26,7 +26,8 @@ class MelfaBasic(Syntax):
     by_joints = "Mov {}"
     straight = "Mvs {}"
     start = "M_19"
-    start_words = "enter in {start}"
+    start_words = "enter its number in {start}"
+    watch_note = ": the valves by itself, the robot as wired, see below"
     part_form = ("If {start}<={number} Then {call}",)
     enter_begin = ("If {start}<>{number} Then GoTo *RUN", "{start}=1")
     enter_end = ("*RUN",)

@@ -35,7 +35,7 @@ class UrScript(Syntax):
     by_joints = f"movej({{}}, {REACH_SPEED})"
     straight = f"movel({{}}, {REACH_SPEED})"
     start = "n_start"
-    start_words = "write it into the line {start} = 1, instead of 1,"
+    start_words = "write its number into the line {start} = 1"
     part_form = ("if {start} <= {number}:", "  {call}", "end")
     enter_begin = ("if {start} == {number}:", "  {start} = 1")
     enter_end = ("end",)

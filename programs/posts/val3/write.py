@@ -162,7 +162,6 @@ class Val3(Syntax):
     def prepare(self) -> Iterator[str]:
         """Start the task."""
         yield from ("nHead=0", "nTail=0")
-        yield 'taskCreate "guard",50,guard()'
         yield f'taskCreateSync "watch",{short(project.PERIOD_S, 3)},bOverrun,watch()'
 
     def home(self) -> list[str]:
@@ -204,10 +203,16 @@ class Val3(Syntax):
         for number in sorted({sensor.number for sensor in sensors if sensor is not None}):
             yield project.variable(f"ai{number}", "aio", (), 1)
 
+    def begin_production(self) -> Iterator[str]:
+        """Start the task that watches when all is as it has to be."""
+        yield from super().begin_production()
+        yield 'taskCreate "guard",50,guard()'
+
     def setup(self) -> Iterator[str]:
         """State what the integrator has to set up."""
         yield "link do, go, ao, di and ai of the data file to your inputs and outputs"
         yield "valves on outputs that go off with arm power, or wired so: a task that is killed shuts nothing"
+        yield "a stop by the task guard lasts until the application is stopped and started again"
         yield "start is main, stop shuts the valves and is called when the application stops; nStart in the data file"
         yield "monitor speed 100 %; tools and frames are in the data file: compare them with yours"
 

@@ -11,21 +11,25 @@ from programs.posts.writing.chapters import Chapter, Part
 _AS_HIGH_MM = 0.5
 """Heights that differ by less count as one: then the later place is chosen, from which less is left to drive."""
 
+_LONGEST_WAY = 200
+"""Lines that an entry drives at most, so that programs of many parts do not grow with the square of their number."""
+
 
 def find_entries(parts: Sequence[Part], installation: Installation) -> dict[int, tuple[Step, ...]]:
     """Find what has to be done at home before each part but the first, by the part's number.
 
     The outputs are set as the parts before it leave them. The robot comes by a joint motion to the highest place of the
-    planned way that led to the part since the last joint motion, and drives the rest of that way with all valves shut.
-    A part that begins with a joint motion of its own needs no way.
+    planned way since the last joint motion, or of the last lines of it, and drives the rest with all valves shut. One
+    that begins with a joint motion of its own needs no way.
     """
     state, found = _State({valve.channel: valve.open_lag_s for valve in installation.valves.values()}), {}
-    for part in parts:
-        if isinstance(part, Chapter):
-            if part.number > 1:
-                found[part.number] = tuple(state.entry(part))
-            for step in part.steps:
-                state.keep(step)
+    chapters = [part for part in parts if isinstance(part, Chapter)]
+    for at, chapter in enumerate(chapters):
+        if chapter.number > 1:
+            moves = (step for each in chapters[at:] for step in each.steps if isinstance(step, Line | Reach))
+            found[chapter.number] = tuple(state.entry(chapter, next(moves, None)))
+        for step in chapter.steps:
+            state.keep(step)
     return found
 
 
@@ -50,8 +54,8 @@ class _State:
             self.outputs |= {event.channel: event.value for event in step.events}
             self.way.append(step)
 
-    def entry(self, chapter: Chapter) -> list[Step]:
-        """Give the steps that lead to a chapter from home."""
+    def entry(self, chapter: Chapter, first: Line | Reach | None) -> list[Step]:
+        """Give the steps that lead from home to a chapter, of which the first motion, or that after it, is given."""
         maker = chapter.steps[0].made_by
         settings = [
             Switch(channel, value, maker) for channel, value in self.outputs.items() if channel not in self.valves
@@ -59,22 +63,18 @@ class _State:
         opened = [channel for channel, value in self.outputs.items() if channel in self.valves and value]
         jets = [Switch(channel, self.outputs[channel], maker) for channel in opened]
         lags = [Pause(lag, maker) for lag in [max((self.valves[each] for each in opened), default=0.0)] if lag]
-        return [*settings, *self.approach(chapter), *jets, *lags]
+        return [*settings, *self.approach(first), *jets, *lags]
 
-    def approach(self, chapter: Chapter) -> list[Step]:
-        """Give the motion; none where the chapter begins with a joint motion. After one without motion comes a line."""
-        first = next((step for step in chapter.steps if isinstance(step, Line | Reach)), None)
-        if self.reach is None or isinstance(first, Reach):
+    def approach(self, first: Line | Reach | None) -> list[Step]:
+        """Give the way to a line; none where a joint motion comes first, or nothing moves any more."""
+        if self.reach is None or not isinstance(first, Line):
             return []
-        heights = [_height(self.reach.target), *(_height(line.target) for line in self.way)]
-        highest = max(heights)
-        begin = max(at for at, height in enumerate(heights) if height >= highest - _AS_HIGH_MM)
-        reach = self.reach
-        if begin:
-            line = self.way[begin - 1]
-            reach = Reach(line.target, line.joints, line.made_by)
-        rest = [replace(line, events=()) for line in self.way[begin:]]
-        return [replace(reach, way=()), *rest]
+        ends = [self.reach, *(Reach(line.target, line.joints, line.made_by) for line in self.way)]
+        heights = [_height(reach.target) for reach in ends]
+        nearest = max(len(ends) - 1 - _LONGEST_WAY, 0)
+        highest = max(heights[nearest:])
+        begin = max(at for at in range(nearest, len(ends)) if heights[at] >= highest - _AS_HIGH_MM)
+        return [replace(ends[begin], way=()), *(replace(line, events=()) for line in self.way[begin:])]
 
 
 def _height(pose: Pose) -> float:

@@ -45,7 +45,9 @@ class ProductionFrame:
     watch: ClassVar[tuple[str, ...]] = ()
     """Begins to watch a contact while the program runs, with the words of its wait."""
     longest_message: ClassVar[int] = 60
-    start_words: ClassVar[str] = "set {start} to"
+    watch_note: ClassVar[str] = ""
+    """What of a watched input the program leaves to the integrator."""
+    start_words: ClassVar[str] = "set {start} to its number"
     """How the operator chooses the part to start at."""
 
     def operand(self, value: float, digits: int = 6) -> str:
@@ -122,11 +124,11 @@ class ProductionFrame:
         if lacking := [name.replace("_", " ") for name in USUAL_WAITS if name not in known]:
             yield f"Does not wait for {', '.join(lacking)}: the cell maps no such input"
         if watched := [wait.words for wait in waits if wait.watched]:
-            yield f"Stops, valves shut, without {', '.join(watched)}{'' if self.watch else ': to be wired, see below'}"
+            yield f"Stops, valves shut, without {', '.join(watched)}{self.watch_note}"
         yield f"Parts: {', '.join(f'{part.number} {part.title}' for part in self.chapters)}"
         if (last := len(self.chapters)) > 1:
             chosen = self.start_words.format(start=self.start)
-            yield f"A stopped board is finished from part 2 to {last}: {chosen} its number; that way from home is slow"
+            yield f"To finish a stopped board from part 2 to {last}: {chosen}; its way from home was not checked"
         yield from (f"Set up: {line}" for line in self.setup())
 
     def setup(self) -> Iterator[str]:

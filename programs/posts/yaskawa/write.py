@@ -46,7 +46,8 @@ class Inform(Syntax):
     counter = "I{number:03d}"
     first_counter = 90  # assumed free
     start = "I089"
-    start_words = "enter in {start}"
+    start_words = "enter its number in {start}"
+    watch_note = ": to be wired, see below"
     states = ("OFF", "ON")
     part_form = ("{call} IF {start}<={number}",)
     enter_begin = ("JUMP *RUN IF {start}<>{number}", "SET {start} 1")

@@ -14,7 +14,7 @@ MODULE tiny
   ! Does not wait for temperature: the cell maps no such input
   ! Stops, valves shut, without door closed
   ! Parts: 1 clean, 2 clean, 3 clean
-  ! A stopped board is finished from part 2 to 3: set nStart to its number; that way from home is slow
+  ! To finish a stopped board from part 2 to 3: set nStart to its number; its way from home was not checked
   ! Set up: event routine shut_valves for Stop and QStop (Controller, Event Routine): a stop shuts no output
   ! Set up: the signals below in the I/O configuration; after a stop start from main (PP to Main)
   ! Set up: tooldata and wobjdata are in this module: compare them with yours, and identify the loads

@@ -13,7 +13,7 @@
 ' Does not wait for temperature: the cell maps no such input
 ' Stops, valves shut, without door closed
 ' Parts: 1 clean, 2 clean, 3 clean
-' A stopped board is finished from part 2 to 3: set nStart to its number; that way from home is slow
+' To finish a stopped board from part 2 to 3: set nStart to its number; its way from home was not checked
 ' Set up: preferences: outputs off at an emergency stop; a background task shuts the valves while no task runs
 ' Set up: trap numbers below 5 are free; nStart, the part to start at, is kept when the controller is switched off
 ' Set up: AccelS and AccelR of this arm in main; the option for analog I/O where it is used

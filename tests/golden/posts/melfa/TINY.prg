@@ -11,9 +11,9 @@
 11 ' Analog aiResistivity: 0 V is 0, 10 V is 10000
 12 ' Waits for part present (30 s), door closed (12.5 s), pressure of 3 (20 s)
 13 ' Does not wait for temperature: the cell maps no such input
-14 ' Stops, valves shut, without door closed: to be wired, see below
+14 ' Stops, valves shut, without door closed: the valves by itself, the robot as wired, see below
 15 ' Parts: 1 clean, 2 clean, 3 clean
-16 ' A stopped board is finished from part 2 to 3: enter in M_19 its number; that way from home is slow
+16 ' To finish a stopped board from part 2 to 3: enter its number in M_19; its way from home was not checked
 17 ' Set up: TINYWATCH in slot 2 (SLT2: TINYWATCH,REP,ALWAYS,1): shuts valves while slot 1 does not
 18 ' Set up: run, after an error, and without what is watched; wire that to stop the robot too
 19 ' Set up: M_19 is the part to start at; after a stop reset the program; errors 9100 up are used

@@ -89,6 +89,14 @@ def test_a_part_is_entered_from_a_high_place_of_the_planned_way(name: str) -> No
             assert moves[0].target.position[2] == pytest.approx(highest, abs=0.01)
 
 
+@pytest.mark.parametrize("name", FRAMED)
+def test_a_program_of_many_parts_is_entered_at_each_of_them(name: str) -> None:
+    """Some of them have no motion, so that the next one has to be led to."""
+    dialect, motion = replace(DIALECTS[name], most_steps=4), motion_of("two_tools", name)
+    files = dialect.render(lower(motion, dialect.capability), cell_of(name))
+    assert compare(dialect.read(files), motion, cell_of(name)) == ()
+
+
 def without(files: Mapping[str, str], pattern: str) -> dict[str, str]:
     """Leave out the last line of the first match of a pattern."""
     changed = dict(files)
