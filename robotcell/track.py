@@ -122,11 +122,11 @@ def track(
         ProgramError: The program has no move.
     """
     task = _Task(program, board, terms or Terms())
-    trial = _try(task, cell, subprogress(progress, 0.0, 0.6))
+    trial = _try(task, cell, subprogress(progress, 0.0, 0.8))
     report = trial.report
     if trial.wrong is not None:
-        progress("looking for a remedy", 0.6)
-        found = _remedy(task, cell, trial, subprogress(progress, 0.6, 1.0))
+        progress("looking for a remedy", 0.8)
+        found = _remedy(task, cell, trial, subprogress(progress, 0.8, 1.0))
         if found is not None:
             remedy, finding = found
             report = replace(report, findings=worst_first([*report.findings, finding]), remedy=remedy)

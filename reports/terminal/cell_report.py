@@ -1,13 +1,12 @@
 """What a robot does with a program, its export, and where it holds the board best, on the terminal."""
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console
 
-from programs.posts.dialects import DIALECTS
 from programs.timing.forecast import Forecast
-from reports.files.export_robot import CellExport
 from reports.tables.table import Facts, Table
 from reports.tables.wording import amount, clock
 from reports.terminal.console import print_facts, print_findings, print_line, print_table
@@ -17,6 +16,9 @@ from robotcell.placement.optimise import Placement, PlacementGoal
 from robotcell.placement.reachability import Metric
 from robotcell.search_placement import Relocation
 from robotcell.track import CellReport
+
+if TYPE_CHECKING:
+    from reports.files.export_robot import CellExport
 
 _METRICS: dict[Metric, str] = {
     "manipulability": "manipulability w",
@@ -75,8 +77,10 @@ def _facts(report: CellReport) -> Facts:
     ]
 
 
-def export_facts(done: CellExport, dialect: str) -> Facts:
+def export_facts(done: "CellExport", dialect: str) -> Facts:
     """Language, size, time and accuracy of an exported program."""
+    from programs.posts.dialects import DIALECTS  # all languages: a check needs none
+
     language, error = DIALECTS[dialect], done.exported.error
     files, text = done.exported.files, "".join(done.exported.files.values())
     planned_s, takes_s = done.report.requested.totals.duration_s, done.report.program.totals.duration_s
