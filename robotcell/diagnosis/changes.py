@@ -39,6 +39,8 @@ _FARTHEST_M = 20.0
 """No board or orifice is farther away."""
 _LONG_M = 0.4
 """Tools for boards are hardly ever longer: their length is looked at first then."""
+_USUAL_M = 0.3
+"""Tried first then: straight lances that are much shorter lead some wrists through their singular configurations."""
 _LONGER = 4.0
 """A longer tool bends and swings more: another place of the board is better, unless it is that much farther."""
 _SPARE_DEG = 5.0
@@ -204,10 +206,15 @@ def _lengths(case: ChangeCase) -> Iterator[tuple[float, int, Remedy]]:
 
 
 def shorter(case: ChangeCase) -> Iterator[Remedy]:
-    """Give the cell with its tools shorter, where one that the targets need is unusually long."""
-    tools = [case.cell.tools[index] for index in np.unique(case.targets.tool).tolist()]
-    if max(float(np.linalg.norm(tool.T_flange_tcp[:3, 3])) for tool in tools) >= _LONG_M:
-        yield from (change for _, _, change in _lengths(case) if "shorter" in change.text)
+    """Give the cell with its tools shorter where one of them is unusually long: the usual length first."""
+    used = np.unique(case.targets.tool).tolist()
+    if max(_length(case.cell.tools[index]) for index in used) >= _LONG_M:
+        changes = [change for _, _, change in _lengths(case) if "shorter" in change.text]
+        yield from sorted(changes, key=lambda each: round(abs(_length(each.cell.tools[used[0]]) - _USUAL_M), 6))
+
+
+def _length(tool: Tool) -> float:
+    return float(np.linalg.norm(tool.T_flange_tcp[:3, 3]))
 
 
 def _fixture_shifts(case: ChangeCase) -> Iterator[tuple[float, int, Remedy]]:

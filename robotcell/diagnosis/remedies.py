@@ -33,7 +33,7 @@ from robotcell.diagnosis.changes import (
     wider_limits,
 )
 from robotcell.motion.sampled_path import SampledPath
-from robotcell.placement.reachability import Configurations, Targets, clear_of, configurations_at, spread
+from robotcell.placement.reachability import Configurations, Targets, clear_of, configurations_at, measure, spread
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import limit_share
 
@@ -44,6 +44,8 @@ _LEVER_M = 0.1
 _FROM_LIMIT = 0.02
 """Share of half a joint's range that a remedy in one configuration keeps from its limits."""
 _MOST_FIXTURES = 3
+_FROM_SINGULAR = 0.05
+"""Inverse condition that it keeps."""
 _SPARE_AZIMUTHS = 4
 """Of those that are tried about a free jet: with fewer the robot may not get from one point to the next."""
 _MOST_REACHED = 160
@@ -177,6 +179,8 @@ def _collider_of(case: ChangeCase, cell: Cell) -> Collider:
 def _reached_in_one(cell: Cell, clear: Configurations, targets: Targets) -> bool:
     """Whether one branch reaches every target away from the joints' limits, at some azimuths where they are free."""
     away = limit_share(cell.robot, clear.q) >= _FROM_LIMIT
+    if cell.robot.dof >= 6:
+        away &= measure(cell, clear.q, targets.tool[clear.target], "condition") >= _FROM_SINGULAR
     needed = np.where(targets.free & (cell.robot.dof >= 6), _SPARE_AZIMUTHS, 1)
     branch, target = clear.branch[away], clear.target[away]
     return any(

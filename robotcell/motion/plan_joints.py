@@ -41,6 +41,8 @@ from robotcell.motion.track_attempt import (
 from specs.progress import Progress
 
 _ATTEMPTS = 12
+_PATIENCE = 4
+"""Attempts in a row that may have no fewer flaws than the best before the search ends with what it found."""
 _MOST_REFUSALS = 2
 """How often a reconfiguration is tried at one place, with other configurations each time."""
 _ALIKE = 0.05
@@ -91,12 +93,15 @@ def plan_motion(queries: CellQueries, path: SampledPath, tilt: float, progress: 
     search = Search(queries, path, nodes, states, nothing_known(states), nodes.azimuths == 1, tilted)
     choice = _first_choice(search, tilt, progress)
     motion = attempt_motion(search, choice)
+    fewest, since = _count_flaws(motion), 0
     for number in range(_ATTEMPTS):
         progress("tracking the path", 0.4 + 0.5 * number / _ATTEMPTS)
-        if _is_final(search, choice, motion) or not _note_flaws(search, choice, motion):
+        if since == _PATIENCE or _is_final(search, choice, motion) or not _note_flaws(search, choice, motion):
             break
         choice = _choose(search)
         motion = attempt_motion(search, choice)
+        flaws = _count_flaws(motion)
+        fewest, since = min(fewest, flaws), 0 if flaws < fewest else since + 1
     return motion
 
 
@@ -232,6 +237,10 @@ def _close_repeats(search: Search, choice: Choice) -> bool:
             others = np.arange(*ladder.first[first : first + 2])
             search.known.excluded[others] = others != choice.state[first]
     return changed
+
+
+def _count_flaws(motion: Motion) -> int:
+    return sum(len(each) for each in (motion.hits, motion.lost, motion.discontinuities, motion.blocked))
 
 
 def _is_final(search: Search, choice: Choice, motion: Motion) -> bool:
