@@ -11,7 +11,7 @@ import numpy as np
 from programs.motion.installation import ToolPointMachine
 from robotcell.cell.cell import Cell, Tool
 from robotcell.cell.measured_place import board_pose
-from robotcell.cell.robot_library import build_robot, limit_joints, load_robot, require_limits
+from robotcell.cell.robot_library import bound_turns, build_robot, limit_joints, load_robot, require_limits
 from robotcell.cell.shapes import build_bodies, place_pose
 from robotcell.cell.spec import CellSpec, Hold, InputOutput, JointLimits, Output, Outputs, ToolSpec
 from robotcell.cell.tool_point import tool_point_machine
@@ -129,7 +129,7 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
     root = read_yaml(text, file, CELL)
     spec = _read_spec(root)
     unlimited = _build_robot(spec, root)
-    robot = limit_joints(unlimited, spec.joints, root, ("joints",))
+    robot = bound_turns(limit_joints(unlimited, spec.joints, root, ("joints",)), spec.hose_turns)
     require_limits(robot, root, ("robot",))
     raise_problems(find_home_problems(spec, robot), root, CELL)
     units = np.array([1e-3 if joint.kind == "prismatic" else math.pi / 180 for joint in robot.joints])

@@ -144,6 +144,18 @@ def limit_joints(robot: Robot, limits: dict[str, JointLimits], root: Located, pa
     return replace(robot, joints=tuple(joints))
 
 
+def bound_turns(robot: Robot, turns: float) -> Robot:
+    """Bound joints that turn to so many whole turns either way from zero, where their limits are wider."""
+    most = 2.0 * math.pi * turns
+    joints = (
+        replace(joint, lowest=max(joint.lowest, -most), highest=min(joint.highest, most))
+        if joint.kind == "revolute"
+        else joint
+        for joint in robot.joints
+    )
+    return replace(robot, joints=tuple(joints))
+
+
 def require_limits(robot: Robot, root: Located, path: YamlPath) -> None:
     """Make sure that every joint has a greatest acceleration, which no URDF has.
 

@@ -29,6 +29,7 @@ JointSpeed: TypeAlias = Annotated[float, Bounds(0.001, 100_000, "mm/s", "speeds 
 JointAcceleration: TypeAlias = Annotated[
     float, Bounds(0.1, 10_000_000, "mm/s²", "accelerations of a joint that slides")
 ]
+HoseTurns: TypeAlias = Annotated[float, Bounds(0.25, 100, "turns", "turns of a hose")]
 Home: TypeAlias = Annotated[float, Bounds(-100_000, 100_000, "degrees or mm", "positions of a joint")]
 FileUnit: TypeAlias = Annotated[float, Bounds(1e-6, 1e6, "mm", "units of a file")]
 Mass: TypeAlias = Annotated[float, Bounds(0.0001, 10_000, "kg", "masses of a tool")]
@@ -380,6 +381,11 @@ class CellSpec(Spec):
     base: Place = Field(default=Place(), description="Pose of the robot's base in the cell.")
     joints: dict[str, JointLimits] = Field(
         default={}, description="Limits that are tighter than the robot's own, by joint; all means every joint."
+    )
+    hose_turns: HoseTurns = Field(
+        default=1.5,
+        description="Whole turns that the hose allows each joint either way from 0, where it hangs unwound; only where "
+        "the joint's own limits are wider.",
     )
     home_deg_mm: list[Home] = Field(
         description="Joints at the beginning and end of a program: a number for each, degrees or, where it slides, mm."

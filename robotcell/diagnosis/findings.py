@@ -148,7 +148,8 @@ def breaks(subject: PathInCell, motion: Motion) -> Iterator[Finding]:
     """Report where the path cannot be tracked in one go."""
     jump = (
         "the robot would have to change its configuration here while the jet is on: no configuration before this place "
-        "continues into one after it. Move or turn the board, or let the stroke end here."
+        "continues into one after it. Move or turn the board, let the stroke end here, or raise hose_turns if a joint "
+        "winds up and its hose allows it."
     )
     blocked = (
         "the robot has to change its configuration or its tool here, and every way that was tried, straight and by way "
@@ -201,7 +202,7 @@ def tilts(subject: PathInCell, tracked: TrackedPath) -> Iterator[Finding]:
         worst = int(members[np.argmax(tilt[members])])
         text = (
             f"the jet is tilted by up to {np.degrees(tilt[worst]):.1f} degrees from the programmed direction: nothing "
-            "else is clear."
+            "else is clear, or the hose would wind up."
         )
         yield Finding(JET_TILTED, text, made_by, subject.place(worst))
 

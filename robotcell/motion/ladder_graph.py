@@ -11,7 +11,7 @@ from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.kinematics.chain import chain_of, manipulability
 from robotcell.motion.ladder_search import FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE, JointSpeeds, Ladder, Steps
-from robotcell.motion.sampled_path import SampledPath, runs_of
+from robotcell.motion.sampled_path import SampledPath, find_spot_turns, runs_of
 from robotcell.robot.full_turns import nearest_turns
 from robotcell.robot.robot import Joints, Poses, Robot, row_pieces
 
@@ -82,6 +82,9 @@ def choose_nodes(path: SampledPath, dof: int) -> Nodes:
     chosen[1:] |= switched | path.dwelling[:-1]
     chosen[:-1] |= switched | path.changed[1:]
     chosen[-1] = True
+    for first, last in find_spot_turns(path) if dof < 6 else ():
+        chosen[first : last + 1] = False
+        chosen[[first, first + (last - first) // 3, last - (last - first) // 3, last]] = True
     begins = np.flatnonzero(chosen & ~np.concatenate(([False], path.dwelling[:-1])))
     ends = np.maximum.accumulate(np.where(np.concatenate(([False], path.dwelling[:-1])), np.arange(len(chosen)), 0))
     until = np.maximum(begins, ends[np.append(begins[1:] - 1, len(chosen) - 1)])
@@ -252,11 +255,15 @@ def ladder_steps(path: SampledPath, nodes: Nodes, cell: Cell) -> Steps:
     kind = np.full(len(lasting), FOLLOW, dtype=np.int64)
     kind[reconfiguration_intervals(path, nodes, cell.T_cell_base)] = MAY_RECONFIGURE
     kind[path.changed[sample[1:]]] = MUST_RECONFIGURE
+    count = len(angle)
     if cell.robot.dof >= 6:
-        slack, turning = _SLACK + 1.5 * angle, np.full(len(angle), 1.5)
-        return Steps(lasting, kind, slack, np.full(len(angle), _WINDOW), turning)
+        slack, turning = _SLACK + 1.5 * angle, np.full(count, 1.5)
+        return Steps(lasting, kind, slack, np.full(count, _WINDOW), turning, np.zeros(count))
+    spot = np.zeros(count)
+    for begin, end in find_spot_turns(path):
+        spot[np.searchsorted(nodes.until, begin) : np.searchsorted(sample, end)] = 1.0
     # Five axes have to turn far where the jet is nearly along the first of them, and go over in both of their branches.
-    return Steps(lasting, kind, np.full(len(angle), _HALF_TURN), np.full(len(angle), 4.0), np.zeros(len(angle)))
+    return Steps(lasting, kind, np.full(count, _HALF_TURN), np.full(count, 4.0), np.zeros(count), spot)
 
 
 def reconfiguration_intervals(path: SampledPath, nodes: Nodes, T_cell_base: Poses) -> Indices:

@@ -16,6 +16,8 @@ from robotcell.robot.robot import Joints
 
 RECONFIGURE_COST_S = 3.0
 """Cost of a reconfiguration move on top of its own time."""
+UNWIND_COST_S = 30.0
+"""Cost on top of that for five axes, whose joint moves wind the hose back: several turns over the vertical instead."""
 DISCONTINUITY_COST_S = 1e5
 """Cost of a change of configuration where the path does not allow any."""
 _AZIMUTH_COST_S = 0.02
@@ -27,6 +29,8 @@ _SPEED_SHARE = 0.8
 _LEAST_LASTING_S = 0.02
 _TIE = 1e-9
 """s: costs that differ by less are equal; the first is taken."""
+_SWING, _STILL = 3, 0.02
+"""Index of the first turning joint of five axes, and rad by which it may turn where it is to stand still."""
 FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE = 0, 1, 2
 """Kinds of interval between two rungs: the path is followed; the configuration may change; it has to."""
 
@@ -59,6 +63,8 @@ class Steps(NamedTuple):
     """(n - 1,) rad that the tool may turn about its jet."""
     turning: Scalars
     """(n - 1,) rad that a joint may turn more for each radian that the tool turns about its jet."""
+    spot: Scalars
+    """(n - 1,) 1 where five axes turn the tool on the spot, as programmed or over the vertical, which is a tilt."""
 
 
 class JointSpeeds(NamedTuple):
@@ -94,7 +100,7 @@ def cheapest(ladder: Ladder, steps: Steps, speeds: JointSpeeds, forbidden: NDArr
         forbidden: (k, 2) pairs of states that must not follow each other.
     """
     order = np.argsort(forbidden[:, 1], kind="stable")
-    table = np.column_stack((ladder.q, ladder.azimuth))
+    table = np.column_stack((ladder.q, ladder.azimuth, np.linalg.norm(ladder.tilt, axis=1)))
     between, able = (np.stack([np.asarray(row, dtype=np.float64) for row in rows], axis=1) for rows in (steps, speeds))
     best, previous = _sweep(ladder.first, table, ladder.cost, between, able, forbidden[order])
     state = np.empty(len(ladder.first) - 1, dtype=np.int64)
@@ -156,6 +162,8 @@ def _step_cost(
     lasting, kind, slack, window = steps[node, 0], steps[node, 1], steps[node, 2], steps[node, 3]
     turn = abs(table[state, dof] - table[before, dof])
     turn = min(turn, abs(turn - 2.0 * math.pi))
+    if steps[node, 5] > 0.0 and not _keeps_branch(table, before, state, turn):
+        return 2.0 * DISCONTINUITY_COST_S
     follows = turn <= window + _TIE
     if kind == FOLLOW and not follows:
         return 2.0 * DISCONTINUITY_COST_S
@@ -172,12 +180,27 @@ def _step_cost(
     if kind == MUST_RECONFIGURE:
         return slowest
     if not follows or widest > most:
-        return 2.0 * DISCONTINUITY_COST_S if kind == FOLLOW else RECONFIGURE_COST_S + slowest
+        more = UNWIND_COST_S if dof < 6 else 0.0
+        return 2.0 * DISCONTINUITY_COST_S if kind == FOLLOW else RECONFIGURE_COST_S + more + slowest
     return (
         squared / max(lasting, _LEAST_LASTING_S)
         + _LATE_WEIGHT * max(0.0, slowest - _SPEED_SHARE * lasting)
         + _AZIMUTH_COST_S * turn
     )
+
+
+@quick
+def _keeps_branch(table: NDArray[np.float64], before: int, state: int, turn: float) -> bool:
+    """Whether five axes can go from one state of a turn on the spot to the next without a jump.
+
+    As programmed they keep to their branch, in which the tool hardly turns about its jet; between that and the vertical
+    the first turning axis stands still.
+    """
+    upright = (table[before, -1] > 0.0) + (table[state, -1] > 0.0)
+    if upright == 0:
+        return turn <= 0.5 * math.pi
+    swing = abs(table[state, _SWING] - table[before, _SWING])
+    return upright == 2 or abs(swing - 2.0 * math.pi * round(swing / (2.0 * math.pi))) <= _STILL
 
 
 @compiled

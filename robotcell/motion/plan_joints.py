@@ -26,6 +26,7 @@ from robotcell.motion.ladder_graph import (
 )
 from robotcell.motion.ladder_search import FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE, Choice, cheapest
 from robotcell.motion.sampled_path import SampledPath
+from robotcell.motion.spot_turns import over_vertical, with_poses
 from robotcell.motion.track_attempt import (
     CLEAR,
     HITS,
@@ -79,7 +80,8 @@ def plan_motion(queries: CellQueries, path: SampledPath, tilt: float, progress: 
     """
     nodes = choose_nodes(path, queries.cell.robot.dof)
     progress("solving configurations", 0.05)
-    everywhere = (node_poses(nodes, some, STRAIGHT) for some in node_pieces(nodes))
+    over = over_vertical(queries, path, nodes)
+    everywhere = (with_poses(node_poses(nodes, some, STRAIGHT), over, some) for some in node_pieces(nodes))
     states = solve_states(queries.cell.robot, path, nodes, everywhere, queries.configurations)
     empty = np.flatnonzero(np.diff(states.ladder.first) == 0)
     tilted = empty[:0]
@@ -198,6 +200,7 @@ def _check_rungs(search: Search, bad: Indices) -> None:
 def _with_tilts(queries: CellQueries, path: SampledPath, nodes: Nodes, where: Indices, tilt: float) -> States:
     """Solve tilted poses too at some nodes: within the band while spraying, further while the jet is off."""
     jet_on = path.jet_on[nodes.sample]
+    over = over_vertical(queries, path, nodes)
     tilts = np.isin(np.arange(len(jet_on)), where) & (~jet_on | (tilt > 0.0))
     fewer = replace(nodes, azimuths=np.minimum(nodes.azimuths, _TILTED_AZIMUTHS))
 
@@ -209,7 +212,7 @@ def _with_tilts(queries: CellQueries, path: SampledPath, nodes: Nodes, where: In
         ]
         order = np.argsort(np.concatenate([part.node for part in parts]), kind="stable")
         fields = (np.concatenate([getattr(part, name) for part in parts]) for name in NodePoses.__slots__)
-        return NodePoses(*(field[order] for field in fields))
+        return with_poses(NodePoses(*(field[order] for field in fields)), over, some)
 
     requested = (poses_of(some) for some in node_pieces(nodes))
     return solve_states(queries.cell.robot, path, nodes, requested, queries.configurations)

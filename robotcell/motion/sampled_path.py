@@ -24,6 +24,9 @@ STEP_RAD = np.radians(3.0)
 """nor turned by more than this,"""
 STEP_S = 0.1
 """nor, while the TCP moves, apart in time by more than this."""
+_SAME_M = 1e-8
+_FAR_TURN, _LEAST_PARTS = np.radians(10.0), 4
+"""A turn on the spot, rad, from which on it may go another way, and in how many samples at least."""
 _TURNS = ("flip_to_top", "flip_to_bottom")
 """What a plan calls when the side changes; the cell holds the board with its top up."""
 
@@ -222,6 +225,16 @@ def runs_of(flags: Flags) -> list[tuple[int, int]]:
     """Give the stretches in which flags are set: the first place, and the one after the last."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
     return list(zip(edges[0::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def find_spot_turns(path: SampledPath) -> list[tuple[int, int]]:
+    """Give the first and the last sample of each stretch in which the tool turns far on the spot with the jet on."""
+    way = np.linalg.norm(np.diff(path.T_base_tcp[:, :3, 3], axis=0), axis=1)
+    jets = path.T_base_tcp[:, :3, 2]
+    turns = np.arccos(np.clip(np.sum(jets[1:] * jets[:-1], axis=1), -1.0, 1.0))
+    turning = (way < _SAME_M) & (turns > 1e-6) & path.jet_on[1:] & path.jet_on[:-1] & ~path.changed[1:]
+    found = runs_of(turning)
+    return [(a, b) for a, b in found if b - a >= _LEAST_PARTS and turns[a:b].sum() > _FAR_TURN]
 
 
 def _divide(parts: Indices) -> tuple[Indices, Indices, Scalars, Flags]:

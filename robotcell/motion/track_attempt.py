@@ -205,6 +205,9 @@ def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
     robot, fixed = queries.cell.robot, search.fixed_azimuth.copy()
     wraps = joint_speeds(robot, search.multi_turn).wraps
     raw = chosen_configurations(robot, search.states.ladder, choice, nodes, wraps)
+    if robot.dof < 6:  # over the vertical the first turning axis keeps still but there
+        over = np.any(raw.tilt != 0.0, axis=1) & path.jet_on[nodes.sample]
+        fixed |= widened(over, 1) if over.any() else over
     course = smooth(raw, path, fixed)
     held = hold_tool(course, path)
     targets, lost = _solve_nodes(robot, raw, held, path, queries.configurations)
@@ -237,7 +240,7 @@ def _joint_turns(robot: Robot, tracked: TrackedPath) -> NDArray[np.float64]:
 
 def widened(flags: Flags, by: int) -> Flags:
     """Set what is no farther from something set than so many places."""
-    return np.convolve(flags.astype(np.int64), np.ones(2 * by + 1, dtype=np.int64), mode="same") > 0
+    return np.convolve(flags.astype(np.int64), np.ones(2 * by + 1, dtype=np.int64))[by : by + len(flags)] > 0
 
 
 def chosen_configurations(robot: Robot, ladder: Ladder, choice: Choice, nodes: Nodes, wraps: Flags) -> NodeTargets:
@@ -324,7 +327,9 @@ def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags) -> Course:
     for at in np.flatnonzero(rests).tolist():
         azimuth[at + 1] = azimuth[at]
     node = np.searchsorted(sample, corner, side="right") - 1
-    tilt = np.stack([np.interp(path.times[corner], path.times[sample], column) for column in targets.tilt.T], axis=1)
+    ends = np.column_stack((sample, until)).ravel()  # a rest is one node, with one tilt
+    tilts_at = np.repeat(targets.tilt, 2, axis=0)
+    tilt = np.stack([np.interp(path.times[corner], path.times[ends], column) for column in tilts_at.T], axis=1)
     tilt = np.where(path.dwelling[corner, None], targets.tilt[node], tilt)
     return Course(edges, azimuth, tilt)
 
