@@ -31,6 +31,13 @@ io:
     pressure_bar: {output: aoPressure, scale: 0.5}
   sensors:
     resistivity_mohm_cm: {input: aiRes, number: 3, scale: 2}
+  inputs:
+    diBoard: {number: 1}
+    diDoor: {number: 2}
+  waits:
+    part_present: {input: diBoard}
+    door_closed: {input: diDoor, state: 0, watched: true}
+    water: {sensor: resistivity_mohm_cm, least: 0.5, timeout_s: 5}
 """
 
 TWO_TCPS = (

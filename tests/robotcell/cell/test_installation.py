@@ -87,3 +87,13 @@ def test_numbers_of_the_controller_are_those_of_the_cell() -> None:
 def test_numbers_of_a_controller_are_bounded(line: str) -> None:
     with pytest.raises(JobError, match=r"controller"):
         read_cell_text(f"{CELL}controller: {{{line}}}\n")
+
+
+def test_waits_have_the_channels_that_show_them() -> None:
+    part, door, water = installation_of(read_cell_text(CELL)).waits
+    assert part.contact is not None
+    assert (part.contact.name, part.contact.number, part.state, part.watched) == ("diBoard", 1, True, False)
+    assert door.contact is not None
+    assert (door.contact.number, door.state, door.watched, door.shown) == (2, False, True, "no door closed")
+    assert water.sensor is not None
+    assert (water.contact, water.sensor.number, water.least, water.timeout_s) == (None, 3, 0.5, 5.0)

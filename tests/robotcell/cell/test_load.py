@@ -143,6 +143,18 @@ def test_a_robots_path_begins_at_the_cell_even_without_a_suffix(tmp_path: Path) 
         ("output: aoPressure", "output: aoPress", "io.settings.pressure_bar.output", "did you mean 'aoPressure'"),
         ("kind: group, number: 1", "kind: digital, number: 1", "io.outputs.goSolution.number", "is doRing already"),
         ("analog, number: 1", "analog, number: 1, unit: mA", "io.outputs.aoPressure.unit", "full_scale: 20"),
+        ("input: diDoor", "input: diDor", "io.waits.door_closed.input", "did you mean 'diDoor'"),
+        ("sensor: resistivity_mohm_cm", "sensor: resistivity", "io.waits.water.sensor", "did you mean"),
+        ("diDoor: {number: 2}", "diDoor: {number: 1}", "io.inputs.diDoor.number", "is diBoard already"),
+        ("input: diDoor", "input: diDoor, least: 2", "io.waits.door_closed", "sensor and least go together"),
+        (
+            "input: diBoard",
+            "input: diBoard, sensor: x, least: 1",
+            "io.waits.part_present",
+            "give an input, with its state",
+        ),
+        ("least: 0.5", "least: 0.5, watched: true", "io.waits.water", "state and watched go with an input"),
+        ("timeout_s: 5", "timeout_s: 0", "io.waits.water.timeout_s", "must be at least 1 s"),
         ("number: 3,", "number: 3, unit: mA,", "io.sensors.resistivity_mohm_cm.unit", "mA needs a full_scale too"),
         ("number: 3,", "number: 3, unit: bar,", "io.sensors.resistivity_mohm_cm.unit", "known: V, mA"),
         (
