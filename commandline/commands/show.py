@@ -1,11 +1,15 @@
 """``washboard show``: a program read back."""
 
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commandline.arguments import Parts, Picture, ProgramSource, complete_board
+from commandline.arguments import Parts, Picture, ProgramSource, complete_board, complete_cell
 from commandline.errors import job_errors
+
+if TYPE_CHECKING:
+    from programs.program import TimedProgram
 
 
 def show(
@@ -22,8 +26,19 @@ def show(
         ),
     ] = None,
     parts: Parts = None,
+    cell: Annotated[
+        str | None,
+        typer.Option(
+            "--cell",
+            help="Cell of a program in a robot's language; left out, the library cell that its header names.",
+            metavar="CELL",
+            autocompletion=complete_cell,
+        ),
+    ] = None,
 ) -> None:
     """Read a program back and print its functions, totals, extent and commands to the cell.
+
+    A program in a robot's language (a file or a folder) is executed line by line and timed by the speeds it states.
 
     [dim]washboard show demo.wash
     washboard show demo.wash --board smt-demo --picture demo.png[/dim]
@@ -32,6 +47,7 @@ def show(
         from boards.load import board_library
         from commandline.loading import read_program_board
         from programs.errors import ProgramError
+        from programs.foreign import is_foreign
         from programs.load import load_program
         from reports.files.atomic_write import write_bytes_atomically
         from reports.files.write_run import check_places
@@ -40,7 +56,7 @@ def show(
         from reports.terminal.program_card import print_commands, print_extent, print_program
 
         check_places((program, board, parts), {"a picture": picture})
-        loaded = load_program(program)
+        loaded = _read_robot_program(program, cell) if is_foreign(program) else load_program(program)
         drawn_on = None
         if picture is not None or board is not None:
             named = board or loaded.origin.board
@@ -54,3 +70,22 @@ def show(
         print_extent(console, loaded)
         print_commands(console, loaded)
         print_files(console, picture=picture)
+
+
+def _read_robot_program(path: Path, cell: str | None) -> "TimedProgram":
+    """Read a program in a robot's language.
+
+    Raises:
+        JobError: it is not understood, or its cell is not known.
+    """
+    from programs.errors import ProgramError
+    from programs.foreign import named_cell, read_files, rebuild_program
+    from robotcell.cell.installation import installation_of
+    from robotcell.cell.load import cell_library, read_cell
+
+    dialect, files = read_files(path)
+    name = cell or named_cell(files)
+    if not cell and name not in cell_library():
+        named = f"made for cell {name}, which is not in the library" if name else "no cell is named in its header"
+        raise ProgramError(f"{named}; name its cell with --cell.", file=path)
+    return rebuild_program(dialect, files, installation_of(read_cell(name)))

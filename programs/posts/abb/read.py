@@ -50,8 +50,8 @@ class RapidReader(Reader):
             if name.endswith(".pgf") and re.findall(r"<Module>(.*)</Module>", text) != list(modules):
                 raise ProgramError("the .pgf does not list the modules.", file=name)
         for name, text in modules.items():
-            if not (text.startswith(f"MODULE {name.removesuffix('.mod')}\n") and text.endswith("\nENDMODULE\n")):
-                raise ProgramError("this is no module of its file's name.", file=name)
+            if not re.match(r"MODULE \w+\n", text) or not text.endswith("\nENDMODULE\n"):
+                raise ProgramError("this is no whole module.", file=name)
             lines = statements_of(name, text)
             statements = (line for line in lines if not line.startswith(("!", "MODULE ", "ENDMODULE")))
             for line in self.sort(

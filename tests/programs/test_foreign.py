@@ -1,0 +1,73 @@
+"""Programs in robots' languages, read as timed programs."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from installations import for_language, small_cell
+from robot_programs import PROGRAMS, joints_of
+
+from programs.errors import ProgramError
+from programs.export import export
+from programs.foreign import is_foreign, named_cell, read_files, rebuild_program
+from programs.posts.dialects import DIALECTS
+from programs.program import MoveTo, SetNozzle, TimedProgram, Wait
+
+POSES = [name for name in DIALECTS if name != "linuxcnc"]
+
+
+def written(folder: Path, dialect: str, made: str = "three_speeds") -> TimedProgram:
+    program = PROGRAMS[made]()
+    joints = joints_of(program) if DIALECTS[dialect].needs_joints else None
+    for name, text in export(program, for_language(small_cell(), dialect), dialect, joints).files.items():
+        (folder / name).write_text(text, "ascii")
+    return program
+
+
+def places(program: TimedProgram) -> np.ndarray:
+    return np.array([item.position for item in program.instructions if isinstance(item, MoveTo)])
+
+
+def jets_of(program: TimedProgram) -> int:
+    return sum(isinstance(item, SetNozzle) and item.spraying for item in program.instructions)
+
+
+@pytest.mark.parametrize("dialect", POSES)
+def test_an_exported_program_is_shown_as_it_was_planned(dialect: str, tmp_path: Path) -> None:
+    planned = written(tmp_path, dialect)
+    name, files = read_files(tmp_path)
+    assert name == dialect
+    assert named_cell(files) in ("bench", "")
+    shown = rebuild_program(name, files, small_cell())
+    assert shown.origin.board == planned.origin.board or dialect in ("fanuc", "yaskawa")
+    np.testing.assert_allclose(places(shown).min(axis=0), places(planned).min(axis=0), atol=0.01)
+    np.testing.assert_allclose(places(shown).max(axis=0), places(planned).max(axis=0), atol=0.01)
+    jets = [
+        sum(isinstance(item, SetNozzle) and item.spraying for item in each.instructions) for each in (planned, shown)
+    ]
+    assert jets[0] == jets[1]
+    assert sum(isinstance(item, Wait) for item in shown.instructions) > 0
+    assert 0.5 < shown.totals.duration_s / planned.totals.duration_s < 1.2
+
+
+def test_a_line_that_is_not_understood_is_named(tmp_path: Path) -> None:
+    written(tmp_path, "abb")
+    (place,) = tmp_path.iterdir()
+    text = place.read_text()
+    line = next(at for at, each in enumerate(text.splitlines(), start=1) if "MoveL p" in each)
+    place.write_text(text.replace("MoveL p", "MoveC p"))
+    with pytest.raises(ProgramError, match=rf"{place.name}:{line}: unknown statement 'MoveC p"):
+        rebuild_program(*read_files(place), small_cell())
+
+
+def test_axes_are_refused(tmp_path: Path) -> None:
+    written(tmp_path, "linuxcnc")
+    with pytest.raises(ProgramError, match="kinematics"):
+        rebuild_program(*read_files(tmp_path), small_cell())
+
+
+def test_what_is_no_robot_program_is_refused(tmp_path: Path) -> None:
+    assert not is_foreign(tmp_path / "a.wash")
+    assert is_foreign(tmp_path / "a.SRC")
+    with pytest.raises(ProgramError, match="no program in a robot's language"):
+        read_files(tmp_path)
