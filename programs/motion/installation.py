@@ -247,6 +247,8 @@ class Installation:
     joints: tuple[Joint, ...] = ()
     home: tuple[float, ...] = ()
     """Joint values where a program begins and ends, radians or millimetres; empty if the cell has none."""
+    is_upright: bool = True
+    """Whether z of the robot's base points up in the cell."""
     maker: Maker | None = None
     """Whose controller the robot has; ``None`` if that is not stated."""
     convention: JointConvention | None = None

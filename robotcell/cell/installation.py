@@ -28,6 +28,7 @@ from robotcell.robot.robot import Joint as RobotJoint
 from robotcell.robot.robot import Joints, Poses, Robot
 
 _MM = 1e3
+_UPRIGHT = math.cos(math.radians(0.5))
 
 
 def installation_of(loaded: LoadedCell) -> Installation:
@@ -70,6 +71,7 @@ def installation_of(loaded: LoadedCell) -> Installation:
         placements={name: to_pose(T_base_cell @ placed) for name, placed in loaded.placements.items()},
         joints=tuple(_joint(joint) for joint in cell.robot.joints),
         home=tuple(exported_joints(cell.robot, cell.home).tolist()),
+        is_upright=bool(cell.T_cell_base[2, 2] > _UPRIGHT),
         maker=cell.robot.maker,
         convention=cell.robot.convention,
         controller=spec.controller.model_dump(exclude_none=True, exclude={"source"}),

@@ -75,6 +75,7 @@ class RapidReader(Reader):
         return {
             rf"({self.moves}) (\w+),(\w+)((?:,ev\d+)?(?:\\T\d:=ev\d+)*),(\w+),(\w+)\\WObj:=(\w+);": self.move,
             r"shut_valves;": self.shut("main"),
+            r"(pStart):=CRobT\(\\Tool:=(\w+)\\WObj:=wobj0\);": self.rise_from,
             r"IF nStart<=(\d+) (\w+);": lambda match: self.run(match[2]) if self.begin_part(match[1]) else None,
             r"IF nStart=(\d+) THEN": lambda match: self.enter(match[1], "ENDIF"),
             r'IF CSpeedOverride\(\)<>100 stop_job "[^"]*";': self.guard,
@@ -96,6 +97,14 @@ class RapidReader(Reader):
             r"(ConfJ\\Off|ConfL\\Off);": skip,
             r"([A-Za-z]\w*);": self.call,
         }
+
+    def rise_from(self, match: re.Match[str]) -> None:
+        """Raise the orifice from wherever it is."""
+        self.numbers(match[1], "robtarget")
+        self.pose_of(match[2], "tooldata")
+        self.numbers(REACH_SPEED, "speeddata")
+        self.rise(r"IF pStart\.trans\.z<([\d.]+) THEN", r"pStart\.trans\.z:=([\d.]+);")
+        self.pass_on(rf"MoveL pStart,{REACH_SPEED},fine,{match[2]}\\WObj:=wobj0;", "ENDIF")
 
     def wait_contact(self, match: re.Match[str]) -> None:
         """Wait for a signal."""

@@ -58,6 +58,13 @@ class Rapid(Syntax):
         "CONNECT irWatch{index} WITH on_fault;",
         "ISignalDI {name},{other},irWatch{index};",
     )
+    rise_forms = (
+        "pStart:=CRobT(\\Tool:={tool}\\WObj:=wobj0);",
+        "IF pStart.trans.z<{height} THEN",
+        "  pStart.trans.z:={height};",
+        f"  MoveL pStart,{REACH_SPEED},fine,{{tool}}\\WObj:=wobj0;",
+        "ENDIF",
+    )
     move = "MoveL"
     """A motion in a line that switches nothing."""
 
@@ -156,6 +163,8 @@ class Rapid(Syntax):
             yield f"PERS tooldata {name}:=[TRUE,{_pose(tool.T_flange_tcp)},{weight}];"
         for name, place in self.boards.items():
             yield f'PERS wobjdata {name}:=[FALSE,TRUE,"",{_pose(place)},[[0,0,0],[1,0,0,0]]];'
+        if self.rises:
+            yield f"VAR robtarget pStart:=[[0,0,0],[1,0,0,0],[0,0,0,0],{_NO_AXES}];"
         if self.installation.home:
             yield f"CONST jointtarget jHome:={self.joint_target(self.installation.home)};"
         yield from (f"CONST speeddata {name}:={value};" for name, value in self.speeds.items())

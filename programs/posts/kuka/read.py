@@ -64,6 +64,13 @@ class KrlReader(Reader):
             self.modules |= dict.fromkeys(list(self.routines)[known:], module)
         return next(iter(self.routines), "")
 
+    def rise_from(self, match: re.Match[str]) -> None:
+        """Raise the orifice from wherever it is."""
+        self.frame("xStart")
+        self.pass_on(r"xStart=\$POS_ACT")
+        self.rise(rf"IF xStart\.Z<{U} THEN", rf"xStart\.Z={U}")
+        self.pass_on(r"\$VEL\.CP=0\.1", "LIN xStart", "ENDIF")
+
     def grammar(self) -> dict[str, Action]:
         """List the statements."""
         return {
@@ -73,6 +80,7 @@ class KrlReader(Reader):
             r"IF \w+_start==(\d+) THEN": lambda match: self.enter(match[1], "ENDIF"),
             r"IF \$OV_PRO<>100 THEN": self.refuse_override,
             r"nWait=0": self.read_wait,
+            r"\$BASE=\$NULLFRAME": self.rise_from,
             _INTERRUPT: self.interrupt,
             rf"\$VEL\.CP={U}": self.set_speed,
             rf"\$VEL\.ORI1={U}": lambda match: self.state(turn_deg_s=float(match[1])),

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
 from programs.motion.steps import Line, Reach, UseBoard, UseTool
-from programs.pose import Pose
+from programs.pose import IDENTITY, Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import moving_zyx
 from programs.posts.writing.chapters import Chapter
@@ -83,6 +83,17 @@ class Krl(Syntax):
             "shut_valves",
             "on_fault",
         }
+    )
+    rise_forms = (
+        "PTP $AXIS_ACT",
+        "$TOOL={tool}",
+        "$BASE=$NULLFRAME",
+        "xStart=$POS_ACT",
+        "IF xStart.Z<{height} THEN",
+        "  xStart.Z={height}",
+        "  $VEL.CP=0.1",
+        "  LIN xStart",
+        "ENDIF",
     )
     longest_name = 24  # of a module or a variable in KSS 8
     longest_program_name = 19
@@ -195,6 +206,8 @@ class Krl(Syntax):
             load = f"{{M {fixed(tool.mass_kg, 3)},CM {centre},J {{X 0.0,Y 0.0,Z 0.0}}}}"
             yield f"DECL GLOBAL LOAD {self.load(name)}={load}"
         yield from (f"DECL GLOBAL FRAME {name}={_frame(place)}" for name, place in self.boards.items())
+        if self.rises:
+            yield f"DECL FRAME xStart={_frame(IDENTITY)}"
         if self.installation.home:
             yield f"DECL E6AXIS HOME_POSITION={self.axes(self.installation.home)}"
         yield f"DECL GLOBAL INT {self.start}=1"

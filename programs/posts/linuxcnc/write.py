@@ -220,6 +220,18 @@ class GCode(Syntax):
             yield self.comment(f"{system}: {zero}")
             yield f"G10 L2 P{number} {words} R0"
 
+    def rise(self) -> list[str]:
+        """Raise Z to that of home before any other axis moves, where no line is higher."""
+        home = self.installation.home
+        if not (home and self.slides and self.installation.is_upright):
+            return []
+        z = self.letters.index("Z")
+        if any(line.joints[z] > home[z] for line in self.motion.lines if line.joints):
+            return []
+        (block,) = self.home()
+        self.written = ()
+        return [f"G53 G0 {next(word for word in block.split() if word[0] == 'Z')}"]
+
     def home(self) -> Iterator[str]:
         """Go home in machine coordinates."""
         if self.installation.home:

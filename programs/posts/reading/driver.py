@@ -419,6 +419,15 @@ class Reader(ABC):
             found.append(match)
         return found
 
+    def rise(self, *patterns: str) -> None:
+        """Read how the orifice is raised before anything else moves; each pattern has one group, the height.
+
+        Raises:
+            ProgramError: the statements are others, or differ in their height.
+        """
+        if len({found[1] for found in self.pass_on(*patterns)}) != 1:
+            raise ProgramError("the orifice is compared with one height and raised to another.")
+
     def begin_part(self, number: str, end: str = "") -> bool:
         """Begin a part of main; whether it is done. Where it is not, go on after the statement that ends it.
 

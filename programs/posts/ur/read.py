@@ -73,6 +73,12 @@ class UrScriptReader(Reader):
         if opened:
             raise ProgramError("a function has no end.")
 
+    def rise_from(self, match: re.Match[str]) -> None:
+        """Raise the orifice from wherever it is."""
+        place, turn = r"p_start\[0\],p_start\[1\]", r"p_start\[3\],p_start\[4\],p_start\[5\]"
+        self.rise(rf"if p_start\[2\] < {U}:", rf"movel\(p\[{place},{U},{turn}\], {re.escape(REACH_SPEED)}\)")
+        self.pass_on("end")
+
     def grammar(self) -> dict[str, Action]:
         """List the statements."""
         target = rf"\(pose_trans\(board, {_POSE}\), "
@@ -91,6 +97,7 @@ class UrScriptReader(Reader):
             r"if n_start <= (\d+):": lambda match: self.run_part(match[1], r"(\w+)\(\)", "end"),
             r"if n_start == (\d+):": lambda match: self.enter(match[1], "end"),
             r"n_wait = 0": self.read_wait,
+            r"p_start = get_actual_tcp_pose\(\)": self.rise_from,
             r"run_watch_inputs = run watch_inputs\(\)": self.read_thread,
             r"global n_start = 1 #.*|global n_start = 1|n_start = 1|kill run_watch_inputs": skip,
             r"end": self.end_repeat,

@@ -31,6 +31,13 @@ class UrScript(Syntax):
     call_form = "{}()"
     pause_form = "sleep({})"
     digital, group, analog = (f"set_out({code}, {{number}}, {{value}})" for code in KINDS.values())
+    rise_forms = (
+        "set_tcp({tool})",
+        "p_start = get_actual_tcp_pose()",
+        "if p_start[2] < {height}:",
+        f"  movel(p[p_start[0],p_start[1],{{height}},p_start[3],p_start[4],p_start[5]], {REACH_SPEED})",
+        "end",
+    )
     to_joints = f"movej([{{}}], {REACH_SPEED})"
     by_joints = f"movej({{}}, {REACH_SPEED})"
     straight = f"movel({{}}, {REACH_SPEED})"
@@ -124,6 +131,10 @@ class UrScript(Syntax):
         """Write a motion to joint values in radians."""
         counted = as_controller_counts(joints, self.installation)
         return self.to_joints.format(",".join(short(math.radians(value), 6) for value in counted))
+
+    def height(self, millimetres: float) -> str:
+        """Write a height in metres."""
+        return _m(millimetres)
 
     def use(self, step: UseTool | UseBoard) -> Iterator[str]:
         """Set TCP and payload, or the pose that all others are seen from."""

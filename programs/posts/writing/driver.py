@@ -1,5 +1,6 @@
 """The skeleton of every writer: walks the routines and steps of a lowered program, and has a syntax write each."""
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
@@ -21,7 +22,7 @@ from programs.motion.steps import (
     UseBoard,
     UseTool,
 )
-from programs.pose import Pose
+from programs.pose import IDENTITY, Pose, compose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Chapter, Part, divide, nest
@@ -76,6 +77,9 @@ class Syntax(ProductionFrame, ABC):
     straight: ClassVar[str] = ""
     """Of the line to a point that is left after its joint values."""
     home_comment: ClassVar[str] = ""
+    rise_forms: ClassVar[tuple[str, ...]] = ()
+    """Lines that raise the orifice of a ``tool`` to a ``height`` before anything else moves; empty where the integrator
+    brings the arm home."""
     counter: ClassVar[str] = "nLoop{number}"
     first_counter: ClassVar[int] = 1
     """Of the loops, by their ``number``, and the number of the first."""
@@ -135,6 +139,8 @@ class Syntax(ProductionFrame, ABC):
         """Of tools and places of the board by their names, in the order of use."""
         self.points = 0
         """How many points have been numbered."""
+        self.rises = False
+        """Whether main raises the orifice first."""
         self.data: list[str] = []
         """Declarations of the routine that is being written."""
         self.settings: dict[str, str] = {}
@@ -202,6 +208,7 @@ class Syntax(ProductionFrame, ABC):
         """Write main: preparation, guard and waits, home, the routines with their loops, home, end."""
         yield from self.prepare()
         yield from self.begin_production()
+        yield from self.rise()
         home = list(self.home())
         yield from home
         for indent, part in nest(self.parts):
@@ -230,6 +237,25 @@ class Syntax(ProductionFrame, ABC):
     def prepare(self) -> Iterable[str]:
         """Write what comes before the first motion."""
         return ()
+
+    def rise(self) -> list[str]:
+        """Raise the orifice of the first tool straight up if it is lower than the program ever has it in its lines."""
+        place, heights = IDENTITY, list[float]()
+        for step in self.motion.steps:
+            if isinstance(step, UseBoard):
+                place = step.T_base_board
+            elif isinstance(step, Line):
+                heights += [compose(place, pose).position[2] for pose in (step.start, step.target)]
+        tool = next(iter(self.tools), "")
+        if not (self.rise_forms and self.installation.is_upright and heights and tool):
+            return []
+        self.rises = True
+        height = self.height(math.floor(max(heights)))
+        return [form.format(tool=tool, height=height) for form in self.rise_forms]
+
+    def height(self, millimetres: float) -> str:
+        """Write a height above the base's origin."""
+        return fixed(millimetres, 1)
 
     def home(self) -> Iterable[str]:
         """Write the motion to the cell's home; nothing where it has none."""

@@ -27,6 +27,7 @@ MODULE tiny
   ! Units: mm, s, mm/s, deg/s; targets in the board's CAD frame.
   PERS tooldata t_ring60:=[TRUE,[[0.000,30.000,142.500],[0.9238795,0.0000000,0.3826834,0.0000000]],[0.8,[0,0,71.2],[1,0,0,0],0,0,0]];
   PERS wobjdata w_board:=[FALSE,TRUE,"",[[400.000,-120.500,35.250],[0.9659258,0.0000000,0.0000000,0.2588190]],[[0,0,0],[1,0,0,0]]];
+  VAR robtarget pStart:=[[0,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   CONST jointtarget jHome:=[[0.0000,-28.6479,34.3775,0.0000,68.7549,0.0000],[9E9,9E9,9E9,9E9,9E9,9E9]];
   CONST speeddata s100:=[100,500,5000,1000];
   CONST speeddata s163:=[163,500,5000,1000];
@@ -79,6 +80,11 @@ MODULE tiny
     IDelete irFault;
     CONNECT irFault WITH on_fault;
     IError COMMON_ERR,TYPE_ERR,irFault;
+    pStart:=CRobT(\Tool:=t_ring60\WObj:=wobj0);
+    IF pStart.trans.z<145.0 THEN
+      pStart.trans.z:=145.0;
+      MoveL pStart,s100,fine,t_ring60\WObj:=wobj0;
+    ENDIF
     MoveAbsJ jHome\NoEOffs,s100,fine,t_ring60;
     IF nStart<=1 clean_01;
     ! until resistivity_mohm_cm >= 1, 4 times at most

@@ -41,7 +41,9 @@ def test_the_example_of_the_four_dialects_by_brushes() -> None:
         "SetBrush 0;",
         f"PaintL p4,s100,z1,{frames}",
     ]
-    places = [each.partition(":=[[")[2].partition(",")[0] for each in lines if " robtarget " in each]
+    places = [
+        each.partition(":=[[")[2].partition(",")[0] for each in lines if " robtarget p" in each and "pStart" not in each
+    ]
     assert places == ["0.000", "4.000", "90.000", "100.000"]
 
 
