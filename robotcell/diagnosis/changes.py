@@ -185,7 +185,8 @@ def _lengths(case: ChangeCase) -> Iterator[tuple[float, int, Remedy]]:
     """Give size, rank and the cell with the tools that the targets need longer or shorter, all by as much."""
     if case.loaded is None:
         return
-    numbers = [case.cell.tools[index].number for index in np.unique(case.targets.tool).tolist()]
+    lengths = [_length(case.cell.tools[index]) for index in np.unique(case.targets.tool).tolist()]
+    numbers = [tool.number for tool in case.cell.tools if np.isclose(_length(tool), lengths).any()]  # alike, as before
     for size, (sign, word, weight) in product(_LENGTHS_MM, ((-1.0, "shorter", 1.0), (1.0, "longer", _LONGER))):
         tools, edits = list(case.cell.tools), list[CellEdit]()
         for number in numbers:

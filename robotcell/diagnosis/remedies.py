@@ -16,11 +16,13 @@ from robotcell.cell.load import LoadedCell
 from robotcell.collision.collision import (
     Collider,
     build_collider,
+    collides,
     fewest_obstacles,
     fixtures_through_base,
     with_board_at,
     with_fixture_moved,
 )
+from robotcell.collision.sweep import collides_between
 from robotcell.diagnosis.changes import (
     AZIMUTHS,
     ChangeCase,
@@ -46,6 +48,7 @@ _FROM_LIMIT = 0.02
 _MOST_FIXTURES = 3
 _FROM_SINGULAR = 0.05
 """Inverse condition that it keeps."""
+_MOST_FROM_HOME = 8
 _SPARE_AZIMUTHS = 4
 """Of those that are tried about a free jet: with fewer the robot may not get from one point to the next."""
 _MOST_REACHED = 160
@@ -153,10 +156,25 @@ def _tried(case: ChangeCase, change: Remedy) -> Remedy | None:
         some = _of_targets(found, begin, min(end, count))
         if len(np.unique(clear_of(change.cell, collider, case.targets, some).target)) < min(end, count) - begin:
             return None
+    used = (change.cell.tools[index].number for index in np.unique(case.targets.tool).tolist())
+    if any(collides(collider, change.cell.home[None], number).any() for number in used):
+        return None
     if change.cell.fixtures is not case.cell.fixtures and fixtures_through_base(collider, DEEP_M):
         return None
     clear = clear_of(change.cell, collider, case.targets, found)
-    return replace(change, in_one=_reached_in_one(change.cell, clear, case.targets))
+    in_one = _reached_in_one(change.cell, clear, case.targets) and _is_near_home(change.cell, collider, case, clear)
+    return replace(change, in_one=in_one)
+
+
+def _is_near_home(cell: Cell, collider: Collider, case: ChangeCase, clear: Configurations) -> bool:
+    """Whether straight joint moves lead from home to each of the first targets, in some configuration of it."""
+    for target in range(len(case.first.tool)):
+        q = clear.q[clear.target == target]
+        q = q[np.argsort(np.round(np.abs(q - cell.home).max(axis=1), 6), kind="stable")[:_MOST_FROM_HOME]]
+        number = cell.tools[int(case.targets.tool[target])].number
+        if collides_between(collider, np.repeat(cell.home[None], len(q), axis=0), q, number).all():
+            return False
+    return True
 
 
 def _of_targets(found: Configurations, begin: int, end: int) -> Configurations:

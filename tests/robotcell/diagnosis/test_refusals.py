@@ -21,9 +21,10 @@ from robotcell.motion.sampled_path import sample_path
 from robotcell.track import CellReport, terms_of, track
 from specs.progress import no_progress
 
-MENDED = [(name, kind) for name in ("kr6-bench", "gantry") for kind in KINDS if (name, kind) != ("gantry", "shadow")]
+MENDED = [(name, kind) for name in ("kr6-bench", "gantry") for kind in KINDS]
+MENDED = [each for each in MENDED if each not in {("gantry", "shadow"), ("kr6-bench", "post")}]
 MENDED += [(name, kind) for name in ("ur5e-bench", "irb1200-bench") for kind in ("shadow", "post", "tight")]
-"""A gantry has no shadow."""
+"""A gantry has no shadow. The post on the KR 6 bench is in the way from home too, which no quick trial looks at."""
 CAUSES = {
     "far": ("board-out-of-reach", "mm from the first joint"),
     "long-tool": ("out-of-reach", "out of the robot's reach"),
