@@ -33,7 +33,13 @@ _STAGES_AT_ONCE = 50_000
 _TIGHTENED = 12
 """How often a run is timed anew at most."""
 _TOLERATED = 1.05
-"""By how much the differences of a new timing may seem to exceed a limit: a kink of the path lies between samples."""
+"""By how much toppra's timing may exceed a limit between its stages before a run is timed anew; less is stretched."""
+_STRETCHED_TO = 0.9995
+"""Of a limit that a stretched run keeps to,"""
+_LIMIT_USED = 0.9999
+"""and that no run exceeds: times of programs are rounded to a nanosecond."""
+_STRETCHED = 30
+"""How often runs are stretched at most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,6 +112,7 @@ def retime(robot: Robot, times: Scalars, q: Joints, cuts: Flags) -> Retiming:
     if slow:
         for (a, b), seconds in zip(slow, _retime_runs(times, q, cuts, slow, robot), strict=True):
             changed[a:b] = seconds
+    changed = _stretch(changed, q, cuts, runs_of(moving), robot)
     share = np.where(moving, lasting / np.maximum(changed, _LEAST_S), 1.0)
     rates, changes = differences(np.maximum(changed, _LEAST_S), q)
     changes = np.abs(changes) / robot.acceleration
@@ -124,6 +131,43 @@ def _exceeds(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], robot
         return True
     stops = _stops(cuts, run)
     return (stops[0] and not _rests(rates[0])) or (stops[1] and not _rests(rates[-1]))
+
+
+def _stretch(lasting: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]], robot: Robot) -> Scalars:
+    """Slow down every run that exceeds a limit, evenly, until none does: what is left by stages and by rounding.
+
+    Evenly because a change of rate inside the run would be an acceleration of its own. Speeds fall with the factor,
+    accelerations with its square.
+    """
+    lasting = lasting.copy()
+    for _ in range(_STRETCHED):
+        excess = _excess(lasting, q, cuts, robot)
+        slower = [(run, float(excess[run[0] : run[1] + 1].max())) for run in runs]
+        slower = [(run, factor) for run, factor in slower if factor > _LIMIT_USED]
+        if not slower:
+            break
+        for (a, b), factor in slower:
+            lasting[a:b] *= factor / _STRETCHED_TO
+    return lasting
+
+
+def _excess(lasting: Scalars, q: Joints, cuts: Flags, robot: Robot) -> Scalars:
+    """Give the factor (n,) in time by which the motion at each sample would have to be slower to keep to all limits.
+
+    As a reader of the program finds it: rows within a microsecond are one, and nothing moves before and after a cut.
+    """
+    excess = np.zeros(len(q))
+    for a, b in runs_of(~cuts):
+        rows = a + np.concatenate(([0], 1 + np.flatnonzero(lasting[a:b] > _LEAST_S)))
+        if len(rows) < 2:  # noqa: PLR2004
+            continue
+        clock = np.concatenate(([0.0], np.cumsum(lasting[a:b])))[rows - a]
+        speed, change = differences(np.diff(clock), q[rows])
+        fast = (np.abs(speed) / robot.speed).max(axis=1)
+        excess[rows] = np.sqrt((np.abs(change) / robot.acceleration).max(axis=1))
+        excess[rows[:-1]] = np.maximum(excess[rows[:-1]], fast)
+        excess[rows[1:]] = np.maximum(excess[rows[1:]], fast)
+    return excess
 
 
 def _rests(rate: Scalars) -> bool:

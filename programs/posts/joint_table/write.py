@@ -64,7 +64,7 @@ def write(dialect: Dialect, lowered: Lowered, installation: Installation) -> Pro
     for node, row in enumerate(_rows(lowered.motion.steps), start=1):
         joints = [fixed(value, 5) for value in in_degrees_and_mm(row.joints, installation)]
         pose = [fixed(value, 3) for value in row.pose.position] + [fixed(value, 7) for value in row.pose.quaternion]
-        table.writerow([node, fixed(row.time_s, 4), *joints, *pose, row.events, cut(str(row.made_by), 60)])
+        table.writerow([node, fixed(row.time_s, 6), *joints, *pose, row.events, cut(str(row.made_by), 60)])
     return {f"{make_name(lowered.motion.origin.board, 60)}.csv": out.getvalue()}
 
 
