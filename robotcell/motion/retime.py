@@ -159,10 +159,12 @@ def _excess(lasting: Scalars, q: Joints, cuts: Flags, robot: Robot) -> Scalars:
     excess = np.zeros(len(q))
     for a, b in runs_of(~cuts):
         rows = a + np.concatenate(([0], 1 + np.flatnonzero(lasting[a:b] > _LEAST_S)))
-        if len(rows) < 2:  # noqa: PLR2004
+        if len(rows) < 2:
             continue
         clock = np.concatenate(([0.0], np.cumsum(lasting[a:b])))[rows - a]
         speed, change = differences(np.diff(clock), q[rows])
+        change[0] *= 2.0  # another motion may end or begin there: each reaches rest within its own half
+        change[-1] *= 2.0
         fast = (np.abs(speed) / robot.speed).max(axis=1)
         excess[rows] = np.sqrt((np.abs(change) / robot.acceleration).max(axis=1))
         excess[rows[:-1]] = np.maximum(excess[rows[:-1]], fast)
@@ -201,6 +203,7 @@ def _retime_runs(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, i
             root = np.sqrt(np.maximum(x, 0.0))
             found[at] = 2.0 * np.diff(times[a : b + 1]) / np.maximum(root[:-1] + root[1:], 1e-9)
             _, changes = differences(found[at], q[a : b + 1])
+            changes[[0, -1]] *= 2.0
             excess = np.max(np.abs(changes) / robot.acceleration, axis=1)
             if excess.max() > _TOLERATED:
                 again.append(at)
