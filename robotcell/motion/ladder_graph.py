@@ -42,6 +42,9 @@ _SLACK = 0.45
 _HALF_TURN = 3.0
 _WINDOW = np.radians(62.0)
 """The tool turns about its jet no more than this from node to node."""
+_AZIMUTH_COST_S, _SPRAYING_AZIMUTH_COST_S = 0.02, 0.5
+"""Cost of a radian about the jet while it is off, so that the tool does not turn for nothing, and while it is on: a
+controller drives a line quicker on which the tool does not turn, and the jet is the same at every azimuth."""
 _TILT_COST_S = 1.0
 """Cost of a radian of tilt for each node: more than anything but a collision."""
 
@@ -256,14 +259,16 @@ def ladder_steps(path: SampledPath, nodes: Nodes, cell: Cell) -> Steps:
     kind[reconfiguration_intervals(path, nodes, cell.T_cell_base)] = MAY_RECONFIGURE
     kind[path.changed[sample[1:]]] = MUST_RECONFIGURE
     count = len(angle)
+    sprays = path.jet_on[nodes.until[:-1]] & path.jet_on[sample[1:]]
+    azimuth = np.where(sprays, _SPRAYING_AZIMUTH_COST_S, _AZIMUTH_COST_S)
     if cell.robot.dof >= 6:
         slack, turning = _SLACK + 1.5 * angle, np.full(count, 1.5)
-        return Steps(lasting, kind, slack, np.full(count, _WINDOW), turning, np.zeros(count))
+        return Steps(lasting, kind, slack, np.full(count, _WINDOW), turning, azimuth, np.zeros(count))
     spot = np.zeros(count)
     for begin, end in find_spot_turns(path):
         spot[np.searchsorted(nodes.until, begin) : np.searchsorted(sample, end)] = 1.0
     # Five axes have to turn far where the jet is nearly along the first of them, and go over in both of their branches.
-    return Steps(lasting, kind, np.full(count, _HALF_TURN), np.full(count, 4.0), np.zeros(count), spot)
+    return Steps(lasting, kind, np.full(count, _HALF_TURN), np.full(count, 4.0), np.zeros(count), azimuth, spot)
 
 
 def reconfiguration_intervals(path: SampledPath, nodes: Nodes, T_cell_base: Poses) -> Indices:

@@ -20,8 +20,6 @@ UNWIND_COST_S = 30.0
 """Cost on top of that for five axes, whose joint moves wind the hose back: several turns over the vertical instead."""
 DISCONTINUITY_COST_S = 1e5
 """Cost of a change of configuration where the path does not allow any."""
-_AZIMUTH_COST_S = 0.02
-"""s for each radian about the jet, so that the tool does not turn for nothing."""
 _LATE_WEIGHT = 4.0
 """Weight of each second by which the joints are slower than the program."""
 _SPEED_SHARE = 0.8
@@ -63,6 +61,8 @@ class Steps(NamedTuple):
     """(n - 1,) rad that the tool may turn about its jet."""
     turning: Scalars
     """(n - 1,) rad that a joint may turn more for each radian that the tool turns about its jet."""
+    azimuth_cost: Scalars
+    """(n - 1,) s for each radian about the jet."""
     spot: Scalars
     """(n - 1,) 1 where five axes turn the tool on the spot, as programmed or over the vertical, which is a tilt."""
 
@@ -162,7 +162,7 @@ def _step_cost(
     lasting, kind, slack, window = steps[node, 0], steps[node, 1], steps[node, 2], steps[node, 3]
     turn = abs(table[state, dof] - table[before, dof])
     turn = min(turn, abs(turn - 2.0 * math.pi))
-    if steps[node, 5] > 0.0 and not _keeps_branch(table, before, state, turn):
+    if steps[node, 6] > 0.0 and not _keeps_branch(table, before, state, turn):
         return 2.0 * DISCONTINUITY_COST_S
     follows = turn <= window + _TIE
     if kind == FOLLOW and not follows:
@@ -185,7 +185,7 @@ def _step_cost(
     return (
         squared / max(lasting, _LEAST_LASTING_S)
         + _LATE_WEIGHT * max(0.0, slowest - _SPEED_SHARE * lasting)
-        + _AZIMUTH_COST_S * turn
+        + steps[node, 5] * turn
     )
 
 
