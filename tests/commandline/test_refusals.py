@@ -190,7 +190,7 @@ def test_programs_that_cannot_be_read(place: Path, name: str) -> None:
 def test_a_program_whose_board_is_not_known_cannot_be_drawn(place: Path) -> None:
     (place / "a.wash").write_text(PROGRAM.replace("tiny", "mine"))
     assert "name its board with --board" in refused(place, "show", "a.wash", "--picture", "x.png")
-    assert "is a directory" in refused(place, "show", ".")
+    assert "no program in a robot's language" in refused(place, "show", ".")
     assert "no such file" in refused(place, "show", "none.wash")
 
 

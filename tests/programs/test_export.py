@@ -101,9 +101,9 @@ def test_waits_and_commands_between_two_moves_stop_the_robot_where_they_are() ->
         MoveTo(4.5, (80, 0, 50), DOWN, 20.0, "s"),
     )
     (text,) = export(program, small_cell("abb"), "abb").files.values()
-    places = [line.split("[[")[1].split(",")[0] for line in text.splitlines() if "robtarget" in line]
+    places = [line.split("[[")[1].split(",")[0] for line in text.splitlines() if "CONST robtarget" in line]
     assert np.array(places, dtype=float).tolist() == [0.0, 20.0, 40.0, 80.0]
-    assert text.count(",fine,t_ring60\\WObj") == 4
+    assert text.count(",fine,t_ring60\\WObj:=w_board") == 4
 
 
 def test_a_move_that_takes_no_time_does_not_break_anything() -> None:

@@ -54,9 +54,9 @@ def test_a_line_that_is_not_understood_is_named(tmp_path: Path) -> None:
     written(tmp_path, "abb")
     (place,) = tmp_path.iterdir()
     text = place.read_text()
-    line = next(at for at, each in enumerate(text.splitlines(), start=1) if "MoveL p" in each)
-    place.write_text(text.replace("MoveL p", "MoveC p"))
-    with pytest.raises(ProgramError, match=rf"{place.name}:{line}: unknown statement 'MoveC p"):
+    line = next(at for at, each in enumerate(text.splitlines(), start=1) if "MoveL p1" in each)
+    place.write_text(text.replace("MoveL p1", "MoveC p1"))
+    with pytest.raises(ProgramError, match=rf"{place.name}:{line}: unknown statement 'MoveC p1"):
         rebuild_program(*read_files(place), small_cell())
 
 
