@@ -259,12 +259,12 @@ def ladder_steps(path: SampledPath, nodes: Nodes, cell: Cell) -> Steps:
     kind[reconfiguration_intervals(path, nodes, cell.T_cell_base)] = MAY_RECONFIGURE
     kind[path.changed[sample[1:]]] = MUST_RECONFIGURE
     count = len(angle)
-    sprays = path.jet_on[nodes.until[:-1]] & path.jet_on[sample[1:]]
-    azimuth = np.where(sprays, _SPRAYING_AZIMUTH_COST_S, _AZIMUTH_COST_S)
     if cell.robot.dof >= 6:
+        sprays = path.jet_on[nodes.until[:-1]] & path.jet_on[sample[1:]]
+        azimuth = np.where(sprays, _SPRAYING_AZIMUTH_COST_S, _AZIMUTH_COST_S)
         slack, turning = _SLACK + 1.5 * angle, np.full(count, 1.5)
         return Steps(lasting, kind, slack, np.full(count, _WINDOW), turning, azimuth, np.zeros(count))
-    spot = np.zeros(count)
+    azimuth, spot = np.full(count, _AZIMUTH_COST_S), np.zeros(count)
     for begin, end in find_spot_turns(path):
         spot[np.searchsorted(nodes.until, begin) : np.searchsorted(sample, end)] = 1.0
     # Five axes have to turn far where the jet is nearly along the first of them, and go over in both of their branches.

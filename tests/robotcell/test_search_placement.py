@@ -54,8 +54,9 @@ def test_a_better_place_is_found_and_confirmed_as_it_is_written() -> None:
     written = place_pose(place_of(found.best.placement.T_cell_board))
     np.testing.assert_allclose(report.cell.T_cell_board, written, atol=1e-12)
     # The joints of the confirmed motion do bring the orifice to where the program asks for it, on the moved board.
-    tcp = np.linalg.inv(written) @ report.cell.T_cell_base @ flange_poses(report.cell.robot, report.joints[:1])
-    np.testing.assert_allclose((tcp @ loaded.cell.tools[0].T_flange_tcp)[0, :3, 3], (0.02, 0.02, 0.11), atol=1e-5)
+    tcp = np.linalg.inv(written) @ report.cell.T_cell_base @ flange_poses(report.cell.robot, report.joints)
+    off = np.linalg.norm((tcp @ loaded.cell.tools[0].T_flange_tcp)[:, :3, 3] - (0.02, 0.02, 0.11), axis=1)
+    assert off.min() < 1e-5  # it comes from home
     assert loaded.cell.T_cell_board[2, 3] == pytest.approx(written[2, 3])
 
 

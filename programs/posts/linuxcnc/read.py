@@ -57,7 +57,7 @@ class GCodeReader(Reader):
             r"M6([2-5]) P(\d+)": lambda match: self.switch(f"digital {match[2]}", float(match[1] in "24")),
             rf"M6[78] E(\d+) Q{N}": self.set_analog,
             rf"G4 P{N}": self.pause,
-            r"(T\d+) M6": lambda match: self.steps.append(ReadTool(match[1], None)),
+            r"(T\d+) M6": self.change_tool,
             r"G5\d(?:\.\d)?": self.use_system,
             rf"G10 L2 P(\d)({_AXES}) R0": self.set_offset,
             rf"o<{self.shut_name}> call": self.shut("main"),
@@ -72,6 +72,12 @@ class GCodeReader(Reader):
             rf"o\d+ endrepeat|{_WHILE}": self.end_loop,
             r"G21 G90 G17 G40 G49 G80|M2|M66 E\d+ L0|#<loop\d+> = .*|#<_start> = 1|o\d+ endif": skip,
         }
+
+    def change_tool(self, match: re.Match[str]) -> None:
+        """Change the tool, not before the valves are shut."""
+        if not self.steps:
+            raise ProgramError("the tool is changed before anything else.")
+        self.steps.append(ReadTool(match[1], None))
 
     def do_part(self, word: str, number: str) -> None:
         """Begin a part of main."""

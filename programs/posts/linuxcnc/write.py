@@ -88,8 +88,6 @@ class GCode(Syntax):
         self.offset: tuple[float, ...] = ()
         self.written: tuple[str, ...] = ()
         """Axes as written last; empty where the next block has to write all."""
-        self.turning = True
-        """Whether another axis than X, Y and Z moves in the block written last."""
 
     def make_names(self) -> Names:
         """Name subroutines in lower case, as their files are looked up."""
@@ -110,7 +108,7 @@ class GCode(Syntax):
 
     def chapter(self, chapter: Chapter) -> Iterator[str]:
         """Write a subroutine; its first blocks state all modes and axes, so that it runs alone."""
-        self.offset, self.turning = (), True
+        self.offset = ()
         self.forget()
         yield from super().chapter(chapter)
 
@@ -132,25 +130,34 @@ class GCode(Syntax):
         """Write the motion of a line."""
         if not line.joints:
             raise ProgramError(_NO_JOINTS)
-        done = 0.0
+        done, before = 0.0, 0
         units, spot = units_of(self.installation), self.machine is not None and line.turns_on_the_spot
         allowed = allowed_on(line, units, self.installation)
         for sample in needed_samples(line.samples, units, _FINENESS, allowed):
             share = float(line.samples.shares[sample])
+            moved = self.moved(line, before, sample)
+            if not moved and share < 1.0:
+                continue  # the next block takes its time too: a block that goes nowhere would stop the others
             words = self.axes(tuple(line.samples.joints[sample].tolist()), rests=spot)
             path = "G61.1" if share == 1.0 and line.blend_mm == 0.0 else f"G64 P{_BLEND_MM:g} Q0"
-            feed_mode, feed = self.feed(line, share - done)
+            feed_mode, feed = self.feed(line, share - done, turns=not moved <= set("XYZ"))
             modes = [each for key, mode in (("path", path), ("feed", feed_mode)) for each in self.mode(key, mode)]
             yield f"{' '.join([*modes, 'G1'])} {words} F{feed}"
-            done = share
+            done, before = share, sample
+
+    def moved(self, line: Line, begin: int, end: int) -> set[str]:
+        """Give the letters of the axes that are not the same at two samples of a line."""
+        rows = (in_degrees_and_mm(tuple(line.samples.joints[at].tolist()), self.installation) for at in (begin, end))
+        pairs = zip(self.letters, *rows, strict=True)
+        return {letter for letter, a, b in pairs if fixed(a, _DIGITS) != fixed(b, _DIGITS)}
 
     def mode(self, group: str, word: str) -> list[str]:
         """Write a modal word of a group if another is in force."""
         return [word] if self.set(group, word) else []
 
-    def feed(self, line: Line, share: float) -> tuple[str, str]:
+    def feed(self, line: Line, share: float, *, turns: bool) -> tuple[str, str]:
         """Give the feed mode and ``F`` of a block that does this share of a line."""
-        if line.speed_mm_s > 0.0 and (self.machine is not None or (self.slides and not self.turning)):
+        if line.speed_mm_s > 0.0 and (self.machine is not None or (self.slides and not turns)):
             return "G94", short(60.0 * line.speed_mm_s, 1)
         if self.machine is not None:
             return "G94", short(60.0 * degrees(line.turn_rad_s), 1)
@@ -179,7 +186,6 @@ class GCode(Syntax):
         if rests and self.written:
             words = tuple(then if then[0] in "XYZ" else now for now, then in zip(words, before, strict=True))
         changed = [now for now, then in zip(words, before, strict=True) if now != then]
-        self.turning = any(word[0] not in "XYZ" for word in changed)
         self.written = words
         return " ".join(changed or words[:1])
 

@@ -27,7 +27,8 @@ NEUTRAL = ("ur5e-bench", "gantry")
 
 @cache
 def installed(cell: str) -> Installation:
-    return installation_of(read_cell(cell))
+    """A cell whose joints are its controller's axes: joints that are made up belong to no tool points."""
+    return replace(installation_of(read_cell(cell)), tool_point=None)
 
 
 def cells_of(dialect: str) -> list[str]:

@@ -37,7 +37,7 @@ def test_from_a_cell_to_the_robots_program(start_server):
         written = waiting.value.path().read_bytes()
         session = server.sessions.pages()[0].session
         assert session.cell.cell.name == read_cell("ur5e-bench").cell.name
-        assert written == make_program(session, "ur", quiet).written.content["tiny.script"].encode()
+        assert written == make_program(session, "ur", quiet).written.exported.files["tiny.script"].encode()
         tab.reload()
         tab.tab("Robot")
         tab.see("The robot can do it")

@@ -103,7 +103,7 @@ def test_a_long_program_is_divided() -> None:
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines, Pause(0.1, "s"))
     files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("mitsubishi"))
-    assert list(files) == ["TINY.prg", "START01.prg", "START02.prg", "START03.prg"]
+    assert list(files) == [f"{name}.prg" for name in ("TINY", "START01", "START02", "START03", "TINYSHUT", "TINYWATCH")]
     assert max(len(re.findall(r"^\d+ ", text, flags=re.MULTILINE)) for text in files.values()) < 32767
     assert compare(DIALECT.read(files), motion, small_cell("mitsubishi")) == ()
 

@@ -68,16 +68,30 @@ def is_same(before: object, after: object, tolerance: float = 1e-9) -> bool:
 
 
 def plain(steps: Sequence[ReadStep]) -> tuple[ReadStep, ...]:
-    """Steps without the selection of a tool or a frame that is in use already."""
+    """Steps without the selection of a tool or a frame that is in use already, each right before it is needed.
+
+    Outputs that change before, where the robot stands, change as well after it.
+    """
     kept: list[ReadStep] = []
     in_use: dict[type, ReadStep] = {}
-    for step in steps:
+    switches_last = sorted(range(len(steps)), key=_stretches(steps).__getitem__)
+    for step in (steps[at] for at in switches_last):
         if isinstance(step, ReadTool | ReadBoard):
             if in_use.get(type(step)) == step:
                 continue
             in_use[type(step)] = step
         kept.append(step)
     return tuple(kept)
+
+
+def _stretches(steps: Sequence[ReadStep]) -> list[tuple[int, bool]]:
+    """For each step how many motions and the like are before it, and whether it is an output's."""
+    before, found = 0, list[tuple[int, bool]]()
+    for step in steps:
+        before += not isinstance(step, ReadSwitch | ReadBoard)
+        found.append((before, isinstance(step, ReadSwitch)))
+        before += not isinstance(step, ReadSwitch | ReadBoard)
+    return found
 
 
 def frame_of(rebuilt: Rebuilt) -> object:
