@@ -8,13 +8,16 @@ from numba import njit
 P = ParamSpec("P")
 R = TypeVar("R")
 
+# Nothing calls them from C: without that second way in compiling takes a seventh less time.
+_NO_C = {"no_cfunc_wrapper": True}
+
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a function at its first call, and keep the result beside the module or in the user's cache.
 
     Other threads go on while it runs.
     """
-    return _compile(function, {"nogil": True})
+    return _compile(function, {"nogil": True, **_NO_C})
 
 
 def quick(function: Callable[P, R]) -> Callable[P, R]:
@@ -22,7 +25,7 @@ def quick(function: Callable[P, R]) -> Callable[P, R]:
 
     Without the counting of references to those it is handed it takes half the time.
     """
-    return _compile(function, {"_nrt": False})
+    return _compile(function, {"_nrt": False, **_NO_C})
 
 
 def _compile(function: Callable[P, R], options: dict[str, Any]) -> Callable[P, R]:

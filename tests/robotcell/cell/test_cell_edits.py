@@ -11,7 +11,7 @@ FILE = cell_library()["kr6-bench"]
 TEXT = FILE.read_text()
 
 
-@pytest.mark.parametrize("by_mm", [-40.0, 60.0])
+@pytest.mark.parametrize("by_mm", [-40.0, pytest.param(60.0, marks=pytest.mark.slow)])
 def test_a_tool_of_another_length_reads_back_and_nothing_else_changes(by_mm: float) -> None:
     before = read_cell("kr6-bench").spec
     tool = lengthened_tool(before.tools[1], by_mm)

@@ -2,6 +2,7 @@
 
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hostile_cells import KINDS, hostile_text, read_text
@@ -62,6 +63,11 @@ def errors(report: CellReport) -> list[str]:
     return [finding.message for finding in report.findings if finding.severity == "error"]
 
 
+def _mark(kind: str) -> Any:
+    """Remedies that have to be tried, one after the other, take seconds."""
+    return kind if kind in ("far", "shadow") else pytest.param(kind, marks=pytest.mark.slow)
+
+
 @pytest.fixture
 def no_search(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
@@ -71,7 +77,7 @@ def no_search(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("no_search")
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [_mark(kind) for kind in KINDS])
 def test_a_hostile_cell_is_refused_without_a_search_with_cause_and_remedy_by_name(kind: str) -> None:
     report = checked(hostile("ur5e-bench", kind))
     found = {(finding.rule.id, finding.message) for finding in report.findings if finding.severity == "error"}

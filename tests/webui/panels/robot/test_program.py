@@ -33,12 +33,12 @@ def ready(maker="universal-robots"):
     return replace(session, checked=check_program(session.run, cell, quiet))
 
 
-@pytest.mark.slow
 def in_language(made, dialect, **changed):
     exported = replace(made.written.exported, **changed)
     return replace(made, written=replace(made.written, dialect=dialect, exported=exported))
 
 
+@pytest.mark.slow
 def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
     one, same = (make_program(ready("fanuc"), "fanuc", quiet) for _ in range(2))
     assert one.checked is ready("fanuc").check
