@@ -1,10 +1,12 @@
 """A program rebuilt from its text: steps as they would be executed, each loop once. Board frame, mm, s."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from programs.motion.analog import Counting
 from programs.motion.lower import Capability
+from programs.motion.steps import Line
 from programs.pose import Pose
 
 
@@ -185,6 +187,23 @@ class ReadFrame:
 
 
 @dataclass(frozen=True, slots=True)
+class Due:
+    """What the text of a planned line has to state beside its end and speed; ``None`` where the language states none.
+
+    It follows from the plan apart from the writer, which is compared with it.
+    """
+
+    zone: float | None = None
+    """In the terms of ``ReadLine.zone``, of a line that is passed."""
+    turn_deg_s: float | None = None
+    duration_s: float | None = None
+
+
+Dues: TypeAlias = Callable[[Line, Line | None], Due]
+"""Gives what is due for a line as it was lowered, and the one right after it if that is passed to."""
+
+
+@dataclass(frozen=True, slots=True)
 class Rebuilt:
     """A program as its text executes."""
 
@@ -197,6 +216,8 @@ class Rebuilt:
     """What its language can time, and in which steps it counts."""
     has_joints: bool = True
     """Whether a joint motion goes to joint values, where they are known."""
+    dues: Dues | None = None
+    """What its lines have to state; ``None`` in languages of axes, whose blocks are no lines of the plan."""
 
     @property
     def analog(self) -> Counting:

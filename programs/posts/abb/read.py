@@ -3,17 +3,21 @@
 import re
 
 from programs.errors import ProgramError
+from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.abb.write import REACH_SPEED
 from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.driver import NUMBER, Action, N, Reader, checked, look_up, refusal, skip, statements_of
-from programs.posts.rebuilt import ReadSignal
+from programs.posts.rebuilt import Due, ReadSignal
+from programs.posts.writing.lines import turn_limit
 
 _DATA = re.compile(r"(?:LOCAL )?(?:CONST|PERS|VAR) (\w+) (\w+)(?::=(.*))?;")
 _OUTPUT = r"\\[DGA]Op:=(\w+),([\d.-]+);"
 _LIST = rf"{NUMBER}(?:,(?:{NUMBER}|9E9))*"
 _ZONES_MM = {"z0": 0.3, "z1": 1.0, "z5": 5.0}
 """Radii of the predefined zones."""
+_WHOLE_TURN_DEG_S = 500.0
+"""Of lines that hardly turn."""
 _POSE = rf"\[\[{N},{N},{N}\],\[{N},{N},{N},{N}\]\]"
 _NO_AXES = re.escape("[9E9,9E9,9E9,9E9,9E9,9E9]")
 _SHAPES = {
@@ -42,6 +46,13 @@ class RapidReader(Reader):
         """Numbers by type and name."""
         self.triggers = self.declares("trigger")
         """Place in mm, whether it counts from the start, lead in seconds, channel and value by name."""
+
+    @classmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give the widest predefined zone within the planned one, and ``v_ori``, a little above the planned turn."""
+        zone = max((each for each in _ZONES_MM.values() if each <= line.blend_mm), default=min(_ZONES_MM.values()))
+        rate = turn_limit(line)
+        return Due(zone=zone, turn_deg_s=_WHOLE_TURN_DEG_S if rate is None else rate)
 
     def load(self, files: ProgramFiles) -> str:
         """Read the declarations; the modules have to be those that the ``.pgf`` lists."""

@@ -4,12 +4,14 @@ import re
 from dataclasses import replace
 
 from programs.errors import ProgramError
+from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.denso.write import SPEEDS
 from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.driver import NUMBER, Action, N, Reader, U, read_pose, refusal, skip, statements_of
-from programs.posts.rebuilt import ReadBoard, ReadLine, ReadPause, ReadSignal, ReadSwitch
+from programs.posts.rebuilt import Due, ReadBoard, ReadLine, ReadPause, ReadSignal, ReadSwitch
 from programs.posts.writing.angles import from_fixed_xyz
+from programs.posts.writing.lines import degrees_per_s
 
 _POSE = rf"P\(((?:{NUMBER}, ){{5}}{NUMBER})"
 _EXIT = rf"If {N} \* IOW\[(\d+)\] \+ {N} >= {N} Then Exit For"
@@ -28,6 +30,11 @@ class PacScriptReader(Reader):
         """Whether the last move goes on while the program does."""
         self.percent = 0
         """Of the last move that the program has waited for."""
+
+    @classmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give the zone in whole millimetres, one at least, and the rate of a turn on the spot."""
+        return Due(max(float(int(line.blend_mm)), 1.0), degrees_per_s(line) if line.turns_on_the_spot else None)
 
     def load(self, files: ProgramFiles) -> str:
         """Sort the subprograms; the Main of another file than the first goes by the name of its file."""

@@ -4,11 +4,13 @@ import re
 from collections.abc import Iterator, Sequence
 
 from programs.errors import ProgramError
+from programs.motion.steps import Line
 from programs.posts.dialect import ProgramFiles
 from programs.posts.epson.write import ACCELERATION, SETTINGS, TURN_ACCELERATION
 from programs.posts.reading.driver import NUMBER, Action, N, Reader, U, read_pose, refusal, skip, statements_of
-from programs.posts.rebuilt import ReadSignal
+from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import from_moving_zyx
+from programs.posts.writing.lines import degrees_per_s
 
 _XY = rf"XY\(((?:{NUMBER}, ){{5}}{NUMBER})\)"
 _OUTPUT = rf"(?:(On|Off) (\d+)|(Out|AIO_Out) (\d+), {N})"
@@ -26,7 +28,12 @@ class SpelReader(Reader):
         super().__init__()
         self.frames = self.declares("frame")
         self.counter_names = self.declares("counter")
-        self.speed_mm_s = 0.0
+        self.speed_mm_s, self.turn_deg_s = 0.0, 0.0
+
+    @classmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give 1 for ``CP``, and the rate of a turn on the spot."""
+        return Due(1.0, degrees_per_s(line) if line.turns_on_the_spot else None)
 
     def load(self, files: ProgramFiles) -> str:
         """Sort the functions."""
@@ -42,7 +49,7 @@ class SpelReader(Reader):
         return {
             rf"(Move|Go) {_XY} /(\d+)( ROT)?( CP)?(?: !(.*)!)?": self.move,
             rf"SpeedS {U}": self.set_speed,
-            rf"SpeedR {U}": lambda match: self.state(turn_deg_s=float(match[1])),
+            rf"SpeedR {U}": self.set_turn,
             rf"AccelS ({ACCELERATION}), \1": lambda match: self.state(acceleration_mm_s2=float(match[1])),
             rf"AccelR ({TURN_ACCELERATION}), \1": lambda match: self.state(turn_acceleration_deg_s2=float(match[1])),
             _OUTPUT: lambda match: self.switch(*_switched(match.groups())),
@@ -113,6 +120,10 @@ class SpelReader(Reader):
         """Set the speed of the TCP."""
         self.speed_mm_s = float(match[1])
 
+    def set_turn(self, match: re.Match[str]) -> None:
+        """Set the rate of turns on the spot."""
+        self.turn_deg_s = float(match[1])
+
     def set_frame(self, match: re.Match[str]) -> None:
         """Set a tool or a local."""
         self.frames.add((match[1], match[2]), read_pose(match[3].split(", "), from_moving_zyx))
@@ -125,7 +136,7 @@ class SpelReader(Reader):
         if word == "Go":
             self.reach(pose)
         else:
-            self.state(zone=0.0 if passes is None else 1.0)
+            self.state(zone=0.0 if passes is None else 1.0, turn_deg_s=self.turn_deg_s if turns else None)
             self.line(pose, passes is None, 0.0 if turns else self.speed_mm_s, tuple(_signals(parallel or "")))
 
 

@@ -1,14 +1,17 @@
 """Reads TP programs back, as a controller would execute them."""
 
+import math
 import re
 
 from programs.errors import ProgramError
+from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.fanuc.write import LONGEST_WAIT_S, POSITION, REACH_PERCENT, READING, attributes_of
+from programs.posts.fanuc.write import LONGEST_WAIT_S, POSITION, REACH_PERCENT, READING, SLOW_CORNER_S, attributes_of
 from programs.posts.reading.driver import Action, Reader, Statement, look_up, read_pose, refusal, skip
-from programs.posts.rebuilt import ReadSignal, TextPlace
+from programs.posts.rebuilt import Due, ReadSignal, TextPlace
 from programs.posts.writing.angles import from_fixed_xyz
+from programs.posts.writing.lines import is_straight
 from programs.posts.writing.wording import join_lines
 
 _N = r"(-?\d*\.?\d+)"
@@ -40,6 +43,16 @@ class TpReader(Reader):
         self.tables: dict[tuple[str, str], Pose] = {}
         self.register = [""] * 6
         self.frames: dict[str, str] = {}
+
+    @classmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give the share of CNT: all of it straight on, else what keeps within the zone; and whole degrees a second."""
+        share = 1.0
+        if not is_straight(line, after):
+            share = line.blend_mm / max(SLOW_CORNER_S * line.speed_mm_s, 0.1)
+        turns = line.turns_on_the_spot
+        rate = max(math.floor(math.degrees(line.turn_rad_s) + 0.3), 1) if turns else None
+        return Due(0.01 * min(max(math.floor(100.0 * share), 1), 100), rate)
 
     def load(self, files: ProgramFiles) -> str:
         """Read the programs; the first is the main one, which begins when that of the frames has been run."""

@@ -24,7 +24,7 @@ REACH_PERCENT = 10
 READING = 90
 _COUNTER, POSITION = 91, 91
 """Registers: R[91] and up count loops, R[90] holds a reading; PR[91] is used by the program of frames. Assumed free."""
-_SLOW_CORNER_S = 0.05
+SLOW_CORNER_S = 0.05
 """At CNT100 a corner is rounded by about the way of half the time to brake; assumed 0.1 s."""
 _NOTES = (
     "The program that ends in FR enters these frames in the controller's tables; run it once, or enter your own",
@@ -173,7 +173,7 @@ class Tp(Syntax):
             return "FINE"
         if is_straight(line, self.following.get(id(line))):
             return "CNT100"
-        share = line.blend_mm / max(line.speed_mm_s * _SLOW_CORNER_S, 0.1)
+        share = line.blend_mm / max(line.speed_mm_s * SLOW_CORNER_S, 0.1)
         return f"CNT{min(max(math.floor(100.0 * share), 1), 100)}"
 
     def pause(self, seconds: float) -> Iterator[str]:

@@ -3,13 +3,17 @@
 import re
 
 from programs.errors import ProgramError
+from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.kuka.write import HEAD, PTP_PERCENT, TURN_DEG_S2
 from programs.posts.reading.driver import Action, N, Reader, U, read_pose, refusal, skip, statements_of
-from programs.posts.rebuilt import ReadSignal
+from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import from_moving_zyx
+from programs.posts.writing.lines import turn_limit
 
+_ORI_DEG_S = 200.0
+"""Of lines that hardly turn."""
 _FRAME = re.compile(rf"\{{X {N},Y {N},Z {N},A {N},B {N},C {N}\}}")
 _AXES = rf"\{{A1 {N}(?:,[AE]\d {N})*\}}"
 _LOAD = re.compile(rf"\{{M {N},CM {_FRAME.pattern},J \{{X {N},Y {N},Z {N}\}}\}}")
@@ -43,6 +47,12 @@ class KrlReader(Reader):
         self.second_turn: float | None = None
         self.triggers: list[tuple[float, float, str, float]] = []
         """Place in mm from the end, seconds, channel and value: for the next motion."""
+
+    @classmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give the zone, and a rate of turn a little above the planned one."""
+        rate = turn_limit(line)
+        return Due(line.blend_mm, _ORI_DEG_S if rate is None else rate)
 
     def load(self, files: ProgramFiles) -> str:
         """Read sources and data lists; the first file's first routine is the main one."""

@@ -4,10 +4,11 @@ import re
 from itertools import pairwise
 
 from programs.errors import ProgramError
+from programs.motion.steps import Line
 from programs.posts.dialect import ProgramFiles
-from programs.posts.linuxcnc.write import GROUP_BASE, SYSTEMS
+from programs.posts.linuxcnc.write import BLEND_MM, GROUP_BASE, SYSTEMS
 from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, skip, statements_of
-from programs.posts.rebuilt import Axes, ReadBoard, ReadLine, ReadReach, ReadTool
+from programs.posts.rebuilt import Axes, Due, ReadBoard, ReadLine, ReadReach, ReadTool
 
 _AXES = rf"(?: [XYZABCUVW]{NUMBER})+"
 _WORD = re.compile(rf"([XYZABCUVW])({NUMBER})")
@@ -19,6 +20,7 @@ _LEAST = rf"if \[\[{N} \* #5399 \+ {N}\] LT {N}\]"
 class GCodeReader(Reader):
     """Subroutines, coordinate systems, and the modes of the machine."""
 
+    writes_lines = False
     handlers = frozenset({"main"})
 
     def __init__(self) -> None:
@@ -32,6 +34,11 @@ class GCodeReader(Reader):
         self.inverse = False
         self.ends: list[str] = []
         """Blocks that end the loops that run."""
+
+    @classmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give nothing: blocks are compared with the line that they are parts of."""
+        return Due()
 
     def load(self, files: ProgramFiles) -> str:
         """Keep the subroutines; what else the first file holds is the program."""
@@ -51,7 +58,7 @@ class GCodeReader(Reader):
     def grammar(self) -> dict[str, Action]:
         """List the blocks."""
         return {
-            rf"((?:G61\.1 |G64 P{N} Q0 )?)(G9[34] )?G1({_AXES}) F{N}": self.feed,
+            rf"((?:G61\.1 |G64 P({BLEND_MM:g}) Q0 )?)(G9[34] )?G1({_AXES}) F{N}": self.feed,
             rf"G0({_AXES})": lambda match: self.steps.append(ReadReach(self.move(match[1]))),
             rf"G53 G0{_AXES}": skip,
             r"M6([2-5]) P(\d+)": lambda match: self.switch(f"digital {match[2]}", float(match[1] in "24")),

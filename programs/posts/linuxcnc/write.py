@@ -29,7 +29,7 @@ GROUP_BASE = 32
 SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 _MOST_OUTPUTS = 64
 _LETTERS = "XYZABCUVW"
-_BLEND_MM = 0.05
+BLEND_MM = 0.05
 """How far ``G64`` may cut a corner; zones are planned for the same."""
 _FINENESS = 0.7
 """Share of the allowed deviation that straight blocks may use; the rest is for rounding."""
@@ -139,7 +139,7 @@ class GCode(Syntax):
             if not moved and share < 1.0:
                 continue  # the next block takes its time too: a block that goes nowhere would stop the others
             words = self.axes(tuple(line.samples.joints[sample].tolist()), rests=spot)
-            path = "G61.1" if share == 1.0 and line.blend_mm == 0.0 else f"G64 P{_BLEND_MM:g} Q0"
+            path = "G61.1" if share == 1.0 and line.blend_mm == 0.0 else f"G64 P{BLEND_MM:g} Q0"
             feed_mode, feed = self.feed(line, share - done, turns=not moved <= set("XYZ"))
             modes = [each for key, mode in (("path", path), ("feed", feed_mode)) for each in self.mode(key, mode)]
             yield f"{' '.join([*modes, 'G1'])} {words} F{feed}"

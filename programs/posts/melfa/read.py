@@ -3,9 +3,11 @@
 import re
 
 from programs.errors import ProgramError
+from programs.motion.steps import Line
 from programs.pose import Pose, inverse
 from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.driver import NUMBER, Action, N, Reader, U, read_pose, refusal, skip, statements_of
+from programs.posts.rebuilt import Due
 from programs.posts.writing.angles import from_fixed_xyz
 
 _OUTPUT = rf"(M_Out|M_Outb|M_Outw)\((\d+)\)={N}"
@@ -26,6 +28,11 @@ class MelfaBasicReader(Reader):
         """Poses and joint values by program and name."""
         self.speed_mm_s = 0.0
         self.stops = True
+
+    @classmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give the zone; turns on the spot have the controller's own rate."""
+        return Due(line.blend_mm)
 
     def load(self, files: ProgramFiles) -> str:
         """Read steps, numbered from 1, and positions."""

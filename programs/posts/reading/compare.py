@@ -30,6 +30,7 @@ from programs.motion.steps import (
 )
 from programs.pose import Pose, angle, between, distance
 from programs.posts.reading.production import compare_frame
+from programs.posts.reading.terms import compare_terms
 from programs.posts.rebuilt import (
     Axes,
     ReadBoard,
@@ -60,6 +61,8 @@ _TICK_S = 2e-4
 """Twice the last digit of a time in a table."""
 _PAUSE_S = 6e-4
 """Half of the last digit, or of the language's step where that is more."""
+_TURN_DEG_S = 0.01
+"""Of a turn on the spot, in blocks of the axes."""
 _SPEED_SHARE = 0.01
 """Where the text states times instead of speeds."""
 _SHARE = 1.1e-4
@@ -143,9 +146,9 @@ def measure(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
     """Compare a program that was read back with the motion it was made from.
 
     Poses are to agree within 0.01 mm and 0.01 degrees at the end and in the middle of every line that was read, and
-    signals to leave within 2 ms, or half of the language's step where that is more. Speeds are
-    to be the planned ones as the language rounds them. Where the text gives axes instead of poses they are to lie
-    on the planned joint motion within 0.004 mm and 0.002 degrees, at those ends and middles.
+    signals to leave within 2 ms, or half of the language's step where that is more. Speeds are to be the planned ones
+    as the language rounds them, and so are zones and the rates of turns. Where the text gives axes instead of poses
+    they are to lie on the planned joint motion within 0.004 mm and 0.002 degrees, at those ends and middles.
 
     Args:
         rebuilt: What the reader found.
@@ -161,6 +164,9 @@ def measure(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
     if comparison.next() is not None:
         surplus = rebuilt.steps[comparison.at :]
         comparison.differ(f"{len(surplus)} steps too many, the first {surplus[0]}", NO_SOURCE, comparison.at)
+    if not comparison.differences:
+        for wrong in compare_terms(rebuilt, motion):
+            comparison.differ(wrong.message, wrong.made_by, wrong.step)
     for message in compare_frame(rebuilt, motion, installation):
         comparison.differences.append(Difference(message, None, NO_SOURCE))
     return comparison.agreement()
@@ -437,8 +443,18 @@ class _Comparison:
         if found.duration_s is not None:
             speed_mm_s = (last - first) * line.length_mm / found.duration_s
             allowed = max(1.0, _SPEED_SHARE * planned_mm_s)
+        if not planned_mm_s and line.turns_on_the_spot and isinstance(found.target, Axes):
+            self.match_turn(line, found, last - first)
         if planned_mm_s and speed_mm_s is not None and abs(speed_mm_s - planned_mm_s) > allowed:
             self.differ(f"speed {speed_mm_s:g}, planned {planned_mm_s:g} mm/s", line.made_by, self.at)
+
+    def match_turn(self, line: Line, found: ReadLine, share: float) -> None:
+        """Compare the rate of a turn on the spot that was read as a block of the axes."""
+        rate, planned = found.turn_deg_s or found.speed_mm_s, degrees(line.turn_rad_s)
+        if found.duration_s is not None:
+            rate = share * degrees(line.angle_rad) / found.duration_s
+        if planned and rate is not None and abs(rate - planned) > max(_TURN_DEG_S, _SPEED_SHARE * planned):
+            self.differ(f"the tool turns at {rate:g} deg/s, planned {planned:g}", line.made_by, self.at)
 
     def is_moment(self, line: Line, found: ReadLine, last: float) -> bool:
         """Whether a row of a table is a moment of the planned motion: its time, the share done and its joints."""

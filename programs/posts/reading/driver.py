@@ -9,10 +9,12 @@ from dataclasses import replace
 from typing import Any, ClassVar, Generic, Self, TypeAlias, TypeVar
 
 from programs.errors import ProgramError
+from programs.motion.steps import Line
 from programs.pose import Pose, Quaternion, distance
 from programs.posts.dialect import ProgramFiles
 from programs.posts.rebuilt import (
     Axes,
+    Due,
     ReadBoard,
     ReadCall,
     ReadEndRepeat,
@@ -146,6 +148,8 @@ class Reader(ABC):
     """The fault routine; it is called before the first motion too."""
     reads_sensors: ClassVar[bool] = True
     """Whether the language can wait for a quantity."""
+    writes_lines: ClassVar[bool] = True
+    """Whether a line of the plan is one motion, and not several of the axes."""
     handlers: ClassVar[AbstractSet[str]] = frozenset()
     """What has to call the fault routine, by the names that ``shut`` is given; none in languages without a frame."""
 
@@ -202,7 +206,7 @@ class Reader(ABC):
                 tuple(reader.waits), tuple(reader.watched), parts, shut, reader.guards_override, cls.reads_sensors
             )
         reader.finish()
-        return Rebuilt(steps, places=places, frame=frame)
+        return Rebuilt(steps, places=places, frame=frame, dues=cls.due if cls.writes_lines else None)
 
     @classmethod
     def _loaded(cls, files: ProgramFiles) -> tuple[Self, str]:
@@ -253,6 +257,11 @@ class Reader(ABC):
     @abstractmethod
     def grammar(self) -> Mapping[str, Action]:
         """Give the action of each statement by its pattern; the first that matches the whole statement counts."""
+
+    @classmethod
+    @abstractmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give what the text of a line has to state; another line may come right after it."""
 
     def declares(self, what: str) -> "Declared[Any, Any]":
         """Give an empty list of what a program declares of one kind; it is checked at the end."""

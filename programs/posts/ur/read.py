@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 from programs.errors import ProgramError
+from programs.motion.steps import RESOLUTION_MM, Line
 from programs.pose import Pose, angle, distance
 from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.driver import (
@@ -19,9 +20,9 @@ from programs.posts.reading.driver import (
     skip,
     statements_of,
 )
-from programs.posts.rebuilt import ReadSignal
+from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.ur.watcher import KINDS, WATCHER
-from programs.posts.ur.write import ACCELERATION, REACH_SPEED
+from programs.posts.ur.write import ACCELERATION, NARROWEST_MM, REACH_SPEED
 from programs.posts.writing.angles import from_rotation_vector
 
 _POSE = rf"p\[{N},{N},{N},{N},{N},{N}\]"
@@ -43,6 +44,14 @@ class UrScriptReader(Reader):
         self.poses = self.declares("pose")
         self.settled = True
         """Whether nothing is left that waits for its place."""
+
+    @classmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give the blend, at most 0.45 of either way that is watched, and the time of a turn on the spot."""
+        ways = [each.length_mm for each in (line, after) if each is not None]
+        room = min((way for way in ways if way > RESOLUTION_MM), default=math.inf)
+        zone = min(line.blend_mm, max(0.45 * room, NARROWEST_MM))
+        return Due(zone, None, max(line.duration_s, 0.01) if line.turns_on_the_spot else None)
 
     def load(self, files: ProgramFiles) -> str:
         """Find the thread as it is written, and the functions; the first is the program."""

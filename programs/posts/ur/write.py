@@ -13,7 +13,7 @@ from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.lines import Placed
 from programs.posts.writing.wording import fixed, indent, join_lines, short
 
-_NARROWEST_MM = 0.001
+NARROWEST_MM = 0.001
 """A blend that is written as 0 is a stop."""
 ACCELERATION, REACH_SPEED = "a=1.2", "a=0.5, v=0.25"
 """m/s2 and rad/s2; 1.2 is the default of movel."""
@@ -121,7 +121,7 @@ class UrScript(Syntax):
         """Narrow a blend so that it meets neither that before nor that after it; a turn on the spot takes no room."""
         ways = [_written_way(each) for each in (line, self.following.get(id(line))) if each is not None]
         room = min((way for way in ways if way > 0.0), default=math.inf)
-        return min(line.blend_mm, max(0.45 * room, _NARROWEST_MM))
+        return min(line.blend_mm, max(0.45 * room, NARROWEST_MM))
 
     def point(self, pose: Pose) -> str:
         """Write a point on the board."""

@@ -5,12 +5,15 @@ from collections.abc import Iterator, Mapping
 from xml.etree import ElementTree
 
 from programs.errors import ProgramError
+from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.driver import Action, N, Reader, Statement, U, look_up, read_pose, skip, statements_of
-from programs.posts.rebuilt import ReadLine, ReadSwitch, TextPlace
+from programs.posts.rebuilt import Due, ReadLine, ReadSwitch, TextPlace
 from programs.posts.val3.project import OUTPUTS, TRIGGER, WATCH
+from programs.posts.val3.write import FASTEST
 from programs.posts.writing.angles import from_moving_xyz
+from programs.posts.writing.lines import degrees_per_s
 
 _UNTIL = rf"until (nLoop\d+)>=(\d+)(?: or {N}\*aioGet\(ai(\d+)\)\+{N}>={N})?"
 _WAIT = rf"if watch\((?:di(\d+)==(true|false)|{N}\*aioGet\(ai(\d+)\)\+{N}>={N}),{N}\)==false"
@@ -38,6 +41,11 @@ class Val3Reader(Reader):
         """Variable, by the number that the task knows it by."""
         self.stands = True
         """Whether the program has waited for the moves."""
+
+    @classmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give the zone, and the rate of a turn on the spot; other turns keep up with the orifice."""
+        return Due(line.blend_mm, degrees_per_s(line) if line.turns_on_the_spot else FASTEST)
 
     def load(self, files: ProgramFiles) -> str:
         """Read data and programs; the project file lists the others, and the task is as it is written."""

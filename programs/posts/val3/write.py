@@ -15,7 +15,7 @@ from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import fixed, short
 
-_FASTEST = 9999.0
+FASTEST = 9999.0
 _GROUP_BITS = 8
 _STOP = ("call shutValves()", 'taskKill("guard")', 'taskKill("watch")')
 """What the application does when it stops."""
@@ -156,7 +156,7 @@ class Val3(Syntax):
         zone = f"z{fixed(line.blend_mm, 2)}" if line.blend_mm else "fine"
         proposed = f"{'r' if turns else 'm'}{short(rate, 1)}_{zone}".replace(".", "p")
         name = self.names.give("movement", proposed, proposed)
-        self.movements[name] = project.movement(*((_FASTEST, rate) if turns else (rate, _FASTEST)), line.blend_mm)
+        self.movements[name] = project.movement(*((FASTEST, rate) if turns else (rate, FASTEST)), line.blend_mm)
         return name
 
     def prepare(self) -> Iterator[str]:

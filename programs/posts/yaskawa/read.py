@@ -1,9 +1,11 @@
 """Reads INFORM jobs back, as a controller would execute them."""
 
+import math
 import re
 from collections.abc import Iterable
 
 from programs.errors import ProgramError
+from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.driver import (
@@ -18,8 +20,9 @@ from programs.posts.reading.driver import (
     skip,
     statements_of,
 )
-from programs.posts.rebuilt import ReadSignal
+from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import from_fixed_xyz
+from programs.posts.writing.lines import is_straight
 from programs.posts.yaskawa.write import LONGEST_WAIT_S, PASSING_MM, REACH_PERCENT
 
 _OUTPUT = rf"(?:DOUT (OT|OG)|AOUT (AO))#\((\d+)\) (ON|OFF|{N})"
@@ -44,6 +47,14 @@ class InformReader(Reader):
         """User frame, tool and pose by job and name."""
         self.tables: dict[tuple[str, str], Pose] = {}
         """Tools and user frames that are to be entered, where the page is at hand."""
+
+    @classmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give the corner radius in tenths, or what PL=1 passes by, and the rate of a turn on the spot."""
+        tenths = math.floor(10.0 * line.blend_mm)
+        zone = PASSING_MM if tenths < 10 or is_straight(line, after) else 0.1 * tenths
+        rate = max(math.degrees(line.turn_rad_s), 0.1) if line.turns_on_the_spot else None
+        return Due(zone, rate)
 
     def load(self, files: ProgramFiles) -> str:
         """Read the jobs; the first is the main one."""

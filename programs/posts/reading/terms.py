@@ -1,0 +1,57 @@
+"""Compares how lines are passed, and how fast the tool turns, with what is due in the language."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import zip_longest
+
+from programs.motion.lower import lower
+from programs.motion.steps import MotionProgram
+from programs.posts.rebuilt import Due, ReadLine, Rebuilt
+from programs.posts.writing.lines import follow
+from specs.source import Source
+
+_DIGIT = {"zone": 6e-3, "turn_deg_s": 0.051, "duration_s": 6e-4}
+"""A little more than half of the last digit: zones have two decimals at least, rates one, times three."""
+_WORDS = {
+    "zone": "the line is passed at {} (zone, or share of the speed), planned {}",
+    "turn_deg_s": "the tool turns at {} deg/s, planned {}",
+    "duration_s": "the turn takes {} s, planned {}",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class WrongTerm:
+    """A term of a line that is not as due."""
+
+    message: str
+    made_by: Source
+    step: int
+    """Of those that were read."""
+
+
+def compare_terms(rebuilt: Rebuilt, motion: MotionProgram) -> Iterator[WrongTerm]:
+    """List the lines whose zone, rate of turn or time of a turn differs by more than a digit from what is due.
+
+    Args:
+        rebuilt: What the reader found, the steps of the plan in their order.
+        motion: What ``make_motion`` gave, before it was lowered.
+    """
+    if rebuilt.dues is None:
+        return
+    lowered = lower(motion, rebuilt.capability).motion
+    following = follow(lowered.steps)
+    read = [at for at, step in enumerate(rebuilt.steps) if isinstance(step, ReadLine)]
+    for at, line in zip_longest(read, lowered.lines):
+        if at is None or line is None:
+            return  # a line too many or too few is a difference of its own
+        found = rebuilt.steps[at]
+        assert isinstance(found, ReadLine)
+        due = rebuilt.dues(line, following.get(id(line)))
+        yield from (WrongTerm(message, line.made_by, at) for message in _wrong(found, due, passes=line.blend_mm > 0.0))
+
+
+def _wrong(found: ReadLine, due: Due, *, passes: bool) -> Iterator[str]:
+    for word in ("zone", "turn_deg_s", "duration_s") if passes else ("turn_deg_s", "duration_s"):
+        read, planned = getattr(found, word), getattr(due, word)
+        if (read is None) != (planned is None) or (planned is not None and abs(read - planned) > _DIGIT[word]):
+            yield _WORDS[word].format(*("none" if value is None else f"{value:g}" for value in (read, planned)))
