@@ -91,6 +91,7 @@ def write_motion(language: Dialect, motion: MotionProgram, installation: Install
     if language.takes_axes and installation.tool_point is not None:
         motion = in_tool_points(motion, installation)
     controller = controller_of(language, installation)
+    language = replace(language, controller=controller)
     if controller is not None and 0 < controller.most_positions < language.most_steps:
         language = replace(language, most_steps=controller.most_positions)
     motion, stops = rest_within(motion, language.most_steps)

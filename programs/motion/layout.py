@@ -256,7 +256,8 @@ def _legs(whole: Track, first: int, last: int, makers: tuple[Source, ...]) -> It
             Moment(float(whole.times[at] - whole.times[begin]), pose_of(whole, at), tuple(whole.joints[at].tolist()))
             for at in range(begin + 1, end + 1)
         )
-        yield Reach(pose_of(whole, end), tuple(whole.joints[end].tolist()), makers[whole.maker[end]], way)
+        joints, start = tuple(whole.joints[end].tolist()), tuple(whole.joints[begin].tolist())
+        yield Reach(pose_of(whole, end), joints, makers[whole.maker[end]], way, start)
         begin = end
 
 

@@ -141,6 +141,7 @@ class _Builder:
         """Add the lines of a track."""
         makers, several = self.layout.makers, len(track.times) > 1
         self.now = float(track.times[0])
+        stands = bool(self.joints) and self.joints == tuple(track.joints[0].tolist())
         before, self.pose, self.joints = self.pose, pose_of(track, 0), tuple(track.joints[0].tolist())
         # After a command a motion may begin elsewhere, also where the cell knows no other tool or place of the board.
         self.reached &= (
@@ -148,7 +149,8 @@ class _Builder:
             and distance(before, self.pose) <= RESOLUTION_MM
             and degrees(angle(before, self.pose)) <= RESOLUTION_MM
         )
-        self.reach(makers[track.maker[int(several)]])
+        if several or not stands:  # with another tool the arm may stand where its next motion begins
+            self.reach(makers[track.maker[int(several)]])
         for line in lines_of(track, makers) if several else ():
             self.now = line.time_s
             self.add(line)
@@ -161,7 +163,7 @@ class _Builder:
         for leg in legs:
             self.add(leg)
             self.pose, self.joints, self.reached = leg.target, leg.joints, True
-            self.now += leg.way[-1].seconds if leg.way else 0.0
+            self.now += leg.duration_s
 
     def request(self, switch: SetNozzle) -> None:
         """Request a switching of the jet in the step that runs at its time."""

@@ -151,6 +151,13 @@ class Reach:
     made_by: Source
     way: tuple[Moment, ...] = ()
     """The planned motion where it is known, its end included."""
+    start: tuple[float, ...] = ()
+    """Joints where that motion begins; empty if not known."""
+
+    @property
+    def duration_s(self) -> float:
+        """Planned time; 0 where the motion is not known."""
+        return self.way[-1].seconds if self.way else 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -74,6 +74,8 @@ class ReadReach:
     """Of the motion to joint values that leads there, as the controller counts them, degrees or mm; empty if none."""
     speed_share: float | None = None
     """Of the joints' greatest speeds; ``None`` where the text states none."""
+    duration_s: float | None = None
+    """From rest to rest, where the text states that."""
     way: "tuple[ReadLine, ...]" = ()
     """The motion in small steps, in tables that have it; with the end."""
 

@@ -7,7 +7,7 @@ from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.abb.write import REACH_SPEED
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, checked, look_up, refusal, skip, statements_of
+from programs.posts.reading.driver import NUMBER, Action, N, Reader, U, checked, look_up, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.lines import turn_limit
 
@@ -82,6 +82,7 @@ class RapidReader(Reader):
         """List the statements."""
         looks = rf" AND \(\1=0 OR {N}\*AInput\((\w+)\)\+{N}<{N}\)"
         slow = rf"({REACH_SPEED}),fine,(\w+)"
+        timed = rf"({REACH_SPEED})(?:\\T:={U})?,fine,(\w+)"
         external = rf"{_LIST}|9E9(?:,9E9)*"
         return {
             rf"({self.moves}) (\w+),(\w+)((?:,ev\d+)?(?:\\T\d:=ev\d+)*),(\w+),(\w+)\\WObj:=(\w+);": self.move,
@@ -95,7 +96,7 @@ class RapidReader(Reader):
             r"CONNECT (\w+) WITH on_fault;": self.connect,
             r"ERROR": self.handle_error,
             r"IDelete \w+;|nStart:=1;|ENDIF": skip,
-            rf"MoveAbsJ \[\[({_LIST})\],\[({external})\]\]\\NoEOffs,{slow}\\WObj:=(\w+);": self.move_to_joints,
+            rf"MoveAbsJ \[\[({_LIST})\],\[({external})\]\]\\NoEOffs,{timed}\\WObj:=(\w+);": self.move_to_joints,
             rf"MoveAbsJ (jHome)\\NoEOffs,{slow};": self.go_home,
             rf"TriggEquip (\w+),([\d.]+)(\\Start)?,([\d.]+){_OUTPUT}": self.define_trigger,
             rf"TriggIO (\w+),()()([\d.]+)\\Time{_OUTPUT}": self.define_trigger,
@@ -165,8 +166,9 @@ class RapidReader(Reader):
 
     def move_to_joints(self, match: re.Match[str]) -> None:
         """Come to joint values: the robot's, and those of external axes that there are."""
-        self.check_reach(match[3], match[4])
-        self.numbers(match[5], "wobjdata")
+        self.check_reach(match[3], match[5])
+        self.numbers(match[6], "wobjdata")
+        self.lasts_s = float(match[4]) if match[4] else None
         external = [word for word in match[2].split(",") if word != "9E9"]
         self.come_to(float(word) for word in (*match[1].split(","), *external))
 

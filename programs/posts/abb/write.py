@@ -86,11 +86,13 @@ class Rapid(Syntax):
 
     def reach(self, reach: Reach) -> Iterator[str]:
         """Write ``MoveAbsJ`` and the line that is left, or ``MoveJ``."""
-        frames = f"{REACH_SPEED},fine,{self.tool}\\WObj:={self.board};"
+        frames = f"fine,{self.tool}\\WObj:={self.board};"
         self.speeds[REACH_SPEED] = "[100,500,5000,1000]"
         if reach.joints:
-            yield f"MoveAbsJ {self.joint_target(reach.joints)}\\NoEOffs,{frames}"
-        yield f"{'MoveL' if reach.joints else 'MoveJ'} {self.point(reach.target)},{frames}"
+            seconds = self.pace(reach).seconds  # of the whole motion, in place of a speed
+            lasting = "" if seconds is None else f"\\T:={fixed(seconds, 3)}"
+            yield f"MoveAbsJ {self.joint_target(reach.joints)}\\NoEOffs,{REACH_SPEED}{lasting},{frames}"
+        yield f"{'MoveL' if reach.joints else 'MoveJ'} {self.point(reach.target)},{REACH_SPEED},{frames}"
 
     def use(self, step: UseTool | UseBoard) -> Iterable[str]:
         """Name tool and work object of the motions that follow."""

@@ -55,8 +55,8 @@ class PacScriptReader(Reader):
             rf"(?:(Set|Reset) IO\[(\d+)\]|(IOB|IOW)\[(\d+)\] = {N})": self.set_output,
             r"Arrive (\d+)": self.wait_for_percent,
             r"WaitMotion 4, 0": self.stand,
-            rf"Move ([PL]), @0 {_POSE}, -1\), Speed = 10": self.reach_pose,
-            rf"Move P, @0 J\(({NUMBER}(?:, {NUMBER})*)\), Speed = 10": self.move_joints,
+            rf"Move (P), @0 {_POSE}, -1\), Speed = (\d+)|Move L, @0 {_POSE}, -1\), Speed = 10": self.reach_pose,
+            rf"Move P, @0 J\(({NUMBER}(?:, {NUMBER})*)\), Speed = (\d+)": self.move_joints,
             r"Delay (\d+)": self.delay,
             r"Call shut_valves": self.shut("main"),
             r"If I\[99\] <= (\d+) Then Call (\w+)": lambda match: (
@@ -142,10 +142,11 @@ class PacScriptReader(Reader):
     def reach_pose(self, match: re.Match[str]) -> None:
         """Come to a pose by joints, or straight after joint values."""
         self.board = self.board or ReadBoard(None)
-        if match[1] == "P":
+        if match[1]:
+            self.set_share(match[3])
             self.reach(_pose(match[2]))
         else:
-            self.line(_pose(match[2]), True, 0.0)
+            self.line(_pose(match[4]), True, 0.0)
 
     def delay(self, match: re.Match[str]) -> None:
         """Hold the pose for so many milliseconds."""

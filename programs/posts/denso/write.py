@@ -30,8 +30,8 @@ class PacScript(Syntax):
     select_tool = "ChangeTool {}"
     select_board = "ChangeWork {}"
     most_frames = 63
-    to_joints = "Move P, @0 J({}), Speed = 10"
-    by_joints = "Move P, @0 {}, Speed = 10"
+    to_joints = "Move P, @0 J({}), Speed = {percent}"
+    by_joints = "Move P, @0 {}, Speed = {percent}"
     straight = "Move L, @0 {}, Speed = 10"
     home_comment = " ' home"
     start = "I[99]"

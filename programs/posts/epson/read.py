@@ -48,6 +48,7 @@ class SpelReader(Reader):
         settings = "|".join(setting for setting in SETTINGS if not setting.startswith(("AccelS", "AccelR")))
         return {
             rf"(Move|Go) {_XY} /(\d+)( ROT)?( CP)?(?: !(.*)!)?": self.move,
+            r"Speed (\d+)": lambda match: self.set_share(match[1]),
             rf"SpeedS {U}": self.set_speed,
             rf"SpeedR {U}": self.set_turn,
             rf"AccelS ({ACCELERATION}), \1": lambda match: self.state(acceleration_mm_s2=float(match[1])),

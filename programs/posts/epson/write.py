@@ -7,6 +7,7 @@ from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.writing.angles import moving_zyx
 from programs.posts.writing.driver import Routine, Syntax
+from programs.posts.writing.joint_moves import Pace
 from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import cut, fixed, indent, join_lines, make_name, pose_words
@@ -14,7 +15,7 @@ from programs.posts.writing.wording import cut, fixed, indent, join_lines, make_
 ACCELERATION, TURN_ACCELERATION = 2000, 1000
 """mm/s2 and degrees/s2; assumed."""
 SETTINGS = (
-    *("Motor On", "Power High", "Speed 10", "Accel 20, 20"),
+    *("Motor On", "Power High", "Accel 100, 100"),
     *(
         "SpeedS 100",
         f"AccelS {ACCELERATION}, {ACCELERATION}",
@@ -82,6 +83,10 @@ class Spel(Syntax):
         outputs = [f"D{round(100.0 * event.share)}; {self.output(event.channel, event.value)}" for event in line.events]
         parallel = f" !{'; '.join(outputs)}!" if outputs else ""
         yield f"Move {self.point(line.target)}{' ROT' * turns}{' CP' * (line.blend_mm > 0.0)}{parallel}"
+
+    def slow_down(self, pace: Pace) -> Iterable[str]:
+        """Set the speed of ``Go``."""
+        return self.set("Speed", str(pace.percent))
 
     def point(self, pose: Pose) -> str:
         """Write a point on the board."""

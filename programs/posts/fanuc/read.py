@@ -7,7 +7,7 @@ from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.fanuc.write import LONGEST_WAIT_S, POSITION, REACH_PERCENT, READING, SLOW_CORNER_S, attributes_of
+from programs.posts.fanuc.write import LONGEST_WAIT_S, POSITION, READING, SLOW_CORNER_S, attributes_of
 from programs.posts.reading.driver import Action, Reader, Statement, look_up, read_pose, refusal, skip
 from programs.posts.rebuilt import Due, ReadSignal, TextPlace
 from programs.posts.writing.angles import from_fixed_xyz
@@ -102,7 +102,7 @@ class TpReader(Reader):
             r"R\[88\]=0": self.wait_sensor,
             r"LBL\[99\]|R\[89\]=1": skip,
             r"!.*": skip,
-            rf"J P\[(\d+)\] {REACH_PERCENT}% FINE": lambda match: self.move_to(self.position(match[1])),
+            r"J P\[(\d+)\] (\d+)% FINE": self.move_by_joints,
             r"(UFRAME|UTOOL)_NUM=(\d+)": self.use_frame,
             _ASSIGNMENT: lambda match: self.switch(*_assigned(*match.groups())),
             rf"WAIT {_N}\(sec\)": lambda match: self.hold(float(match[1]), LONGEST_WAIT_S),
@@ -202,6 +202,11 @@ class TpReader(Reader):
         zone = 0.0 if ending == "FINE" else 0.01 * float(ending.removeprefix("CNT"))
         self.state(zone=zone, turn_deg_s=float(speed) if turns else None)
         self.line(pose, ending == "FINE", 0.0 if turns else float(speed), signals)
+
+    def move_by_joints(self, match: re.Match[str]) -> None:
+        """Come to a position by joints."""
+        self.set_share(match[2])
+        self.move_to(self.position(match[1]))
 
     def begin_loop(self, match: re.Match[str]) -> None:
         """Find how a loop ends: the jump back to its label, and the reading before it."""

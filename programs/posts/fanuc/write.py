@@ -14,13 +14,13 @@ from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import sheet, short_heading
+from programs.posts.writing.joint_moves import CAUTIOUS, Pace
 from programs.posts.writing.lines import Placed, is_straight
 from programs.posts.writing.naming import Names, table_lines
 from programs.posts.writing.wording import fixed, join_lines, make_name, operand, pose_words, split_wait
 
 LONGEST_WAIT_S = 327.0
 """WAIT takes up to 327.67 s."""
-REACH_PERCENT = 10
 READING = 90
 _COUNTER, POSITION = 91, 91
 """Registers: R[91] and up count loops, R[90] holds a reading; PR[91] is used by the program of frames. Assumed free."""
@@ -46,7 +46,7 @@ class Tp(Syntax):
     off_on = ("OFF", "ON")
     select_tool = "UTOOL_NUM={}"
     select_board = "UFRAME_NUM={}"
-    by_joints = f"J {{}} {REACH_PERCENT}% FINE"
+    by_joints = "J {} {percent}% FINE"
     straight = "L {} 100mm/sec FINE"
     counter = "R[{number}]"
     first_counter = _COUNTER
@@ -187,7 +187,7 @@ class Tp(Syntax):
         turned = f"W = {w:>10} deg,\tP = {p:>10} deg,\tR = {r:>10} deg"
         return self.declare(f",\t\tCONFIG : '{self.configuration}',\n\t{where},\n\t{turned}")
 
-    def joint_move(self, joints: tuple[float, ...]) -> str:
+    def joint_move(self, joints: tuple[float, ...], pace: Pace = CAUTIOUS) -> str:
         """Move to joint values, and declare them."""
         values = as_controller_counts(joints, self.installation)
         kinds = self.installation.joint_kinds(len(joints))
@@ -196,7 +196,7 @@ class Tp(Syntax):
         units = ["deg" if kind == "revolute" else " mm" for kind in kinds]
         words = [f"J{n} = {fixed(v, 4):>10} {unit}" for n, (v, unit) in enumerate(zip(values, units, strict=True), 1)]
         rows = "".join(f",\n\t{row}" for row in (",\t".join(words[at : at + 3]) for at in range(0, len(words), 3)))
-        return f"J {self.declare(rows)} {REACH_PERCENT}% FINE"
+        return f"J {self.declare(rows)} {pace.percent}% FINE"
 
     def declare(self, what: str) -> str:
         """Declare a position."""

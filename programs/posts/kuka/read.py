@@ -6,7 +6,7 @@ from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.kuka.write import HEAD, PTP_PERCENT, TURN_DEG_S2
+from programs.posts.kuka.write import HEAD, TURN_DEG_S2
 from programs.posts.reading.driver import Action, N, Reader, U, read_pose, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import from_moving_zyx
@@ -27,7 +27,7 @@ _LATE = (r"WAIT SEC 0\.1", r"nWait=nWait\+1", "ENDWHILE")
 _REFUSED = (r'MsgNotify\("[^"]*"\)', "RETURN", "ENDIF")
 _INTERRUPT = r"INTERRUPT DECL (\d+) WHEN (?:\$STOPMESS==TRUE|\$IN\[(\d+)\]==(TRUE|FALSE)) DO on_fault\( \)"
 _PREPARATION = (
-    rf"BAS\(#INITMOV,0\)|BAS\(#VEL_PTP,{PTP_PERCENT}\)|\$ORI_TYPE=#VAR|PTP \$AXIS_ACT"
+    r"BAS\(#INITMOV,0\)|BAS\(#ACC_PTP,100\)|\$ORI_TYPE=#VAR|PTP \$AXIS_ACT"
     r"|\w+_start=1|ENDIF"
 )
 
@@ -100,6 +100,7 @@ class KrlReader(Reader):
             rf"\$ACC\.ORI2={TURN_DEG_S2}": skip,
             rf"TRIGGER WHEN (?:PATH={N}|DISTANCE=1) DELAY=(-?\d+) DO {_ASSIGNMENT}": self.define_trigger,
             _PREPARATION: skip,
+            r"BAS\(#VEL_PTP,(\d+)\)": lambda match: self.set_share(match[1]),
             r"PTP (HOME_POSITION)|\$LOAD=(\w+)": self.use_value,
             r"(nLoop\d+)=0": self.set_counter,
             r"(nLoop\d+)=\1\+1": self.raise_counter,

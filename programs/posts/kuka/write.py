@@ -10,10 +10,11 @@ from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import moving_zyx
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
+from programs.posts.writing.joint_moves import CAUTIOUS, Pace
 from programs.posts.writing.lines import Placed, turn_limit
 from programs.posts.writing.wording import fixed, join_lines, make_name, operand, pose_words, short
 
-PTP_PERCENT = 10
+_PTP = "#VEL_PTP"
 _FIRST_INTERRUPT = 21
 """Of those that users may declare; 3 and 4 are the controller's own."""
 _ORI_DEG_S = 200.0
@@ -142,10 +143,17 @@ class Krl(Syntax):
 
     def reach(self, reach: Reach) -> Iterator[str]:
         """Write ``PTP``, to joint values and then the line that is left, or to the pose."""
+        yield from self.slow_down(self.pace(reach))
         if reach.joints:
             yield f"PTP {self.axes(reach.joints)}"
             yield from self.set("$VEL.CP", "0.1")
         yield f"{'LIN' if reach.joints else 'PTP'} {self.point(reach.target)}"
+
+    def slow_down(self, pace: Pace) -> Iterator[str]:
+        """Set the speed of all axes."""
+        if self.settings.get(_PTP) != str(pace.percent):
+            self.settings[_PTP] = str(pace.percent)
+            yield f"BAS({_PTP},{pace.percent})"
 
     def use(self, step: UseTool | UseBoard) -> Iterator[str]:
         """Set ``$TOOL`` and its load, or ``$BASE``. The names are global, so they begin with the program's."""
@@ -182,15 +190,15 @@ class Krl(Syntax):
 
     def prepare(self) -> Iterator[str]:
         """Set the controller's defaults and a slow ``PTP``; without a home the motion begins where the robot is."""
-        yield "; the controller's own defaults; a slow PTP; turns that speed up as fast as $ACC_MA allows"
-        yield from ("BAS(#INITMOV,0)", f"$ACC.ORI1={TURN_DEG_S2}", f"$ACC.ORI2={TURN_DEG_S2}")
-        yield from (f"BAS(#VEL_PTP,{PTP_PERCENT})", "$ORI_TYPE=#VAR")
+        yield "; the controller's own defaults; axes and turns that speed up as fast as $ACC_MA allows"
+        yield from ("BAS(#INITMOV,0)", "BAS(#ACC_PTP,100)", f"$ACC.ORI1={TURN_DEG_S2}", f"$ACC.ORI2={TURN_DEG_S2}")
+        yield "$ORI_TYPE=#VAR"
         if not self.installation.home:
             yield "PTP $AXIS_ACT"
 
     def home(self) -> list[str]:
         """Go to ``HOME_POSITION``."""
-        return ["PTP HOME_POSITION"] if self.installation.home else []
+        return [*self.slow_down(CAUTIOUS), "PTP HOME_POSITION"] if self.installation.home else []
 
     def routine_name(self, chapter: Chapter) -> str:
         """Name a routine; it is global, so it begins with the program's name."""

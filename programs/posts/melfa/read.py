@@ -78,7 +78,8 @@ class MelfaBasicReader(Reader):
             r"(Tool|Base) (P\w+)": self.use_frame,
             r"M(\d+)=0": self.set_counter,
             r"M(\d+)=M\1\+1": self.raise_counter,
-            r"'.*|Ovrd 100|JOvrd 10|End": skip,
+            r"JOvrd (\d+)": lambda match: self.set_share(match[1]),
+            r"'.*|Ovrd 100|End": skip,
         }
 
     def read_wait(self, match: re.Match[str]) -> None:

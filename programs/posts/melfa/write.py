@@ -8,6 +8,7 @@ from programs.posts.dialect import ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
+from programs.posts.writing.joint_moves import CAUTIOUS, Pace
 from programs.posts.writing.lines import Placed
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import join_lines, make_name, pose_words, short
@@ -98,7 +99,11 @@ class MelfaBasic(Syntax):
         yield from self.set("Cnt", "0")
         yield from super().reach(reach)
 
-    def joint_move(self, joints: tuple[float, ...]) -> str:
+    def slow_down(self, pace: Pace) -> list[str]:
+        """Set the override of joint motions."""
+        return self.set("JOvrd", str(pace.percent))
+
+    def joint_move(self, joints: tuple[float, ...], pace: Pace = CAUTIOUS) -> str:
         """Move to a joint position, and declare it."""
         self.points += 1
         self.data.append(f"J{self.points}=({','.join(self.joints(joints))})")
@@ -125,7 +130,7 @@ class MelfaBasic(Syntax):
 
     def prepare(self) -> list[str]:
         """Set the overrides."""
-        return ["Ovrd 100", "JOvrd 10", "Cnt 0"]
+        return ["Ovrd 100", "Cnt 0"]
 
     def setup(self) -> Iterator[str]:
         """State what the integrator has to set up."""

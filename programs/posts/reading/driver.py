@@ -176,6 +176,10 @@ class Reader(ABC):
         """Joint values that it came to, as the controller counts them, degrees or mm: the next motion ends there.
 
         Empty where the last motion was no such one."""
+        self.speed_share: float | None = None
+        """Of joint motions, where their speed is modal or that of the last one to joint values."""
+        self.lasts_s: float | None = None
+        """Time that the last motion to joint values states."""
         self.terms = ReadLine(Axes(()), None, None)
         """Zone, turn rate and acceleration that are in force, or that the line to come states."""
         self.counters: dict[str, int] = {}
@@ -514,8 +518,20 @@ class Reader(ABC):
         self.board = ReadBoard(T_base_board)
 
     def move_joints(self, match: re.Match[str]) -> None:
-        """Come to joint values: a list with commas in the first group."""
+        """Come to joint values: a list with commas in the first group, percents of the speed in the last of more."""
+        if match.re.groups > 1:
+            self.set_share(match[match.re.groups])
         self.come_to(float(word) for word in match[1].split(","))
+
+    def set_share(self, percent: str) -> None:
+        """Set the speed of joint motions.
+
+        Raises:
+            ProgramError: it is none.
+        """
+        self.speed_share = 0.01 * float(percent)
+        if not 0.0 < self.speed_share <= 1.0:
+            raise ProgramError(f"{percent} percent is no speed of a joint motion.")
 
     def move_to(self, place: Pose | tuple[float, ...]) -> None:
         """Come to a pose, or to joint values, by a joint motion."""
@@ -579,8 +595,8 @@ class Reader(ABC):
     def reach(self, pose: Pose, counted: tuple[float, ...] = ()) -> None:
         """Come to a pose by a joint motion: to joint values, or to the pose itself where there are none."""
         self._use_frames()
-        self.steps.append(ReadReach(pose, counted))
-        self.pose, self.counted = pose, ()
+        self.steps.append(ReadReach(pose, counted, self.speed_share, self.lasts_s))
+        self.pose, self.counted, self.lasts_s = pose, (), None
 
     def line(self, pose: Pose, stops: bool, speed_mm_s: float, signals: tuple[ReadSignal, ...] = ()) -> None:
         """Go straight to a pose, under ``terms``; after joint values it is there already."""

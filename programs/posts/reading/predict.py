@@ -16,6 +16,7 @@ from programs.posts.reading.compare import Agreement, Firing, Match
 from programs.posts.rebuilt import Axes, ReadLine, ReadPause, ReadReach, ReadStep, ReadSwitch, Rebuilt
 from programs.posts.writing.angles import rotation_vector
 from programs.posts.writing.axes import in_degrees_and_mm, units_of
+from programs.posts.writing.joint_moves import machine_of
 from programs.timing.controller import Controller
 from programs.timing.drive import Drive, drive
 from programs.timing.forecast import Cause, Forecast, MoveTime
@@ -25,6 +26,8 @@ from specs.source import NO_SOURCE, Source
 _PARTS = 16
 """Of a line at most, within which the rates of the joints are looked at."""
 _SHORTEST = 1e-6
+_STANDS = 1e-6
+"""Degrees or mm: a joint motion by less is none."""
 _CORNER = 0.05
 """Change of direction, about 3 degrees, that is a corner."""
 _HELD = 0.5
@@ -53,17 +56,6 @@ def predict(
     errors = [(0.0, 0.0, NO_SOURCE), *_event_errors(run, agreement.firings, motion)]
     event_mm, event_s, event_by = max(errors, key=lambda error: (round(error[0], 6), round(error[1], 9)))
     return Forecast(motion.duration_s, run.now, tuple(run.moves), event_mm, event_s, event_by)
-
-
-def machine_of(installation: Installation, controller: Controller) -> Machine:
-    """Give the limits of a cell's robot under a controller, the joints' in degrees and mm."""
-    units, joints = units_of(installation), installation.joints
-    return Machine(
-        controller,
-        np.array([joint.speed for joint in joints]) / units,
-        np.array([joint.acceleration for joint in joints]) / units,
-        np.array([float(joint.kind == "revolute") for joint in joints]),
-    )
 
 
 @dataclass(slots=True)
@@ -150,13 +142,15 @@ class _Run:
         if self.joints and target and len(target) == len(self.installation.joints):
             share = step.speed_share or self.machine.controller.joint_speed_share
             way = np.subtract(target, self.joints)
-            seconds = self.machine.joint_time(way, share) + self.machine.controller.settle_s if way.any() else 0.0
-            planned_s = planned.way[-1].seconds if planned.way else 0.0
+            moves = bool(np.any(np.abs(way) > _STANDS))
+            seconds = self.machine.joint_time(way, share) if moves else 0.0
             nominal_s = float(np.max(np.abs(way) / (share * self.machine.speed), initial=0.0))
-            if seconds > 0.0:
-                self.moves.append(
-                    MoveTime(at, nominal_s, seconds, planned_s, "joint moves", False, False, planned.made_by)
-                )
+            if step.duration_s is not None:
+                nominal_s = seconds = max(step.duration_s, self.machine.joint_time(way, 1.0)) if moves else 0.0
+            if moves:
+                seconds += self.machine.controller.settle_s
+                flags = ("joint moves", False, False, planned.made_by)
+                self.moves.append(MoveTime(at, nominal_s, seconds, planned.duration_s, *flags))
             self.now += seconds
         self.joints = target
 

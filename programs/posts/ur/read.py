@@ -97,7 +97,7 @@ class UrScriptReader(Reader):
             rf"movel{target}{fast}, ([vt])={U}, r={U}\)": self.move,
             rf"movej{target}{slow}\)": lambda match: self.reach(_pose(match.groups())),
             rf"movel{target}{slow}\)": lambda match: self.reach(_pose(match.groups()), self.counted),
-            rf"movej\(\[((?:{NUMBER},)*{NUMBER})\], {slow}\)": self.move_radians,
+            rf"movej\(\[((?:{NUMBER},)*{NUMBER})\], (?:{slow}|t={U})\)": self.move_radians,
             rf"arm\({_POSE}, {_POSE}, {U}, {_OUTPUT}\)": self.arm,
             rf"set_out\({_OUTPUT}\)": lambda match: self.switch(f"{_CHANNELS[match[1]]} {match[2]}", float(match[3])),
             rf"sleep\({U}\)": self.pause,
@@ -155,7 +155,8 @@ class UrScriptReader(Reader):
         self.shut_by.add("thread")
 
     def move_radians(self, match: re.Match[str]) -> None:
-        """Come to joint values."""
+        """Come to joint values, in a time or at the cautious speed."""
+        self.lasts_s = float(match[2]) if match[2] else None
         self.come_to(math.degrees(float(word)) for word in match[1].split(","))
 
     def declare(self, match: re.Match[str]) -> None:

@@ -10,6 +10,7 @@ from programs.posts.ur.watcher import KINDS, WATCHER
 from programs.posts.writing.angles import rotation_vector
 from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.driver import Routine, Syntax
+from programs.posts.writing.joint_moves import CAUTIOUS, Pace
 from programs.posts.writing.lines import Placed
 from programs.posts.writing.wording import fixed, indent, join_lines, short
 
@@ -38,7 +39,6 @@ class UrScript(Syntax):
         f"  movel(p[p_start[0],p_start[1],{{height}},p_start[3],p_start[4],p_start[5]], {REACH_SPEED})",
         "end",
     )
-    to_joints = f"movej([{{}}], {REACH_SPEED})"
     by_joints = f"movej({{}}, {REACH_SPEED})"
     straight = f"movel({{}}, {REACH_SPEED})"
     start = "n_start"
@@ -127,10 +127,11 @@ class UrScript(Syntax):
         """Write a point on the board."""
         return f"pose_trans(board, {_pose(pose)})"
 
-    def joint_move(self, joints: tuple[float, ...]) -> str:
-        """Write a motion to joint values in radians."""
+    def joint_move(self, joints: tuple[float, ...], pace: Pace = CAUTIOUS) -> str:
+        """Write a motion to joint values in radians; its time, where it is planned, overrules speeds."""
         counted = as_controller_counts(joints, self.installation)
-        return self.to_joints.format(",".join(short(math.radians(value), 6) for value in counted))
+        speed = REACH_SPEED if pace.seconds is None else f"t={fixed(pace.seconds, 3)}"
+        return f"movej([{','.join(short(math.radians(value), 6) for value in counted)}], {speed})"
 
     def height(self, millimetres: float) -> str:
         """Write a height in metres."""

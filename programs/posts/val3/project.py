@@ -86,11 +86,11 @@ def place(pose: Pose, father: str) -> str:
     return f'{numbers} fatherId="{father}[0]"'
 
 
-def movement(speed_mm_s: float, turn_deg_s: float, blend_mm: float) -> str:
+def movement(speed_mm_s: float, turn_deg_s: float, blend_mm: float, percent: int = 100) -> str:
     """Write a movement descriptor as attributes."""
     zone = fixed(blend_mm, 2)
     blend = "cartesian" if blend_mm > 0.0 else "off"
     return (
-        f'accel="100" vel="100" decel="100" tmax="{short(speed_mm_s, 1)}" rmax="{short(turn_deg_s, 1)}" '
+        f'accel="100" vel="{percent}" decel="100" tmax="{short(speed_mm_s, 1)}" rmax="{short(turn_deg_s, 1)}" '
         f'blend="{blend}" leave="{zone}" reach="{zone}"'
     )

@@ -194,14 +194,16 @@ class Val3Reader(Reader):
         if self.types[movement] != "mdesc" or (tool != "flange" and self.types.get(tool) != "tool"):
             raise ProgramError(f"{tool} is no tool, or {movement} no movement.")
         if self.types[name] == "jointRx":
-            if word == "movel" or movement != "mReach":
+            if word == "movel" or speeds["blend"] != "off":
                 raise ProgramError(f"{match[0]!r} does not come to joint values as it should.")
+            self.set_share(speeds["vel"])
             if name != "jHome":
                 self.come_to(float(value) for key, value in target.items() if key.startswith("j"))
             return
         if self.types[name] != "pointRx" or not target.items() >= _SAME_ARM.items():
             raise ProgramError(f"{name} is no point that keeps the arm's configuration.")
-        if (word == "movej" or bool(self.counted)) != (movement == "mReach"):
+        full = speeds["vel"] == "100"  # of the joints' speeds, which lines have to leave to their own speed
+        if (word == "movej" or bool(self.counted)) != (movement == "mReach") or full == (movement == "mReach"):
             raise ProgramError(f"{match[0]!r} has the speed of another kind of motion.")
         pose = _pose(target)
         self.use_tool(tool, _pose(self.value(tool)))
@@ -229,7 +231,7 @@ class Val3Reader(Reader):
 
 def _is_movement(value: Mapping[str, str]) -> bool:
     """Whether a movement has full acceleration, and leaves and reaches its blend alike."""
-    full = all(value[word] == "100" for word in ("accel", "vel", "decel"))
+    full = all(value[word] == "100" for word in ("accel", "decel"))
     return full and value["leave"] == value["reach"] and value["blend"] in ("off", "cartesian")
 
 

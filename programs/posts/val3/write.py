@@ -11,6 +11,7 @@ from programs.posts.val3 import project
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.heading import channels_of
+from programs.posts.writing.joint_moves import CAUTIOUS, Pace
 from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import fixed, short
@@ -125,7 +126,7 @@ class Val3(Syntax):
         """Write ``movej`` to joint values and the line that is left, or to the pose."""
         if reach.joints:
             self.reached.append(self.joint_value(reach.joints))
-            yield f"movej(jReach[{len(self.reached) - 1}],{self.tool},mReach)"
+            yield f"movej(jReach[{len(self.reached) - 1}],{self.tool},{self.joint_movement(self.pace(reach))})"
         yield f"{'movel' if reach.joints else 'movej'}({self.point(reach.target)},{self.tool},mReach)"
         self.moving = True
 
@@ -159,6 +160,14 @@ class Val3(Syntax):
         self.movements[name] = project.movement(*((FASTEST, rate) if turns else (rate, FASTEST)), line.blend_mm)
         return name
 
+    def joint_movement(self, pace: Pace) -> str:
+        """Name the speed of a joint motion: percents of the joints' where its time is planned."""
+        if pace.seconds is None:
+            return "mReach"
+        name = self.names.give("movement", pace.percent, f"j{pace.percent}_fine")
+        self.movements[name] = project.movement(FASTEST, FASTEST, 0.0, pace.percent)
+        return name
+
     def prepare(self) -> Iterator[str]:
         """Start the task."""
         yield from ("nHead=0", "nTail=0")
@@ -181,7 +190,7 @@ class Val3(Syntax):
         for name in ("nHead", "nTail", "nId", *(f"nLoop{number}" for number in self.loops)):
             yield project.variable(name, "num", (), 1)
         yield project.variable("bOverrun", "bool", (), 1)
-        yield project.variable("mReach", "mdesc", [project.movement(100.0, 30.0, 0.0)])
+        yield project.variable("mReach", "mdesc", [project.movement(100.0, 30.0, 0.0, CAUTIOUS.percent)])
         yield from (project.variable(name, "mdesc", [value]) for name, value in self.movements.items())
         if self.installation.home:
             yield project.variable("jHome", "jointRx", [self.joint_value(self.installation.home)])

@@ -29,6 +29,7 @@ from programs.posts.writing.chapters import Chapter, Part, divide, nest
 from programs.posts.writing.entries import find_entries
 from programs.posts.writing.frame import PART_LABEL, ProductionFrame
 from programs.posts.writing.heading import heading
+from programs.posts.writing.joint_moves import CAUTIOUS, Pace, pace_moves
 from programs.posts.writing.lines import Placed, follow, place_events
 from programs.posts.writing.naming import Names, number_slots
 from programs.posts.writing.wording import cut, fixed, make_name, short
@@ -71,9 +72,9 @@ class Syntax(ProductionFrame, ABC):
     off_on: ClassVar[tuple[str, str]] = ("0", "1")
     """Values of a digital output."""
     to_joints: ClassVar[str] = ""
-    """Of a motion to joint values: those, with commas between them."""
+    """Of a motion to joint values: those, with commas between them, and ``percent`` of the joints' speeds."""
     by_joints: ClassVar[str] = ""
-    """Of a motion by joints to a point."""
+    """Of a motion by joints to a point, likewise."""
     straight: ClassVar[str] = ""
     """Of the line to a point that is left after its joint values."""
     home_comment: ClassVar[str] = ""
@@ -137,6 +138,10 @@ class Syntax(ProductionFrame, ABC):
         self.boards: dict[str, Pose] = {}
         self.poses: dict[str, Pose] = {}
         """Of tools and places of the board by their names, in the order of use."""
+        self.paces: dict[int, Pace] = {}
+        """Of the joint motions that take their planned times, by their identity."""
+        if dialect.controller is not None:
+            self.paces = pace_moves(self.motion.steps, installation, dialect.controller)
         self.points = 0
         """How many points have been numbered."""
         self.rises = False
@@ -260,7 +265,7 @@ class Syntax(ProductionFrame, ABC):
     def home(self) -> Iterable[str]:
         """Write the motion to the cell's home; nothing where it has none."""
         home = self.installation.home
-        return [f"{self.joint_move(home)}{self.home_comment}"] if home else []
+        return [*self.slow_down(CAUTIOUS), f"{self.joint_move(home)}{self.home_comment}"] if home else []
 
     def begin_loop(self, number: int, loop: Repeat) -> list[str]:
         """Begin a loop of main; loops are numbered from 1."""
@@ -321,13 +326,24 @@ class Syntax(ProductionFrame, ABC):
 
     def reach(self, reach: Reach) -> Iterable[str]:
         """Write a joint motion to a pose: to joint values and along the line that is left, or to the pose alone."""
+        pace = self.pace(reach)
+        yield from self.slow_down(pace)
         if reach.joints:
-            yield self.joint_move(reach.joints)
-        yield (self.straight if reach.joints else self.by_joints).format(self.point(reach.target))
+            yield self.joint_move(reach.joints, pace)
+        form = self.straight if reach.joints else self.by_joints
+        yield form.format(self.point(reach.target), percent=pace.percent)
 
-    def joint_move(self, joints: tuple[float, ...]) -> str:
+    def pace(self, reach: Reach) -> Pace:
+        """Give the speed of a joint motion: a cautious one where it is not planned where it begins."""
+        return self.paces.get(id(reach), CAUTIOUS)
+
+    def slow_down(self, pace: Pace) -> Iterable[str]:
+        """Write the speed of the joint motions that follow, in languages in which it is modal."""
+        return ()
+
+    def joint_move(self, joints: tuple[float, ...], pace: Pace = CAUTIOUS) -> str:
         """Write a motion to joint values."""
-        return self.to_joints.format(", ".join(self.joints(joints)))
+        return self.to_joints.format(", ".join(self.joints(joints)), percent=pace.percent)
 
     def point(self, pose: Pose) -> str:
         """Write or declare a point on the board."""

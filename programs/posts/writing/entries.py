@@ -20,7 +20,7 @@ def find_entries(parts: Sequence[Part], installation: Installation) -> dict[int,
 
     The outputs are set as the parts before it leave them. The robot comes by a joint motion to the highest place of the
     planned way since the last joint motion, or of the last lines of it, and drives the rest with all valves shut. One
-    that begins with a joint motion of its own needs no way.
+    that begins with a joint motion which is not planned needs no way; one that is planned has to begin where it does.
     """
     state, found = _State({valve.channel: valve.open_lag_s for valve in installation.valves.values()}), {}
     chapters = [part for part in parts if isinstance(part, Chapter)]
@@ -66,15 +66,15 @@ class _State:
         return [*settings, *self.approach(first), *jets, *lags]
 
     def approach(self, first: Line | Reach | None) -> list[Step]:
-        """Give the way to a line; none where a joint motion comes first, or nothing moves any more."""
-        if self.reach is None or not isinstance(first, Line):
+        """Give the way to a motion; none where that may begin anywhere, or nothing moves any more."""
+        if self.reach is None or first is None or (isinstance(first, Reach) and not first.way):
             return []
         ends = [self.reach, *(Reach(line.target, line.joints, line.made_by) for line in self.way)]
         heights = [_height(reach.target) for reach in ends]
         nearest = max(len(ends) - 1 - _LONGEST_WAY, 0)
         highest = max(heights[nearest:])
         begin = max(at for at in range(nearest, len(ends)) if heights[at] >= highest - _AS_HIGH_MM)
-        return [replace(ends[begin], way=()), *(replace(line, events=()) for line in self.way[begin:])]
+        return [replace(ends[begin], way=(), start=()), *(replace(line, events=()) for line in self.way[begin:])]
 
 
 def _height(pose: Pose) -> float:

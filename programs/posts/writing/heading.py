@@ -30,6 +30,7 @@ def heading(dialect: Dialect, lowered: Lowered, installation: Installation) -> t
         *([f"Held   {installation.held}"] if installation.held else []),
         f"Planned time {motion.duration_s:.1f} s, each loop once",
         *_home_lines(motion),
+        *_warnings(dialect, motion),
         *_predicted(lowered.forecast),
         f"Worst event error {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"
         + (f" ({error.made_by})" if error.made_by else ""),
@@ -54,10 +55,16 @@ def _home_lines(motion: MotionProgram) -> list[str]:
     """Give how long the joint motions before the first line and after the last take, where they are known."""
     lines = [at for at, step in enumerate(motion.steps) if isinstance(step, Line)]
     out, back = (
-        sum(step.way[-1].seconds for step in part if isinstance(step, Reach) and step.way)
+        sum(step.duration_s for step in part if isinstance(step, Reach))
         for part in (motion.steps[: min(lines, default=0)], motion.steps[max(lines, default=0) :])
     )
     return [f"In it {out:.1f} s from home and {back:.1f} s back, at half of the joints' speeds"] if out or back else []
+
+
+def _warnings(dialect: Dialect, motion: MotionProgram) -> Iterator[str]:
+    """Warn of joint motions at the planned speed, in languages that state it."""
+    if dialect.maker is not None and any(step.way for step in motion.steps if isinstance(step, Reach)):
+        yield "Joint motions take their planned times: first run at reduced speed, in manual mode, valves dry"
 
 
 def short_heading(lowered: Lowered, installation: Installation, page: str) -> tuple[str, ...]:

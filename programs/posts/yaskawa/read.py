@@ -23,7 +23,7 @@ from programs.posts.reading.driver import (
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import from_fixed_xyz
 from programs.posts.writing.lines import is_straight
-from programs.posts.yaskawa.write import LONGEST_WAIT_S, PASSING_MM, REACH_PERCENT
+from programs.posts.yaskawa.write import LONGEST_WAIT_S, PASSING_MM
 
 _OUTPUT = rf"(?:DOUT (OT|OG)|AOUT (AO))#\((\d+)\) (ON|OFF|{N})"
 _AGAIN = r"JUMP \*(LOOP\d+) IF (I\d{3})<(\d+)"
@@ -113,7 +113,7 @@ class InformReader(Reader):
         """List the instructions."""
         return {
             rf"MOVL (C\d{{5}}) (VR?)={U} (PL=[01]|CR=\d+\.\d)(?: ENWAIT T={U})?": self.move,
-            rf"MOVJ (C\d{{5}}) VJ={re.escape(REACH_PERCENT)} PL=0": lambda match: self.reach(self.position(match[1])),
+            rf"MOVJ (C\d{{5}}) VJ={U} PL=0": self.move_by_joints,
             _OUTPUT: lambda match: self.switch(*_assigned(match)),
             rf"TIMER T={U}": lambda match: self.hold(float(match[1]), LONGEST_WAIT_S),
             r"\*(LOOP\d+)": self.begin_loop,
@@ -153,6 +153,11 @@ class InformReader(Reader):
         """Find how a loop ends: the jump back to its label."""
         end = self.find_end(_AGAIN, match[1])
         self.repeat(end[3], (), end[2])
+
+    def move_by_joints(self, match: re.Match[str]) -> None:
+        """Come to a position by joints."""
+        self.set_share(match[2])
+        self.reach(self.position(match[1]))
 
     def move(self, match: re.Match[str]) -> None:
         """Move in a line; the output that goes ahead is the instruction after it, which is not executed again."""

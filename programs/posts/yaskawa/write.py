@@ -20,7 +20,6 @@ from programs.posts.writing.wording import fixed, join_lines, pose_words, split_
 
 LONGEST_WAIT_S = 655.0
 """TIMER takes up to 655.35 s."""
-REACH_PERCENT = "10.00"
 PASSING_MM = 0.3
 """Greatest S1CxG033, which PL=1 passes by."""
 _NARROWEST_CR_MM = 1.0
@@ -133,7 +132,8 @@ class Inform(Syntax):
 
     def reach(self, reach: Reach) -> Iterator[str]:
         """Write ``MOVJ``."""
-        yield f"MOVJ {self.position(reach.target, reach.joints)} VJ={REACH_PERCENT} PL=0"
+        pace = self.pace(reach)
+        yield f"MOVJ {self.position(reach.target, reach.joints)} VJ={pace.percent}.00 PL=0"
 
     def home(self) -> tuple[str, ...]:
         """Go nowhere: the first motion is a ``MOVJ`` from where the robot is."""

@@ -30,8 +30,7 @@ Function main
   Integer nLoop1
   Motor On
   Power High
-  Speed 10
-  Accel 20, 20
+  Accel 100, 100
   SpeedS 100
   AccelS 2000, 2000
   SpeedR 90
@@ -53,6 +52,7 @@ Function main
   Loop
   If 1.25 * AIO_In(2) + -2.5 < 3 Then Call stop_job("no pressure")
   Trap 2, Sw(4) = On Xqt on_fault
+  Speed 10
   Go JA(0.0000, -28.6479, 34.3775, 0.0000, 68.7549, 0.0000) ' home
   If nStart <= 1 Then Call clean_01
   ' until resistivity_mohm_cm >= 1, 4 times at most
@@ -62,6 +62,7 @@ Function main
     If nStart <= 2 Then Call clean_02
   Loop While nLoop1 < 4 And 2 * AIO_In(1) + 0 < 1
   If nStart <= 3 Then Call clean_03
+  Speed 10
   Go JA(0.0000, -28.6479, 34.3775, 0.0000, 68.7549, 0.0000) ' home
 Fend
 
@@ -91,6 +92,7 @@ Function clean_01
   ' pressure_bar = 3.500
   AIO_Out 1, 7.5
   ' s/transfer
+  Speed 10
   Go XY(0.000, 0.000, 110.000, 0.0000, 0.0000, 180.0000) /1
   SpeedS 163.0
   Move XY(0.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1
@@ -102,6 +104,7 @@ Function clean_02
     nStart = 1
     Out 1, 1
     AIO_Out 1, 7.5
+    Speed 10
     Go XY(0.000, 0.000, 110.000, 0.0000, 0.0000, 180.0000) /1
     SpeedS 163.0
     Move XY(0.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1
@@ -128,6 +131,7 @@ Function clean_03
     nStart = 1
     Out 1, 1
     AIO_Out 1, 7.5
+    Speed 10
     Go XY(0.000, 0.000, 110.000, 0.0000, 0.0000, 180.0000) /1
     SpeedS 163.0
     Move XY(0.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1

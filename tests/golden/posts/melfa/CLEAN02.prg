@@ -5,34 +5,35 @@
 5 M_Outb(1)=1
 6 M_Outw(1)=7500
 7 Cnt 0
-8 Mov P1
-9 Spd 163
-10 Mvs P2
-11 *RUN
-12 M_Out(1)=1
-13 ' s/pass
-14 Dly 0.040
-15 Cnt 1,0.04,0.04
-16 Spd 60
-17 Mvs P3
-18 Cnt 0
-19 Mvs P4 Wth M_Out(1)=0
-20 ' s/transfer
-21 Cnt 1,0.15,0.15
-22 Spd 63.6
-23 Mvs P5
-24 Cnt 0
-25 Mvs P6 Wth M_Out(1)=1
-26 ' s/pass
-27 Cnt 1,0.04,0.04
-28 Spd 60
-29 Mvs P7
-30 Cnt 0
-31 Mvs P8 Wth M_Out(1)=0
-32 ' s/transfer
-33 Spd 63.6
-34 Mvs P9
-35 End
+8 JOvrd 10
+9 Mov P1
+10 Spd 163
+11 Mvs P2
+12 *RUN
+13 M_Out(1)=1
+14 ' s/pass
+15 Dly 0.040
+16 Cnt 1,0.04,0.04
+17 Spd 60
+18 Mvs P3
+19 Cnt 0
+20 Mvs P4 Wth M_Out(1)=0
+21 ' s/transfer
+22 Cnt 1,0.15,0.15
+23 Spd 63.6
+24 Mvs P5
+25 Cnt 0
+26 Mvs P6 Wth M_Out(1)=1
+27 ' s/pass
+28 Cnt 1,0.04,0.04
+29 Spd 60
+30 Mvs P7
+31 Cnt 0
+32 Mvs P8 Wth M_Out(1)=0
+33 ' s/transfer
+34 Spd 63.6
+35 Mvs P9
+36 End
 PTL1=(0.000,30.000,142.500,0.0000,45.0000,0.0000)(0,0)
 PBS0=(-286.160,304.356,-35.250,0.0000,0.0000,-30.0000)(0,0)
 P1=(0.000,0.000,110.000,180.0000,0.0000,0.0000)(7,0)

@@ -5,32 +5,33 @@
 5 M_Outb(1)=1
 6 M_Outw(1)=7500
 7 Cnt 0
-8 Mov P1
-9 Spd 163
-10 Mvs P2
-11 Cnt 1,0.04,0.04
-12 Spd 60
-13 Mvs P3
-14 Cnt 0
-15 Mvs P4
-16 Cnt 1,0.15,0.15
-17 Spd 63.6
-18 Mvs P5
-19 Cnt 0
-20 Mvs P6
-21 Cnt 1,0.04,0.04
-22 Spd 60
-23 Mvs P7
-24 Cnt 0
-25 Mvs P8
-26 Spd 63.6
-27 Mvs P9
-28 *RUN
-29 ' s/transfer
-30 Cnt 0
-31 Spd 163
-32 Mvs P10
-33 End
+8 JOvrd 10
+9 Mov P1
+10 Spd 163
+11 Mvs P2
+12 Cnt 1,0.04,0.04
+13 Spd 60
+14 Mvs P3
+15 Cnt 0
+16 Mvs P4
+17 Cnt 1,0.15,0.15
+18 Spd 63.6
+19 Mvs P5
+20 Cnt 0
+21 Mvs P6
+22 Cnt 1,0.04,0.04
+23 Spd 60
+24 Mvs P7
+25 Cnt 0
+26 Mvs P8
+27 Spd 63.6
+28 Mvs P9
+29 *RUN
+30 ' s/transfer
+31 Cnt 0
+32 Spd 163
+33 Mvs P10
+34 End
 PTL1=(0.000,30.000,142.500,0.0000,45.0000,0.0000)(0,0)
 PBS0=(-286.160,304.356,-35.250,0.0000,0.0000,-30.0000)(0,0)
 P1=(0.000,0.000,110.000,180.0000,0.0000,0.0000)(7,0)

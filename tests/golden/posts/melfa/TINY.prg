@@ -25,32 +25,32 @@
 25 ' Input aiPressure: analog 2, pressure
 26 ' Units: mm, mm/s, degrees; positions in the board's CAD frame, A B C about the fixed x, y, z
 27 Ovrd 100
-28 JOvrd 10
-29 Cnt 0
-30 ' error 9100: the speed override is not 100 percent
-31 If M_OPovrd<>100 Then Error 9100
-32 CallP "TINYSHUT"
-33 ' error 9101: no part present
-34 M_Timer(1)=0
-35 *WAIT1
-36 If M_In(3)=1 Then GoTo *READY1
-37 If M_Timer(1)<30000 Then GoTo *WAIT1
-38 Error 9101
-39 *READY1
-40 ' error 9102: close the door
-41 M_Timer(1)=0
-42 *WAIT2
-43 If M_In(4)=0 Then GoTo *READY2
-44 If M_Timer(1)<12500 Then GoTo *WAIT2
-45 Error 9102
-46 *READY2
-47 ' error 9103: no pressure
-48 M_Timer(1)=0
-49 *WAIT3
-50 If (0.00125*M_Inw(2)+-2.5)>=3 Then GoTo *READY3
-51 If M_Timer(1)<20000 Then GoTo *WAIT3
-52 Error 9103
-53 *READY3
+28 Cnt 0
+29 ' error 9100: the speed override is not 100 percent
+30 If M_OPovrd<>100 Then Error 9100
+31 CallP "TINYSHUT"
+32 ' error 9101: no part present
+33 M_Timer(1)=0
+34 *WAIT1
+35 If M_In(3)=1 Then GoTo *READY1
+36 If M_Timer(1)<30000 Then GoTo *WAIT1
+37 Error 9101
+38 *READY1
+39 ' error 9102: close the door
+40 M_Timer(1)=0
+41 *WAIT2
+42 If M_In(4)=0 Then GoTo *READY2
+43 If M_Timer(1)<12500 Then GoTo *WAIT2
+44 Error 9102
+45 *READY2
+46 ' error 9103: no pressure
+47 M_Timer(1)=0
+48 *WAIT3
+49 If (0.00125*M_Inw(2)+-2.5)>=3 Then GoTo *READY3
+50 If M_Timer(1)<20000 Then GoTo *WAIT3
+51 Error 9103
+52 *READY3
+53 JOvrd 10
 54 Mov J1
 55 If M_19<=1 Then CallP "CLEAN01"
 56 ' until resistivity_mohm_cm >= 1, 4 times at most
@@ -60,8 +60,9 @@
 60 If M_19<=2 Then CallP "CLEAN02"
 61 If M1<4 And (0.002*M_Inw(1)+0)<1 Then GoTo *LOOP1
 62 If M_19<=3 Then CallP "CLEAN03"
-63 Mov J1
-64 Base P_NBase
-65 Tool P_NTool
-66 End
+63 JOvrd 10
+64 Mov J1
+65 Base P_NBase
+66 Tool P_NTool
+67 End
 J1=(0.0000,-28.6479,34.3775,0.0000,68.7549,0.0000)
