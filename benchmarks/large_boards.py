@@ -82,6 +82,7 @@ def write_board(parts: int, folder: Path) -> None:
     travel = {"X": width / 2 + _AROUND_MM, "Y": depth / 2 + _AROUND_MM}
     for name, far in travel.items():
         robot["joints"][name]["position_mm"] = [-far, far]
+    cell["tool_change_deg_mm"][:2] = [-travel["X"], -travel["Y"]]  # front left, away from the board
     robot["urdf"] = str(library / "robots" / "gantry" / "gantry.urdf")
     cell["robot"] = {key: robot[key] for key in ("urdf", "base_link", "flange_link", "joints")}
     cell["board"]["pose"]["xyz_mm"] = [-width / 2, -depth / 2, 60.0]

@@ -22,8 +22,9 @@ TUNING_MS = 600_000
 PORT = 8170
 
 
-def open_page(_tab: DrivenPage) -> None:
+def open_page(tab: DrivenPage) -> None:
     """The page as it opens."""
+    tab.wait_until_planned()
 
 
 def look_at_board(tab: DrivenPage) -> None:
@@ -123,7 +124,7 @@ def write_robot_program(tab: DrivenPage) -> None:
     tab.press("Next")
     tab.tab("Program")
     tab.press("Write")
-    tab.see("TriggL")
+    tab.see("movej")
 
 
 def look_at_cleaning(tab: DrivenPage) -> None:

@@ -1,11 +1,14 @@
 """A real page in a real browser: what somebody does with it, and what the browser complained about meanwhile."""
 
+import re
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
+from playwright.sync_api import TimeoutError as NotInTime
 
 CHROMIUM = next((path for path in ("/usr/bin/chromium", "/usr/bin/chromium-browser") if Path(path).exists()), None)
 NO_CHROMIUM = "no chromium in /usr/bin: apt-get install chromium"
@@ -24,6 +27,7 @@ FLAGS = [
     "--disable-gpu-compositing",
 ]
 WAIT_MS = 90_000
+LIST_MS = 10_000
 FEWER_FRAMES = """
 window.requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 300);
 window.cancelAnimationFrame = clearTimeout;
@@ -79,7 +83,8 @@ class DrivenPage:
         return self.page.locator("[data-total]").inner_text()
 
     def wait_until_planned(self) -> None:
-        self.page.get_by_text("Planned").first.wait_for()
+        planned = re.compile(r"^Planned( in|\.)")  # "The program is not planned yet." is on the page too
+        self.page.get_by_text(planned).first.wait_for()
 
     def wait_for_another_time(self, than: str) -> str:
         """Wait for the result of an edit, and return the new time."""
@@ -115,8 +120,16 @@ class DrivenPage:
         self.page.get_by_role("tab", name=name, exact=True).click()
 
     def choose(self, label: str, option: str) -> None:
-        self.page.get_by_label(label, exact=True).first.click()
-        self.page.get_by_role("option", name=option, exact=True).click()
+        shown, end = self.page.get_by_role("option", name=option, exact=True), time.monotonic() + WAIT_MS / 1000
+        while True:  # a list that opens while its panel is drawn anew closes again; it is opened once more
+            self.page.get_by_label(label, exact=True).first.click()
+            try:
+                shown.click(timeout=LIST_MS)
+            except NotInTime:
+                if time.monotonic() > end:
+                    raise
+            else:
+                return
 
     def choices(self, label: str) -> list[str]:
         self.page.get_by_label(label, exact=True).first.click()
