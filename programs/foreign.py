@@ -1,15 +1,18 @@
 """Reads a program in a robot's language as a timed program, so that it can be shown like a native one."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from math import degrees
+from math import ceil, degrees, hypot
 from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
 
 from programs.errors import ProgramError
 from programs.motion.installation import Installation
 from programs.plan import Origin
-from programs.pose import Pose, angle, distance
+from programs.pose import Pose, angle, compose, distance, inverse
 from programs.posts.dialects import DIALECTS, Dialect
 from programs.posts.rebuilt import (
     Axes,
@@ -24,6 +27,8 @@ from programs.posts.rebuilt import (
     ReadTool,
     Rebuilt,
 )
+from programs.posts.writing.axes import units_of
+from programs.posts.writing.wording import make_name
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Totals, Wait
 from programs.soundness import LARGEST_BYTES
 from specs.read_file import read_file
@@ -31,8 +36,14 @@ from specs.source import NO_SOURCE
 
 _REACH_MM_S, _TURN_DEG_S = 100.0, 90.0
 """Of joint motions, and of turns whose rate the text does not state: assumed."""
+_PART_DEG = 5.0
+"""Axes that turn by more than this move in several parts."""
 _ORIGIN = {what: re.compile(rf"\b{what} +(\S.*?)  sha256 (\S+)") for what in ("Board", "Recipe")}
 _CELL = re.compile(r"\bCell +(\S.*?)  robot ")
+
+
+Flange: TypeAlias = Callable[[tuple[float, ...]], Pose]
+"""Forward kinematics: the flange seen from the base, by joints in radians or mm."""
 
 
 def is_foreign(path: Path) -> bool:
@@ -115,19 +126,23 @@ def named_cell(files: Mapping[str, str]) -> str:
     return found[1] if found else ""
 
 
-def rebuild_program(dialect: str, files: Mapping[str, str], installation: Installation) -> TimedProgram:
+def rebuild_program(
+    dialect: str, files: Mapping[str, str], installation: Installation, flange: Flange | None = None
+) -> TimedProgram:
     """Execute the text of a program, each loop once, and time it by the speeds that it states.
 
     Args:
         dialect: A name in ``DIALECTS``.
         files: Text by file name, the one to start with first.
         installation: The cell, which states the valves of its nozzles and their lags.
+        flange: The kinematics of its robot, for languages that state axes instead of poses.
 
     Raises:
-        ProgramError: the reader does not understand a line, or the text states axes instead of poses.
+        ProgramError: the reader does not understand a line, or the text moves axes and there are no kinematics, or
+            those of another number of joints.
     """
     rebuilt = DIALECTS[dialect].read(files)
-    playing = _Playing(rebuilt, installation)
+    playing = _Playing(rebuilt, installation, flange, installation.T_base_board)
     for at, step in enumerate(rebuilt.steps):
         playing.play(at, step)
     instructions = tuple(sorted(playing.instructions, key=lambda item: item.time_s))
@@ -155,6 +170,11 @@ class _Playing:
 
     rebuilt: Rebuilt
     installation: Installation
+    flange: Flange | None
+    T_base_board: Pose
+    tool: int = 0
+    axes: tuple[float, ...] = ()
+    """Where the last motion of axes ended: degrees and mm."""
     now: float = 0.0
     way_mm: float = 0.0
     pose: Pose | None = None
@@ -175,6 +195,8 @@ class _Playing:
                 self.mount(step)
             case ReadCall():
                 self.command("CALL", step.label)
+                moved = {make_name(name, 40).lower(): place for name, place in self.installation.placements.items()}
+                self.T_base_board = moved.get(step.label.lower(), self.T_base_board)
             case ReadRepeat():
                 channel = f"input_{step.channel}" if step.channel.isdigit() else step.channel or "count"
                 self.command("REPEAT", str(step.count), "UNTIL", channel, ">=", f"{step.least or 0:g}")
@@ -193,16 +215,15 @@ class _Playing:
         place = step.T_flange_tcp
         fitting = [n for n, tool in tools.items() if place is not None and distance(tool.T_flange_tcp, place) <= 0.01]
         numbered = [int(word) for word in re.findall(r"\d+", step.label) if int(word) in tools]
-        number = next(iter([*fitting, *numbered, *tools]), 0)
-        self.command("NOZZLE", self.installation.tool(number).name, "TOOL", str(number))
+        self.tool = next(iter([*fitting, *numbered, *tools]), 0)
+        self.command("NOZZLE", self.installation.tool(self.tool).name, "TOOL", str(self.tool))
 
     def move(self, at: int, step: ReadReach | ReadLine) -> None:
         """Move to a pose at the speed that is stated."""
         target = step.target
         if isinstance(target, Axes):
-            place = self.rebuilt.place(at)
-            message = "this program moves axes, whose poses the cell's kinematics give; show the .wash instead."
-            raise ProgramError(message, file=place and place.file, line=place and place.line)
+            self.move_axes(at, step, target.values)
+            return
         way = distance(self.pose, target) if self.pose is not None else 0.0
         turn = degrees(angle(self.pose, target)) if self.pose is not None else 0.0
         lasts_s = max(way / _REACH_MM_S, turn / _TURN_DEG_S)
@@ -213,11 +234,71 @@ class _Playing:
             for signal in step.signals:
                 leaves_s = min(max(signal.share * lasts_s + signal.offset_s, 0.0), lasts_s)
                 self.switch(signal.channel, signal.value, self.now + leaves_s)
+        self.arrive(target, way, lasts_s)
+
+    def arrive(self, target: Pose, way: float, lasts_s: float) -> None:
+        """Be at a pose after so many mm and seconds."""
         self.now += lasts_s
         self.way_mm += way
         speed = way / lasts_s if lasts_s else 0.0
         self.instructions.append(MoveTo(self.now, target.position, target.quaternion, speed, NO_SOURCE))
         self.pose = target
+
+    def move_axes(self, at: int, step: ReadReach | ReadLine, values: tuple[float, ...]) -> None:
+        """Move axes evenly, in parts between which the tool turns little.
+
+        Raises:
+            ProgramError: their poses are not known.
+        """
+        if self.flange is None or len(values) != len(self.installation.joints):
+            place = self.rebuilt.place(at)
+            joints = len(self.installation.joints)
+            why = "whose poses the kinematics of its cell give" if self.flange is None else f"and the cell has {joints}"
+            message = f"this program moves {len(values)} axes, {why}; name the cell that it was made for with --cell."
+            raise ProgramError(message, file=place and place.file, line=place and place.line)
+        rows = list(self.parts(values))
+        poses = [self.pose_of(row) for row in rows]
+        before = [self.pose or poses[0], *poses]
+        ways = [distance(a, b) for a, b in zip(before, poses, strict=False)]
+        lasts_s = self.lasting(step, rows[-1], sum(ways))
+        self.axes = values
+        for pose, way in zip(poses, ways, strict=True):
+            self.arrive(pose, way, lasts_s / len(poses))
+
+    def parts(self, values: tuple[float, ...]) -> Iterator[tuple[float, ...]]:
+        """Divide a motion of axes evenly: rows of axes, the last one its end."""
+        begin, end = np.array(self.axes or values), np.array(values)
+        turns = np.array([joint.kind == "revolute" for joint in self.installation.joints])
+        count = max(ceil(float(np.max(np.abs(end - begin)[turns], initial=0.0)) / _PART_DEG), 1)
+        return (tuple((begin + part / count * (end - begin)).tolist()) for part in range(1, count + 1))
+
+    def joints_of(self, axes: tuple[float, ...]) -> tuple[float, ...]:
+        """Give joints in radians and mm of axes in degrees and mm: those themselves, or tool points and two angles."""
+        row, machine = np.array([axes]) * units_of(self.installation), self.installation.tool_point
+        return tuple((row if machine is None else machine.joints(row))[0].tolist())
+
+    def pose_of(self, axes: tuple[float, ...]) -> Pose:
+        """Give where the orifice is, seen from the board."""
+        assert self.flange is not None
+        tip = compose(self.flange(self.joints_of(axes)), self.installation.tool(self.tool).T_flange_tcp)
+        return compose(inverse(self.T_base_board), tip)
+
+    def lasting(self, step: ReadReach | ReadLine, values: tuple[float, ...], way: float) -> float:
+        """Give the time of a motion of axes: as the text states it, or at the greatest speed of the joints."""
+        begin = self.axes or values
+        if isinstance(step, ReadReach):
+            far = np.abs(np.subtract(self.joints_of(values), self.joints_of(begin)))
+            return float(np.max(far / [joint.speed for joint in self.installation.joints], initial=0.0))
+        if step.duration_s is not None:
+            return step.duration_s
+        if step.speed_mm_s:
+            return way / step.speed_mm_s
+        turns = [
+            b - a
+            for a, b, joint in zip(begin, values, self.installation.joints, strict=True)
+            if joint.kind == "revolute"
+        ]
+        return hypot(*turns) / (step.turn_deg_s or _TURN_DEG_S)
 
     def switch(self, label: str, value: float, at_s: float) -> None:
         """Begin or end the jet of a valve after its lag; any other output is not shown."""

@@ -80,7 +80,7 @@ def _read_robot_program(path: Path, cell: str | None) -> "TimedProgram":
     """
     from programs.errors import ProgramError
     from programs.foreign import named_cell, read_files, rebuild_program
-    from robotcell.cell.installation import installation_of
+    from robotcell.cell.installation import flange_of, installation_of
     from robotcell.cell.load import cell_library, read_cell
 
     dialect, files = read_files(path)
@@ -88,4 +88,5 @@ def _read_robot_program(path: Path, cell: str | None) -> "TimedProgram":
     if not cell and name not in cell_library():
         named = f"made for cell {name}, which is not in the library" if name else "no cell is named in its header"
         raise ProgramError(f"{named}; name its cell with --cell.", file=path)
-    return rebuild_program(dialect, files, installation_of(read_cell(name)))
+    loaded = read_cell(name)
+    return rebuild_program(dialect, files, installation_of(loaded), flange_of(loaded.cell))

@@ -212,6 +212,18 @@ class ToolPointMachine:
         axes[:, self.swing], axes[:, 7 - self.swing] = c, b
         return axes
 
+    def joints(self, axes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Give the joints (n, 5) of tool points and the controller's angles (n, 5): the inverse of ``axes``."""
+        c, b = axes[:, self.swing], axes[:, 7 - self.swing]
+        reach = self.pivot_mm * np.sin(b)
+        joints = np.empty_like(axes)
+        joints[:, 0] = axes[:, 0] - reach * np.cos(c)
+        joints[:, 1] = axes[:, 1] - reach * np.sin(c)
+        joints[:, 2] = axes[:, 2] - self.pivot_mm * (1.0 - np.cos(b))
+        joints[:, self.swing] = (c - self.swing_zero) / self.signs[0]
+        joints[:, 7 - self.swing] = (b - self.tilt_zero) / self.signs[1]
+        return joints
+
 
 _NO_OUTPUTS: Mapping[str, tuple[Assignment, ...]] = {}
 

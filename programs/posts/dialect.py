@@ -82,4 +82,6 @@ class Dialect:
         Raises:
             ProgramError: a file is missing, or holds a statement that this language's writer does not write.
         """
-        return replace(self.rebuild(files), capability=self.capability, has_joints=self.writes_joints)
+        return replace(
+            self.rebuild(files), capability=self.capability, has_joints=self.writes_joints, controller=self.controller
+        )

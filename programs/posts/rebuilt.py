@@ -8,6 +8,7 @@ from programs.motion.analog import Counting
 from programs.motion.lower import Capability
 from programs.motion.steps import Line
 from programs.pose import Pose
+from programs.timing.controller import Controller
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,6 +190,18 @@ class ReadFrame:
 
 
 @dataclass(frozen=True, slots=True)
+class ReadHome:
+    """A joint motion to joint values from which the program does not go on to a pose: home."""
+
+    after: int
+    """Number of steps before it."""
+    joints: tuple[float, ...]
+    """As the controller counts them, degrees or mm."""
+    speed_share: float | None = None
+    """Of the joints' greatest speeds; ``None`` where the text states none."""
+
+
+@dataclass(frozen=True, slots=True)
 class Due:
     """What the text of a planned line has to state beside its end and speed; ``None`` where the language states none.
 
@@ -220,6 +233,10 @@ class Rebuilt:
     """Whether a joint motion goes to joint values, where they are known."""
     dues: Dues | None = None
     """What its lines have to state; ``None`` in languages of axes, whose blocks are no lines of the plan."""
+    homes: tuple[ReadHome, ...] | None = None
+    """Motions home, in order; ``None`` where the language has none."""
+    controller: Controller | None = None
+    """The model by which joint motions are given their speed."""
 
     @property
     def analog(self) -> Counting:

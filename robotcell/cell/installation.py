@@ -1,6 +1,7 @@
 """The installation that posts need of a cell: millimetres, quaternions, channels by name."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -25,7 +26,7 @@ from robotcell.cell.spec import CellSpec, Outputs
 from robotcell.cell.spec import Wait as WaitSpec
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Joint as RobotJoint
-from robotcell.robot.robot import Joints, Poses, Robot
+from robotcell.robot.robot import Joints, Poses, Robot, flange_poses
 
 _MM = 1e3
 _UPRIGHT = math.cos(math.radians(0.5))
@@ -99,6 +100,16 @@ def _describe_held_point(cell: Cell) -> str:
         return ""
     x, y, z = (round(float(value) * _MM, 3) + 0.0 for value in cell.T_board_held[:3, 3])
     return f"by its {describe_held(cell.held_by)}, x {x:.3f} y {y:.3f} z {z:.3f} mm in its CAD frame"
+
+
+def flange_of(cell: Cell) -> Callable[[tuple[float, ...]], Pose]:
+    """Give the forward kinematics of a cell's robot in the units of programs.
+
+    Returns:
+        The flange's pose seen from the base, by joints in radians, or millimetres where they are prismatic.
+    """
+    units = exported_joints(cell.robot, np.ones(cell.robot.dof))
+    return lambda joints: to_pose(flange_poses(cell.robot, np.array([joints]) / units)[0])
 
 
 def exported_joints(robot: Robot, joints: Joints) -> Joints:

@@ -60,12 +60,6 @@ def test_a_line_that_is_not_understood_is_named(tmp_path: Path) -> None:
         rebuild_program(*read_files(place), small_cell())
 
 
-def test_axes_are_refused(tmp_path: Path) -> None:
-    written(tmp_path, "linuxcnc")
-    with pytest.raises(ProgramError, match="kinematics"):
-        rebuild_program(*read_files(tmp_path), small_cell())
-
-
 def test_what_is_no_robot_program_is_refused(tmp_path: Path) -> None:
     assert not is_foreign(tmp_path / "a.wash")
     assert is_foreign(tmp_path / "a.SRC")

@@ -22,7 +22,7 @@ _POSE = rf"\[\[{N},{N},{N}\],\[{N},{N},{N},{N}\]\]"
 _NO_AXES = re.escape("[9E9,9E9,9E9,9E9,9E9,9E9]")
 _SHAPES = {
     "robtarget": rf"{_POSE[:-2]},\[0,0,0,0\],{_NO_AXES}\]",
-    "jointtarget": rf"\[\[{_LIST}\],\[(?:9E9|{NUMBER})(?:,(?:9E9|{NUMBER})){{5}}\]\]",
+    "jointtarget": rf"\[\[({_LIST})\],\[((?:9E9|{NUMBER})(?:,(?:9E9|{NUMBER})){{5}})\]\]",
     "tooldata": rf"\[TRUE,{_POSE},\[{N},\[0,0,{N}\],\[1,0,0,0\],0,0,0\]\]",
     "wobjdata": rf'\[FALSE,TRUE,"",{_POSE},\[\[0,0,0\],\[1,0,0,0\]\]\]',
     "speeddata": rf"\[{N},{N},5000,1000\]",
@@ -154,7 +154,7 @@ class RapidReader(Reader):
 
     def go_home(self, match: re.Match[str]) -> None:
         """Go home."""
-        self.numbers(match[1], "jointtarget")
+        self.come_home(_joints(*self.values.use(("jointtarget", match[1]))))
         self.check_reach(match[2], match[3])
 
     def check_reach(self, speed: str, tool: str) -> None:
@@ -169,8 +169,7 @@ class RapidReader(Reader):
         self.check_reach(match[3], match[5])
         self.numbers(match[6], "wobjdata")
         self.lasts_s = float(match[4]) if match[4] else None
-        external = [word for word in match[2].split(",") if word != "9E9"]
-        self.come_to(float(word) for word in (*match[1].split(","), *external))
+        self.come_to(_joints(match[1], match[2]))
 
     def define_trigger(self, match: re.Match[str]) -> None:
         """Define when a trigger leaves."""
@@ -214,3 +213,8 @@ class RapidReader(Reader):
         """Give the pose that a target, tool or work object begins with."""
         x, y, z, a, b, c, d = self.numbers(name, kind)[:7]
         return Pose((x, y, z), checked((a, b, c, d)))
+
+
+def _joints(robot: str, external: str) -> list[float]:
+    """Give the joint values of the robot, and those of the external axes that there are."""
+    return [float(word) for word in (*robot.split(","), *external.split(",")) if word != "9E9"]

@@ -101,11 +101,12 @@ class KrlReader(Reader):
             rf"TRIGGER WHEN (?:PATH={N}|DISTANCE=1) DELAY=(-?\d+) DO {_ASSIGNMENT}": self.define_trigger,
             _PREPARATION: skip,
             r"BAS\(#VEL_PTP,(\d+)\)": lambda match: self.set_share(match[1]),
-            r"PTP (HOME_POSITION)|\$LOAD=(\w+)": self.use_value,
+            r"PTP (HOME_POSITION)": self.go_home,
+            r"\$LOAD=(\w+)": self.use_load,
             r"(nLoop\d+)=0": self.set_counter,
             r"(nLoop\d+)=\1\+1": self.raise_counter,
             r"PTP (\w+)": lambda match: self.reach(self.frame(match[1])),
-            rf"PTP {_AXES}": lambda match: self.come_to(float(word) for word in re.findall(rf"[AE]\d {N}", match[0])),
+            rf"PTP {_AXES}": lambda match: self.come_to(_axes(match[0])),
             rf"WAIT SEC {U}": self.pause,
             r"REPEAT": self.begin_loop,
             rf"{_COUNTED}|{_LOOKED}": self.end_repeat,
@@ -154,9 +155,13 @@ class KrlReader(Reader):
         key = (self.modules[self.routine], name)
         return self.values.use(key if key in self.values.values else ("", name))
 
-    def use_value(self, match: re.Match[str]) -> None:
-        """Use a declared value that states no place."""
-        self.value(match[1] or match[2])
+    def use_load(self, match: re.Match[str]) -> None:
+        """Use a declared load."""
+        self.value(match[1])
+
+    def go_home(self, match: re.Match[str]) -> None:
+        """Go to the declared joint values of home."""
+        self.come_home(_axes(self.value(match[1])))
 
     def set_counter(self, match: re.Match[str]) -> None:
         """Set a loop's counter, which is declared, to 0."""
@@ -198,6 +203,11 @@ class KrlReader(Reader):
                 self.repeat(found[2] or found[4], found.groups()[4:], found[1] or found[3])
                 return
         raise ProgramError("a REPEAT has no UNTIL.")
+
+
+def _axes(text: str) -> list[float]:
+    """Give the joint values of an E6AXIS."""
+    return [float(word) for word in re.findall(rf"[AE]\d {N}", text)]
 
 
 def _assigned(words: "tuple[str | None, ...] | list[str | None]") -> tuple[str, float]:

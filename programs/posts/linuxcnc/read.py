@@ -32,6 +32,8 @@ class GCodeReader(Reader):
         self.stops = False
         self.tolerance_mm = 0.0
         self.inverse = False
+        self.raised: dict[str, float] = {}
+        """Axis that was raised before the first motion home, and to where."""
         self.ends: list[str] = []
         """Blocks that end the loops that run."""
 
@@ -60,7 +62,7 @@ class GCodeReader(Reader):
         return {
             rf"((?:G61\.1 |G64 P({BLEND_MM:g}) Q0 )?)(G9[34] )?G1({_AXES}) F{N}": self.feed,
             rf"G0({_AXES})": lambda match: self.steps.append(ReadReach(self.move(match[1]))),
-            rf"G53 G0{_AXES}": skip,
+            rf"G53 G0({_AXES})": self.go_home,
             r"M6([2-5]) P(\d+)": lambda match: self.switch(f"digital {match[2]}", float(match[1] in "24")),
             rf"M6[78] E(\d+) Q{N}": self.set_analog,
             rf"G4 P{N}": self.pause,
@@ -127,6 +129,20 @@ class GCodeReader(Reader):
         for letter, value in _WORD.findall(words):
             self.axes[letter] = float(value) + self.offsets[self.system].get(letter, 0.0)
         return Axes(tuple(self.axes.values()))
+
+    def go_home(self, match: re.Match[str]) -> None:
+        """Go home in machine coordinates: Z alone before the first time, then all axes.
+
+        Raises:
+            ProgramError: Z is raised to another height than that of home.
+        """
+        words = {letter: float(value) for letter, value in _WORD.findall(match[1])}
+        if len(words) == 1:
+            self.raised = words
+        elif words.items() >= self.raised.items():
+            self.come_home(words.values())
+        else:
+            raise ProgramError(f"{match[0]!r} is not as high as the axis was raised before.")
 
     def set_analog(self, match: re.Match[str]) -> None:
         """Set an analog output, or a group."""

@@ -29,6 +29,7 @@ from programs.motion.steps import (
     UseTool,
 )
 from programs.pose import Pose, angle, between, distance
+from programs.posts.reading.joint_moves import compare_joint_moves
 from programs.posts.reading.production import compare_frame
 from programs.posts.reading.terms import compare_terms
 from programs.posts.rebuilt import (
@@ -164,9 +165,11 @@ def measure(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
     if comparison.next() is not None:
         surplus = rebuilt.steps[comparison.at :]
         comparison.differ(f"{len(surplus)} steps too many, the first {surplus[0]}", NO_SOURCE, comparison.at)
+    reaches = {match.step: match.planned for match in comparison.matches if isinstance(match.planned, Reach)}
     if not comparison.differences:
-        for wrong in compare_terms(rebuilt, motion):
-            comparison.differ(wrong.message, wrong.made_by, wrong.step)
+        moves = compare_joint_moves(rebuilt, reaches, motion, installation)
+        for wrong in (*compare_terms(rebuilt, motion), *moves):
+            comparison.differ(*wrong)
     for message in compare_frame(rebuilt, motion, installation):
         comparison.differences.append(Difference(message, None, NO_SOURCE))
     return comparison.agreement()

@@ -19,6 +19,7 @@ from programs.posts.rebuilt import (
     ReadCall,
     ReadEndRepeat,
     ReadFrame,
+    ReadHome,
     ReadLine,
     ReadPart,
     ReadPause,
@@ -150,12 +151,16 @@ class Reader(ABC):
     """Whether the language can wait for a quantity."""
     writes_lines: ClassVar[bool] = True
     """Whether a line of the plan is one motion, and not several of the axes."""
+    goes_home: ClassVar[bool] = True
+    """Whether the language can go to joint values, as those of home."""
     handlers: ClassVar[AbstractSet[str]] = frozenset()
     """What has to call the fault routine, by the names that ``shut`` is given; none in languages without a frame."""
 
     def __init__(self) -> None:
         self.start = 1
         """The part to start at."""
+        self.homes: list[ReadHome] = []
+        """Motions to joint values; those from which a pose is reached are taken out again."""
         self.parts: list[ReadPart] = []
         self.waits: list[ReadWait] = []
         self.watched: list[tuple[str, bool]] = []
@@ -210,7 +215,8 @@ class Reader(ABC):
                 tuple(reader.waits), tuple(reader.watched), parts, shut, reader.guards_override, cls.reads_sensors
             )
         reader.finish()
-        return Rebuilt(steps, places=places, frame=frame, dues=cls.due if cls.writes_lines else None)
+        homes = tuple(reader.homes) if cls.goes_home else None
+        return Rebuilt(steps, places=places, frame=frame, dues=cls.due if cls.writes_lines else None, homes=homes)
 
     @classmethod
     def _loaded(cls, files: ProgramFiles) -> tuple[Self, str]:
@@ -542,7 +548,13 @@ class Reader(ABC):
 
     def come_to(self, counted: Iterable[float]) -> None:
         """Come to joint values, as the controller counts them."""
-        self.counted = tuple(counted)
+        self.counted = self.come_home(counted)
+
+    def come_home(self, counted: Iterable[float]) -> tuple[float, ...]:
+        """Come to joint values from which no pose is reached, and give them."""
+        joints = tuple(counted)
+        self.homes.append(ReadHome(len(self.steps), joints, self.speed_share))
+        return joints
 
     def set_counter(self, match: re.Match[str]) -> None:
         """Set a loop's counter, the first group, to 0."""
@@ -594,6 +606,8 @@ class Reader(ABC):
 
     def reach(self, pose: Pose, counted: tuple[float, ...] = ()) -> None:
         """Come to a pose by a joint motion: to joint values, or to the pose itself where there are none."""
+        if counted:
+            self.homes.pop()
         self._use_frames()
         self.steps.append(ReadReach(pose, counted, self.speed_share, self.lasts_s))
         self.pose, self.counted, self.lasts_s = pose, (), None

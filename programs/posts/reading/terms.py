@@ -1,8 +1,8 @@
 """Compares how lines are passed, and how fast the tool turns, with what is due in the language."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import zip_longest
+from typing import TypeAlias
 
 from programs.motion.lower import lower
 from programs.motion.steps import MotionProgram
@@ -19,17 +19,11 @@ _WORDS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class WrongTerm:
-    """A term of a line that is not as due."""
-
-    message: str
-    made_by: Source
-    step: int
-    """Of those that were read."""
+Wrong: TypeAlias = tuple[str, Source, int]
+"""What differs, what requested it, and the step that was read."""
 
 
-def compare_terms(rebuilt: Rebuilt, motion: MotionProgram) -> Iterator[WrongTerm]:
+def compare_terms(rebuilt: Rebuilt, motion: MotionProgram) -> Iterator[Wrong]:
     """List the lines whose zone, rate of turn or time of a turn differs by more than a digit from what is due.
 
     Args:
@@ -47,7 +41,7 @@ def compare_terms(rebuilt: Rebuilt, motion: MotionProgram) -> Iterator[WrongTerm
         found = rebuilt.steps[at]
         assert isinstance(found, ReadLine)
         due = rebuilt.dues(line, following.get(id(line)))
-        yield from (WrongTerm(message, line.made_by, at) for message in _wrong(found, due, passes=line.blend_mm > 0.0))
+        yield from ((message, line.made_by, at) for message in _wrong(found, due, passes=line.blend_mm > 0.0))
 
 
 def _wrong(found: ReadLine, due: Due, *, passes: bool) -> Iterator[str]:

@@ -197,8 +197,8 @@ class Val3Reader(Reader):
             if word == "movel" or speeds["blend"] != "off":
                 raise ProgramError(f"{match[0]!r} does not come to joint values as it should.")
             self.set_share(speeds["vel"])
-            if name != "jHome":
-                self.come_to(float(value) for key, value in target.items() if key.startswith("j"))
+            come = self.come_home if name == "jHome" else self.come_to
+            come(float(value) for key, value in target.items() if key.startswith("j"))
             return
         if self.types[name] != "pointRx" or not target.items() >= _SAME_ARM.items():
             raise ProgramError(f"{name} is no point that keeps the arm's configuration.")

@@ -39,6 +39,7 @@ class InformReader(Reader):
 
     handlers = frozenset({"main"})
     reads_sensors = False
+    goes_home = False
 
     def __init__(self) -> None:
         super().__init__()

@@ -24,6 +24,7 @@ def test_tool_points_are_those_of_the_forward_kinematics() -> None:
     np.testing.assert_allclose(axes[:, :3], 1e3 * tips[:, :3, 3] + machine.base, atol=1e-6)
     jets = np.column_stack((np.sin(axes[:, 4]) * np.cos(axes[:, 3]), np.sin(axes[:, 4]) * np.sin(axes[:, 3])))
     np.testing.assert_allclose(jets, tips[:, :2, 2], atol=1e-9)
+    np.testing.assert_allclose(machine.joints(axes), rows * [1e3, 1e3, 1e3, 1.0, 1.0], atol=1e-9)
 
 
 def test_a_tool_that_is_mounted_at_an_angle_shifts_the_zero_of_b() -> None:

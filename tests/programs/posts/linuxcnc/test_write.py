@@ -14,18 +14,20 @@ from robot_steps import program
 
 from programs.errors import ProgramError
 from programs.export import export
+from programs.foreign import rebuild_program
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import Line, MotionProgram, Reach, SampledLine, Step, Switch, UseBoard, UseTool
 from programs.motion.valves import SwitchRequest, open_valves
-from programs.pose import Pose, compose, inverse
+from programs.pose import Pose, angle, compose, distance, inverse
 from programs.posts.linuxcnc import DIALECT
 from programs.posts.linuxcnc.write import GROUP_BASE
 from programs.posts.reading.compare import compare
 from programs.posts.rebuilt import Axes, ReadLine, ReadReach, ReadSwitch, Rebuilt
 from programs.posts.writing.tool_points import in_tool_points
-from robotcell.cell.installation import installation_of, to_pose
+from programs.program import MoveTo, SetNozzle
+from robotcell.cell.installation import flange_of, installation_of, to_pose
 from robotcell.cell.load import read_cell
 from robotcell.robot.robot import flange_poses
 
@@ -111,6 +113,33 @@ def test_a_gantry_is_read_back_as_planned_and_its_tip_keeps_to_its_lines() -> No
         if math.dist(tip(to).position, end) < 1e-3 and abs(to - lines[0].joints / DEGREES).max() < 1e-3:
             lines.pop(0)
     assert not lines
+
+
+@pytest.mark.parametrize("takes_tool_points", [False, True])
+def test_a_program_is_shown_by_the_kinematics_of_its_cell(takes_tool_points: bool) -> None:
+    cell = replace(GANTRY, tool_point=installation_of(LOADED).tool_point if takes_tool_points else None)
+    motion = begun(*TILTED)
+    files = {"tiny.ngc": text_of(in_tool_points(motion, cell) if takes_tool_points else motion, cell)}
+    shown = rebuild_program("linuxcnc", files, cell, flange_of(LOADED.cell))
+    moves = [item for item in shown.instructions if isinstance(item, MoveTo)]
+    poses = [Pose(move.position, move.quaternion) for move in moves]
+    for line in motion.lines:
+        apart = min(distance(line.target, pose) + 10.0 * angle(line.target, pose) for pose in poses)
+        assert apart <= 0.01
+    ways = [abs(pose.position[2] - 40.0) for pose in poses]
+    assert max(ways) <= 0.05  # between the ends too
+    lasting = sum(line.length_mm / line.speed_mm_s for line in motion.lines[:3]) + motion.lines[3].duration_s
+    assert shown.totals.duration_s == pytest.approx(lasting, rel=0.02)
+    assert [item.spraying for item in shown.instructions if isinstance(item, SetNozzle)] == [True, False]
+
+
+def test_a_program_of_axes_is_not_shown_without_its_cell() -> None:
+    files = {"tiny.ngc": text_of(begun(*TILTED))}
+    with pytest.raises(ProgramError, match=r"tiny.ngc:\d+: this program moves 5 axes, whose poses the kinematics"):
+        rebuild_program("linuxcnc", files, GANTRY)
+    fewer = replace(GANTRY, joints=GANTRY.joints[:4])
+    with pytest.raises(ProgramError, match="moves 5 axes, and the cell has 4; name the cell"):
+        rebuild_program("linuxcnc", files, fewer, flange_of(LOADED.cell))
 
 
 def test_a_stroke_that_does_not_turn_has_the_speed_of_the_orifice_in_mm_per_minute() -> None:

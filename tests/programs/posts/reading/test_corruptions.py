@@ -15,6 +15,7 @@ from random import Random
 import pytest
 from corruptions import corrupt
 from installations import for_language, small_cell
+from joint_journey import journey
 from robot_programs import PROGRAMS, joints_of
 
 from programs.errors import ProgramError
@@ -45,8 +46,12 @@ TOLERANCES = {
 
 @cache
 def written(dialect: str, made: str) -> tuple[Mapping[str, str], Rebuilt, MotionProgram, Installation]:
-    language, cell, program = DIALECTS[dialect], for_language(small_cell(), dialect), PROGRAMS[made]()
-    motion = make_motion(program, cell, joints_of(program))
+    language = DIALECTS[dialect]
+    if made == "journey":
+        motion, cell = journey(dialect)
+    else:
+        cell, program = for_language(small_cell(), dialect), PROGRAMS[made]()
+        motion = make_motion(program, cell, joints_of(program))
     files = language.render(lower(motion, language.capability), cell)
     return files, language.read(files), motion, cell
 
@@ -110,7 +115,8 @@ def frame_of(rebuilt: Rebuilt) -> object:
 def tally(dialect: str, count: int) -> tuple[int, list[str]]:
     """How many of so many corruptions change something, and those of them that are not found."""
     changed, missed = 0, list[str]()
-    for made in MADE:
+    made_by_joints = ("journey",) if DIALECTS[dialect].maker is not None else ()
+    for made in (*MADE, *made_by_joints):
         files, original, motion, cell = written(dialect, made)
         assert compare(original, motion, cell) == ()
         random = Random(f"{dialect} {made}")
@@ -122,7 +128,8 @@ def tally(dialect: str, count: int) -> tuple[int, list[str]]:
                 changed += 1
                 continue
             pairs = zip_longest(plain(original.steps), plain(read.steps))
-            if all(is_same(*pair) for pair in pairs) and is_same(frame_of(original), frame_of(read)):
+            others = ((frame_of(original), frame_of(read)), (original.homes, read.homes))
+            if all(is_same(*pair) for pair in (*pairs, *others)):
                 continue
             changed += 1
             if compare(read, motion, cell) == ():
