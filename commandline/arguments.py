@@ -47,6 +47,15 @@ CellSource = Annotated[
     str,
     typer.Argument(help="Cell file, or the name of a library cell.", metavar="CELL", autocompletion=complete_cell),
 ]
+CellOption = Annotated[
+    str | None,
+    typer.Option(
+        "--cell",
+        help="Cell whose robot carries the program out: its limits hold besides those of the recipe.",
+        metavar="CELL",
+        autocompletion=complete_cell,
+    ),
+]
 ParametersSource = Annotated[
     str,
     typer.Argument(

@@ -18,6 +18,7 @@ from specs.progress import Progress, subprogress
 
 if TYPE_CHECKING:
     from programs.program import TimedProgram
+    from robotcell.cell.load import LoadedCell
     from rulesengine.planning.pipeline import Run
 
 
@@ -79,8 +80,8 @@ def read_program_board(
     return found
 
 
-def read_and_run(board: str, recipe: str, parts: Path | None) -> "Run":
-    """Load board and recipe, and plan.
+def read_and_run(board: str, recipe: str, parts: Path | None, cell: str | None = None) -> "Run":
+    """Load board and recipe, and plan; for the robot of a cell, if one is named.
 
     Raises:
         JobError: one of them cannot be used.
@@ -90,12 +91,26 @@ def read_and_run(board: str, recipe: str, parts: Path | None) -> "Run":
     from rulesengine.planning.pipeline import run
 
     loaded_recipe = read_recipe(recipe)
+    loaded_cell = None if cell is None else _read_cell(cell)
     with progress_bar() as progress:
-        loaded = load_board(Path(board), parts, subprogress(progress, 0.0, 0.4))
+        ends = (0.4, 1.0) if loaded_cell is None else (0.1, 0.2)
+        loaded = load_board(Path(board), parts, subprogress(progress, 0.0, ends[0]))
         try:
-            return run(loaded_recipe.recipe, loaded, subprogress(progress, 0.4, 1.0))
+            done = run(loaded_recipe.recipe, loaded, subprogress(progress, *ends))
+            if loaded_cell is None:
+                return done
+            from robotcell.cell.hold import hold_board
+            from rulesengine.planning.cell_plan import plan_for_cell
+
+            return plan_for_cell(done, hold_board(loaded_cell, loaded), subprogress(progress, ends[1], 1.0))
         except RecipeError as error:
             raise locate_error(error, loaded_recipe) from None
+
+
+def _read_cell(cell: str) -> "LoadedCell":
+    from robotcell.cell.load import read_cell  # a plan without a cell needs no robot
+
+    return read_cell(cell)
 
 
 def print_library(entries: dict[str, str], indent: str = "", width: int = 0) -> None:

@@ -18,13 +18,14 @@ _FIXED_HEADER = ("UNITS mm s", "FRAME board")
 _BEGIN = "BEGIN"
 _END = "END"
 
-_BOARD_AT, _RECIPE_AT, _TOTALS_AT = 3, 4, 5
+_BOARD_AT, _RECIPE_AT, _CELL_AT = 3, 4, 5
 _NUMBERS = {"MOVE": (8, "numbers (x y z qw qx qy qz v)"), "WAIT": (1, "number (seconds)")}
 _KEYWORDS = ("MOVE", "SPRAY", "WAIT", *COMMANDS)
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _AMOUNT = r"(\d+(?:\.\d+)?)"
 _BOARD = re.compile(r"BOARD (\S|\S.*\S) sha256 (\S+)")
 _RECIPE = re.compile(r"RECIPE (\S|\S.*\S) sha256 (\S+)")
+_CELL = re.compile(r"CELL (\S|\S.*\S) sha256 (\S+)")
 _TOTALS = re.compile(
     rf"TOTALS duration_s {_AMOUNT} spray_s {_AMOUNT} travel_mm {_AMOUNT} moves (\d{{1,9}})", flags=re.ASCII
 )
@@ -69,6 +70,7 @@ def _header(program: TimedProgram) -> list[str]:
         *_FIXED_HEADER,
         f"BOARD {origin.board} sha256 {origin.board_sha256}",
         f"RECIPE {origin.recipe} sha256 {origin.recipe_sha256}",
+        *([f"CELL {origin.cell} sha256 {origin.cell_sha256}"] if origin.cell else []),
         f"TOTALS duration_s {totals.duration_s:.4f} spray_s {totals.spray_s:.4f} "
         f"travel_mm {totals.travel_mm:.3f} moves {totals.moves}",
         *(f"LIQUID {name} {litres:.3f} l" for name, litres in totals.liquid_l),
@@ -135,7 +137,7 @@ def parse(text: str, *, file: Path | str | None = None) -> TimedProgram:
     program = TimedProgram(origin, totals, tuple(read.values()))
     fault = first_fault(program, rounded(columns_of(program)))
     if fault is not None:
-        at = _TOTALS_AT if fault.index is None else tuple(read)[fault.index]
+        at = _totals_at(lines) if fault.index is None else tuple(read)[fault.index]
         raise ProgramError(fault.message, file=file, line=at + 1)
     return program
 
@@ -150,10 +152,10 @@ def _read_header(lines: list[str]) -> tuple[Origin, Totals, int]:
         _match_line(lines, at, re.compile(re.escape(fixed)), fixed)
     board = _match_line(lines, _BOARD_AT, _BOARD, "BOARD name sha256 hash")
     recipe = _match_line(lines, _RECIPE_AT, _RECIPE, "RECIPE name sha256 hash")
-    totals = _match_line(
-        lines, _TOTALS_AT, _TOTALS, "TOTALS duration_s seconds spray_s seconds travel_mm length moves count"
-    )
-    at = _TOTALS_AT + 1
+    at = _totals_at(lines)
+    cell = _match_line(lines, _CELL_AT, _CELL, "CELL name sha256 hash") if at > _CELL_AT else ("", "", "")
+    totals = _match_line(lines, at, _TOTALS, "TOTALS duration_s seconds spray_s seconds travel_mm length moves count")
+    at += 1
     liquid: list[tuple[str, float]] = []
     while at < len(lines) and lines[at].startswith("LIQUID"):
         name, litres = _match_line(lines, at, _LIQUID, "LIQUID function litres l").groups()
@@ -162,10 +164,15 @@ def _read_header(lines: list[str]) -> tuple[Origin, Totals, int]:
     _match_line(lines, at, re.compile(_BEGIN), "LIQUID function litres l, or BEGIN")
     duration_s, spray_s, travel_mm, moves = totals.groups()
     return (
-        Origin(board[1], board[2], recipe[1], recipe[2]),
+        Origin(board[1], board[2], recipe[1], recipe[2], cell[1], cell[2]),
         Totals(float(duration_s), float(spray_s), float(travel_mm), int(moves), tuple(liquid)),
         at,
     )
+
+
+def _totals_at(lines: list[str]) -> int:
+    """Give the line of the totals: after that of the cell, if there is one."""
+    return _CELL_AT + (len(lines) > _CELL_AT and lines[_CELL_AT].startswith("CELL "))
 
 
 def _match_line(lines: list[str], at: int, pattern: re.Pattern[str], usage: str) -> re.Match[str]:

@@ -83,6 +83,9 @@ class Origin:
     board_sha256: str
     recipe: str
     recipe_sha256: str
+    cell: str = ""
+    """Name of the cell whose robot's limits the times keep to; empty where they are those of the recipe alone."""
+    cell_sha256: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

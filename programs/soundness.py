@@ -137,12 +137,14 @@ def _wrong_repeats(program: TimedProgram) -> Iterator[Fault]:
 
 def _wrong_header(program: TimedProgram) -> Iterator[Fault]:
     origin = program.origin
-    for what, name in (("board", origin.board), ("recipe", origin.recipe)):
+    named = [("board", origin.board), ("recipe", origin.recipe)]
+    for what, name in [*named, ("cell", origin.cell)] if origin.cell or origin.cell_sha256 else named:
         if not name or not name.isprintable() or name != name.strip():
             yield Fault(f"{name!r} cannot be the name of a {what}; use printable characters, no space at an end.")
     for what, token in (
         ("the board's sha256", origin.board_sha256),
         ("the recipe's sha256", origin.recipe_sha256),
+        *([("the cell's sha256", origin.cell_sha256)] if origin.cell else []),
         *(("a function's name", name) for name, _ in program.totals.liquid_l),
     ):
         if token.split() != [token] or not token.isprintable():

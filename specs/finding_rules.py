@@ -168,6 +168,15 @@ SPEED_BELOW_PROGRAMMED = FindingRule(
     also="info",
 )
 
+ROBOT_LIMITS = FindingRule(
+    "robot-limits",
+    "warning",
+    "with a cell: the robot cannot carry out the program, or takes more than 1.05 times the planned time. A note "
+    "otherwise: what its limits cost against those of the recipe alone, by kind of motion",
+    _PLANNING,
+    also="info",
+)
+
 # Cells: what is probably not meant.
 TCP_UNITS = FindingRule(
     "tcp-units", "error", "the orifice is less than 3 mm or more than 20 m from the flange: metres for mm", _CELLS

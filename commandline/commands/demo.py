@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from rulesengine.planning.pipeline import Run
 
 
+_SAMPLE = "ur5e-bench"
+"""Cell in which the demonstration is checked where none is named."""
+
+
 def demo(
     folder: Annotated[Path, typer.Option("--into", help="Folder to write into.", metavar="DIR")] = Path(
         "washboard-demo"
@@ -30,9 +34,14 @@ def demo(
         ),
     ] = "smt-aqueous",
     cell: Annotated[
-        str,
-        typer.Option("--cell", help="Cell; left out, the sample.", metavar="CELL", autocompletion=complete_cell),
-    ] = "ur5e-bench",
+        str | None,
+        typer.Option(
+            "--cell",
+            help="Cell, for whose robot the program is planned; left out, it is checked in the sample.",
+            metavar="CELL",
+            autocompletion=complete_cell,
+        ),
+    ] = None,
     dialect: Annotated[
         str | None, typer.Option("--dialect", help="Language; left out, that of the maker of the cell's robot.")
     ] = None,
@@ -56,11 +65,11 @@ def demo(
         from robotcell.cell.load import read_cell
 
         check_folder(folder)
-        loaded_cell = read_cell(cell)
+        loaded_cell = read_cell(cell or _SAMPLE)
         installation = installation_of(loaded_cell)
         language = dialect or own_dialect(installation)
         check_maker(find_dialect(language), installation)
-        done = read_and_run(board, recipe, None)
+        done = read_and_run(board, recipe, None, cell if find_spec("coal") else None)
         card = draw_board(done.board, ".png")
         with output_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from commandline.arguments import BoardSource, Parts, Picture, RecipeSource
+from commandline.arguments import BoardSource, CellOption, Parts, Picture, RecipeSource
 from commandline.errors import job_errors
 
 
@@ -33,6 +33,7 @@ def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Pa
 def plan(
     board: BoardSource,
     recipe: RecipeSource = "smt-aqueous",
+    cell: CellOption = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Program to write.", metavar="OUT.wash")] = None,
     picture: Picture = None,
     report: Annotated[
@@ -50,6 +51,7 @@ def plan(
 
     [dim]washboard plan smt-demo
     washboard plan smt-demo smt-aqueous -o demo.wash --picture demo.png
+    washboard plan smt-demo --cell ur5e-bench -o demo.wash
     washboard plan board.step my-recipe.yaml --parts placement.csv -o board.wash --report board.json[/dim]
     """
     with job_errors():
@@ -59,9 +61,9 @@ def plan(
         from reports.terminal.program_card import print_run
         from specs.finding_rules import check_allowed
 
-        check_places((board, recipe, parts), {"a program": output, "a picture": picture, "a report": report})
+        check_places((board, recipe, parts, cell), {"a program": output, "a picture": picture, "a report": report})
         allowed = check_allowed(allow or [])
-        done = read_and_run(board, recipe, parts)
+        done = read_and_run(board, recipe, parts, cell)
         console = open_console()
         try:  # files first: who reads the summary may close the pipe after one line
             write_run(done, output=output, picture=picture, report_file=report, allowed=allowed)

@@ -24,6 +24,7 @@ def report(run: "Run") -> dict[str, Json]:
         "washboard_report": 1,
         "board": {"name": origin.board, "sha256": origin.board_sha256},
         "recipe": {"name": origin.recipe, "sha256": origin.recipe_sha256},
+        **_robot(run),
         "totals": {
             "duration_s": round(totals.duration_s, 4),
             "spray_s": round(totals.spray_s, 4),
@@ -39,6 +40,16 @@ def report(run: "Run") -> dict[str, Json]:
         "components": _components(run),
         "findings": [finding_data(finding) for finding in run.findings],
     }
+
+
+def _robot(run: "Run") -> dict[str, Json]:
+    """Cell and times of its robot, where the program is timed for one."""
+    timing, origin = run.robot, run.program.origin
+    if timing is None:
+        return {}
+    price: dict[str, Json] = {kind: round(seconds, 4) for kind, seconds in timing.price_s}
+    times = {name: round(getattr(timing, name), 4) for name in ("free_s", "planned_s", "robot_s", "added_s")}
+    return {"cell": {"name": origin.cell, "sha256": origin.cell_sha256}, "robot": {**times, "price_s": price}}
 
 
 def class_counts(run: "Run") -> dict[str, int]:

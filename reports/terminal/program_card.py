@@ -8,7 +8,7 @@ from rich.console import Console
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from programs.summary import by_function
 from reports.tables.run_report import class_counts
-from reports.tables.table import Table
+from reports.tables.table import Facts, Table
 from reports.tables.wording import amount, clock, shorten
 from reports.terminal.console import print_facts, print_findings, print_line, print_table
 from specs.finding_rules import ORDER_GAIN
@@ -23,9 +23,27 @@ def print_run(console: Console, run: "Run") -> None:
     print_program(console, run.program)
     counts = ", ".join(f"{name} {count}" for name, count in class_counts(run).items())
     gains = [finding for finding in run.findings if finding.rule == ORDER_GAIN]
-    facts = [("classes", counts), *(("order", f"{shorten(str(gain.made_by))}: {gain.message}") for gain in gains)]
+    facts = [
+        *_robot(run),
+        ("classes", counts),
+        *(("order", f"{shorten(str(gain.made_by))}: {gain.message}") for gain in gains),
+    ]
     print_facts(console, facts)
     print_findings(console, [finding for finding in run.findings if finding.rule != ORDER_GAIN])
+
+
+def _robot(run: "Run") -> Facts:
+    """What the limits of a cell's robot cost, where the program is timed for one."""
+    timing = run.robot
+    if timing is None:
+        return []
+    price = ", ".join(f"{clock(seconds)} {kind}" for kind, seconds in timing.price_s if seconds >= 0.05)
+    longer = f"{clock(timing.planned_s - timing.free_s)} longer than the recipe's limits allow"
+    ratio, added = timing.robot_s / timing.planned_s, clock(timing.added_s)
+    return [
+        ("cell", f"{timing.cell} ({timing.robot}): {longer}" + (f"; {price}" if price else "")),
+        ("", f"its robot takes {ratio:.3f} times the planned time, and {added} for home and changes of the tool"),
+    ]
 
 
 def print_program(console: Console, program: TimedProgram) -> None:

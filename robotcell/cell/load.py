@@ -1,5 +1,6 @@
 """Reading cells, from the library by name or from a file, as metres and radians; their schema and key tables."""
 
+import hashlib
 import json
 import math
 from collections.abc import Iterator
@@ -104,6 +105,12 @@ def read_cell(source: str | Path) -> LoadedCell:
     """
     path = find_file(source, CELL)
     return read_cell_text(read_text(path, CELL), file=path)
+
+
+def cell_sha256(loaded: LoadedCell) -> str:
+    """Hash the content of a cell, however its file was written."""
+    content = json.dumps(loaded.spec.model_dump(mode="json", by_alias=True), sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(content.encode()).hexdigest()
 
 
 def describe_cell(source: str | Path) -> str:

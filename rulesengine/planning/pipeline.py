@@ -21,6 +21,7 @@ from rulesengine.planning.transfers import parked
 from rulesengine.planning.unserved import find_unserved
 from rulesengine.strokes.classify import Classified
 from rulesengine.strokes.workload import Work, measure, require_bounds, require_totals
+from rulesengine.timing.robot_pace import RobotTiming
 from rulesengine.timing.time_plan import time_plan
 from specs.finding import Finding, worst_first
 from specs.progress import Progress, no_progress, subprogress
@@ -43,6 +44,8 @@ class Run:
     """Of the board, the recipe, the plan and the timing; worst first."""
     cache: StrokeCache = field(default_factory=StrokeCache)
     """Floors and strokes for the next run."""
+    robot: RobotTiming | None = None
+    """Set where the program is timed for the robot of a cell."""
 
 
 def run(

@@ -14,7 +14,7 @@ from toppra.algorithm import TOPPRA
 from toppra.constraint.linear_constraint import LinearConstraint
 
 from geometry.arrays import Scalars
-from rulesengine.timing.limit_intervals import Profile, Stages, cautious, join
+from rulesengine.timing.limit_intervals import Profile, Stages, cautious, highest_between, join
 
 # toppra reports failures through its result too, which is what counts here.
 logging.getLogger("toppra").addHandler(logging.NullHandler())
@@ -73,7 +73,8 @@ def parametrise_coupled(envelope: Profile, turn_acceleration: float) -> Profile:
     runs = spans_of(stages)
     rounded = _rounded(stages)
     seen: dict[bytes, int] = {}
-    keys = np.stack((rounded.length, rounded.curvature, rounded.turn, rounded.turn_change, rounded.cap), axis=1)
+    names = ("length", "curvature", "turn", "turn_change", "cap", "first", "last")
+    keys = np.stack([getattr(rounded, name) for name in names], axis=1)
     twins = [seen.setdefault(keys[a:b].tobytes(), run) for run, (a, b) in enumerate(runs)]
     solutions: dict[int, Scalars | None] = {}
     batch: list[int] = []
@@ -124,7 +125,7 @@ def refine(envelope: Profile) -> Stages:
     before = np.cumsum(length) - length
     first = np.searchsorted(parent, np.arange(len(ramp)))
     start = stages.start[parent] + before - before[first][parent]
-    return replace(stages.pick(parent), start=start, length=length)
+    return stages.cut(parent, start, length)
 
 
 def _rounded(stages: Stages) -> Stages:
@@ -141,6 +142,8 @@ def _rounded(stages: Stages) -> Stages:
         turn=digits(stages.turn),
         turn_change=digits(stages.turn_change),
         cap=digits(stages.cap),
+        first=digits(stages.first),
+        last=digits(stages.last),
     )
 
 
@@ -158,7 +161,7 @@ def solve_runs(stages: Stages, spans: Spans, turn_acceleration: float) -> list[S
     length = chosen.length.copy()
     length[ends] = _GAP
     a, b = limit_rows(chosen, length, turn_acceleration)
-    highest = np.minimum(chosen.cap, np.concatenate(([0.0], chosen.cap[:-1])))
+    highest = np.concatenate(([0.0], highest_between(chosen)))
     highest[starts] = highest[ends] = 0.0
     grid = np.concatenate(([0.0], np.cumsum(length)[:-1]))
     solver = TOPPRA(

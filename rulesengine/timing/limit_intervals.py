@@ -3,6 +3,7 @@
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
 
@@ -26,7 +27,13 @@ class Stages:
     turn_change: Scalars
     """Highest change of the vector of that rate per path parameter."""
     cap: Scalars
-    """Highest squared speed on its own account."""
+    """Highest squared speed on its own account,"""
+    first: Scalars
+    """where it begins,"""
+    last: Scalars
+    """and where it ends. It changes evenly between them, where a pace limits it; else both are the cap."""
+    bounded: NDArray[np.bool_]
+    """Whether a pace limits it."""
     push: Scalars
     """Highest tangential acceleration where nothing couples."""
     grip: Scalars
@@ -35,6 +42,16 @@ class Stages:
     def pick(self, index: Indices) -> "Stages":
         """Take stages by index, also repeatedly."""
         return Stages(*(getattr(self, field.name)[index] for field in fields(self)))
+
+    def cut(self, parent: Indices, start: Scalars, length: Scalars) -> "Stages":
+        """Take parts of stages, each of one parent, from a path parameter on."""
+        whole = self.pick(parent)
+        slope = (whole.last - whole.first) / whole.length
+        ends = [
+            np.where(slope == 0.0, whole.first, whole.first + slope * (place - whole.start))
+            for place in (start, start + length)
+        ]
+        return replace(whole, start=start, length=length, first=ends[0], last=ends[1])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,21 +84,33 @@ def envelope(stages: Stages) -> Profile:
     gain = 2.0 * stages.push * stages.length
     energy = np.concatenate(([0.0], np.cumsum(gain)))
     at = np.zeros(len(gain) + 1)
-    at[1:-1] = np.where(stages.run[:-1] == stages.run[1:], np.minimum(stages.cap[:-1], stages.cap[1:]), 0.0)
+    at[1:-1] = np.where(stages.run[:-1] == stages.run[1:], highest_between(stages), 0.0)
     at = energy + np.minimum.accumulate(at - energy)
     at = np.minimum.accumulate((at + energy)[::-1])[::-1] - energy
     first, last = np.maximum(at[:-1], 0.0), np.maximum(at[1:], 0.0)
-    peak = np.minimum(stages.cap, 0.5 * (first + last + gain))
-    peak = np.maximum(peak, np.maximum(first, last))
+    # Under a pace that changes: no higher than its lower end, or straight from end to end.
+    lower = np.minimum(np.minimum(stages.first, stages.last), stages.cap)
+    ends = np.maximum(first, last)
+    straight = (stages.first != stages.last) & (ends > lower)
+    cap = np.where(straight, ends, np.where((ends <= lower) & (lower > 0.0), lower, stages.cap))
+    peak = np.minimum(cap, 0.5 * (first + last + gain))
+    peak = np.maximum(peak, ends)
     rise, fall = 0.5 * (peak - first) / stages.push, 0.5 * (peak - last) / stages.push
+    rise = np.where(straight & (last > first), stages.length, rise)
+    fall = np.where(straight & (first > last), stages.length, fall)
     lengths = np.stack((rise, np.maximum(stages.length - rise - fall, 0.0), fall), axis=1)
     lengths *= (stages.length / lengths.sum(axis=1))[:, None]
     begins = stages.start[:, None] + np.cumsum(lengths, axis=1) - lengths
     speeds = np.stack((first, peak, peak, last), axis=1)
     kept = lengths > np.minimum(_SAME, 1e-3 * stages.length)[:, None]
     parent = np.nonzero(kept)[0]
-    parts = replace(stages.pick(parent), start=begins[kept], length=lengths[kept])
+    parts = stages.cut(parent, begins[kept], lengths[kept])
     return Profile(parts, speeds[:, :3][kept], speeds[:, 1:][kept])
+
+
+def highest_between(stages: Stages) -> Scalars:
+    """Give the highest squared speed (m - 1,) from each stage to the next."""
+    return np.minimum(np.minimum(stages.cap[:-1], stages.cap[1:]), np.minimum(stages.last[:-1], stages.first[1:]))
 
 
 def cautious(stages: Stages, turn_acceleration: float) -> Profile:
@@ -90,7 +119,9 @@ def cautious(stages: Stages, turn_acceleration: float) -> Profile:
         share = np.minimum(stages.grip * np.sqrt(0.5) / stages.curvature, 0.5 * turn_acceleration / stages.turn_change)
         push = np.where(stages.curvature > 0.0, stages.grip * np.sqrt(0.5), stages.push)
         push = np.where(stages.turn_change > 0.0, np.minimum(push, 0.5 * turn_acceleration / stages.turn), push)
-    return envelope(replace(stages, cap=np.minimum(stages.cap, share), push=np.minimum(stages.push, push)))
+    first, last = np.minimum(stages.first, share), np.minimum(stages.last, share)
+    cap, push = np.minimum(stages.cap, share), np.minimum(stages.push, push)
+    return envelope(replace(stages, cap=cap, first=first, last=last, push=push))
 
 
 def join(one: Profile, other: Profile) -> Profile:

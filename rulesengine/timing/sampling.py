@@ -49,6 +49,8 @@ class Samples:
     """Rounded to a micrometre."""
     quaternion: Quaternions
     """Rounded to 7 decimals."""
+    at: Scalars
+    """Path parameter: mm, radians on turns on the spot."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,6 +95,7 @@ def sample(path: Path, profile: Profile) -> Samples:
         item=owner,
         position=np.round(positions, 3) + 0.0,
         quaternion=np.round(quaternions, 7) + 0.0,
+        at=at,
     )
 
 
@@ -104,6 +107,7 @@ def hold(chain: Chain) -> Samples:
         item=np.zeros(count, dtype=np.int64),
         position=np.round(chain.tcp, 3) + 0.0,
         quaternion=np.round(chain.quaternion, 7) + 0.0,
+        at=np.zeros(count),
     )
 
 

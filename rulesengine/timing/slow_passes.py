@@ -20,10 +20,11 @@ _LEAST_MM = 0.01
 _MOST_SHARE = 0.5
 """Above this share of the sprayed length it is a warning, up to it a note."""
 
-Cause: TypeAlias = Literal["stop", "corner", "rotation", "length"]
+Cause: TypeAlias = Literal["stop", "robot", "corner", "rotation", "length"]
 _ADVICE: dict[Cause, str] = {
     "stop": "it stops inside the path, to turn on the spot or at a bend that cannot be rounded; "
     "round the bend or raise limits.blend_mm",
+    "robot": "the robot's joints are at their limits; place the board where they turn less, or lower the speed",
     "corner": "a corner is too sharp; raise limits.blend_mm or limits.acceleration_mm_s2, or lower the speed",
     "rotation": "the nozzle has to turn; raise limits.rotation_deg_s or limits.rotation_acceleration_deg_s2, "
     "or lower the speed",
@@ -124,6 +125,8 @@ def _cause(sprayed: _Sprayed, worst: int, limits: Limits) -> Cause:
     near = near[sprayed.item[near] == sprayed.item[worst]]
     if sprayed.worst[worst] < 1e-6 and len(np.unique(stages.run[near])) > 1:
         return "stop"
+    if stages.bounded[worst]:
+        return "robot"
     turning = stages.turn[near] > 0.0
     free = np.where(
         stages.curvature[near] > 0.0, limits.acceleration_mm_s2 / np.maximum(stages.curvature[near], 1e-12), np.inf

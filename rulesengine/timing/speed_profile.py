@@ -17,15 +17,16 @@ from geometry.arrays import Indices, Scalars
 from recipes.recipe import Limits
 from rulesengine.timing.corner_blending import Path
 from rulesengine.timing.limit_intervals import Profile, Stages, envelope, join
+from rulesengine.timing.pace import FREE, Pace
 
 _SAME = 1e-8
 """Breaks of the path closer than this (mm, radians) are one."""
 
 
-def parametrise(path: Path, limits: Limits) -> Profile:
-    """Find the fastest motion along the path within the limits, at rest at every stop."""
+def parametrise(path: Path, limits: Limits, pace: Pace = FREE) -> Profile:
+    """Find the fastest motion along the path within the limits and no faster than a pace, at rest at every stop."""
     spin_rate = np.radians(limits.rotation_acceleration_deg_s2)
-    profile = envelope(_stages(path, limits))
+    profile = envelope(_stages(path, limits, pace))
     stages, push = profile.stages, np.abs(profile.accelerations())
     highest = np.maximum(profile.begin, profile.end)
     sideways = np.where(np.isinf(stages.grip), 0.0, np.hypot(push, stages.curvature * highest) / stages.grip)
@@ -40,9 +41,9 @@ def parametrise(path: Path, limits: Limits) -> Profile:
     return join(profile.pick(np.flatnonzero(~chosen)), solved)
 
 
-def _stages(path: Path, limits: Limits) -> Stages:
+def _stages(path: Path, limits: Limits, pace: Pace) -> Stages:
     """Cut the path wherever a limit changes."""
-    borders = _borders(path)
+    borders = _borders(path, pace)
     middle = 0.5 * (borders[:-1] + borders[1:])
     segment = np.clip(np.searchsorted(path.knots, middle, side="right") - 1, 0, len(path.knots) - 2)
     piece = np.searchsorted(path.start, middle, side="right") - 1
@@ -61,14 +62,21 @@ def _stages(path: Path, limits: Limits) -> Stages:
         push = np.minimum(grip, alpha / turn)
     stops = path.knots[path.rest]
     run = np.searchsorted(stops, middle) - 1
-    return Stages(borders[:-1], np.diff(borders), run, segment, curvature, turn, turn_change, cap, push, grip)
+    bounded, highest = pace.between(borders)
+    first, last = np.minimum(cap, highest[0]), np.minimum(cap, highest[1])
+    lengths = np.diff(borders)
+    cap = np.maximum(first, last)
+    return Stages(
+        borders[:-1], lengths, run, segment, curvature, turn, turn_change, cap, first, last, bounded, push, grip
+    )
 
 
-def _borders(path: Path) -> Scalars:
+def _borders(path: Path, pace: Pace) -> Scalars:
     """Path parameters where a limit may change, the stops exactly among them."""
     window = path.window[:, None] * np.array([-1.0, -0.5, 0.5, 1.0])
     around = (path.knots[:, None] + window)[path.window > 0.0].ravel()
-    inner = np.sort(np.concatenate((path.start, path.knots, around)))
+    ends = np.concatenate((pace.begin, pace.end))
+    inner = np.sort(np.concatenate((path.start, path.knots, around, ends[(ends > 0.0) & (ends < path.length)])))
     stops = path.knots[path.rest]
     nearest = np.minimum(np.searchsorted(stops, inner), len(stops) - 1)
     far = np.minimum(np.abs(inner - stops[nearest]), np.abs(inner - stops[np.maximum(nearest - 1, 0)])) > _SAME

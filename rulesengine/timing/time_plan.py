@@ -1,15 +1,18 @@
 """Plan in, timed program out."""
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.arrays import Scalars
 from geometry.frames import quaternions_from_axes, rotation_angles
 from programs.plan import Plan, SprayPass, Transfer
 from programs.program import TimedProgram
 from recipes.recipe import Limits
-from rulesengine.timing.corner_blending import Chain, round_corners
+from rulesengine.timing.corner_blending import Chain, Path, round_corners
+from rulesengine.timing.pace import FREE, Pace
 from rulesengine.timing.sampling import hold, sample
 from rulesengine.timing.slow_passes import find_slow_passes
 from rulesengine.timing.speed_profile import parametrise
@@ -26,6 +29,17 @@ _GAP_RAD = 1e-3
 """Items that do not meet within this are a mistake in the plan."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class TimedPath:
+    """A timed program and the path that it follows, which depends on the recipe's limits and not on the pace."""
+
+    program: TimedProgram
+    path: Path | None
+    """``None`` where nothing moves."""
+    at: Scalars
+    """(moves,) path parameter of each ``MoveTo``."""
+
+
 def time_plan(plan: Plan, limits: Limits) -> TimedProgram:
     """Time a plan: the fastest motion within the limits, at the programmed speed while spraying wherever they allow it.
 
@@ -34,16 +48,28 @@ def time_plan(plan: Plan, limits: Limits) -> TimedProgram:
     Raises:
         ValueError: An item of the plan does not start where the one before it ended.
     """
+    return time_path(plan, limits).program
+
+
+def time_path(plan: Plan, limits: Limits, pace: Pace = FREE) -> TimedPath:
+    """Time a plan as ``time_plan`` does, and nowhere faster than a pace along its path.
+
+    Raises:
+        ValueError: An item of the plan does not start where the one before it ended.
+    """
     # Keeps back what the rounding of the file may add to the acceleration.
     limits = limits.model_copy(update={"acceleration_mm_s2": ACCELERATION_SHARE * limits.acceleration_mm_s2})
     chain = chain_of(plan)
     if len(chain.item) == 0:
-        instructions, totals = write_instructions(plan, hold(chain))
-        return TimedProgram(plan.origin, totals, instructions)
+        held = write_instructions(plan, hold(chain))
+        return TimedPath(TimedProgram(plan.origin, held.totals, held.instructions), None, np.zeros(len(held.poses)))
     path = round_corners(chain, limits)
-    profile = parametrise(path, limits)
-    instructions, totals = write_instructions(plan, sample(path, profile))
-    return TimedProgram(plan.origin, totals, instructions, find_slow_passes(plan, path, profile, limits))
+    profile = parametrise(path, limits, pace)
+    samples = sample(path, profile)
+    written = write_instructions(plan, samples)
+    slow = find_slow_passes(plan, path, profile, limits)
+    program = TimedProgram(plan.origin, written.totals, written.instructions, slow)
+    return TimedPath(program, path, samples.at[written.poses])
 
 
 def chain_of(plan: Plan) -> Chain:

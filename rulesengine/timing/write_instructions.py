@@ -38,6 +38,8 @@ class _Writer:
 
     track: _Track
     written: list[Instruction] = field(default_factory=list[Instruction])
+    poses: list[int] = field(default_factory=list[int])
+    """Of each move that is written."""
     now: int = 0
     pose: int = -1
     """Index of the present pose; -1 before the start is written."""
@@ -67,6 +69,7 @@ class _Writer:
                 track.ticks[poses], track.places[poses], track.turns[poses], track.speeds[poses], strict=True
             )
         ]
+        self.poses += range(first, last)
         self.pose, self.now = last - 1, begin + track.ticks[last - 1]
         self.pose_since = self.now
 
@@ -76,6 +79,7 @@ class _Writer:
             self.pose, self.pose_since = max(self.pose, 0), self.now
             place, turn = self.track.places[self.pose], self.track.turns[self.pose]
             self.written.append(MoveTo(_seconds(self.now), place, turn, 0.0, made_by))
+            self.poses.append(self.pose)
 
     def dwell(self, item: Dwell) -> None:
         """Hold the pose with the jet on."""
@@ -110,7 +114,17 @@ class _Writer:
             self.jet = None
 
 
-def write_instructions(plan: Plan, samples: Samples) -> tuple[tuple[Instruction, ...], Totals]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Written:
+    """Instructions of a program, and their totals."""
+
+    instructions: tuple[Instruction, ...]
+    totals: Totals
+    poses: Sequence[int]
+    """(moves,) sample of each ``MoveTo``."""
+
+
+def write_instructions(plan: Plan, samples: Samples) -> Written:
     """Write the plan's items in order with their poses; litres go by function, in the order of first use."""
     numbers = np.arange(len(plan.items) + 1)
     steps = np.linalg.norm(np.diff(samples.position, axis=0), axis=1)
@@ -143,7 +157,7 @@ def write_instructions(plan: Plan, samples: Samples) -> tuple[tuple[Instruction,
         moves=sum(isinstance(instruction, MoveTo) for instruction in writer.written),
         liquid_l=tuple((function, round(amount, 3)) for function, amount in litres.items()),
     )
-    return tuple(writer.written), totals
+    return Written(tuple(writer.written), totals, writer.poses)
 
 
 def _seconds(ticks: int) -> float:

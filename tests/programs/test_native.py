@@ -173,6 +173,27 @@ def test_a_board_with_spaces_in_its_name_comes_back() -> None:
     assert native.parse(native.render(dataclasses.replace(program, origin=origin))).origin == origin
 
 
+def test_the_cell_that_a_program_is_timed_for_comes_back() -> None:
+    program = hand_program()
+    origin = dataclasses.replace(program.origin, cell="my cell", cell_sha256="c0ffee")
+    text = native.render(dataclasses.replace(program, origin=origin))
+    assert "\nCELL my cell sha256 c0ffee\nTOTALS " in text
+    assert native.parse(text).origin == origin
+    with pytest.raises(ProgramError, match="expected 'CELL name sha256 hash'") as caught:
+        native.parse(text.replace(" sha256 c0ffee", ""))
+    assert caught.value.line == 6
+    with pytest.raises(ProgramError, match="the totals state") as caught:
+        native.parse(text.replace("duration_s ", "duration_s 1"))
+    assert caught.value.line == 7
+
+
+def test_a_cell_whose_name_breaks_the_line_is_not_written() -> None:
+    program = hand_program()
+    origin = dataclasses.replace(program.origin, cell="two\nlines", cell_sha256="c0ffee")
+    with pytest.raises(ProgramError, match="name of a cell"):
+        native.render(dataclasses.replace(program, origin=origin))
+
+
 def read_or_refuse(text: str) -> None:
     refused: ProgramError | None = None
     try:
