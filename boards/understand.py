@@ -99,10 +99,19 @@ def _only_board(bodies: Sequence[Body]) -> Body:
 
 
 def _outline_of(board: Body, frame: GridFrame) -> tuple[Polygon, list[Finding]]:
-    """Project the bare board; holes and slots that go through it stay."""
+    """Project the bare board; holes and slots that go through it stay.
+
+    Raises:
+        BoardError: It covers nothing.
+    """
     framed = frame.triangles_to_frame(board.patches)
     anchors = framed[:, :, :2].reshape(-1, 2)
     shadow = project(framed)
+    if shadow.is_empty:
+        raise BoardError(
+            f"the board {board.name} has no area seen from above: it is thinner than a line. "
+            "Check its model and the units."
+        )
     joined = canonical(drop_collinear(join_pieces(shadow)), anchors)
     simple = simplify_within(joined, _OUTLINE_TOLERANCE_MM)
     outline = frame.polygons_from_frame([simple], anchors, board.patches[:, :, :2].reshape(-1, 2))[0]

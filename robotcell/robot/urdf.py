@@ -14,16 +14,23 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.arrays import Triangles
 from robotcell.errors import CellError
 from robotcell.robot.meshes import cylinder_triangles, read_mesh
 from robotcell.robot.poses import inverse, pose
 from robotcell.robot.robot import Body, Box, Capsule, Joint, Mesh, Poses, Robot
 from specs.confinement import refusal
 from specs.read_file import read_file
+from specs.spec import write_number
 
 _MOVING = ("revolute", "continuous", "prismatic")
 _LARGEST_TEXT = 5_000_000
 _DEEPEST = 100
+_FARTHEST_M = 100.0
+"""No place and no size of a robot is larger, as in a cell."""
+
+_LARGEST_NUMBER = 1e6
+"""Of the others: directions, angles, limits, speeds, scales."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -261,8 +268,7 @@ def read_bodies(link: Element, T_carrier_link: Poses) -> list[Body]:
             case "cylinder":
                 shape = Mesh(cylinder_triangles(_sizes(element, "radius", 1)[0], _sizes(element, "length", 1)[0]))
             case "mesh":
-                scale = read_numbers(element, "scale", 3) if "scale" in element.attributes else np.ones(3)
-                shape = Mesh(read_mesh(_find_mesh(element)) * scale)
+                shape = Mesh(_scaled_mesh(element))
             case _:
                 raise element.error("is not a shape that is known: box, sphere, capsule, cylinder, mesh")
         name = each.attributes.get("name", link.text("name"))
@@ -275,12 +281,15 @@ def read_origin(element: Element) -> Poses:
     origin = element.first("origin")
     if origin is None:
         return np.eye(4)
-    xyz, rpy = (read_numbers(origin, name, 3) if name in origin.attributes else np.zeros(3) for name in ("xyz", "rpy"))
+    xyz, rpy = (
+        read_numbers(origin, name, 3, most) if name in origin.attributes else np.zeros(3)
+        for name, most in (("xyz", _FARTHEST_M), ("rpy", _LARGEST_NUMBER))
+    )
     return pose(xyz.tolist(), rpy.tolist())
 
 
-def read_numbers(element: Element, name: str, count: int) -> NDArray[np.float64]:
-    """Read an attribute of ``count`` numbers.
+def read_numbers(element: Element, name: str, count: int, most: float = _LARGEST_NUMBER) -> NDArray[np.float64]:
+    """Read an attribute of ``count`` numbers from ``-most`` to ``most``.
 
     Raises:
         CellError: it is missing, or holds something else.
@@ -290,16 +299,27 @@ def read_numbers(element: Element, name: str, count: int) -> NDArray[np.float64]
         numbers = np.array([float(word) for word in text.split()])
     except ValueError:
         numbers = np.empty(0)
-    if len(numbers) != count or not np.isfinite(numbers).all():
-        raise element.error(f"has {name}={text[:40]!r}; it takes {count} finite numbers")
+    if len(numbers) != count or not (np.abs(numbers) <= most).all():
+        noun = "finite number" if count == 1 else "finite numbers"
+        bounds = f"from {write_number(-most)} to {write_number(most)}"
+        raise element.error(f"has {name}={text[:40]!r}; it takes {count} {noun} {bounds}")
     return numbers
 
 
 def _sizes(shape: Element, name: str, count: int) -> list[float]:
-    numbers = read_numbers(shape, name, count)
+    numbers = read_numbers(shape, name, count, _FARTHEST_M)
     if (numbers <= 0).any():
-        raise shape.error(f"has {name}={shape.text(name)!r}; sizes are above 0")
+        raise shape.error(f"has {name}={shape.text(name)[:40]!r}; sizes are above 0")
     return numbers.tolist()
+
+
+def _scaled_mesh(shape: Element) -> Triangles:
+    """Read the (n, 3, 3) triangles of a <mesh>, m."""
+    scale = read_numbers(shape, "scale", 3) if "scale" in shape.attributes else np.ones(3)
+    triangles = read_mesh(_find_mesh(shape)) * scale
+    if not (np.abs(triangles) <= _FARTHEST_M).all():
+        raise shape.error(f"reaches farther than {_FARTHEST_M:g} m; a mesh in mm takes scale='0.001 0.001 0.001'")
+    return triangles
 
 
 def _find_mesh(shape: Element) -> Path:

@@ -238,6 +238,14 @@ def test_a_board_without_thickness_is_refused() -> None:
     assert "no thickness" in refuse(replace(BOARD, patches=sheet, normals=sheet[:, 0]))
 
 
+def test_a_board_narrower_than_the_grid_is_refused() -> None:
+    hair = body("board", (0, 0, 0, 60, 1e-7, 1.6), role="board")
+    level = np.ptp(hair.patches[:, :, 2], axis=1) == 0.0
+    assert "has no area seen from above" in refuse(
+        replace(hair, patches=hair.patches[level], normals=hair.normals[level], surfaces=(Surface("1", 4),))
+    )
+
+
 def test_a_board_upside_down_is_said() -> None:
     over = [replace(one, patches=one.patches * (1, -1, -1)) for one in (BOARD, CHIP, FAR_CHIP)]
     assert "upside down" in refuse(*over)

@@ -131,6 +131,16 @@ def test_a_cylinder_is_never_thinner_than_it_is(tmp_path: Path) -> None:
         ('upper="0.2"', 'upper="-0.1"', "not below upper"),
         ('axis xyz="0 0 1"', 'axis xyz="0 0 0"', "an axis without direction"),
         ('axis xyz="0 0 1"', 'axis xyz="0 nan 1"', "takes 3 finite numbers"),
+        (
+            'axis xyz="0 0 1"',
+            'axis xyz="0 1e308 0"',
+            "xyz='0 1e308 0'; it takes 3 finite numbers from -1,000,000 to 1,000,000",
+        ),
+        ('axis xyz="0 0 1"', 'axis xyz="0 0 1e999"', "takes 3 finite numbers"),
+        ('xyz="0 0 0.5"', 'xyz="0 1e30 0.5"', "takes 3 finite numbers from -100 to 100"),
+        ('xyz="0 0 0.5"', 'xyz="0 0 0.5" rpy="0 1e9 0"', "rpy='0 1e9 0'; it takes 3 finite numbers"),
+        ('lower="-0.1"', 'lower="-1e300"', "lower='-1e300'; it takes 1 finite number from"),
+        ('velocity="0.5"', 'velocity="1e300"', "velocity='1e300'; it takes 1 finite number from"),
         ('<parent link="foot"/>', '<parent link="feet"/>', "'feet' that is not there"),
         ('<parent link="foot"/>', "", "has no <parent>"),
         ('<link name="hand"/>', '<link name="hand"/><link name="hand"/>', "2 links named 'hand'"),
@@ -148,6 +158,24 @@ def test_what_is_broken_is_refused_with_its_line(tmp_path: Path, before: str, af
     with pytest.raises(CellError, match=re.escape(message)) as caught:
         read_urdf(write(tmp_path, text))
     assert re.match(rf"{re.escape(str(tmp_path))}/robot\.urdf:\d+: ", str(caught.value))
+
+
+@pytest.mark.parametrize(
+    ("shape", "message"),
+    [
+        ('<box size="1 2 1e200"/>', "takes 3 finite numbers from -100 to 100"),
+        ('<sphere radius="1e200"/>', "takes 1 finite number from -100 to 100"),
+        ('<mesh filename="block.stl" scale="1 1 1e300"/>', "takes 3 finite numbers"),
+        ('<mesh filename="block.stl" scale="1 1 1000"/>', "reaches farther than 100 m"),
+    ],
+)
+def test_sizes_beyond_any_robot_are_refused_before_they_are_computed_with(
+    tmp_path: Path, shape: str, message: str
+) -> None:
+    trimesh.creation.box((2.0, 4.0, 6.0)).export(tmp_path / "block.stl")
+    text = urdf().replace('<link name="foot"/>', f'<link name="foot">{collision(shape)}</link>')
+    with pytest.raises(CellError, match=re.escape(message)):
+        read_urdf(write(tmp_path, text))
 
 
 def test_several_ends_have_to_be_told_apart(tmp_path: Path) -> None:
