@@ -4,6 +4,8 @@ from pathlib import Path
 from typing import Protocol
 
 _LONGEST_LINE = 1000
+_LONGEST_PATH = 300
+"""Of a place in a file."""
 
 
 def printable(text: str) -> str:
@@ -22,10 +24,10 @@ def _escape(letter: str) -> str:
     return f"\\x{code - 0xDC00:02x}" if 0xDC80 <= code <= 0xDCFF else letter.encode("unicode_escape").decode()
 
 
-def shorten_line(line: str) -> str:
+def shorten_line(line: str, longest: int = _LONGEST_LINE) -> str:
     """Make a line safe to print; of a very long one, which quotes its input, the middle is left out."""
-    line, half = printable(line), _LONGEST_LINE // 2
-    return line if len(line) <= _LONGEST_LINE else f"{line[:half]} … {line[-half:]}"
+    line, half = printable(line), longest // 2
+    return line if len(line) <= longest else f"{line[:half]} … {line[-half:]}"
 
 
 class JobError(Exception):
@@ -45,7 +47,8 @@ class LocatedError(JobError):
         """Prefix the message with ``file:line: path:`` as far as they are known."""
         name = printable(str(file))
         place = "" if file is None else f"{name}:{line}: " if line is not None else f"{name}: "
-        super().__init__(place + (f"{path}: " if path else "") + "\n".join(map(shorten_line, message.split("\n"))))
+        inside = f"{shorten_line(path, _LONGEST_PATH)}: " if path else ""
+        super().__init__(place + inside + "\n".join(map(shorten_line, message.split("\n"))))
         self.path = path
         self.file = file
         self.line = line

@@ -28,6 +28,7 @@ YamlPath: TypeAlias = tuple[Key, ...]
 _LARGEST_TEXT = 1_000_000
 _DEEPEST = 30
 _MOST_VALUES = 20_000
+_LONGEST_KEY = 200
 _MOST_BITS = 1024
 """Of a whole number: more do not fit into any number of a model."""
 _MOST_LETTERS = 2_000_000
@@ -225,7 +226,13 @@ class _Tree:
     def _key(self, node: Node) -> str:
         if not isinstance(node, ScalarNode):
             raise self._error("a key must be a word, not a list or a mapping", _line(node))
-        return self._printable(str(node.value), node)
+        key = self._text(str(node.value), node)
+        if len(key) > _LONGEST_KEY:
+            message = f"a key of {len(key):,} characters, {key[:40]!r}…, is too long; a key has at most {_LONGEST_KEY}"
+            raise self._error(message, _line(node))
+        if not key.isprintable():  # messages and reports quote keys, also those that are known nowhere
+            raise self._error(f"key {key!r} holds a character that cannot be seen; remove it", _line(node))
+        return key
 
     def _scalar(self, node: ScalarNode) -> Scalar:
         tag = str(node.tag).removeprefix(_TAG)
@@ -238,10 +245,10 @@ class _Tree:
             except (ValueError, KeyError, IndexError):  # a tag such as !!bool on text that is none, or endless digits
                 raise self._error(f"{str(node.value)[:40]!r} cannot be read as {tag}", _line(node)) from None
         if tag in ("str", "timestamp", "value", "merge"):
-            return self._printable(str(node.value), node)
+            return self._text(str(node.value), node)
         raise self._error(f"tag {node.tag} is not allowed in a {self._kind.noun}", _line(node))
 
-    def _printable(self, text: str, node: Node) -> str:
+    def _text(self, text: str, node: Node) -> str:
         self._letters += len(text)
         if self._letters > _MOST_LETTERS:
             raise self._error(

@@ -84,3 +84,12 @@ def test_what_breaks_a_line_is_escaped(text: str, shown: str) -> None:
     assert printable(shown) == shown
     assert str(LocatedError("is not", file=Path(text), line=2)) == f"{shown}:2: is not"
     assert LocatedError("is not", file=Path(text)).file == Path(text)
+
+
+def test_a_long_place_in_a_file_is_shortened_and_the_message_stays() -> None:
+    error = LocatedError("is missing", path="a." * 3000 + "b\x1b[2J", file="r.yaml", line=2)
+    assert error.path.startswith("a.a.")
+    assert len(str(error)) < 400
+    assert str(error).isprintable()
+    assert str(error).startswith("r.yaml:2: a.a.")
+    assert str(error).endswith(".a.b\\x1b[2J: is missing")
