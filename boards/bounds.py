@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from boards.errors import BoardError
 from geometry.arrays import Points2, Triangles
@@ -23,6 +24,9 @@ MOST_TRIANGLES = 20_000_000
 
 MOST_CORNERS = 200_000
 """Of one outline with its holes, arcs as chords."""
+
+
+_MOST_PAIRS = 500_000
 
 
 def number_within(word: str, bound: float, scale: float = 1.0) -> float:
@@ -49,3 +53,20 @@ def check_corners(rings: Sequence[Points2], file: Path | None = None) -> None:
     if count > MOST_CORNERS:
         message = f"the board's outline has {count:,} corners, arcs as chords; at most {MOST_CORNERS:,} are read. "
         raise BoardError(f"{message}Draw it with fewer and smaller pieces.", file=file)
+
+
+def check_crowds(places: ArrayLike, file: Path | None = None) -> None:
+    """Refuse parts that lie upon each other by the thousands: each would be compared with every other in its place.
+
+    Args:
+        places: (n, k) numbers that are alike for parts at the same place, such as their origins, mm.
+        file: For the message.
+
+    Raises:
+        BoardError: So many lie upon each other that it cannot be a board.
+    """
+    rows = np.round(np.asarray(places, dtype=np.float64), 3)
+    counts = np.unique(rows, axis=0, return_counts=True)[1] if len(rows) else np.zeros(0)
+    if int(np.square(counts).sum()) > _MOST_PAIRS:
+        message = "thousands of its parts lie upon each other. Export the board once, without copies of parts."
+        raise BoardError(message, file=file)

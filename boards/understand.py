@@ -8,11 +8,12 @@ import shapely
 from shapely import Polygon
 
 from boards.board import Board, Body, Obstacle, Side
-from boards.bounds import FARTHEST_MM, MOST_TRIANGLES, beyond
+from boards.bounds import FARTHEST_MM, MOST_TRIANGLES, beyond, check_crowds
 from boards.components import Shape, component_of, shape_of, side_of, with_neighbours
 from boards.errors import BoardError
 from boards.formats.tri.tri import write_tri
 from boards.slab import find_slab
+from geometry.arrays import Scalars
 from geometry.gridframe import GridFrame, find_grid_frame
 from geometry.polygons import GRID_MM, canonical, drop_collinear, join_pieces, polygons_of, project, simplify_within
 from specs.finding import Finding, FindingRule, worst_first
@@ -41,6 +42,7 @@ def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = 
     _check_bounds(bodies, _ABSURD_MM)
     slab = find_slab(_only_board(bodies))  # a board in wrong units is recognised, and the units named
     _check_bounds(bodies, FARTHEST_MM)
+    check_crowds([_plan_bounds(body) for body in bodies])
     frame = find_grid_frame(slab.face)
     outline, pieces = _outline_of(_only_board(bodies), frame)
     shapes = [shape_of(body, slab, frame) for body in bodies if body.role != "board"]
@@ -86,6 +88,11 @@ def _check_bounds(bodies: Sequence[Body], bound: float) -> None:
         if beyond(body.patches, bound):
             problem = f"has a corner that is no number or lies more than {bound / 1000.0:g} m away"
             raise BoardError(f"{body.name} {problem}. Correct its model or its place, and check the units.")
+
+
+def _plan_bounds(body: Body) -> Scalars:
+    plan = body.patches[:, :, :2]
+    return np.concatenate([plan.min(axis=(0, 1)), plan.max(axis=(0, 1))])
 
 
 def _only_board(bodies: Sequence[Body]) -> Body:

@@ -32,6 +32,10 @@ _EXACT_MM = 0.001
 _TWIN = 0.2
 """Two edges lie upon each other only if their ends are nearer than this part of their length."""
 
+_MOST_LINES = 3000
+_MOST_CROSSINGS = 50_000
+"""Of the drawing of one body; the cells between lines that cross grow with the square of their number."""
+
 DRILL_MM = 1.0
 """Smaller drilled holes are left out of the outline: vias and the leads of parts, most of them full of solder."""
 
@@ -118,12 +122,8 @@ def _closed(path: Points2, gap_mm: float) -> bool:
 
 def _distinct(edges: Sequence[Points2], gap_mm: float) -> list[Points2]:
     """Leave out edges without length and the second of two that lie upon each other."""
-    kept = [edge for edge in edges if np.ptp(edge, axis=0).max() > gap_mm]
     # Copies go first: the pairs of what lies within a tolerance grow with the square of their number.
-    first: dict[bytes, Points2] = {}
-    for edge in kept:
-        first.setdefault(min(edge.tobytes(), edge[::-1].tobytes()), edge)
-    kept = [*first.values()]
+    kept = _without_copies([edge for edge in edges if np.ptp(edge, axis=0).max() > gap_mm])
     if len(kept) < 2:
         return kept
     # Two ends and the mean of the points, the ends in an order that does not depend on the direction of drawing.
@@ -137,6 +137,14 @@ def _distinct(edges: Sequence[Points2], gap_mm: float) -> list[Points2]:
     alike = (counts[:, 0] == counts[:, 1]) & (np.minimum(straight, crossed) <= 2.0 * near)
     dropped = set(twins[alike, 1].tolist())
     return [edge for number, edge in enumerate(kept) if number not in dropped]
+
+
+def _without_copies(edges: Sequence[Points2]) -> list[Points2]:
+    """Leave out edges that were drawn before, in either direction."""
+    first: dict[bytes, Points2] = {}
+    for edge in edges:
+        first.setdefault(min(edge.tobytes(), edge[::-1].tobytes()), edge)
+    return [*first.values()]
 
 
 def _extend(path: Points2, edges: Sequence[Points2], tree: KDTree, free: np.ndarray, gap_mm: float) -> Points2:
@@ -238,9 +246,16 @@ def slot(centre: Point2, along: Point2, half_mm: float, radius_mm: float) -> Poi
 
 
 def enclosed(lines: Sequence[Points2]) -> Polygon | MultiPolygon | None:
-    """Everything that the drawing of a body encloses, ``None`` if nothing; marks beside the body are left out."""
-    strings = [shapely.LineString(line) for line in lines if len(line) > 1 and np.ptp(line, axis=0).max() > 0.0]
-    if not strings:
+    """Everything that the drawing of a body encloses; marks beside the body are left out.
+
+    Returns:
+        The outline, ``None`` if nothing is enclosed, or so many lines cross each other that they are no drawing.
+    """
+    drawn = _without_copies([line for line in lines if len(line) > 1 and np.ptp(line, axis=0).max() > 0.0])
+    if not drawn or len(drawn) > _MOST_LINES:
+        return None
+    strings = np.array([shapely.LineString(line) for line in drawn], dtype=object)
+    if len(shapely.STRtree(strings).query(strings, predicate="intersects")[0]) > _MOST_CROSSINGS:
         return None
     # Ends that miss each other by a rounding are snapped to 0.001 mm, or nothing would be enclosed.
     noded = shapely.union_all(shapely.set_precision(strings, 0.001))

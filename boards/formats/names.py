@@ -53,11 +53,13 @@ def distinct_names(names: Sequence[str]) -> tuple[list[str], list[Finding]]:
     used: set[str] = {"board"}
     result: list[str] = []
     changed: list[str] = []
+    counts: dict[str, int] = {}
     for base in names:
-        name, count = base, 1
+        name, count = base, counts.get(base, 1)
         while name in used or (name in stated and name != base):
             count += 1
             name = f"{base}-{count}"
+        counts[base] = count
         if name != base:
             changed.append(name)
         used.add(name)

@@ -9,7 +9,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from boards.board import Role
-from boards.errors import BoardError
+from boards.bounds import check_crowds
 from boards.formats.names import listed
 from boards.formats.tree import Part
 from geometry.arrays import Triangles
@@ -23,7 +23,6 @@ _STANDS_MM = 5.0
 _SAME_PART_MM = 0.5
 _TOUCH_MM = 0.005
 _CELLS = 1_000_000.0
-_MOST_PAIRS = 500_000
 
 
 def split_bodies(patches: Triangles) -> list[Triangles]:
@@ -73,9 +72,7 @@ def touching_groups(heaps: Sequence[Triangles], within_mm: float) -> list[list[i
     from trimesh.graph import connected_component_labels
 
     hulls = np.array([plan_hull(heap) for heap in heaps], dtype=object)
-    counts = np.unique(np.round(shapely.bounds(hulls), 3), axis=0, return_counts=True)[1]
-    if int(np.square(counts).sum()) > _MOST_PAIRS:  # each would be compared with every other in its place
-        raise BoardError("thousands of its bodies lie upon each other. Export the board once, without copies of parts.")
+    check_crowds(shapely.bounds(hulls))
     pairs = shapely.STRtree(hulls).query(hulls, predicate="dwithin", distance=within_mm).T.astype(np.int64)
     spans = np.array([height_range(heap) for heap in heaps])
     i, j = pairs[:, 0], pairs[:, 1]

@@ -52,7 +52,7 @@ _SIDES: dict[str, Side] = {
 _NO_SIDE = frozenset({"", "tb", "bt", "both", "na"})
 """One line of a bill of materials may stand for parts on both sides."""
 
-_RANGE = re.compile(r"([A-Za-z]+)(\d+)\s*-\s*([A-Za-z]+)(\d+)")
+_RANGE = re.compile(r"([A-Za-z]+)(\d{1,9})\s*-\s*([A-Za-z]+)(\d{1,9})")
 _HEADER_LINES = 40
 
 

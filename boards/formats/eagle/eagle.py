@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from boards.board import Body
-from boards.bounds import number_within
+from boards.bounds import check_crowds, number_within
 from boards.errors import BoardError
 from boards.formats.eagle.elements import Element, drawn, read_elements
 from boards.formats.eagle.package import (
@@ -86,6 +86,7 @@ def read_eagle(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
         kind = next((item.tag for item in top.inside("drawing") if item.tag == "library"), "schematic")
         raise BoardError(f"an Eagle {kind}, not a board. Name the .brd file of the board.", file=path)
     placed = list(_placed(board))
+    check_crowds([each.placement.origin for each in placed], path)
     notes = LayoutNotes()
     edges, drills = _read_edges(board, placed)
     outline = read_outline(edges, drills, path, _WORDS, notes)

@@ -9,6 +9,7 @@ import numpy as np
 from shapely import MultiPolygon, Polygon
 
 from boards.board import NOMINAL_HEIGHT, Body, Side
+from boards.bounds import check_crowds
 from boards.errors import BoardError
 from boards.formats.idf.library import Package, find_packages, seated_height
 from boards.formats.idf.text import Record, Section, read_loops, read_sections, spot_mm, unit_mm
@@ -72,6 +73,7 @@ def read_idf(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     outline, top_z = _read_board(edge, drills, scale_mm)
     placements = [item for section in sections if section.name == "PLACEMENT" for item in _read(section, scale_mm)]
     placed = [item for item in placements if item.placed]
+    check_crowds([(item.x_mm, item.y_mm) for item in placed], path)
     packages = find_packages([(item.first, item.package, item.part) for item in placed], library)
     found = list(zip(placed, packages, strict=True))
     stand = [(item, package) for item, package in found if not package.flat]

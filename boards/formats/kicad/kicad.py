@@ -7,6 +7,7 @@ from pathlib import Path
 from shapely import MultiPolygon, Polygon
 
 from boards.board import Body
+from boards.bounds import check_crowds
 from boards.formats.kicad.footprint import (
     Footprint,
     body_outline,
@@ -65,6 +66,7 @@ def read_kicad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     """
     board, items = read_items(path)
     footprints = [read_footprint(item) for item in items if item.head in ("footprint", "module")]
+    check_crowds([footprint.origin for footprint in footprints], path)
     general = next((item for item in items if item.head == "general"), None)
     thickness = None if general is None else general.first("thickness")
     thickness_mm = THICKNESS_MM if thickness is None else thickness.number(0)

@@ -19,13 +19,14 @@ import boards.formats.step
 from boards.board import Body, Surface
 from boards.bounds import FARTHEST_MM, MOST_CORNERS, number_within
 from boards.errors import BoardError
-from boards.load import load_board
+from boards.load import board_library, load_board
 from boards.understand import understand
 
 EDGE = " ".join(
     f"(gr_line (start {a}) (end {b}) (layer Edge.Cuts))"
     for a, b in (("0 0", "30 0"), ("30 0", "30 20"), ("30 20", "0 20"), ("0 20", "0 0"))
 )
+DATA = Path(__file__).parents[1] / "data"
 PAD = "(pad 1 smd rect (at 0 0) (size 1 1) (layers F.Cu))"
 IDF = """.HEADER
 BOARD_FILE 3.0 "x" 2024/05/01.10:00:00 1
@@ -272,8 +273,6 @@ def test_whatever_a_reader_lets_through_is_not_understood_beyond_the_bounds(scal
 
 
 def test_names_of_files_and_parts_do_not_break_a_line(tmp_path: Path) -> None:
-    from boards.load import board_library
-
     file = tmp_path / "a\nerror: forged\udcff.tri"
     text = board_library()["tiny"].read_text().replace("object U1 ", "object U\x1b[2J1 ")
     file.write_bytes(text.encode())
@@ -291,6 +290,33 @@ def test_a_thousand_copies_of_a_part_are_refused(tmp_path: Path) -> None:
     copies = [chip.copy().apply_translation((0.0, 0.0, 1e-3 * n)) for n in range(720)]
     whole = trimesh.util.concatenate([mesh, *copies])
     assert "lie upon each other" in refused(tmp_path / "b.stl", bytes(whole.export(file_type="stl")))
+
+
+@pytest.mark.parametrize("suffix", ["kicad_pcb", "brd", "emn", "tri"])
+def test_a_thousand_placements_at_one_place_are_refused_at_once(
+    suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("boards.understand.shape_of", lambda *_: pytest.fail("each of them was measured"))
+    (tmp_path / "b.emp").write_bytes((DATA / "notched.emp").read_bytes())
+    message = refused(tmp_path / f"b.{suffix}", crowded(suffix))
+    assert "thousands of its parts lie upon each other" in message
+
+
+def crowded(suffix: str) -> str:
+    """A board whose part U1 is placed 720 times, at the same place."""
+    if suffix == "tri":
+        head, board, part = board_library()["tiny"].read_text().split("\nobject ")[:3]
+        copies = [f"C{n} {part.partition(' ')[2]}" for n in range(720)]
+        return "\nobject ".join([head.replace("objects 6", "objects 721"), board, *copies]) + "\n"
+    file, first, last = {
+        "kicad_pcb": ("small_v9.kicad_pcb", '  (footprint "Package_SO', "\n  )\n"),
+        "brd": ("small.brd", '<element name="U2"', "\n"),
+        "emn": ("notched.emn", '"wedge 4x2" PN-1 U1', "PLACED\n"),
+    }[suffix]
+    text = (DATA / file).read_text()
+    begin = text.index(first)
+    end = text.index(last, begin) + len(last)
+    return text[:begin] + 720 * text[begin:end] + text[end:]
 
 
 def test_brackets_without_end_in_a_parts_table_are_refused_at_once(tmp_path: Path) -> None:

@@ -1,8 +1,11 @@
 """Loops out of the lines of a drawing, however often a line is drawn."""
 
 import numpy as np
+import pytest
+import shapely
 
-from boards.formats.loops import CHAIN_MM, chain
+import boards.formats.loops
+from boards.formats.loops import CHAIN_MM, chain, enclosed
 
 SQUARE = np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 30.0], [0.0, 30.0]])
 EDGES = [np.array([SQUARE[at], SQUARE[(at + 1) % 4]]) for at in range(4)]
@@ -20,3 +23,22 @@ def test_a_line_that_lies_upon_another_within_the_tolerance_is_left_out() -> Non
     np.testing.assert_array_equal(loops[0], SQUARE)
     _, opened = chain([*EDGES, EDGES[0] + 2.0 * CHAIN_MM])
     assert len(opened) == 1
+
+
+def test_a_body_that_is_drawn_thousands_of_times_is_computed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    computed: list[int] = []
+    union = shapely.union_all
+    monkeypatch.setattr(
+        boards.formats.loops.shapely, "union_all", lambda lines: computed.append(len(lines)) or union(lines)
+    )
+    body = enclosed([edge[::turn] for edge in EDGES for turn in (1, -1) for _ in range(2000)])
+    assert body is not None
+    assert body.area == 1200.0
+    assert computed[0] == len(EDGES)
+
+
+def test_scribbles_are_no_body_and_take_no_time() -> None:
+    rng = np.random.default_rng(1)
+    scribble = list(rng.uniform(0.0, 10.0, (600, 2, 2)))
+    assert enclosed(scribble) is None
+    assert enclosed([*EDGES, *scribble[:20]]) is not None

@@ -297,3 +297,10 @@ def test_any_text_is_read_or_refused(tmp_path: Path, text: str) -> None:
     except BoardError as error:
         message = str(error)
     assert message.startswith(str(tmp_path)) or len(bodies) == len(named())
+
+
+def test_a_range_of_endless_digits_is_a_name_like_others(tmp_path: Path) -> None:
+    nines = "9" * 5000
+    bodies, notes = join(tmp_path, named(), f"Ref,Height\nR1,2\nR{nines}-R{nines},1\n")
+    assert bodies["R1"].value is None
+    assert "rows of the parts table are not on the board" in notes["parts-not-on-board"].message
