@@ -6,9 +6,10 @@ from itertools import pairwise
 from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.posts.dialect import ProgramFiles
-from programs.posts.linuxcnc.write import BLEND_MM, GROUP_BASE, SYSTEMS
+from programs.posts.linuxcnc.write import GROUP_BASE, SYSTEMS
 from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, skip, statements_of
 from programs.posts.rebuilt import Axes, Due, ReadBoard, ReadLine, ReadReach, ReadTool
+from programs.posts.writing.blocks import BLEND_MM
 
 _AXES = rf"(?: [XYZABCUVW]{NUMBER})+"
 _WORD = re.compile(rf"([XYZABCUVW])({NUMBER})")

@@ -1,0 +1,223 @@
+"""Blocks of a machine's axes: the walk over lines that every G-code has in common."""
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from math import degrees
+from typing import ClassVar
+
+from programs.errors import ProgramError
+from programs.motion.installation import Channel, Installation
+from programs.motion.lower import Lowered
+from programs.motion.steps import Line, MotionProgram, Reach, UseBoard, UseTool
+from programs.pose import Position
+from programs.posts.dialect import Dialect
+from programs.posts.writing.axes import SPOT_DEG, allowed_on, in_degrees_and_mm, needed_samples, units_of
+from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.driver import Syntax
+from programs.posts.writing.lines import Placed
+from programs.posts.writing.wording import fixed, short
+
+BLEND_MM = 0.05
+"""How far a corner that is passed may be cut; zones are planned for the same."""
+DIGITS = 4
+"""Decimals of an axis."""
+_LETTERS = "XYZABCUVW"
+_FINENESS = 0.7
+"""Share of the allowed deviation that straight blocks may use; the rest is for rounding."""
+
+
+class AxisSyntax(Syntax):
+    """A language whose blocks name axes: one block a line where the controller takes tool points."""
+
+    systems: ClassVar[Sequence[str]]
+    """Coordinate systems, for as many places of the board."""
+    controller_name: ClassVar[str]
+    no_joints: ClassVar[str] = "G-code is made of joint values; track the program in a cell first."
+
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        self.letters = _name_axes(installation, self.controller_name)
+        kinds = {letter: joint.kind for letter, joint in zip(self.letters, installation.joints, strict=True)}
+        self.slides = all(kinds.get(letter) == "prismatic" for letter in "XYZ")
+        """Whether X, Y and Z are straight axes: then F in mm/min is the speed of an orifice that does not turn."""
+        self.machine = installation.tool_point
+        base = self.machine.base if self.machine is not None else (0.0, 0.0, 0.0)
+        self.offsets = self.zeros(base if self.slides else None)
+        self.offset: tuple[float, ...] = ()
+        self.written: tuple[str, ...] = ()
+        """Axes as written last; empty where the next block has to write all."""
+
+    @abstractmethod
+    def block(self, line: Line, words: str, share: float, *, stops: bool, turns: bool) -> Iterator[str]:
+        """Write a block that does this share of a line.
+
+        Args:
+            line: The line.
+            words: The axes that change.
+            share: Of the line.
+            stops: Whether the machine stands at the block's end.
+            turns: Whether other axes than X, Y and Z move.
+        """
+
+    @abstractmethod
+    def output(self, channel: Channel, value: float, when: str = "immediate") -> str:
+        """Set an output at once, or ``synchronised`` with the next motion."""
+
+    def word(self, letter: str, value: str) -> str:
+        """Write where an axis is."""
+        return f"{letter}{value}"
+
+    def initial_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard | None]:
+        """Select the coordinate system; the tool is in the spindle."""
+        return (chapter.board,)
+
+    def entry_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard]:
+        """Change the tool: it is in the spindle otherwise."""
+        return (chapter.tool,) if chapter.tool is not None else ()
+
+    def chapter(self, chapter: Chapter) -> Iterator[str]:
+        """Write a subroutine; its first blocks state all modes and axes, so that it runs alone."""
+        self.offset = ()
+        self.forget()
+        yield from super().chapter(chapter)
+
+    def forget(self) -> None:
+        """Write modes and axes again."""
+        super().forget()
+        self.written = ()
+
+    def line(self, line: Line, placed: Placed) -> Iterator[str]:
+        """Write as many blocks as the axes need to follow a line, its outputs before the first or after the last."""
+        for event in line.events:
+            if event.share < 1.0:
+                yield self.output(event.channel, event.value, "synchronised")
+        yield from self.blocks(line)
+        then = "immediate" if line.blend_mm == 0.0 else "synchronised"
+        yield from (self.output(event.channel, event.value, then) for event in line.events if event.share == 1.0)
+
+    def blocks(self, line: Line) -> Iterator[str]:
+        """Write the motion of a line."""
+        if not line.joints:
+            raise ProgramError(self.no_joints)
+        done, before = 0.0, 0
+        units, spot = units_of(self.installation), self.machine is not None and line.turns_on_the_spot
+        allowed = allowed_on(line, units, self.installation)
+        for sample in needed_samples(line.samples, units, _FINENESS, allowed):
+            share = float(line.samples.shares[sample])
+            moved = self.moved(line, before, sample)
+            if not moved and share < 1.0:
+                continue  # the next block takes its time too: a block that goes nowhere would stop the others
+            words = self.axes(tuple(line.samples.joints[sample].tolist()), rests=spot)
+            stops, turns = share == 1.0 and line.blend_mm == 0.0, not moved <= set("XYZ")
+            yield from self.block(line, words, share - done, stops=stops, turns=turns)
+            done, before = share, sample
+
+    def moved(self, line: Line, begin: int, end: int) -> set[str]:
+        """Give the letters of the axes that are not the same at two samples of a line."""
+        rows = (in_degrees_and_mm(tuple(line.samples.joints[at].tolist()), self.installation) for at in (begin, end))
+        pairs = zip(self.letters, *rows, strict=True)
+        return {letter for letter, a, b in pairs if fixed(a, DIGITS) != fixed(b, DIGITS)}
+
+    def mode(self, group: str, word: str) -> list[str]:
+        """Write a modal word of a group if another is in force."""
+        return [word] if self.set(group, word) else []
+
+    def tool_point_feed(self, line: Line) -> str:
+        """Give F of a block in tool points: mm/min of the orifice, degrees/min where that rests."""
+        per_s = line.speed_mm_s if line.speed_mm_s > 0.0 else degrees(line.turn_rad_s)
+        return short(60.0 * per_s, 1)
+
+    def axes(self, joints: tuple[float, ...], *, rests: bool = False) -> str:
+        """Write the axes that change, at least one; none of X, Y and Z where the tool point rests.
+
+        Raises:
+            ProgramError: the joints are not known.
+        """
+        if not joints or len(joints) != len(self.letters):
+            raise ProgramError(self.no_joints)
+        values = in_degrees_and_mm(joints, self.installation)
+        offset = self.offset or tuple(0.0 for _ in values)
+        words = tuple(
+            self.word(letter, fixed(value - zero, DIGITS))
+            for letter, value, zero in zip(self.letters, values, offset, strict=True)
+        )
+        before = self.written or tuple("" for _ in words)
+        if rests and self.written:
+            words = tuple(then if then[0] in "XYZ" else now for now, then in zip(words, before, strict=True))
+        changed = [now for now, then in zip(words, before, strict=True) if now != then]
+        self.written = words
+        return " ".join(changed or words[:1])
+
+    def reach(self, reach: Reach) -> Iterator[str]:
+        """Write a rapid in all axes."""
+        self.written = ()
+        yield f"G0 {self.axes(reach.joints)}"
+
+    def zeros(self, base: Position | None) -> Mapping[str, tuple[str, tuple[float, ...]]]:
+        """Give the coordinate system, and what it adds to each axis, by the placement of the board.
+
+        Where X, Y and Z slide, assumed along the directions of the base frame, the board's origin is their zero;
+        ``base`` is then where the base's origin is in their coordinates.
+
+        Raises:
+            ProgramError: there are fewer coordinate systems than places of the board.
+        """
+        places = {step.placement: step.T_base_board for step in self.motion.steps if isinstance(step, UseBoard)}
+        if len(places) > len(self.systems):
+            number = len(self.systems)
+            raise ProgramError(
+                f"{self.controller_name} has {number} coordinate systems; the board lies in {len(places)} places."
+            )
+        offsets: dict[str, tuple[str, tuple[float, ...]]] = {}
+        for system, (placement, place) in zip(self.systems, places.items(), strict=False):
+            shifted = [] if base is None else [a + b for a, b in zip(place.position, base, strict=True)]
+            origin = dict(zip("XYZ", shifted, strict=False))
+            offsets[placement] = (system, tuple(round(origin.get(letter, 0.0), DIGITS) for letter in self.letters))
+        return offsets
+
+    def rising_z(self) -> float | None:
+        """Give the height of home, mm, to which Z goes alone first; ``None`` where a line is higher or z is not up."""
+        home = self.installation.home
+        if not (home and self.slides and self.installation.is_upright):
+            return None
+        z = self.letters.index("Z")
+        return None if highest(self.motion, z) > home[z] else home[z]
+
+    def axis_lines(self) -> Iterator[str]:
+        """Describe the words of a block."""
+        axes = ", ".join(
+            f"{letter} = {joint.name} ({'deg' if joint.kind == 'revolute' else 'mm'})"
+            for letter, joint in zip(self.letters, self.installation.joints, strict=True)
+        )
+        yield f"Axes: {axes}"
+
+    def sign_lines(self) -> Iterator[str]:
+        """Describe an axis that the controller counts in another way than the cell."""
+        if (machine := self.machine) is None:
+            return
+        zeros, turning = (machine.swing_zero, machine.tilt_zero), (machine.swing, 7 - machine.swing)
+        for at, sign, zero in zip(turning, machine.signs, zeros, strict=True):
+            if sign < 0.0 or zero:
+                plus = f", plus {short(degrees(zero), 4)} deg" if zero else ""
+                counts = "against" if sign < 0.0 else "as"
+                yield f"{self.letters[at]} counts {counts} the cell's joint{plus}; B tilts to +X at C0"
+
+    def spot_line(self) -> str:
+        """Describe how a block turns the tool on the spot."""
+        return f"On the spot B and C go evenly: the jet may be up to {SPOT_DEG:g} deg off the shortest turn meanwhile"
+
+
+def highest(motion: MotionProgram, z: int) -> float:
+    """Give the greatest value of an axis at the ends of lines; minus infinity where there are none."""
+    return max((line.joints[z] for line in motion.lines if line.joints), default=float("-inf"))
+
+
+def _name_axes(installation: Installation, controller: str) -> tuple[str, ...]:
+    """Name the axes as the joints are named if those are axes, else X, Y, Z, A, B, C, U, V, W in their order."""
+    names = [joint.name.upper() for joint in installation.joints]
+    if len(names) > len(_LETTERS):
+        raise ProgramError(
+            f"{controller} has {len(_LETTERS)} axes; robot {installation.robot} has {len(names)} joints."
+        )
+    are_axes = len(set(names)) == len(names) and all(len(name) == 1 and name in _LETTERS for name in names)
+    return tuple(names if are_axes else _LETTERS[: len(names)])
