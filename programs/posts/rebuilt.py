@@ -233,6 +233,8 @@ class Rebuilt:
     """Whether a joint motion goes to joint values, where they are known."""
     dues: Dues | None = None
     """What its lines have to state; ``None`` in languages of axes, whose blocks are no lines of the plan."""
+    rise_mm: float | None = None
+    """Height above the base to which the orifice is raised before anything else moves; ``None`` if it is not."""
     homes: tuple[ReadHome, ...] | None = None
     """Motions home, in order; ``None`` where the language has none."""
     controller: Controller | None = None

@@ -115,7 +115,7 @@ class RapidReader(Reader):
         self.numbers(match[1], "robtarget")
         self.pose_of(match[2], "tooldata")
         self.numbers(REACH_SPEED, "speeddata")
-        self.rise(r"IF pStart\.trans\.z<([\d.]+) THEN", r"pStart\.trans\.z:=([\d.]+);")
+        self.rise(rf"IF pStart\.trans\.z<{N} THEN", rf"pStart\.trans\.z:={N};")
         self.pass_on(rf"MoveL pStart,{REACH_SPEED},fine,{match[2]}\\WObj:=wobj0;", "ENDIF")
 
     def wait_contact(self, match: re.Match[str]) -> None:

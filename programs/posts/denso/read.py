@@ -66,6 +66,7 @@ class PacScriptReader(Reader):
             r'If CurExtSpd <> 100 Then Halt "[^"]*"': self.guard,
             r"Wait IO\[(\d+)\] = (On|Off), (\d+), I\[98\]": self.wait_contact,
             rf"Wait {N} \* IOW\[(\d+)\] \+ {N} >= {N}, (\d+), I\[98\]": self.wait_sensor,
+            r"Dim pStart As Position": self.rise_from,
             r"On Error GoTo \*Fault": self.read_fault,
             r"Exit Sub": self.leave,
             r"End If|I\[99\] = 1": skip,
@@ -95,6 +96,13 @@ class PacScriptReader(Reader):
         self.pass_on(r'If I\[98\] = 0 Then Halt "[^"]*"')
         scale, sensor, offset, least, milliseconds = match.groups()
         self.wait_least(sensor, (scale, offset, least), float(milliseconds) / 1000.0)
+
+    def rise_from(self, match: re.Match[str]) -> None:
+        """Raise the orifice from wherever it is."""
+        _, tool, _ = self.pass_on("ChangeWork 0", r"ChangeTool (\d+)", "pStart = CurPos")
+        self.frames.use(("Tool", tool[1]))
+        self.rise(rf"If PosZ\(pStart\) < {N} Then", rf"LetZ pStart = {N}")
+        self.pass_on("Move L, @0 pStart, Speed = 10", "End If")
 
     def read_fault(self, match: re.Match[str]) -> None:
         """Read where errors lead: the end of Main, which shuts the valves."""

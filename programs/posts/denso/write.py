@@ -44,6 +44,16 @@ class PacScript(Syntax):
     guard = ('If CurExtSpd <> 100 Then Halt "speed is not 100 percent"',)
     wait_contact = ("Wait IO[{input}] = {state}, {ms}, I[98]", 'If I[98] = 0 Then Halt "{message}"')
     wait_sensor = ("Wait {reading} >= {least}, {ms}, I[98]", 'If I[98] = 0 Then Halt "{message}"')
+    rise_forms = (
+        "Dim pStart As Position",
+        "ChangeWork 0",
+        "ChangeTool {tool}",
+        "pStart = CurPos",
+        "If PosZ(pStart) < {height} Then",
+        "  LetZ pStart = {height}",
+        "  Move L, @0 pStart, Speed = 10",
+        "End If",
+    )
     loop_begin = ("For {counter} = 1 To {count}",)
     loop_end = ("{condition}", "Next {counter}")
     sensed = "  If {reading} >= {least} Then Exit For"

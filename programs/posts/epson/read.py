@@ -65,6 +65,7 @@ class SpelReader(Reader):
             rf"Wait Sw\((\d+)\) = (On|Off), {N}": self.wait_contact,
             r"TmReset 0": self.wait_sensor,
             r"Trap (?:(\d+), Sw\((\d+)\) = (On|Off)|(Error|Emergency|Abort)) Xqt on_fault": self.trap,
+            rf"If CZ\(Here\) < ({NUMBER}) Then Move Here :Z\(\1\)": lambda match: self.raise_to(float(match[1])),
             r"EndIf|nStart = 1": skip,
             r"Call (\w+)": self.call,
             r"Do": self.begin_loop,

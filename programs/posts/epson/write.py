@@ -57,6 +57,7 @@ class Spel(Syntax):
         'If {reading} < {least} Then Call stop_job("{message}")',
     )
     watch = ("Trap {index}, Sw({input}) = {other} Xqt on_fault",)
+    rise_forms = ("Tool {tool}", "If CZ(Here) < {height} Then Move Here :Z({height})")
     loop_begin = ("{counter} = 0", "Do", "  {counter} = {counter} + 1")
     loop_end = ("Loop While {condition}",)
     counted = "{counter} < {count}"

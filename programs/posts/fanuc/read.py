@@ -103,6 +103,7 @@ class TpReader(Reader):
             r"LBL\[99\]|R\[89\]=1": skip,
             r"!.*": skip,
             r"J P\[(\d+)\] (\d+)% FINE": self.move_by_joints,
+            r"UFRAME_NUM=0": self.rise_from,
             r"(UFRAME|UTOOL)_NUM=(\d+)": self.use_frame,
             _ASSIGNMENT: lambda match: self.switch(*_assigned(*match.groups())),
             rf"WAIT {_N}\(sec\)": lambda match: self.hold(float(match[1]), LONGEST_WAIT_S),
@@ -183,6 +184,14 @@ class TpReader(Reader):
             self.use_tool(number, pose)
         else:
             self.use_board(pose)
+
+    def rise_from(self, match: re.Match[str]) -> None:
+        """Raise the orifice from wherever it is."""
+        (tool,) = self.pass_on(r"UTOOL_NUM=(\d+)")
+        look_up(self.tables, ("UTOOL", tool[1]), f"UTOOL[{tool[1]}]")
+        self.pass_on(rf"PR\[{POSITION}\]=LPOS", rf"R\[88\]=PR\[{POSITION},3\]")
+        self.rise(rf"IF R\[88\]>={_M},JMP LBL\[98\]", rf"PR\[{POSITION},3\]={_M}")
+        self.pass_on(rf"L PR\[{POSITION}\] 100mm/sec FINE", r"LBL\[98\]")
 
     def position(self, number: str) -> Pose | tuple[float, ...]:
         """Look up a position, taught in the frames in use."""

@@ -88,6 +88,16 @@ class Tp(Syntax):
         "ABORT",
         "LBL[{ready}]",
     )
+    rise_forms = (
+        "UFRAME_NUM=0",
+        "UTOOL_NUM={tool}",
+        f"PR[{POSITION}]=LPOS",
+        f"R[88]=PR[{POSITION},3]",
+        "IF R[88]>={height},JMP LBL[98]",
+        f"PR[{POSITION},3]={{height}}",
+        f"L PR[{POSITION}] 100mm/sec FINE",
+        "LBL[98]",
+    )
     longest_message = 24
     longest_name = 8  # of a program on any controller; 36 on newer ones
     indents_loops = False
@@ -186,6 +196,10 @@ class Tp(Syntax):
         where = f"X = {x:>9}  mm,\tY = {y:>9}  mm,\tZ = {z:>9}  mm"
         turned = f"W = {w:>10} deg,\tP = {p:>10} deg,\tR = {r:>10} deg"
         return self.declare(f",\t\tCONFIG : '{self.configuration}',\n\t{where},\n\t{turned}")
+
+    def height(self, millimetres: float) -> str:
+        """Write a height; a negative one stands in brackets."""
+        return operand(millimetres)
 
     def joint_move(self, joints: tuple[float, ...], pace: Pace = CAUTIOUS) -> str:
         """Move to joint values, and declare them."""

@@ -78,7 +78,7 @@ class KrlReader(Reader):
         """Raise the orifice from wherever it is."""
         self.frame("xStart")
         self.pass_on(r"xStart=\$POS_ACT")
-        self.rise(rf"IF xStart\.Z<{U} THEN", rf"xStart\.Z={U}")
+        self.rise(rf"IF xStart\.Z<{N} THEN", rf"xStart\.Z={N}")
         self.pass_on(r"\$VEL\.CP=0\.1", "LIN xStart", "ENDIF")
 
     def grammar(self) -> dict[str, Action]:

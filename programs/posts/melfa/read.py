@@ -74,6 +74,7 @@ class MelfaBasicReader(Reader):
             r'CallP "(\w+)"': self.call,
             r"\*LOOP(\d+)": self.begin_loop,
             _BACK: self.end_repeat,
+            r"PSTART=P_Curr": self.rise_from,
             r"(Tool|Base) P_N\1": skip,
             r"(Tool|Base) (P\w+)": self.use_frame,
             r"M(\d+)=0": self.set_counter,
@@ -123,6 +124,11 @@ class MelfaBasicReader(Reader):
         if match[2]:
             self.set_output(*match.groups()[1:])
         self.line(self.point(match[1]), self.stops, self.speed_mm_s)
+
+    def rise_from(self, match: re.Match[str]) -> None:
+        """Raise the orifice from wherever it is."""
+        self.rise(rf"If PSTART\.Z>={N} Then GoTo \*HIGH", rf"PSTART\.Z={N}")
+        self.pass_on("Spd 100", "Mvs PSTART", r"\*HIGH")
 
     def position(self, name: str) -> Pose | tuple[float, ...]:
         """Look up a position of the program that runs."""

@@ -51,6 +51,14 @@ class MelfaBasic(Syntax):
         "Error {error}",
         "*READY{index}",
     )
+    rise_forms = (
+        "PSTART=P_Curr",
+        "If PSTART.Z>={height} Then GoTo *HIGH",
+        "PSTART.Z={height}",
+        "Spd 100",
+        "Mvs PSTART",
+        "*HIGH",
+    )
     counter = "M{number}"
     loop_begin = ("{counter}=0", "*LOOP{number}", "{counter}={counter}+1")
     loop_end = ("If {condition} Then GoTo *LOOP{number}",)
@@ -131,6 +139,12 @@ class MelfaBasic(Syntax):
     def prepare(self) -> list[str]:
         """Set the overrides."""
         return ["Ovrd 100", "Cnt 0"]
+
+    def rise(self) -> list[str]:
+        """Raise the orifice of the first tool, as seen from the robot."""
+        lines = super().rise()
+        tool = next((step for step in self.motion.steps if isinstance(step, UseTool)), None)
+        return ["Base P_NBase", *self.use(tool), *lines] if lines and tool is not None else []
 
     def setup(self) -> Iterator[str]:
         """State what the integrator has to set up."""

@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from programs.motion.installation import Channel, Installation
-from programs.motion.lower import Capability
+from programs.motion.lower import Capability, lower
 from programs.motion.steps import (
     RESOLUTION_MM,
     Call,
@@ -30,7 +30,7 @@ from programs.motion.steps import (
 )
 from programs.pose import Pose, angle, between, distance
 from programs.posts.reading.joint_moves import compare_joint_moves
-from programs.posts.reading.production import compare_frame
+from programs.posts.reading.production import compare_frame, same_joints
 from programs.posts.reading.terms import compare_terms
 from programs.posts.rebuilt import (
     Axes,
@@ -48,7 +48,7 @@ from programs.posts.rebuilt import (
     Rebuilt,
     TextPlace,
 )
-from programs.posts.writing.axes import allowed_on, from_controller_counts, in_degrees_and_mm, place_on, units_of
+from programs.posts.writing.axes import allowed_on, in_degrees_and_mm, place_on, units_of
 from programs.posts.writing.wording import make_name
 from specs.source import NO_SOURCE, Source
 
@@ -165,12 +165,13 @@ def measure(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
     if comparison.next() is not None:
         surplus = rebuilt.steps[comparison.at :]
         comparison.differ(f"{len(surplus)} steps too many, the first {surplus[0]}", NO_SOURCE, comparison.at)
+    lowered = lower(motion, rebuilt.capability).motion
     reaches = {match.step: match.planned for match in comparison.matches if isinstance(match.planned, Reach)}
     if not comparison.differences:
         moves = compare_joint_moves(rebuilt, reaches, motion, installation)
-        for wrong in (*compare_terms(rebuilt, motion), *moves):
+        for wrong in (*compare_terms(rebuilt, lowered), *moves):
             comparison.differ(*wrong)
-    for message in compare_frame(rebuilt, motion, installation):
+    for message in compare_frame(rebuilt, lowered, installation):
         comparison.differences.append(Difference(message, None, NO_SOURCE))
     return comparison.agreement()
 
@@ -290,12 +291,7 @@ class _Comparison:
         """Whether joint values that were read are the planned ones when they are counted as the cell does."""
         if not step.joints or not self.rebuilt.has_joints:
             return not counted  # some languages have no joint values, but none has them where none are known
-        if len(counted) < len(step.joints):
-            return False
-        planned, dof = in_degrees_and_mm(step.joints, self.installation), len(step.joints)
-        read = from_controller_counts(counted[:dof], self.installation)
-        beyond = any(counted[dof:])  # RAPID has six at least
-        return not beyond and _same_joints(planned, read)
+        return same_joints(step.joints, counted, self.installation)
 
     def is_way(self, step: Reach, way: tuple[ReadLine, ...]) -> bool:
         """Whether the small steps of a joint motion, where the text has them, are the planned ones."""

@@ -161,6 +161,8 @@ class Reader(ABC):
         """The part to start at."""
         self.homes: list[ReadHome] = []
         """Motions to joint values; those from which a pose is reached are taken out again."""
+        self.rise_mm: float | None = None
+        """Height to which the orifice is raised before anything else moves."""
         self.parts: list[ReadPart] = []
         self.waits: list[ReadWait] = []
         self.watched: list[tuple[str, bool]] = []
@@ -215,8 +217,14 @@ class Reader(ABC):
                 tuple(reader.waits), tuple(reader.watched), parts, shut, reader.guards_override, cls.reads_sensors
             )
         reader.finish()
-        homes = tuple(reader.homes) if cls.goes_home else None
-        return Rebuilt(steps, places=places, frame=frame, dues=cls.due if cls.writes_lines else None, homes=homes)
+        return Rebuilt(
+            steps,
+            places=places,
+            frame=frame,
+            dues=cls.due if cls.writes_lines else None,
+            rise_mm=reader.rise_mm,
+            homes=tuple(reader.homes) if cls.goes_home else None,
+        )
 
     @classmethod
     def _loaded(cls, files: ProgramFiles) -> tuple[Self, str]:
@@ -438,14 +446,26 @@ class Reader(ABC):
             found.append(match)
         return found
 
-    def rise(self, *patterns: str) -> None:
+    def rise(self, *patterns: str, unit_mm: float = 1.0) -> None:
         """Read how the orifice is raised before anything else moves; each pattern has one group, the height.
 
         Raises:
             ProgramError: the statements are others, or differ in their height.
         """
-        if len({found[1] for found in self.pass_on(*patterns)}) != 1:
+        heights = {found[1] for found in self.pass_on(*patterns)}
+        if len(heights) != 1:
             raise ProgramError("the orifice is compared with one height and raised to another.")
+        self.raise_to(unit_mm * float(heights.pop()))
+
+    def raise_to(self, height_mm: float) -> None:
+        """Raise the orifice to a height before anything else moves.
+
+        Raises:
+            ProgramError: something moved before.
+        """
+        if self.steps or self.homes or self.rise_mm is not None:
+            raise ProgramError("the orifice is raised after other motions.")
+        self.rise_mm = height_mm
 
     def begin_part(self, number: str, end: str = "") -> bool:
         """Begin a part of main; whether it is done. Where it is not, go on after the statement that ends it.

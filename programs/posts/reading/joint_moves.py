@@ -1,18 +1,18 @@
 """Compares joint motions with the plan: the ways home, and how fast each goes."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from programs.motion.installation import Installation
 from programs.motion.steps import MotionProgram, Reach
+from programs.posts.reading.production import same_joints
 from programs.posts.reading.terms import Wrong
 from programs.posts.rebuilt import ReadHome, ReadReach, Rebuilt
-from programs.posts.writing.axes import from_controller_counts, in_degrees_and_mm
+from programs.posts.writing.entries import safe_height
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace, pace_moves
 from programs.posts.writing.tool_points import one_row
 from specs.source import NO_SOURCE
 
-_JOINT = 0.001
-"""mm and degrees, of a joint."""
 _TIME_S, _SHARE = 6e-4, 1e-6
 
 
@@ -27,6 +27,7 @@ def compare_joint_moves(
         motion: What ``make_motion`` gave.
         installation: The cell; its home counts.
     """
+    yield from _compare_rise(rebuilt, motion, installation)
     yield from _compare_homes(rebuilt, installation)
     if rebuilt.controller is None:
         return
@@ -51,6 +52,15 @@ def _has_pace(step: ReadReach, due: Pace) -> bool:
     return due.seconds is None
 
 
+def _compare_rise(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation) -> Iterator[Wrong]:
+    """Compare the height to which the orifice is raised first; machines of axes raise one of them."""
+    if rebuilt.dues is None:
+        return
+    due, found = safe_height(motion, installation), rebuilt.rise_mm
+    if due != (None if found is None else round(found, 3)):
+        yield f"the orifice is first raised to {found} mm above the base, planned {due}", NO_SOURCE, 0
+
+
 def _compare_homes(rebuilt: Rebuilt, installation: Installation) -> Iterator[Wrong]:
     """Compare the motions home: one before anything else, one after everything."""
     if rebuilt.homes is None:
@@ -64,20 +74,23 @@ def _compare_homes(rebuilt: Rebuilt, installation: Installation) -> Iterator[Wro
     for home in rebuilt.homes:
         if not _is_home(home, rebuilt, installation):
             yield f"the joints go to {home.joints} for home", NO_SOURCE, max(home.after - 1, 0)
-        elif home.speed_share is not None and abs(home.speed_share - 0.01 * CAUTIOUS.percent) > _SHARE:
-            message = f"the motion home has {100.0 * home.speed_share:g} % of the joints' speeds"
-            yield f"{message}, planned {CAUTIOUS.percent} %", NO_SOURCE, max(home.after - 1, 0)
+        elif not _is_cautious(home, rebuilt):
+            share = "no" if home.speed_share is None else f"{100.0 * home.speed_share:g} %"
+            message = f"the motion home has {share} speed, planned {CAUTIOUS.percent} % of the joints'"
+            yield message, NO_SOURCE, max(home.after - 1, 0)
+
+
+def _is_cautious(home: ReadHome, rebuilt: Rebuilt) -> bool:
+    """Whether a motion home has the cautious share of the joints' speeds, in languages that state shares."""
+    if home.speed_share is not None:
+        return abs(home.speed_share - 0.01 * CAUTIOUS.percent) <= _SHARE
+    return all(step.speed_share is None for step in rebuilt.steps if isinstance(step, ReadReach))
 
 
 def _is_home(home: ReadHome, rebuilt: Rebuilt, installation: Installation) -> bool:
     """Whether joint values are those of home when they are counted as the cell does."""
-    machine, dof = installation.tool_point, len(installation.home)
-    if len(home.joints) < dof or any(home.joints[dof:]):  # RAPID has six at least
-        return False
-    read, planned = home.joints[:dof], installation.home
     if rebuilt.dues is not None:
-        read = from_controller_counts(read, installation)
-    elif machine is not None:
-        planned = one_row(machine, planned)
-    pairs = zip(read, in_degrees_and_mm(planned, installation), strict=True)
-    return all(abs(one - other) <= _JOINT for one, other in pairs)
+        return same_joints(installation.home, home.joints, installation)
+    machine = installation.tool_point  # axes are counted as the cell does
+    planned = installation.home if machine is None else one_row(machine, installation.home)
+    return same_joints(planned, home.joints, replace(installation, convention=None))

@@ -6,7 +6,7 @@ from math import degrees
 
 from programs.motion.analog import Counting
 from programs.motion.installation import Channel, Installation, Wait
-from programs.motion.steps import Line, MotionProgram, Switch
+from programs.motion.steps import Line, MotionProgram, Reach, Switch
 from programs.pose import Pose, angle, distance
 from programs.posts.rebuilt import (
     Axes,
@@ -20,14 +20,19 @@ from programs.posts.rebuilt import (
     ReadWait,
     Rebuilt,
 )
+from programs.posts.writing.axes import from_controller_counts, in_degrees_and_mm
 
 _SAME = 0.01
 """mm or degrees."""
 _SAME_NUMBER = 1e-6
+_JOINT = 0.001
+"""mm and degrees that joint values may differ by."""
 
 
 def compare_frame(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation) -> Iterator[str]:
     """Describe where the frame that was read differs from what it has to be; nothing for languages without one.
+
+    The motion is that in the controller's terms, as entries begin where lines were divided too.
 
     Compared are the waits with those of the cell, the outputs that the fault routine shuts with the valves that the
     program opens, and what is in force where the program starts at a later part with what the parts before it leave.
@@ -44,6 +49,7 @@ def compare_frame(rebuilt: Rebuilt, motion: MotionProgram, installation: Install
         frame, rebuilt.analog, [wait for wait in installation.waits if wait.contact or frame.reads_sensors]
     )
     yield from _compare_parts(rebuilt, frame)
+    yield from _compare_reaches(frame, motion, installation)
 
 
 def _valves(motion: MotionProgram, installation: Installation) -> list[Channel]:
@@ -141,6 +147,19 @@ def _compare_parts(rebuilt: Rebuilt, frame: ReadFrame) -> Iterator[str]:
             yield f"started at part {part.number} it has tool {entered.tool}, not {planned.tool}, or another frame"
 
 
+def _compare_reaches(frame: ReadFrame, motion: MotionProgram, installation: Installation) -> Iterator[str]:
+    """Compare the joint values by which entries come from home with those of the plan at the same poses."""
+    planned = [(step.target, step.joints) for step in motion.steps if isinstance(step, Line | Reach) and step.joints]
+    for part in frame.parts[1:]:
+        reach = next((step for step in part.entry if isinstance(step, ReadReach)), None)
+        if reach is None or not reach.joints or not planned:
+            continue
+        at_pose = [joints for pose, joints in planned if _is_same_place(pose, reach.target)]
+        if not any(same_joints(joints, reach.joints, installation) for joints in at_pose):
+            at = f"{reach.joints}, which are not those of {reach.target}"
+            yield f"started at part {part.number} the joints go to {at}"
+
+
 def _other_motion(before: Sequence[ReadStep], entry: Sequence[ReadStep]) -> ReadStep | None:
     """Give a motion of an entry that is none of those before it, in their order, or one of those that it leaves out.
 
@@ -187,6 +206,21 @@ def _lies_between(begin: ReadStep | None, step: ReadStep, end: ReadStep) -> bool
 
 def _first_motion(steps: Sequence[ReadStep]) -> ReadLine | ReadReach | None:
     return next((step for step in steps if isinstance(step, ReadLine | ReadReach)), None)
+
+
+def same_joints(planned: tuple[float, ...], counted: tuple[float, ...], installation: Installation) -> bool:
+    """Whether joint values that were read are planned ones, to the digits that languages write.
+
+    Args:
+        planned: As the cell counts them, radians or mm.
+        counted: As the robot's controller counts them, degrees or mm; RAPID has six at least.
+        installation: The cell.
+    """
+    dof = len(planned)
+    if len(counted) < dof or any(counted[dof:]):
+        return False
+    read, due = from_controller_counts(counted[:dof], installation), in_degrees_and_mm(planned, installation)
+    return all(abs(one - other) <= _JOINT for one, other in zip(read, due, strict=True))
 
 
 def _is_same_place(one: Pose | Axes | None, other: Pose | Axes) -> bool:

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from itertools import zip_longest
 from typing import TypeAlias
 
-from programs.motion.lower import lower
 from programs.motion.steps import MotionProgram
 from programs.posts.rebuilt import Due, ReadLine, Rebuilt
 from programs.posts.writing.lines import follow
@@ -23,16 +22,15 @@ Wrong: TypeAlias = tuple[str, Source, int]
 """What differs, what requested it, and the step that was read."""
 
 
-def compare_terms(rebuilt: Rebuilt, motion: MotionProgram) -> Iterator[Wrong]:
+def compare_terms(rebuilt: Rebuilt, lowered: MotionProgram) -> Iterator[Wrong]:
     """List the lines whose zone, rate of turn or time of a turn differs by more than a digit from what is due.
 
     Args:
         rebuilt: What the reader found, the steps of the plan in their order.
-        motion: What ``make_motion`` gave, before it was lowered.
+        lowered: The motion in the controller's terms.
     """
     if rebuilt.dues is None:
         return
-    lowered = lower(motion, rebuilt.capability).motion
     following = follow(lowered.steps)
     read = [at for at, step in enumerate(rebuilt.steps) if isinstance(step, ReadLine)]
     for at, line in zip_longest(read, lowered.lines):

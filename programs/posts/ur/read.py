@@ -85,7 +85,8 @@ class UrScriptReader(Reader):
     def rise_from(self, match: re.Match[str]) -> None:
         """Raise the orifice from wherever it is."""
         place, turn = r"p_start\[0\],p_start\[1\]", r"p_start\[3\],p_start\[4\],p_start\[5\]"
-        self.rise(rf"if p_start\[2\] < {U}:", rf"movel\(p\[{place},{U},{turn}\], {re.escape(REACH_SPEED)}\)")
+        raised = rf"movel\(p\[{place},{N},{turn}\], {re.escape(REACH_SPEED)}\)"
+        self.rise(rf"if p_start\[2\] < {N}:", raised, unit_mm=1000.0)
         self.pass_on("end")
 
     def grammar(self) -> dict[str, Action]:

@@ -108,6 +108,7 @@ class Val3Reader(Reader):
             r"if getMonitorSpeed\(\)!=100": self.refuse_override,
             _WAIT: self.read_wait,
             r'taskCreate "guard",50,guard\(\)': self.read_guard,
+            r"pStart=here\((\w+),world\)": self.rise_from,
             r"nStart=1|endIf": skip,
             r"(nId=)?(movel|movej)\((\w+)(?:\[(\d+)\])?,(\w+),(\w+)\)": self.move,
             rf"call trigger\(nId,(\d+),{N}\)": self.trigger,
@@ -136,6 +137,14 @@ class Val3Reader(Reader):
             self.wait_for(number, state == "true", float(seconds))
         else:
             self.wait_least(sensor, (scale, offset, value), float(seconds))
+
+    def rise_from(self, match: re.Match[str]) -> None:
+        """Raise the orifice from wherever it is."""
+        if self.types.get("pStart") != "pointRx" or self.types.get(match[1]) != "tool":
+            raise ProgramError("pStart is no point, or is seen for no tool.")
+        self.value("pStart")
+        self.rise(rf"if pStart\.trsf\.z<{N}", rf"pStart\.trsf\.z={N}")
+        self.pass_on(rf"movel\(pStart,{match[1]},mReach\)", r"waitEndMove\(\)", "endIf")
 
     def read_stop(self, match: re.Match[str]) -> None:
         """Read what the application does when it stops."""

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Lowered
 from programs.motion.steps import Call, Line, Pause, Reach, Repeat, Step, Switch, UseBoard, UseTool
-from programs.pose import Pose
+from programs.pose import IDENTITY, Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.val3 import project
 from programs.posts.writing.chapters import Chapter
@@ -18,6 +18,7 @@ from programs.posts.writing.wording import fixed, short
 
 FASTEST = 9999.0
 _GROUP_BITS = 8
+_SAME_ARM = ' shoulder="ssame" elbow="esame" wrist="wsame"'
 _STOP = ("call shutValves()", 'taskKill("guard")', 'taskKill("watch")')
 """What the application does when it stops."""
 _PARAMETERS = ("x_nMove", "x_nOutput", "x_nValue")
@@ -58,6 +59,14 @@ class Val3(Syntax):
         '  popUpMsg("{message}")',
         "  call stop()",
         "  return",
+        "endIf",
+    )
+    rise_forms = (
+        "pStart=here({tool},world)",
+        "if pStart.trsf.z<{height}",
+        "  pStart.trsf.z={height}",
+        "  movel(pStart,{tool},mReach)",
+        "  waitEndMove()",
         "endIf",
     )
     loop_begin = ("{counter}=0", "do", "  {counter}={counter}+1")
@@ -143,7 +152,7 @@ class Val3(Syntax):
         """Put a point into the routine's array for the board in use."""
         array = self.names.give("points", (self.chapter_number, self.board), f"p_{self.chapter_number:02d}")
         values = self.arrays.setdefault(array, [])
-        values.append(project.place(pose, self.board) + ' shoulder="ssame" elbow="esame" wrist="wsame"')
+        values.append(project.place(pose, self.board) + _SAME_ARM)
         return f"{array}[{len(values) - 1}]"
 
     def joint_value(self, joints: tuple[float, ...]) -> str:
@@ -192,6 +201,8 @@ class Val3(Syntax):
         yield project.variable("bOverrun", "bool", (), 1)
         yield project.variable("mReach", "mdesc", [project.movement(100.0, 30.0, 0.0, CAUTIOUS.percent)])
         yield from (project.variable(name, "mdesc", [value]) for name, value in self.movements.items())
+        if self.rises:
+            yield project.variable("pStart", "pointRx", [f"{project.place(IDENTITY, 'world')}{_SAME_ARM}"])
         if self.installation.home:
             yield project.variable("jHome", "jointRx", [self.joint_value(self.installation.home)])
         if self.reached:

@@ -1,6 +1,5 @@
 """The skeleton of every writer: walks the routines and steps of a lowered program, and has a syntax write each."""
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
@@ -22,11 +21,11 @@ from programs.motion.steps import (
     UseBoard,
     UseTool,
 )
-from programs.pose import IDENTITY, Pose, compose
+from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Chapter, Part, divide, nest
-from programs.posts.writing.entries import find_entries
+from programs.posts.writing.entries import find_entries, safe_height
 from programs.posts.writing.frame import PART_LABEL, ProductionFrame
 from programs.posts.writing.heading import heading
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace, pace_moves
@@ -79,8 +78,7 @@ class Syntax(ProductionFrame, ABC):
     """Of the line to a point that is left after its joint values."""
     home_comment: ClassVar[str] = ""
     rise_forms: ClassVar[tuple[str, ...]] = ()
-    """Lines that raise the orifice of a ``tool`` to a ``height`` before anything else moves; empty where the integrator
-    brings the arm home."""
+    """Lines that raise the orifice of a ``tool`` to a ``height`` before anything else; empty where an axis does."""
     counter: ClassVar[str] = "nLoop{number}"
     first_counter: ClassVar[int] = 1
     """Of the loops, by their ``number``, and the number of the first."""
@@ -245,18 +243,15 @@ class Syntax(ProductionFrame, ABC):
 
     def rise(self) -> list[str]:
         """Raise the orifice of the first tool straight up if it is lower than the program ever has it in its lines."""
-        place, heights = IDENTITY, list[float]()
-        for step in self.motion.steps:
-            if isinstance(step, UseBoard):
-                place = step.T_base_board
-            elif isinstance(step, Line):
-                heights += [compose(place, pose).position[2] for pose in (step.start, step.target)]
-        tool = next(iter(self.tools), "")
-        if not (self.rise_forms and self.installation.is_upright and heights and tool):
+        height, tool = safe_height(self.motion, self.installation), self.first_tool()
+        if not self.rise_forms or height is None or not tool:
             return []
         self.rises = True
-        height = self.height(math.floor(max(heights)))
-        return [form.format(tool=tool, height=height) for form in self.rise_forms]
+        return [form.format(tool=tool, height=self.height(height)) for form in self.rise_forms]
+
+    def first_tool(self) -> str:
+        """Give the name, or the number, of the tool that the program uses first; empty if it uses none."""
+        return next(iter(self.tools or map(str, self.slots.tools.values())), "")
 
     def height(self, millimetres: float) -> str:
         """Write a height above the base's origin."""

@@ -1,11 +1,12 @@
 """How a program is entered at a later part, so that a board that was stopped is finished."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from programs.motion.installation import Channel, Installation
-from programs.motion.steps import Line, Pause, Reach, Step, Switch
-from programs.pose import Pose, rotate
+from programs.motion.steps import Line, MotionProgram, Pause, Reach, Step, Switch, UseBoard
+from programs.pose import IDENTITY, Pose, compose, rotate
 from programs.posts.writing.chapters import Chapter, Part
 
 _AS_HIGH_MM = 0.5
@@ -13,6 +14,20 @@ _AS_HIGH_MM = 0.5
 
 _LONGEST_WAY = 200
 """Lines that an entry drives at most, so that programs of many parts do not grow with the square of their number."""
+
+
+def safe_height(motion: MotionProgram, installation: Installation) -> int | None:
+    """Find the greatest height of the orifice in a program's lines, whole mm above the base's origin, rounded down.
+
+    The orifice is raised to it before anything else moves; ``None`` where the base leans, or nothing goes in a line.
+    """
+    place, heights = IDENTITY, list[float]()
+    for step in motion.steps if installation.is_upright else ():
+        if isinstance(step, UseBoard):
+            place = step.T_base_board
+        elif isinstance(step, Line):
+            heights += [compose(place, pose).position[2] for pose in (step.start, step.target)]
+    return math.floor(max(heights)) if heights else None
 
 
 def find_entries(parts: Sequence[Part], installation: Installation) -> dict[int, tuple[Step, ...]]:

@@ -10,7 +10,7 @@ from programs.timing.controller import Controller
 DIALECT = Dialect(
     title="Yaskawa INFORM",
     notes="Relative jobs for DX100 and newer; set parameter S2C714 for ENWAIT. Enter the user frames and tools that "
-    "the .TXT lists. The first motion is a MOVJ from wherever the robot is.",
+    "the .TXT lists. After rising the robot goes to the first pose by MOVJ.",
     capability=Capability(
         controller_class=1,
         timing="time",

@@ -125,6 +125,7 @@ class InformReader(Reader):
             r"CALL JOB:(\w+) IF I089<=(\d+)": lambda match: self.run(match[1]) if self.begin_part(match[2]) else None,
             r"JUMP \*RUN IF I089<>(\d+)": lambda match: self.enter(match[1], r"\*RUN"),
             rf"WAIT IN#\((\d+)\)=(ON|OFF) T={N}": self.wait_contact,
+            r"GETS PX010 \$PX001": self.rise_from,
             r"\*RUN|SET I089 1": skip,
             r"CALL JOB:(\w+)": self.call,
             r"'.*|NOP": skip,
@@ -138,6 +139,12 @@ class InformReader(Reader):
         if goes[1] != ready[1]:
             raise ProgramError(f"{goes[0]} does not lead past its message.")
         self.wait_for(number, state == "ON", float(seconds))
+
+    def rise_from(self, match: re.Match[str]) -> None:
+        """Raise the orifice from wherever it is."""
+        self.pass_on(r"GETE D010 P010 \(3\)")
+        self.rise(r"SET D011 (-?\d+)", unit_mm=0.001)
+        self.pass_on(r"JUMP \*HIGH IF D010>=D011", r"SETE P010 \(3\) D011", r"MOVL P010 V=100\.0 PL=0", r"\*HIGH")
 
     def position(self, name: str) -> Pose:
         """Look up a position, and use its frames."""

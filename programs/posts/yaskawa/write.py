@@ -29,6 +29,7 @@ _NOTES = (
     "Positions are RECTAN, as the pulses of a degree differ from robot to robot",
     f"V in mm/s, VR in degrees/s; PL=0 stops, PL=1 passes: let parameter S1CxG033 be {PASSING_MM} mm or less",
     "I090 and up count loops; ENWAIT T counts from the end of its motion, in s",
+    "P010, D010 and D011 raise the tool first: select the program's first TOOL before the start",
 )
 
 
@@ -57,6 +58,15 @@ class Inform(Syntax):
         'MSG "{message}"',
         "ABORT",
         "*GO{index}",
+    )
+    rise_forms = (
+        "GETS PX010 $PX001",
+        "GETE D010 P010 (3)",
+        "SET D011 {height}",
+        "JUMP *HIGH IF D010>=D011",
+        "SETE P010 (3) D011",
+        "MOVL P010 V=100.0 PL=0",
+        "*HIGH",
     )
     longest_message = 32
     loop_text = "until {key} >= {least}"
@@ -134,6 +144,10 @@ class Inform(Syntax):
         """Write ``MOVJ``."""
         pace = self.pace(reach)
         yield f"MOVJ {self.position(reach.target, reach.joints)} VJ={pace.percent}.00 PL=0"
+
+    def height(self, millimetres: float) -> str:
+        """Write a height in 0.001 mm, as elements of positions count."""
+        return str(round(1000.0 * millimetres))
 
     def home(self) -> tuple[str, ...]:
         """Go nowhere: the first motion is a ``MOVJ`` from where the robot is."""

@@ -52,6 +52,8 @@ Function main
   Loop
   If 1.25 * AIO_In(2) + -2.5 < 3 Then Call stop_job("no pressure")
   Trap 2, Sw(4) = On Xqt on_fault
+  Tool 1
+  If CZ(Here) < 145.0 Then Move Here :Z(145.0)
   Speed 10
   Go JA(0.0000, -28.6479, 34.3775, 0.0000, 68.7549, 0.0000) ' home
   If nStart <= 1 Then Call clean_01

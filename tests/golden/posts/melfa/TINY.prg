@@ -50,19 +50,28 @@
 50 If M_Timer(1)<20000 Then GoTo *WAIT3
 51 Error 9103
 52 *READY3
-53 JOvrd 10
-54 Mov J1
-55 If M_19<=1 Then CallP "CLEAN01"
-56 ' until resistivity_mohm_cm >= 1, 4 times at most
-57 M1=0
-58 *LOOP1
-59 M1=M1+1
-60 If M_19<=2 Then CallP "CLEAN02"
-61 If M1<4 And (0.002*M_Inw(1)+0)<1 Then GoTo *LOOP1
-62 If M_19<=3 Then CallP "CLEAN03"
-63 JOvrd 10
-64 Mov J1
-65 Base P_NBase
-66 Tool P_NTool
-67 End
+53 Base P_NBase
+54 Tool PTL1
+55 PSTART=P_Curr
+56 If PSTART.Z>=145.0 Then GoTo *HIGH
+57 PSTART.Z=145.0
+58 Spd 100
+59 Mvs PSTART
+60 *HIGH
+61 JOvrd 10
+62 Mov J1
+63 If M_19<=1 Then CallP "CLEAN01"
+64 ' until resistivity_mohm_cm >= 1, 4 times at most
+65 M1=0
+66 *LOOP1
+67 M1=M1+1
+68 If M_19<=2 Then CallP "CLEAN02"
+69 If M1<4 And (0.002*M_Inw(1)+0)<1 Then GoTo *LOOP1
+70 If M_19<=3 Then CallP "CLEAN03"
+71 JOvrd 10
+72 Mov J1
+73 Base P_NBase
+74 Tool P_NTool
+75 End
+PTL1=(0.000,30.000,142.500,0.0000,45.0000,0.0000)(0,0)
 J1=(0.0000,-28.6479,34.3775,0.0000,68.7549,0.0000)

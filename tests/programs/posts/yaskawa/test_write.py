@@ -85,7 +85,7 @@ def test_comments_have_32_characters() -> None:
 
 def test_a_loop_counts_and_says_why() -> None:
     made = export(PROGRAMS["loop"](), small_cell("yaskawa"), "yaskawa")
-    assert instructions(made.files["TINY.JBI"], "SET", "*LOOP", "INC", "JUMP *LOOP") == [
+    assert instructions(made.files["TINY.JBI"], "SET I", "*LOOP", "INC ", "JUMP *LOOP") == [
         "SET I090 0",
         "*LOOP1",
         "INC I090",
