@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from geometry.arrays import Indices, Scalars
 from robotcell.collision.body_pairs import RESOLUTION, BodyPairs, Items, gaps, near_items, place
 from robotcell.collision.collision import Collider, pairs_with
-from robotcell.collision.contacts import distances
+from robotcell.collision.contacts import Touch, distances, probe_of, touch_of
 from robotcell.robot.robot import Joints, row_pieces
 
 _COARSE = 1e-2
@@ -57,18 +57,43 @@ def collides_between(collider: Collider, start: Joints, end: Joints, tool: int) 
     Raises:
         CellError: The cell has no such tool.
     """
+    bodies = _checked(collider, start, end, tool)
+    parts = (_sweep(bodies, start[rows], end[rows])[0] for rows in row_pieces(len(start), _AT_ONCE))
+    return np.concatenate([np.zeros(0, np.int64), *parts]) >= 0
+
+
+def touch_between(collider: Collider, start: Joints, end: Joints, tool: int) -> Touch | None:
+    """Name a pair that collides on the way between two (dof,) rows of joints; ``None`` where none does.
+
+    Raises:
+        CellError: The cell has no such tool.
+    """
+    bodies = _checked(collider, start[None], end[None], tool)
+    pairs, fractions = _sweep(bodies, start[None], end[None])
+    if pairs[0] < 0:
+        return None
+    pair, row = int(pairs[0]), start + float(fractions[0]) * (end - start)
+    contact = probe_of(bodies, place(bodies, row[None]))(0, pair, float(bodies.margins[pair]) + RESOLUTION)
+    return touch_of(bodies, pair, contact)
+
+
+def _checked(collider: Collider, start: Joints, end: Joints, tool: int) -> BodyPairs:
+    """Give the bodies and pairs with a tool, if the rows of joints fit them."""
     bodies = pairs_with(collider, tool)
     if start.shape != end.shape or start.ndim != 2 or start.shape[1] != bodies.robot.dof:
         raise ValueError(f"joints must be of shape (n, {bodies.robot.dof}), not {start.shape} and {end.shape}")
     if not (np.isfinite(start).all() and np.isfinite(end).all()):
         raise ValueError("joints must be finite")
-    parts = (_sweep(bodies, start[rows], end[rows]) for rows in row_pieces(len(start), _AT_ONCE))
-    return np.concatenate([np.zeros(0, np.bool_), *parts])
+    return bodies
 
 
-def _sweep(bodies: BodyPairs, start: Joints, end: Joints) -> NDArray[np.bool_]:
-    """Halve the motions until every pair keeps its margin or is too near."""
-    collides = np.zeros(len(start), np.bool_)
+def _sweep(bodies: BodyPairs, start: Joints, end: Joints) -> tuple[Indices, Scalars]:
+    """Halve the motions until every pair keeps its margin or is too near.
+
+    Returns:
+        (n,) a pair that is too near, -1 where all keep their margins; and where, as a fraction of the motion.
+    """
+    collides, where = np.full(len(start), -1, np.int64), np.zeros(len(start))
     travels = _travels(bodies, start, end)
     items = near_items(bodies, place(bodies, (start + end) / 2), bodies.margins + travels / 2)
     pieces = _Pieces(0, items.rows, np.zeros(len(items.rows), np.int64), items.pairs)
@@ -84,9 +109,11 @@ def _sweep(bodies: BodyPairs, start: Joints, end: Joints) -> NDArray[np.bool_]:
         exact = np.flatnonzero(np.isfinite(near) & (widening <= _COARSE))
         near[exact] = distances(bodies, places, items.taken(exact), pieces.motion[exact])
         met = np.isfinite(near)
-        collides[pieces.motion[met & ((widening <= RESOLUTION) | (near <= least))]] = True
-        pieces = pieces.halved(met & ~collides[pieces.motion])
-    return collides
+        decided = met & ((widening <= RESOLUTION) | (near <= least))
+        collides[pieces.motion[decided]] = pieces.pair[decided]
+        where[pieces.motion[decided]] = pieces.middle[decided]
+        pieces = pieces.halved(met & (collides[pieces.motion] < 0))
+    return collides, where
 
 
 def _travels(bodies: BodyPairs, start: Joints, end: Joints) -> Scalars:

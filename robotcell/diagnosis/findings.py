@@ -131,12 +131,17 @@ def _reached(subject: PathInCell, sample: int, poses: Poses) -> Flags:
 
 
 def collisions(subject: PathInCell, motion: Motion) -> Iterator[Finding]:
-    """Report the pairs that collide in every configuration, once for each pair and recipe path."""
+    """Report the pairs that collide in every configuration, once for each pair and recipe path.
+
+    A hit is at a sample, or on the way from there to the next.
+    """
     seen: dict[tuple[Source, str, str], list[int]] = {}
-    path = subject.path
+    path, rows = subject.path, motion.tracked.q
     for sample in motion.hits.tolist():
-        q, tool, placement = motion.tracked.q[sample], int(path.tool[sample]), int(path.placement[sample])
-        pair = subject.queries.first_pair(q, tool, placement)
+        at = int(path.tool[sample]), int(path.placement[sample])
+        pair = subject.queries.first_pair(rows[sample], *at)
+        if pair is None and sample + 1 < len(rows):
+            pair = subject.queries.pair_between(rows[sample], rows[sample + 1], *at)
         if pair is not None:
             seen.setdefault((subject.made_by(sample), *pair), []).append(sample)
     for (made_by, body, other), samples in seen.items():

@@ -20,7 +20,7 @@ from robotcell.collision.collision import (
     with_board_at,
 )
 from robotcell.collision.contacts import Touch
-from robotcell.collision.sweep import collides_between
+from robotcell.collision.sweep import collides_between, touch_between
 from robotcell.kinematics.inverse import solve
 from robotcell.motion.joint_move import IsBlocked, Lifting
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath
@@ -71,6 +71,11 @@ class CellQueries:
     def first_pair(self, q: Joints, tool: int, placement: int) -> tuple[str, str] | None:
         """Name the first pair of bodies that collides at joints (dof,)."""
         touch = first_pairs(self.colliders[placement], q[None], self.cell.tools[tool].number)[0]
+        return None if touch is None else (touch.body, touch.other)
+
+    def pair_between(self, start: Joints, end: Joints, tool: int, placement: int) -> tuple[str, str] | None:
+        """Name a pair of bodies that collides on the way between two rows of joints (dof,)."""
+        touch = touch_between(self.colliders[placement], start, end, self.cell.tools[tool].number)
         return None if touch is None else (touch.body, touch.other)
 
     def obstacles(self, q: Joints, tool: int, placement: int) -> tuple[Touch, ...]:

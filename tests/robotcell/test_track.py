@@ -11,6 +11,7 @@ from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from robotcell.cell.cell import Cell
 from robotcell.cell.load import read_cell
 from robotcell.errors import CellError
+from robotcell.motion.cell_queries import CellQueries
 from robotcell.robot.poses import pose
 from robotcell.robot.robot import Body, Box
 from robotcell.track import CellReport, Terms, terms_of, track
@@ -298,3 +299,15 @@ def test_terms_come_from_the_cells_file() -> None:
 def test_without_a_board_the_report_says_so() -> None:
     report = track(line_program(), cell_of("ur5e-bench"), None, terms=ROUND)
     assert "--board" in message(report, "board-not-checked")
+
+
+def test_a_collision_between_two_samples_alone_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No sample touches the sheet; the way from one to the next does."""
+    program, cell = line_program(), cell_of("gantry")
+    done = track(program, cell, None, terms=ROUND)
+    assert "collision" not in rules(done)
+    monkeypatch.setattr(CellQueries, "collide", lambda *_: np.zeros(len(_[1]), dtype=np.bool_))
+    monkeypatch.setattr(CellQueries, "first_pair", lambda *_: None)
+    wall = Body("sheet", Box((0.02, 0.6, 0.6)), pose((-0.03, 0.0, 0.47), (0, 0, 0)))
+    report = track(program, dataclasses.replace(cell, fixtures=(*cell.fixtures, wall)), None, terms=ROUND)
+    assert "sheet" in message(report, "collision")

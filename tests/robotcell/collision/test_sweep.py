@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from robotcell.collision.body_pairs import RESOLUTION
 from robotcell.collision.collision import build_collider, clearance, collides
-from robotcell.collision.sweep import collides_between
+from robotcell.collision.sweep import collides_between, touch_between
 from robotcell.robot.robot import Body, Box, Capsule, Robot
 
 BALL = Body("ball", Capsule(0.01, 0.02), at())
@@ -22,6 +22,10 @@ def test_a_wall_without_thickness_is_not_jumped_over():
     samples = start[0] + np.linspace(0, 1, 11)[:, None] * (end[0] - start[0])
     assert not collides(collider, samples, 1).any()
     assert collides_between(collider, start, end, 1).tolist() == [True, False]
+    touch = touch_between(collider, start[0], end[0], 1)
+    assert touch is not None
+    assert (touch.body, touch.other) == ("ball", "wall")
+    assert touch_between(collider, start[1], end[1], 1) is None
 
 
 def test_a_turning_arm_does_not_jump_over_a_pin():
