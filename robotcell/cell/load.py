@@ -31,6 +31,8 @@ _SECTIONS = {
     "The cell": ("CellSpec",),
     "base, tcp, pose, at": ("Place",),
     "robot, where it is not of the library": ("RobotSpec",),
+    "robot: dh": ("DhSpec",),
+    "robot: dh: table": ("DhJoint",),
     "joints": ("JointLimits",),
     "controller_joints": ("ControllerJoint",),
     "board, placements": ("Hold",),

@@ -9,8 +9,10 @@ from typing import Literal
 import numpy as np
 
 from programs.motion.installation import JointConvention
-from robotcell.cell.spec import ControllerJoint, JointLimits, RobotFile, RobotSpec
+from robotcell.cell.shapes import place_pose
+from robotcell.cell.spec import ControllerJoint, DhSpec, JointLimits, RobotFile, RobotSpec
 from robotcell.errors import CellError, error_at
+from robotcell.robot.denavit_hartenberg import DhRow, build_dh_robot
 from robotcell.robot.robot import Joint, Robot
 from robotcell.robot.urdf import read_urdf
 from specs.yaml.file_kind import FileKind
@@ -57,7 +59,7 @@ def read_robot_file(source: str | Path) -> tuple[Located, RobotFile]:
 
 
 def build_robot(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) -> Robot:
-    """Read a robot's URDF and set the limits that stand beside it.
+    """Read a robot's URDF or its table, and set the limits that stand beside it.
 
     Args:
         spec: The robot as written.
@@ -66,17 +68,59 @@ def build_robot(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) ->
         path: Where in that file.
 
     Raises:
-        CellError: the URDF cannot be used, or the limits or the controller's counts do not fit its joints.
+        CellError: the URDF or the table cannot be used, or the limits or the controller's counts do not fit its joints.
     """
-    if "\0" in spec.urdf:
-        raise error_at(root, (*path, "urdf"), "cannot be the name of a file")
-    try:
-        robot = read_urdf(folder / spec.urdf, base_link=spec.base_link, flange_link=spec.flange_link)
-    except CellError as error:
-        raise error_at(root, (*path, "urdf"), str(error)) from None
-    robot = limit_joints(robot, spec.joints, root, (*path, "joints"))
+    robot = limit_joints(_read_chain(spec, folder, root, path), spec.joints, root, (*path, "joints"))
+    if spec.dh is not None:
+        _require_all_limits(robot, root, (*path, "dh"))
     convention = _read_convention(robot, spec.controller_joints, root, (*path, "controller_joints"))
     return replace(robot, maker=spec.maker, convention=convention)
+
+
+def _read_chain(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) -> Robot:
+    """Read the joints and bodies of a robot, with the limits that its URDF has."""
+    if spec.dh is not None:
+        return _read_table(spec.dh, root, (*path, "dh", "table"))
+    file = spec.urdf or ""
+    if "\0" in file:
+        raise error_at(root, (*path, "urdf"), "cannot be the name of a file")
+    try:
+        return read_urdf(folder / file, base_link=spec.base_link, flange_link=spec.flange_link)
+    except CellError as error:
+        raise error_at(root, (*path, "urdf"), str(error)) from None
+
+
+def _read_table(spec: DhSpec, root: Located, path: YamlPath) -> Robot:
+    """Build the robot of a table, as metres and radians."""
+    names = [row.name for row in spec.table]
+    repeated = [
+        Problem((*path, index, "name"), f"{name} is a joint above already; each has its own name")
+        for index, name in enumerate(names)
+        if name in names[:index]
+    ]
+    raise_problems(repeated, root, ROBOT)
+    rows = [
+        DhRow(row.name, row.kind, math.radians(row.theta_deg), 1e-3 * row.d_mm, 1e-3 * row.a_mm,
+              math.radians(row.alpha_deg), 1e-3 * row.radius_mm)
+        for row in spec.table
+    ]  # fmt: skip
+    return build_dh_robot(spec.name, spec.convention, rows, place_pose(spec.flange))
+
+
+def _require_all_limits(robot: Robot, root: Located, path: YamlPath) -> None:
+    """Make sure that every joint has a range and a greatest speed, which no table has.
+
+    Raises:
+        CellError: a joint has none.
+    """
+    problems: list[Problem] = []
+    for joint in robot.joints:
+        unit = "mm" if joint.kind == "prismatic" else "deg"
+        for key, value in ((f"position_{unit}", joint.highest), (f"speed_{unit}_s", joint.speed)):
+            if math.isinf(value):
+                message = f"a table has no limits: state {key} of {joint.name}, or of all, under joints beside it"
+                problems.append(Problem(path, message))
+    raise_problems(problems[:1], root, ROBOT)
 
 
 def _read_convention(

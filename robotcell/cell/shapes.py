@@ -6,9 +6,10 @@ from typing import assert_never
 
 import numpy as np
 
+from geometry.arrays import Triangles
 from robotcell.cell.spec import BodySpec, BoxSpec, CapsuleSpec, CylinderSpec, HoseSpec, MeshSpec, Place, Point
 from robotcell.errors import CellError, error_at
-from robotcell.robot.meshes import cylinder_triangles, read_mesh
+from robotcell.robot.meshes import STEP_ENDINGS, cylinder_triangles, read_mesh, read_step_solids
 from robotcell.robot.poses import pose
 from robotcell.robot.robot import Body, Box, Capsule, Mesh, Poses
 from specs.yaml.located import Located, YamlPath
@@ -22,7 +23,9 @@ def place_pose(place: Place) -> Poses:
 
 
 def build_bodies(specs: dict[str, BodySpec], root: Located, path: YamlPath) -> tuple[Body, ...]:
-    """Build the bodies of a tool or of the cell's fixtures; a hose becomes one rod for each of its pieces.
+    """Build the bodies of a tool or of the cell's fixtures.
+
+    A hose becomes one rod for each of its pieces, a STEP file one mesh for each of its solids.
 
     Args:
         specs: By name.
@@ -49,15 +52,26 @@ def build_bodies(specs: dict[str, BodySpec], root: Located, path: YamlPath) -> t
                     length, middle = _along(start, end, root, (*path, name))
                     bodies.append(Body(name, Capsule(_MM * spec.radius_mm, length), middle))
             case MeshSpec():
-                folder = Path(root.at((*path, name, "file")).mark.file).parent
-                try:
-                    triangles = read_mesh(folder / spec.file)
-                except CellError as error:
-                    raise error_at(root, (*path, name, "file"), str(error)) from None
-                bodies.append(Body(name, Mesh(_MM * spec.mm_per_unit * triangles), place_pose(spec.at)))
+                solids = _read_solids(spec, root, (*path, name))
+                bodies += [Body(name, Mesh(triangles), place_pose(spec.at)) for triangles in solids]
             case _:
                 assert_never(spec)
     return tuple(bodies)
+
+
+def _read_solids(spec: MeshSpec, root: Located, path: YamlPath) -> tuple[Triangles, ...]:
+    """Read the triangles (n, 3, 3) of each solid that a file has: one but for STEP, metres."""
+    file = Path(root.at((*path, "file")).mark.file).parent / spec.file
+    try:
+        if file.suffix.lower() not in STEP_ENDINGS:
+            return (_MM * spec.mm_per_unit * read_mesh(file),)
+        if spec.mm_per_unit != 1.0:
+            raise error_at(root, (*path, "mm_per_unit"), "a STEP file states its unit; leave it out")
+        return read_step_solids(file)
+    except CellError as error:
+        if error.path:
+            raise
+        raise error_at(root, (*path, "file"), str(error)) from None
 
 
 def _along(start_mm: Point, end_mm: Point, root: Located, path: YamlPath) -> tuple[float, Poses]:

@@ -95,8 +95,8 @@ class MeshSpec(Spec):
     """Triangles of a file."""
 
     kind: Literal["mesh"] = Field(default="mesh", description="Triangles of a file.")
-    file: str = Field(min_length=1, description="STL, OBJ or PLY; a relative path begins at the cell's file.")
-    mm_per_unit: FileUnit = Field(default=1.0, description="1000 for a file in metres.")
+    file: str = Field(min_length=1, description="STL, OBJ, PLY or STEP; a relative path begins at the cell's file.")
+    mm_per_unit: FileUnit = Field(default=1.0, description="1000 for a file in metres; STEP states its own unit.")
     at: Place = Field(default=Place(), description="Pose of the file's own frame.")
 
 
@@ -133,14 +133,41 @@ class ControllerJoint(Spec):
     )
 
 
-class RobotSpec(Spec):
-    """A robot that is not in the library."""
+class DhJoint(Spec):
+    """One joint of a table of Denavit-Hartenberg parameters, as the maker prints them."""
 
-    urdf: str = Field(min_length=1, description="Its URDF; a relative path begins at the file that names it.")
+    name: Name = Field(description="Of the joint; limits go by it.")
+    kind: Literal["revolute", "prismatic"] = Field(default="revolute", description="It turns about z, or slides along.")
+    theta_deg: Turn = Field(default=0.0, description="Turn about z where the joint is at 0.")
+    d_mm: Coordinate = Field(default=0.0, description="Way along z where the joint is at 0.")
+    a_mm: Coordinate = Field(default=0.0, description="Way along x.")
+    alpha_deg: Turn = Field(default=0.0, description="Turn about x.")
+    radius_mm: Size = Field(description="Of the rods around d and a that stand for the arm in collision checks.")
+
+
+class DhSpec(Spec):
+    """A robot as a table of Denavit-Hartenberg parameters."""
+
+    name: Name = Field(default="arm", description="Name of the robot.")
+    convention: Literal["standard", "modified"] = Field(
+        description="standard: a step is Rz Tz Tx Rx; modified, that of Craig: Rx Tx Rz Tz."
+    )
+    table: list[DhJoint] = Field(min_length=1, max_length=12, description="The joints, base first.")
+    flange: Place = Field(default=Place(), description="Pose of the flange in the frame that the table ends in.")
+
+
+class RobotSpec(Spec):
+    """A robot that is not in the library: a URDF, or a table of Denavit-Hartenberg parameters."""
+
+    urdf: str | None = Field(
+        default=None, min_length=1, description="Its URDF; a relative path begins at the file that names it."
+    )
+    dh: DhSpec | None = Field(default=None, description="Or its table of Denavit-Hartenberg parameters.")
     base_link: str | None = Field(default=None, description="Link that is the base; left out, the root of the URDF.")
     flange_link: str | None = Field(default=None, description="Link that is the flange; left out, the only end.")
     joints: dict[str, JointLimits] = Field(
-        default={}, description="By joint, or all; a URDF has no accelerations, so they are needed here."
+        default={},
+        description="By joint, or all; a URDF has no accelerations, a table no limits at all: they are needed here.",
     )
     maker: Maker | None = Field(
         default=None, description="Whose controller it has: joint values are written in languages of that maker only."
@@ -152,6 +179,10 @@ class RobotSpec(Spec):
 
     @model_validator(mode="after")
     def _check(self) -> "RobotSpec":
+        if (self.urdf is None) == (self.dh is None):
+            raise ValueError("give exactly one of urdf, dh")
+        if self.dh is not None and (self.base_link is not None or self.flange_link is not None):
+            raise ValueError("base_link and flange_link go with urdf")
         if self.maker not in (None, "other") and self.controller_joints is None:
             raise ValueError(
                 "maker goes with controller_joints: same, if the controller shows the joints as the URDF counts them, "
@@ -377,7 +408,7 @@ class CellSpec(Spec):
 
     cell: Name = Field(description="Name of the cell.")
     description: str = Field(default="", description="Short description, for the engineer who chooses it.")
-    robot: str | RobotSpec = Field(description="A robot of the library by name, or a URDF with its limits.")
+    robot: str | RobotSpec = Field(description="A robot of the library by name, or a URDF or a DH table with limits.")
     base: Place = Field(default=Place(), description="Pose of the robot's base in the cell.")
     joints: dict[str, JointLimits] = Field(
         default={}, description="Limits that are tighter than the robot's own, by joint; all means every joint."

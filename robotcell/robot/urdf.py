@@ -153,6 +153,7 @@ def read_urdf(file: Path, *, base_link: str | None = None, flange_link: str | No
         CellError: it cannot be read, or holds no such chain; the message names file, line and element.
     """
     top = read_xml(file)
+    _refuse_xacro(top)
     if top.tag != "robot":
         raise top.error("is not what a URDF begins with: <robot name=...>")
     tree = _read_tree(top)
@@ -180,6 +181,21 @@ def read_urdf(file: Path, *, base_link: str | None = None, flange_link: str | No
     joints[0] = replace(joints[0], T_parent_joint=T_base_carrier @ joints[0].T_parent_joint)
     name = top.attributes.get("name", file.stem)
     return Robot(name, tuple(joints), carried[flange][1], tuple(tuple(each) for each in bodies))
+
+
+def _refuse_xacro(element: Element) -> None:
+    """Refuse a file that is still to be expanded: macros and properties have to be carried out first.
+
+    Raises:
+        CellError: an element is one of xacro's.
+    """
+    if element.tag.startswith("xacro:"):
+        file = element.file
+        urdf = f"{file.name.removesuffix('.xacro').removesuffix('.urdf')}.urdf"
+        commands = f"`xacro {file.name} -o {urdf}` of ROS, or `pipx run xacrodoc {file.name} -o {urdf}` without it"
+        raise element.error(f"is xacro, from which a URDF is made first: {commands}; then name {urdf}")
+    for child in element.children:
+        _refuse_xacro(child)
 
 
 def _read_tree(top: Element) -> _Tree:

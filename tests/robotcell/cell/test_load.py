@@ -8,6 +8,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 from small_cells import CELL, urdf
+from step_writer import Placed, StepWriter
 
 from robotcell.cell.load import cell_library, read_cell, read_cell_text
 from robotcell.errors import CellError
@@ -31,6 +32,32 @@ def test_a_cell_comes_from_the_library_or_from_a_file(tmp_path: Path) -> None:
     file.write_bytes(b"\xef\xbb\xbf" + cell_library()["gantry"].read_bytes().replace(b"\n", b"\r\n"))
     assert read_cell(file).cell.name == read_cell("gantry").cell.name
     np.testing.assert_array_equal(read_cell(str(file)).cell.home, read_cell("gantry").cell.home)
+
+
+def test_a_fixture_of_step_is_a_body_for_each_solid_in_millimetres(tmp_path: Path) -> None:
+    parts: list[Placed] = [("leg", "leg", (10, 20, 30), (0, 0, 0)), ("top", "top", (100, 50, 5), (40, 0, 30))]
+    (tmp_path / "stand.step").write_text(StepWriter().write(parts), "utf-8")
+    stand = "fixtures:\n  stand: {kind: mesh, file: stand.step, at: {xyz_mm: [500, 0, 0]}}\n"
+    file = tmp_path / "a.yaml"
+    file.write_text(CELL.replace("fixtures:\n", stand), "utf-8")
+    leg, top, table = read_cell(file).cell.fixtures
+    assert (leg.name, top.name, table.name) == ("stand", "stand", "table")
+    assert isinstance(leg.shape, Mesh)
+    assert isinstance(top.shape, Mesh)
+    np.testing.assert_allclose(np.ptp(leg.shape.triangles, axis=(0, 1)), [0.01, 0.02, 0.03], atol=1e-6)
+    corners = top.shape.triangles.reshape(-1, 3) + top.T_carrier_shape[:3, 3]
+    np.testing.assert_allclose(corners.max(axis=0), [0.59, 0.025, 0.035], atol=1e-6)
+    file.write_text(file.read_text("utf-8").replace("stand.step", "stand.step, mm_per_unit: 1000"), "utf-8")
+    with pytest.raises(CellError, match="mm_per_unit: a STEP file states its unit; leave it out"):
+        read_cell(file)
+
+
+def test_a_step_fixture_that_is_none_is_refused_with_its_place(tmp_path: Path) -> None:
+    (tmp_path / "a.step").write_text("solid", "utf-8")
+    file = tmp_path / "a.yaml"
+    file.write_text(CELL.replace("fixtures:\n", "fixtures:\n  stand: {kind: mesh, file: a.step}\n"), "utf-8")
+    with pytest.raises(CellError, match=r"a\.yaml:\d+: fixtures\.stand\.file: .*is not a STEP file"):
+        read_cell(file)
 
 
 def test_bodies_of_every_kind(tmp_path: Path) -> None:

@@ -178,6 +178,18 @@ def test_sizes_beyond_any_robot_are_refused_before_they_are_computed_with(
         read_urdf(write(tmp_path, text))
 
 
+def test_a_xacro_is_refused_with_the_commands_that_expand_it(tmp_path: Path) -> None:
+    file = tmp_path / "arm.urdf.xacro"
+    macro = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="a"/>\n<xacro:arm prefix="b"/></robot>'
+    file.write_text(macro, "utf-8")
+    with pytest.raises(CellError) as caught:
+        read_urdf(file)
+    assert str(caught.value) == (
+        f"{file}:2: <xacro:arm> is xacro, from which a URDF is made first: `xacro arm.urdf.xacro -o arm.urdf` of ROS, "
+        "or `pipx run xacrodoc arm.urdf.xacro -o arm.urdf` without it; then name arm.urdf"
+    )
+
+
 def test_several_ends_have_to_be_told_apart(tmp_path: Path) -> None:
     links = LINKS + '<link name="a"/><link name="b"/>'
     text = urdf(links, JOINTS + fixed("f", "hand", "a") + fixed("g", "hand", "b"))
