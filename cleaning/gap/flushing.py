@@ -14,6 +14,8 @@ Values: TypeAlias = float | NDArray[np.float64]
 
 _ALL_GONE = 40.0
 """Beyond it, exp(-x) is nothing."""
+_LEAST_OF_SPEED = 0.5
+"""Share that is left where the model does not hold any more, at the least."""
 
 
 def lubrication_velocity(pressure_pa: Values, height_m: Values, path_m: Values, viscosity_pa_s: float) -> Values:
@@ -55,6 +57,21 @@ def reduced_reynolds(
     return density_kg_m3 * np.abs(u) * height_m**2 / (viscosity_pa_s * path_m)
 
 
+def bounded(u: Values, reynolds: Values, most_reynolds: float) -> Values:
+    """Lower bound of a mean speed that inertia may slow more than `inertial` has it, m/s.
+
+    Above the reduced Reynolds number up to which a gap counts as thin the shape of the flow is not known; inertia takes
+    half of speed and shear at most. The speed stays at what it is at that number until half of the model's is more,
+    so that more pressure never flushes less.
+
+    Args:
+        u: Speed that `inertial` gives.
+        reynolds: Reduced Reynolds number of that speed.
+        most_reynolds: Up to which the model holds.
+    """
+    return u * np.clip(most_reynolds / np.maximum(reynolds, most_reynolds), _LEAST_OF_SPEED, 1.0)
+
+
 class FlushSettings(NamedTuple):
     """What stays the same in one gap during one stage. SI."""
 
@@ -69,6 +86,8 @@ class FlushSettings(NamedTuple):
     viscosity_pa_s: float
     drag_pa_s2_m2: float
     """rho (1 + zeta) / 2: what entrance and inertia cost, times the speed squared."""
+    thin_m_s: float
+    """Mean speed up to which it is a thin gap; what is faster counts as `bounded` has it."""
     k1_per_s: float
     k2_per_s: float
     """At a wall shear of 1 Pa."""
@@ -86,9 +105,9 @@ class Flushed(NamedTuple):
     shear_pa: Scalars
     """(c,) highest wall shear."""
     travelled_m: float
-    """Way of the liquid: mean speed in the gap over time."""
+    """Way of the liquid: mean speed in the gap over time, at its lower bound."""
     fastest_m_s: float
-    """Highest mean speed in the gap."""
+    """Highest mean speed in the gap, as the model has it."""
 
 
 @compiled
@@ -103,7 +122,7 @@ def flush(
     """Carry a gap's residue through the pulses of one stage.
 
     What is left narrows the gap: with the mean fill f the speed goes with (1 - f)^2 and the shear with 1 - f. Inertia
-    slows the whole field by as much as `inertial` takes from its mean speed.
+    slows the whole field by as much as `inertial` takes from its mean speed, and `bounded` of what is left.
 
     Args:
         basis: (2, 8, c) components of velocity times viscosity for one pascal on each edge segment.
@@ -129,8 +148,10 @@ def flush(
             soft_share += setting.weights[cell] * left[cell]
         gap = 1.0 - setting.fill * (hard + soft_share)
         slow, speed = _slow(mean, gap, setting)
-        travelled += speed * seconds[pulse, 1]
         fastest = max(fastest, speed)
+        held = max(min(1.0, setting.thin_m_s / max(speed, 1e-300)), _LEAST_OF_SPEED)
+        slow *= held
+        travelled += held * speed * seconds[pulse, 1]
         _shear(flow, slow * gap * 6.0 / setting.height_m, setting, highest, k2)
         hard = _remove(left, hard, setting.k1_per_s, k2, seconds[pulse, 1])
     return Flushed(hard, left, highest, travelled, fastest)

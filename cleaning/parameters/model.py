@@ -122,7 +122,7 @@ class Gap(Spec):
 
     cells: Annotated[int, Bounds(4, 200)] = Field(description="Cells of a gap along each side.")
     entrance_loss: Coefficient = Field(description="Entrance and exit loss (zeta).")
-    most_reynolds: Reynolds = Field(description="Reduced Reynolds number above which it is no thin gap.")
+    most_reynolds: Reynolds = Field(description="Reduced Reynolds number above which flow counts at its lower bound.")
     thickest_um: Thin = Field(description="Higher gaps are treated as exposed.")
     plugged: Share = Field(description="Fill above which nothing flows through.")
     capacity_kg_m3: Capacity = Field(description="Residue that a cubic metre of liquid can carry (c_cap).")
@@ -146,6 +146,7 @@ class Drying(Spec):
     transfer_w_m2_k: HeatTransfer = Field(description="Heat transfer to the board while it is blown on.")
     room_c: Celsius = Field(description="Air that is heated for drying.")
     room_humidity_pct: Percent = Field(description="Of that air.")
+    dwell_min: Minutes = Field(default=0.0, description="How long the board stays in the warm air after the program.")
     bake_c: Celsius | None = Field(default=None, description="Temperature of a bake that follows; left out: none.")
     bake_min: Minutes = Field(default=0.0, description="How long.")
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cleaning.gap.edge_segments import SEGMENTS, EdgePressure
 from cleaning.gap.flow_field import GapField
-from cleaning.gap.flushing import Flushed, FlushSettings, flush, inertial, reduced_reynolds
+from cleaning.gap.flushing import Flushed, FlushSettings, Values, bounded, flush, inertial, reduced_reynolds
 from cleaning.parameters.liquid import capillary_pa, density_kg_m3, viscosity_pa_s
 from cleaning.parameters.model import Parameters
 from cleaning.process.stages import Stage
@@ -178,7 +178,7 @@ def _act(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> tupl
         shear_pa=done.shear_pa.astype(np.float32),
         weak_share=gap.mean(weak.astype(np.float64)),
         exchanges=2.0 * done.travelled_m / path,
-        reynolds=float(reduced_reynolds(done.fastest_m_s, gap.height_m, path, liquid.density, liquid.viscosity)),
+        reynolds=float(_reynolds(gap, liquid, done.fastest_m_s)),
         wet_s=wet_s,
         residue=gap.residue(after).astype(np.float32),
     )
@@ -203,11 +203,16 @@ def _setting(gap: _Gap, liquid: _Liquid) -> FlushSettings:
         fill=gap.fill,
         viscosity_pa_s=liquid.viscosity,
         drag_pa_s2_m2=0.5 * liquid.density * (1.0 + gap.parameters.gap.entrance_loss),
+        thin_m_s=gap.parameters.gap.most_reynolds / float(_reynolds(gap, liquid, 1.0)),
         k1_per_s=liquid.softening,
         k2_per_s=soil.k_m_per_s / soil.shear_reference_pa**soil.shear_exponent,
         shear_exponent=soil.shear_exponent,
         shear_threshold_pa=soil.shear_threshold_pa,
     )
+
+
+def _reynolds(gap: _Gap, liquid: _Liquid, speed_m_s: Values) -> Values:
+    return reduced_reynolds(speed_m_s, gap.height_m, gap.field.path_m, liquid.density, liquid.viscosity)
 
 
 def _side_shear(gap: _Gap, liquid: _Liquid, pressure: EdgePressure, state: _State) -> tuple[float, ...]:
@@ -221,6 +226,7 @@ def _side_shear(gap: _Gap, liquid: _Liquid, pressure: EdgePressure, state: _Stat
     mean = flow @ gap.weights * open_**2 / liquid.viscosity
     loss = gap.parameters.gap.entrance_loss
     slowed = inertial(mean, gap.height_m * open_, gap.field.path_m, liquid.density, liquid.viscosity, loss)
+    slowed = bounded(slowed, _reynolds(gap, liquid, slowed), gap.parameters.gap.most_reynolds)
     share = np.divide(slowed, mean, out=np.ones_like(mean), where=mean > 0.0)
     least = [np.sort(each)[gap.tenth(each)] for each in flow]
     shear = share * 6.0 * open_ / gap.height_m * least

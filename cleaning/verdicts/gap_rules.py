@@ -29,6 +29,7 @@ _OF_FLOW = frozenset({NOT_FLUSHED, RESIDUE_LEFT, ONE_SIDED})
 _LEAST_PERCENT = 0.01
 """Of residue: far below every limit, so that its digits mean nothing."""
 _MOST_RINSES = 50
+_DRIER = "Blow from nearer or slower, keep the board warm afterwards (drying.dwell_min), or bake it (drying.bake_c)."
 
 
 def judge_gaps(evidence: Evidence) -> list[Judgement]:
@@ -105,7 +106,7 @@ class _Gap:
     def judge(self) -> list[Judgement]:
         """Apply the rules in the order in which they decide: a gap that is not thin, dry or plugged has no flow."""
         washes, rinses = self._stages("wash"), self._stages("rinse")
-        no_model = list(self._model_limit(washes, rinses))
+        no_model = list(self._model_limit(washes))
         if no_model and no_model[0].numbers:
             return no_model
         if no_model:
@@ -129,22 +130,15 @@ class _Gap:
     def _place(self) -> str:
         return f"under it, in a gap of {1000 * self.gap.gap_height_mm:.0f} µm"
 
-    def _model_limit(
-        self, washes: list[tuple[Stage, GapStage]], rinses: list[tuple[Stage, GapStage]]
-    ) -> Iterator[Judgement]:
+    def _model_limit(self, washes: list[tuple[Stage, GapStage]]) -> Iterator[Judgement]:
         """A gap that is not thin, or one that no wash acts on, so that nothing shows what is to be removed."""
-        limits = self.evidence.parameters.gap
-        reynolds = max((at.reynolds for _, at in (*washes, *rinses)), default=0.0)
-        if self._height_um > limits.thickest_um or reynolds > limits.most_reynolds:
+        thickest = self.evidence.parameters.gap.thickest_um
+        if self._height_um > thickest:
             yield Judgement(
                 rule=MODEL_LIMIT,
                 verdict="no verdict",
-                numbers=(
-                    Number("standoff", self._height_um, "µm", limits.thickest_um),
-                    Number("reduced Reynolds number", reynolds, "", limits.most_reynolds),
-                ),
-                because=f"A gap of {self._height_um:.0f} µm with a reduced Reynolds number of {two_digits(reynolds)} "
-                "is no thin gap, and the model does not cover the flow under it.",
+                numbers=(Number("standoff", self._height_um, "µm", thickest),),
+                because=f"A gap of {self._height_um:.0f} µm is no thin gap, which the model does not cover.",
                 advice="Inspect it.",
             )
         elif not washes:
@@ -226,9 +220,21 @@ class _Gap:
                 Number("residue", mean, "%", 100.0 * limits.gap_marginal),
                 Number("residue, worst tenth", worst, "%", 100.0 * limits.pocket),
             ),
-            because=f"{_percent(mean)} of the residue is left {self._place}; in its worst tenth {_percent(worst)}.",
+            because=f"{_percent(mean)} of the residue is left {self._place}; in its worst tenth {_percent(worst)}."
+            + self._at_bound(),
             advice="" if verdict == "clean" else "Soak longer, wash warmer, or add perimeter passes.",
             where=where,
+        )
+
+    def _at_bound(self) -> str:
+        """State where flow and shear were taken at their lower bound."""
+        most = self.evidence.parameters.gap.most_reynolds
+        reynolds = max((at.reynolds for _, at in self._stages("wash")), default=0.0)
+        if reynolds <= most:
+            return ""
+        return (
+            f" With a reduced Reynolds number of {two_digits(reynolds)} (a thin gap: {most:g} at most) "
+            "the flow was taken at its lower bound."
         )
 
     def _not_rinsed(self, rinses: list[tuple[Stage, GapStage]]) -> Iterator[Judgement]:
@@ -262,16 +268,37 @@ class _Gap:
             )
 
     def _wet(self) -> Iterator[Judgement]:
-        """Water that blow-off leaves, without a bake that takes it."""
-        drying, least, dry_s = self.evidence.parameters.drying, self.gap.blow_off_um, self.gap.dry_s
-        baked = drying.bake_c is not None and dry_s is not None and dry_s <= 60.0 * drying.bake_min
-        if least is None or self._height_um >= least or baked:
+        """Water that blow-off leaves, against the time in which it may evaporate."""
+        least, dry_s = self.gap.blow_off_um, self.gap.dry_s
+        if least is None or dry_s is None or self._height_um >= least:
             return
+        warm_s, warm_c = self._warmth()
+        dry = dry_s <= warm_s
         clears = f"gaps from {least:.0f} µm on" if np.isfinite(least) else "no gap here"
+        needs = f"needs {two_digits(dry_s)} s to evaporate" if np.isfinite(dry_s) else "does not evaporate"
+        because = (
+            f"Drying blows clear {clears}; this one is {self._height_um:.0f} µm high. What is left {needs}, "
+            f"if the board is as warm as the air, {warm_c:g} °C; it is warm for {two_digits(warm_s)} s."
+        )
         yield Judgement(
             rule=WET_GAP,
-            verdict="marginal",
-            numbers=(Number("gap", self._height_um, "µm"), Number("least gap that is blown clear", least, "µm")),
-            because=f"Drying blows clear {clears}; this one is {self._height_um:.0f} µm high.",
-            advice="Blow from nearer or slower, or bake the board afterwards (drying.bake_c).",
+            variant="dry" if dry else "",
+            verdict="clean" if dry else "marginal",
+            numbers=(
+                Number("gap", self._height_um, "µm"),
+                Number("least gap that is blown clear", least, "µm"),
+                Number("time to evaporate", dry_s, "s", warm_s),
+            ),
+            because=because,
+            advice="" if dry else _DRIER,
         )
+
+    def _warmth(self) -> tuple[float, float]:
+        """How long the board is at the temperature at which the rest evaporates, s, and that temperature, °C."""
+        drying = self.evidence.parameters.drying
+        if drying.bake_c is not None:
+            return 60.0 * drying.bake_min, drying.bake_c
+        gases = [stage for stage in self.evidence.stages if stage.use == "dry"]
+        warmest = max((stage.temperature_c for stage in gases), default=drying.room_c)
+        blown_s = sum(stage.end_s - stage.begin_s for stage in gases if stage.temperature_c == warmest)
+        return blown_s + 60.0 * drying.dwell_min, warmest

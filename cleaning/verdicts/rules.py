@@ -96,7 +96,13 @@ IONIC_RESIDUE = Rule(
     "C",
     ("dirty",),
 )
-WET_GAP = Rule("R12", "wet under part", "Blow-off does not clear the gap, and no bake follows.", "B", ("marginal",))
+WET_GAP = Rule(
+    "R12",
+    "wet under part",
+    "Blow-off does not clear the gap, and what is left needs longer to evaporate than the board stays warm.",
+    "B",
+    ("marginal", "clean"),
+)
 PROCESS_WINDOW = Rule(
     "R13",
     "process",

@@ -1,10 +1,11 @@
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from judged import evidence, exposed, gap, stage, underside
+from judged import USES, evidence, exposed, gap, gap_stage, stage, underside
 
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import PartOverride, Provenance
@@ -191,18 +192,45 @@ def test_an_ionic_limit_counts_only_where_the_user_set_one():
     assert one(judge_part(evidence((salty,), with_limits(ionic_ug_cm2=2.0))), "R11").verdict == "dirty"
 
 
+def test_water_that_cannot_be_blown_out_may_evaporate_while_the_board_is_warm():
+    # the air is at 60 degrees for 10 s
+    for seconds, verdict in ((8.0, "clean"), (12.0, "marginal"), (inf, "marginal")):
+        judged = one(judge_part(evidence((gap(blow_off_um=80.0, dry_s=seconds),))), "R12")
+        assert judged.verdict == verdict
+        assert "it is warm for 10 s" in judged.because
+    kept = PARAMETERS.drying.model_copy(update={"dwell_min": 0.5})
+    slow = judge_part(evidence((gap(blow_off_um=80.0, dry_s=39.0),), PARAMETERS.model_copy(update={"drying": kept})))
+    assert one(slow, "R12").verdict == "clean"
+    assert "R12" not in rules(judge_part(evidence((gap(blow_off_um=40.0, dry_s=99.0),))))
+
+
+def test_only_the_warmest_air_counts_for_evaporation():
+    stages = (*(stage(use) for use in USES), stage("dry", temperature_c=80.0, begin_s=10.0, end_s=25.0))
+    seen = exposed()
+    for seconds, verdict in ((14.0, "clean"), (16.0, "marginal")):
+        left = replace(gap(blow_off_um=80.0, dry_s=seconds), stages=(gap_stage(), gap_stage(), None, None))
+        found = judge_part(evidence((left,), stages=stages, exposed=(seen,) * 4))
+        assert one(found, "R12").verdict == verdict
+
+
 def test_water_that_cannot_be_blown_out_stays_unless_the_board_is_baked():
     wet = gap(blow_off_um=80.0, dry_s=600.0)
     assert one(judge_part(evidence((wet,))), "R12").verdict == "marginal"
     for minutes, left in ((5.0, True), (20.0, False)):
         baked = PARAMETERS.drying.model_copy(update={"bake_c": 110.0, "bake_min": minutes})
         judged = judge_part(evidence((wet,), PARAMETERS.model_copy(update={"drying": baked})))
-        assert ("R12" in rules(judged)) == left
+        assert (one(judged, "R12").verdict == "marginal") == left
 
 
-@pytest.mark.parametrize("beyond", [gap(gap_height_mm=0.4), gap(wash={"reynolds": 11.0})])
-def test_what_is_no_thin_gap_has_no_verdict(beyond):
-    judged = judge_part(evidence((beyond,)))
+def test_fast_flow_is_judged_at_its_bound_and_says_so():
+    fast = one(judge_part(evidence((gap(wash={"reynolds": 18.0}),))), "R7")
+    assert fast.verdict == "clean"
+    assert "reduced Reynolds number of 18 (a thin gap: 10 at most)" in fast.because
+    assert "Reynolds" not in one(judge_part(evidence((gap(wash={"reynolds": 9.9}),))), "R7").because
+
+
+def test_what_is_no_thin_gap_has_no_verdict():
+    judged = judge_part(evidence((gap(gap_height_mm=0.4),)))
     assert one(judged, "R14").verdict == "no verdict"
     assert "R7" not in rules(judged)
 

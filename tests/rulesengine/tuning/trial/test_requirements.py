@@ -65,6 +65,8 @@ def test_water_under_parts_counts_where_dryness_is_asked_for():
     assert unmet_requirements(replace(report, parts=parts), "clean", frozenset()) == ()
     (unmet,) = unmet_requirements(replace(report, parts=parts), "clean-and-dry", frozenset())
     assert unmet.deficit == pytest.approx(0.5)
+    nearly = replace(wet, numbers=(*wet.numbers, Number("time to evaporate", 20, "s", 15)))
+    assert deficit(nearly) == pytest.approx(0.25)
 
 
 def test_what_masks_take_out_is_not_asked_for():
