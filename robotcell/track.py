@@ -84,6 +84,10 @@ class CellReport:
     findings: tuple[Finding, ...]
     remedy: Remedy | None = None
     """The change of the cell that the finding ``cell-remedy`` describes."""
+    board: Board | None = None
+    """As collisions with it were checked."""
+    placements: Mapping[str, Poses] = field(default_factory=lambda: MappingProxyType({}))
+    """T_cell_board (4, 4) after ``CALL name``, by that name."""
 
     @property
     def possible(self) -> bool:
@@ -182,6 +186,7 @@ def _try(task: _Task, cell: Cell, progress: Progress) -> _Trial:
     else:
         progress("timing the joints", 0.9)
         report = _with_motion(subject, board, found, findings)
+        report = replace(report, board=board, placements=terms.placements)
     return _Trial(report, subject.path, found.nodes.sample, wrong if len(wrong) else None)
 
 

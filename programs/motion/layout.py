@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
 from geometry.frames import align_signs, rotation_angles
-from programs.motion.steps import Moment, Reach
+from programs.motion.steps import IsClear, Moment, Reach
 from programs.motion.tracks import Track, pose_of
 from programs.playback import ToolStates, build_timeline, play
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
@@ -36,6 +36,8 @@ class Tracking:
     """(m,) s when the plan is there, where the robot takes other times; NaN within joint moves"""
     corner: NDArray[np.bool_] | None
     """(m,) whether a line of the plan, or a leg of a joint move, ends there; ``None`` where that is to be found"""
+    is_clear: IsClear | None = None
+    """Check of the ways from home into the program; ``None`` where there is none."""
 
 
 def on_time(program: TimedProgram, joints: NDArray[np.float64] | None = None) -> Tracking:

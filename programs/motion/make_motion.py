@@ -59,7 +59,8 @@ def make_motion(program: TimedProgram, installation: Installation, tracking: Tra
     builder = _Builder(installation, lay_out(program, tracking))
     builder.build()
     steps, found = open_valves(builder.steps, builder.requests, installation)
-    return MotionProgram(program.origin, program.totals.duration_s, tuple(steps), (*builder.findings, *found))
+    findings = (*builder.findings, *found)
+    return MotionProgram(program.origin, program.totals.duration_s, tuple(steps), findings, tracking.is_clear)
 
 
 def find_corners(program: TimedProgram) -> NDArray[np.bool_]:

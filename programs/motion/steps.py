@@ -1,5 +1,6 @@
 """Steps of a robot's controller: lines with events on them, pauses, outputs, loops. Board frame, mm, s."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import degrees
@@ -236,6 +237,10 @@ class Note:
 Step: TypeAlias = Line | Reach | Pause | Switch | UseTool | UseBoard | Call | Repeat | EndRepeat | Note
 
 
+IsClear: TypeAlias = Callable[[tuple[tuple[float, ...], ...], int, str], bool]
+"""Whether joints (radians, mm) go straight from row to row clear of everything, with a tool and a place of a board."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionProgram:
     """A program as steps, with the findings of its making."""
@@ -245,6 +250,8 @@ class MotionProgram:
     """As planned, each loop once."""
     steps: tuple[Step, ...]
     findings: tuple[Finding, ...]
+    is_clear: IsClear | None = None
+    """Check of the ways from home into the program; ``None`` where there is none."""
 
     @property
     def lines(self) -> tuple[Line, ...]:

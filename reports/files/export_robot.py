@@ -1,15 +1,21 @@
 """A program in a cell's robot's own language."""
 
 from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
 
 from boards.board import Board
 from programs.export import Exported, check_maker, export, find_dialect
 from programs.motion.layout import Tracking
+from programs.motion.steps import IsClear
 from programs.program import TimedProgram
 from robotcell.cell.hold import describe_held, hold_board
 from robotcell.cell.installation import exported_joints, installation_of
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.spec import HeldBy
+from robotcell.collision.collision import Collider, build_collider, with_board_at
+from robotcell.collision.sweep import collides_between
 from robotcell.track import CellReport, terms_of, track
 from specs.finding import Finding, worst_first
 from specs.finding_rules import BOARD_PLACE_UNKNOWN
@@ -93,4 +99,23 @@ def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str, *, witho
 
 def tracking_of(report: CellReport) -> Tracking:
     """Give how a robot carries out a program, in the units of programs."""
-    return Tracking(exported_joints(report.cell.robot, report.joints), report.clock, report.corner)
+    joints = exported_joints(report.cell.robot, report.joints)
+    return Tracking(joints, report.clock, report.corner, _check_of(report))
+
+
+def _check_of(report: CellReport) -> IsClear:
+    """Give the check whether joints, in the units of programs, go straight from row to row and collide with nothing."""
+    units = exported_joints(report.cell.robot, np.ones(report.cell.robot.dof))
+
+    @cache
+    def collider(placement: str) -> Collider:
+        if placement in report.placements:
+            return with_board_at(collider(""), report.placements[placement])
+        return build_collider(report.cell, report.board)
+
+    @cache
+    def is_clear(rows: tuple[tuple[float, ...], ...], tool: int, placement: str) -> bool:
+        joints = np.array(rows) / units
+        return not collides_between(collider(placement), joints[:-1], joints[1:], tool).any()
+
+    return is_clear

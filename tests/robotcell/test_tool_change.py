@@ -230,3 +230,18 @@ def test_a_tool_that_is_changed_some_time_after_the_last_move_is_changed_before_
     report = track(program_of(*program.instructions, change, held, liquid=(("clean", 1.0),)), CELL, None, terms=TERMS)
     for move, tool, q in zip(moves_of(report.program), tools_of(report.program), report.joints.tolist(), strict=True):
         assert distance(seen(tuple(q), tool), Pose(move.position, move.quaternion)) < 1e-3
+
+
+@pytest.mark.slow
+def test_ways_from_home_are_checked_with_the_tool_and_the_board_where_it_lies() -> None:
+    report, home = tracked(), installed().home
+    check = tracking_of(report).is_clear
+    assert check is not None
+    rows = (home, motion_of(report).lines[0].joints)
+    assert check(rows, 1, "")
+    flange = CELL.T_cell_base @ flange_poses(CELL.robot, CELL.home[None])[0]
+    in_the_way = replace(report, board=load_board("tiny"), placements={"flip": flange})
+    blocked = tracking_of(in_the_way).is_clear
+    assert blocked is not None
+    assert blocked(rows, 1, "")
+    assert not blocked(rows, 1, "flip")

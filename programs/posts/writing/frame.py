@@ -1,12 +1,13 @@
 """The production frame around a program: guard, waits and faults before the first motion, and where it may start."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar
 
 from programs.motion.installation import USUAL_WAITS, Channel, Installation, Sensor, Wait
 from programs.motion.steps import MotionProgram
 from programs.posts.dialect import Dialect
 from programs.posts.writing.chapters import Chapter, Part
+from programs.posts.writing.entries import Entry
 from programs.posts.writing.heading import channels_of
 from programs.posts.writing.wording import cut, short
 
@@ -25,6 +26,8 @@ class ProductionFrame:
     installation: Installation
     motion: MotionProgram
     parts: tuple[Part, ...]
+    entries: Mapping[int, Entry]
+    """What a part other than the first does if the program starts there."""
 
     start: str = "nStart"
     """Variable that names the part to start at; 0 or 1 for the whole program."""
@@ -128,8 +131,16 @@ class ProductionFrame:
         yield f"Parts: {', '.join(f'{part.number} {part.title}' for part in self.chapters)}"
         if (last := len(self.chapters)) > 1:
             chosen = self.start_words.format(start=self.start)
-            yield f"To finish a stopped board from part 2 to {last}: {chosen}; its way from home was not checked"
+            yield f"To finish a stopped board from part 2 to {last}: {chosen}{self.ways_from_home()}"
         yield from (f"Set up: {line}" for line in self.setup())
+
+    def ways_from_home(self) -> str:
+        """State which of the joint motions from home to a later part are clear."""
+        if all(entry.is_clear is None for entry in self.entries.values()):
+            return "; its way from home was not checked"
+        blocked = [str(number) for number, entry in self.entries.items() if entry.is_clear is False]
+        clear = "; the ways from home were checked"
+        return clear if not blocked else f"{clear}, and none is clear to part {', '.join(blocked)}: do not start there"
 
     def setup(self) -> Iterator[str]:
         """State what the integrator has to set up in the controller."""
