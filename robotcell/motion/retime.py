@@ -8,6 +8,7 @@ joints' change for a second of c between two samples and d the change of p at a 
 where x grows by 2 u for each second of c. At a rest p is 0, so that x is free there.
 """
 
+import itertools
 import logging
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -38,8 +39,8 @@ _STRETCHED_TO = 0.9995
 """Of a limit that a stretched run keeps to,"""
 _LIMIT_USED = 0.9999
 """and that no run exceeds: times of programs are rounded to a nanosecond."""
-_STRETCHED = 30
-"""How often runs are stretched at most."""
+_BY_RUN = 12
+"""How often runs are stretched each by itself; after that all runs between two cuts together."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,7 +113,7 @@ def retime(robot: Robot, times: Scalars, q: Joints, cuts: Flags) -> Retiming:
     if slow:
         for (a, b), seconds in zip(slow, _retime_runs(times, q, cuts, slow, robot), strict=True):
             changed[a:b] = seconds
-    changed = _stretch(changed, q, cuts, runs_of(moving), robot)
+    changed = stretch_runs(changed, q, cuts, runs_of(moving), robot)
     share = np.where(moving, lasting / np.maximum(changed, _LEAST_S), 1.0)
     rates, changes = differences(np.maximum(changed, _LEAST_S), q)
     changes = np.abs(changes) / robot.acceleration
@@ -133,22 +134,34 @@ def _exceeds(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], robot
     return (stops[0] and not _rests(rates[0])) or (stops[1] and not _rests(rates[-1]))
 
 
-def _stretch(lasting: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]], robot: Robot) -> Scalars:
+def stretch_runs(lasting: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]], robot: Robot) -> Scalars:
     """Slow down every run that exceeds a limit, evenly, until none does: what is left by stages and by rounding.
 
     Evenly because a change of rate inside the run would be an acceleration of its own. Speeds fall with the factor,
-    accelerations with its square.
+    accelerations with its square, but for those at rests, whose duration stays: at least with the factor. Two runs
+    that meet may take turns in exceeding a limit; slowed down by the same factor, its square where that counts, they
+    do not. So this ends.
     """
-    lasting = lasting.copy()
-    for _ in range(_STRETCHED):
+    lasting, moving = lasting.copy(), np.zeros(len(lasting), dtype=np.bool_)
+    for a, b in runs:
+        moving[a:b] = True
+    pieces = runs_of(~cuts)
+    for number in itertools.count():
         excess = _excess(lasting, q, cuts, robot)
-        slower = [(run, float(excess[run[0] : run[1] + 1].max())) for run in runs]
-        slower = [(run, factor) for run, factor in slower if factor > _LIMIT_USED]
+        slower, power = _slowed(runs, excess) if number < _BY_RUN else [], 1
+        if not slower:  # a motion of no duration belongs to the interval that follows, which no run need have
+            slower, power = _slowed(pieces, excess), 1 if number < _BY_RUN else 2
         if not slower:
             break
         for (a, b), factor in slower:
-            lasting[a:b] *= factor / _STRETCHED_TO
+            lasting[a:b] *= np.where(moving[a:b], (factor / _STRETCHED_TO) ** power, 1.0)
     return lasting
+
+
+def _slowed(spans: list[tuple[int, int]], excess: Scalars) -> list[tuple[tuple[int, int], float]]:
+    """Give the spans that exceed a limit, and the factor for each."""
+    factors = [(span, float(excess[span[0] : span[1] + 1].max())) for span in spans]
+    return [(span, factor) for span, factor in factors if factor > _LIMIT_USED]
 
 
 def _excess(lasting: Scalars, q: Joints, cuts: Flags, robot: Robot) -> Scalars:
@@ -161,8 +174,7 @@ def _excess(lasting: Scalars, q: Joints, cuts: Flags, robot: Robot) -> Scalars:
         rows = a + np.concatenate(([0], 1 + np.flatnonzero(lasting[a:b] > _LEAST_S)))
         if len(rows) < 2:
             continue
-        clock = np.concatenate(([0.0], np.cumsum(lasting[a:b])))[rows - a]
-        speed, change = differences(np.diff(clock), q[rows])
+        speed, change = differences(np.add.reduceat(lasting[a : rows[-1]], rows[:-1] - a), q[rows])
         change[0] *= 2.0  # another motion may end or begin there: each reaches rest within its own half
         change[-1] *= 2.0
         fast = (np.abs(speed) / robot.speed).max(axis=1)

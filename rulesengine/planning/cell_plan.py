@@ -21,8 +21,8 @@ from specs.progress import Progress, no_progress, subprogress
 
 _ROUNDS = 4
 """How often a plan is timed anew at most."""
-_ENOUGH = 1.01
-"""Times the planned time that the robot may take."""
+_ENOUGH = 1.03
+"""Times the planned time that the robot may take: each further round may lead to another, slower configuration."""
 _DIFFERENT = 1.05
 """Times the planned time from which on a finding warns that the robot takes longer."""
 

@@ -1,10 +1,13 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robotcell.motion.joint_move import time_move
-from robotcell.motion.retime import differences, retime
+from robotcell.motion.retime import differences, retime, stretch_runs
+from robotcell.motion.sampled_path import runs_of
 from robotcell.robot.robot import Joint, Robot
 
 
@@ -102,3 +105,23 @@ def test_a_joint_move_takes_half_of_what_the_joints_can() -> None:
     np.testing.assert_allclose(q[-1], [1.0, -0.5])
     np.testing.assert_allclose(q[:, 1], -0.5 * q[:, 0])
     assert (np.diff(times) > 0).all()
+
+
+def test_runs_that_meet_and_motions_of_no_duration_end_within_the_limits() -> None:
+    arm = robot(2.0, 5.0, 2)
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        count = int(rng.integers(5, 60))
+        lasting = 10.0 ** rng.uniform(-6.3, -0.5, count)
+        turns = rng.normal(0.0, 0.02, (count + 1, 2)) * (rng.random((count + 1, 1)) < 0.7)
+        q, cuts = np.cumsum(turns, axis=0), rng.random(count) < 0.1
+        moving = (np.abs(np.diff(q, axis=0)).max(axis=1) > 1e-9) & ~cuts
+        found = stretch_runs(np.where(moving, np.maximum(lasting, 1e-6), lasting), q, cuts, runs_of(moving), arm)
+        np.testing.assert_array_equal(found[~moving], lasting[~moving])  # pauses last as long as before
+        for a, b in runs_of(~cuts):
+            rows = a + np.concatenate(([0], 1 + np.flatnonzero(found[a:b] > 1e-6)))
+            if len(rows) > 1:
+                seconds = [float(found[begin:end].sum()) for begin, end in pairwise(rows.tolist())]
+                speed, change = differences(np.array(seconds), q[rows])
+                assert np.abs(speed).max() <= 2.0, seed
+                assert np.abs(change).max() <= 5.0, seed

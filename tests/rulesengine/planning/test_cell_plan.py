@@ -39,7 +39,7 @@ def test_the_planned_time_is_the_robots(tiny: Run) -> None:
     assert sum(seconds for _, seconds in timing.price_s) == pytest.approx(timing.planned_s - timing.free_s, abs=0.01)
     report = track(planned.program, cell.cell, tiny.board, terms=terms_of(cell))
     added = report.added.from_home + report.added.tool_changes + report.added.to_home
-    assert report.program.totals.duration_s - added <= 1.02 * planned.program.totals.duration_s
+    assert report.program.totals.duration_s - added <= 1.03 * planned.program.totals.duration_s
     assert [each.severity for each in planned.findings if each.rule == ROBOT_LIMITS] == ["info"]
     assert _path_of(planned) == pytest.approx(_path_of(tiny), rel=1e-3)
     again = native.parse(native.render(planned.program))
