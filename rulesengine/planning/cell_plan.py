@@ -48,8 +48,8 @@ class _Carried:
 def plan_for_cell(run: Run, loaded: LoadedCell, progress: Progress = no_progress) -> Run:
     """Time a run anew at the pace of the robot of a cell, which has to hold the run's board.
 
-    Strokes and their order stay. Where the robot cannot carry out the program the run keeps its times, and a finding
-    of the rule ``robot-limits`` gives the reason.
+    Strokes and their order stay. Where the robot cannot carry out the program the times are those of the recipe's
+    limits, and a finding of the rule ``robot-limits`` gives the reason. A run that is timed for a robot is timed anew.
 
     Raises:
         CellError: the cell lacks a tool or a placement that the program names, or ``washboard[robot]`` is missing.
@@ -57,8 +57,8 @@ def plan_for_cell(run: Run, loaded: LoadedCell, progress: Progress = no_progress
     """
     free = _carry_out(run, loaded, FREE, subprogress(progress, 0.0, 0.3))
     if not free.report.possible or free.timed.path is None:
-        return replace(run, findings=worst_first([*run.findings, _cannot(free.report)]))
-    last, pace = free, FREE
+        return _with_program(run, free.timed.program, [_cannot(free.report)])
+    best, last, pace = free, free, FREE
     for number in range(_ROUNDS):
         if last.ratio <= _ENOUGH:
             break
@@ -68,8 +68,9 @@ def plan_for_cell(run: Run, loaded: LoadedCell, progress: Progress = no_progress
         if not slower.report.possible:
             break
         last = slower
+        best = min(best, last, key=lambda each: each.ratio)
     progress("timed for the robot", 1.0)
-    return _with_timing(run, loaded, free, last)
+    return _with_timing(run, loaded, free, best)
 
 
 def _carry_out(run: Run, loaded: LoadedCell, pace: Pace, progress: Progress) -> _Carried:
@@ -90,10 +91,14 @@ def _with_timing(run: Run, loaded: LoadedCell, free: _Carried, last: _Carried) -
         added_s=last.report.program.totals.duration_s - last.robot_s,
         price_s=tuple((kind, after[kind] - before[kind]) for kind in after),
     )
+    return _with_program(run, program, [_describe(timing), *_errors(last.report)], timing)
+
+
+def _with_program(run: Run, program: TimedProgram, about: list[Finding], timing: RobotTiming | None = None) -> Run:
+    """Give a run another program, with its findings and those about the robot in place of the old ones."""
     own = set(run.program.findings)
-    findings = [each for each in run.findings if each not in own]
-    findings += [*program.findings, _describe(timing), *_errors(last.report)]
-    return replace(run, program=program, findings=worst_first(findings), robot=timing)
+    findings = [each for each in run.findings if each not in own and each.rule != ROBOT_LIMITS]
+    return replace(run, program=program, findings=worst_first([*findings, *program.findings, *about]), robot=timing)
 
 
 def _signed(program: TimedProgram, loaded: LoadedCell) -> TimedProgram:

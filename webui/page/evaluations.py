@@ -124,3 +124,19 @@ def check_program(run: Run, cell: LoadedCell, progress: Progress, lean: float = 
 
     report = track(run.program, cell.cell, run.board, terms=terms_of(cell, lean), progress=progress)
     return Checked(run, cell, report, joint_motion(report.program, report.joints) if report.possible else None)
+
+
+def plan_at_pace(run: Run, cell: LoadedCell, progress: Progress) -> Run:
+    """Time a program for the robot of a cell, as ``washboard plan --cell`` does.
+
+    Args:
+        run: Its plan, board and recipe.
+        cell: The cell, which holds the board.
+        progress: Receives the stage and the share done.
+
+    Raises:
+        JobError: the cell cannot be used with this program, or what ``washboard[robot]`` installs is missing.
+    """
+    from rulesengine.planning.cell_plan import plan_for_cell
+
+    return plan_for_cell(run, cell, progress)

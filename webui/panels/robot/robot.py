@@ -12,6 +12,7 @@ from webui.cards.finding_list import mistakes_html
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.robot.check import CheckCard
+from webui.panels.robot.pace import PaceCard
 from webui.panels.robot.reach import JointsCard, ReachCard
 from webui.panels.widgets.choices import offer, on_choice
 from webui.scene.scene import Scene
@@ -39,7 +40,8 @@ class RobotPanel:
         self._mistakes = gui.add_html("")
         self._look = gui.add_button_group("Look at", (_CELL, _BOARD), visible=False, hint="View of the camera.")
         self._seen = gui.add_checkbox("Show the robot", True, visible=False, hint="It stays where it is when hidden.")
-        self._cards = (CheckCard(page, scene), ReachCard(page, scene), JointsCard(page, scene))
+        pace = PaceCard(page)  # its folder comes first
+        self._cards = (CheckCard(page, scene), ReachCard(page, scene), JointsCard(page, scene), pace)
         self._folder = gui.add_folder("Frames", visible=False, expand_by_default=False)
         with self._folder:
             self._frames = gui.add_html("")
