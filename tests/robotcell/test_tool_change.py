@@ -240,7 +240,7 @@ def test_ways_from_home_are_checked_with_the_tool_and_the_board_where_it_lies() 
     rows = (home, motion_of(report).lines[0].joints)
     assert check(rows, 1, "")
     flange = CELL.T_cell_base @ flange_poses(CELL.robot, CELL.home[None])[0]
-    in_the_way = replace(report, board=load_board("tiny"), placements={"flip": flange})
+    in_the_way = replace(report, board=load_board(Path("tiny")), placements={"flip": flange})
     blocked = tracking_of(in_the_way).is_clear
     assert blocked is not None
     assert blocked(rows, 1, "")

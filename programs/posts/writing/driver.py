@@ -121,7 +121,7 @@ class Syntax(ProductionFrame, ABC):
         self.dialect, self.lowered, self.installation = dialect, lowered, installation
         self.motion = lowered.motion
         self.parts = self.divide()
-        self.entries = find_entries(self.parts, installation, self.motion.is_clear)
+        self.part_entries = find_entries(self.parts, installation, self.motion.is_clear)
         """What a part other than the first does if the program starts there."""
         self.name = make_name(self.motion.origin.board, self.longest_program_name or self.longest_name, self.reserved)
         self.names = self.make_names()
@@ -188,12 +188,12 @@ class Syntax(ProductionFrame, ABC):
 
     def enter(self, chapter: Chapter) -> Iterator[str]:
         """Write what a part does first if the program starts there; modal words are then as before it."""
-        if not self.enter_begin or chapter.number not in self.entries:
+        if not self.enter_begin or chapter.number not in self.part_entries:
             return
         words = {"start": self.start, "number": str(chapter.number)}
         yield from (form.format(**words) for form in self.enter_begin)
         indent = "  " if self.indents_loops else ""
-        for step in (*self.entry_frames(chapter), *self.entries[chapter.number].steps):
+        for step in (*self.entry_frames(chapter), *self.part_entries[chapter.number].steps):
             yield from (f"{indent}{line}" for line in self.statements(step, Placed(step)))
         yield from (form.format(**words) for form in self.enter_end)
         self.settings.clear()

@@ -26,7 +26,7 @@ class ProductionFrame:
     installation: Installation
     motion: MotionProgram
     parts: tuple[Part, ...]
-    entries: Mapping[int, Entry]
+    part_entries: Mapping[int, Entry]
     """What a part other than the first does if the program starts there."""
 
     start: str = "nStart"
@@ -136,9 +136,9 @@ class ProductionFrame:
 
     def ways_from_home(self) -> str:
         """State which of the joint motions from home to a later part are clear."""
-        if all(entry.is_clear is None for entry in self.entries.values()):
+        if all(entry.is_clear is None for entry in self.part_entries.values()):
             return "; its way from home was not checked"
-        blocked = [str(number) for number, entry in self.entries.items() if entry.is_clear is False]
+        blocked = [str(number) for number, entry in self.part_entries.items() if entry.is_clear is False]
         clear = "; the ways from home were checked"
         return clear if not blocked else f"{clear}, and none is clear to part {', '.join(blocked)}: do not start there"
 
