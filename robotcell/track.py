@@ -69,6 +69,8 @@ class CellReport:
     """(moves,) s when the requested program would be there; NaN within joint moves that it does not have."""
     corner: Flags
     """(moves,) whether a straight line ends there, of the path or of a joint move."""
+    share: Scalars
+    """(moves,) of a line along which the turning axes go evenly, whatever the pose does; NaN elsewhere."""
     joints: Joints
     """(moves, dof) one row for each ``MoveTo`` of the program; (0, dof) where the robot cannot carry it out."""
     added: AddedTimes
@@ -218,6 +220,7 @@ def _without_motion(queries: CellQueries, findings: list[Finding]) -> CellReport
         program=queries.program,
         clock=none,
         corner=none > 0.0,
+        share=none,
         joints=np.zeros((0, queries.cell.robot.dof)),
         added=AddedTimes(),
         singularity=none,
@@ -257,6 +260,7 @@ def _with_motion(subject: PathInCell, board: Board | None, found: Motion, findin
         program=done.program,
         clock=np.where(done.row_of >= 0, path.times[done.row_of], np.nan),
         corner=done.corner,
+        share=done.share,
         joints=done.joints,
         added=done.added,
         singularity=w,

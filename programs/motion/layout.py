@@ -36,6 +36,9 @@ class Tracking:
     """(m,) s when the plan is there, where the robot takes other times; NaN within joint moves"""
     corner: NDArray[np.bool_] | None
     """(m,) whether a line of the plan, or a leg of a joint move, ends there; ``None`` where that is to be found"""
+    share: Scalars | None = None
+    """(m,) done of a line along which the turning axes go evenly, whatever the pose does; NaN elsewhere. ``None``: of
+    none."""
     is_clear: IsClear | None = None
     """Check of the ways from home into the program; ``None`` where there is none."""
 
@@ -226,7 +229,10 @@ def _stretch(cutter: _Cutter) -> Iterator[Item]:
     following = cutter.tracking.joints[np.minimum(low + 1, len(cutter.tracking.joints) - 1)]
     joints = joints + (node - low)[:, None] * (following - joints)
     corner = None if cutter.tracking.corner is None else cutter.tracking.corner[low] | (node > low)
-    whole = Track(times, poses[:, :3], quaternion, maker, joints, clock, node, corner)
+    share = None
+    if cutter.tracking.share is not None:  # a line that is cut in two is as its poses are
+        share = np.where(node > low, np.nan, cutter.tracking.share[low])
+    whole = Track(times, poses[:, :3], quaternion, maker, joints, clock, node, corner, share)
     first = 0
     for last in [*np.flatnonzero(holds).tolist(), len(times) - 1]:
         # Of samples with one pose the first is kept, so that the time they take belongs to the motion after them.

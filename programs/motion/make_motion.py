@@ -34,7 +34,13 @@ from specs.finding_rules import NO_CHANNEL, NO_PLACEMENT, NO_SENSOR, NO_TOOL
 from specs.source import NO_SOURCE, Source
 
 
-def make_motion(program: TimedProgram, installation: Installation, tracking: Tracking | None = None) -> MotionProgram:
+def make_motion(
+    program: TimedProgram,
+    installation: Installation,
+    tracking: Tracking | None = None,
+    *,
+    opens_at_rest: bool = False,
+) -> MotionProgram:
     """Turn samples into the fewest straight lines, and requests for the jet into signals for its valve.
 
     Every sample lies within 0.004 mm and 0.004 degrees of the lines; beside what would take less than 20 ms, within
@@ -44,6 +50,7 @@ def make_motion(program: TimedProgram, installation: Installation, tracking: Tra
         program: Any sound program.
         installation: The cell it is to run in.
         tracking: How the robot carries it out; ``None`` if that is not known.
+        opens_at_rest: Whether a jet that begins where the robot has stopped has its signal there.
 
     Raises:
         ProgramError: the program has no move, or the tracking does not belong to it.
@@ -58,7 +65,7 @@ def make_motion(program: TimedProgram, installation: Installation, tracking: Tra
         )
     builder = _Builder(installation, lay_out(program, tracking))
     builder.build()
-    steps, found = open_valves(builder.steps, builder.requests, installation)
+    steps, found = open_valves(builder.steps, builder.requests, installation, at_rest=opens_at_rest)
     findings = (*builder.findings, *found)
     return MotionProgram(program.origin, program.totals.duration_s, tuple(steps), findings, tracking.is_clear)
 

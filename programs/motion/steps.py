@@ -82,6 +82,8 @@ class Line:
     made_by: Source
     events: tuple[Event, ...] = ()
     """In the order of their signals."""
+    even: bool = False
+    """Whether the turning axes go evenly along it; then the orientations between its ends are those of its joints."""
 
     @property
     def length_mm(self) -> float:

@@ -63,12 +63,15 @@ class Track:
     """(n,) the program's move that each sample is, counted from 0; a fraction lies between two"""
     corner: Flags | None
     """(n,) samples at which lines end; ``None`` where they are to be found"""
+    share: Scalars | None = None
+    """(n,) done of a line along which the turning axes go evenly, whatever the poses between its ends; NaN elsewhere"""
 
     def part(self, rows: slice | Indices) -> "Track":
         """Give some of the samples."""
         return Track(
             self.times[rows], self.tcp[rows], self.quaternion[rows], self.maker[rows], self.joints[rows],
             self.clock[rows], self.node[rows], None if self.corner is None else self.corner[rows],
+            None if self.share is None else self.share[rows],
         )  # fmt: skip
 
     def steps(self) -> NDArray[np.float64]:
@@ -97,7 +100,7 @@ def lines_of(track: Track, makers: tuple[Source, ...]) -> list[Line]:
     for line, rests, after in zip(lines, vertices.rests[1:].tolist(), [*lines[1:], lines[-1]], strict=True):
         passed = line if rests else replace(line, blend_mm=_zone(line, after))
         # Where the tool turns about half way round, controllers would choose the way by themselves.
-        turns_far = line.angle_rad > LARGEST_TURN_RAD
+        turns_far = line.angle_rad > LARGEST_TURN_RAD and not line.even
         parts += split_line(passed, (0.5,), _NARROWEST_MM) if turns_far else [passed]
     return parts
 
@@ -119,6 +122,7 @@ def _line(track: Track, first: int, last: int, rates: NDArray[np.float64], maker
         samples=samples,
         time_s=float(track.times[first]),
         made_by=makers[track.maker[last]],
+        even=track.share is not None and bool(np.isfinite(track.share[last])),
     )
     return replace(line, speed_mm_s=0.0) if line.turns_on_the_spot else line
 
@@ -167,11 +171,23 @@ def find_vertices(track: Track) -> Vertices:
     if track.corner is not None:
         fixed |= track.corner
     kept = merge_short(tcp, quaternion, np.ascontiguousarray(track.clock), kept, fixed)
+    if track.share is not None:
+        inner = track.share < 1.0
+        inner[[0, -1]] = False
+        kept = kept[~inner[kept]]
     return Vertices(kept, rests[kept])
 
 
 def shares_along(track: Track, first: int, last: int) -> Scalars:
     """Give how much of the line from one kept sample to the next is done at each sample between and at both."""
+    if track.share is not None and np.isfinite(track.share[last]):
+        before = track.share[first]
+        before = before if before < 1.0 else 0.0
+        done = (track.share[first : last + 1] - before) / (track.share[last] - before)
+        done[0] = 0.0
+        shares = np.maximum.accumulate(np.clip(done, 0.0, 1.0))
+        shares[0], shares[-1] = 0.0, 1.0
+        return shares
     way = track.tcp[first : last + 1] - track.tcp[first]
     start = np.repeat(track.quaternion[first : first + 1], last + 1 - first, axis=0)
     turn = np.degrees(rotation_vectors(start, track.quaternion[first : last + 1]))

@@ -64,13 +64,20 @@ class _Placed:
 
 
 def open_valves(
-    steps: Sequence[Step], requests: Sequence[SwitchRequest], installation: Installation
+    steps: Sequence[Step], requests: Sequence[SwitchRequest], installation: Installation, *, at_rest: bool = False
 ) -> tuple[list[Step], list[Finding]]:
     """Put the valves' signals into the steps, each earlier than its request by the valve's lag.
 
     A signal that would leave before the robot stands ready, such as before a loop begins, leaves then, and the robot
     waits for the jet. A signal shorter than the valve follows is lengthened; two jets with less than that between
     them become one. Before anything else all valves are shut: what ran before may have been interrupted.
+
+    Args:
+        steps: Of the motion.
+        requests: When jets are to begin and to end.
+        installation: Whose valves.
+        at_rest: A jet that begins where the robot has stopped has its signal there, and the robot waits for it: on a
+            line that slows down to a stop the moment depends on how the controller does that.
     """
     clock = [0.0, *accumulate(_duration(step) for step in steps)]
     missing: dict[str, Finding] = {}
@@ -89,11 +96,11 @@ def open_valves(
     findings = list(missing.values())
     kept = _with_whole_pulses(steps, signals, findings)
     for signal in kept:
-        _place(steps, signal, placed)
+        _place(steps, signal, placed, opens_at_rest=at_rest)
     if placed.waits:
         message = (
-            f"the robot waits {len(placed.waits)} times, {sum(placed.waits):.2f} s in all, for a valve that cannot be "
-            "switched earlier: something at rest comes right before."
+            f"the robot waits {len(placed.waits)} times, {sum(placed.waits):.2f} s in all, for a valve that is not "
+            "switched earlier: the robot comes to rest right before."
         )
         findings.append(Finding(WAITS_FOR_VALVE, message))
     shut = (Switch(channel, 0.0, NO_SOURCE) for channel in dict.fromkeys(signal.valve.channel for signal in kept))
@@ -156,9 +163,10 @@ def _with_whole_pulses(steps: Sequence[Step], signals: list[_Signal], findings: 
     return kept
 
 
-def _place(steps: Sequence[Step], signal: _Signal, placed: _Placed) -> None:
+def _place(steps: Sequence[Step], signal: _Signal, placed: _Placed, *, opens_at_rest: bool) -> None:
     """Put one signal where it leaves."""
-    request, spot = signal.request, _find_spot(steps, signal)
+    request = signal.request
+    spot = _find_spot(steps, signal, keeps_to_stops=opens_at_rest and request.spraying)
     switch = Switch(signal.valve.channel, 1.0 if request.spraying else 0.0, request.made_by)
     step = steps[spot.step] if spot.step < len(steps) else None
     if isinstance(step, Line) and spot.seconds > _MOMENT_S:
@@ -190,14 +198,18 @@ def _event(line: Line, spot: _Spot, signal: _Signal, steps: Sequence[Step]) -> E
     return Event(channel, value, reference, place_mm, signal.shift_s, share, spot.seconds, speed, request.made_by)
 
 
-def _find_spot(steps: Sequence[Step], signal: _Signal) -> _Spot:
+def _find_spot(steps: Sequence[Step], signal: _Signal, *, keeps_to_stops: bool) -> _Spot:
     """Go from the requested place as far back, or on, along the program as the signal is shifted."""
-    step, seconds = signal.request.step, signal.request.seconds + signal.shift_s
+    step, seconds = signal.request.step, signal.request.seconds
+    if keeps_to_stops and step < len(steps) and _stops(steps[step]) and seconds > _duration(steps[step]) - _MOMENT_S:
+        step, seconds = step + 1, 0.0
+    seconds += signal.shift_s
     while seconds < -_MOMENT_S:
-        if step == 0 or not isinstance(steps[step - 1], Line | Pause):
+        before = steps[step - 1] if step > 0 else None
+        if (keeps_to_stops and _stops(before)) or not isinstance(before, Line | Pause):
             return _Spot(step, 0.0, hold_before_s=signal.rest_s, hold_after_s=-seconds)
         step -= 1
-        seconds += _duration(steps[step])
+        seconds += _duration(before)
     while step < len(steps) and isinstance(steps[step], Line | Pause) and seconds > _duration(steps[step]) + _MOMENT_S:
         seconds -= _duration(steps[step])
         step += 1
@@ -225,6 +237,11 @@ def _assemble(steps: Sequence[Step], placed: _Placed) -> Iterator[Step]:
         else:
             yield step
     yield from placed.at_rest.get(len(steps), ())
+
+
+def _stops(step: Step | None) -> bool:
+    """Whether a line ends with a stop."""
+    return isinstance(step, Line) and step.blend_mm == 0.0
 
 
 def _duration(step: Step) -> float:

@@ -39,9 +39,9 @@ class Controller:
     least_line_s: float = 0.0
     """Shortest time of a line: shorter ones slow the robot down."""
     blend_acceleration_share: float = 1.0
-    """Of the accelerations, where a turning axis moves in a line that is passed."""
+    """Of the accelerations, where a line is passed at whose end a turning axis moves, in both lines beside it."""
     stops_in_turning_line: bool = False
-    """Whether a line in which a turning axis moves must be able to start and stop within its own length."""
+    """Whether those two lines must be able to start and stop within their own lengths."""
     times_are_whole: bool = False
     """Whether a time that a line states in place of a speed is that from rest to rest, ramps included."""
     most_positions: int = 0

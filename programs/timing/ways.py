@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 from math import acos, cos, dist, hypot, inf, sqrt, tan
 
 import numpy as np
@@ -86,7 +86,9 @@ class Machine:
 
     def lanes(self, ways: Sequence[Way]) -> Iterator[tuple[Lane, Cause]]:
         """Give how each of some lines that follow each other may be driven, and what limits it most."""
-        limits = [self._limit(way) for way in ways]
+        overlaps = [self._overlaps(way, after) for way, after in pairwise(ways)]
+        around = zip(ways, [False, *overlaps], [*overlaps, False], strict=False)
+        limits = [self._limit(way, shared=before or after) for way, before, after in around]
         for at, (way, after) in enumerate(zip_longest(ways, ways[1:])):
             top, cause, ramp = limits[at]
             if after is None or way.stops:
@@ -97,10 +99,21 @@ class Machine:
                 leave = self._pass(way, after, (top, next_top), acceleration)
                 yield Lane(way.length, way.turns, top, ramp, leave), cause
 
-    def _limit(self, way: Way) -> tuple[float, Cause, Ramp]:
-        """Greatest speed of a line, what sets it, and how its speed may change."""
+    def _overlaps(self, way: Way, after: Way) -> bool:
+        """Whether LinuxCNC slows one line down while the next speeds up, each with half of the acceleration."""
+        passes = self.controller.blending == "tolerance" and not way.stops
+        return passes and (self._is_rotary(way) or self._is_rotary(after))
+
+    def _limit(self, way: Way, *, shared: bool) -> tuple[float, Cause, Ramp]:
+        """Greatest speed of a line, what sets it, and how its speed may change.
+
+        Args:
+            way: The line.
+            shared: Whether it shares the acceleration with a line before or after it, and is driven by itself.
+        """
         controller, turn = self.controller, hypot(*way.turning)
-        ramp = Ramp(min(self._acceleration(way, turn), _LARGEST), controller.rise_s)
+        share = controller.blend_acceleration_share if shared else 1.0
+        ramp = Ramp(min(share * self._acceleration(way, turn), _LARGEST), controller.rise_s)
         speed = way.speed
         if way.whole_s is not None:
             under_root = (ramp.acceleration * way.whole_s) ** 2 - 4.0 * ramp.acceleration * way.length
@@ -112,7 +125,7 @@ class Machine:
             (min(way.turn_deg_s, controller.turn_speed_deg_s) / turn if turn > 0.0 else inf, "turn of the tool"),
             (way.length / controller.least_line_s if controller.least_line_s > 0.0 else inf, "short lines"),
         ]
-        if controller.stops_in_turning_line and self._is_rotary(way):
+        if controller.stops_in_turning_line and shared:
             tops.append((sqrt(ramp.acceleration * way.length), "short lines"))
         top, cause = min(tops, key=lambda each: each[0])
         return max(top, 1e-6), cause, ramp
@@ -120,12 +133,11 @@ class Machine:
     def _acceleration(self, way: Way, turn: float) -> float:
         """Greatest acceleration along a line."""
         own = way.acceleration_mm_s2 or self.controller.acceleration_mm_s2
-        least = min(
+        return min(
             inf if way.turns else own,
             (way.turn_acceleration_deg_s2 or self.controller.turn_acceleration_deg_s2) / turn if turn > 0.0 else inf,
             _least(self.acceleration, way.fastest),
         )
-        return least * (self.controller.blend_acceleration_share if self._is_rotary(way) else 1.0)
 
     def _is_rotary(self, way: Way) -> bool:
         return bool(np.any(way.fastest * self.revolute > _STRAIGHT)) or (way.turns and not way.fastest.size)

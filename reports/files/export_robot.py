@@ -100,7 +100,7 @@ def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str, *, witho
 def tracking_of(report: CellReport) -> Tracking:
     """Give how a robot carries out a program, in the units of programs."""
     joints = exported_joints(report.cell.robot, report.joints)
-    return Tracking(joints, report.clock, report.corner, _check_of(report))
+    return Tracking(joints, report.clock, report.corner, report.share, _check_of(report))
 
 
 def _check_of(report: CellReport) -> IsClear:

@@ -33,7 +33,8 @@ _LATE_S = 0.05
 """Least delay over all that one recipe entry causes for a finding."""
 _SLOWEST_M_S = 5e-4
 """Slower than this the nozzle only turns on the spot: it sprays longer there, not elsewhere."""
-_LEAST_TURN = np.radians(0.1)
+_LEAST_TURN, _EVEN_TURN = np.radians(0.1), np.radians(12.0)
+"""Tilts that are none: of a line, and where a gantry turns on the spot with its axes going evenly."""
 _NEAR_SINGULAR = 0.02
 _FAR_M = np.array([0.005, 0.01, 0.02, 0.03, 0.05, 0.075, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.2, 2.0, 5.0])
 _TILTS_DEG = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
@@ -203,7 +204,8 @@ def slowness(subject: PathInCell, retiming: Retiming) -> Iterator[Finding]:
 def tilts(subject: PathInCell, tracked: TrackedPath) -> Iterator[Finding]:
     """Report where the jet is tilted from the programmed direction."""
     tilt = np.linalg.norm(tracked.tilt, axis=1)
-    for made_by, members in subject.grouped(np.flatnonzero((tilt > _LEAST_TURN) & subject.path.jet_on)):
+    least = np.where(np.isfinite(tracked.share), _EVEN_TURN, _LEAST_TURN)
+    for made_by, members in subject.grouped(np.flatnonzero((tilt > least) & subject.path.jet_on)):
         worst = int(members[np.argmax(tilt[members])])
         text = (
             f"the jet is tilted by up to {np.degrees(tilt[worst]):.1f} degrees from the programmed direction: nothing "

@@ -45,6 +45,8 @@ class RobotProgram:
     """(m,) sample of the path that the row is; -1 where it belongs to a joint move."""
     corner: Flags
     """(m,) whether it ends a straight line of the path, or of a joint move."""
+    share: Scalars
+    """(m,) of a line along which the turning axes go evenly; NaN elsewhere."""
     added: AddedTimes
 
 
@@ -128,7 +130,8 @@ def build_robot_program(
     instructions = tuple(items[at] for at in np.lexsort((index, times)).tolist())
     by_change = sum(at[-1] for each, parts in zip(moves, timed, strict=True) if each.change for at, _ in parts)
     added = AddedTimes(float(out_at[-1]), float(by_change), float(back_at[-1]))
-    return RobotProgram(_with_totals(program, instructions), rows.q, rows.sample, rows.corner, added)
+    share = np.where(rows.sample >= 0, tracked.share[rows.sample], np.nan)
+    return RobotProgram(_with_totals(program, instructions), rows.q, rows.sample, rows.corner, share, added)
 
 
 def _parts(move: Reconfiguration) -> list[Joints]:

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.kinematics.chain import chain_of, manipulability
+from robotcell.motion.even_turns import NO_LINES, EvenLines
 from robotcell.motion.ladder_search import FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE, JointSpeeds, Ladder, Steps
-from robotcell.motion.sampled_path import SampledPath, find_spot_turns, runs_of
+from robotcell.motion.sampled_path import SampledPath, runs_of, turns_between
 from robotcell.robot.full_turns import nearest_turns
 from robotcell.robot.robot import Joints, Poses, Robot, row_pieces
 
@@ -73,8 +74,11 @@ class NodePoses:
     """(k,) the same for the same azimuth and tilt."""
 
 
-def choose_nodes(path: SampledPath, dof: int) -> Nodes:
-    """Choose the nodes of a path; five axes have more: they turn far for a jet that hardly does, in few states."""
+def choose_nodes(path: SampledPath, dof: int, even: EvenLines = NO_LINES) -> Nodes:
+    """Choose the nodes of a path; five axes have more: they turn far for a jet that hardly does, in few states.
+
+    Lines along which the axes go evenly have nodes at their ends only.
+    """
     finer = 1.0 if dof >= 6 else 5.0
     places = path.T_base_tcp[:, :3, 3]
     angles = turns_between(path.T_base_tcp)
@@ -85,9 +89,8 @@ def choose_nodes(path: SampledPath, dof: int) -> Nodes:
     chosen[1:] |= switched | path.dwelling[:-1]
     chosen[:-1] |= switched | path.changed[1:]
     chosen[-1] = True
-    for first, last in find_spot_turns(path) if dof < 6 else ():
-        chosen[first : last + 1] = False
-        chosen[[first, first + (last - first) // 3, last - (last - first) // 3, last]] = True
+    chosen[even.inside(len(chosen))] = False
+    chosen[even.first] = chosen[even.last] = True
     begins = np.flatnonzero(chosen & ~np.concatenate(([False], path.dwelling[:-1])))
     ends = np.maximum.accumulate(np.where(np.concatenate(([False], path.dwelling[:-1])), np.arange(len(chosen)), 0))
     until = np.maximum(begins, ends[np.append(begins[1:] - 1, len(chosen) - 1)])
@@ -250,7 +253,7 @@ def with_home_costs(cell: Cell, states: States) -> States:
     return replace(states, ladder=ladder._replace(cost=cost))
 
 
-def ladder_steps(path: SampledPath, nodes: Nodes, cell: Cell) -> Steps:
+def ladder_steps(path: SampledPath, nodes: Nodes, cell: Cell, even: EvenLines = NO_LINES) -> Steps:
     """Give the intervals between nodes that follow each other."""
     sample = nodes.sample
     lasting = path.times[sample[1:]] - path.times[nodes.until[:-1]]
@@ -259,16 +262,16 @@ def ladder_steps(path: SampledPath, nodes: Nodes, cell: Cell) -> Steps:
     kind[reconfiguration_intervals(path, nodes, cell.T_cell_base)] = MAY_RECONFIGURE
     kind[path.changed[sample[1:]]] = MUST_RECONFIGURE
     count = len(angle)
+    sprays = path.jet_on[nodes.until[:-1]] & path.jet_on[sample[1:]]
+    azimuth = np.where(sprays, _SPRAYING_AZIMUTH_COST_S, _AZIMUTH_COST_S)
     if cell.robot.dof >= 6:
-        sprays = path.jet_on[nodes.until[:-1]] & path.jet_on[sample[1:]]
-        azimuth = np.where(sprays, _SPRAYING_AZIMUTH_COST_S, _AZIMUTH_COST_S)
         slack, turning = _SLACK + 1.5 * angle, np.full(count, 1.5)
-        return Steps(lasting, kind, slack, np.full(count, _WINDOW), turning, azimuth, np.zeros(count))
-    azimuth, spot = np.full(count, _AZIMUTH_COST_S), np.zeros(count)
-    for begin, end in find_spot_turns(path):
-        spot[np.searchsorted(nodes.until, begin) : np.searchsorted(sample, end)] = 1.0
+        return Steps(lasting, kind, slack, np.full(count, _WINDOW), turning, azimuth)
     # Five axes have to turn far where the jet is nearly along the first of them, and go over in both of their branches.
-    return Steps(lasting, kind, np.full(count, _HALF_TURN), np.full(count, 4.0), np.zeros(count), azimuth, spot)
+    slack = np.full(count, _HALF_TURN)
+    evenly = np.searchsorted(sample, even.last) - 1
+    slack[evenly], azimuth[evenly] = np.inf, _AZIMUTH_COST_S
+    return Steps(lasting, kind, slack, np.full(count, 4.0), np.zeros(count), azimuth)
 
 
 def reconfiguration_intervals(path: SampledPath, nodes: Nodes, T_cell_base: Poses) -> Indices:
@@ -290,9 +293,3 @@ def joint_speeds(robot: Robot, multi_turn: Iterable[int] = ()) -> JointSpeeds:
     wraps = robot.turning & (robot.highest - robot.lowest >= 2.0 * np.pi - 1e-6)
     wraps[list(multi_turn)] = False
     return JointSpeeds(1.0 / robot.speed, wraps, robot.turning)
-
-
-def turns_between(poses: Poses) -> Scalars:
-    """Give by how much poses (n, 4, 4) turn from each to the next: (n - 1,) rad."""
-    turns = np.einsum("nji,njk->nik", poses[:-1, :3, :3], poses[1:, :3, :3])
-    return np.arccos(np.clip(0.5 * (np.trace(turns, axis1=1, axis2=2) - 1.0), -1.0, 1.0))

@@ -27,8 +27,6 @@ _SPEED_SHARE = 0.8
 _LEAST_LASTING_S = 0.02
 _TIE = 1e-9
 """s: costs that differ by less are equal; the first is taken."""
-_SWING, _STILL = 3, 0.02
-"""Index of the first turning joint of five axes, and rad by which it may turn where it is to stand still."""
 FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE = 0, 1, 2
 """Kinds of interval between two rungs: the path is followed; the configuration may change; it has to."""
 
@@ -63,8 +61,6 @@ class Steps(NamedTuple):
     """(n - 1,) rad that a joint may turn more for each radian that the tool turns about its jet."""
     azimuth_cost: Scalars
     """(n - 1,) s for each radian about the jet."""
-    spot: Scalars
-    """(n - 1,) 1 where five axes turn the tool on the spot, as programmed or over the vertical, which is a tilt."""
 
 
 class JointSpeeds(NamedTuple):
@@ -162,8 +158,6 @@ def _step_cost(
     lasting, kind, slack, window = steps[node, 0], steps[node, 1], steps[node, 2], steps[node, 3]
     turn = abs(table[state, dof] - table[before, dof])
     turn = min(turn, abs(turn - 2.0 * math.pi))
-    if steps[node, 6] > 0.0 and not _keeps_branch(table, before, state, turn):
-        return 2.0 * DISCONTINUITY_COST_S
     follows = turn <= window + _TIE
     if kind == FOLLOW and not follows:
         return 2.0 * DISCONTINUITY_COST_S
@@ -187,20 +181,6 @@ def _step_cost(
         + _LATE_WEIGHT * max(0.0, slowest - _SPEED_SHARE * lasting)
         + steps[node, 5] * turn
     )
-
-
-@quick
-def _keeps_branch(table: NDArray[np.float64], before: int, state: int, turn: float) -> bool:
-    """Whether five axes can go from one state of a turn on the spot to the next without a jump.
-
-    As programmed they keep to their branch, in which the tool hardly turns about its jet; between that and the vertical
-    the first turning axis stands still.
-    """
-    upright = (table[before, -1] > 0.0) + (table[state, -1] > 0.0)
-    if upright == 0:
-        return turn <= 0.5 * math.pi
-    swing = abs(table[state, _SWING] - table[before, _SWING])
-    return upright == 2 or abs(swing - 2.0 * math.pi * round(swing / (2.0 * math.pi))) <= _STILL
 
 
 @compiled

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices
 from robotcell.motion.cell_queries import CellQueries
+from robotcell.motion.even_turns import find_even_lines
 from robotcell.motion.ladder_graph import (
     STRAIGHT,
     NodePoses,
@@ -26,7 +27,6 @@ from robotcell.motion.ladder_graph import (
 )
 from robotcell.motion.ladder_search import FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE, Choice, cheapest
 from robotcell.motion.sampled_path import SampledPath
-from robotcell.motion.spot_turns import over_vertical, with_poses
 from robotcell.motion.track_attempt import (
     CLEAR,
     HITS,
@@ -78,10 +78,10 @@ def plan_motion(queries: CellQueries, path: SampledPath, tilt: float, progress: 
         tilt: rad that the jet may be tilted while it sprays, where nothing else is clear.
         progress: Receives the stage and the share done.
     """
-    nodes = choose_nodes(path, queries.cell.robot.dof)
+    even = find_even_lines(path, queries.cell)
+    nodes = choose_nodes(path, queries.cell.robot.dof, even)
     progress("solving configurations", 0.05)
-    over = over_vertical(queries, path, nodes)
-    everywhere = (with_poses(node_poses(nodes, some, STRAIGHT), over, some) for some in node_pieces(nodes))
+    everywhere = (node_poses(nodes, some, STRAIGHT) for some in node_pieces(nodes))
     states = solve_states(queries.cell.robot, path, nodes, everywhere, queries.configurations)
     empty = np.flatnonzero(np.diff(states.ladder.first) == 0)
     tilted = empty[:0]
@@ -92,7 +92,7 @@ def plan_motion(queries: CellQueries, path: SampledPath, tilt: float, progress: 
     if len(empty):
         return OutOfReach(nodes, empty)
     states = with_home_costs(queries.cell, states)
-    search = Search(queries, path, nodes, states, nothing_known(states), nodes.azimuths == 1, tilted)
+    search = Search(queries, path, nodes, states, nothing_known(states), nodes.azimuths == 1, tilted, even)
     choice = _first_choice(search, tilt, progress)
     motion = attempt_motion(search, choice)
     fewest, since = _count_flaws(motion), 0
@@ -147,7 +147,7 @@ def _separate_turns(search: Search, choice: Choice) -> bool:
 
 def _choose(search: Search) -> Choice:
     """Choose a state of every node; one that collides only where all that could be chosen do."""
-    steps = ladder_steps(search.path, search.nodes, search.queries.cell)
+    steps = ladder_steps(search.path, search.nodes, search.queries.cell, search.even)
     counts = search.refused.items()
     steps.kind[[at for at, times in counts if times >= _MOST_REFUSALS and steps.kind[at] == MAY_RECONFIGURE]] = FOLLOW
     steps.kind[list(search.by_joints)] = MUST_RECONFIGURE
@@ -200,7 +200,6 @@ def _check_rungs(search: Search, bad: Indices) -> None:
 def _with_tilts(queries: CellQueries, path: SampledPath, nodes: Nodes, where: Indices, tilt: float) -> States:
     """Solve tilted poses too at some nodes: within the band while spraying, further while the jet is off."""
     jet_on = path.jet_on[nodes.sample]
-    over = over_vertical(queries, path, nodes)
     tilts = np.isin(np.arange(len(jet_on)), where) & (~jet_on | (tilt > 0.0))
     fewer = replace(nodes, azimuths=np.minimum(nodes.azimuths, _TILTED_AZIMUTHS))
 
@@ -212,7 +211,7 @@ def _with_tilts(queries: CellQueries, path: SampledPath, nodes: Nodes, where: In
         ]
         order = np.argsort(np.concatenate([part.node for part in parts]), kind="stable")
         fields = (np.concatenate([getattr(part, name) for part in parts]) for name in NodePoses.__slots__)
-        return with_poses(NodePoses(*(field[order] for field in fields)), over, some)
+        return NodePoses(*(field[order] for field in fields))
 
     requested = (poses_of(some) for some in node_pieces(nodes))
     return solve_states(queries.cell.robot, path, nodes, requested, queries.configurations)

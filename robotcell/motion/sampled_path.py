@@ -78,6 +78,8 @@ class TrackedPath:
     """(n,) samples that are reached without a reconfiguration have the same number."""
     lost: Flags
     """(n,) whether no configuration was found here; the joints are those of the nearest node then."""
+    share: Scalars
+    """(n,) done of a line along which the turning axes go evenly; NaN elsewhere, and where one begins."""
 
 
 def sample_path(
@@ -235,6 +237,12 @@ def find_spot_turns(path: SampledPath) -> list[tuple[int, int]]:
     turning = (way < _SAME_M) & (turns > 1e-6) & path.jet_on[1:] & path.jet_on[:-1] & ~path.changed[1:]
     found = runs_of(turning)
     return [(a, b) for a, b in found if b - a >= _LEAST_PARTS and turns[a:b].sum() > _FAR_TURN]
+
+
+def turns_between(poses: Poses) -> Scalars:
+    """Give by how much poses (n, 4, 4) turn from each to the next: (n - 1,) rad."""
+    turns = np.einsum("nji,njk->nik", poses[:-1, :3, :3], poses[1:, :3, :3])
+    return np.arccos(np.clip(0.5 * (np.trace(turns, axis1=1, axis2=2) - 1.0), -1.0, 1.0))
 
 
 def _divide(parts: Indices) -> tuple[Indices, Indices, Scalars, Flags]:

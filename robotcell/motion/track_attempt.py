@@ -10,6 +10,7 @@ from geometry.arrays import Indices, Scalars
 from geometry.frames import slerp
 from programs.motion.tracks import LARGEST_TURN_RAD
 from robotcell.motion.cell_queries import CellQueries
+from robotcell.motion.even_turns import EvenLines, turn_evenly
 from robotcell.motion.joint_move import Reconfiguration, find_move
 from robotcell.motion.ladder_graph import (
     ConfigurationSolver,
@@ -18,10 +19,9 @@ from robotcell.motion.ladder_graph import (
     joint_speeds,
     solve_by_tool,
     tilted,
-    turns_between,
 )
 from robotcell.motion.ladder_search import Choice, Ladder
-from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, refine_path
+from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, refine_path, turns_between
 from robotcell.robot.full_turns import TURN, nearest_turns
 from robotcell.robot.robot import Joints, Poses, Robot, row_pieces
 
@@ -73,6 +73,8 @@ class Search:
     """(nodes,) whether the azimuth is left out of smoothing."""
     tilted: Indices
     """(k,) nodes whose states have tilted jets too."""
+    even: EvenLines
+    """Lines along which the turning axes go evenly."""
     multi_turn: list[int] = field(default_factory=list[int])
     """Joints whose whole turns are states of their own."""
     forbidden: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
@@ -205,20 +207,18 @@ def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
     robot, fixed = queries.cell.robot, search.fixed_azimuth.copy()
     wraps = joint_speeds(robot, search.multi_turn).wraps
     raw = chosen_configurations(robot, search.states.ladder, choice, nodes, wraps)
-    if robot.dof < 6:  # over the vertical the first turning axis keeps still but there
-        over = np.any(raw.tilt != 0.0, axis=1) & path.jet_on[nodes.sample]
-        fixed |= widened(over, 1) if over.any() else over
-    course = smooth(raw, path, fixed)
+    even = search.even
+    course = smooth(raw, path, fixed, even)
     held = hold_tool(course, path)
     targets, lost = _solve_nodes(robot, raw, held, path, queries.configurations)
     for _ in range(_SMOOTH_ROUNDS):
         if not lost.any():
             break
         fixed |= widened(lost, 3)
-        course = smooth(raw, path, fixed)
+        course = smooth(raw, path, fixed, even)
         held = hold_tool(course, path)
         targets, lost = _solve_nodes(robot, raw, held, path, queries.configurations)
-    tracked = track_path(robot, targets, held, path, queries.configurations)
+    tracked = turn_evenly(queries.cell, track_path(robot, targets, held, path, queries.configurations), even)
     wide = _joint_turns(robot, tracked)
     for node in np.flatnonzero(choice.discontinuities).tolist():
         wide[nodes.until[node] : nodes.sample[node + 1]] = 0.0
@@ -229,6 +229,7 @@ def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
         targets = replace(targets, sample=nodes.sample, until=nodes.until)
         course = replace(course, edges=straight_edges(path, place[course.edges.corner]))
         tracked = track_path(robot, targets, hold_tool(course, path), path, queries.configurations)
+        tracked = turn_evenly(queries.cell, tracked, even.at(place))
     return nodes, tracked
 
 
@@ -283,17 +284,18 @@ def straight_edges(path: SampledPath, corner: Indices) -> Edges:
     return Edges(corner, before, share, turns)
 
 
-def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags) -> Course:
+def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags, even: EvenLines) -> Course:
     """Spread the turns about the jet over time where the azimuth is free, evenly along each straight line.
 
     Minimises the integral of (a - chosen)^2 + T^2 (da/dt)^2 over the azimuths a at the corners, a tridiagonal system.
-    Nothing crosses a reconfiguration; the tool does not turn about its jet while it dwells, and hardly on lines on
-    which the jet turns far.
+    Nothing crosses a reconfiguration, or a line on which the axes go evenly; the tool does not turn about its jet while
+    it dwells, and hardly on lines on which the jet turns far.
 
     Args:
         targets: The chosen configurations.
         path: The path.
         fixed: (k,) nodes that keep the azimuth that was chosen; they become corners.
+        even: Lines along which the turning axes go evenly.
     """
     from scipy.linalg import solveh_banded
 
@@ -301,7 +303,8 @@ def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags) -> Course:
     tilts = np.any(np.diff(targets.tilt, axis=0) != 0.0, axis=1)
     bends = (fixed & path.free[sample]) | np.append(tilts, False) | np.append(False, tilts)
     reconfigures = np.flatnonzero(targets.reconfigurations)
-    held = np.concatenate((sample[bends], until[bends], until[reconfigures], sample[reconfigures + 1]))
+    apart = np.concatenate((until[reconfigures], even.first))
+    held = np.concatenate((sample[bends], until[bends], apart, sample[reconfigures + 1], even.last))
     edges = straight_edges(path, np.union1d(np.flatnonzero(path.corner), held))
     corner = edges.corner
     if len(corner) == 1:
@@ -313,7 +316,7 @@ def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags) -> Course:
     sweeps = np.bincount(edges.before[1:], edges.turns * path.jet_on[1:], minlength=len(stiff))
     rests = path.dwelling[corner[:-1]]
     stiff = np.where(rests, _FIXED_WEIGHT, stiff + _SWEEP_WEIGHT * sweeps**2)
-    stiff[np.searchsorted(corner, until[reconfigures])] = 0.0
+    stiff[np.searchsorted(corner, apart)] = 0.0
     band, right = np.zeros((2, len(corner))), np.zeros(len(corner))
     band[0, 1:] = -stiff
     band[1, :-1] += stiff
@@ -394,7 +397,16 @@ def track_path(
     begins[targets.sample[1:][targets.reconfigurations]] = 1
     corner = np.zeros(len(number), dtype=np.bool_)
     corner[held.corner] = True
-    return TrackedPath(replace(path, corner=corner), q, poses, azimuth, tilt, np.cumsum(begins), lost & ~skipped)
+    return TrackedPath(
+        replace(path, corner=corner),
+        q,
+        poses,
+        azimuth,
+        tilt,
+        np.cumsum(begins),
+        lost & ~skipped,
+        np.full(len(q), np.nan),
+    )
 
 
 def _nearest_branch(

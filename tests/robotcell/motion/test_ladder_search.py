@@ -28,7 +28,7 @@ def ladder(rows: list[list[float]], costs: list[list[float]] | None = None) -> L
 
 def steps(count: int, kind: int = FOLLOW, lasting: float = 1.0) -> Steps:
     ones = np.ones(count)
-    return Steps(lasting * ones, np.full(count, kind), 0.5 * ones, ones, ones, 0.02 * ones, 0.0 * ones)
+    return Steps(lasting * ones, np.full(count, kind), 0.5 * ones, ones, ones, 0.02 * ones)
 
 
 def speeds(*, wraps: bool = False) -> JointSpeeds:
