@@ -11,13 +11,17 @@ unexport PYTHONDONTWRITEBYTECODE
 # Each test process begins with one half of the tests in their order, so that what a file prepares is mostly made once.
 PYTEST := $(BIN)/pytest -q -n 2 --dist worksteal
 
-.PHONY: demo test check quick types compiled documents format clean
+.PHONY: demo test check controller quick types compiled documents format clean
 
 demo: $(VENV)/.installed
 	$(BIN)/washboard demo
 
 test: check
 	$(PYTEST) -m slow
+
+# LinuxCNC's real controller drives whole programs: it counts in real time, and is idle for most of it.
+controller: compiled
+	$(PYTEST) -m controller
 
 check: $(VENV)/.dev-installed
 	$(BIN)/ruff format --check .
@@ -26,7 +30,7 @@ check: $(VENV)/.dev-installed
 	@$(MAKE) --no-print-directory --jobs 2 types quick
 
 quick: compiled
-	$(PYTEST) -m "not slow"
+	$(PYTEST) -m "not slow and not controller"
 
 # Most of what it reads lives long: fewer and larger collections spare a tenth of its time.
 types: $(VENV)/.dev-installed

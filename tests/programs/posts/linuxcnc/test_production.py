@@ -15,7 +15,7 @@ from programs.motion.installation import Joint
 from programs.motion.layout import on_time
 from programs.program import MoveTo
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=MISSING)]
+pytestmark = [pytest.mark.controller, pytest.mark.skipif(bool(MISSING), reason=MISSING)]
 AXES = tuple(Axis(letter, turns=False, least=-500, most=500, speed=1000, acceleration=5000) for letter in "XYZ")
 HOME, BEGINS = (0.0, 0.0, 150.0), (0.0, 0.0, 50.0)
 """Where the axes are at home, and where the first pass begins."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from real_linuxcnc import MISSING, Axis, run_on_linuxcnc
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=MISSING)]
+pytestmark = [pytest.mark.controller, pytest.mark.skipif(bool(MISSING), reason=MISSING)]
 AXES = (
     Axis("X", turns=False, least=-300, most=300, speed=1000, acceleration=5000),
     Axis("Y", turns=False, least=-300, most=300, speed=1000, acceleration=5000),
