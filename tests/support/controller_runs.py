@@ -22,6 +22,8 @@ from robotcell.robot.robot import Robot
 
 _STEP_S = 2e-4
 """Between the places of a planned way, at 60 mm/s about 0.01 mm."""
+_LATE_S = 0.05
+"""By which a jet may begin before the way that is planned, or end after it: edges have limits of their own."""
 _AROUND = round(0.6 / CYCLE_S)
 _ALIKE_MM = 0.02
 """What the orifice may be farther from a place than it comes to it, to be there."""
@@ -163,10 +165,12 @@ def _ways(
     for (on, off), (begin, end) in zip(pairwise(edges), pairwise(planned), strict=False):
         if not on.on:
             continue
-        times = np.arange(begin.seconds, end.seconds, _STEP_S)
-        times = np.unique(
-            np.concatenate((times, moves[(moves > begin.seconds) & (moves < end.seconds)], [end.seconds]))
-        )
-        way = playback(program, np.sort(times)).tcp
+        way, beyond = (_way(program, moves, begin.seconds - late, end.seconds + late) for late in (0.0, _LATE_S))
         went = orifice[round(on.seconds / CYCLE_S) : round(off.seconds / CYCLE_S) + 1]
-        yield float(cKDTree(way).query(went)[0].max()), float(cKDTree(went).query(way)[0].max())
+        yield float(cKDTree(beyond).query(went)[0].max()), float(cKDTree(went).query(way)[0].max())
+
+
+def _way(program: TimedProgram, moves: NDArray[np.float64], begin: float, end: float) -> NDArray[np.float64]:
+    """Give places (n, 3) of the planned way between two times, at its moves and between them."""
+    times = np.concatenate((np.arange(begin, end, _STEP_S), moves[(moves > begin) & (moves < end)], [end]))
+    return playback(program, np.sort(times)).tcp
