@@ -46,6 +46,8 @@ _WINDOW = np.radians(62.0)
 _AZIMUTH_COST_S, _SPRAYING_AZIMUTH_COST_S = 0.02, 0.5
 """Cost of a radian about the jet while it is off, so that the tool does not turn for nothing, and while it is on: a
 controller drives a line quicker on which the tool does not turn, and the jet is the same at every azimuth."""
+_EVEN_AZIMUTH_COST_S = 0.1
+"""The same where both axes go evenly on the spot: past the vertical, far from what is programmed, it is half a turn."""
 _TILT_COST_S = 1.0
 """Cost of a radian of tilt for each node: more than anything but a collision."""
 
@@ -270,7 +272,8 @@ def ladder_steps(path: SampledPath, nodes: Nodes, cell: Cell, even: EvenLines = 
     # Five axes have to turn far where the jet is nearly along the first of them, and go over in both of their branches.
     slack = np.full(count, _HALF_TURN)
     evenly = np.searchsorted(sample, even.last) - 1
-    slack[evenly], azimuth[evenly] = np.inf, _AZIMUTH_COST_S
+    slack[evenly] = np.inf
+    azimuth[evenly] = np.where(sprays[evenly], _EVEN_AZIMUTH_COST_S, _AZIMUTH_COST_S)
     return Steps(lasting, kind, slack, np.full(count, 4.0), np.zeros(count), azimuth)
 
 

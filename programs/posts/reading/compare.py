@@ -386,7 +386,7 @@ class _Comparison:
         target = self.target_after(0) if due or not isinstance(self.next(), ReadSwitch) else None
         if isinstance(target, Axes):
             units = units_of(self.installation)
-            allowed = allowed_on(line, units, self.installation)
+            allowed = allowed_on(units, self.installation)
             share, off = place_on(line.samples, units, target.values, 0.0, allowed)
             return share == 1.0 and off <= 1.0
         return target is not None and _same_pose(target, line.target)
@@ -405,7 +405,7 @@ class _Comparison:
             reached = _same_pose(target, line.target) and not nearer
             return target, 1.0 if reached else _share_of(line, target, done)
         units = units_of(self.installation)
-        allowed = allowed_on(line, units, self.installation)
+        allowed = allowed_on(units, self.installation)
         share, off = place_on(line.samples, units, target.values, done, allowed)
         before = self.axes.values if self.axes is not None else target.values
         half_way = tuple(0.5 * (a + b) for a, b in zip(before, target.values, strict=True))

@@ -11,7 +11,7 @@ from programs.motion.lower import Lowered
 from programs.motion.steps import Line, MotionProgram, Reach, UseBoard, UseTool
 from programs.pose import Position
 from programs.posts.dialect import Dialect
-from programs.posts.writing.axes import SPOT_DEG, allowed_on, in_degrees_and_mm, needed_samples, units_of
+from programs.posts.writing.axes import allowed_on, in_degrees_and_mm, needed_samples, units_of
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Syntax
 from programs.posts.writing.lines import Placed
@@ -101,7 +101,7 @@ class AxisSyntax(Syntax):
             raise ProgramError(self.no_joints)
         done, before = 0.0, 0
         units, spot = units_of(self.installation), self.machine is not None and line.turns_on_the_spot
-        allowed = allowed_on(line, units, self.installation)
+        allowed = allowed_on(units, self.installation)
         for sample in needed_samples(line.samples, units, _FINENESS, allowed):
             share = float(line.samples.shares[sample])
             moved = self.moved(line, before, sample)
@@ -204,7 +204,7 @@ class AxisSyntax(Syntax):
 
     def spot_line(self) -> str:
         """Describe how a block turns the tool on the spot."""
-        return f"On the spot B and C go evenly: the jet may be up to {SPOT_DEG:g} deg off the shortest turn meanwhile"
+        return "On the spot, and with the jet off, B and C go evenly, as the check found clear"
 
 
 def highest(motion: MotionProgram, z: int) -> float:
