@@ -38,7 +38,7 @@ _REACH_MM_S, _TURN_DEG_S = 100.0, 90.0
 """Of joint motions, and of turns whose rate the text does not state: assumed."""
 _PART_DEG = 5.0
 """Axes that turn by more than this move in several parts."""
-_ORIGIN = {what: re.compile(rf"\b{what} +(\S.*?)  sha256 (\S+)") for what in ("Board", "Recipe")}
+_ORIGIN = {what: re.compile(rf"\b{what} +(\S.*?)  sha256 (\w+)") for what in ("Board", "Recipe")}
 _CELL = re.compile(r"\bCell +(\S.*?)  robot ")
 
 
@@ -153,6 +153,21 @@ def rebuild_program(
             opened = item.time_s if item.spraying else None
     moves = sum(isinstance(item, MoveTo) for item in instructions)
     return TimedProgram(_origin(files), Totals(playing.now, sprayed, playing.way_mm, moves, ()), instructions)
+
+
+def check_origin(files: Mapping[str, str]) -> None:
+    """Make sure that a text names what it was made from, as a native program does.
+
+    Raises:
+        ProgramError: it does not.
+    """
+    for what, pattern in _ORIGIN.items():
+        if not any(pattern.search(text) for text in files.values()):
+            raise ProgramError(
+                f"the text does not name its {what.lower()} with the fingerprint, so no .wash can be made of it; show "
+                "it without --output, or export it anew.",
+                file=next(iter(files)),
+            )
 
 
 def _origin(files: Mapping[str, str]) -> Origin:

@@ -35,6 +35,15 @@ def show(
             autocompletion=complete_cell,
         ),
     ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Native program to make of one in a robot's language; it has no recipe paths.",
+            metavar="OUT.wash",
+        ),
+    ] = None,
 ) -> None:
     """Read a program back and print its functions, totals, extent and commands to the cell.
 
@@ -46,17 +55,19 @@ def show(
     with job_errors():
         from boards.load import board_library
         from commandline.loading import read_program_board
+        from programs import native
         from programs.errors import ProgramError
         from programs.foreign import is_foreign
         from programs.load import load_program
-        from reports.files.atomic_write import write_bytes_atomically
+        from reports.files.atomic_write import write_bytes_atomically, write_text_atomically
         from reports.files.write_run import check_places
         from reports.pictures.plan_picture import draw_plan
         from reports.terminal.console import open_console, print_files
         from reports.terminal.program_card import print_commands, print_extent, print_program
 
-        check_places((program, board, parts), {"a picture": picture})
-        loaded = _read_robot_program(program, cell) if is_foreign(program) else load_program(program)
+        check_places((program, board, parts), {"a picture": picture, "a program": output})
+        loaded = _read_robot_program(program, cell, output) if is_foreign(program) else load_program(program)
+        text = None if output is None else native.render(loaded)
         drawn_on = None
         if picture is not None or board is not None:
             named = board or loaded.origin.board
@@ -65,25 +76,29 @@ def show(
             drawn_on = read_program_board(loaded, program, named, parts)
         if picture is not None and drawn_on is not None:
             write_bytes_atomically(picture, draw_plan(drawn_on, loaded, picture.suffix))
+        if output is not None and text is not None:
+            write_text_atomically(output, text)
         console = open_console()
         print_program(console, loaded)
         print_extent(console, loaded)
         print_commands(console, loaded)
-        print_files(console, picture=picture)
+        print_files(console, program=output, picture=picture)
 
 
-def _read_robot_program(path: Path, cell: str | None) -> "TimedProgram":
+def _read_robot_program(path: Path, cell: str | None, output: Path | None) -> "TimedProgram":
     """Read a program in a robot's language.
 
     Raises:
-        JobError: it is not understood, or its cell is not known.
+        JobError: it is not understood, its cell is not known, or it does not hold what a native program needs.
     """
     from programs.errors import ProgramError
-    from programs.foreign import named_cell, read_files, rebuild_program
+    from programs.foreign import check_origin, named_cell, read_files, rebuild_program
     from robotcell.cell.installation import flange_of, installation_of
     from robotcell.cell.load import cell_library, read_cell
 
     dialect, files = read_files(path)
+    if output is not None:
+        check_origin(files)
     name = cell or named_cell(files)
     if not cell and name not in cell_library():
         named = f"made for cell {name}, which is not in the library" if name else "no cell is named in its header"
