@@ -130,7 +130,7 @@ NOT_SERVED = FindingRule(
 SIDE_NOT_SPRAYED = FindingRule(
     "side-not-sprayed",
     "warning",
-    "most components of a side are not sprayed: no step has this side, or paths around components alone leave them "
+    "components of a side are not sprayed: no step has this side, or paths around components alone leave them "
     "out. An error where only the other side is sprayed, which has no components",
     _PLANNING,
     also="error",

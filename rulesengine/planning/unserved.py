@@ -7,13 +7,14 @@ from typing import cast
 
 from boards.board import Board, Side
 from programs.plan import PlanItem, SprayPass
-from recipes.paths import ComponentPerimeter
+from recipes.paths import ComponentPerimeter, Raster
 from recipes.recipe import Recipe, Step
 from rulesengine.strokes.classify import ComponentMasks
 from specs.finding import Finding
 from specs.finding_rules import NOT_SERVED, SIDE_NOT_SPRAYED
 from specs.source import Source
 
+_LISTED = 10
 _SIDES: tuple[Side, ...] = ("top", "bottom")
 
 
@@ -30,7 +31,7 @@ def served_by(items: Iterable[PlanItem]) -> dict[str, list[str]]:
 def find_unserved(
     recipe: Recipe, board: Board, masks: ComponentMasks, steps: Sequence[Step], items: Iterable[PlanItem]
 ) -> list[Finding]:
-    """One finding for each component that must be cleaned and is not, one for a side most of which is not sprayed.
+    """One finding for each component that must be cleaned and is not, one for a side with some that are not sprayed.
 
     Where a step follows components, a component is cleaned by a pass of its own; where none does, by what goes
     across the whole side.
@@ -56,13 +57,13 @@ def find_unserved(
             message = f"{component.name} must be cleaned, but {reason}."
             where = (place.x, place.y, board.surface_z_mm(component.side))
             findings.append(Finding(NOT_SERVED, message, Source(entry="masks"), where))
-    return findings + _find_unsprayed_sides(board, masks, steps, list(items))
+    return findings + _find_unsprayed_sides(recipe, board, masks, steps, list(items))
 
 
 def _find_unsprayed_sides(
-    board: Board, masks: ComponentMasks, steps: Sequence[Step], items: Sequence[PlanItem]
+    recipe: Recipe, board: Board, masks: ComponentMasks, steps: Sequence[Step], items: Sequence[PlanItem]
 ) -> list[Finding]:
-    """A finding for each side most of whose components are not sprayed; an error where nothing but a bare side is."""
+    """A finding for each side with components that are not sprayed; an error where nothing but a bare side is."""
     passes = [each for each in items if isinstance(each, SprayPass)]
     masked = {*dict(masks.avoided), *masks.ignored}
     sides = [
@@ -74,7 +75,7 @@ def _find_unsprayed_sides(
         for side in _SIDES
     ]
     bare = bool(passes) and not any(each.passes and each.components for each in sides)
-    return [found for each in sides for found in _side(each, steps, bare=bare)]
+    return [found for each in sides for found in _side(each, recipe, steps, bare=bare)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,23 +87,39 @@ class _SideOf:
     components: Sequence[str]
 
 
-def _side(here: _SideOf, steps: Sequence[Step], *, bare: bool) -> list[Finding]:
-    """Whether most components of a side are neither followed by a pass of their own nor swept across."""
+def _side(here: _SideOf, recipe: Recipe, steps: Sequence[Step], *, bare: bool) -> list[Finding]:
+    """Whether components of a side are neither followed by a pass of their own nor swept across."""
     served, count = served_by(here.passes), len(here.components)
     left = [name for name in here.components if name not in served]
-    if 2 * len(left) <= count or any(each.made_by.template and not each.made_by.components for each in here.passes):
+    if not left or any(each.made_by.template and not each.made_by.components for each in here.passes):
         return []
     place = Source(entry="sequence")
     if here.passes:
-        advice = "Add a template that goes across it, such as a raster, or give more classes passes"
-        message = f"The steps on the {here.side} side spray {count - len(left)} of its {count} components. {advice}."
-        return [Finding(SIDE_NOT_SPRAYED, message, place)]
+        advice = f"{_across(here.side, recipe, steps)}, or give their classes passes"
+        what = f"{len(left)} of its {count} components: {_listed(left)}"
+        return [Finding(SIDE_NOT_SPRAYED, f"The steps on the {here.side} side do not spray {what}. {advice}", place)]
     advice = f"Add to the sequence: {', '.join(_steps_for(here.side, steps))}"
     if not bare:
-        message = f"No step sprays the {here.side} side, where {len(left)} components are. {advice}"
+        are = "1 component is" if count == 1 else f"{count} components are"
+        message = f"No step sprays the {here.side} side, where {are}: {_listed(left)}. {advice}"
         return [Finding(SIDE_NOT_SPRAYED, message, place)]
     message = f"Only the other side is sprayed, and all {count} components are on the {here.side}. {advice}"
     return [Finding(SIDE_NOT_SPRAYED, message, place, override="error")]
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    return ", ".join(names[:_LISTED]) + more
+
+
+def _across(side: Side, recipe: Recipe, steps: Sequence[Step]) -> str:
+    """Advise a step that goes across a side, by a raster that the recipe has already where it has one."""
+    rasters = [name for name, template in recipe.templates.items() if isinstance(template, Raster)]
+    own = [step for step in steps if step.side == side]
+    if not rasters or not own:
+        return "Add a template that goes across it, such as a raster"
+    step = own[0].model_copy(update={"paths": [rasters[0]]})
+    return f"Add to the sequence: `- {_flow(step.model_dump(mode='json', exclude_defaults=True))}`"
 
 
 def _steps_for(side: Side, steps: Sequence[Step]) -> list[str]:

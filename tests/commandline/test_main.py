@@ -56,12 +56,15 @@ def test_version() -> None:
     assert washboard("--version").out.startswith("washboard 0.")
 
 
+HEAVY = ["numpy", "scipy", "shapely", "trimesh", "toppra", "matplotlib", "numba", "ruamel"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "heavy"),
     [
-        (["--help"], ["numpy", "scipy", "shapely", "trimesh", "toppra", "matplotlib", "numba", "ruamel"]),
-        (["plan", "--help"], ["numpy", "scipy", "shapely", "trimesh", "toppra", "matplotlib", "numba", "ruamel"]),
+        (["--help"], HEAVY),
+        (["plan", "--help"], HEAVY),
         (["recipe", "check", "smt-aqueous"], ["numpy", "scipy", "shapely", "numba", "cleaning.exposure"]),
         (["classify", "tiny"], ["scipy.optimize", "numba", "trimesh", "toppra", "cleaning.exposure"]),
         (["plan", "tiny"], ["scipy.optimize", "trimesh", "cleaning.exposure"]),

@@ -127,7 +127,7 @@ def test_what_is_not_done_is_said():
     assert found["not-served"].severity == "error"
     assert found["side-not-sprayed"].severity == "warning"
     assert found["side-not-sprayed"].message == (
-        "No step sprays the bottom side, where 1 components are. Add to the sequence: "
+        "No step sprays the bottom side, where 1 component is: U2. Add to the sequence: "
         "`- {function: clean, nozzle: ring60, paths: [around], side: bottom}`"
     )
 
@@ -154,17 +154,21 @@ def test_a_board_whose_parts_are_all_masked_may_be_sprayed_on_either_side():
 @pytest.mark.parametrize(
     ("steps", "message"),
     [
-        ([step("around")], "The steps on the top side spray 1 of its 3 components. Add a template that goes"),
+        (
+            [step("around")],
+            "The steps on the top side do not spray 2 of its 3 components: C1, C2. Add to the sequence: "
+            "`- {function: clean, nozzle: ring60, paths: [sweep]}`, or give their classes passes",
+        ),
         ([step("around", "sweep")], ""),
         (
             [step("sweep", side="bottom")],
             "Only the other side is sprayed, and all 3 components are on the top. Add to the sequence: `- {function: ",
         ),
-        ([step("around"), step("around", "sweep", side="bottom")], "The steps on the top side spray 1 of its 3"),
+        ([step("around"), step("around", "sweep", side="bottom")], "The steps on the top side do not spray 2 of its 3"),
         ([step("sweep"), step("around", side="bottom")], ""),
     ],
 )
-def test_a_side_whose_components_are_mostly_not_sprayed(steps, message):
+def test_a_side_with_components_that_are_not_sprayed(steps, message):
     chips = [part(f"C{index}", 20 + 20 * index, 20, 2, 1) for index in (1, 2, 3)]
     board = board_of(part("U1", 10, 20, 10, 10), *chips)
     masks = [Mask(ignore=["C3"])]
@@ -174,6 +178,30 @@ def test_a_side_whose_components_are_mostly_not_sprayed(steps, message):
     severity = "error" if message.startswith("Only") else "warning"
     assert [each.severity for each in said] == [severity] * bool(message)
     assert all(each.message.startswith(message) for each in said)
+
+
+def test_a_few_components_of_a_side_that_are_left_are_named_with_the_step_to_add():
+    board = board_of(*(part(f"U{index}", 30 * index, 20, 10, 10) for index in range(1, 6)), part("C1", 15, 60, 2, 1))
+    some = AROUND.model_copy(update={"passes": {"small": 0, "default": 1}})
+    recipe = recipe_of(step("around", side="top"), templates={"around": some})
+    (found,) = (each for each in make_plan(recipe, board).findings if each.rule.id == "side-not-sprayed")
+    assert found.severity == "warning"
+    assert found.message.startswith("The steps on the top side do not spray 1 of its 6 components: C1. Add to the")
+    (line,) = re.findall(r"`(- .*?)`", found.message)
+    added = [Step.model_validate(each) for each in yaml.safe_load(line)]
+    mended = make_plan(recipe_of(step("around"), *added, templates={"around": some}), board)
+    assert "side-not-sprayed" not in {each.rule.id for each in mended.findings}
+
+
+def test_without_a_template_across_the_side_one_is_to_be_added():
+    board = board_of(part("U1", 10, 20, 10, 10), part("C1", 40, 20, 2, 1))
+    some = AROUND.model_copy(update={"passes": {"small": 0, "default": 1}})
+    recipe = recipe_of(step("around")).model_copy(update={"templates": {"around": some}})
+    (found,) = (each for each in make_plan(recipe, board).findings if each.rule.id == "side-not-sprayed")
+    assert found.message.endswith(
+        "do not spray 1 of its 2 components: C1. Add a template that goes across it, such as a raster, or give their "
+        "classes passes"
+    )
 
 
 def test_what_must_be_cleaned_but_is_kept_out_by_a_mask_is_said():
