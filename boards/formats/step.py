@@ -110,7 +110,7 @@ class Bounds:
 
 def bounds_for(size: int) -> Bounds:
     """Bounds for a file of so many bytes."""
-    return Bounds(cpu_s=math.ceil(4.0 + 15.0 * _SECONDS_PER_BYTE * size), memory_bytes=1_500_000_000 + 150 * size)
+    return Bounds(cpu_s=math.ceil(3.0 + 15.0 * _SECONDS_PER_BYTE * size), memory_bytes=1_500_000_000 + 150 * size)
 
 
 def _convert(data: bytes, path: Path, progress: Progress) -> tuple[bytes, str]:

@@ -77,9 +77,11 @@ class Coupons:
 
     @cached_property
     def jets(self) -> list[tuple[Stage, Jet]]:
-        """The jet of each blow; it takes some time to find."""
-        stages = [_stage(self.setup, bar, height) for bar, _, _, height, _ in self.blows[0]]
-        return [(stage, jet_of(stage, self.setup.parameters.spray)) for stage in stages]
+        """The jet of each blow, the same for those of one pressure and height; it takes some time to find."""
+        keys = [(bar, height) for bar, _, _, height, _ in self.blows[0]]
+        stages = {key: _stage(self.setup, *key) for key in dict.fromkeys(keys)}
+        found = {key: (stage, jet_of(stage, self.setup.parameters.spray)) for key, stage in stages.items()}
+        return [found[key] for key in keys]
 
     def drop_pa(self, film: Film) -> Scalars:
         """(n,) pressure of the side before the nozzle less that of the far side."""

@@ -18,6 +18,7 @@ from cleaning.calibration.coupon import Coupons, CouponSetup, read_coupons
 from cleaning.errors import CleaningError
 from cleaning.parameters.model import Film, Soil
 from geometry.arrays import Scalars
+from specs.progress import Progress, no_progress
 
 FITTED: tuple[str, ...] = ("soil.k1_per_s", "soil.activation_kj_mol", "soil.k_m_per_s", "film.puddle_mm")
 """What is fitted, by path; what the data do not determine is given up from the end."""
@@ -27,6 +28,8 @@ _WIDEST = math.log(10.0)
 """An interval over more than a factor of ten means that the data do not determine the parameter."""
 _STARTS = {"soil.k1_per_s": (0.0, -1.2, 1.2), "soil.k_m_per_s": (0.0, -2.3, 2.3)}
 _ROUNDS = 5
+_USUAL_FITS = 110
+"""With the intervals of four parameters; for the share done."""
 _PRECISION = 1e-3
 """No fraction is measured better: fits that leave less are taken to leave this."""
 _ALIKE = 0.98
@@ -65,18 +68,19 @@ class GapFit:
         return float(np.sqrt(np.mean((self.predicted - self.coupons.cleaned) ** 2)))
 
 
-def calibrate_gap(path: Path, setup: CouponSetup) -> GapFit:
+def calibrate_gap(path: Path, setup: CouponSetup, progress: Progress = no_progress) -> GapFit:
     """Fit the softening and its activation energy, the removal and the puddle depth to a table of coupons.
 
     Args:
         path: CSV of standoff, time, temperature, pressure and cleaned fraction.
         setup: With what they were sprayed; its parameters are where the fit begins.
+        progress: Receives the stage and the share done, which is estimated.
 
     Raises:
         CleaningError: the table cannot be used.
     """
     coupons = read_coupons(path, setup)
-    model = _Model(coupons)
+    model = _Model(coupons, progress)
     if not model.drives():
         message = "the film does not reach the coupon; check nozzle, height_mm and distance_mm"
         raise CleaningError(message, file=path, line=coupons.measurements.header_line)
@@ -133,8 +137,9 @@ class _Model:
     where exactly it lies is not known so well that a puddle depth could be fitted to it.
     """
 
-    def __init__(self, coupons: Coupons) -> None:
+    def __init__(self, coupons: Coupons, progress: Progress) -> None:
         self._coupons = coupons
+        self._progress, self._solved = progress, 0
         parameters = coupons.setup.parameters
         self._soil, self._film = parameters.soil, parameters.film
         self.prior = {
@@ -213,6 +218,8 @@ class _Model:
             left = residuals(start)
             return Fit(start, float(left @ left), freedom, np.zeros((len(left), 0)))
         first = np.clip(start, -_FARTHEST, _FARTHEST)
+        self._solved += 1
+        self._progress("fitting the kinetics", min(self._solved / _USUAL_FITS, 0.99))
         found = least_squares(residuals, first, bounds=(-_FARTHEST - 0.1, _FARTHEST + 0.1))
         return Fit(np.asarray(found.x, dtype=np.float64), 2.0 * float(found.cost), freedom, np.asarray(found.jac))
 

@@ -14,6 +14,7 @@ each direction on the board is known, and outward and inward film together carry
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
 
 import numpy as np
@@ -88,6 +89,7 @@ def rim_of(jet: Jet, film: Film) -> Rim:
     )
 
 
+@lru_cache(maxsize=1024)  # a fit goes to the same jets again and again
 def _table_of(jet: Jet) -> NDArray[np.float64]:
     flow = jet.sigmas * np.sin(jet.half_angles) if jet.form.kind == RING else 1.0 - np.cos(jet.half_angles)
     turns = np.linspace(0.0, 4.0, _TURNS, endpoint=False)

@@ -114,6 +114,7 @@ def gap(
         from cleaning.calibration.fitted_parameters import calibrated_set
         from cleaning.calibration.nozzle_yaml import choose_nozzle
         from cleaning.parameters.load import load_parameters
+        from commandline.loading import progress_bar
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places
         from reports.pictures.calibration_picture import draw_gap
@@ -123,7 +124,8 @@ def gap(
         check_places((data, recipe, parameters), {"a YAML file": output, "a picture": picture})
         known = load_parameters(parameters)
         setup = CouponSetup(choose_nozzle(recipe, nozzle)[1], choose_solution(known, solution), known)
-        fit = calibrate_gap(data, setup)
+        with progress_bar() as progress:
+            fit = calibrate_gap(data, setup, progress)
         text = calibrated_set(fit, parameters, output or Path("calibrated.yaml"), date)
         drawn = None if picture is None else draw_gap(fit, picture.suffix)
         write_outputs({output: text, picture: drawn})

@@ -222,6 +222,10 @@ def test_sizes_of_step_are_bounded_with_their_line(entity: str, word: str, tmp_p
     assert f":8: #9999 ({entity.partition('(')[0]}) has {word}, beyond" in message
 
 
+def test_a_small_step_file_is_refused_within_five_seconds() -> None:
+    assert boards.formats.step.bounds_for(20_000).cpu_s == 4
+
+
 def test_the_child_for_step_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "b.step"
     path.write_text(StepWriter().write([("R1", "R", (1, 1, 1), (0, 0, 0))]))

@@ -13,6 +13,7 @@ from cleaning.calibration.coupon import read_coupons
 from cleaning.calibration.fit_kinetics import GapFit, calibrate_gap
 from cleaning.calibration.fitted_parameters import calibrated_set
 from cleaning.errors import CleaningError
+from cleaning.film import film
 from cleaning.gap.flow_field import solve_gap
 from cleaning.parameters.load import load_parameters
 
@@ -22,6 +23,25 @@ PATHS = {name: f"soil.{name}" for name in TRUTH}
 def held(fit: GapFit, name: str, truth: float) -> bool:
     low, high = fit.estimates[PATHS[name]].interval
     return low <= truth <= high
+
+
+def test_a_jet_is_found_once_for_its_pressure_and_its_rim_once_for_a_fit(tmp_path) -> None:
+    plan = read_coupons(coupons(tmp_path, noise=0, seed=0, **TRUTH), BENCH)
+    keys = {(bar, height) for bar, _, _, height, _ in plan.blows[0]}
+    assert len({id(jet) for _, jet in plan.jets}) == len(keys)
+    film._table_of.cache_clear()
+    for puddle_mm in (0.5, 1.0, 2.0):
+        plan.drop_pa(PARAMETERS.film.model_copy(update={"puddle_mm": puddle_mm}))
+    assert film._table_of.cache_info().misses == len(keys)
+
+
+def test_a_fit_reports_how_far_it_is(tmp_path) -> None:
+    shares: list[float] = []
+    file = coupons(tmp_path, noise=0.02, seed=1, **TRUTH)
+    calibrate_gap(file, BENCH, lambda _, share: shares.append(share))
+    assert len(shares) > 20
+    assert shares == sorted(shares)
+    assert shares[-1] <= 1.0
 
 
 def test_the_shear_in_a_coupon_is_that_between_two_plates(tmp_path) -> None:
