@@ -1,6 +1,6 @@
 """Whether and how a robot carries out a timed program."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -31,6 +31,7 @@ from specs.finding import Finding, worst_first
 from specs.finding_rules import (
     BOARD_NOT_CHECKED,
     CELL_REMEDY,
+    COLLISION,
     HOME_BLOCKED,
     TOOL_CHANGE_ABOVE_BOARD,
 )
@@ -39,7 +40,11 @@ from specs.progress import Progress, no_progress, subprogress
 _MOST_TILT_DEG = 45.0
 _MM = 1e3
 _MOST_CHECKED = 2
-"""Remedies that are checked as a whole."""
+"""Remedies that are checked as a whole after a search."""
+_MOST_AFTER_REFUSAL = 4
+"""The same after a cheap refusal, in a program of few samples."""
+_SAMPLES_CHECKED = 40_000
+"""Samples of the path in all these checks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,8 +136,10 @@ def track(
     trial = _try(task, cell, subprogress(progress, 0.0, 0.8))
     report = trial.report
     if trial.wrong is not None:
-        progress("looking for a remedy", 0.8)
-        found = _remedy(task, cell, trial, subprogress(progress, 0.8, 1.0))
+        causes = ", ".join(dict.fromkeys(each.rule.id for each in report.findings if each.severity == "error"))
+        begun = 0.8 if trial.refusal is None else 0.2
+        progress(f"{causes}: looking for a remedy", begun)
+        found = _remedy(task, cell, trial, subprogress(progress, begun, 1.0))
         if found is not None:
             remedy, finding = found
             report = replace(report, findings=worst_first([*report.findings, finding]), remedy=remedy)
@@ -325,28 +332,68 @@ def _check_tool_changes(
                 return
 
 
-def _remedy(task: _Task, cell: Cell, trial: _Trial, progress: Progress) -> tuple[Remedy, Finding] | None:
-    """Find what would help, and report it; checked as a whole where a search was needed anyway."""
+def _remedy(task: _Task, cell: Cell, trial: _Trial, progress: Progress) -> tuple[Remedy | None, Finding] | None:
+    """Find what would help, and report it: checked as a whole unless a cheap rule has the cause and undoes it."""
     if trial.wrong is None:
         return None
     points = sample_points(trial.path, trial.nodes, trial.wrong)
     if not len(points.chosen.tool):
         return None
     through = () if trial.refusal is None else trial.refusal.through_base
-    most = 1 if trial.refusal is not None else _MOST_CHECKED
-    found = find_remedies(cell, task.board, points, task.terms.loaded, through_base=through, most=most)
-    for number, each in enumerate(found if trial.refusal is None else ()):
-        share = subprogress(progress, number / len(found), (number + 1) / len(found))
-        if not any(finding.severity == "error" for finding in _try(task, each.cell, share).report.findings):
-            return each, _remedy_finding(each, "the robot can do the program, which was checked as a whole")
+
+    def find(most: int) -> tuple[Remedy, ...]:
+        return find_remedies(cell, task.board, points, task.terms.loaded, through_base=through, most=most)
+
+    found = find(1 if trial.refusal is not None else _MOST_CHECKED)
     if not found:
         return None
-    reached, how = share_reached(cell, points.chosen), ", in one configuration" if found[0].in_one else ""
-    text = (
-        f"every point that was tried would be reachable without collision{how}; at present {reached:.0%} of these "
-        f"{len(points.chosen.tool)} points are reached at all. The next check shows whether all of it can be done"
+    if trial.refusal is not None and not _needs_check(trial.refusal, found[0], cell):
+        reached, how = share_reached(cell, points.chosen), ", in one configuration" if found[0].in_one else ""
+        text = (
+            f"every point that was tried would be reachable without collision{how}; at present {reached:.0%} of these "
+            f"{len(points.chosen.tool)} points are reached at all. The next check shows whether all of it can be done"
+        )
+        return found[0], _remedy_finding(found[0], text)
+    return _first_that_passes(task, trial, found, find, progress)
+
+
+def _first_that_passes(
+    task: _Task,
+    trial: _Trial,
+    found: tuple[Remedy, ...],
+    find: Callable[[int], tuple[Remedy, ...]],
+    progress: Progress,
+) -> tuple[Remedy | None, Finding]:
+    """Check remedies as a whole, one after the other; others than those found first only where the first fails."""
+    most = _MOST_CHECKED
+    if trial.refusal is not None:
+        most = min(max(_SAMPLES_CHECKED // len(trial.path.times), 1), _MOST_AFTER_REFUSAL)
+    for number in range(most):
+        if number == len(found) == 1:
+            found = find(most)
+        if number >= len(found):
+            break
+        share = subprogress(progress, number / most, (number + 1) / most)
+        if not any(finding.severity == "error" for finding in _try(task, found[number].cell, share).report.findings):
+            text = "the robot can do the program, which was checked as a whole"
+            return found[number], _remedy_finding(found[number], text)
+    return None, _no_remedy(found[:most])
+
+
+def _needs_check(refusal: Refusal, remedy: Remedy, cell: Cell) -> bool:
+    """Whether obstacles decide if a remedy helps: a few points do not show the ways between them."""
+    if remedy.undoes_mistake:
+        return False
+    return remedy.cell.fixtures is not cell.fixtures or any(each.rule == COLLISION for each in refusal.findings)
+
+
+def _no_remedy(tried: Sequence[Remedy]) -> Finding:
+    """Report that no change helps, and which were checked."""
+    changes = "; ".join(each.text for each in tried)
+    text = f"no single change was found with which the robot can do the program; checked as a whole, {changes}"
+    return Finding(
+        CELL_REMEDY, f"{text}: each leaves an error. Clear the space about robot and board, then check again."
     )
-    return found[0], _remedy_finding(found[0], text)
 
 
 def _remedy_finding(remedy: Remedy, text: str) -> Finding:

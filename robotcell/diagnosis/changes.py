@@ -34,6 +34,8 @@ _SHIFTS_MM = (20.0, 50.0, 100.0, 200.0, 300.0, 400.0, 600.0, 800.0, 1200.0, 1600
 _LENGTHS_MM = (30.0, 60.0, 100.0, 150.0, 200.0, 250.0, 300.0, 350.0, 400.0, 450.0, 500.0, 600.0, 800.0)
 _YAWS_DEG = (30.0, 60.0, 90.0, 180.0)
 _RADII_M = np.arange(0.1, 1.6, 0.05)
+_COARSE = 3
+"""Of so many radii one is tried first, without a lift."""
 _LIFTS_M = (0.0, 0.1, -0.1, 0.2, -0.2, 0.3, -0.3)
 _FARTHEST_M = 20.0
 """No board or orifice is farther away."""
@@ -55,6 +57,8 @@ class Remedy:
     cell: Cell
     edits: tuple[CellEdit, ...] = ()
     """The same in the cell's file; none where the cell was not read from one."""
+    undoes_mistake: bool = False
+    """Whether it undoes a classical mistake, and is not just another place."""
     in_one: bool = False
     """Whether one configuration reaches all points that were tried, clear, away from limits, and at some azimuths."""
 
@@ -77,6 +81,10 @@ class ChangeCase:
 
 def mistakes(case: ChangeCase) -> Iterator[Remedy]:
     """Give the cell with each classical mistake undone."""
+    yield from (replace(each, undoes_mistake=True) for each in (*_lowered_floors(case), *_mistakes(case)))
+
+
+def _mistakes(case: ChangeCase) -> Iterator[Remedy]:
     cell = case.cell
     for axis, turn in (("X", (np.pi, 0.0, 0.0)), ("Y", (0.0, np.pi, 0.0))):
         turned = tuple(replace(tool, T_flange_tcp=tool.T_flange_tcp @ pose((0, 0, 0), turn)) for tool in cell.tools)
@@ -164,8 +172,20 @@ def small_changes(case: ChangeCase) -> Iterator[Remedy]:
 
 def fixtures_moved(case: ChangeCase) -> Iterator[Remedy]:
     """Give the cell with a fixture moved: first so that the robot stands on it, then the least move first."""
+    yield from (replace(each, undoes_mistake=True) for each in _lowered_floors(case))
     for _, _, change in _fixture_shifts(case):
         yield change
+
+
+def _lowered_floors(case: ChangeCase) -> Iterator[Remedy]:
+    """Give the cell with a fixture in the way lowered so that the robot stands on it, if it is under the base."""
+    x, y, z = case.cell.T_cell_base[:3, 3].tolist()
+    for name in case.blamed:
+        corners = np.concatenate([corners_of(body) for body in case.cell.fixtures if body.name == name])
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        size = round(1e3 * (float(high[2]) - z), 1)
+        if low[0] < x < high[0] and low[1] < y < high[1] and size > 0.0:
+            yield _with_fixture_moved(case, name, (2, "z"), -size)
 
 
 def _shifts(case: ChangeCase) -> Iterator[tuple[float, int, Remedy]]:
@@ -182,12 +202,11 @@ def _shifts(case: ChangeCase) -> Iterator[tuple[float, int, Remedy]]:
 
 
 def _lengths(case: ChangeCase) -> Iterator[tuple[float, int, Remedy]]:
-    """Give size, rank and the cell with the tools that the targets need longer or shorter, all by as much."""
+    """Give size, rank and the cell with tools that the targets need longer or shorter: those of one length, or all."""
     if case.loaded is None:
         return
-    lengths = [_length(case.cell.tools[index]) for index in np.unique(case.targets.tool).tolist()]
-    numbers = [tool.number for tool in case.cell.tools if np.isclose(_length(tool), lengths).any()]  # alike, as before
-    for size, (sign, word, weight) in product(_LENGTHS_MM, ((-1.0, "shorter", 1.0), (1.0, "longer", _LONGER))):
+    ways = product(_LENGTHS_MM, ((-1.0, "shorter", 1.0), (1.0, "longer", _LONGER)), _tools_of_a_length(case))
+    for size, (sign, word, weight), numbers in ways:
         tools, edits = list(case.cell.tools), list[CellEdit]()
         for number in numbers:
             before = case.loaded.spec.tools[number]
@@ -199,19 +218,28 @@ def _lengths(case: ChangeCase) -> Iterator[tuple[float, int, Remedy]]:
             edits += tool_edits(number, before, after)
         else:
             names = " and ".join(f"tool {number} ({case.loaded.spec.tools[number].name})" for number in numbers)
-            yield (
-                weight * size,
-                2,
-                Remedy(f"with {names} {size:g} mm {word}", replace(case.cell, tools=tuple(tools)), tuple(edits)),
-            )
+            text = f"with {names} {size:g} mm {word}"
+            yield weight * size, 2, Remedy(text, replace(case.cell, tools=tuple(tools)), tuple(edits))
+
+
+def _tools_of_a_length(case: ChangeCase) -> list[list[int]]:
+    """Give the numbers of the tools as long as each that the targets need, then of all these where they differ."""
+    tools = case.cell.tools
+    lengths = sorted({round(_length(tools[index]), 4) for index in np.unique(case.targets.tool).tolist()})
+    groups = [[tool.number for tool in tools if abs(_length(tool) - length) < 1e-4] for length in lengths]
+    return groups if len(groups) == 1 else [*groups, sorted({number for group in groups for number in group})]
 
 
 def shorter(case: ChangeCase) -> Iterator[Remedy]:
     """Give the cell with its tools shorter where one of them is unusually long: the usual length first."""
     used = np.unique(case.targets.tool).tolist()
-    if max(_length(case.cell.tools[index]) for index in used) >= _LONG_M:
-        changes = [change for _, _, change in _lengths(case) if "shorter" in change.text]
-        yield from sorted(changes, key=lambda each: round(abs(_length(each.cell.tools[used[0]]) - _USUAL_M), 6))
+
+    def longest(cell: Cell) -> float:
+        return max(_length(cell.tools[index]) for index in used)
+
+    if longest(case.cell) >= _LONG_M:
+        changes = [change for _, _, change in _lengths(case) if longest(change.cell) < longest(case.cell) - 1e-6]
+        yield from sorted(changes, key=lambda each: round(abs(longest(each.cell) - _USUAL_M), 6))
 
 
 def _length(tool: Tool) -> float:
@@ -220,39 +248,41 @@ def _length(tool: Tool) -> float:
 
 def _fixture_shifts(case: ChangeCase) -> Iterator[tuple[float, int, Remedy]]:
     """Give size, rank and the cell with a fixture that is in the way moved along an axis."""
-    ways = [(name, *way) for way in product(_SHIFTS_MM, enumerate("xyz"), (-1.0, 1.0)) for name in case.blamed]
-    for name in case.blamed:
-        top = max(float(corners_of(body)[:, 2].max()) for body in case.cell.fixtures if body.name == name)
-        size = round(1e3 * (top - float(case.cell.T_cell_base[2, 3])), 1)
-        if size > 0.0:
-            ways.insert(0, (name, size, (2, "z"), -1.0))  # so that the robot stands on it
-    for name, size, (axis, letter), sign in ways:
-        offset = np.zeros(3)
-        offset[axis] = sign * size
-        edits = ()
-        if case.loaded is not None:
-            edits = moved_body_edits(("fixtures", name), case.loaded.spec.fixtures[name], offset.tolist())
-        moved = pose((1e-3 * offset).tolist(), (0, 0, 0))
-        fixtures = tuple(
-            replace(body, T_carrier_shape=moved @ body.T_carrier_shape) if body.name == name else body
-            for body in case.cell.fixtures
-        )
-        text = f"with {name} moved by {sign * size:+g} mm along the cell's {letter}"
-        yield size, 3, Remedy(text, replace(case.cell, fixtures=fixtures), edits)
+    for size, axis, sign in product(_SHIFTS_MM, enumerate("xyz"), (-1.0, 1.0)):
+        for name in case.blamed:
+            yield size, 3, _with_fixture_moved(case, name, axis, sign * size)
+
+
+def _with_fixture_moved(case: ChangeCase, name: str, axis: tuple[int, str], by_mm: float) -> Remedy:
+    """Give the cell with a fixture moved along an axis of the cell."""
+    offset = np.zeros(3)
+    offset[axis[0]] = by_mm
+    edits = ()
+    if case.loaded is not None:
+        edits = moved_body_edits(("fixtures", name), case.loaded.spec.fixtures[name], offset.tolist())
+    moved = pose((1e-3 * offset).tolist(), (0, 0, 0))
+    fixtures = tuple(
+        replace(body, T_carrier_shape=moved @ body.T_carrier_shape) if body.name == name else body
+        for body in case.cell.fixtures
+    )
+    text = f"with {name} moved by {by_mm:+g} mm along the cell's {axis[1]}"
+    return Remedy(text, replace(case.cell, fixtures=fixtures), edits)
 
 
 def places(case: ChangeCase) -> Iterator[Remedy]:
-    """Give the cell with the board at places before the robot, nearest to the present one first."""
+    """Give the cell with the board at places before the robot, some far apart first, each time the nearest first."""
     cell, base = case.cell, case.cell.T_cell_base
     centre = case.targets.T_board_tcp[:, :3, 3].mean(axis=0)
     middle = (inverse(base) @ cell.T_cell_board @ np.append(centre, 1.0))[:3]
     tip = _tip_at_home(cell, int(case.targets.tool[0]))
-    offsets: list[NDArray[np.float64]] = []
-    for toward, radius, lift, height in product((middle, tip), _RADII_M, _LIFTS_M, (middle[2], tip[2])):
+    offsets: list[tuple[bool, NDArray[np.float64]]] = []
+    ways = product((middle, tip), enumerate(_RADII_M), _LIFTS_M, (middle[2], tip[2]))
+    for toward, (number, radius), lift, height in ways:
         length = float(np.linalg.norm(toward[:2]))
         ahead = toward[:2] / length if length > 1e-6 else np.array([1.0, 0.0])
-        offsets.append(base[:3, :3] @ (np.array([*(radius * ahead), height + lift]) - middle))
-    for offset in sorted(offsets, key=lambda each: round(float(np.linalg.norm(each)), 6)):
+        offset = base[:3, :3] @ (np.array([*(radius * ahead), height + lift]) - middle)
+        offsets.append((number % _COARSE != 0 or lift != 0.0, offset))
+    for _, offset in sorted(offsets, key=lambda each: (each[0], round(float(np.linalg.norm(each[1])), 6))):
         T_cell_held = cell.held_pose.copy()
         T_cell_held[:3, 3] += np.round(offset, 2)
         x, y, z = (1e3 * (T_cell_held - cell.held_pose)[:3, 3]).tolist()

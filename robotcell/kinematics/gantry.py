@@ -47,7 +47,7 @@ def solve_gantry(gantry: Gantry, robot: Robot, poses: Poses, T_flange_tcp: Poses
     requested = poses @ T_flange_tcp
     tip = gantry.zero.flange @ T_flange_tcp
     swing, tilt = gantry.zero.axes[3:]
-    if np.linalg.norm(np.cross(tilt, tip[:3, 2])) < 1e-3:
+    if np.linalg.norm(_cross(tilt, tip[:3, 2])) < 1e-3:
         raise CellError(
             f"The jet lies along {robot.joints[4].name}, which cannot tilt it. Mount the tool across that axis."
         )
@@ -70,13 +70,13 @@ def solve_gantry(gantry: Gantry, robot: Robot, poses: Poses, T_flange_tcp: Poses
 
 def _tilts(swing: Values, tilt: Values, jet: Values, jets: Vectors, sign: float) -> Values:
     """Angles (n,) of the last axis, NaN where the jet cannot be tilted so far."""
-    level, across = (swing @ tilt) * (tilt @ jet), swing @ np.cross(tilt, jet)
+    level, across = (swing @ tilt) * (tilt @ jet), swing @ _cross(tilt, jet)
     even = swing @ jet - level
     most = float(np.hypot(even, across))
     share = jets @ swing - level
     left = (most - np.abs(share)) * (most + np.abs(share))
     if most > 1.0 - SLACK:  # the jet can lie along the first axis: there the difference would lose its digits
-        left = np.sum(np.cross(jets, swing) ** 2, axis=1)
+        left = np.sum(_cross(jets, swing) ** 2, axis=1)
     left = np.where(left < -SLACK, np.nan, np.maximum(left, 0.0))
     return np.arctan2(across, even) + sign * np.arctan2(np.sqrt(left), share)
 
@@ -88,21 +88,28 @@ def _swings(zero: Zero, tip: Poses, requested: Poses, second: Values) -> Values:
     free = _is_along(axis, requested[:, :3, 2])
     now = np.where(free[:, None], _turned(zero.axes[4], second, tip[:3, 0]), now)
     goal = np.where(free[:, None], requested[:, :3, 0], requested[:, :3, 2])
-    now, goal = np.cross(axis, now), np.cross(axis, goal)  # what lies across the axis, however little it is
-    return np.arctan2(np.cross(now, goal) @ axis, np.sum(now * goal, axis=1))
+    now, goal = _cross(axis, now), _cross(axis, goal)  # what lies across the axis, however little it is
+    return np.arctan2(_cross(now, goal) @ axis, np.sum(now * goal, axis=1))
 
 
 def _is_along(axis: Values, jets: Vectors) -> NDArray[np.bool_]:
-    return np.linalg.norm(np.cross(jets, axis), axis=1) < FREE
+    return np.linalg.norm(_cross(jets, axis), axis=1) < FREE
 
 
 def _turned(axis: Values, angles: Values, vectors: Vectors | Values) -> Vectors:
     """Vectors (n, 3) or (3,) turned about an axis; Rodrigues' formula."""
     c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
     along = np.sum(vectors * axis, axis=-1, keepdims=True) * axis
-    return along + c * (vectors - along) + s * np.cross(axis, vectors)
+    return along + c * (vectors - along) + s * _cross(axis, vectors)
 
 
 def _wrapped(angles: Values) -> Values:
     """The same angles in (-pi, pi]."""
     return angles - 2.0 * np.pi * np.ceil((angles - np.pi) / (2.0 * np.pi))
+
+
+def _cross(one: Vectors | Values, other: Vectors | Values) -> NDArray[np.float64]:
+    """The same as ``np.cross``, which takes longer to arrange the axes of few vectors than to multiply them."""
+    x, y, z = one[..., 0], one[..., 1], one[..., 2]
+    u, v, w = other[..., 0], other[..., 1], other[..., 2]
+    return np.stack((y * w - z * v, z * u - x * w, x * v - y * u), axis=-1)
