@@ -9,6 +9,8 @@ import numpy as np
 
 from geometry.arrays import Scalars
 from robotcell.cell.cell import Cell
+from robotcell.kinematics.chain import zero_of
+from robotcell.kinematics.gantry import recognise_gantry
 from robotcell.motion.sampled_path import Flags
 from robotcell.robot.full_turns import nearest_turns
 from robotcell.robot.robot import Joints, Robot
@@ -16,6 +18,8 @@ from robotcell.robot.robot import Joints, Robot
 SHARE = 0.5
 """Share of the joints' greatest speeds and accelerations that such moves take."""
 _SAMPLE_S = 0.04
+_CARRIAGE, _FAR_TURN = 3, np.radians(10.0)
+"""Joints of a gantry before those that turn, and rad from which on it tilts and turns the tool one after the other."""
 
 IsBlocked: TypeAlias = Callable[[Joints, Joints, int], Flags]
 """Takes (k, dof) joints before and after and the tool's index; gives (k,) whether the straight way between collides."""
@@ -93,12 +97,29 @@ def _direct(cell: Cell, begin: Lifting, end: Lifting) -> Iterator[Way]:
     """Give ways straight from begin to end, the simplest first, then by way of home."""
     seen = set[int]()
     for lift in range(1, max(len(begin.rows), len(end.rows)) + 1):
-        way = np.concatenate((begin.up_to(lift), end.up_to(lift)[::-1]))
-        if len(way) not in seen:
-            seen.add(len(way))
-            yield way, 0
+        up, back = begin.up_to(lift), end.up_to(lift)[::-1]
+        if len(up) + len(back) not in seen:
+            seen.add(len(up) + len(back))
+            if len(corner := _tilting_apart(cell.robot, up[-1], back[0])):
+                yield np.concatenate((up, corner, back)), 0
+            yield np.concatenate((up, back)), 0
     for way, _ in _by_way_of(cell.robot, cell.home, begin, end):
         yield way, 0
+
+
+def _tilting_apart(robot: Robot, begin: Joints, end: Joints) -> Joints:
+    """Give the row (1, 5) at which a gantry has tilted its tool but not turned it; no row where it does only one.
+
+    While both turning axes go, the tool point winds about the first: a controller in tool points takes many blocks for
+    that. It tilts where the tool leans farther, so that it turns nearly upright.
+    """
+    turns, tilts = np.abs(end - begin)[_CARRIAGE:] if robot.dof == _CARRIAGE + 2 else (0.0, 0.0)
+    if min(turns, tilts) < _FAR_TURN or recognise_gantry(zero_of(robot)) is None:
+        return np.empty((0, robot.dof))
+    begins = abs(begin[-1]) > abs(end[-1])
+    row = (begin if begins else end).copy()
+    row[-1] = (end if begins else begin)[-1]
+    return row[None]
 
 
 def _by_way_of(robot: Robot, place: Joints, begin: Lifting, end: Lifting) -> Iterator[Way]:
