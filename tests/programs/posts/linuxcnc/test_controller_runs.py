@@ -22,8 +22,8 @@ from rulesengine.planning.pipeline import run
 pytestmark = [pytest.mark.controller, pytest.mark.timeout(1800), pytest.mark.skipif(bool(MISSING), reason=MISSING)]
 STRETCH_S = 120.0
 HOME_S = {"tiny": 3.0, "smt-demo": 5.0}
-"""Boards, the first whole, of the other the first two minutes, and most seconds home: that stretch ends on a lap, with C
-wound up, where the whole program goes on."""
+"""Boards, the first whole, of the other the first two minutes, and most seconds home: that stretch ends on a lap,
+with C wound up, where the whole program goes on."""
 
 
 def beginning_of(program: TimedProgram, seconds: float) -> TimedProgram:
