@@ -21,6 +21,7 @@ from programs.posts.rebuilt import (
     Rebuilt,
 )
 from programs.posts.writing.axes import from_controller_counts, in_degrees_and_mm
+from programs.posts.writing.joint_moves import CAUTIOUS
 
 _SAME = 0.01
 """mm or degrees."""
@@ -154,6 +155,8 @@ def _compare_reaches(frame: ReadFrame, motion: MotionProgram, installation: Inst
         reach = next((step for step in part.entry if isinstance(step, ReadReach)), None)
         if reach is None or not reach.joints or not planned:
             continue
+        if reach.duration_s is not None or reach.speed_share not in (None, 0.01 * CAUTIOUS.percent):
+            yield f"started at part {part.number} the joint motion from home is not at {CAUTIOUS.percent} %"
         at_pose = [joints for pose, joints in planned if _is_same_place(pose, reach.target)]
         if not any(same_joints(joints, reach.joints, installation) for joints in at_pose):
             at = f"{reach.joints}, which are not those of {reach.target}"

@@ -154,3 +154,12 @@ def test_the_header_states_what_is_waited_for_and_what_is_not(name: str) -> None
     assert "Waits for part present" in text
     assert re.search(r"Does not wait for temperature", text)
     assert "Set up: " in text
+
+
+def test_an_entry_that_comes_from_home_at_another_speed_is_found() -> None:
+    cell, motion = cell_of("fanuc"), motion_of("loop", "fanuc")
+    files = dict(DIALECTS["fanuc"].render(lower(motion, DIALECTS["fanuc"].capability), cell))
+    name = next(name for name, text in files.items() if "JMP LBL[99]" in text and "J P[1] 10% FINE" in text)
+    files[name] = files[name].replace("J P[1] 10% FINE", "J P[1] 40% FINE", 1)
+    found = [each.message for each in compare(DIALECTS["fanuc"].read(files), motion, cell)]
+    assert any("the joint motion from home is not at 10 %" in message for message in found), found
