@@ -43,8 +43,8 @@ def make_motion(
 ) -> MotionProgram:
     """Turn samples into the fewest straight lines, and requests for the jet into signals for its valve.
 
-    Every sample lies within 0.004 mm and 0.004 degrees of the lines; beside what would take less than 20 ms, within
-    0.06 mm and 0.1 degrees.
+    Every sample lies within 0.004 mm and 0.004 degrees of the lines; beside what would take less than 30 ms, within
+    0.06 mm and 0.2 degrees.
 
     Args:
         program: Any sound program.

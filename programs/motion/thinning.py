@@ -5,13 +5,15 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Quaternions, Scalars
 from geometry.compiled import compiled
+from programs.motion.tracks import GOES
 
 _LARGEST_TURN_DEG = 170.0
 """A turn this far in one line could go either way round."""
-_SHORT_S, _COARSE_MM, _COARSE_DEG = 0.02, 0.06, 0.1
+_SHORT_S, _COARSE_MM, _COARSE_DEG = 0.03, 0.06, 0.2
 """Lines that would take less than these seconds may be off by this much: controllers take longer.
 
-That is half way along a chord of a rounded corner; at its ends the controller's zone cuts at most 0.05 mm off.
+That is half way along a chord of a rounded corner; at its ends the controller's zone cuts at most 0.05 mm off. No line
+of a corner is then commanded more than half faster than it is on the mean, so that it takes 20 ms at that speed.
 """
 _BACK = 1.0
 """Tolerances that the motion may seem to run back by rounding."""
@@ -63,7 +65,7 @@ def merge_short(
     kept: Indices,
     fixed: NDArray[np.bool_],
 ) -> Indices:
-    """Leave out kept samples (k,) beside lines that take less than 20 ms, as far as 0.06 mm and 0.1 degrees allow.
+    """Leave out kept samples (k,) beside lines that take less than 30 ms, as far as 0.06 mm and 0.2 degrees allow.
 
     Args:
         tcp: (n, 3) mm.
@@ -101,7 +103,11 @@ def _is_straight(tcp: Points, quaternion: Quaternions, first: int, last: int, mo
     _run(tcp, quaternion, first, last, chord)
     if chord[3] ** 2 + chord[4] ** 2 + chord[5] ** 2 > _LARGEST_TURN_DEG**2:
         return False
-    squared = np.sum(chord**2)
+    squared = np.sum(chord[:3] ** 2)
+    axes = 3
+    if squared <= (GOES * most_mm) ** 2:
+        squared = np.sum(chord**2)
+        axes = 6
     if squared == 0.0:
         return last == first + 1
     back = _BACK * most_deg / np.sqrt(squared)
@@ -109,7 +115,7 @@ def _is_straight(tcp: Points, quaternion: Quaternions, first: int, last: int, mo
     for at in range(first + 1, last):
         _run(tcp, quaternion, first, at, run)
         share = 0.0
-        for axis in range(6):
+        for axis in range(axes):
             share += run[axis] * chord[axis] / squared
         if share < done - back or share > 1.0 + back:
             return False

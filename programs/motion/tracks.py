@@ -22,6 +22,8 @@ Flags: TypeAlias = NDArray[np.bool_]
 
 TOLERANCE = 0.004
 """mm and degrees that a sample may be off the line that replaces it."""
+GOES = 5.0
+"""Tolerances of the way, from which on the tool turns evenly with that, as controllers turn it."""
 _REST_SHARE, _REST_FLOOR = 0.25, 0.6
 """A motion rests at a sample if, carried on to it, its speed falls below this share of the mean speed of the segment
 beside it; mm/s or deg/s that the rounding of two samples can pretend do not count."""
@@ -179,8 +181,13 @@ def find_vertices(track: Track) -> Vertices:
 
 
 def shares_along(track: Track, first: int, last: int) -> Scalars:
-    """Give how much of the line from one kept sample to the next is done at each sample between and at both."""
-    if track.share is not None and np.isfinite(track.share[last]):
+    """Give how much of the line from one kept sample to the next is done at each sample between and at both.
+
+    That is of the way, as controllers drive lines, or of way and turn where the line hardly goes anywhere.
+    """
+    inside = slice(first + 1, last)
+    whole = track.corner is None or not track.corner[inside].any()  # else two lines have become one
+    if track.share is not None and whole and np.isfinite(track.share[last]):
         before = track.share[first]
         before = before if before < 1.0 else 0.0
         done = (track.share[first : last + 1] - before) / (track.share[last] - before)
@@ -191,7 +198,8 @@ def shares_along(track: Track, first: int, last: int) -> Scalars:
     way = track.tcp[first : last + 1] - track.tcp[first]
     start = np.repeat(track.quaternion[first : first + 1], last + 1 - first, axis=0)
     turn = np.degrees(rotation_vectors(start, track.quaternion[first : last + 1]))
-    run = np.hstack((way, turn))
+    goes = float(np.linalg.norm(way[-1])) > GOES * TOLERANCE
+    run = way if goes else np.hstack((way, turn))
     squared = float(run[-1] @ run[-1])
     if squared == 0.0:
         return np.linspace(0.0, 1.0, last + 1 - first)
