@@ -7,7 +7,18 @@ from itertools import pairwise
 from typing import Literal, TypeAlias
 
 from programs.motion.analog import IN_OWN_UNIT, Counting, find_out_of_range
-from programs.motion.steps import Event, Line, MotionProgram, Reference, Repeat, Step, Switch, split_line
+from programs.motion.steps import (
+    LEAST_S,
+    Event,
+    Line,
+    MotionProgram,
+    Reference,
+    Repeat,
+    Step,
+    Switch,
+    limit_speed,
+    split_line,
+)
 from programs.timing.forecast import Forecast
 from specs.finding import Finding
 from specs.finding_rules import NO_SENSOR, STOPS_FOR_OUTPUT
@@ -27,7 +38,7 @@ EventTiming: TypeAlias = Literal["distance and time", "distance", "time", "perce
 _MOMENT_S = 1e-6
 _SHORTEST_SHARE = 1e-4
 """Nearer to an end of its line than this a division would make a line that no controller drives."""
-_COARSE_MM, _COARSE_S = 0.4, 1.5e-3
+COARSE_MM, _COARSE_S = 0.4, 1.5e-3
 """A percentage that misses the jet's place and time by more is replaced by a division of the line."""
 _NEARLY = 0.3
 _DIVISION_BLEND_MM = 0.3
@@ -60,6 +71,8 @@ class Capability:
     """Whether a jet that begins where the robot has stopped has its signal there, and the robot waits for it."""
     reads_sensors: bool = True
     """Whether a loop can read an analog input."""
+    least_part_s: float = LEAST_S + 1e-3
+    """A line is not divided for an output into parts that take less, as far as that moves a jet by 0.4 mm at most."""
     analog: Counting = IN_OWN_UNIT
     """How it counts analog channels."""
 
@@ -95,7 +108,7 @@ def lower(motion: MotionProgram, capability: Capability) -> Lowered:
     findings: list[Finding] = []
     for step in motion.steps:
         if isinstance(step, Line):
-            lowered = list(_lower_line(step, capability))
+            lowered = [_at_speed(each, capability) for each in _lower_line(step, capability)]
             steps += lowered
             errors += _error_of(step, lowered, capability)
         elif isinstance(step, Repeat) and step.sensor is not None and not capability.reads_sensors:
@@ -113,25 +126,32 @@ def lower(motion: MotionProgram, capability: Capability) -> Lowered:
 
 
 def _lower_line(line: Line, capability: Capability) -> Iterator[Step]:
-    # A plateau of 40 mm/s reads 39.98 where its time was rounded up: what is nearly a step is one.
-    steps = max(math.floor(line.speed_mm_s / capability.step_mm_s + _NEARLY), 1)
-    line = replace(line, speed_mm_s=steps * capability.step_mm_s if line.speed_mm_s > 0.0 else 0.0)
     if not line.events:
         yield line
         return
     match capability.timing:
         case "distance" | "distance and time" if line.turns_on_the_spot and not _is_near_end(line, capability):
-            yield from _divided_at_signals(line)
+            yield from _divided_at_signals(line, capability.least_part_s)
         case "percent" if not _is_fine_enough(line, capability):
-            yield from _divided_at_signals(line)
+            yield from _divided_at_signals(line, capability.least_part_s)
         case "distance and time" | "distance" | "percent":
             yield from _in_place(line, capability)
         case "time":
             yield from _divided_at_jets(line, capability)
         case "boundary":
-            yield from _divided_at_signals(line)
+            yield from _divided_at_signals(line, capability.least_part_s)
         case "stop":
             yield from _stopped_at_signals(line)
+
+
+def _at_speed(step: Step, capability: Capability) -> Step:
+    """Command a line at a speed that the language has, at which it is no short move."""
+    if not isinstance(step, Line):
+        return step
+    line = limit_speed(step) if capability.least_part_s else step
+    # A plateau of 40 mm/s reads 39.98 where its time was rounded up: what is nearly a step is one.
+    steps = max(math.floor(line.speed_mm_s / capability.step_mm_s + _NEARLY), 1)
+    return replace(line, speed_mm_s=steps * capability.step_mm_s if line.speed_mm_s > 0.0 else 0.0)
 
 
 def _is_fine_enough(line: Line, capability: Capability) -> bool:
@@ -140,7 +160,7 @@ def _is_fine_enough(line: Line, capability: Capability) -> bool:
     for event in line.events:
         share = line.samples.share_at(event.signal_s)
         late_s = abs(line.samples.second_at(round(share / step) * step) - event.signal_s)
-        if late_s * event.speed_mm_s > _COARSE_MM and late_s > _COARSE_S:
+        if late_s * event.speed_mm_s > COARSE_MM and late_s > _COARSE_S:
             return False
     return True
 
@@ -225,15 +245,15 @@ def _part_end(line: Line, number: int, capability: Capability) -> float:
     after = line.events[number + capability.most_events :][:1]
     most = ((after[0].signal_s if after else line.duration_s) - event.signal_s - 2 * _MOMENT_S) / step
     late_s = abs(round(lead) - lead) * step
-    is_near = event.share == 1.0 and min(late_s / _COARSE_S, late_s * event.speed_mm_s / _COARSE_MM) < 1.0
+    is_near = event.share == 1.0 and min(late_s / _COARSE_S, late_s * event.speed_mm_s / COARSE_MM) < 1.0
     if (late_s < _MOMENT_S or is_near) and (lead <= most or not after):
         return event.share
     return line.samples.share_at(event.signal_s + max(min(round(lead), math.floor(most)), 0) * step)
 
 
-def _divided_at_signals(line: Line) -> Iterator[Line]:
+def _divided_at_signals(line: Line, least_s: float) -> Iterator[Line]:
     """Divide a line where its signals leave; each is at the start of a part, or in its last moment at its end."""
-    cuts, chosen = _cuts_of(line)
+    cuts, chosen = _cuts_of(line, [_shift(line, event, least_s) for event in line.events])
     parts = split_line(line, cuts[1:-1], _division_blend(line, cuts[1:-1]))
     for number, part in enumerate(parts):
         is_last = number == len(parts) - 1
@@ -249,7 +269,7 @@ def _at_end_of(part: Line, event: Event, reference: Reference) -> Event:
 
 def _stopped_at_signals(line: Line) -> Iterator[Step]:
     """Divide a line where its signals leave, and stop there for each."""
-    cuts, chosen = _cuts_of(line)
+    cuts, chosen = _cuts_of(line, [event.signal_s for event in line.events])
     stops = {cut for _, cut in chosen}
     for number, part in enumerate([None, *split_line(line, cuts[1:-1], 0.0)]):
         if part is not None:
@@ -257,9 +277,21 @@ def _stopped_at_signals(line: Line) -> Iterator[Step]:
         yield from (Switch(event.channel, event.value, event.made_by) for event, cut in chosen if cut == number)
 
 
-def _cuts_of(line: Line) -> tuple[tuple[float, ...], list[tuple[Event, int]]]:
+def _shift(line: Line, event: Event, least_s: float) -> float:
+    """When a signal leaves that is not to leave a part of less time: later or earlier by half of that at most."""
+    nearest = min(event.signal_s, line.duration_s - event.signal_s)
+    due = least_s if nearest > 0.5 * least_s else 0.0
+    by_s = abs(due - nearest)
+    if len(line.events) > 1 or nearest >= least_s or by_s * event.speed_mm_s > COARSE_MM:
+        return event.signal_s
+    if due and line.duration_s < 2.0 * least_s:
+        return event.signal_s
+    return due if nearest == event.signal_s else line.duration_s - due
+
+
+def _cuts_of(line: Line, signals_s: list[float]) -> tuple[tuple[float, ...], list[tuple[Event, int]]]:
     """Shares at which a line is divided for its signals, both ends among them, and which of them each event takes."""
-    shares = [line.samples.share_at(event.signal_s) for event in line.events]
+    shares = [line.samples.share_at(signal_s) for signal_s in signals_s]
     cuts = (0.0, *_inner(set(shares)), 1.0)
     nearest = [min(range(len(cuts)), key=lambda at: (abs(cuts[at] - share), at)) for share in shares]
     return cuts, list(zip(line.events, nearest, strict=True))

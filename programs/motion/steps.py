@@ -13,12 +13,15 @@ from geometry.arrays import Scalars
 from programs.motion.installation import Channel, Sensor
 from programs.plan import Origin
 from programs.pose import Pose, Position, angle, between, distance
+from programs.timing.forecast import SHORT_S
 from specs.finding import Finding
 from specs.source import Source
 
 Reference: TypeAlias = Literal["start", "end"]
 SAME_MM = 1e-6
 """A line shorter than this goes nowhere."""
+LEAST_S = 1.05 * SHORT_S
+"""Time of a line that languages do not round to less than a short one."""
 RESOLUTION_MM = 2e-3
 """A shorter way may vanish in a robot's program: all languages are given places to 0.001 mm in each coordinate."""
 
@@ -279,6 +282,14 @@ def split_line(line: Line, shares: tuple[float, ...], blend_mm: float) -> list[L
             part = replace(part, time_s=line.time_s + line.samples.second_at(begin))
         parts.append(replace(part, events=()))
     return parts
+
+
+def limit_speed(line: Line) -> Line:
+    """Command a line that takes 21 ms or more no faster than evenly in 21 ms: at that speed it is no short move."""
+    if line.duration_s < LEAST_S:
+        return line
+    speed, turn = line.length_mm / LEAST_S, line.angle_rad / LEAST_S
+    return replace(line, speed_mm_s=min(line.speed_mm_s, speed), turn_rad_s=min(line.turn_rad_s, turn))
 
 
 def _part_of(samples: SampledLine, begin: float, end: float) -> SampledLine:

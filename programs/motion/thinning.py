@@ -9,11 +9,10 @@ from programs.motion.tracks import GOES
 
 _LARGEST_TURN_DEG = 170.0
 """A turn this far in one line could go either way round."""
-_SHORT_S, _COARSE_MM, _COARSE_DEG = 0.03, 0.06, 0.2
-"""Lines that would take less than these seconds may be off by this much: controllers take longer.
+_COARSE_MM, _COARSE_DEG = 0.06, 0.2
+"""Lines that would be short may be off by this much: controllers take longer.
 
-That is half way along a chord of a rounded corner; at its ends the controller's zone cuts at most 0.05 mm off. No line
-of a corner is then commanded more than half faster than it is on the mean, so that it takes 20 ms at that speed.
+That is half way along a chord of a rounded corner; at its ends the controller's zone cuts at most 0.05 mm off.
 """
 _BACK = 1.0
 """Tolerances that the motion may seem to run back by rounding."""
@@ -64,8 +63,9 @@ def merge_short(
     times: Scalars,
     kept: Indices,
     fixed: NDArray[np.bool_],
+    least_s: float,
 ) -> Indices:
-    """Leave out kept samples (k,) beside lines that take less than 30 ms, as far as 0.06 mm and 0.2 degrees allow.
+    """Leave out kept samples (k,) beside lines shorter than ``least_s``, as far as 0.06 mm and 0.2 degrees allow.
 
     Args:
         tcp: (n, 3) mm.
@@ -73,12 +73,13 @@ def merge_short(
         times: (n,) s
         kept: (k,) ends of lines, ascending.
         fixed: (n,) samples that remain in any case.
+        least_s: Time of a line.
     """
     ends = list(kept)
     at = 0
     while at < len(ends) - 1:
         merged = False
-        if times[ends[at + 1]] - times[ends[at]] < _SHORT_S:
+        if times[ends[at + 1]] - times[ends[at]] < least_s:
             after = times[ends[at + 2]] - times[ends[at + 1]] if at + 2 < len(ends) else np.inf
             before = times[ends[at]] - times[ends[at - 1]] if at > 0 else np.inf
             for number in range(2):

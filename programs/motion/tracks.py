@@ -14,14 +14,17 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Quaternions, Scalars
 from geometry.frames import rotation_angles, rotation_vectors
-from programs.motion.steps import SAME_MM, Line, SampledLine, split_line
+from programs.motion.steps import SAME_MM, Line, SampledLine, limit_speed, split_line
 from programs.pose import Pose
+from programs.timing.forecast import SHORT_S
 from specs.source import Source
 
 Flags: TypeAlias = NDArray[np.bool_]
 
 TOLERANCE = 0.004
 """mm and degrees that a sample may be off the line that replaces it."""
+_EVEN_S = 0.03
+"""Lines are to take this long in the plan at least: so they take 20 ms at the commanded speed, the greatest on them."""
 GOES = 5.0
 """Tolerances of the way, from which on the tool turns evenly with that, as controllers turn it."""
 _REST_SHARE, _REST_FLOOR = 0.25, 0.6
@@ -126,6 +129,7 @@ def _line(track: Track, first: int, last: int, rates: NDArray[np.float64], maker
         made_by=makers[track.maker[last]],
         even=track.share is not None and bool(np.isfinite(track.share[last])),
     )
+    line = limit_speed(line)
     return replace(line, speed_mm_s=0.0) if line.turns_on_the_spot else line
 
 
@@ -170,9 +174,10 @@ def find_vertices(track: Track) -> Vertices:
 
     tcp, quaternion = np.ascontiguousarray(track.tcp), np.ascontiguousarray(track.quaternion)
     kept = thin(tcp, quaternion, forced, TOLERANCE)
-    if track.corner is not None:
-        fixed |= track.corner
-    kept = merge_short(tcp, quaternion, np.ascontiguousarray(track.clock), kept, fixed)
+    clock, held = np.ascontiguousarray(track.clock), fixed if track.corner is None else fixed | track.corner
+    kept = merge_short(tcp, quaternion, clock, kept, held, _EVEN_S)
+    if track.corner is not None and track.share is None:  # a robot may have divided the lines of the plan again
+        kept = merge_short(tcp, quaternion, clock, kept, fixed, SHORT_S)
     if track.share is not None:
         inner = track.share < 1.0
         inner[[0, -1]] = False
@@ -185,9 +190,7 @@ def shares_along(track: Track, first: int, last: int) -> Scalars:
 
     That is of the way, as controllers drive lines, or of way and turn where the line hardly goes anywhere.
     """
-    inside = slice(first + 1, last)
-    whole = track.corner is None or not track.corner[inside].any()  # else two lines have become one
-    if track.share is not None and whole and np.isfinite(track.share[last]):
+    if track.share is not None and np.isfinite(track.share[last]):
         before = track.share[first]
         before = before if before < 1.0 else 0.0
         done = (track.share[first : last + 1] - before) / (track.share[last] - before)

@@ -12,6 +12,7 @@ DIALECT = Dialect(
     "the cell's kinematics states which. No tool lengths are used (G49); G54 is the board's origin. The header lists "
     "the outputs to wire; num_dio and num_aio may be few.",
     capability=Capability(
+        least_part_s=0.0,  # jets at their places come before blocks of 20 ms
         controller_class=3,
         timing="boundary",
         cycle_s=0.001,  # the servo thread of the sample configurations

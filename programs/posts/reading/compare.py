@@ -10,8 +10,9 @@ from typing import TypeAlias
 import numpy as np
 
 from programs.motion.installation import Channel, Installation
-from programs.motion.lower import Capability, lower
+from programs.motion.lower import COARSE_MM, Capability, lower
 from programs.motion.steps import (
+    LEAST_S,
     RESOLUTION_MM,
     Call,
     EndRepeat,
@@ -437,8 +438,11 @@ class _Comparison:
         # Of a way hardly longer than the rounding of its ends a language gives the speed of the turn, or none.
         has_speed = distance(begin, target) > RESOLUTION_MM + _DIGIT
         planned_mm_s, speed_mm_s = line.speed_mm_s if has_speed else 0.0, found.speed_mm_s
+        if self.capability.least_part_s:
+            planned_mm_s = self.even_speed(line, (first, last), planned_mm_s, speed_mm_s)
+        digits = 0.3 if planned_mm_s == line.speed_mm_s else 1.0  # an even speed depends on the digits of the ends
         planned_mm_s = _rounded(planned_mm_s, self.capability.step_mm_s)
-        allowed = 0.3 * self.capability.step_mm_s + 1e-6 * planned_mm_s
+        allowed = (digits + 1e-3) * self.capability.step_mm_s + 1e-6 * planned_mm_s
         if found.duration_s is not None:
             speed_mm_s = (last - first) * line.length_mm / found.duration_s
             allowed = max(1.0, _SPEED_SHARE * planned_mm_s)
@@ -446,6 +450,14 @@ class _Comparison:
             self.match_turn(line, found, last - first)
         if planned_mm_s and speed_mm_s is not None and abs(speed_mm_s - planned_mm_s) > allowed:
             self.differ(f"speed {speed_mm_s:g}, planned {planned_mm_s:g} mm/s", line.made_by, self.at)
+
+    def even_speed(self, line: Line, ends: tuple[float, float], planned: float, found: float | None) -> float:
+        """Give the speed of a part of a line that is commanded no faster than evenly in 21 ms, if it takes as long."""
+        first, last = ends
+        lasts_s = line.samples.second_at(last) - line.samples.second_at(first)
+        even = min(planned, (last - first) * line.length_mm / LEAST_S)
+        is_near = abs(lasts_s - LEAST_S) <= _EVENT_S and found is not None  # the digits of its ends decide
+        return even if (abs(found - even) < abs(found - planned) if is_near else lasts_s > LEAST_S) else planned
 
     def match_turn(self, line: Line, found: ReadLine, share: float) -> None:
         """Compare the rate of a turn on the spot that was read as a block of the axes."""
@@ -486,17 +498,21 @@ class _Comparison:
             beyond = (self.capability.step_mm + _DIGIT) / max((last - first) * line.length_mm, RESOLUTION_MM)
             if not -beyond <= signal.share <= 1.0 + beyond:
                 self.differ(f"signal {signal} leaves where the line is not", event.made_by)
-            if not self.is_in_time(line, event.signal_s, event.signal_s + late_s):
+            if not self.is_in_time(line, event, event.signal_s + late_s):
                 late_mm = late_s * event.speed_mm_s
                 self.differ(f"signal {1e3 * late_s:.1f} ms late, {late_mm:.2f} mm", event.made_by)
 
-    def is_in_time(self, line: Line, signal_s: float, leaves_s: float) -> bool:
+    def is_in_time(self, line: Line, event: Event, leaves_s: float) -> bool:
         """Whether a signal leaves within 2 ms of its moment, or half of the language's step where that is more.
 
         Where it leaves on the line it may be a digit off, in mm, or as near as whole percents are.
         """
-        capability, late_s = self.capability, abs(leaves_s - signal_s)
+        capability, signal_s, speed_mm_s = self.capability, event.signal_s, event.speed_mm_s
+        late_s = abs(leaves_s - signal_s)
         if late_s <= max(_EVENT_S, 0.51 * capability.step_s if capability.timing == "time" else 0.0) + 1e-6:
+            return True
+        is_moved = late_s <= 0.5 * capability.least_part_s + _EVENT_S and late_s * speed_mm_s <= COARSE_MM
+        if is_moved and capability.timing in ("boundary", "percent"):  # so that no short part is left
             return True
         is_on_line = -_EVENT_S <= leaves_s <= line.duration_s + _EVENT_S
         off = abs(line.samples.share_at(leaves_s) - line.samples.share_at(signal_s))

@@ -4,8 +4,8 @@ MODULE tiny
   ! Recipe smt-aqueous  sha256 77b0
   ! Cell   bench  robot arm
   ! Planned time 3.6 s, each loop once
-  ! Predicted time 2.7 s by this controller's model, 0.76 x planned
-  ! Worst event error 0.00 mm, 40.0 ms at predicted speeds (s/pass)
+  ! Predicted time 2.8 s by this controller's model, 0.77 x planned
+  ! Worst event error 0.01 mm, 51.1 ms at predicted speeds (s/pass)
   ! Worst event error 0.02 mm, 4.0 ms at planned speeds (s/pass)
   ! Controller class 3; cycle 4 ms is in the error
   ! Analog aoPressure: 0 V is 0, 10 V is 10
@@ -32,7 +32,9 @@ MODULE tiny
   CONST speeddata s100:=[100,500,5000,1000];
   CONST speeddata s163:=[163,500,5000,1000];
   CONST speeddata s60:=[60,500,5000,1000];
+  CONST speeddata s5p6:=[5.6,500,5000,1000];
   CONST speeddata s63p6:=[63.6,500,5000,1000];
+  CONST speeddata s18p2:=[18.2,500,5000,1000];
   PERS num nStart:=1;
   VAR bool bLate:=FALSE;
   VAR intnum irFault;
@@ -44,20 +46,20 @@ MODULE tiny
   LOCAL CONST robtarget p2:=[[0.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p3:=[[0.000,0.000,110.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p4:=[[0.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  LOCAL CONST robtarget p5:=[[39.902,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p5:=[[39.882,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p6:=[[40.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p7:=[[40.000,9.617,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p8:=[[40.000,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  LOCAL CONST robtarget p9:=[[0.098,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p9:=[[0.118,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p10:=[[0.000,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p11:=[[0.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p12:=[[0.000,0.000,110.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p13:=[[0.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  LOCAL CONST robtarget p14:=[[39.902,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p14:=[[39.882,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p15:=[[40.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p16:=[[40.000,9.617,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p17:=[[40.000,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  LOCAL CONST robtarget p18:=[[0.098,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST robtarget p18:=[[0.118,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p19:=[[0.000,10.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p20:=[[0.000,0.000,50.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   LOCAL CONST robtarget p21:=[[0.000,0.000,110.000],[0.0000000,1.0000000,0.0000000,0.0000000],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
@@ -146,15 +148,15 @@ MODULE tiny
     WaitTime 0.040;
     PaintL p5,s60,z0,t_ring60\WObj:=w_board;
     SetBrush 0;
-    PaintL p6,s60,fine,t_ring60\WObj:=w_board;
+    PaintL p6,s5p6,fine,t_ring60\WObj:=w_board;
     ! s/transfer
     PaintL p7,s63p6,z0,t_ring60\WObj:=w_board;
     SetBrush 1;
-    PaintL p8,s63p6,fine,t_ring60\WObj:=w_board;
+    PaintL p8,s18p2,fine,t_ring60\WObj:=w_board;
     ! s/pass
     PaintL p9,s60,z0,t_ring60\WObj:=w_board;
     SetBrush 0;
-    PaintL p10,s60,fine,t_ring60\WObj:=w_board;
+    PaintL p10,s5p6,fine,t_ring60\WObj:=w_board;
     ! s/transfer
     PaintL p11,s63p6,fine,t_ring60\WObj:=w_board;
   ENDPROC
@@ -167,11 +169,11 @@ MODULE tiny
       MoveJ p12,s100,fine,t_ring60\WObj:=w_board;
       PaintL p13,s163,fine,t_ring60\WObj:=w_board;
       PaintL p14,s60,z0,t_ring60\WObj:=w_board;
-      PaintL p15,s60,fine,t_ring60\WObj:=w_board;
+      PaintL p15,s5p6,fine,t_ring60\WObj:=w_board;
       PaintL p16,s63p6,z0,t_ring60\WObj:=w_board;
-      PaintL p17,s63p6,fine,t_ring60\WObj:=w_board;
+      PaintL p17,s18p2,fine,t_ring60\WObj:=w_board;
       PaintL p18,s60,z0,t_ring60\WObj:=w_board;
-      PaintL p19,s60,fine,t_ring60\WObj:=w_board;
+      PaintL p19,s5p6,fine,t_ring60\WObj:=w_board;
       PaintL p20,s63p6,fine,t_ring60\WObj:=w_board;
     ENDIF
     ! s/transfer

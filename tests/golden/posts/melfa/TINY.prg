@@ -3,8 +3,8 @@
 3 ' Recipe smt-aqueous  sha256 77b0
 4 ' Cell   bench  robot arm
 5 ' Planned time 3.6 s, each loop once
-6 ' Predicted time 3.0 s by this controller's model, 0.84 x planned
-7 ' Worst event error 0.00 mm, 40.6 ms at predicted speeds (s/pass)
+6 ' Predicted time 3.1 s by this controller's model, 0.85 x planned
+7 ' Worst event error 0.01 mm, 52.5 ms at predicted speeds (s/pass)
 8 ' Worst event error 0.03 mm, 7.1 ms at planned speeds (s/pass)
 9 ' Controller class 3; cycle 7.1 ms is in the error
 10 ' Analog aoPressure: 0 V is 0, 10 V is 10000
