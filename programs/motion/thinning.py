@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Quaternions, Scalars
 from geometry.compiled import compiled
-from programs.motion.tracks import GOES
+from programs.motion.tracks import GOES_MM
 
 _LARGEST_TURN_DEG = 170.0
 """A turn this far in one line could go either way round."""
@@ -106,7 +106,7 @@ def _is_straight(tcp: Points, quaternion: Quaternions, first: int, last: int, mo
         return False
     squared = np.sum(chord[:3] ** 2)
     axes = 3
-    if squared <= (GOES * most_mm) ** 2:
+    if squared <= GOES_MM**2:
         squared = np.sum(chord**2)
         axes = 6
     if squared == 0.0:

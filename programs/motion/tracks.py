@@ -25,8 +25,8 @@ TOLERANCE = 0.004
 """mm and degrees that a sample may be off the line that replaces it."""
 _EVEN_S = 0.03
 """Lines are to take this long in the plan at least: so they take 20 ms at the commanded speed, the greatest on them."""
-GOES = 5.0
-"""Tolerances of the way, from which on the tool turns evenly with that, as controllers turn it."""
+GOES_MM = 0.3
+"""Way of a line from which on the tool turns evenly with that, as controllers turn it."""
 _REST_SHARE, _REST_FLOOR = 0.25, 0.6
 """A motion rests at a sample if, carried on to it, its speed falls below this share of the mean speed of the segment
 beside it; mm/s or deg/s that the rounding of two samples can pretend do not count."""
@@ -201,7 +201,7 @@ def shares_along(track: Track, first: int, last: int) -> Scalars:
     way = track.tcp[first : last + 1] - track.tcp[first]
     start = np.repeat(track.quaternion[first : first + 1], last + 1 - first, axis=0)
     turn = np.degrees(rotation_vectors(start, track.quaternion[first : last + 1]))
-    goes = float(np.linalg.norm(way[-1])) > GOES * TOLERANCE
+    goes = float(np.linalg.norm(way[-1])) > GOES_MM
     run = way if goes else np.hstack((way, turn))
     squared = float(run[-1] @ run[-1])
     if squared == 0.0:

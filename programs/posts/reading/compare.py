@@ -456,8 +456,9 @@ class _Comparison:
         first, last = ends
         lasts_s = line.samples.second_at(last) - line.samples.second_at(first)
         even = min(planned, (last - first) * line.length_mm / LEAST_S)
-        is_near = abs(lasts_s - LEAST_S) <= _EVENT_S and found is not None  # the digits of its ends decide
-        return even if (abs(found - even) < abs(found - planned) if is_near else lasts_s > LEAST_S) else planned
+        if found is not None and abs(lasts_s - LEAST_S) <= _EVENT_S:  # the digits of its ends decide
+            return min(even, planned, key=lambda speed: abs(found - speed))
+        return even if lasts_s > LEAST_S else planned
 
     def match_turn(self, line: Line, found: ReadLine, share: float) -> None:
         """Compare the rate of a turn on the spot that was read as a block of the axes."""

@@ -197,3 +197,22 @@ def test_any_moments_keep_their_order_and_their_places(moments: list[float], tim
     for each in ends:
         share = distance(ends[0], each) / total
         assert math.isclose(distance(each, between(ends[0], ends[-1], share)), 0.0, abs_tol=1e-6)
+
+
+def test_no_short_part_is_left_where_a_signal_leaves_shortly_before_the_robot_stands() -> None:
+    """The jet is shut 8 ms or 16 ms before the end of a motion that slows down: at the end, or 22 ms before it."""
+    for before_s, leaves_s in ((0.008, 0.0), (0.016, 0.022), (0.1, 0.1)):
+        motion = sprayed(ramp(pose(0), pose(60), 2.0), jets=((0, 0.0), (1, 2.0 - before_s + 0.02)))
+        lines = lower(motion, CLASSES["boundary"]).motion.lines
+        assert lines[-1].duration_s >= 0.0219
+        (event,) = (event for line in lines for event in line.events if event.value == 0.0)
+        ends_s = lines[-1].duration_s if event.reference == "start" else 0.0
+        assert ends_s == pytest.approx(leaves_s, abs=1e-6)
+        assert lines[-1].length_mm / lines[-1].speed_mm_s >= 0.0205
+
+
+def test_a_signal_in_full_flight_leaves_where_it_has_to() -> None:
+    fast = line(pose(0), pose(300), 300.0, blend_mm=1.0)
+    motion = sprayed(fast, line(pose(300), pose(400), 300.0), jets=((0, 0.0), (1, 0.985 + 0.02)))
+    *_, last, _ = lower(motion, CLASSES["boundary"]).motion.lines
+    assert last.duration_s == pytest.approx(0.015, abs=1e-6)

