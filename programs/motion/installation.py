@@ -106,6 +106,8 @@ class Wait:
     """What the controller shows when that is over; empty for the name."""
     watched: bool = False
     """Whether the program also stops when the contact leaves its state."""
+    quantity: str = ""
+    """The key of what the sensor shows, such as ``supply_bar``."""
 
     @property
     def words(self) -> str:
@@ -211,6 +213,12 @@ class ToolPointMachine:
         axes[:, 2] = joints[:, 2] + self.pivot_mm * (1.0 - np.cos(b))
         axes[:, self.swing], axes[:, 7 - self.swing] = c, b
         return axes
+
+    def jet_angle(self, one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+        """Give the angle between the jets of two rows of axes (5,), rad."""
+        b, c = (np.array([row[7 - self.swing], row[self.swing]]) for row in (one, other))
+        cosine = np.sin(b[0]) * np.sin(c[0]) * np.cos(b[1] - c[1]) + np.cos(b[0]) * np.cos(c[0])
+        return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
     def joints(self, axes: NDArray[np.float64]) -> NDArray[np.float64]:
         """Give the joints (n, 5) of tool points and the controller's angles (n, 5): the inverse of ``axes``."""

@@ -91,7 +91,7 @@ def _wait_of(name: str, wait: WaitSpec, spec: CellSpec, sensors: dict[str, Senso
     contact = Contact(wait.input, spec.io.inputs[wait.input].number) if wait.input is not None else None
     sensor = sensors[wait.sensor] if wait.sensor is not None else None
     shown = (contact, wait.state == 1, sensor, wait.least or 0.0)
-    return Wait(name, *shown, wait.timeout_s, wait.message, wait.watched)
+    return Wait(name, *shown, wait.timeout_s, wait.message, wait.watched, wait.sensor or "")
 
 
 def _describe_held_point(cell: Cell) -> str:

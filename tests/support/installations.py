@@ -33,7 +33,7 @@ KNIFE = Valve(AIR, open_lag_s=0.1, close_lag_s=0.05, min_pulse_s=0.05)
 WAITS = (
     Wait("part_present", Contact("diPart", 3), True, None, 0.0, 30.0),
     Wait("door_closed", Contact("diDoor", 4), False, None, 0.0, 12.5, "close the door", watched=True),
-    Wait("pressure", None, True, Sensor("aiPressure", 2, 1.25, -2.5), 3.0, 20.0),
+    Wait("pressure", None, True, Sensor("aiPressure", 2, 1.25, -2.5), 3.0, 20.0, quantity="supply_bar"),
 )
 
 _HALF = math.radians(15)

@@ -410,7 +410,8 @@ class _Comparison:
         share, off = place_on(line.samples, units, target.values, done, allowed)
         before = self.axes.values if self.axes is not None else target.values
         half_way = tuple(0.5 * (a + b) for a, b in zip(before, target.values, strict=True))
-        off = max(off, place_on(line.samples, units, half_way, done, allowed)[1])
+        middle, off_there = place_on(line.samples, units, half_way, done, allowed)
+        on_line, off = (middle, share), max(off, off_there)
         most_mm, most_deg = (
             float(allowed[units == 1.0].max(initial=0.0)),
             float(allowed[units != 1.0].max(initial=0.0)),
@@ -418,9 +419,21 @@ class _Comparison:
         if off > 1.0:
             message = f"the axes are {off:.1f} times {most_mm:g} mm or {most_deg:g} degrees off the planned motion"
             self.differ(f"{message} at {target}", line.made_by, self.at)
-        self.place_mm, self.turn_deg = max(self.place_mm, off * most_mm), max(self.turn_deg, off * most_deg)
+        turn_deg = off * most_deg
+        if self.installation.tool_point is not None:  # C may be far off where the jet is steep
+            turn_deg = max(
+                self.jet_angle(line, at, row) for at, row in zip(on_line, (half_way, target.values), strict=True)
+            )
+        self.place_mm, self.turn_deg = max(self.place_mm, off * most_mm), max(self.turn_deg, turn_deg)
         self.axes = target
         return line.pose_at(share), share
+
+    def jet_angle(self, line: Line, share: float, axes: tuple[float, ...]) -> float:
+        """Give the angle of the jet from the planned one there, degrees, on a machine that takes tool points."""
+        machine, units = self.installation.tool_point, units_of(self.installation)
+        assert machine is not None
+        planned = np.array([np.interp(share, line.samples.shares, column) for column in line.samples.joints.T])
+        return degrees(machine.jet_angle(planned, np.array(axes) * units))
 
     def match_part(self, line: Line, found: ReadLine, way: tuple[Pose, float, Pose, float]) -> None:
         """Compare the end and the middle of a line that was read, and its speed."""

@@ -11,6 +11,8 @@ from programs.posts.writing.entries import Entry
 from programs.posts.writing.heading import channels_of
 from programs.posts.writing.wording import cut, short
 
+_UNITS = {"bar": "bar", "c": "deg C", "mohm_cm": "MOhm cm", "us_cm": "uS/cm", "l_min": "l/min", "percent": "%"}
+"""Units of quantities by the end of their key."""
 PART_LABEL, WAIT_LABEL, READY_LABEL, INTERRUPT, ERROR = 200, 300, 400, 21, 9100
 """Labels of parts, of waits and of what follows them, interrupts and errors begin after these."""
 
@@ -165,5 +167,11 @@ class ProductionFrame:
 
 
 def _describe(wait: Wait) -> str:
-    until = "" if wait.sensor is None else f" of {short(wait.least, 6)}"
-    return f"{wait.words}{until} ({short(wait.timeout_s, 1)} s)"
+    least = "" if wait.sensor is None else f" at least {short(wait.least, 6)}{_unit_of(wait.quantity)}"
+    return f"{wait.words}{least} ({short(wait.timeout_s, 1)} s)"
+
+
+def _unit_of(quantity: str) -> str:
+    """Give the unit that the key of a quantity ends in, or the key where that is none."""
+    unit = next((unit for end, unit in _UNITS.items() if quantity.endswith(f"_{end}")), quantity)
+    return f" {unit}" if unit else ""

@@ -10,7 +10,7 @@ MODULE tiny
   ! Controller class 3; cycle 4 ms is in the error
   ! Analog aoPressure: 0 V is 0, 10 V is 10
   ! Analog aiResistivity: 0 V is 0, 10 V is 10
-  ! Waits for part present (30 s), door closed (12.5 s), pressure of 3 (20 s)
+  ! Waits for part present (30 s), door closed (12.5 s), pressure at least 3 bar (20 s)
   ! Does not wait for temperature: the cell maps no such input
   ! Stops, valves shut, without door closed
   ! Parts: 1 clean, 2 clean, 3 clean

@@ -9,7 +9,7 @@
 9 ' Controller class 3; cycle 7.1 ms is in the error
 10 ' Analog aoPressure: 0 V is 0, 10 V is 10000
 11 ' Analog aiResistivity: 0 V is 0, 10 V is 10000
-12 ' Waits for part present (30 s), door closed (12.5 s), pressure of 3 (20 s)
+12 ' Waits for part present (30 s), door closed (12.5 s), pressure at least 3 bar (20 s)
 13 ' Does not wait for temperature: the cell maps no such input
 14 ' Stops, valves shut, without door closed: the valves by itself, the robot as wired, see below
 15 ' Parts: 1 clean, 2 clean, 3 clean

@@ -44,3 +44,16 @@ def test_a_line_keeps_to_the_speed_that_the_robot_reaches() -> None:
     line = Line(POSE, Pose((40.0, 0.0, 0.0), POSE.quaternion), 100.0, 0.0, 0.0, samples, 0.0, "s")
     (done,) = (step for step in in_tool_points(program(line), GANTRY).steps if isinstance(step, Line))
     assert done.speed_mm_s == pytest.approx(20.0)
+
+
+def test_the_angle_between_two_jets_is_that_of_their_directions() -> None:
+    machine = GANTRY.tool_point
+    assert machine is not None
+    angle = {}
+    for c_deg, b_deg in ((0.0, 0.0), (90.0, 0.0), (0.0, 20.0), (180.0, 20.0)):
+        row = np.zeros(5)
+        row[machine.swing], row[7 - machine.swing] = math.radians(c_deg), math.radians(b_deg)
+        angle[c_deg, b_deg] = row
+    assert machine.jet_angle(angle[0.0, 0.0], angle[90.0, 0.0]) == pytest.approx(0.0, abs=1e-7)
+    assert math.degrees(machine.jet_angle(angle[0.0, 20.0], angle[180.0, 20.0])) == pytest.approx(40.0)
+    assert math.degrees(machine.jet_angle(angle[0.0, 20.0], angle[90.0, 0.0])) == pytest.approx(20.0)
