@@ -22,6 +22,8 @@ SAME_MM = 1e-6
 """A line shorter than this goes nowhere."""
 LEAST_S = 1.05 * SHORT_S
 """Time of a line that languages do not round to less than a short one."""
+GOES_MM = 0.3
+"""Way of a line from which on the tool turns evenly with that, as controllers turn it."""
 RESOLUTION_MM = 2e-3
 """A shorter way may vanish in a robot's program: all languages are given places to 0.001 mm in each coordinate."""
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Quaternions, Scalars
 from geometry.compiled import compiled
-from programs.motion.tracks import GOES_MM
+from programs.motion.steps import GOES_MM
 
 _LARGEST_TURN_DEG = 170.0
 """A turn this far in one line could go either way round."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Quaternions, Scalars
 from geometry.frames import rotation_angles, rotation_vectors
-from programs.motion.steps import SAME_MM, Line, SampledLine, limit_speed, split_line
+from programs.motion.steps import GOES_MM, SAME_MM, Line, SampledLine, limit_speed, split_line
 from programs.pose import Pose
 from programs.timing.forecast import SHORT_S
 from specs.source import Source
@@ -25,8 +25,6 @@ TOLERANCE = 0.004
 """mm and degrees that a sample may be off the line that replaces it."""
 _EVEN_S = 0.03
 """Lines are to take this long in the plan at least: so they take 20 ms at the commanded speed, the greatest on them."""
-GOES_MM = 0.3
-"""Way of a line from which on the tool turns evenly with that, as controllers turn it."""
 _REST_SHARE, _REST_FLOOR = 0.25, 0.6
 """A motion rests at a sample if, carried on to it, its speed falls below this share of the mean speed of the segment
 beside it; mm/s or deg/s that the rounding of two samples can pretend do not count."""
