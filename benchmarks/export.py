@@ -26,7 +26,7 @@ from robotcell.track import terms_of, track
 from rulesengine.planning.pipeline import run
 from specs.finding_rules import SLOWER_ON_CONTROLLER, TOO_MANY_POINTS
 
-_ANY_ROBOT = {"linuxcnc": "gantry"}
+_ANY_ROBOT = dict.fromkeys(("linuxcnc", "heidenhain", "sinumerik", "fanuc-cnc"), "gantry")
 """Cells of languages that take any robot."""
 _HEAD = (
     "| language | cell | moves | bytes | files | shortest | median | under 20 ms | predicted | x plan | event error |",

@@ -125,8 +125,14 @@ def check_maker(language: Dialect, installation: Installation) -> None:
     """Make sure that the robot's controller executes a language: another maker's counts joints in another way.
 
     Raises:
-        ProgramError: it does not, or the robot's maker is not stated.
+        ProgramError: it does not, the robot's maker is not stated, or its controller takes no tool points.
     """
+    if language.needs_tool_points and installation.tool_point is None:
+        machine = "a machine with X, Y, Z and a head that turns about C and tilts about B"
+        raise ProgramError(
+            f"{language.title} is for {machine}, and cell {installation.cell} states none: a gantry's cell with "
+            "kinematics: 5axiskins, or choose joint-table."
+        )
     if language.maker is None or language.maker == installation.maker:
         return
     maker, robot = MAKER_NAMES[language.maker], f"robot {installation.robot} of cell {installation.cell}"
@@ -171,10 +177,11 @@ def own_dialect(installation: Installation) -> str:
     """
     if own := _dialect_of(installation.maker):
         return own
-    open_to_all = ", ".join(name for name, language in DIALECTS.items() if language.maker is None)
+    takes_points = installation.tool_point is not None
+    fitting = [name for name, each in DIALECTS.items() if each.maker is None and takes_points >= each.needs_tool_points]
+    open_to_all = ", ".join(fitting)
     raise ProgramError(
-        f"robot {installation.robot} has no maker whose language is written; give --dialect. "
-        f"For every robot there are {open_to_all}."
+        f"robot {installation.robot} has no maker whose language is written; give --dialect. It can have {open_to_all}."
     )
 
 

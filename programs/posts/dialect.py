@@ -57,6 +57,8 @@ class Dialect:
     """Whether the joint motion has to be known."""
     takes_axes: bool = False
     """Whether it is written in axes: tool points and angles where the machine's controller takes those."""
+    needs_tool_points: bool = False
+    """Whether it is for machines whose controller takes tool points, and no others."""
     maker: Maker | None = None
     """Whose robots it is for: joint values are written as that maker's controllers count them; ``None`` for any."""
     without_joints: str = ""

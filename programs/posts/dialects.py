@@ -2,7 +2,22 @@
 
 from collections.abc import Mapping
 
-from programs.posts import abb, denso, epson, fanuc, joint_table, kuka, linuxcnc, melfa, ur, val3, yaskawa
+from programs.posts import (
+    abb,
+    denso,
+    epson,
+    fanuc,
+    fanuc_cnc,
+    heidenhain,
+    joint_table,
+    kuka,
+    linuxcnc,
+    melfa,
+    sinumerik,
+    ur,
+    val3,
+    yaskawa,
+)
 from programs.posts.dialect import Dialect
 
 DIALECTS: Mapping[str, Dialect] = {
@@ -11,6 +26,9 @@ DIALECTS: Mapping[str, Dialect] = {
     "fanuc": fanuc.DIALECT,
     "kuka": kuka.DIALECT,
     "linuxcnc": linuxcnc.DIALECT,
+    "heidenhain": heidenhain.DIALECT,
+    "sinumerik": sinumerik.DIALECT,
+    "fanuc-cnc": fanuc_cnc.DIALECT,
     "ur": ur.DIALECT,
     "yaskawa": yaskawa.DIALECT,
     "epson": epson.DIALECT,

@@ -237,6 +237,8 @@ class Rebuilt:
     """Height above the base to which the orifice is raised before anything else moves; ``None`` if it is not."""
     homes: tuple[ReadHome, ...] | None = None
     """Motions home, in order; ``None`` where the language has none."""
+    home_in_tool_points: bool = True
+    """Whether home is read as a tool point, where the controller takes those."""
     controller: Controller | None = None
     """The model by which joint motions are given their speed."""
 

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from programs.motion.installation import Maker
 from recipes.recipe import Name
@@ -403,6 +403,20 @@ class ControllerSpec(Spec):
     source: str = Field(default="the cell", min_length=1, description="Where these numbers come from.")
 
 
+def _refuse_tables(value: object) -> object:
+    """Refuse the kinematics of machines whose table turns the board.
+
+    Raises:
+        ValueError: the value names them.
+    """
+    if value in ("xyzbc-trt", "xyzbc-trt-kins"):
+        raise ValueError(
+            "a table that tilts the board is no cell: here the board rests while the tool moves; use 5axiskins where "
+            "the head tilts, or wash on a robot that turns the tool"
+        )
+    return value
+
+
 class CellSpec(Spec):
     """A robot cell: one YAML file."""
 
@@ -429,10 +443,11 @@ class CellSpec(Spec):
     placements: dict[Name, Hold] = Field(
         default={}, description="Pose of the board after CALL NAME, such as flip_to_bottom."
     )
-    kinematics: Literal["trivial", "5axiskins"] = Field(
+    kinematics: Annotated[Literal["trivial", "5axiskins"], BeforeValidator(_refuse_tables)] = Field(
         default="trivial",
-        description="Kinematics of a machine with LinuxCNC. trivial: each axis is a joint. 5axiskins: G-code has tool "
-        "points; joints X, Y, Z slide along the base's axes, C turns about z, B tilts the tool across C.",
+        description="Kinematics of a machine that is programmed in G-code. trivial: each axis is a joint. 5axiskins: "
+        "tool points, in LinuxCNC by the module of that name; joints X, Y, Z slide along the base's axes, C turns "
+        "about z, B tilts the tool across C.",
     )
     tools: dict[ToolNumber, ToolSpec] = Field(min_length=1, description="By the number that a nozzle's `tool` names.")
     fixtures: dict[Name, BodySpec] = Field(

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from installations import for_language, small_cell
+from installations import ARM_LANGUAGES, for_language, small_cell
 from robot_programs import PROGRAMS, joints_of
 
 from programs.errors import ProgramError
@@ -13,7 +13,7 @@ from programs.foreign import is_foreign, named_cell, read_files, rebuild_program
 from programs.posts.dialects import DIALECTS
 from programs.program import MoveTo, SetNozzle, TimedProgram, Wait
 
-POSES = [name for name in DIALECTS if name != "linuxcnc"]
+POSES = [name for name in ARM_LANGUAGES if name != "linuxcnc"]
 
 
 def written(folder: Path, dialect: str, made: str = "three_speeds") -> TimedProgram:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from installations import ARM_LANGUAGES
 from robot_programs import two_tools
 from small_cells import TWO_TCPS
 from small_programs import program_of
@@ -175,7 +176,7 @@ def test_no_line_is_driven_in_no_time() -> None:
     assert max(line.length_mm / line.duration_s for line in lines) < 1000
 
 
-@pytest.mark.parametrize("name", list(DIALECTS))
+@pytest.mark.parametrize("name", list(ARM_LANGUAGES))
 def test_every_language_says_a_change_of_tools_as_planned(name: str) -> None:
     dialect = DIALECTS[name]
     report = tracked()

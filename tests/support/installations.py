@@ -14,6 +14,7 @@ from programs.motion.installation import (
     Sensor,
     Setting,
     Tool,
+    ToolPointMachine,
     Valve,
     Wait,
 )
@@ -84,3 +85,23 @@ def for_language(cell: Installation, dialect: str) -> Installation:
     """A cell whose robot is of the maker of a language, where that has one."""
     maker = DIALECTS[dialect].maker
     return replace(cell, maker=maker, convention=small_cell(maker).convention)
+
+
+ARM_LANGUAGES = {name: each for name, each in DIALECTS.items() if not each.needs_tool_points}
+"""Languages that a cell without tool points can have."""
+MACHINE_LANGUAGES = [name for name in DIALECTS if name not in ARM_LANGUAGES]
+"""Languages of machines whose controller takes tool points."""
+
+
+def small_machine() -> Installation:
+    """The small cell with a gantry whose head turns about C and tilts about B, the other way round than counted."""
+    cell = small_cell()
+    slides = [Joint(name, "prismatic", 500.0, 3000.0) for name in "XYZ"]
+    head = [Joint(name, "revolute", 3.0, 30.0) for name in "CB"]
+    return replace(
+        cell,
+        robot="gantry",
+        joints=(*slides, *head),
+        home=(0.0, -50.0, 300.0, 0.5, 0.0),
+        tool_point=ToolPointMachine(180.0, (10.0, 0.0, -20.0), 3, math.pi / 2, (1.0, -1.0), 0.0),
+    )

@@ -1,5 +1,6 @@
 """Timed programs that every robot language has to say."""
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -10,8 +11,10 @@ from small_plans import JET, LIMITS, Axes, down, leaning, pause, plan_of, random
 
 from boards.load import load_board
 from geometry.frames import align_signs
+from programs.motion.installation import Installation
 from programs.motion.layout import Tracking, on_time
 from programs.plan import Command, Jet, PlanItem, SprayPass, Transfer
+from programs.pose import Pose, compose, rotate
 from programs.program import MoveTo, SetNozzle, TimedProgram
 from recipes.load import load_recipe
 from rulesengine.planning.pipeline import run
@@ -157,6 +160,23 @@ def joints_of(program: TimedProgram) -> Tracking:
     moves = [move for move in program.instructions if isinstance(move, MoveTo)]
     turns = align_signs(np.array([move.quaternion for move in moves]))
     return on_time(program, np.hstack((0.01 * np.array([move.position for move in moves]), turns[:, 1:])))
+
+
+def machine_joints_of(program: TimedProgram, cell: Installation) -> Tracking:
+    """The tracking of a machine with tool points: C follows the jet's azimuth, and stays where the jet is upright."""
+    machine, place, rows, before = cell.tool_point, cell.T_base_board, list[list[float]](), 0.0
+    assert machine is not None
+    for item in program.instructions:
+        if isinstance(item, Command) and item.keyword == "CALL":
+            place = cell.placements.get(item.words[0], place)
+        if isinstance(item, MoveTo):
+            tip = compose(place, Pose(item.position, item.quaternion))
+            x, y, z = rotate(tip.quaternion, (0.0, 0.0, 1.0))
+            if math.hypot(x, y) > 1e-6:
+                before += math.remainder(math.atan2(y, x) - before, math.tau)
+            at = [a + b for a, b in zip(tip.position, machine.base, strict=True)]
+            rows.append([*at, before, math.atan2(math.hypot(x, y), -z)])
+    return on_time(program, machine.joints(np.array(rows)))
 
 
 def replace_jet(item: SprayPass) -> SprayPass:

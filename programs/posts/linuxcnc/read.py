@@ -4,44 +4,28 @@ import re
 from itertools import pairwise
 
 from programs.errors import ProgramError
-from programs.motion.steps import Line
 from programs.posts.dialect import ProgramFiles
 from programs.posts.linuxcnc.write import GROUP_BASE, SYSTEMS
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, look_up, skip, statements_of
-from programs.posts.rebuilt import Axes, Due, ReadBoard, ReadLine, ReadReach, ReadTool
+from programs.posts.reading.blocks import AxisReader, words_of
+from programs.posts.reading.driver import NUMBER, Action, N, skip, statements_of
+from programs.posts.rebuilt import ReadLine, ReadReach
 from programs.posts.writing.blocks import BLEND_MM
 
 _AXES = rf"(?: [XYZABCUVW]{NUMBER})+"
-_WORD = re.compile(rf"([XYZABCUVW])({NUMBER})")
 _WHILE = rf"(o\d+) while \[\[#<loop\d+> LT (\d+)\] AND \[\[{N} \* #5399 \+ {N}\] LT {N}\]\]"
 _MAIN = "(main)"
 _LEAST = rf"if \[\[{N} \* #5399 \+ {N}\] LT {N}\]"
 
 
-class GCodeReader(Reader):
+class GCodeReader(AxisReader):
     """Subroutines, coordinate systems, and the modes of the machine."""
-
-    writes_lines = False
-    handlers = frozenset({"main"})
 
     def __init__(self) -> None:
         super().__init__()
-        self.offsets: dict[str, dict[str, float]] = {}
-        self.system = ""
-        self.axes: dict[str, float] = {}
-        """In machine coordinates, in the order in which they are first written."""
-        self.stops = False
         self.tolerance_mm = 0.0
         self.inverse = False
-        self.raised: dict[str, float] = {}
-        """Axis that was raised before the first motion home, and to where."""
         self.ends: list[str] = []
         """Blocks that end the loops that run."""
-
-    @classmethod
-    def due(cls, line: Line, after: Line | None) -> Due:
-        """Give nothing: blocks are compared with the line that they are parts of."""
-        return Due()
 
     def load(self, files: ProgramFiles) -> str:
         """Keep the subroutines; what else the first file holds is the program."""
@@ -67,7 +51,7 @@ class GCodeReader(Reader):
             r"M6([2-5]) P(\d+)": lambda match: self.switch(f"digital {match[2]}", float(match[1] in "24")),
             rf"M6[78] E(\d+) Q{N}": self.set_analog,
             rf"G4 P{N}": self.pause,
-            r"(T\d+) M6": self.change_tool,
+            r"(T\d+) M6": lambda match: self.mount(match[1]),
             r"G5\d(?:\.\d)?": self.use_system,
             rf"G10 L2 P(\d)({_AXES}) R0": self.set_offset,
             rf"o<{self.shut_name}> call": self.shut("main"),
@@ -82,12 +66,6 @@ class GCodeReader(Reader):
             rf"o\d+ endrepeat|{_WHILE}": self.end_loop,
             r"G21 G90 G17 G40 G49 G80|M2|M66 E\d+ L0|#<loop\d+> = .*|#<_start> = 1|o\d+ endif": skip,
         }
-
-    def change_tool(self, match: re.Match[str]) -> None:
-        """Change the tool, not before the valves are shut."""
-        if not self.steps:
-            raise ProgramError("the tool is changed before anything else.")
-        self.steps.append(ReadTool(match[1], None))
 
     def do_part(self, word: str, number: str) -> None:
         """Begin a part of main."""
@@ -123,43 +101,15 @@ class GCodeReader(Reader):
             line = ReadLine(target, self.stops, 0.0, zone=zone, turn_deg_s=float(feed) / 60.0)
         self.steps.append(line)
 
-    def move(self, words: str) -> Axes:
-        """Give the axes after a block."""
-        if self.system not in self.offsets:
-            raise ProgramError("the program moves before it names a coordinate system.")
-        for letter, value in _WORD.findall(words):
-            self.axes[letter] = float(value) + self.offsets[self.system].get(letter, 0.0)
-        return Axes(tuple(self.axes.values()))
-
-    def go_home(self, match: re.Match[str]) -> None:
-        """Go home in machine coordinates: Z alone before the first time, then all axes.
-
-        Raises:
-            ProgramError: Z is raised to another height than that of home.
-        """
-        words = {letter: float(value) for letter, value in _WORD.findall(match[1])}
-        if len(words) == 1:
-            self.raised = words
-        elif words.items() >= self.raised.items():
-            self.come_home(words.values())
-        else:
-            raise ProgramError(f"{match[0]!r} is not as high as the axis was raised before.")
-
     def set_analog(self, match: re.Match[str]) -> None:
         """Set an analog output, or a group."""
         number = int(match[1])
         channel = f"group {number - GROUP_BASE}" if number >= GROUP_BASE else f"analog {number}"
         self.switch(channel, float(match[2]))
 
-    def use_system(self, match: re.Match[str]) -> None:
-        """Use another coordinate system from now on."""
-        look_up(self.offsets, match[0], match[0])
-        self.system = match[0]
-        self.steps.append(ReadBoard(None))
-
     def set_offset(self, match: re.Match[str]) -> None:
         """Set the zero of a coordinate system."""
-        self.offsets[SYSTEMS[int(match[1]) - 1]] = {letter: float(value) for letter, value in _WORD.findall(match[2])}
+        self.offsets[SYSTEMS[int(match[1]) - 1]] = words_of(match[2])
 
     def begin_counted(self, match: re.Match[str]) -> None:
         """Begin a loop that only counts."""

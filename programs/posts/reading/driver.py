@@ -153,6 +153,8 @@ class Reader(ABC):
     """Whether a line of the plan is one motion, and not several of the axes."""
     goes_home: ClassVar[bool] = True
     """Whether the language can go to joint values, as those of home."""
+    home_in_tool_points: ClassVar[bool] = True
+    """Whether home is a tool point too, where the cell's controller takes those."""
     handlers: ClassVar[AbstractSet[str]] = frozenset()
     """What has to call the fault routine, by the names that ``shut`` is given; none in languages without a frame."""
 
@@ -224,6 +226,7 @@ class Reader(ABC):
             dues=cls.due if cls.writes_lines else None,
             rise_mm=reader.rise_mm,
             homes=tuple(reader.homes) if cls.goes_home else None,
+            home_in_tool_points=cls.home_in_tool_points,
         )
 
     @classmethod

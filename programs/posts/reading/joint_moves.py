@@ -10,7 +10,7 @@ from programs.posts.reading.terms import Wrong
 from programs.posts.rebuilt import ReadHome, ReadReach, Rebuilt
 from programs.posts.writing.entries import safe_height
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace, pace_moves
-from programs.posts.writing.tool_points import one_row
+from programs.posts.writing.tool_points import one_row, own_axes
 from specs.source import NO_SOURCE
 
 _TIME_S, _SHARE = 6e-4, 1e-6
@@ -92,5 +92,7 @@ def _is_home(home: ReadHome, rebuilt: Rebuilt, installation: Installation) -> bo
     if rebuilt.dues is not None:
         return same_joints(installation.home, home.joints, installation)
     machine = installation.tool_point  # axes are counted as the cell does
-    planned = installation.home if machine is None else one_row(machine, installation.home)
+    planned = installation.home
+    if machine is not None:
+        planned = one_row(machine, planned) if rebuilt.home_in_tool_points else own_axes(machine, planned)
     return same_joints(planned, home.joints, replace(installation, convention=None))

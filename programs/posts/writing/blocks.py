@@ -8,13 +8,14 @@ from typing import ClassVar
 from programs.errors import ProgramError
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Line, MotionProgram, Reach, UseBoard, UseTool
+from programs.motion.steps import Line, MotionProgram, Reach, Step, UseBoard, UseTool
 from programs.pose import Position
 from programs.posts.dialect import Dialect
 from programs.posts.writing.axes import allowed_on, in_degrees_and_mm, needed_samples, units_of
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Syntax
 from programs.posts.writing.lines import Placed
+from programs.posts.writing.tool_points import own_axes
 from programs.posts.writing.wording import fixed, short
 
 BLEND_MM = 0.05
@@ -205,6 +206,81 @@ class AxisSyntax(Syntax):
     def spot_line(self) -> str:
         """Describe how a block turns the tool on the spot."""
         return "On the spot, and with the jet off, B and C go evenly, as the check found clear"
+
+
+class ToolPointSyntax(AxisSyntax):
+    """A language that switches tool points on before its lines, and off for home and the change of tools."""
+
+    points_on: ClassVar[tuple[str, ...]]
+    points_off: ClassVar[tuple[str, ...]]
+    """Blocks of that, of the number of the ``tool``."""
+    change_form: ClassVar[str]
+    """Of a ``tool`` into the spindle."""
+    rapid_form: ClassVar[str] = "G0 {}"
+    """Of a joint motion to axes."""
+    home_form: ClassVar[str]
+    """Of axes in the machine's own coordinates."""
+
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        self.tool = 0
+
+    def chapter(self, chapter: Chapter) -> Iterator[str]:
+        """Write a subroutine; it switches tool points on before its first motion."""
+        self.tool = chapter.tool.number if chapter.tool is not None else 0
+        yield from super().chapter(chapter)
+
+    def statements(self, step: Step, placed: Placed) -> Iterator[str]:
+        """Write one step, a motion under tool points."""
+        if isinstance(step, Line | Reach) and self.set("points", str(self.tool)):
+            yield from (form.format(tool=self.tool) for form in self.points_on)
+        yield from super().statements(step, placed)
+
+    def reach(self, reach: Reach) -> Iterator[str]:
+        """Write a rapid in all axes."""
+        self.written = ()
+        yield self.rapid_form.format(self.axes(reach.joints))
+
+    def use(self, step: UseTool | UseBoard) -> Iterator[str]:
+        """Change the tool, or select the coordinate system of a placement."""
+        self.written = ()
+        if isinstance(step, UseTool):
+            self.tool = step.number
+            self.settings.pop("points", None)
+            yield from self.points_off
+            yield self.change_form.format(tool=step.number)
+            return
+        system, self.offset = self.offsets[step.placement]
+        yield from self.select(system)
+
+    def select(self, system: str) -> Iterator[str]:
+        """Select a coordinate system."""
+        yield system
+
+    def rise(self) -> list[str]:
+        """Raise Z to that of home before any other axis moves, where no line is higher."""
+        height = self.rising_z()
+        if height is None:
+            return []
+        return [*self.points_off, self.home_form.format(self.word("Z", fixed(height, DIGITS)))]
+
+    def home(self) -> Iterator[str]:
+        """Go home by the machine's own axes."""
+        if self.installation.home and self.machine is not None:
+            self.offset, self.written = (), ()
+            yield from self.points_off
+            yield self.home_form.format(self.axes(own_axes(self.machine, self.installation.home)))
+
+    def legend(self) -> Iterator[str]:
+        """Describe the words of a block, and what the machine's configuration has to be."""
+        yield from self.axis_lines()
+        if self.machine is not None:
+            pivot = short(self.machine.pivot_mm, 4)
+            yield f"Tool points: {pivot} mm from the axis of B to the orifice, with every tool"
+        yield "Machine zero: X Y Z of the cell's joints where B is 0; the tool's length is beyond it"
+        yield "F: mm/min of the orifice, deg/min where only B and C turn. B and C count on beyond a turn: no roll-over"
+        yield from self.sign_lines()
+        yield self.spot_line()
 
 
 def highest(motion: MotionProgram, z: int) -> float:

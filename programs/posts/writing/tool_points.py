@@ -46,6 +46,11 @@ def one_row(machine: ToolPointMachine, joints: tuple[float, ...]) -> tuple[float
     return tuple(machine.axes(np.array([joints], dtype=np.float64))[0].tolist())
 
 
+def own_axes(machine: ToolPointMachine, joints: tuple[float, ...]) -> tuple[float, ...]:
+    """Give the machine's own axes of one row of joints (5,): the carriage, and B and C as they are counted."""
+    return (*joints[:3], *one_row(machine, joints)[3:])
+
+
 def _line(line: Line, machine: ToolPointMachine) -> Line:
     samples = replace(line.samples, joints=machine.axes(line.samples.joints))
     lasting = np.diff(samples.seconds)

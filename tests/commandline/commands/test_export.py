@@ -65,7 +65,7 @@ def test_a_robot_of_no_maker_needs_a_language(made: Path, tmp_path: Path) -> Non
     outcome = washboard("export", made, "--cell", "gantry")
     assert outcome.code == 2
     assert "give --dialect" in outcome.err
-    assert "linuxcnc, joint-table" in outcome.err
+    assert "linuxcnc, heidenhain, sinumerik, fanuc-cnc, joint-table" in outcome.err
 
 
 def test_without_a_place_nothing_is_written_and_everything_said(made: Path, tmp_path: Path) -> None:

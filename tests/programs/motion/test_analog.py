@@ -6,7 +6,7 @@ from functools import partial
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from installations import PRESSURE, for_language, small_cell
+from installations import ARM_LANGUAGES, PRESSURE, for_language, small_cell
 from robot_programs import PROGRAMS, command, joints_of
 from small_plans import LIMITS, plan_of, spray
 
@@ -24,7 +24,7 @@ from specs.finding import Finding
 SHARE = Counting(full=1.0, least=0.0, zero_ma=4.0, reads_amperes=True)
 WORDS = Counting(full=2000.0, step=1.0)
 VOLTS, CURRENT = Channel("analog", "aoV", 1, 10.0, "V"), Channel("analog", "aoI", 2, 20.0, "mA")
-NAMED = pytest.mark.parametrize("name", list(DIALECTS))
+NAMED = pytest.mark.parametrize("name", list(ARM_LANGUAGES))
 
 SAYS = {
     "abb": "SetAO aoPressure,7.5;",

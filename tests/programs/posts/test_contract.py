@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from installations import ARM_LANGUAGES
 from robot_programs import PROGRAMS, joints_of
 
 from programs.errors import ProgramError
@@ -41,7 +42,7 @@ QUICK = ("two_tools", "bottom", "loop")
 """Two nozzles and their valves, a board that is turned over, a sensor."""
 CASES = [
     pytest.param(dialect, cell, made, id=f"{dialect}-{cell}-{made}", marks=() if made in QUICK else pytest.mark.slow)
-    for dialect in DIALECTS
+    for dialect in ARM_LANGUAGES
     for cell in cells_of(dialect)
     for made in PROGRAMS
 ]
@@ -65,7 +66,7 @@ def test_it_is_read_back_as_planned_or_refused(dialect: str, cell: str, made: st
         assert compare(language.read(written), motion, installation) == ()
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("dialect", ARM_LANGUAGES)
 def test_a_library_robot_takes_the_languages_of_its_maker_and_no_others(dialect: str) -> None:
     language = DIALECTS[dialect]
     assert cells_of(dialect)
@@ -80,7 +81,7 @@ def test_a_library_robot_takes_the_languages_of_its_maker_and_no_others(dialect:
         assert installed(cell).robot in str(caught.value)
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("dialect", ARM_LANGUAGES)
 def test_a_program_without_joint_values_has_none_or_is_refused(dialect: str) -> None:
     program, language = PROGRAMS["two_tools"](), DIALECTS[dialect]
     cell = installed("kr6-bench" if language.maker != "kuka" else "ur5e-bench")
@@ -131,7 +132,7 @@ def written_or_refused(
         return str(refusal)
 
 
-@pytest.mark.parametrize("dialect", [name for name, language in DIALECTS.items() if language.needs_joints])
+@pytest.mark.parametrize("dialect", [name for name, language in ARM_LANGUAGES.items() if language.needs_joints])
 def test_a_language_of_joints_is_refused_without_them(dialect: str) -> None:
     with pytest.raises(ProgramError) as caught:
         export(PROGRAMS["two_tools"](), installed("ur5e-bench"), dialect)

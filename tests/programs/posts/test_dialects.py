@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import example, given, settings
-from installations import bare_cell, for_language, small_cell
+from installations import ARM_LANGUAGES, bare_cell, for_language, small_cell
 from robot_programs import PROGRAMS, joints_of, three_speeds
 from small_programs import DOWN, program_of, programs
 
@@ -22,8 +22,8 @@ from programs.posts.dialects import DIALECTS
 from programs.posts.reading.compare import compare
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Wait
 
-CASES = [pytest.param(name, made, id=f"{name}-{made}") for name in DIALECTS for made in PROGRAMS]
-NAMED = pytest.mark.parametrize("name", list(DIALECTS))
+CASES = [pytest.param(name, made, id=f"{name}-{made}") for name in ARM_LANGUAGES for made in PROGRAMS]
+NAMED = pytest.mark.parametrize("name", list(ARM_LANGUAGES))
 
 
 @cache
@@ -133,7 +133,7 @@ def turned_at(x: float) -> TimedProgram:
     return program_of(*told, SetNozzle(3.0, False, ""))
 
 
-@pytest.mark.parametrize("name", [name for name, dialect in DIALECTS.items() if not dialect.needs_joints])
+@pytest.mark.parametrize("name", [name for name, dialect in ARM_LANGUAGES.items() if not dialect.needs_joints])
 def test_a_turn_whose_way_is_lost_in_the_last_digit_is_told_as_one_on_the_spot(name: str) -> None:
     on_the_spot, nearly = ("\n".join(exported(name, turned_at(x)).files.values()) for x in (12.345, 12.346))
     assert nearly.replace("12.346", "12.345").replace("0.012346", "0.012345") == on_the_spot

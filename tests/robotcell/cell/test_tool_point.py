@@ -54,3 +54,12 @@ def test_another_machine_is_refused_at_its_line(old: str, new: str, message: str
         read_cell_text(text, file=Path("mine.yaml"))
     line = next(number for number, each in enumerate(text.splitlines(), 1) if each.startswith("kinematics:"))
     assert f"mine.yaml:{line}" in str(caught.value)
+
+
+@pytest.mark.parametrize("word", ["xyzbc-trt", "xyzbc-trt-kins"])
+def test_a_table_that_tilts_the_board_is_refused_in_a_sentence(word: str) -> None:
+    with pytest.raises(CellError, match="a table that tilts the board is no cell") as caught:
+        read_cell_text(GANTRY.replace("kinematics: 5axiskins", f"kinematics: {word}"), file=Path("mine.yaml"))
+    line = next(number for number, each in enumerate(GANTRY.splitlines(), 1) if each.startswith("kinematics:"))
+    assert f"mine.yaml:{line}" in str(caught.value)
+    assert str(caught.value).count("kinematics") == 1

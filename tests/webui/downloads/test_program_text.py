@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
-from installations import for_language
+from installations import ARM_LANGUAGES, for_language
 from small_page import find, press, small_page
 from small_scene import SmallScene
 from tiny_session import tiny_session
@@ -54,7 +54,7 @@ def tracked_text(dialect):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("dialect", [name for name in DIALECTS if name not in ("linuxcnc", "joint-table")])
+@pytest.mark.parametrize("dialect", [name for name in ARM_LANGUAGES if name not in ("linuxcnc", "joint-table")])
 def test_text_and_place_belong_together(dialect):
     """What the language's own reader finds in the text, motion by motion, is where the page shows it."""
     done = tracked_text(dialect)
@@ -67,7 +67,7 @@ def test_text_and_place_belong_together(dialect):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("dialect", list(DIALECTS))
+@pytest.mark.parametrize("dialect", list(ARM_LANGUAGES))
 def test_every_sprayed_stroke_is_found_in_every_language(dialect):
     done = tracked_text(dialect)
     makers = {item.made_by for item in tiny_session().run.plan.items if isinstance(item, SprayPass)}

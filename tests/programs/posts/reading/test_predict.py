@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
-from installations import small_cell
+from installations import ARM_LANGUAGES, small_cell
 from robot_programs import PROGRAMS, joints_of
 
 from programs.export import controller_of, export
@@ -16,7 +16,7 @@ from programs.posts.reading.predict import predict
 from programs.timing.controller import Controller
 from programs.timing.forecast import Forecast
 
-MODELLED = [name for name, each in DIALECTS.items() if each.controller is not None and name != "linuxcnc"]
+MODELLED = [name for name, each in ARM_LANGUAGES.items() if each.controller is not None and name != "linuxcnc"]
 
 
 def cell_of(dialect: str) -> Installation:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
-from installations import for_language, small_cell
+from installations import ARM_LANGUAGES, for_language, small_cell
 from robot_programs import PROGRAMS, joints_of
 
 from programs.errors import ProgramError
@@ -18,7 +18,7 @@ from programs.posts.dialects import DIALECTS
 from programs.posts.reading.compare import compare
 from programs.posts.rebuilt import ReadLine, ReadReach
 
-FRAMED = [name for name in DIALECTS if name != "joint-table"]
+FRAMED = [name for name in ARM_LANGUAGES if name != "joint-table"]
 NO_GUARD = {"ur", "yaskawa"}
 """Languages that cannot read the speed override."""
 NO_QUANTITY = {"yaskawa"}

@@ -1,0 +1,189 @@
+"""G-code for FANUC's CNC 30i: tool points under G43.4, outputs by M codes in the block with which they change."""
+
+import re
+from collections.abc import Iterator, Sequence
+
+from programs.errors import ProgramError
+from programs.motion.installation import Channel, Installation, Sensor, Wait
+from programs.motion.lower import Lowered
+from programs.motion.steps import Line, Repeat
+from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.writing.blocks import ToolPointSyntax
+from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.driver import Routine
+from programs.posts.writing.heading import channels_of
+from programs.posts.writing.lines import Placed
+from programs.posts.writing.naming import Names
+from programs.posts.writing.wording import cut, join_lines, short
+
+SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59")
+MAIN, SHUT, OUTPUT_MACRO = 7000, 7990, 7991
+"""Program numbers: main, its parts after it; what shuts the valves; the integrator's macro for outputs with a value."""
+M_BASE = 200
+"""M codes of digital output n: this plus 2 n shuts it, one more opens it."""
+ARGUMENT = {"analog": 100, "group": 200}
+"""Added to the number of an output in the argument A of that macro."""
+_MOST_DIGITAL, _MOST_INPUT, _MOST_SENSOR = 99, 31, 99
+
+
+class FanucCnc(ToolPointSyntax):
+    """Programs by O-numbers, macro variables, M codes."""
+
+    systems = SYSTEMS
+    controller_name = "a FANUC CNC"
+    points_on = ("G5.1 Q1", "G43.4 H{tool}")
+    points_off = ("G49", "G5.1 Q0")
+    change_form = "T{tool} M6"
+    home_form = "G53 G0 {}"
+    pause_form = "G4 X{}"
+    last = ("M30",)
+    longest_name = 30
+    longest_message = 26
+    indents_loops = False
+    start = "#100"
+    start_words = "write its number into the block {start}=1"
+    watch_note = ": to be wired, see below"
+    shut_name = str(SHUT)
+    part_form = ("IF[{start}GT{number}]GOTO{label}", "{call}", "N{label}")
+    enter_begin = ("IF[{start}NE{number}]GOTO9{number}", "{start}=1")
+    enter_end = ("N9{number}",)
+    guard = ("#3004=2",)
+    reading = "[{scale}*#{number}]+{offset}"
+    wait_contact = (
+        "#3001=0",
+        "N{label}",
+        "IF[#{input}EQ{state}]GOTO{ready}",
+        "IF[#3001LT{ms}]GOTO{label}",
+        "#3000={index}({message})",
+        "N{ready}",
+    )
+    wait_sensor = ("#3001=0", "N{label}", "IF[{reading}GE{least}]GOTO{ready}", *wait_contact[3:])
+
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        self.codes: list[str] = []
+        """M codes for the block to come."""
+
+    def make_names(self) -> Names:
+        """Name the integrator's programs in capital letters."""
+        return Names(self.longest_name, {self.name.lower()}, str.upper)
+
+    def routine_name(self, chapter: Chapter) -> str:
+        """Give the number of a part's program."""
+        return str(MAIN + chapter.number)
+
+    def call(self, name: str) -> str:
+        """Call a program by its number, the integrator's by its name."""
+        return f"M98 P{name}" if name.isdigit() else f"M98 <{name}>"
+
+    def comment(self, text: str, longest: int = 0) -> str:
+        """Write a comment."""
+        return "(" + cut(text, longest or self.longest_comment).replace("(", "[").replace(")", "]") + ")"
+
+    def line(self, line: Line, placed: Placed) -> Iterator[str]:
+        """Write the blocks of a line; an output that changes in passing is in the block that begins there."""
+        yield from (each for each in super().line(line, placed) if each)
+
+    def block(self, line: Line, words: str, share: float, *, stops: bool, turns: bool) -> Iterator[str]:
+        """Write a block with the modes that change."""
+        mode = self.mode("path", "G61" if stops else "G64")
+        yield " ".join([*self.codes, *mode, "G1", words, f"F{self.tool_point_feed(line)}"])
+        self.codes = []
+
+    def output(self, channel: Channel, value: float, when: str = "immediate") -> str:
+        """Set an output: nothing where it is left to the block to come.
+
+        Raises:
+            ProgramError: it has no M code, or no digital one changes while the machine moves.
+        """
+        if channel.kind == "digital":
+            if not 0 <= channel.number <= _MOST_DIGITAL:
+                most = f"M codes are assigned to outputs 0 to {_MOST_DIGITAL}"
+                raise ProgramError(
+                    f"{channel.name} is digital output {channel.number}; {most}. Give it another number."
+                )
+            code = f"M{M_BASE + 2 * channel.number + (value > 0.5)}"
+            if when == "immediate":
+                return code
+            self.codes.append(code)
+            return ""
+        if when != "immediate":
+            why = "while the machine moves only M codes switch, which are digital outputs"
+            raise ProgramError(f"{channel.name} is {channel.kind} output {channel.number}; {why}.")
+        return f"G65 P{OUTPUT_MACRO} A{ARGUMENT[channel.kind] + channel.number} V{short(value, 6)}"
+
+    def operand(self, value: float, digits: int = 6) -> str:
+        """Write a number in an expression; a negative one stands in brackets."""
+        text = short(value, digits)
+        return f"[{text}]" if text.startswith("-") else text
+
+    def quantity(self, sensor: Sensor) -> str:
+        """Write the quantity that the PMC leaves in a variable."""
+        if not 0 <= sensor.number <= _MOST_SENSOR:
+            raise ProgramError(f"{sensor.name} is analog input {sensor.number}; variables are assigned to 0 to 99.")
+        scale, offset = (self.operand(each, 9) for each in self.dialect.capability.analog.reading(sensor))
+        return self.reading.format(scale=scale, number=600 + sensor.number, offset=offset)
+
+    def wait_lines(self, forms: Sequence[str], index: int, wait: Wait) -> list[str]:
+        """Fill in the forms of a wait; digital inputs are #1000 and up."""
+        lines = super().wait_lines(forms, index, wait)
+        if wait.contact is None:
+            return lines
+        if not 0 <= wait.contact.number <= _MOST_INPUT:
+            raise ProgramError(f"{wait.contact.name} is input {wait.contact.number}; macros read 0 to {_MOST_INPUT}.")
+        return [re.sub(r"#(\d+)EQ", f"#{1000 + wait.contact.number}EQ", line) for line in lines]
+
+    def prepare(self) -> Iterator[str]:
+        """Set the modes, and the zero of each coordinate system."""
+        yield self.comment(f"the part to start at; 1 is the whole program of {len(self.chapters)}")
+        yield f"{self.start}=1"
+        yield "G21 G90 G17 G40 G49 G80 G94"
+        for number, (system, offset) in enumerate(self.offsets.values(), start=1):
+            words = " ".join(f"{letter}{short(value, 4)}" for letter, value in zip(self.letters, offset, strict=True))
+            yield self.comment(f"{system}: origin of the board; leave this block out after touching off")
+            yield f"G10 L2 P{number} {words}"
+
+    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
+        """Begin a loop at a block number."""
+        opening = [self.loop_comment(loop)] if loop.sensor is not None else []
+        return [*opening, f"#{110 + number}=0", f"N{500 + number}", f"#{110 + number}=#{110 + number}+1"]
+
+    def end_loop(self, number: int, loop: Repeat) -> list[str]:
+        """Go back to it until the count is reached, or the quantity that is read after each turn."""
+        condition = f"#{110 + number}LT{loop.count}"
+        if loop.sensor is not None:
+            least = self.operand(loop.least)
+            condition = f"[{condition}]AND[[{self.quantity(loop.sensor)}]LT{least}]"
+        return [f"IF[{condition}]GOTO{500 + number}"]
+
+    def signal_lines(self) -> Iterator[str]:
+        """List outputs by M codes, inputs by variables."""
+        for channel in channels_of(self.motion):
+            if channel.kind == "digital":
+                code = M_BASE + 2 * channel.number
+                yield f"Output {channel.name}: M{code + 1} on, M{code} off"
+            else:
+                yield f"Output {channel.name}: A{ARGUMENT[channel.kind] + channel.number} of macro O{OUTPUT_MACRO}"
+        for wait in self.installation.waits:
+            if wait.contact is not None:
+                yield f"Input {wait.contact.name}: #{1000 + wait.contact.number}, {wait.words}"
+            if wait.sensor is not None:
+                yield f"Input {wait.sensor.name}: #{600 + wait.sensor.number}, {wait.words}"
+
+    def setup(self) -> Iterator[str]:
+        """State what parameters and ladder have to do."""
+        yield "parameters: G43.4 alone moves nothing (TOS), G0 interpolates (LRP), G5.1 keeps within 0.05 mm"
+        yield "M codes of outputs: finished at once (high-speed interface), not buffered where they stand alone"
+        yield f"O{OUTPUT_MACRO}: your macro, sets output A to value V; the PMC copies analog inputs to #600 and up"
+        yield f"PMC: shut the valves at reset, alarm and emergency stop, as O{SHUT} does"
+        for wait in self.installation.waits:
+            if wait.watched and wait.contact is not None:
+                yield f"PMC: feed hold, valves shut, when {wait.contact.name} leaves its state: {wait.words}"
+
+    def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
+        """Write one file of programs."""
+        head = self.heading(*self.legend())
+        text = ["%", f"O{MAIN}{self.comment(self.name)}", *head, *main.body]
+        for name, body in ((str(SHUT), self.shut()), *((each.name, each.body) for each in routines)):
+            text += [f"O{name}", *body, "M99"]
+        return {f"{self.name}.nc": join_lines([*text, "%"])}

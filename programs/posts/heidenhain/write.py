@@ -1,0 +1,200 @@
+"""Klartext for HEIDENHAIN's TNC: tool points under FUNCTION TCPM, outputs by M functions in their block."""
+
+from collections.abc import Iterator, Sequence
+
+from programs.errors import ProgramError
+from programs.motion.installation import Channel, Installation, Sensor
+from programs.motion.lower import Lowered
+from programs.motion.steps import Line, Repeat
+from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.writing.blocks import BLEND_MM, ToolPointSyntax
+from programs.posts.writing.driver import Routine
+from programs.posts.writing.heading import channels_of
+from programs.posts.writing.lines import Placed
+from programs.posts.writing.naming import Names
+from programs.posts.writing.wording import cut, fixed, join_lines, short
+
+M_BASE = 400
+"""M functions of digital output n: this plus 2 n shuts it, one more opens it."""
+NUMBER = {"analog": 100, "group": 200}
+"""Added to the number of an output in the first value that FN 19 sends to the PLC."""
+STAND = "FN 20: WAIT FOR SYNC"
+TOLERANCE = ("CYCL DEF 32.0 TOLERANCE", f"CYCL DEF 32.1 T{BLEND_MM:g}", "CYCL DEF 32.2 HSC-MODE:0 TA0.25")
+_MOST_DIGITAL = 99
+
+
+class Heidenhain(ToolPointSyntax):
+    """One program of numbered blocks; labels for its parts, Q parameters."""
+
+    systems = tuple(str(number) for number in range(1, 10))
+    controller_name = "a HEIDENHAIN TNC"
+    mark = "; "
+    points_on = ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS",)
+    points_off = ("FUNCTION RESET TCPM",)
+    change_form = "TOOL CALL {tool} Z"
+    rapid_form = "L {} R0 FMAX"
+    home_form = "L {} R0 FMAX M91"
+    last = ("M30",)
+    longest_name = 30
+    indents_loops = False
+    start = "Q50"
+    start_words = "write its number into the block {start} = +1"
+    watch_note = ": to be wired, see below"
+    part_form = ("FN 11: IF +{start} GT +{number} GOTO LBL {label}", "{call}", "LBL {label}")
+    enter_begin = ("FN 10: IF +{start} NE +{number} GOTO LBL 9{number}", "{start} = +1")
+    enter_end = ("LBL 9{number}",)
+    reading = "{scale} * Q61 + {offset}"
+    wait_contact = (
+        "Q60 = +0",
+        "LBL {label}",
+        "CYCL DEF 9.0 DWELL TIME",
+        "CYCL DEF 9.1 DWELL 0.1",
+        "Q60 = Q60 + 1",
+        "FN 18: SYSREAD Q61 = ID2000 NR20 IDX{input}",
+        "FN 9: IF +Q61 EQU +{state} GOTO LBL {ready}",
+        "FN 12: IF +Q60 LT +{tenths} GOTO LBL {label}",
+        "FN 14: ERROR={label} ; {message}",
+        "LBL {ready}",
+    )
+    wait_sensor = (
+        *wait_contact[:5],
+        "FN 18: SYSREAD Q61 = ID2000 NR70 IDX{input}",
+        "Q61 = {reading}",
+        "FN 9: IF +Q61 EQU {least} GOTO LBL {ready}",
+        "FN 11: IF +Q61 GT {least} GOTO LBL {ready}",
+        *wait_contact[7:],
+    )
+
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        self.name = self.name.upper()
+        self.codes: list[str] = []
+        """M functions for the block to come."""
+
+    def make_names(self) -> Names:
+        """Name labels and programs in capital letters."""
+        return Names(self.longest_name, {self.name.lower(), self.shut_name}, str.upper)
+
+    def word(self, letter: str, value: str) -> str:
+        """Write where an axis is, with its sign."""
+        return f"{letter}{_signed(value)}"
+
+    def operand(self, value: float, digits: int = 6) -> str:
+        """Write a number with its sign."""
+        return _signed(short(value, digits))
+
+    def call(self, name: str) -> str:
+        """Call a label, or the integrator's program."""
+        theirs = {given for (kind, _), given in self.names.given.items() if kind == "call"}
+        return f"CALL PGM {name}" if name in theirs else f'CALL LBL "{name}"'
+
+    def line(self, line: Line, placed: Placed) -> Iterator[str]:
+        """Write the blocks of a line; an output that changes in passing is in the block that begins there."""
+        yield from (each for each in super().line(line, placed) if each)
+
+    def block(self, line: Line, words: str, share: float, *, stops: bool, turns: bool) -> Iterator[str]:
+        """Write a block, and wait for its end where the machine stands there."""
+        yield " ".join(["L", words, f"F{self.tool_point_feed(line)}", *self.codes])
+        self.codes = []
+        if stops:
+            yield STAND
+
+    def pause(self, seconds: float) -> Iterator[str]:
+        """Hold the pose."""
+        yield "CYCL DEF 9.0 DWELL TIME"
+        yield f"CYCL DEF 9.1 DWELL {fixed(seconds, 3)}"
+
+    def output(self, channel: Channel, value: float, when: str = "immediate") -> str:
+        """Set an output: nothing where it is left to the block to come.
+
+        Raises:
+            ProgramError: it has no M function, or no digital one changes while the machine moves.
+        """
+        if channel.kind == "digital":
+            if not 0 <= channel.number <= _MOST_DIGITAL:
+                most = f"M functions are assigned to outputs 0 to {_MOST_DIGITAL}"
+                raise ProgramError(f"{channel.name} is digital output {channel.number}; {most}. Renumber it.")
+            code = f"M{M_BASE + 2 * channel.number + (value > 0.5)}"
+            if when == "immediate":
+                return code
+            self.codes.append(code)
+            return ""
+        if when != "immediate":
+            why = "while the machine moves only M functions switch, which are digital outputs"
+            raise ProgramError(f"{channel.name} is {channel.kind} output {channel.number}; {why}.")
+        return f"FN 19: PLC=+{NUMBER[channel.kind] + channel.number}/{self.operand(value)}"
+
+    def select(self, system: str) -> Iterator[str]:
+        """Shift the datum to the board's origin."""
+        yield "CYCL DEF 7.0 DATUM SHIFT"
+        for number, letter in enumerate("XYZ", start=1):
+            yield f"CYCL DEF 7.{number} {self.word(letter, short(self.offset[self.letters.index(letter)], 4))}"
+
+    def quantity(self, sensor: Sensor) -> str:
+        """Write the quantity that Q61 stands for."""
+        scale, offset = (self.operand(each, 9) for each in self.dialect.capability.analog.reading(sensor))
+        return self.reading.format(scale=scale, offset=offset)
+
+    def prepare(self) -> Iterator[str]:
+        """Set the part to start at, and the tolerance."""
+        yield self.comment(f"the part to start at; 1 is the whole program of {len(self.chapters)}")
+        yield f"{self.start} = +1"
+        yield from TOLERANCE
+
+    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
+        """Begin a loop at a label."""
+        opening = [self.loop_comment(loop)] if loop.sensor is not None else []
+        counter = f"Q{70 + number}"
+        return [*opening, f"{counter} = +0", f"LBL {500 + number}", f"{counter} = {counter} + 1"]
+
+    def end_loop(self, number: int, loop: Repeat) -> list[str]:
+        """Go back to it until the count is reached, or the quantity that is read after each turn."""
+        again = f"FN 12: IF +Q{70 + number} LT +{loop.count} GOTO LBL {500 + number}"
+        if loop.sensor is None:
+            return [again]
+        least = self.operand(loop.least)
+        return [
+            STAND,
+            f"FN 18: SYSREAD Q61 = ID2000 NR70 IDX{loop.sensor.number}",
+            f"Q61 = {self.quantity(loop.sensor)}",
+            f"FN 9: IF +Q61 EQU {least} GOTO LBL {600 + number}",
+            f"FN 11: IF +Q61 GT {least} GOTO LBL {600 + number}",
+            again,
+            f"LBL {600 + number}",
+        ]
+
+    def signal_lines(self) -> Iterator[str]:
+        """List outputs by M functions or numbers of FN 19, inputs by operands of the PLC."""
+        for channel in channels_of(self.motion):
+            if channel.kind == "digital":
+                code = M_BASE + 2 * channel.number
+                yield f"Output {channel.name}: M{code + 1} on, M{code} off"
+            else:
+                yield f"Output {channel.name}: FN 19 with {NUMBER[channel.kind] + channel.number}"
+        for wait in self.installation.waits:
+            if wait.contact is not None:
+                yield f"Input {wait.contact.name}: I{wait.contact.number} of the PLC, {wait.words}"
+            if wait.sensor is not None:
+                yield f"Input {wait.sensor.name}: W{wait.sensor.number} of the PLC, {wait.words}"
+
+    def setup(self) -> Iterator[str]:
+        """State what machine parameters and the PLC have to do."""
+        yield "active preset: zero of the machine; CYCL DEF 7 shifts it to the board. Cycle 32 lets corners be passed"
+        yield "PLC: M functions of outputs act where their block begins; FN 19 sends an output's number and its value"
+        yield "PLC: errors of FN 14 with your texts; valves shut at stop, cancel and emergency stop; override at 100"
+        for wait in self.installation.waits:
+            if wait.watched and wait.contact is not None:
+                yield f"PLC: NC stop, valves shut, when {wait.contact.name} leaves its state: {wait.words}"
+
+    def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
+        """Write one program: main, then its labels."""
+        head = [f"; {cut(line[2:], 190)}" for line in self.heading(*self.legend())]
+        text = [f"BEGIN PGM {self.name} MM", *head, *main.body]
+        for name, body in ((self.shut_name, self.shut()), *((each.name, each.body) for each in routines)):
+            text += [f'LBL "{name}"', *body, "LBL 0"]
+        text.append(f"END PGM {self.name} MM")
+        return {f"{self.name}.h": join_lines(f"{number} {line}" for number, line in enumerate(text))}
+
+
+def _signed(number: str) -> str:
+    return number if number.startswith("-") else f"+{number}"

@@ -1,0 +1,144 @@
+"""Reads blocks that name axes, under a controller that takes tool points while its program has that switched on."""
+
+import re
+
+from programs.errors import ProgramError
+from programs.motion.steps import Line
+from programs.posts.reading.driver import NUMBER, Reader, look_up
+from programs.posts.rebuilt import Axes, Due, ReadBoard, ReadLine, ReadReach, ReadTool
+from programs.posts.writing.blocks import BLEND_MM
+
+AXES = rf"(?: [XYZABCUVW](?:=|\+)?{NUMBER})+"
+WORD = re.compile(rf"([XYZABCUVW])(?:=|\+)?({NUMBER})")
+
+
+class AxisReader(Reader):
+    """Coordinate systems, and the modes of the machine."""
+
+    writes_lines = False
+    handlers = frozenset({"main"})
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.offsets: dict[str, dict[str, float]] = {}
+        self.system = ""
+        self.axes: dict[str, float] = {}
+        """In machine coordinates, in the order in which they are first written."""
+        self.stops = False
+        self.raised: dict[str, float] = {}
+        """Axis that was raised before the first motion home, and to where."""
+
+    @classmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give nothing: blocks are compared with the line that they are parts of."""
+        return Due()
+
+    def move(self, words: str) -> Axes:
+        """Give the axes after a block.
+
+        Raises:
+            ProgramError: no coordinate system is in use.
+        """
+        if self.system not in self.offsets:
+            raise ProgramError("the program moves before it names a coordinate system.")
+        for letter, value in WORD.findall(words):
+            self.axes[letter] = float(value) + self.offsets[self.system].get(letter, 0.0)
+        return Axes(tuple(self.axes.values()))
+
+    def use_system(self, match: re.Match[str]) -> None:
+        """Use another coordinate system from now on."""
+        look_up(self.offsets, match[0], match[0])
+        self.system = match[0]
+        self.steps.append(ReadBoard(None))
+
+    def go_home(self, match: re.Match[str]) -> None:
+        """Go home in machine coordinates: Z alone before the first time, then all axes.
+
+        Raises:
+            ProgramError: Z is raised to another height than that of home.
+        """
+        words = words_of(match[1])
+        if len(words) == 1:
+            self.raised = words
+        elif words.items() >= self.raised.items():
+            self.come_home(words.values())
+        else:
+            raise ProgramError(f"{match[0]!r} is not as high as the axis was raised before.")
+
+    def mount(self, label: str) -> None:
+        """Change the tool, not before the valves are shut.
+
+        Raises:
+            ProgramError: nothing was done yet.
+        """
+        if not self.steps:
+            raise ProgramError("the tool is changed before anything else.")
+        self.steps.append(ReadTool(label, None))
+
+
+class ToolPointReader(AxisReader):
+    """A controller that takes tool points while its program has that switched on, and the axes themselves otherwise."""
+
+    home_in_tool_points = False
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.takes_points = False
+        """Whether tool points are taken."""
+
+    def take_points(self, match: re.Match[str]) -> None:
+        """Take tool points from now on."""
+        self.takes_points = True
+
+    def take_axes(self, match: re.Match[str]) -> None:
+        """Take the machine's own axes from now on."""
+        self.takes_points = False
+
+    def change_tool(self, match: re.Match[str]) -> None:
+        """Change the tool, where no tool points are taken.
+
+        Raises:
+            ProgramError: they are.
+        """
+        if self.takes_points:
+            raise ProgramError("the tool is changed while tool points are taken.")
+        self.mount(match[1])
+
+    def rapid(self, match: re.Match[str]) -> None:
+        """Come to a tool point at rapid speed."""
+        self.check_points()
+        self.steps.append(ReadReach(self.move(match[1])))
+
+    def feed(self, words: str, feed: str) -> None:
+        """Go straight to a tool point."""
+        self.check_points()
+        target, zone = self.move(words), 0.0 if self.stops else BLEND_MM
+        per_s = float(feed) / 60.0
+        if any(letter in words for letter in "XYZ"):
+            self.steps.append(ReadLine(target, self.stops, per_s, zone=zone))
+        else:
+            self.steps.append(ReadLine(target, self.stops, 0.0, zone=zone, turn_deg_s=per_s))
+
+    def check_points(self) -> None:
+        """Make sure that tool points are taken.
+
+        Raises:
+            ProgramError: they are not.
+        """
+        if not self.takes_points:
+            raise ProgramError("the machine moves to a tool point, and takes none.")
+
+    def go_home(self, match: re.Match[str]) -> None:
+        """Go home by the axes themselves.
+
+        Raises:
+            ProgramError: tool points are taken.
+        """
+        if self.takes_points:
+            raise ProgramError("the axes go home while tool points are taken.")
+        super().go_home(match)
+
+
+def words_of(words: str) -> dict[str, float]:
+    """Give the axes of a block by their letters."""
+    return {letter: float(value) for letter, value in WORD.findall(words)}

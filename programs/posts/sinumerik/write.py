@@ -1,0 +1,150 @@
+"""SINUMERIK 840D programs: tool points under TRAORI, outputs by synchronized actions."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from programs.errors import ProgramError
+from programs.motion.installation import Channel, Installation, Sensor, Wait
+from programs.motion.lower import Lowered
+from programs.motion.steps import Line
+from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.writing.blocks import BLEND_MM, ToolPointSyntax
+from programs.posts.writing.driver import Routine
+from programs.posts.writing.frame import INTERRUPT
+from programs.posts.writing.heading import channels_of
+from programs.posts.writing.wording import join_lines, operand, short
+
+SYSTEMS = ("G54", "G55", "G56", "G57", "G505", "G506", "G507", "G508", "G509")
+WORDS = {"digital": "$A_OUT", "group": "$A_DBB", "analog": "$A_OUTA"}
+"""Variables of outputs; those of the PLC's bytes count from 0, all others from 1."""
+ALARM = 65000
+"""User alarms begin here."""
+_LONGEST_NAME = 24
+
+
+class Sinumerik(ToolPointSyntax):
+    """A main program and a subprogram for each part."""
+
+    systems = SYSTEMS
+    controller_name = "SINUMERIK"
+    mark = "; "
+    points_on = ("D1", "TRAORI", "ORIMKS ORIAXES", f"CTOL={BLEND_MM:g} OTOL=0.25")
+    points_off = ("TRAFOOF",)
+    change_form = "T{tool} M6"
+    home_form = "G0 SUPA D0 {}"
+    call_form = "{}"
+    pause_form = "G4 F{}"
+    last = ("M30",)
+    longest_name = _LONGEST_NAME
+    longest_title = 16
+    start = "R100"
+    start_words = "write its number into the block {start}=1"
+    part_form = ("IF {start}<={number}", "  {call}", "ENDIF")
+    enter_begin = ("IF {start}=={number}", "  {start}=1")
+    enter_end = ("ENDIF",)
+    guard = ("STOPRE", "IF $AC_TOTAL_OVR<>100", f'  SETAL({ALARM},"override is not 100 percent")', "  M30", "ENDIF")
+    counter = "R{number}"
+    first_counter = 111
+    loop_begin = ("{counter}=0", "REPEAT", "  {counter}={counter}+1")
+    loop_end = ("  STOPRE", "UNTIL {condition}")
+    counted = "{counter}>={count}"
+    sensed = "({counter}>={count}) OR ({reading}>={least})"
+    reading = "{scale}*$A_INA[{number}]+{offset}"
+    wait_contact = (
+        "$AC_TIMER[1]=0",
+        "WAIT_{index}:",
+        "STOPRE",
+        "IF $A_IN[{input}]=={state} GOTOF READY_{index}",
+        "IF $AC_TIMER[1]<{seconds} GOTOB WAIT_{index}",
+        'SETAL(65{label},"{message}")',
+        "M30",
+        "READY_{index}:",
+    )
+    wait_sensor = (*wait_contact[:3], "IF {reading}>={least} GOTOF READY_{index}", *wait_contact[4:])
+    watch = ("IDS={interrupt} EVERY $A_IN[{input}]=={other} DO SETAL(650{interrupt})",)
+
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        if not self.name[:2].isalpha():  # a program's name begins with two letters
+            self.name = f"WB{self.name}"[:_LONGEST_NAME]
+
+    def operand(self, value: float, digits: int = 6) -> str:
+        """Write a number in an expression."""
+        return operand(value, digits)
+
+    def block(self, line: Line, words: str, share: float, *, stops: bool, turns: bool) -> Iterator[str]:
+        """Write a block; F counts for X, Y and Z, or for B and C where the tool turns on the spot."""
+        way = "X,Y,Z" if set(words) & set("XYZ") else "B,C"
+        yield from self.mode("group", f"FGROUP({way})")
+        yield " ".join([*self.mode("path", "G60" if stops else "G642"), "G1", words, f"F{self.tool_point_feed(line)}"])
+
+    def output(self, channel: Channel, value: float, when: str = "immediate") -> str:
+        """Set an output, with the next motion by an action that is synchronized to it."""
+        name = address(channel)
+        word = short(self.dialect.capability.analog.count(channel, value), 6)
+        if channel.kind != "analog":
+            word = short(value, 6)
+        return f"{name}={word}" if when == "immediate" else f"WHEN TRUE DO {name}={word}"
+
+    def quantity(self, sensor: Sensor) -> str:
+        """Write the quantity that an input shows; inputs count from 1."""
+        return super().quantity(replace(sensor, number=sensor.number + 1))
+
+    def wait_lines(self, forms: Sequence[str], index: int, wait: Wait) -> list[str]:
+        """Fill in the forms of a wait; inputs count from 1."""
+        contact = wait.contact
+        if contact is not None:
+            wait = replace(wait, contact=replace(contact, number=contact.number + 1))
+        return super().wait_lines(forms, index, wait)
+
+    def prepare(self) -> Iterator[str]:
+        """Set the modes, the zero of each coordinate system, and what shuts the valves at a fault."""
+        yield self.comment(f"the part to start at; 1 is the whole program of {len(self.chapters)}")
+        yield f"{self.start}=1"
+        yield "G17 G40 G90 G94 G710"
+        for system, offset in self.offsets.values():
+            words = ",".join(f"{letter},{short(value, 4)}" for letter, value in zip("XYZ", offset, strict=False))
+            yield self.comment(f"{system}: origin of the board; leave this block out after touching off")
+            yield f"$P_UIFR[{frame_number(system)}]=CTRANS({words})"
+        actions = " ".join(self.output(channel, 0.0) for channel in self.valves)
+        yield f"IDS=1 EVERY $AC_STAT<>2 DO {actions}" if actions else "CANCEL(1)"
+
+    def signal_lines(self) -> Iterator[str]:
+        """List outputs and inputs by their variables."""
+        yield from (f"Output {channel.name}: {address(channel)}" for channel in channels_of(self.motion))
+        for wait in self.installation.waits:
+            if wait.contact is not None:
+                yield f"Input {wait.contact.name}: $A_IN[{wait.contact.number + 1}], {wait.words}"
+            if wait.sensor is not None:
+                yield f"Input {wait.sensor.name}: $A_INA[{wait.sensor.number + 1}], {wait.words}"
+
+    def setup(self) -> Iterator[str]:
+        """State what machine data and the PLC have to do."""
+        yield "MD: B and C no modulo axes; fast inputs and outputs as below, analog ones in mV; corners within CTOL"
+        yield f"alarms {ALARM} to {ALARM + 999} with your texts, which stop the channel; $A_DBB is for the PLC to copy"
+        yield "PLC: valves shut at emergency stop too, as IDS=1 does while no program runs"
+        if any(wait.watched for wait in self.installation.waits):
+            yield f"IDS={INTERRUPT + 1} and up raise an alarm that stops the channel; IDS=1 then shuts the valves"
+
+    def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
+        """Write a main program, and a subprogram for each part."""
+        files = {f"{self.name}.mpf": join_lines([*self.heading(*self.legend()), *main.body])}
+        bodies = {self.shut_name: self.shut(), **{each.name: each.body for each in routines}}
+        return files | {f"{name}.spf": join_lines([*body, "M17"]) for name, body in bodies.items()}
+
+
+def address(channel: Channel) -> str:
+    """Give the variable of an output.
+
+    Raises:
+        ProgramError: there is none of its number.
+    """
+    if channel.number < 0:
+        raise ProgramError(f"{channel.name} is {channel.kind} output {channel.number}; SINUMERIK has 0 and up.")
+    return f"{WORDS[channel.kind]}[{channel.number + (channel.kind != 'group')}]"
+
+
+def frame_number(system: str) -> int:
+    """Give the number of a coordinate system among the settable frames."""
+    number = int(system[1:])
+    return number - 500 if number > 500 else number - 53
