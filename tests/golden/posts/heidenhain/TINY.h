@@ -4,13 +4,13 @@
 3 ; Recipe smt-aqueous  sha256 77b0
 4 ; Cell   bench  robot gantry
 5 ; Planned time 3.6 s, each loop once
-6 ; Predicted time 2.9 s by this controller's model, 0.81 x planned
-7 ; Worst event error 0.01 mm, 4.6 ms at predicted speeds (s/pass)
+6 ; Predicted time 2.9 s by this controller's model, 0.82 x planned
+7 ; Worst event error 0.02 mm, 10.0 ms at predicted speeds (s/pass)
 8 ; Worst event error 0.05 mm, 10.0 ms at planned speeds (s/pass)
 9 ; Controller class 3; cycle 10 ms is in the error
 10 ; Analog aoPressure: 0 V is 0, 10 V is 10
 11 ; Analog aiResistivity: 0 V is 0, 10 V is 10
-12 ; Waits for part present (30 s), door closed (12.5 s), pressure of 3 (20 s)
+12 ; Waits for part present (30 s), door closed (12.5 s), pressure at least 3 bar (20 s)
 13 ; Does not wait for temperature: the cell maps no such input
 14 ; Stops, valves shut, without door closed: to be wired, see below
 15 ; Parts: 1 clean, 2 clean, 3 clean
@@ -141,16 +141,16 @@
 140 CYCL DEF 9.0 DWELL TIME
 141 CYCL DEF 9.1 DWELL 0.040
 142 FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS
-143 L X+34.5561 Y+19.9510 Z+50.0000 C+0.0000 B+0.0000 F3599.5
-144 L X+34.6410 Y+20.0000 F3599.5 M402
+143 L X+34.5388 Y+19.9410 Z+50.0000 C+0.0000 B+0.0000 F3599.5
+144 L X+34.6410 Y+20.0000 F337.1 M402
 145 FN 20: WAIT FOR SYNC
 146 ; s/transfer
 147 L X+29.8326 Y+28.3285 F3819.2
-148 L X+29.6410 Y+28.6603 F3819.2 M403
+148 L X+29.6410 Y+28.6603 F1094.6 M403
 149 FN 20: WAIT FOR SYNC
 150 ; s/pass
-151 L X-4.9151 Y+8.7093 F3599.5
-152 L X-5.0000 Y+8.6603 F3599.5 M402
+151 L X-4.8978 Y+8.7193 F3599.5
+152 L X-5.0000 Y+8.6603 F337.1 M402
 153 FN 20: WAIT FOR SYNC
 154 ; s/transfer
 155 L X+0.0000 Y+0.0000 F3819.2
@@ -171,14 +171,14 @@
 170 L X+0.0000 Y+0.0000 Z+110.0000 C+0.0000 B+0.0000 R0 FMAX
 171 L Z+50.0000 F9780
 172 FN 20: WAIT FOR SYNC
-173 L X+34.5561 Y+19.9510 F3599.5
-174 L X+34.6410 Y+20.0000 F3599.5
+173 L X+34.5388 Y+19.9410 F3599.5
+174 L X+34.6410 Y+20.0000 F337.1
 175 FN 20: WAIT FOR SYNC
 176 L X+29.8326 Y+28.3285 F3819.2
-177 L X+29.6410 Y+28.6603 F3819.2
+177 L X+29.6410 Y+28.6603 F1094.6
 178 FN 20: WAIT FOR SYNC
-179 L X-4.9151 Y+8.7093 F3599.5
-180 L X-5.0000 Y+8.6603 F3599.5
+179 L X-4.8978 Y+8.7193 F3599.5
+180 L X-5.0000 Y+8.6603 F337.1
 181 FN 20: WAIT FOR SYNC
 182 L X+0.0000 Y+0.0000 F3819.2
 183 FN 20: WAIT FOR SYNC
