@@ -19,7 +19,7 @@ def test_every_way_to_hold_a_board_that_is_shown_works(example: str) -> None:
 
 
 def test_the_robot_of_ones_own_that_is_shown_works(tmp_path: Path) -> None:
-    (example,) = (each for each in EXAMPLES if each.startswith("robot:"))
+    (example,) = (each for each in EXAMPLES if each.startswith("robot:") and "urdf:" in each)
     text = urdf().replace('"foot"', '"base_link"').replace('"hand"', '"tool0"').replace('"T"', '"joint_1"')
     (tmp_path / "my-arm.urdf").write_text(text.replace('type="prismatic"', 'type="revolute"'), "utf-8")
     cell = re.sub(r"robot: ur5e\n", example, CELL).replace("[-16, -94, 97, -93, -90, -106]", "[0, 0]")
@@ -30,3 +30,10 @@ def test_the_robot_of_ones_own_that_is_shown_works(tmp_path: Path) -> None:
 def test_the_page_names_every_library_cell() -> None:
     for word in cell_library():
         assert f"`{word}`" in PAGE
+
+
+def test_the_table_of_joints_that_is_shown_works(tmp_path: Path) -> None:
+    (example,) = (each for each in EXAMPLES if each.startswith("robot:") and "dh:" in each)
+    cell = re.sub(r"robot: ur5e\n", example, CELL).replace("[-16, -94, 97, -93, -90, -106]", "[0, 0]")
+    robot = read_cell_text(cell, file=tmp_path / "a.yaml").cell.robot
+    assert [joint.name for joint in robot.joints] == ["joint_1", "joint_2"]
