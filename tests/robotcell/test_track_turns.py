@@ -207,7 +207,7 @@ def test_a_tilt_band_that_is_none_is_refused(degrees: str) -> None:
 @pytest.mark.slow
 def test_the_jet_leans_within_the_band_only_where_it_must() -> None:
     cell = read_cell("kr6-bench").cell
-    blocked = Body("post", Box((0.006, 0.012, 0.19)), cell.T_cell_board @ pose((0.05, -0.011, 0.125), (0, 0, 0)))
+    blocked = Body("post", Box((0.006, 0.012, 0.19)), cell.T_cell_board @ pose((0.05, -0.015, 0.125), (0, 0, 0)))
     cell = with_straight_lance(dataclasses.replace(cell, fixtures=(*cell.fixtures, blocked)))
     straight = track(line_program(), cell, None, terms=ROUND)
     assert any(finding.rule.id == "collision" for finding in straight.findings)
