@@ -40,6 +40,10 @@ DRILL_MM = 1.0
 """Smaller drilled holes are left out of the outline: vias and the leads of parts, most of them full of solder."""
 
 
+_LEAST_SAGITTA = 1e-12
+"""As share of the radius: with less, the cosine of a step is 1."""
+
+
 def arc(start: Point2, centre: Point2, sweep_rad: float) -> Points2:
     """Points along an arc, ``(n, 2)`` with both ends; a positive sweep is counter-clockwise.
 
@@ -49,7 +53,8 @@ def arc(start: Point2, centre: Point2, sweep_rad: float) -> Points2:
     radius = float(np.hypot(arm[0], arm[1]))
     if radius <= SAGITTA_MM or abs(sweep_rad) < 1e-9:
         return np.array([start, start], dtype=np.float64)
-    step = 2.0 * np.arccos(1.0 - min(SAGITTA_MM / radius, 0.25))
+    # A circle of any size that a file may hold has a step above nothing.
+    step = 2.0 * np.arccos(1.0 - max(min(SAGITTA_MM / radius, 0.25), _LEAST_SAGITTA))
     # Rounded first, so that a board that was moved has as many points as before.
     count = max(int(np.ceil(round(abs(sweep_rad) / step, 3))), 2)
     turn = np.linspace(0.0, sweep_rad, count + 1)

@@ -23,6 +23,8 @@ _STANDS_MM = 5.0
 _SAME_PART_MM = 0.5
 _TOUCH_MM = 0.005
 _CELLS = 1_000_000.0
+_POINT = 1e-290
+"""A heap that is no larger is one point, whose cells have no size that can be written."""
 
 
 def split_bodies(patches: Triangles) -> list[Triangles]:
@@ -36,7 +38,7 @@ def split_bodies(patches: Triangles) -> list[Triangles]:
     low = points.min(axis=0)
     size = float((points.max(axis=0) - low).max())
     # Vertices are equal in the same cell of a millionth of the heap's size.
-    cells = np.rint((points - low) * (_CELLS / size if size > 0.0 else 1.0)).astype(np.int64)
+    cells = np.rint((points - low) * (_CELLS / size if size > _POINT else 1.0)).astype(np.int64)
     keys = (cells[:, 0] << 42) | (cells[:, 1] << 21) | cells[:, 2]
     faces = np.unique(keys, return_inverse=True)[1].reshape(-1, 3).astype(np.int64)
     solid = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])

@@ -28,6 +28,8 @@ def prism(
         Each piece is a closed mesh.
     """
     thinned = shapely.remove_repeated_points(outline, _FLAT_MM).simplify(_FLAT_MM)
+    if not thinned.area > 0.0:  # nothing of it is broader than that: the box around it stands for it
+        thinned = shapely.box(*outline.buffer(_FLAT_MM).bounds)
     # Shells counter-clockwise, holes clockwise, open, each from the vertex with which it was drawn first.
     pieces = [orient(piece) for piece in shapely.get_parts(thinned).tolist() if isinstance(piece, Polygon)]
     drawn = [ring for piece in pieces for ring in (piece.exterior, *piece.interiors)]

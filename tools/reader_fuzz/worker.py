@@ -24,7 +24,8 @@ LIMIT_MB = 1024.0
 _SAFETY_BYTES = 3 << 30
 _LONGEST = 1500
 _NOT_A_SENTENCE = re.compile(
-    r"Traceback|\b(?!(?:Board|Recipe|Cell|Program|Cleaning)Error)[A-Z]\w*(?:Error|Exception)\b|0x[0-9a-f]{8}|array\("
+    r"Traceback|\b(?!(?:Board|Recipe|Cell|Program|Cleaning)Error)[A-Z]\w*(?:Error|Exception)\b"
+    r"|\bat 0x[0-9a-f]{8}|array\("
 )
 
 Verdict: TypeAlias = Literal["accepted", "refused", "fault"]

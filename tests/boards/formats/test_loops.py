@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 import boards.formats.loops
-from boards.formats.loops import CHAIN_MM, chain, enclosed
+from boards.formats.loops import CHAIN_MM, arc, chain, enclosed
 
 SQUARE = np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 30.0], [0.0, 30.0]])
 EDGES = [np.array([SQUARE[at], SQUARE[(at + 1) % 4]]) for at in range(4)]
@@ -42,3 +42,10 @@ def test_scribbles_are_no_body_and_take_no_time() -> None:
     scribble = list(rng.uniform(0.0, 10.0, (600, 2, 2)))
     assert enclosed(scribble) is None
     assert enclosed([*EDGES, *scribble[:20]]) is not None
+
+
+@pytest.mark.parametrize("radius", [1e9, 1e14, 1e17])
+def test_an_arc_that_is_nearly_straight_has_few_points(radius: float) -> None:
+    points = arc(np.array([0.0, 0.0]), np.array([0.0, radius]), 2e-9)
+    assert 2 <= len(points) <= 10
+    np.testing.assert_allclose(points[:, 1], 0.0, atol=max(1e-3, 1e-15 * radius))

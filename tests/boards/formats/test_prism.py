@@ -39,6 +39,15 @@ def test_two_pieces_are_two_closed_meshes() -> None:
     assert mesh.body_count == 2
 
 
+def test_what_is_thinner_than_a_micrometre_is_the_box_around_it() -> None:
+    sliver = Polygon([(0, 0), (5, 0), (5, 0.0004), (0, 0.0004)])
+    patches, normals, _ = prism(sliver, 0.0, 1.6)
+    mesh = as_mesh(patches)
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(5.002 * 0.0024 * 1.6, rel=1e-6)
+    assert np.isfinite(normals).all()
+
+
 def test_points_on_a_straight_edge_make_no_thin_patches() -> None:
     ring = [(x / 10, 0.0) for x in range(100)] + [(10.0, 0.0), (10.0, 5.0), (0.0, 5.0)]
     patches, _, _ = prism(Polygon(ring), 0.0, 1.0)
