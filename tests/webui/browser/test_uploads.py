@@ -1,5 +1,6 @@
 """Boards that a browser sends: good ones, broken ones, and names that nobody should choose."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -92,7 +93,10 @@ def test_what_takes_a_while_says_how_far_it_is(tab):
     tab.page.evaluate(WATCH_PROGRESS)
     send(tab, "demo.tri", render_samples()["smt-demo.tri.gz"])
     tab.wait_for_input("Board", "(value, name) => value === name", "demo.tri")
-    assert "Understanding the board\N{HORIZONTAL ELLIPSIS} 85%" in tab.page.evaluate("[...window.told]")
+    # Which of the stages a browser gets to draw depends on how quickly they follow each other.
+    stages = re.compile("(Reading|Understanding|Planning|Refining).*\N{HORIZONTAL ELLIPSIS} \\d+%")
+    shown = tab.page.evaluate("[...window.told]")
+    assert any(stages.fullmatch(each) for each in shown), shown
 
 
 BROKEN = {
