@@ -63,14 +63,11 @@ def shape_of(body: Body, slab: Slab, frame: GridFrame) -> Shape:
         BoardError: Seen from the top it has no area.
     """
     framed = frame.triangles_to_frame(body.patches)
-    shadow = project(framed)
-    if shadow.is_empty:
-        message = f"{body.name} has no area as seen from the top. Correct its model or leave it out."
-        raise BoardError(message)
     anchors = framed[:, :, :2].reshape(-1, 2)
-    joined = join_pieces(shadow)
+    joined = _with_area(join_pieces(project(framed)), body.name)
     footprint = simplify_within(canonical(drop_collinear(joined), anchors), 0.98 * TOLERANCE_MM)
-    closed = fill_holes(join_pieces(close_gaps(footprint, PIN_GAP_MM)))
+    # The corners of a sliver fall into one line on the grid.
+    closed = fill_holes(_with_area(join_pieces(close_gaps(footprint, PIN_GAP_MM)), body.name))
     outline = simplify_within(canonical(drop_collinear(closed), anchors), 0.98 * TOLERANCE_MM)
     prism = canonical(drop_collinear(fill_holes(joined)), anchors)
     polygons = [footprint, outline, prism]
@@ -92,6 +89,13 @@ def shape_of(body: Body, slab: Slab, frame: GridFrame) -> Shape:
         share_below=round(below, 9),
         gap_mm=round(max(low - slab.top_z_mm, slab.bottom_z_mm - high), 9),
     )
+
+
+def _with_area(seen: Polygon, name: str) -> Polygon:
+    if seen.is_empty:
+        message = f"{name} has no area as seen from the top. Correct its model or leave it out."
+        raise BoardError(message)
+    return seen
 
 
 def side_of(shape: Shape) -> Side:

@@ -12,6 +12,7 @@ from functools import lru_cache
 from typing import Literal, TypeAlias
 
 from boards.packages.families import PackageFamily, normalise, other_chip, package_families, package_family
+from boards.packages.sizes import LONGEST_TEXT
 
 HeightSource: TypeAlias = Literal["stated", "name", "model", "family", "description", "assumed"]
 
@@ -263,7 +264,7 @@ def _of_family(family: PackageFamily, evidence: HeightEvidence, source: HeightSo
 
 def _in_words(description: str) -> BodyHeight | None:
     """Height that a description states in words or as three sizes."""
-    text = normalise(re.sub(r"<[^>]*>", " ", description[:2000]).replace(":", " "))
+    text = normalise(re.sub(r"<[^>]*>", " ", description[:LONGEST_TEXT]).replace(":", " "))
     hit = next(_hits(_IN_WORDS, re.sub(r"(?<=\d),(?=\d)", ".", text)), None)
     return None if hit is None else BodyHeight(hit[0] + _SEATED_MM * hit[2], "description", f"description, {hit[1]}")
 

@@ -27,6 +27,9 @@ FINEST_MM = 0.2
 _WIDEST_MM = 2.6
 """No pitch of what is soldered flat is wider; ``P8MM`` means 0.8 mm to some and is ignored."""
 
+LONGEST_TEXT = 2000
+"""Characters of a name or a description that are read: patterns are searched for at each of them."""
+
 _NUMBER = r"(\d{1,2}(?:\.\d{1,4})?)"
 _BODY = re.compile(rf"(?:^|[-_ ]){_NUMBER}x{_NUMBER}(?:x[\d.]+)?mm")
 _BARE_BODY = re.compile(
@@ -67,9 +70,9 @@ def package_sizes(package: str) -> PackageSizes:
 
 def without_library(package: str) -> str:
     """Name of a package without the library before its colon; ``MICROSD_1:1`` states a scale and stays as it is."""
-    library, _, name = package.rpartition(":")
+    library, _, name = package[:LONGEST_TEXT].rpartition(":")
     is_scale = bool(library) and len(name) <= 3 and not any(map(str.isalpha, name))
-    return (package if is_scale else name).strip()
+    return (f"{library}:{name}" if is_scale else name).strip()
 
 
 def _first(pattern: re.Pattern[str], name: str) -> float | None:

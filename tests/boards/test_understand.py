@@ -264,6 +264,13 @@ def test_a_component_below_its_surface_is_refused_by_name() -> None:
     assert "R9" in refuse(BOARD, body("R9", (10, 10, 0.2, 12, 12, 1.6)))
 
 
+def test_a_sliver_has_no_area() -> None:
+    # It has one until its corners are rounded to the grid.
+    triangle = np.array([[[50.5, 68.0, 1.6], [35.8, 67.9, 1.6], [43.885, 67.955, 2.0]]])
+    sliver = Body("R7", "component", triangle, areas_and_normals(triangle)[1], (Surface("1", 1),))
+    assert refuse(BOARD, sliver) == "R7 has no area as seen from the top. Correct its model or leave it out."
+
+
 def test_components_in_strange_places_are_noticed() -> None:
     away = body("R7", (120, 10, 1.6, 122, 11, 2))
     high = body("R8", (20, 20, 9, 22, 21, 10))

@@ -193,6 +193,11 @@ def test_any_text_is_answered(name: str) -> None:
     assert family is None or 0 < family.height_mm < 100
 
 
+def test_only_the_beginning_of_a_long_name_is_read() -> None:
+    assert package_family("x" * 1000 + "-SOIC-8") is not None
+    assert package_family("x" * 2000 + "-SOIC-8") is None
+
+
 def test_the_documents_table_is_the_programs() -> None:
     document = Path(__file__).parents[3] / "docs" / "boards.md"
     lines = document.read_text(encoding="utf-8").splitlines()
