@@ -6,7 +6,7 @@ from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
 from programs.posts.fanuc_cnc.write import ARGUMENT, M_BASE, MAIN, OUTPUT_MACRO, SHUT, SYSTEMS
 from programs.posts.reading.blocks import AXES, ToolPointReader, words_of
-from programs.posts.reading.driver import Action, N, statements_of
+from programs.posts.reading.driver import Action, N, skip, statements_of
 
 _BRACKETED = r"(-?\d+(?:\.\d+)?|\[-\d+(?:\.\d+)?\])"
 _READING = rf"\[{_BRACKETED}\*#(\d+)\]\+{_BRACKETED}"
@@ -76,11 +76,8 @@ class FanucCncReader(ToolPointReader):
             r"#(\d+)=0": self.set_counter,
             r"N(5\d\d)": self.begin_loop,
             _LOOP: self.end_loop,
-            r"#100=1|G21 G90 G17 G40 G49 G80 G94|N9\d+": self.pass_by,
+            r"#100=1|G21 G90 G17 G40 G49 G80 G94|N9\d+": skip,
         }
-
-    def pass_by(self, match: re.Match[str]) -> None:
-        """Pass over what has no effect on motion and outputs."""
 
     def feed_block(self, match: re.Match[str]) -> None:
         """Switch outputs, and go straight to a tool point."""
