@@ -11,7 +11,6 @@ from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.blocks import ToolPointSyntax
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine
-from programs.posts.writing.heading import channels_of
 from programs.posts.writing.lines import Placed
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import cut, join_lines, short
@@ -156,19 +155,20 @@ class FanucCnc(ToolPointSyntax):
             condition = f"[{condition}]AND[[{self.quantity(loop.sensor)}]LT{least}]"
         return [f"IF[{condition}]GOTO{500 + number}"]
 
-    def signal_lines(self) -> Iterator[str]:
-        """List outputs by M codes, inputs by variables."""
-        for channel in channels_of(self.motion):
-            if channel.kind == "digital":
-                code = M_BASE + 2 * channel.number
-                yield f"Output {channel.name}: M{code + 1} on, M{code} off"
-            else:
-                yield f"Output {channel.name}: A{ARGUMENT[channel.kind] + channel.number} of macro O{OUTPUT_MACRO}"
-        for wait in self.installation.waits:
-            if wait.contact is not None:
-                yield f"Input {wait.contact.name}: #{1000 + wait.contact.number}, {wait.words}"
-            if wait.sensor is not None:
-                yield f"Input {wait.sensor.name}: #{600 + wait.sensor.number}, {wait.words}"
+    def output_words(self, channel: Channel) -> str:
+        """Give the M codes of an output, or its number in the macro."""
+        if channel.kind == "digital":
+            code = M_BASE + 2 * channel.number
+            return f"M{code + 1} on, M{code} off"
+        return f"A{ARGUMENT[channel.kind] + channel.number} of macro O{OUTPUT_MACRO}"
+
+    def contact_words(self, number: int) -> str:
+        """Give the variable of a digital input."""
+        return f"#{1000 + number}"
+
+    def sensor_words(self, number: int) -> str:
+        """Give the variable of an analog input."""
+        return f"#{600 + number}"
 
     def setup(self) -> Iterator[str]:
         """State what parameters and ladder have to do."""

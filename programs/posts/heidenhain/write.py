@@ -9,7 +9,6 @@ from programs.motion.steps import Line, Repeat
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.blocks import BLEND_MM, ToolPointSyntax
 from programs.posts.writing.driver import Routine
-from programs.posts.writing.heading import channels_of
 from programs.posts.writing.lines import Placed
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import cut, fixed, join_lines, short
@@ -163,19 +162,20 @@ class Heidenhain(ToolPointSyntax):
             f"LBL {600 + number}",
         ]
 
-    def signal_lines(self) -> Iterator[str]:
-        """List outputs by M functions or numbers of FN 19, inputs by operands of the PLC."""
-        for channel in channels_of(self.motion):
-            if channel.kind == "digital":
-                code = M_BASE + 2 * channel.number
-                yield f"Output {channel.name}: M{code + 1} on, M{code} off"
-            else:
-                yield f"Output {channel.name}: FN 19 with {NUMBER[channel.kind] + channel.number}"
-        for wait in self.installation.waits:
-            if wait.contact is not None:
-                yield f"Input {wait.contact.name}: I{wait.contact.number} of the PLC, {wait.words}"
-            if wait.sensor is not None:
-                yield f"Input {wait.sensor.name}: W{wait.sensor.number} of the PLC, {wait.words}"
+    def output_words(self, channel: Channel) -> str:
+        """Give the M functions of an output, or its number in FN 19."""
+        if channel.kind == "digital":
+            code = M_BASE + 2 * channel.number
+            return f"M{code + 1} on, M{code} off"
+        return f"FN 19 with {NUMBER[channel.kind] + channel.number}"
+
+    def contact_words(self, number: int) -> str:
+        """Give the operand of the PLC for a digital input."""
+        return f"I{number} of the PLC"
+
+    def sensor_words(self, number: int) -> str:
+        """Give the operand of the PLC for an analog input."""
+        return f"W{number} of the PLC"
 
     def setup(self) -> Iterator[str]:
         """State what machine parameters and the PLC have to do."""

@@ -15,7 +15,6 @@ from programs.motion.steps import Line, Repeat, UseBoard, UseTool
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.blocks import BLEND_MM, AxisSyntax
 from programs.posts.writing.driver import Routine
-from programs.posts.writing.heading import channels_of
 from programs.posts.writing.naming import Names
 from programs.posts.writing.tool_points import one_row
 from programs.posts.writing.wording import cut, join_lines, short
@@ -173,16 +172,18 @@ class GCode(AxisSyntax):
             yield from self.sign_lines()
             yield self.spot_line()
 
-    def signal_lines(self) -> Iterator[str]:
-        """List outputs and inputs by their HAL pins."""
-        for channel in channels_of(self.motion):
-            pin = f"{'digital' if channel.kind == 'digital' else 'analog'}-out-{_number(channel):02d}"
-            yield f"Output {channel.name}: motion.{pin}" + (" (a whole number)" if channel.kind == "group" else "")
-        for wait in self.installation.waits:
-            if wait.contact is not None:
-                yield f"Input {wait.contact.name}: motion.digital-in-{wait.contact.number:02d}, {wait.words}"
-            if wait.sensor is not None:
-                yield f"Input {wait.sensor.name}: motion.analog-in-{wait.sensor.number:02d}, {wait.words}"
+    def output_words(self, channel: Channel) -> str:
+        """Give the HAL pin of an output."""
+        pin = f"motion.{'digital' if channel.kind == 'digital' else 'analog'}-out-{_number(channel):02d}"
+        return pin + (" (a whole number)" if channel.kind == "group" else "")
+
+    def contact_words(self, number: int) -> str:
+        """Give the HAL pin of a digital input."""
+        return f"motion.digital-in-{number:02d}"
+
+    def sensor_words(self, number: int) -> str:
+        """Give the HAL pin of an analog input."""
+        return f"motion.analog-in-{number:02d}"
 
     def setup(self) -> Iterator[str]:
         """State what HAL and INI have to do, as G-code has no interrupts."""

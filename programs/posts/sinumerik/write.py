@@ -11,7 +11,6 @@ from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.blocks import BLEND_MM, ToolPointSyntax
 from programs.posts.writing.driver import Routine
 from programs.posts.writing.frame import INTERRUPT
-from programs.posts.writing.heading import channels_of
 from programs.posts.writing.wording import join_lines, operand, short
 
 SYSTEMS = ("G54", "G55", "G56", "G57", "G505", "G506", "G507", "G508", "G509")
@@ -109,14 +108,17 @@ class Sinumerik(ToolPointSyntax):
         actions = " ".join(self.output(channel, 0.0) for channel in self.valves)
         yield f"IDS=1 EVERY $AC_STAT<>2 DO {actions}" if actions else "CANCEL(1)"
 
-    def signal_lines(self) -> Iterator[str]:
-        """List outputs and inputs by their variables."""
-        yield from (f"Output {channel.name}: {address(channel)}" for channel in channels_of(self.motion))
-        for wait in self.installation.waits:
-            if wait.contact is not None:
-                yield f"Input {wait.contact.name}: $A_IN[{wait.contact.number + 1}], {wait.words}"
-            if wait.sensor is not None:
-                yield f"Input {wait.sensor.name}: $A_INA[{wait.sensor.number + 1}], {wait.words}"
+    def output_words(self, channel: Channel) -> str:
+        """Give the variable of an output."""
+        return address(channel)
+
+    def contact_words(self, number: int) -> str:
+        """Give the variable of a digital input."""
+        return f"$A_IN[{number + 1}]"
+
+    def sensor_words(self, number: int) -> str:
+        """Give the variable of an analog input."""
+        return f"$A_INA[{number + 1}]"
 
     def setup(self) -> Iterator[str]:
         """State what machine data and the PLC have to do."""

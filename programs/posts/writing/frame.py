@@ -155,15 +155,27 @@ class ProductionFrame:
 
     def signal_lines(self) -> Iterator[str]:
         """List outputs and inputs by name and number, with what they are for."""
-        nozzles = {valve.channel: nozzle for nozzle, valve in self.installation.valves.items()}
         for channel in channels_of(self.motion):
-            opens = f", opens {nozzles[channel]}" if channel in nozzles else ""
-            yield f"Output {channel.name}: {channel.kind} {channel.number}{opens}"
+            yield f"Output {channel.name}: {self.output_words(channel)}"
         for wait in self.installation.waits:
             if wait.contact is not None:
-                yield f"Input {wait.contact.name}: digital {wait.contact.number}, {wait.words}"
+                yield f"Input {wait.contact.name}: {self.contact_words(wait.contact.number)}, {wait.words}"
             if wait.sensor is not None:
-                yield f"Input {wait.sensor.name}: analog {wait.sensor.number}, {wait.words}"
+                yield f"Input {wait.sensor.name}: {self.sensor_words(wait.sensor.number)}, {wait.words}"
+
+    def output_words(self, channel: Channel) -> str:
+        """Give what an output is in the controller: here its kind, its number, and the nozzle that it opens."""
+        nozzles = {valve.channel: nozzle for nozzle, valve in self.installation.valves.items()}
+        opens = f", opens {nozzles[channel]}" if channel in nozzles else ""
+        return f"{channel.kind} {channel.number}{opens}"
+
+    def contact_words(self, number: int) -> str:
+        """Give what a digital input is in the controller."""
+        return f"digital {number}"
+
+    def sensor_words(self, number: int) -> str:
+        """Give what an analog input is in the controller."""
+        return f"analog {number}"
 
 
 def _describe(wait: Wait) -> str:
