@@ -4,8 +4,8 @@ import re
 
 from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
-from programs.posts.fanuc_cnc.write import ARGUMENT, M_BASE, MAIN, OUTPUT_MACRO, SHUT, SYSTEMS
-from programs.posts.reading.blocks import AXES, ToolPointReader, words_of
+from programs.posts.fanuc_cnc.write import MAIN, OUTPUT_MACRO, SHUT, SYSTEMS, FanucCnc
+from programs.posts.reading.blocks import AXES, MCodeReader, words_of
 from programs.posts.reading.driver import Action, N, skip, statements_of
 
 _BRACKETED = r"(-?\d+(?:\.\d+)?|\[-\d+(?:\.\d+)?\])"
@@ -14,9 +14,10 @@ _FAILS = (r"IF\[#3001LT(\d+)\]GOTO(\d+)", r"#3000=\d+\(.*\)", r"N(\d+)")
 _LOOP = rf"IF\[(?:#(\d+)LT(\d+)|\[#(\d+)LT(\d+)\]AND\[\[{_READING}\]LT{_BRACKETED}\])\]GOTO(\d+)"
 
 
-class FanucCncReader(ToolPointReader):
+class FanucCncReader(MCodeReader):
     """Programs by O-numbers."""
 
+    m_base = FanucCnc.m_base
     shut_name = str(SHUT)
 
     def __init__(self) -> None:
@@ -24,8 +25,6 @@ class FanucCncReader(ToolPointReader):
         self.mounted = ""
         """Number of the tool in the spindle."""
         self.contour_control = False
-        self.labels: list[str] = []
-        """Block numbers at which the loops that run begin."""
 
     def load(self, files: ProgramFiles) -> str:
         """Sort the programs.
@@ -56,7 +55,7 @@ class FanucCncReader(ToolPointReader):
             rf"((?:M\d+ )*)(G6[14] )?G1({AXES}) F{N}": self.feed_block,
             rf"G0({AXES})": self.rapid,
             rf"G53 G0({AXES})": self.go_home,
-            r"M([2-3]\d\d)": lambda match: self.switch(*_output(match[1])),
+            r"M([2-3]\d\d)": lambda match: self.switch_by(match[1]),
             rf"G65 P{OUTPUT_MACRO} A(\d+) V{N}": self.set_value,
             rf"G4 X{N}": self.pause,
             r"T(\d+) M6": self.change_tool,
@@ -75,23 +74,15 @@ class FanucCncReader(ToolPointReader):
             r"#3001=0": self.wait,
             r"#(\d+)=0": self.set_counter,
             r"N(5\d\d)": self.begin_loop,
-            _LOOP: self.end_loop,
+            _LOOP: lambda match: self.end_labelled(match, match[9]),
             r"#100=1|G21 G90 G17 G40 G49 G80 G94|N9\d+": skip,
         }
 
     def feed_block(self, match: re.Match[str]) -> None:
         """Switch outputs, and go straight to a tool point."""
         codes, path, words, feed = match.groups()
-        for code in re.findall(r"M(\d+)", codes):
-            self.switch(*_output(code))
         self.stops = path == "G61 " if path else self.stops
-        self.feed(words, feed)
-
-    def set_value(self, match: re.Match[str]) -> None:
-        """Set an output by the integrator's macro."""
-        number = int(match[1])
-        kind = "group" if number >= ARGUMENT["group"] else "analog"
-        self.switch(f"{kind} {number - ARGUMENT[kind]}", float(match[2]))
+        self.feed_with(codes, words, feed)
 
     def set_offset(self, match: re.Match[str]) -> None:
         """Set the zero of a coordinate system."""
@@ -159,18 +150,3 @@ class FanucCncReader(ToolPointReader):
         self.repeat(end[2] or end[4], condition, counter)
         self.labels.append(match[1])
         self.raise_counter(raised)
-
-    def end_loop(self, match: re.Match[str]) -> None:
-        """End the loop that was begun last.
-
-        Raises:
-            ProgramError: it goes back to another one.
-        """
-        if not self.labels or self.labels.pop() != match[9]:
-            raise ProgramError(f"{match[0]} ends another loop than the innermost.")
-        self.end_repeat(match)
-
-
-def _output(code: str) -> tuple[str, float]:
-    number, value = divmod(int(code) - M_BASE, 2)
-    return f"digital {number}", float(value)

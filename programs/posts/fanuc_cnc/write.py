@@ -4,32 +4,28 @@ import re
 from collections.abc import Iterator, Sequence
 
 from programs.errors import ProgramError
-from programs.motion.installation import Channel, Installation, Sensor, Wait
-from programs.motion.lower import Lowered
+from programs.motion.installation import Sensor, Wait
 from programs.motion.steps import Line, Repeat
-from programs.posts.dialect import Dialect, ProgramFiles
-from programs.posts.writing.blocks import ToolPointSyntax
+from programs.posts.dialect import ProgramFiles
+from programs.posts.writing.blocks import MCodeSyntax
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine
-from programs.posts.writing.lines import Placed
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import cut, join_lines, short
 
 SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59")
 MAIN, SHUT, OUTPUT_MACRO = 7000, 7990, 7991
 """Program numbers: main, its parts after it; what shuts the valves; the integrator's macro for outputs with a value."""
-M_BASE = 200
-"""M codes of digital output n: this plus 2 n shuts it, one more opens it."""
-ARGUMENT = {"analog": 100, "group": 200}
-"""Added to the number of an output in the argument A of that macro."""
-_MOST_DIGITAL, _MOST_INPUT, _MOST_SENSOR = 99, 31, 99
+_MOST_INPUT, _MOST_SENSOR = 31, 99
 
 
-class FanucCnc(ToolPointSyntax):
+class FanucCnc(MCodeSyntax):
     """Programs by O-numbers, macro variables, M codes."""
 
     systems = SYSTEMS
     controller_name = "a FANUC CNC"
+    m_base = 200
+    value_words = f"A{{}} of macro O{OUTPUT_MACRO}"
     points_on = ("G5.1 Q1", "G43.4 H{tool}")
     points_off = ("G49", "G5.1 Q0")
     change_form = "T{tool} M6"
@@ -58,11 +54,6 @@ class FanucCnc(ToolPointSyntax):
     )
     wait_sensor = ("#3001=0", "N{label}", "IF[{reading}GE{least}]GOTO{ready}", *wait_contact[3:])
 
-    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
-        super().__init__(dialect, lowered, installation)
-        self.codes: list[str] = []
-        """M codes for the block to come."""
-
     def make_names(self) -> Names:
         """Name the integrator's programs in capital letters."""
         return Names(self.longest_name, {self.name.lower()}, str.upper)
@@ -79,37 +70,14 @@ class FanucCnc(ToolPointSyntax):
         """Write a comment."""
         return "(" + cut(text, longest or self.longest_comment).replace("(", "[").replace(")", "]") + ")"
 
-    def line(self, line: Line, placed: Placed) -> Iterator[str]:
-        """Write the blocks of a line; an output that changes in passing is in the block that begins there."""
-        yield from (each for each in super().line(line, placed) if each)
-
     def block(self, line: Line, words: str, share: float, *, stops: bool, turns: bool) -> Iterator[str]:
         """Write a block with the modes that change."""
         mode = self.mode("path", "G61" if stops else "G64")
-        yield " ".join([*self.codes, *mode, "G1", words, f"F{self.tool_point_feed(line)}"])
-        self.codes = []
+        yield " ".join([*self.take_codes(), *mode, "G1", words, f"F{self.tool_point_feed(line)}"])
 
-    def output(self, channel: Channel, value: float, when: str = "immediate") -> str:
-        """Set an output: nothing where it is left to the block to come.
-
-        Raises:
-            ProgramError: it has no M code, or no digital one changes while the machine moves.
-        """
-        if channel.kind == "digital":
-            if not 0 <= channel.number <= _MOST_DIGITAL:
-                most = f"M codes are assigned to outputs 0 to {_MOST_DIGITAL}"
-                raise ProgramError(
-                    f"{channel.name} is digital output {channel.number}; {most}. Give it another number."
-                )
-            code = f"M{M_BASE + 2 * channel.number + (value > 0.5)}"
-            if when == "immediate":
-                return code
-            self.codes.append(code)
-            return ""
-        if when != "immediate":
-            why = "while the machine moves only M codes switch, which are digital outputs"
-            raise ProgramError(f"{channel.name} is {channel.kind} output {channel.number}; {why}.")
-        return f"G65 P{OUTPUT_MACRO} A{ARGUMENT[channel.kind] + channel.number} V{short(value, 6)}"
+    def send(self, number: int, value: float) -> str:
+        """Set an output by the integrator's macro."""
+        return f"G65 P{OUTPUT_MACRO} A{number} V{short(value, 6)}"
 
     def operand(self, value: float, digits: int = 6) -> str:
         """Write a number in an expression; a negative one stands in brackets."""
@@ -154,13 +122,6 @@ class FanucCnc(ToolPointSyntax):
             least = self.operand(loop.least)
             condition = f"[{condition}]AND[[{self.quantity(loop.sensor)}]LT{least}]"
         return [f"IF[{condition}]GOTO{500 + number}"]
-
-    def output_words(self, channel: Channel) -> str:
-        """Give the M codes of an output, or its number in the macro."""
-        if channel.kind == "digital":
-            code = M_BASE + 2 * channel.number
-            return f"M{code + 1} on, M{code} off"
-        return f"A{ARGUMENT[channel.kind] + channel.number} of macro O{OUTPUT_MACRO}"
 
     def contact_words(self, number: int) -> str:
         """Give the variable of a digital input."""

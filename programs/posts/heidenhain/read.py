@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
-from programs.posts.heidenhain.write import M_BASE, NUMBER, STAND, TOLERANCE
-from programs.posts.reading.blocks import AXES, ToolPointReader, words_of
+from programs.posts.heidenhain.write import STAND, TOLERANCE, Heidenhain
+from programs.posts.reading.blocks import AXES, MCodeReader, words_of
 from programs.posts.reading.driver import Action, N, skip, statements_of
 from programs.posts.rebuilt import ReadBoard, ReadLine
 
@@ -18,16 +18,16 @@ _EQUAL, _MORE = (rf"FN {word} {_S} GOTO LBL (\d+)" for word in (r"9: IF \+Q61 EQ
 _INPUT = r"FN 18: SYSREAD Q61 = ID2000 NR(20|70) IDX(\d+)"
 
 
-class HeidenhainReader(ToolPointReader):
+class HeidenhainReader(MCodeReader):
     """Labels, Q parameters, modes of the machine."""
+
+    m_base = Heidenhain.m_base
 
     def __init__(self) -> None:
         super().__init__()
         self.guards_override = None
         self.system = "datum"
         self.offsets = {self.system: {}}
-        self.labels: list[str] = []
-        """At which the loops that run begin."""
 
     def load(self, files: ProgramFiles) -> str:
         """Sort the labels; what comes before them is the program.
@@ -55,11 +55,11 @@ class HeidenhainReader(ToolPointReader):
     def grammar(self) -> dict[str, Action]:
         """List the blocks."""
         return {
-            rf"L({AXES}) F{N}((?: M\d+)*)": self.feed_block,
+            rf"L({AXES}) F{N}((?: M\d+)*)": lambda match: self.feed_with(match[3], match[1], match[2]),
             rf"L({AXES}) R0 FMAX": self.rapid,
             rf"L({AXES}) R0 FMAX M91": self.go_home,
             re.escape(STAND): self.stand,
-            r"M(4\d\d|5\d\d)": lambda match: self.switch(*_output(match[1])),
+            r"M(4\d\d|5\d\d)": lambda match: self.switch_by(match[1]),
             rf"FN 19: PLC=\+(\d+)/{_S}": self.set_value,
             r"CYCL DEF 9\.0 DWELL TIME": lambda match: self.pause(self.pass_on(rf"CYCL DEF 9\.1 DWELL {N}")[0]),
             r"TOOL CALL (\d+) Z": self.change_tool,
@@ -81,13 +81,6 @@ class HeidenhainReader(ToolPointReader):
             r"Q50 = \+1|LBL 9\d+|M30": skip,
         }
 
-    def feed_block(self, match: re.Match[str]) -> None:
-        """Switch outputs, and go straight to a tool point."""
-        words, feed, codes = match.groups()
-        for code in re.findall(r"M(\d+)", codes):
-            self.switch(*_output(code))
-        self.feed(words, feed)
-
     def set_tolerance(self, match: re.Match[str]) -> None:
         """Let corners be passed."""
         self.pass_on(*map(re.escape, TOLERANCE[1:]))
@@ -96,12 +89,6 @@ class HeidenhainReader(ToolPointReader):
         """Stand at the end of the block before."""
         if self.steps and isinstance(last := self.steps[-1], ReadLine):
             self.steps[-1] = replace(last, stops=True, zone=0.0)
-
-    def set_value(self, match: re.Match[str]) -> None:
-        """Send an output's value to the PLC."""
-        number = int(match[1])
-        kind = "group" if number >= NUMBER["group"] else "analog"
-        self.switch(f"{kind} {number - NUMBER[kind]}", float(match[2]))
 
     def shift(self, match: re.Match[str]) -> None:
         """Shift the datum."""
@@ -162,19 +149,8 @@ class HeidenhainReader(ToolPointReader):
         self.pass_on(_READING, _EQUAL, _MORE)
 
     def end_loop(self, match: re.Match[str]) -> None:
-        """End the loop that was begun last.
-
-        Raises:
-            ProgramError: it goes back to another one.
-        """
-        if not self.labels or self.labels.pop() != match[3]:
-            raise ProgramError(f"{match[0]} ends another loop than the innermost.")
-        self.end_repeat(match)
+        """End the loop that was begun last, and pass the label after it."""
+        self.end_labelled(match, match[3])
         after = self.routines[self.routine][self.at + 1 : self.at + 2]
         if after and re.fullmatch(r"LBL 6\d\d", after[0]):
             self.at += 1
-
-
-def _output(code: str) -> tuple[str, float]:
-    number, value = divmod(int(code) - M_BASE, 2)
-    return f"digital {number}", float(value)

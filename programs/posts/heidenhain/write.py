@@ -2,31 +2,27 @@
 
 from collections.abc import Iterator, Sequence
 
-from programs.errors import ProgramError
-from programs.motion.installation import Channel, Installation, Sensor
+from programs.motion.installation import Installation, Sensor
 from programs.motion.lower import Lowered
 from programs.motion.steps import Line, Repeat
 from programs.posts.dialect import Dialect, ProgramFiles
-from programs.posts.writing.blocks import BLEND_MM, ToolPointSyntax
+from programs.posts.writing.blocks import BLEND_MM, MCodeSyntax
 from programs.posts.writing.driver import Routine
-from programs.posts.writing.lines import Placed
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import cut, fixed, join_lines, short
 
-M_BASE = 400
-"""M functions of digital output n: this plus 2 n shuts it, one more opens it."""
-NUMBER = {"analog": 100, "group": 200}
-"""Added to the number of an output in the first value that FN 19 sends to the PLC."""
 STAND = "FN 20: WAIT FOR SYNC"
 TOLERANCE = ("CYCL DEF 32.0 TOLERANCE", f"CYCL DEF 32.1 T{BLEND_MM:g}", "CYCL DEF 32.2 HSC-MODE:0 TA0.25")
-_MOST_DIGITAL = 99
 
 
-class Heidenhain(ToolPointSyntax):
+class Heidenhain(MCodeSyntax):
     """One program of numbered blocks; labels for its parts, Q parameters."""
 
     systems = tuple(str(number) for number in range(1, 10))
     controller_name = "a HEIDENHAIN TNC"
+    m_base = 400
+    m_words = "M functions"
+    value_words = "FN 19 with {}"
     mark = "; "
     points_on = ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS",)
     points_off = ("FUNCTION RESET TCPM",)
@@ -67,8 +63,6 @@ class Heidenhain(ToolPointSyntax):
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
         super().__init__(dialect, lowered, installation)
         self.name = self.name.upper()
-        self.codes: list[str] = []
-        """M functions for the block to come."""
 
     def make_names(self) -> Names:
         """Name labels and programs in capital letters."""
@@ -87,14 +81,9 @@ class Heidenhain(ToolPointSyntax):
         theirs = {given for (kind, _), given in self.names.given.items() if kind == "call"}
         return f"CALL PGM {name}" if name in theirs else f'CALL LBL "{name}"'
 
-    def line(self, line: Line, placed: Placed) -> Iterator[str]:
-        """Write the blocks of a line; an output that changes in passing is in the block that begins there."""
-        yield from (each for each in super().line(line, placed) if each)
-
     def block(self, line: Line, words: str, share: float, *, stops: bool, turns: bool) -> Iterator[str]:
         """Write a block, and wait for its end where the machine stands there."""
-        yield " ".join(["L", words, f"F{self.tool_point_feed(line)}", *self.codes])
-        self.codes = []
+        yield " ".join(["L", words, f"F{self.tool_point_feed(line)}", *self.take_codes()])
         if stops:
             yield STAND
 
@@ -103,25 +92,9 @@ class Heidenhain(ToolPointSyntax):
         yield "CYCL DEF 9.0 DWELL TIME"
         yield f"CYCL DEF 9.1 DWELL {fixed(seconds, 3)}"
 
-    def output(self, channel: Channel, value: float, when: str = "immediate") -> str:
-        """Set an output: nothing where it is left to the block to come.
-
-        Raises:
-            ProgramError: it has no M function, or no digital one changes while the machine moves.
-        """
-        if channel.kind == "digital":
-            if not 0 <= channel.number <= _MOST_DIGITAL:
-                most = f"M functions are assigned to outputs 0 to {_MOST_DIGITAL}"
-                raise ProgramError(f"{channel.name} is digital output {channel.number}; {most}. Renumber it.")
-            code = f"M{M_BASE + 2 * channel.number + (value > 0.5)}"
-            if when == "immediate":
-                return code
-            self.codes.append(code)
-            return ""
-        if when != "immediate":
-            why = "while the machine moves only M functions switch, which are digital outputs"
-            raise ProgramError(f"{channel.name} is {channel.kind} output {channel.number}; {why}.")
-        return f"FN 19: PLC=+{NUMBER[channel.kind] + channel.number}/{self.operand(value)}"
+    def send(self, number: int, value: float) -> str:
+        """Send an output's value to the PLC."""
+        return f"FN 19: PLC=+{number}/{self.operand(value)}"
 
     def select(self, system: str) -> Iterator[str]:
         """Shift the datum to the board's origin."""
@@ -161,13 +134,6 @@ class Heidenhain(ToolPointSyntax):
             again,
             f"LBL {600 + number}",
         ]
-
-    def output_words(self, channel: Channel) -> str:
-        """Give the M functions of an output, or its number in FN 19."""
-        if channel.kind == "digital":
-            code = M_BASE + 2 * channel.number
-            return f"M{code + 1} on, M{code} off"
-        return f"FN 19 with {NUMBER[channel.kind] + channel.number}"
 
     def contact_words(self, number: int) -> str:
         """Give the operand of the PLC for a digital input."""

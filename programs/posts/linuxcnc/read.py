@@ -24,8 +24,6 @@ class GCodeReader(AxisReader):
         super().__init__()
         self.tolerance_mm = 0.0
         self.inverse = False
-        self.ends: list[str] = []
-        """Blocks that end the loops that run."""
 
     def load(self, files: ProgramFiles) -> str:
         """Keep the subroutines; what else the first file holds is the program."""
@@ -63,7 +61,7 @@ class GCodeReader(AxisReader):
             r"#<waited> = 0": self.wait_sensor,
             r"(o\d+) repeat \[(\d+)\]": self.begin_counted,
             r"(o\d+) do": self.begin_loop,
-            rf"o\d+ endrepeat|{_WHILE}": self.end_loop,
+            rf"o\d+ endrepeat|{_WHILE}": lambda match: self.end_labelled(match, match[0]),
             r"G21 G90 G17 G40 G49 G80|M2|M66 E\d+ L0|#<loop\d+> = .*|#<_start> = 1|o\d+ endif": skip,
         }
 
@@ -113,22 +111,16 @@ class GCodeReader(AxisReader):
 
     def begin_counted(self, match: re.Match[str]) -> None:
         """Begin a loop that only counts."""
-        self.ends.append(f"{match[1]} endrepeat")
+        self.labels.append(f"{match[1]} endrepeat")
         self.repeat(match[2])
 
     def begin_loop(self, match: re.Match[str]) -> None:
         """Begin a loop that reads an input where it ends."""
         end = self.find_end(_WHILE, match[1])
-        self.ends.append(end[0])
+        self.labels.append(end[0])
         looks = list(self.ahead(rf"M66 E(\d+) L0|{re.escape(end[0])}"))
         channel = next((before[1] for before, each in pairwise(looks) if each[0] == end[0]), None)
         if channel is None:
             raise ProgramError("the loop does not read its input where it ends.")
         scale, offset, least = end.groups()[2:]
         self.repeat(end[2], (scale, channel, offset, least))
-
-    def end_loop(self, match: re.Match[str]) -> None:
-        """End the loop that was begun last."""
-        if not self.ends or self.ends.pop() != match[0]:
-            raise ProgramError(f"{match[0]} ends another loop than the innermost.")
-        self.end_repeat(match)

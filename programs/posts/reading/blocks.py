@@ -1,12 +1,13 @@
 """Reads blocks that name axes, under a controller that takes tool points while its program has that switched on."""
 
 import re
+from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.posts.reading.driver import NUMBER, Reader, look_up
 from programs.posts.rebuilt import Axes, Due, ReadBoard, ReadLine, ReadReach, ReadTool
-from programs.posts.writing.blocks import BLEND_MM
+from programs.posts.writing.blocks import BLEND_MM, VALUE_NUMBERS
 
 AXES = rf"(?: [XYZABCUVW](?:=|\+)?{NUMBER})+"
 WORD = re.compile(rf"([XYZABCUVW])(?:=|\+)?({NUMBER})")
@@ -27,6 +28,8 @@ class AxisReader(Reader):
         self.stops = False
         self.raised: dict[str, float] = {}
         """Axis that was raised before the first motion home, and to where."""
+        self.labels: list[str] = []
+        """By which the ends of the loops that run are found."""
 
     @classmethod
     def due(cls, line: Line, after: Line | None) -> Due:
@@ -74,6 +77,16 @@ class AxisReader(Reader):
         if not self.steps:
             raise ProgramError("the tool is changed before anything else.")
         self.steps.append(ReadTool(label, None))
+
+    def end_labelled(self, match: re.Match[str], label: str) -> None:
+        """End the loop of a label.
+
+        Raises:
+            ProgramError: it is not the innermost.
+        """
+        if not self.labels or self.labels.pop() != label:
+            raise ProgramError(f"{match[0]} ends another loop than the innermost.")
+        self.end_repeat(match)
 
 
 class ToolPointReader(AxisReader):
@@ -137,6 +150,30 @@ class ToolPointReader(AxisReader):
         if self.takes_points:
             raise ProgramError("the axes go home while tool points are taken.")
         super().go_home(match)
+
+
+class MCodeReader(ToolPointReader):
+    """A controller whose M codes switch digital outputs; a program sends the values of others by numbers."""
+
+    m_base: ClassVar[int]
+    """M code that shuts digital output 0."""
+
+    def switch_by(self, code: str) -> None:
+        """Switch a digital output by the number of its M code."""
+        number, value = divmod(int(code) - self.m_base, 2)
+        self.switch(f"digital {number}", float(value))
+
+    def feed_with(self, codes: str, words: str, feed: str) -> None:
+        """Switch outputs by the M codes of a block, and go straight to its tool point."""
+        for code in re.findall(r"M(\d+)", codes):
+            self.switch_by(code)
+        self.feed(words, feed)
+
+    def set_value(self, match: re.Match[str]) -> None:
+        """Set an analog output or a group: the number that its value is sent with, and the value."""
+        number = int(match[1])
+        kind = "group" if number >= VALUE_NUMBERS["group"] else "analog"
+        self.switch(f"{kind} {number - VALUE_NUMBERS[kind]}", float(match[2]))
 
 
 def words_of(words: str) -> dict[str, float]:

@@ -22,6 +22,10 @@ BLEND_MM = 0.05
 """How far a corner that is passed may be cut; zones are planned for the same."""
 DIGITS = 4
 """Decimals of an axis."""
+VALUE_NUMBERS = {"analog": 100, "group": 200}
+"""Added to the number of an output where its value is sent, in languages that switch outputs by M codes."""
+_MOST_OUTPUT = 99
+"""Of the outputs of each kind there: those numbers, and the M codes, begin a hundred outputs apart."""
 _LETTERS = "XYZABCUVW"
 _FINENESS = 0.7
 """Share of the allowed deviation that straight blocks may use; the rest is for rounding."""
@@ -281,6 +285,63 @@ class ToolPointSyntax(AxisSyntax):
         yield "F: mm/min of the orifice, deg/min where only B and C turn. B and C count on beyond a turn: no roll-over"
         yield from self.sign_lines()
         yield self.spot_line()
+
+
+class MCodeSyntax(ToolPointSyntax):
+    """A language in which M codes switch digital outputs, in the block with which they change; others get values."""
+
+    m_base: ClassVar[int]
+    """M codes of digital output n: this plus 2 n shuts it, one more opens it."""
+    m_words: ClassVar[str] = "M codes"
+    """What the language calls them."""
+    value_words: ClassVar[str]
+    """What an analog output or a group is in the controller, of the number that its value is sent with."""
+
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        self.codes: list[str] = []
+        """M codes for the block to come."""
+
+    @abstractmethod
+    def send(self, number: int, value: float) -> str:
+        """Send the value of an analog output or a group, by that number."""
+
+    def line(self, line: Line, placed: Placed) -> Iterator[str]:
+        """Write the blocks of a line; an output that changes in passing is in the block that begins there."""
+        yield from (each for each in super().line(line, placed) if each)
+
+    def take_codes(self) -> list[str]:
+        """Give the M codes for a block, once."""
+        codes, self.codes = self.codes, []
+        return codes
+
+    def output(self, channel: Channel, value: float, when: str = "immediate") -> str:
+        """Set an output: nothing where it is left to the block to come.
+
+        Raises:
+            ProgramError: its number has no M code, or it is not digital and changes while the machine moves.
+        """
+        described, digital = f"{channel.name} is {channel.kind} output {channel.number}", channel.kind == "digital"
+        if when != "immediate" and not digital:
+            why = f"while the machine moves only {self.m_words} switch, which are digital outputs"
+            raise ProgramError(f"{described}; {why}.")
+        if not 0 <= channel.number <= _MOST_OUTPUT:
+            what = f"{self.m_words if digital else 'numbers'} are assigned to outputs 0 to {_MOST_OUTPUT}"
+            raise ProgramError(f"{described}; {what}. Give it another number in the cell.")
+        if not digital:
+            return self.send(VALUE_NUMBERS[channel.kind] + channel.number, value)
+        code = f"M{self.m_base + 2 * channel.number + (value > 0.5)}"
+        if when == "immediate":
+            return code
+        self.codes.append(code)
+        return ""
+
+    def output_words(self, channel: Channel) -> str:
+        """Give the M codes of an output, or the number that its value is sent with."""
+        if channel.kind == "digital":
+            code = self.m_base + 2 * channel.number
+            return f"M{code + 1} on, M{code} off"
+        return self.value_words.format(VALUE_NUMBERS[channel.kind] + channel.number)
 
 
 def highest(motion: MotionProgram, z: int) -> float:

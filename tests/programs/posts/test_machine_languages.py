@@ -13,7 +13,7 @@ from robot_programs import PROGRAMS, machine_joints_of
 
 from programs.errors import ProgramError
 from programs.export import Exported, check_maker, export
-from programs.motion.installation import Channel, Valve
+from programs.motion.installation import Assignment, Channel, Setting, Valve
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
@@ -120,6 +120,19 @@ def test_a_valve_that_no_block_can_switch_is_refused(name: str) -> None:
         return
     with pytest.raises(ProgramError, match="goValve is group output 4; while the machine moves only M"):
         export(program, cell, name, joints)
+
+
+@pytest.mark.parametrize("name", ["heidenhain", "fanuc-cnc"])
+@pytest.mark.parametrize("channel", [Channel("digital", "doGripper", 100), Channel("analog", "aoPressure", 120)])
+def test_an_output_beyond_those_that_have_a_number_is_refused(name: str, channel: Channel) -> None:
+    pressure = Setting(channel, 0.1) if channel.kind == "analog" else CELL.settings["pressure_bar"]
+    grips = {grip: (Assignment(channel, 1.0),) if channel.kind == "digital" else () for grip in CELL.grips}
+    cell = replace(CELL, settings={**CELL.settings, "pressure_bar": pressure}, grips=grips)
+    program = PROGRAMS["two_tools"]()
+    with pytest.raises(ProgramError) as caught:
+        export(program, cell, name, machine_joints_of(program, cell))
+    assert f"{channel.name} is {channel.kind} output {channel.number}; " in str(caught.value)
+    assert str(caught.value).endswith("outputs 0 to 99. Give it another number in the cell.")
 
 
 @NAMED
