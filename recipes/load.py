@@ -1,13 +1,12 @@
 """Reading recipes: from the library by name, from a file, or from text."""
 
-import hashlib
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
 from recipes.consistency import find_problems
 from recipes.errors import RecipeError
 from recipes.recipe import Recipe
+from specs.json import content_sha256
 from specs.source import Source
 from specs.yaml.file_kind import FileKind
 from specs.yaml.load import find_file, parse_spec, read_text, resolve_text
@@ -110,5 +109,4 @@ def recipe_sha256(recipe: Recipe) -> str:
     """
     content = recipe.model_dump(mode="json", by_alias=True, exclude={"extends"})
     content["classes"] = list(content["classes"].items())
-    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
-    return hashlib.sha256(canonical.encode()).hexdigest()
+    return content_sha256(content)

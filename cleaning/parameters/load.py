@@ -1,13 +1,12 @@
 """Reading parameter sets: from the library by name, or from a file."""
 
-import hashlib
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
 from cleaning.errors import CleaningError
 from cleaning.parameters.consistency import find_problems
 from cleaning.parameters.model import Parameters
+from specs.json import content_sha256
 from specs.yaml.file_kind import FileKind
 from specs.yaml.load import find_file, parse_spec, read_text, resolve_text
 from specs.yaml.located import Located
@@ -90,6 +89,4 @@ def locate_parameters(text: str, *, file: Path | str = "<parameters>") -> Loaded
 
 def parameters_sha256(parameters: Parameters) -> str:
     """Hash the content of a set, however it was written: inherited or not, in whatever order."""
-    content = parameters.model_dump(mode="json", exclude={"extends"})
-    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
-    return hashlib.sha256(canonical.encode()).hexdigest()
+    return content_sha256(parameters.model_dump(mode="json", exclude={"extends"}))

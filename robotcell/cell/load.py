@@ -1,6 +1,5 @@
 """Reading cells, from the library by name or from a file, as metres and radians; their schema and key tables."""
 
-import hashlib
 import json
 import math
 from collections.abc import Iterator
@@ -18,6 +17,7 @@ from robotcell.cell.spec import CellSpec, Hold, InputOutput, JointLimits, Output
 from robotcell.cell.tool_point import tool_point_machine
 from robotcell.errors import CellError, error_at
 from robotcell.robot.robot import Poses, Robot
+from specs.json import content_sha256
 from specs.yaml.file_kind import FileKind
 from specs.yaml.load import find_file, is_bare, parse_spec, read_text
 from specs.yaml.located import Located, YamlPath, read_yaml
@@ -111,8 +111,7 @@ def read_cell(source: str | Path) -> LoadedCell:
 
 def cell_sha256(loaded: LoadedCell) -> str:
     """Hash the content of a cell, however its file was written."""
-    content = json.dumps(loaded.spec.model_dump(mode="json", by_alias=True), sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(content.encode()).hexdigest()
+    return content_sha256(loaded.spec.model_dump(mode="json", by_alias=True))
 
 
 def describe_cell(source: str | Path) -> str:
