@@ -71,6 +71,16 @@ def kinematics_of(robot: Robot) -> Kinematics:
     raise CellError(f"{reason} {known}")
 
 
+def gantry_of(robot: Robot) -> Gantry | None:
+    """Give a robot's closed form if it is a gantry of three straight joints followed by two turning ones.
+
+    Raises:
+        CellError: no closed form is known for such a robot.
+    """
+    form = kinematics_of(robot).form
+    return form if isinstance(form, Gantry) else None
+
+
 def solve(
     robot: Robot,
     T_base_flange: Poses,

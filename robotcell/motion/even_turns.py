@@ -12,8 +12,7 @@ import numpy as np
 
 from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import Cell
-from robotcell.kinematics.chain import zero_of
-from robotcell.kinematics.gantry import recognise_gantry
+from robotcell.kinematics.inverse import gantry_of
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, find_spot_turns, turns_between
 from robotcell.robot.robot import Poses, flange_poses
 
@@ -51,7 +50,7 @@ def find_even_lines(path: SampledPath, cell: Cell) -> EvenLines:
 
     These are the turns on the spot of a jet whose azimuth is free, and the lines with the jet off all the way.
     """
-    if cell.robot.dof != 5 or recognise_gantry(zero_of(cell.robot)) is None:
+    if gantry_of(cell.robot) is None:
         return NO_LINES
     corner = np.flatnonzero(path.corner)
     bounds = {
@@ -92,12 +91,12 @@ def turn_evenly(cell: Cell, tracked: TrackedPath, lines: EvenLines) -> TrackedPa
     turning[inner] = turning[begin] + share[inner, None] * (turning[end] - turning[begin])
     q[inner, :_CARRIAGE] = 0.0
     poses = tracked.T_base_tcp.copy()
-    straight = recognise_gantry(zero_of(cell.robot))
-    assert straight is not None
+    gantry = gantry_of(cell.robot)
+    assert gantry is not None
     for tool in np.unique(tracked.path.tool[inner]).tolist():
         rows = inner[tracked.path.tool[inner] == tool]
         tips = flange_poses(cell.robot, q[rows]) @ cell.tools[tool].T_flange_tcp
-        q[rows, :_CARRIAGE] = (poses[rows, :3, 3] - tips[:, :3, 3]) @ straight.straight.T
+        q[rows, :_CARRIAGE] = (poses[rows, :3, 3] - tips[:, :3, 3]) @ gantry.straight.T
         poses[rows, :3, :3] = tips[:, :3, :3]
     lost = tracked.lost.copy()
     lost[inner] = np.any((q[inner] < cell.robot.lowest - 1e-9) | (q[inner] > cell.robot.highest + 1e-9), axis=1)

@@ -9,8 +9,7 @@ import numpy as np
 
 from geometry.arrays import Scalars
 from robotcell.cell.cell import Cell
-from robotcell.kinematics.chain import zero_of
-from robotcell.kinematics.gantry import recognise_gantry
+from robotcell.kinematics.inverse import gantry_of
 from robotcell.motion.sampled_path import Flags
 from robotcell.robot.full_turns import nearest_turns
 from robotcell.robot.robot import Joints, Robot
@@ -113,8 +112,7 @@ def _tilting_apart(robot: Robot, begin: Joints, end: Joints) -> Joints:
     While both turning axes go, the tool point winds about the first: a controller in tool points takes many blocks for
     that. It tilts where the tool leans farther, so that it turns nearly upright.
     """
-    turns, tilts = np.abs(end - begin)[_CARRIAGE:] if robot.dof == _CARRIAGE + 2 else (0.0, 0.0)
-    if min(turns, tilts) < _FAR_TURN or recognise_gantry(zero_of(robot)) is None:
+    if gantry_of(robot) is None or np.abs(end - begin)[_CARRIAGE:].min() < _FAR_TURN:
         return np.empty((0, robot.dof))
     begins = abs(begin[-1]) > abs(end[-1])
     row = (begin if begins else end).copy()
