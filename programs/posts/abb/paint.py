@@ -11,7 +11,7 @@ from programs.motion.steps import Line, Step, Switch
 from programs.posts.abb.read import RapidReader
 from programs.posts.abb.write import Rapid
 from programs.posts.dialect import Dialect, ProgramFiles
-from programs.posts.reading.driver import Action
+from programs.posts.reading.execution import Action
 
 
 class Paint(Rapid):

@@ -7,7 +7,9 @@ from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.abb.write import REACH_SPEED
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, U, checked, look_up, refusal, skip, statements_of
+from programs.posts.reading.driver import Reader, checked
+from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.statements import NUMBER, N, U, look_up, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.lines import turn_limit
 

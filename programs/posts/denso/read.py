@@ -8,7 +8,9 @@ from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.denso.write import SPEEDS
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, U, read_pose, refusal, skip, statements_of
+from programs.posts.reading.driver import Reader, read_pose
+from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.statements import NUMBER, N, U, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadBoard, ReadLine, ReadPause, ReadSignal, ReadSwitch
 from programs.posts.writing.angles import from_fixed_xyz
 from programs.posts.writing.lines import degrees_per_s

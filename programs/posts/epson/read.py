@@ -7,7 +7,9 @@ from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.posts.dialect import ProgramFiles
 from programs.posts.epson.write import ACCELERATION, SETTINGS, TURN_ACCELERATION
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, U, read_pose, refusal, skip, statements_of
+from programs.posts.reading.driver import Reader, read_pose
+from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.statements import NUMBER, N, U, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import from_moving_zyx
 from programs.posts.writing.lines import degrees_per_s

@@ -8,7 +8,9 @@ from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.fanuc.write import LONGEST_WAIT_S, POSITION, READING, SLOW_CORNER_S, attributes_of
-from programs.posts.reading.driver import Action, Reader, Statement, look_up, read_pose, refusal, skip
+from programs.posts.reading.driver import Reader, read_pose
+from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.statements import Statement, look_up, refusal
 from programs.posts.rebuilt import Due, ReadSignal, TextPlace
 from programs.posts.writing.angles import from_fixed_xyz
 from programs.posts.writing.lines import is_straight

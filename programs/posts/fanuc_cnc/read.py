@@ -6,7 +6,8 @@ from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
 from programs.posts.fanuc_cnc.write import MAIN, OUTPUT_MACRO, SHUT, SYSTEMS, FanucCnc
 from programs.posts.reading.blocks import AXES, MCodeReader, words_of
-from programs.posts.reading.driver import Action, N, skip, statements_of
+from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.statements import N, statements_of
 
 _BRACKETED = r"(-?\d+(?:\.\d+)?|\[-\d+(?:\.\d+)?\])"
 _READING = rf"\[{_BRACKETED}\*#(\d+)\]\+{_BRACKETED}"

@@ -7,7 +7,8 @@ from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
 from programs.posts.heidenhain.write import STAND, TOLERANCE, Heidenhain
 from programs.posts.reading.blocks import AXES, MCodeReader, words_of
-from programs.posts.reading.driver import Action, N, skip, statements_of
+from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.statements import N, statements_of
 from programs.posts.rebuilt import ReadBoard, ReadLine
 
 _MAIN = "(main)"

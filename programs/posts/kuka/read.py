@@ -7,7 +7,9 @@ from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.kuka.write import HEAD, TURN_DEG_S2
-from programs.posts.reading.driver import Action, N, Reader, U, read_pose, refusal, skip, statements_of
+from programs.posts.reading.driver import Reader, read_pose
+from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.statements import N, U, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import from_moving_zyx
 from programs.posts.writing.lines import turn_limit

@@ -7,7 +7,8 @@ from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
 from programs.posts.linuxcnc.write import GROUP_BASE, SYSTEMS
 from programs.posts.reading.blocks import AxisReader, words_of
-from programs.posts.reading.driver import NUMBER, Action, N, skip, statements_of
+from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.statements import NUMBER, N, statements_of
 from programs.posts.rebuilt import ReadLine, ReadReach
 from programs.posts.writing.blocks import BLEND_MM
 

@@ -6,7 +6,9 @@ from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.pose import Pose, inverse
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import NUMBER, Action, N, Reader, U, read_pose, refusal, skip, statements_of
+from programs.posts.reading.driver import Reader, read_pose
+from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.statements import NUMBER, N, U, refusal, statements_of
 from programs.posts.rebuilt import Due
 from programs.posts.writing.angles import from_fixed_xyz
 

@@ -5,7 +5,8 @@ from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.motion.steps import Line
-from programs.posts.reading.driver import NUMBER, Reader, look_up
+from programs.posts.reading.driver import Reader
+from programs.posts.reading.statements import NUMBER, look_up
 from programs.posts.rebuilt import Axes, Due, ReadBoard, ReadLine, ReadReach, ReadTool
 from programs.posts.writing.blocks import BLEND_MM, VALUE_NUMBERS
 

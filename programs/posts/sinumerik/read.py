@@ -5,7 +5,8 @@ import re
 from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.blocks import AXES, ToolPointReader
-from programs.posts.reading.driver import Action, N, skip, statements_of
+from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.statements import N, statements_of
 from programs.posts.sinumerik.write import SYSTEMS, WORDS, Sinumerik, frame_number
 
 _B = r"(-?\d+(?:\.\d+)?|\(-\d+(?:\.\d+)?\))"

@@ -8,18 +8,9 @@ from programs.errors import ProgramError
 from programs.motion.steps import RESOLUTION_MM, Line
 from programs.pose import Pose, angle, distance
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import (
-    NUMBER,
-    Action,
-    N,
-    Reader,
-    Statement,
-    U,
-    read_pose,
-    refusal,
-    skip,
-    statements_of,
-)
+from programs.posts.reading.driver import Reader, read_pose
+from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.statements import NUMBER, N, Statement, U, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.ur.watcher import KINDS, WATCHER
 from programs.posts.ur.write import ACCELERATION, NARROWEST_MM, REACH_SPEED

@@ -8,7 +8,9 @@ from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import Action, N, Reader, Statement, U, look_up, read_pose, skip, statements_of
+from programs.posts.reading.driver import Reader, read_pose
+from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.statements import N, Statement, U, look_up, statements_of
 from programs.posts.rebuilt import Due, ReadLine, ReadSwitch, TextPlace
 from programs.posts.val3.project import OUTPUTS, TRIGGER, WATCH
 from programs.posts.val3.write import FASTEST

@@ -8,18 +8,9 @@ from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.driver import (
-    Action,
-    N,
-    Reader,
-    Statement,
-    U,
-    look_up,
-    read_pose,
-    refusal,
-    skip,
-    statements_of,
-)
+from programs.posts.reading.driver import Reader, read_pose
+from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.statements import N, Statement, U, look_up, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import from_fixed_xyz
 from programs.posts.writing.lines import is_straight

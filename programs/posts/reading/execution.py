@@ -1,0 +1,217 @@
+"""Executes a program's routines: each statement does what a table of patterns gives for it."""
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Self, TypeAlias
+
+from programs.errors import ProgramError
+from programs.posts.dialect import ProgramFiles
+from programs.posts.reading.statements import Declared, Statement, located, refusal
+from programs.posts.rebuilt import ReadStep, TextPlace
+
+_UNREADABLE = (ValueError, LookupError, ArithmeticError)
+"""What numbers and names that no program has make of a statement that is executed."""
+
+Action: TypeAlias = Callable[[re.Match[str]], None]
+"""What a statement does, by its match."""
+
+
+class EnteredError(Exception):
+    """The program has come to the part that it starts at."""
+
+
+class Execution(ABC):
+    """A controller while it executes the routines of one program, and the steps that come of them."""
+
+    def __init__(self) -> None:
+        self.routines: dict[str, Sequence[str]] = {}
+        """Statements by the routine's name."""
+        self.steps: list[ReadStep] = []
+        self.places: list[TextPlace | None] = []
+        """Statement of each step."""
+        self.routine, self.at = "", 0
+        """The routine that runs, and its statement."""
+        self.entry_end: tuple[str, int] | None = None
+        """Routine and statement at which what a part does first ends, if the program starts there."""
+        self.declared: list[Declared[Any, Any]] = []
+        self.called: set[str] = set()
+        """Routines that were executed, or that are called in another way."""
+        self._running: set[str] = set()
+        self._patterns: list[tuple[re.Pattern[str], Action]] = []
+
+    @classmethod
+    def loaded(cls, files: ProgramFiles) -> tuple[Self, str]:
+        """Give a controller that has loaded the files, and its main routine."""
+        reader = cls()
+        try:
+            main = reader.load(files)
+            reader._patterns = [(re.compile(pattern), action) for pattern, action in reader.grammar().items()]
+        except _UNREADABLE as error:
+            raise ProgramError(f"a declaration cannot be read ({error}).", file=next(iter(files), None)) from None
+        return reader, main
+
+    # What a language states
+
+    @abstractmethod
+    def load(self, files: ProgramFiles) -> str:
+        """Sort the files into routines and data, and give the name of the routine to start with."""
+
+    @abstractmethod
+    def grammar(self) -> Mapping[str, Action]:
+        """Give the action of each statement by its pattern; the first that matches the whole statement counts."""
+
+    def declares(self, what: str) -> "Declared[Any, Any]":
+        """Give an empty list of what a program declares of one kind; it is checked at the end."""
+        self.declared.append(Declared(what))
+        return self.declared[-1]
+
+    def finish(self) -> None:
+        """Make sure at the end that nothing is left over.
+
+        Raises:
+            ProgramError: a routine was never called, or a declaration was not used.
+        """
+        if left := next((name for name in self.routines if name not in self.called), None):
+            raise ProgramError(f"routine {left} is never called.")
+        for each in self.declared:
+            each.check()
+
+    # Execution
+
+    def run(self, name: str) -> None:
+        """Execute a routine.
+
+        Raises:
+            ProgramError: there is none of that name, it calls itself, or one of its statements is unknown.
+        """
+        if name not in self.routines:
+            raise ProgramError(f"there is no routine {name or 'to start with'}.")
+        if name in self._running:
+            raise ProgramError(f"routine {name} calls itself.")
+        caller = self.routine, self.at
+        self.routine, self.at = name, 0
+        self._running.add(name)
+        self.called.add(name)
+        while self.at < len(self.routines[name]):
+            if (self.routine, self.at) == self.entry_end:
+                raise EnteredError
+            self.do_statement(self.routines[name][self.at])
+            self.at += 1
+        self._running.remove(name)
+        self.routine, self.at = caller
+
+    def do_statement(self, statement: str) -> None:
+        """Execute one statement, and keep where it stands for the steps that it makes.
+
+        Raises:
+            ProgramError: it is unknown, or not possible there; the message names file and line.
+        """
+        try:
+            self.execute(statement)
+        except ProgramError as refused:
+            if refused.file is not None:
+                raise
+            raise located(str(refused), statement) from None
+        except _UNREADABLE as error:
+            raise refusal(statement, f"cannot be read ({error})") from None
+        place = statement.place if isinstance(statement, Statement) else None
+        self.places += [place] * (len(self.steps) - len(self.places))
+
+    def execute(self, statement: str) -> None:
+        """Execute one statement."""
+        for pattern, action in self._patterns:
+            if match := pattern.fullmatch(statement):
+                action(match)
+                return
+        raise ProgramError(f"unknown statement {statement!r}.")
+
+    # Statements that belong together
+
+    def ahead(self, pattern: str) -> Iterator[re.Match[str]]:
+        """Give the statements of the routine from the one that runs on that match a pattern."""
+        matches = re.compile(pattern).fullmatch
+        return (found for statement in self.routines[self.routine][self.at :] if (found := matches(statement)))
+
+    def find_end(self, pattern: str, label: str, group: int = 1) -> re.Match[str]:
+        """Find the statement ahead that ends a loop: it has the loop's label in a group.
+
+        Raises:
+            ProgramError: there is none.
+        """
+        end = next((found for found in self.ahead(pattern) if found[group] == label), None)
+        if end is None:
+            raise ProgramError(f"the loop {label} has no end.")
+        return end
+
+    def sort(self, lines: Iterable[str], begin: str, end: str) -> Iterator[str]:
+        """Keep what stands in routines, and give what stands outside; empty lines count for nothing.
+
+        Args:
+            lines: Of a file, comments left out.
+            begin: Pattern of a routine's first line; its first group is the name.
+            end: Pattern of its last line.
+        """
+        inside: list[str] | None = None
+        line = ""
+        for line in lines:
+            if match := re.fullmatch(begin, line):
+                if inside is not None or match[1] in self.routines:
+                    raise refusal(line, "begins within another, or twice")
+                inside = []
+                self.routines[match[1]] = inside
+            elif re.fullmatch(end, line):
+                if inside is None:
+                    raise refusal(line, "ends nothing")
+                inside = None
+            elif line and inside is not None:
+                inside.append(line)
+            elif line:
+                yield line
+        if inside is not None:
+            raise refusal(line, "is the last line, and a routine has no end")
+
+    def pass_to(self, pattern: str) -> int:
+        """Give the number of the next statement of the routine that matches a pattern.
+
+        Raises:
+            ProgramError: there is none.
+        """
+        matches = re.compile(pattern).fullmatch
+        statements = self.routines[self.routine]
+        found = next((at for at in range(self.at + 1, len(statements)) if matches(statements[at])), None)
+        if found is None:
+            raise ProgramError(f"nothing ends {statements[self.at]!r}.")
+        return found
+
+    def expect(self, routine: str, *patterns: str) -> None:
+        """Make sure that a routine which is not run has the statements that it has to have.
+
+        Raises:
+            ProgramError: it has others.
+        """
+        statements = self.routines.get(routine, [])
+        self.called.add(routine)
+        if len(statements) != len(patterns) or not all(map(re.fullmatch, patterns, statements)):
+            raise ProgramError(f"{routine} is not as it is written.")
+
+    def pass_on(self, *patterns: str) -> list[re.Match[str]]:
+        """Give the statements after this one, which are executed with it, by their patterns.
+
+        Raises:
+            ProgramError: they are others.
+        """
+        found: list[re.Match[str]] = []
+        for pattern in patterns:
+            self.at += 1
+            statements = self.routines[self.routine]
+            statement = statements[self.at] if self.at < len(statements) else ""
+            match = re.fullmatch(pattern, statement)
+            if match is None:
+                raise refusal(statement, "is not what belongs to the statement before it")
+            found.append(match)
+        return found
+
+
+def skip(match: re.Match[str]) -> None:
+    """Pass over a statement that has no effect on motion and outputs."""
