@@ -1,96 +1,167 @@
-"""Programs as their controllers take them: size, time of the moves, predicted time, event errors, by language.
+"""Programs as their controllers take them, by language, cell and board: check, size, time of the moves, event errors.
 
-Run: ``OMP_NUM_THREADS=1 python benchmarks/export.py [BOARD [LANGUAGE ...]]``
+Run: ``OMP_NUM_THREADS=1 python benchmarks/export.py [LANGUAGE ...] [--boards BOARD ...] [--for-cell] [--notes]``
 
-Every language in the first library cell of its maker, G-code on the gantry. Prints a row for each language, as stands
-in ``docs/robot-programs.md``; then what is found on time and size, and where moves are short while a jet is on.
+Every language in the library's cells of its maker, G-code on the gantry, the joint table for the Cairo arm. Each board
+is planned, checked and exported, as the commands do it; a row each, as stands in ``docs/robot-programs.md``. *robot* and
+*predicted* are from home to home, the former by the check, *x plan* is without the motions that a plan does not have.
+``--for-cell`` plans for the cell's robot. ``--notes`` adds the first finding of each rule, where time is lost against the plan,
+and where moves are short while a jet is on. Exits with 1 where a check or an export has an error.
 """
 
+import argparse
 import sys
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from statistics import median
 
 from boards.board import Board
 from boards.load import load_board
 from programs.export import Exported
+from programs.motion.steps import Line
 from programs.posts.dialects import DIALECTS
-from programs.program import TimedProgram
-from programs.timing.forecast import MoveTime
+from programs.timing.forecast import Forecast, MoveTime
 from recipes.load import load_recipe
 from reports.files.export_robot import write_tracked
 from robotcell.cell.hold import hold_board
 from robotcell.cell.load import cell_library, read_cell
-from robotcell.track import terms_of, track
-from rulesengine.planning.pipeline import run
-from specs.finding_rules import SLOWER_ON_CONTROLLER, TOO_MANY_POINTS
+from robotcell.track import CellReport, terms_of, track
+from rulesengine.planning.cell_plan import plan_for_cell
+from rulesengine.planning.pipeline import Run, run
+from specs.errors import JobError
+from specs.finding import Finding
 
-_ANY_ROBOT = dict.fromkeys(("linuxcnc", "heidenhain", "sinumerik", "fanuc-cnc"), "gantry")
+_BOARDS = ("tiny", "sensor-hub", "smt-demo")
+_ANY_ROBOT = dict.fromkeys(("linuxcnc", "heidenhain", "sinumerik", "fanuc-cnc"), ("gantry",)) | {
+    "joint-table": ("cairo-bench",)
+}
 """Cells of languages that take any robot."""
-_HEAD = (
-    "| language | cell | moves | bytes | files | shortest | median | under 20 ms | predicted | x plan | event error |",
-    "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
-)
+_COLUMNS = (
+    "language", "robot", "cell", "board", "check", "moves", "bytes", "files", "shortest, jet on", "median, jet on",
+    "under 20 ms, jet on", "planned", "robot", "predicted", "x robot", "x plan", "event error", "findings",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Case:
+    """What a cell's robot does with a board, and how that is written in a language."""
+
+    language: str
+    cell: str
+    board: str
+    planned: Run
+    report: CellReport
+    exported: Exported
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Of the plan, the robot and the language."""
+        return (*self.planned.findings, *self.report.findings, *self.exported.findings)
 
 
 def main(words: list[str]) -> None:
-    board = load_board(Path(words[0] if words else "smt-demo"))
-    planned = run(load_recipe("smt-aqueous"), board).program
-    languages = words[1:] or [name for name, each in DIALECTS.items() if each.controller is not None]
-    print("\n".join(_HEAD))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("languages", nargs="*", default=list(DIALECTS), metavar="LANGUAGE")
+    parser.add_argument("--boards", nargs="+", default=_BOARDS, metavar="BOARD")
+    parser.add_argument("--for-cell", action="store_true", help="plan for the robot of the cell")
+    parser.add_argument("--notes", action="store_true", help="first finding of each rule, lost time, places of short moves")
+    asked = parser.parse_args(words)
+    print(f"| {' | '.join(_COLUMNS)} |\n|{' --- |' * len(_COLUMNS)}")
     notes: list[str] = []
+    failed = False
+    for board in asked.boards:
+        loaded = load_board(Path(board))
+        planned = run(load_recipe("smt-aqueous"), loaded)
+        for cell, languages in cells_of(asked.languages).items():
+            try:
+                for case in cases(planned, loaded, cell, languages, for_cell=asked.for_cell):
+                    print(row(case), flush=True)
+                    failed |= any(each.severity == "error" for each in case.findings)
+                    notes += [f"{case.language}, {cell}, {board}: {note}" for note in remarks(case)]
+            except JobError as error:
+                failed = True
+                print(f"| {'/'.join(languages)} | | {cell} | {board} | refused: {error} |", flush=True)
+    print("", *notes[: None if asked.notes else 0], sep="\n")
+    sys.exit(failed)
+
+
+def cells_of(languages: Sequence[str]) -> dict[str, list[str]]:
+    """Give the library's cells in which languages are written, each with these languages."""
     by_cell: dict[str, list[str]] = {}
+    makers = {cell: read_cell(cell).cell.robot.maker for cell in cell_library()}
     for language in languages:
-        by_cell.setdefault(cell_of(language), []).append(language)
-    for cell, own in by_cell.items():
-        for language, exported in written(planned, board, cell, own):
-            print(row(language, cell, exported), flush=True)
-            notes += [f"{language}: {note}" for note in remarks(exported)]
-    print("", *notes, sep="\n")
+        own = [cell for cell, maker in makers.items() if maker == DIALECTS[language].maker]
+        for cell in _ANY_ROBOT.get(language, own):
+            by_cell.setdefault(cell, []).append(language)
+    return by_cell
 
 
-def cell_of(language: str) -> str:
-    """Give the library cell that a language is written for."""
-    if language in _ANY_ROBOT:
-        return _ANY_ROBOT[language]
-    maker = DIALECTS[language].maker
-    return next(cell for cell in cell_library() if read_cell(cell).cell.robot.maker == maker)
+def cases(planned: Run, board: Board, cell: str, languages: list[str], *, for_cell: bool) -> Iterator[Case]:
+    """Write what a cell's robot does with a board in some languages.
 
-
-def written(program: TimedProgram, board: Board, cell: str, languages: list[str]) -> Iterator[tuple[str, Exported]]:
-    """Write what a cell's robot does with a program in some languages."""
+    Raises:
+        JobError: a cell or a language cannot do what the program needs.
+    """
     held = hold_board(read_cell(cell), board)
-    report = track(program, held.cell, board, terms=terms_of(held))
-    for finding in report.findings:
-        if finding.severity == "error":
-            print(f"{cell}: {finding.message}", file=sys.stderr)
+    if for_cell:
+        planned = plan_for_cell(planned, held)
+    report = track(planned.program, held.cell, board, terms=terms_of(held))
     for language in languages:
-        yield language, write_tracked(report, held, language)
+        yield Case(language, cell, board.name, planned, report, write_tracked(report, held, language))
 
 
-def row(language: str, cell: str, exported: Exported) -> str:
+def row(case: Case) -> str:
     """Give the table's row of a program."""
-    forecast = exported.forecast
-    if forecast is None:
-        return f"| {language} | {cell} |"
-    size = sum(len(text) for text in exported.files.values())
-    cells = (
-        language, cell, f"{len(forecast.moves):,}", f"{size:,}", str(len(exported.files)),
-        f"{1e3 * forecast.shortest_s:.1f} ms", f"{1e3 * forecast.median_s:.0f} ms",
-        f"{len(forecast.short)}, {sum(move.at_corner for move in forecast.short)} at corners",
-        f"{forecast.predicted_s:.1f} s", f"{forecast.ratio:.3f}",
-        f"{forecast.event_mm:.2f} mm, {1e3 * forecast.event_s:.1f} ms",
-    )  # fmt: skip
-    return f"| {' | '.join(cells)} |"
-
-
-def remarks(exported: Exported) -> Iterator[str]:
-    """Give the findings on time and size, what takes longer than planned, and where moves are short."""
-    for finding in exported.findings:
-        if finding.rule in (SLOWER_ON_CONTROLLER, TOO_MANY_POINTS):
-            yield f"{finding.rule}: {finding.message}"
+    exported, own_s = case.exported, added_s(case.report)
+    planned_s, robot_s = case.planned.program.totals.duration_s, case.report.program.totals.duration_s
+    cells = [
+        case.language, case.report.cell.robot.name, case.cell, case.board, names_of(case.report.findings),
+        f"{sum(isinstance(step, Line) for step in exported.motion.steps):,}",
+        f"{sum(len(text) for text in exported.files.values()):,}", str(len(exported.files)),
+        *times_of(exported.forecast), f"{planned_s:.1f} s", f"{robot_s:.1f} s",
+    ]  # fmt: skip
     if (forecast := exported.forecast) is None:
+        error = exported.error
+        cells += ["", "", "", f"{error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms"]
+    else:
+        cells += [
+            f"{forecast.predicted_s:.1f} s", f"{forecast.ratio:.3f}", f"{(forecast.predicted_s - own_s) / planned_s:.3f}",
+            f"{forecast.event_mm:.2f} mm, {1e3 * forecast.event_s:.1f} ms",
+        ]  # fmt: skip
+    return f"| {' | '.join([*cells, names_of(exported.findings)])} |"
+
+
+def times_of(forecast: Forecast | None) -> tuple[str, str, str]:
+    """Give the shortest and the median time of moves with a jet on, and how many are under 20 ms."""
+    nominal = [] if forecast is None else [each.nominal_s for each in forecast.moves if each.spraying and each.nominal_s]
+    if forecast is None or not nominal:
+        return "", "", ""
+    short = f"{len(forecast.short)}, {sum(move.at_corner for move in forecast.short)} at corners"
+    return f"{1e3 * min(nominal):.1f} ms", f"{1e3 * median(nominal):.0f} ms", short
+
+
+def added_s(report: CellReport) -> float:
+    """Give the time of the motions that a plan does not have: from home, to tools and back."""
+    return report.added.from_home + report.added.tool_changes + report.added.to_home
+
+
+def names_of(findings: Iterable[Finding]) -> str:
+    """Count findings by severity and rule; the worst first."""
+    counted = Counter((each.severity, str(each.rule)) for each in findings)
+    order = {"error": 0, "warning": 1, "info": 2}
+    rows = sorted(counted.items(), key=lambda item: (order[item[0][0]], item[0][1]))
+    return ", ".join(f"{severity} {rule}{f' x {count}' * (count > 1)}" for (severity, rule), count in rows) or "–"
+
+
+def remarks(case: Case) -> Iterator[str]:
+    """Give the first finding of each rule, what takes longer than planned, and where moves are short."""
+    findings = (*case.report.findings, *case.exported.findings)
+    first = {(each.severity, each.rule): each for each in reversed(findings)}
+    for finding in reversed(first.values()):
+        yield f"{finding.severity} {finding.rule}: {finding.message}"
+    if (forecast := case.exported.forecast) is None:
         return
     losses = ", ".join(f"{cause} {lost_s:+.1f} s on {count}" for cause, lost_s, count, _ in forecast.losses())
     yield f"against the plan: {losses}"
