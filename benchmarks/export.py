@@ -66,7 +66,9 @@ def main(words: list[str]) -> None:
     parser.add_argument("languages", nargs="*", default=list(DIALECTS), metavar="LANGUAGE")
     parser.add_argument("--boards", nargs="+", default=_BOARDS, metavar="BOARD")
     parser.add_argument("--for-cell", action="store_true", help="plan for the robot of the cell")
-    parser.add_argument("--notes", action="store_true", help="first finding of each rule, lost time, places of short moves")
+    parser.add_argument(
+        "--notes", action="store_true", help="first finding of each rule, lost time, places of short moves"
+    )
     asked = parser.parse_args(words)
     print(f"| {' | '.join(_COLUMNS)} |\n|{' --- |' * len(_COLUMNS)}")
     notes: list[str] = []
@@ -135,7 +137,9 @@ def row(case: Case) -> str:
 
 def times_of(forecast: Forecast | None) -> tuple[str, str, str]:
     """Give the shortest and the median time of moves with a jet on, and how many are under 20 ms."""
-    nominal = [] if forecast is None else [each.nominal_s for each in forecast.moves if each.spraying and each.nominal_s]
+    nominal = (
+        [] if forecast is None else [each.nominal_s for each in forecast.moves if each.spraying and each.nominal_s]
+    )
     if forecast is None or not nominal:
         return "", "", ""
     short = f"{len(forecast.short)}, {sum(move.at_corner for move in forecast.short)} at corners"

@@ -76,6 +76,8 @@ class _Run:
     """Where the last motion ended, degrees and mm."""
     opened: set[str] = field(default_factory=set[str])
     """Valves that are open."""
+    followed: int = 0
+    """Steps whose outputs ``opened`` has."""
 
     def build(self) -> None:
         """Time all steps."""
@@ -114,13 +116,11 @@ class _Run:
         chain.clear()
 
     def open_valves(self, valves: set[str], at: int) -> None:
-        """Follow the outputs before a line."""
-        while at > 0 and isinstance(self.rebuilt.steps[at - 1], ReadSwitch):
-            at -= 1
-        for step in self.rebuilt.steps[at:]:
-            if not isinstance(step, ReadSwitch):
-                break
-            self.set_valve(step.channel, step.value, valves)
+        """Follow the outputs since the line before this one, also those before a wait."""
+        for step in self.rebuilt.steps[self.followed : at]:
+            if isinstance(step, ReadSwitch):
+                self.set_valve(step.channel, step.value, valves)
+        self.followed = at
 
     def set_valve(self, channel: str, value: float, valves: set[str]) -> None:
         """Open or shut a valve."""

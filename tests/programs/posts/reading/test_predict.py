@@ -50,6 +50,12 @@ def test_every_language_states_what_its_controller_takes(dialect: str) -> None:
     assert forecast.predicted_s >= sum(move.predicted_s for move in forecast.moves) - 1e-9
 
 
+@pytest.mark.parametrize("dialect", MODELLED)
+def test_a_jet_that_began_at_rest_is_on_after_the_wait_for_it(dialect: str) -> None:
+    first = next(move for move in exported(dialect, "loop").moves if str(move.made_by) == "s/pass")
+    assert first.spraying
+
+
 def test_the_time_is_that_of_the_text_and_not_of_the_plan() -> None:
     as_planned, slower = of_text("ur"), of_text("ur", ("v=0.1,", "v=0.05,"))
     assert slower.planned_s == as_planned.planned_s
