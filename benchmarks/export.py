@@ -3,10 +3,10 @@
 Run: ``OMP_NUM_THREADS=1 python benchmarks/export.py [LANGUAGE ...] [--boards BOARD ...] [--for-cell] [--notes]``
 
 Every language in the library's cells of its maker, G-code on the gantry, the joint table for the Cairo arm. Each board
-is planned, checked and exported, as the commands do it; a row each, as stands in ``docs/robot-programs.md``. *robot* and
-*predicted* are from home to home, the former by the check, *x plan* is without the motions that a plan does not have.
-``--for-cell`` plans for the cell's robot. ``--notes`` adds the first finding of each rule, where time is lost against the plan,
-and where moves are short while a jet is on. Exits with 1 where a check or an export has an error.
+is planned, checked and exported, as the commands do it; a row each, as stands in ``docs/robot-programs.md``. *robot*
+and *predicted* are from home to home, the former by the check; *x plan* is without the motions that a plan does not
+have. ``--for-cell`` plans for the cell's robot. ``--notes`` adds the first finding of each rule, where time is lost
+against the plan, and where moves are short while a jet is on. Exits with 1 where a check or an export has an error.
 """
 
 import argparse
@@ -66,26 +66,24 @@ def main(words: list[str]) -> None:
     parser.add_argument("languages", nargs="*", default=list(DIALECTS), metavar="LANGUAGE")
     parser.add_argument("--boards", nargs="+", default=_BOARDS, metavar="BOARD")
     parser.add_argument("--for-cell", action="store_true", help="plan for the robot of the cell")
-    parser.add_argument(
-        "--notes", action="store_true", help="first finding of each rule, lost time, places of short moves"
-    )
-    asked = parser.parse_args(words)
+    parser.add_argument("--notes", action="store_true", help="findings, lost time, places of short moves")
+    options = parser.parse_args(words)
     print(f"| {' | '.join(_COLUMNS)} |\n|{' --- |' * len(_COLUMNS)}")
     notes: list[str] = []
     failed = False
-    for board in asked.boards:
+    for board in options.boards:
         loaded = load_board(Path(board))
         planned = run(load_recipe("smt-aqueous"), loaded)
-        for cell, languages in cells_of(asked.languages).items():
+        for cell, languages in cells_of(options.languages).items():
             try:
-                for case in cases(planned, loaded, cell, languages, for_cell=asked.for_cell):
+                for case in cases(planned, loaded, cell, languages, for_cell=options.for_cell):
                     print(row(case), flush=True)
                     failed |= any(each.severity == "error" for each in case.findings)
                     notes += [f"{case.language}, {cell}, {board}: {note}" for note in remarks(case)]
             except JobError as error:
                 failed = True
                 print(f"| {'/'.join(languages)} | | {cell} | {board} | refused: {error} |", flush=True)
-    print("", *notes[: None if asked.notes else 0], sep="\n")
+    print("", *notes[: None if options.notes else 0], sep="\n")
     sys.exit(failed)
 
 
@@ -129,7 +127,8 @@ def row(case: Case) -> str:
         cells += ["", "", "", f"{error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms"]
     else:
         cells += [
-            f"{forecast.predicted_s:.1f} s", f"{forecast.ratio:.3f}", f"{(forecast.predicted_s - own_s) / planned_s:.3f}",
+            f"{forecast.predicted_s:.1f} s", f"{forecast.ratio:.3f}",
+            f"{(forecast.predicted_s - own_s) / planned_s:.3f}",
             f"{forecast.event_mm:.2f} mm, {1e3 * forecast.event_s:.1f} ms",
         ]  # fmt: skip
     return f"| {' | '.join([*cells, names_of(exported.findings)])} |"
@@ -156,7 +155,7 @@ def names_of(findings: Iterable[Finding]) -> str:
     counted = Counter((each.severity, str(each.rule)) for each in findings)
     order = {"error": 0, "warning": 1, "info": 2}
     rows = sorted(counted.items(), key=lambda item: (order[item[0][0]], item[0][1]))
-    return ", ".join(f"{severity} {rule}{f' x {count}' * (count > 1)}" for (severity, rule), count in rows) or "–"
+    return ", ".join(f"{severity} {rule}{f' x {count}' * (count > 1)}" for (severity, rule), count in rows) or "-"
 
 
 def remarks(case: Case) -> Iterator[str]:
