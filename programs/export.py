@@ -13,10 +13,10 @@ from programs.motion.lower import EventError, lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
 from programs.posts.dialects import DIALECTS, Dialect
-from programs.posts.reading.compare import Agreement
-from programs.posts.reading.findings import check_routines, check_size, check_time
-from programs.posts.reading.predict import predict
-from programs.posts.reading.proof import prove
+from programs.posts.proving.agreement import Agreement
+from programs.posts.proving.findings import check_routines, check_size, check_time
+from programs.posts.proving.predict import predict
+from programs.posts.proving.proof import prove
 from programs.posts.rebuilt import Rebuilt
 from programs.posts.writing.chapters import rest_within
 from programs.posts.writing.tool_points import in_tool_points

@@ -21,7 +21,7 @@ from programs.motion.steps import Line, MotionProgram, Reach, Switch, UseTool
 from programs.playback import playback
 from programs.pose import Pose, angle, distance
 from programs.posts.dialects import DIALECTS
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Wait
 from reports.files.export_robot import tracking_of
 from robotcell.cell.installation import installation_of, to_pose

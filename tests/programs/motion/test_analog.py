@@ -16,7 +16,7 @@ from programs.motion.installation import Channel, Installation, Sensor, Setting
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.posts.dialects import DIALECTS
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 from programs.program import TimedProgram
 from rulesengine.timing.time_plan import time_plan
 from specs.finding import Finding

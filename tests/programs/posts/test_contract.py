@@ -16,7 +16,7 @@ from programs.motion.layout import Tracking, on_time
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import Reach
 from programs.posts.dialects import DIALECTS
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 from programs.posts.rebuilt import ReadReach
 from programs.posts.writing.axes import from_controller_counts, in_degrees_and_mm
 from programs.program import TimedProgram

@@ -19,7 +19,7 @@ from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
 from programs.posts.dialects import DIALECTS
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Wait
 
 CASES = [pytest.param(name, made, id=f"{name}-{made}") for name in ARM_LANGUAGES for made in PROGRAMS]

@@ -11,7 +11,7 @@ from programs.export import export
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.posts.dialects import DIALECTS
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 
 FIRST = {
     "abb": ("pStart:=CRobT", "IF pStart.trans.z<{}", "pStart.trans.z:={}", "MoveL pStart", "MoveAbsJ jHome"),

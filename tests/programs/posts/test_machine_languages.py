@@ -18,7 +18,7 @@ from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
 from programs.posts.dialects import DIALECTS
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 from programs.posts.rebuilt import ReadLine, ReadReach, ReadTool, Rebuilt
 from programs.posts.writing.tool_points import in_tool_points
 

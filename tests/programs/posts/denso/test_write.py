@@ -13,7 +13,7 @@ from programs.motion.steps import Call, Line, MotionProgram, Note, Pause, Reach,
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.denso import DIALECT
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 

@@ -15,7 +15,7 @@ from programs.motion.steps import EndRepeat, Line, MotionProgram, Pause, Reach, 
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY, Pose
 from programs.posts.fanuc import DIALECT
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 from specs.source import Source
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))

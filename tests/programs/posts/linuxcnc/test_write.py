@@ -23,7 +23,7 @@ from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import Pose, angle, compose, distance, inverse
 from programs.posts.linuxcnc import DIALECT
 from programs.posts.linuxcnc.write import GROUP_BASE
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 from programs.posts.rebuilt import Axes, ReadLine, ReadReach, ReadSwitch, Rebuilt
 from programs.posts.writing.tool_points import in_tool_points
 from programs.program import MoveTo, SetNozzle

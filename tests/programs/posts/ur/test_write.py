@@ -16,7 +16,7 @@ from programs.motion.make_motion import make_motion
 from programs.motion.steps import Event, Line, MotionProgram, Reach, Step, UseBoard, UseTool
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 from programs.posts.ur import DIALECT
 from programs.posts.ur.watcher import QUEUE
 

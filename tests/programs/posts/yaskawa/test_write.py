@@ -13,7 +13,7 @@ from programs.motion.lower import lower
 from programs.motion.steps import Line, MotionProgram, Pause, Reach, Step, UseBoard, UseTool
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 from programs.posts.yaskawa import DIALECT
 from specs.source import Source
 

@@ -15,7 +15,7 @@ from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import Line, MotionProgram, Reach
 from programs.posts.dialects import DIALECTS
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 from programs.posts.rebuilt import ReadLine, ReadReach
 
 FRAMED = [name for name in ARM_LANGUAGES if name != "joint-table"]

@@ -25,7 +25,7 @@ from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
 from programs.pose import Pose, angle, distance
 from programs.posts.dialects import DIALECTS
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 from programs.posts.rebuilt import ReadBoard, ReadStep, ReadSwitch, ReadTool, Rebuilt
 
 MADE = ("loop", "two_tools", "in_flight", "bottom", "three_speeds")

@@ -12,7 +12,7 @@ from geometry.arrays import Scalars
 from programs.motion.installation import Installation
 from programs.motion.steps import Line, MotionProgram, Reach
 from programs.pose import Position, compose, inverse
-from programs.posts.reading.compare import Agreement, Firing, Match
+from programs.posts.proving.agreement import Agreement, Firing, Match
 from programs.posts.rebuilt import Axes, ReadLine, ReadPause, ReadReach, ReadStep, ReadSwitch, Rebuilt
 from programs.posts.writing.angles import rotation_vector
 from programs.posts.writing.axes import in_degrees_and_mm, units_of

@@ -14,7 +14,7 @@ from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
 from programs.pose import Pose, compose
 from programs.posts.abb import DIALECT
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 from programs.posts.rebuilt import (
     ReadBoard,
     ReadCall,

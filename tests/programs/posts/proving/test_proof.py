@@ -13,7 +13,7 @@ from programs.export import export
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.posts.abb import DIALECT
-from programs.posts.reading.proof import prove
+from programs.posts.proving.proof import prove
 
 FILE = "tiny.mod"
 

@@ -8,7 +8,7 @@ from joint_journey import cell_of, journey
 
 from programs.motion.lower import lower
 from programs.posts.dialects import DIALECTS
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 from programs.posts.rebuilt import Rebuilt
 
 LANGUAGES = [name for name, each in DIALECTS.items() if each.maker is not None]

@@ -11,8 +11,8 @@ from programs.export import controller_of, export
 from programs.motion.installation import Installation
 from programs.motion.make_motion import make_motion
 from programs.posts.dialects import DIALECTS
-from programs.posts.reading.compare import measure
-from programs.posts.reading.predict import predict
+from programs.posts.proving.compare import measure
+from programs.posts.proving.predict import predict
 from programs.timing.controller import Controller
 from programs.timing.forecast import Forecast
 

@@ -4,7 +4,8 @@ from programs.errors import ProgramError
 from programs.motion.installation import Installation
 from programs.motion.steps import MotionProgram
 from programs.posts.dialect import Dialect, ProgramFiles
-from programs.posts.reading.compare import Agreement, measure
+from programs.posts.proving.agreement import Agreement
+from programs.posts.proving.compare import measure
 from programs.posts.rebuilt import Rebuilt
 
 

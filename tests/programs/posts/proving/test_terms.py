@@ -11,7 +11,7 @@ from programs.errors import ProgramError
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.posts.dialects import DIALECTS
-from programs.posts.reading.compare import compare
+from programs.posts.proving.compare import compare
 
 ZONES = {
     "abb": (r",z\d,", ",z5,", ",z1,"),

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from programs.motion.installation import Installation
 from programs.motion.steps import MotionProgram, Reach
-from programs.posts.reading.production import same_joints
-from programs.posts.reading.terms import Wrong
+from programs.posts.proving.production import same_joints
+from programs.posts.proving.terms import Wrong
 from programs.posts.rebuilt import ReadHome, ReadReach, Rebuilt
 from programs.posts.writing.entries import safe_height
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace, pace_moves
