@@ -13,10 +13,22 @@ import numpy as np
 from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.kinematics.inverse import gantry_of
-from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, find_spot_turns, turns_between
+from robotcell.motion.sampled_path import (
+    Flags,
+    SampledPath,
+    TrackedPath,
+    find_spot_turns,
+    jet_turns,
+    runs_of,
+    turns_between,
+)
 from robotcell.robot.robot import Poses, flange_poses
 
 _STILL_M, _STILL_RAD = 1e-7, 1e-6
+_LAP_EVERY = np.radians(60.0)
+"""The jet turns by this from one short line of a lap to the next: by 200 degrees a lap if it is tilted by 35."""
+_LAP_TURN, _LAP_M = np.radians(6.0), 1.5e-3
+"""Such a line ends where the jet has turned so far, or the orifice has gone so far: it is nearly straight."""
 _CARRIAGE = 3
 """Joints of the carriage come first, those that turn after them."""
 
@@ -63,6 +75,23 @@ def find_even_lines(path: SampledPath, cell: Cell) -> EvenLines:
     fits &= ~path.dwelling[begin]
     found = set(zip(begin[fits].tolist(), end[fits].tolist(), strict=True))
     found |= {(a, b) for a, b in find_spot_turns(path) if bounds["held"][b + 1] == bounds["held"][a]}
+    rows = np.array(sorted(found), dtype=np.int64).reshape(-1, 2)
+    return EvenLines(rows[:, 0], rows[:, 1])
+
+
+def with_lap_lines(path: SampledPath, lines: EvenLines) -> EvenLines:
+    """Give the lines of a gantry's path, and short ones of laps that turn a round jet without a turn on the spot."""
+    turns = jet_turns(path.T_base_tcp)
+    way = np.linalg.norm(np.diff(path.T_base_tcp[:, :3, 3], axis=0), axis=1)
+    laps = path.jet_on[:-1] & path.jet_on[1:] & path.free[:-1] & path.free[1:]
+    laps &= (turns > _STILL_RAD) & (way > _STILL_M) & ~path.changed[1:]
+    found = list(zip(lines.first.tolist(), lines.last.tolist(), strict=True))
+    for a, b in runs_of(laps):
+        turned, gone = (np.concatenate(([0.0], np.cumsum(each[a:b]))) for each in (turns, way))
+        begin = np.searchsorted(turned, np.arange(0.5 * _LAP_EVERY, turned[-1] - _LAP_TURN, _LAP_EVERY))
+        ends = (np.searchsorted(turned, turned[begin] + _LAP_TURN), np.searchsorted(gone, gone[begin] + _LAP_M))
+        end = np.minimum(np.maximum(np.minimum(*ends), begin + 1), b - a)
+        found += zip((a + begin).tolist(), (a + end).tolist(), strict=True)
     rows = np.array(sorted(found), dtype=np.int64).reshape(-1, 2)
     return EvenLines(rows[:, 0], rows[:, 1])
 

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.kinematics.chain import chain_of, manipulability
+from robotcell.kinematics.inverse import gantry_of
 from robotcell.motion.even_turns import NO_LINES, EvenLines
 from robotcell.motion.ladder_search import FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE, JointSpeeds, Ladder, Steps
-from robotcell.motion.sampled_path import SampledPath, runs_of, turns_between
+from robotcell.motion.sampled_path import SampledPath, jet_turns, runs_of, turns_between
 from robotcell.robot.full_turns import nearest_turns
 from robotcell.robot.robot import Joints, Poses, Robot, row_pieces
 
@@ -269,12 +270,26 @@ def ladder_steps(path: SampledPath, nodes: Nodes, cell: Cell, even: EvenLines = 
     if cell.robot.dof >= 6:
         slack, turning = _SLACK + 1.5 * angle, np.full(count, 1.5)
         return Steps(lasting, kind, slack, np.full(count, _WINDOW), turning, azimuth)
-    # Five axes have to turn far where the jet is nearly along the first of them, and go over in both of their branches.
-    slack = np.full(count, _HALF_TURN)
+    slack = _slack_of_gantry(path, nodes, cell)
     evenly = np.searchsorted(sample, even.last) - 1
     slack[evenly] = np.inf
     azimuth[evenly] = np.where(sprays[evenly], _EVEN_AZIMUTH_COST_S, _AZIMUTH_COST_S)
     return Steps(lasting, kind, slack, np.full(count, 4.0), np.zeros(count), azimuth)
+
+
+def _slack_of_gantry(path: SampledPath, nodes: Nodes, cell: Cell) -> Scalars:
+    """Give how far a joint may turn in each interval, rad: far where the jet is nearly along the first axis that turns.
+
+    There both branches meet. Elsewhere the one is not followed by the other.
+    """
+    gantry = gantry_of(cell.robot)
+    if gantry is None:
+        return np.full(len(nodes.sample) - 1, _HALF_TURN)
+    bent = np.concatenate(([0.0], np.cumsum(jet_turns(path.T_base_tcp))))
+    bend = bent[nodes.sample[1:]] - bent[nodes.until[:-1]]
+    lean = np.linalg.norm(np.cross(path.T_base_tcp[nodes.sample, :3, 2], gantry.zero.axes[3]), axis=1)
+    least = np.maximum(np.minimum(lean[:-1], lean[1:]) - bend, 1e-3)
+    return np.minimum(_SLACK + 2.0 * bend / least, _HALF_TURN)
 
 
 def reconfiguration_intervals(path: SampledPath, nodes: Nodes, T_cell_base: Poses) -> Indices:

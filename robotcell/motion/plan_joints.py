@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices
+from robotcell.kinematics.inverse import gantry_of
 from robotcell.motion.cell_queries import CellQueries
-from robotcell.motion.even_turns import find_even_lines
+from robotcell.motion.even_turns import EvenLines, find_even_lines, with_lap_lines
 from robotcell.motion.ladder_graph import (
     STRAIGHT,
     NodePoses,
@@ -79,6 +80,31 @@ def plan_motion(queries: CellQueries, path: SampledPath, tilt: float, progress: 
         progress: Receives the stage and the share done.
     """
     even = find_even_lines(path, queries.cell)
+    begun = _begin_search(queries, path, even, tilt, progress)
+    if isinstance(begun, OutOfReach):
+        return begun
+    if _winds_up(*begun):
+        progress("turning over the vertical within laps", 0.38)
+        again = _begin_search(queries, path, with_lap_lines(path, even), tilt, progress)
+        begun = begun if isinstance(again, OutOfReach) or _winds_up(*again) else again
+    search, choice = begun
+    motion = attempt_motion(search, choice)
+    fewest, since = _count_flaws(motion), 0
+    for number in range(_ATTEMPTS):
+        progress("tracking the path", 0.4 + 0.5 * number / _ATTEMPTS)
+        if since == _PATIENCE or _is_final(search, choice, motion) or not _note_flaws(search, choice, motion):
+            break
+        choice = _choose(search)
+        motion = attempt_motion(search, choice)
+        flaws = _count_flaws(motion)
+        fewest, since = min(fewest, flaws), 0 if flaws < fewest else since + 1
+    return motion
+
+
+def _begin_search(
+    queries: CellQueries, path: SampledPath, even: EvenLines, tilt: float, progress: Progress
+) -> tuple[Search, Choice] | OutOfReach:
+    """Solve the nodes of a path, and choose for the first time."""
     nodes = choose_nodes(path, queries.cell.robot.dof, even)
     progress("solving configurations", 0.05)
     everywhere = (node_poses(nodes, some, STRAIGHT) for some in node_pieces(nodes))
@@ -93,18 +119,12 @@ def plan_motion(queries: CellQueries, path: SampledPath, tilt: float, progress: 
         return OutOfReach(nodes, empty)
     states = with_home_costs(queries.cell, states)
     search = Search(queries, path, nodes, states, nothing_known(states), nodes.azimuths == 1, tilted, even)
-    choice = _first_choice(search, tilt, progress)
-    motion = attempt_motion(search, choice)
-    fewest, since = _count_flaws(motion), 0
-    for number in range(_ATTEMPTS):
-        progress("tracking the path", 0.4 + 0.5 * number / _ATTEMPTS)
-        if since == _PATIENCE or _is_final(search, choice, motion) or not _note_flaws(search, choice, motion):
-            break
-        choice = _choose(search)
-        motion = attempt_motion(search, choice)
-        flaws = _count_flaws(motion)
-        fewest, since = min(fewest, flaws), 0 if flaws < fewest else since + 1
-    return motion
+    return search, _first_choice(search, tilt, progress)
+
+
+def _winds_up(search: Search, choice: Choice) -> bool:
+    """Whether a gantry's joints would have to change their configuration on the path because they wind up."""
+    return bool(choice.discontinuities.any() and search.multi_turn) and gantry_of(search.queries.cell.robot) is not None
 
 
 def _first_choice(search: Search, tilt: float, progress: Progress) -> Choice:

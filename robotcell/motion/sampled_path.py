@@ -232,11 +232,16 @@ def runs_of(flags: Flags) -> list[tuple[int, int]]:
 def find_spot_turns(path: SampledPath) -> list[tuple[int, int]]:
     """Give the first and the last sample of each stretch in which the tool turns far on the spot with the jet on."""
     way = np.linalg.norm(np.diff(path.T_base_tcp[:, :3, 3], axis=0), axis=1)
-    jets = path.T_base_tcp[:, :3, 2]
-    turns = np.arccos(np.clip(np.sum(jets[1:] * jets[:-1], axis=1), -1.0, 1.0))
+    turns = jet_turns(path.T_base_tcp)
     turning = (way < _SAME_M) & (turns > 1e-6) & path.jet_on[1:] & path.jet_on[:-1] & ~path.changed[1:]
     found = runs_of(turning)
     return [(a, b) for a, b in found if b - a >= _LEAST_PARTS and turns[a:b].sum() > _FAR_TURN]
+
+
+def jet_turns(poses: Poses) -> Scalars:
+    """Give by how much the jets of poses (n, 4, 4) turn from each to the next: (n - 1,) rad."""
+    jets = poses[:, :3, 2]
+    return np.arccos(np.clip(np.sum(jets[1:] * jets[:-1], axis=1), -1.0, 1.0))
 
 
 def turns_between(poses: Poses) -> Scalars:

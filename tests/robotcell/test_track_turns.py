@@ -13,7 +13,7 @@ from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgr
 from robotcell.cell.cell import Cell
 from robotcell.cell.load import read_cell
 from robotcell.robot.poses import pose
-from robotcell.robot.robot import Body, Box, Capsule
+from robotcell.robot.robot import Body, Box, Capsule, flange_poses
 from robotcell.track import Terms, track
 
 ROUND = Terms(round_nozzles=frozenset({"ring60"}))
@@ -86,8 +86,25 @@ def test_a_gantry_that_turns_without_end_turns_with_each_lap() -> None:
     assert np.ptp(report.joints[on_path, turning]) == pytest.approx(3 * 2 * math.pi, abs=0.3)
 
 
-def test_too_many_laps_with_the_jet_on_cannot_be_done_with_a_limited_head() -> None:
+def test_too_many_laps_with_the_jet_on_turn_over_the_vertical_within_the_laps() -> None:
+    """Four turns of C where two are allowed; the orifice stays on its circle, and no joint jumps."""
     report = track(laps(4), limited(read_cell("gantry").cell, "C", 1.0), None, terms=ROUND)
+    assert report.possible, report.findings
+    assert np.abs(report.joints[:, 3]).max() <= 2.0 * math.pi + 1e-9
+    own = report.joints[report.clearance_at]
+    assert np.abs(np.diff(own[:, 3:], axis=0)).max() <= math.radians(15.0)
+    tips = flange_poses(report.cell.robot, own) @ report.cell.tools[0].T_flange_tcp
+    places = 1e3 * (np.linalg.inv(report.cell.T_cell_board) @ report.cell.T_cell_base @ tips)[:, :3, 3]
+    apart = np.hypot(places[:, 0] - 80.0, places[:, 1] - 50.0)
+    assert 20.0 * math.cos(math.pi / 120) - 1e-3 <= apart.min()
+    assert apart.max() <= 20.0 + 1e-3
+    (found,) = (finding for finding in report.findings if finding.rule.id == "jet-tilted")
+    assert str(found.made_by) == "sequence[0]/around/U1"
+    assert "or the hose would wind up" in found.message
+
+
+def test_laps_with_the_jet_on_cannot_be_done_with_a_head_that_hardly_turns_half_way() -> None:
+    report = track(laps(1), limited(read_cell("gantry").cell, "C", 0.255), None, terms=ROUND)
     assert not report.possible
     found = next(finding for finding in report.findings if finding.rule.id == "configuration-jump")
     assert found.severity == "error"
