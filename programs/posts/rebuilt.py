@@ -176,8 +176,10 @@ class ReadFrame:
     """The production frame around a program."""
 
     waits: tuple[ReadWait, ...]
-    watched: tuple[tuple[str, bool], ...]
-    """Inputs that are watched while the program runs, by name or number, and the state that they are to keep."""
+    watched: tuple[tuple[str, bool], ...] | None
+    """Inputs that are watched while the program runs, by name or number, and the state that they are to keep.
+
+    ``None`` where the language leaves them to the integrator."""
     parts: tuple[ReadPart, ...]
     shut: tuple[str, ...]
     """Outputs that the fault routine shuts."""

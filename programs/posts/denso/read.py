@@ -23,6 +23,7 @@ class PacScriptReader(Reader):
     """Subprograms, tools and works, and the move that goes on while the program does."""
 
     handlers = frozenset({"main", "On Error"})
+    watches_inputs = False
 
     def __init__(self) -> None:
         super().__init__()

@@ -45,6 +45,8 @@ class TpReader(Reader):
         self.tables: dict[tuple[str, str], Pose] = {}
         self.register = [""] * 6
         self.frames: dict[str, str] = {}
+        self.background = ""
+        """Name of the program that is the BG logic."""
 
     @classmethod
     def due(cls, line: Line, after: Line | None) -> Due:
@@ -63,7 +65,9 @@ class TpReader(Reader):
             self.load_program(name, f"{name}.ls", text)
         enters = [name for name, text in programs.items() if re.search(_ENTERED, text)]
         main = next(iter(programs), "")
-        self.shut_name = next((name for name in programs if name.endswith("_SH")), self.shut_name)
+        others = [name for name in programs if name != main]  # it may be called like one of these itself
+        self.shut_name = next((name for name in others if name.endswith("_SH")), self.shut_name)
+        self.background = next((name for name in others if name.endswith("_BG")), "")
         self.routines["(all)"] = [*(f"CALL {name}" for name in enters), f"CALL {main}"]
         return "(all)"
 
@@ -120,22 +124,25 @@ class TpReader(Reader):
         }
 
     def read_shut(self) -> tuple[str, ...]:
-        """Give the outputs that the fault routine shuts; the BG logic has to shut the same."""
-        name = next((each for each in self.routines if each.endswith("_BG")), "")
-        self.called.add(name)
-        stopped: set[str] = set()
-        for statement in self.routines.get(name, []):
-            found = re.fullmatch(r"IF \((?:!UO\[3\]|DI\[(\d+)\]=(ON|OFF))\),DO\[(\d+)\]=\(OFF\)", statement)
+        """Give the outputs that the fault routine shuts; the BG logic has to shut the same, under each condition.
+
+        Raises:
+            ProgramError: it does not, or does something else.
+        """
+        self.called.add(self.background)
+        stopped: dict[str, set[str]] = {"!UO[3]": set()}
+        for statement in self.routines.get(self.background, []):
+            found = re.fullmatch(r"IF \((!UO\[3\]|DI\[(\d+)\]=(ON|OFF))\),DO\[(\d+)\]=\(OFF\)", statement)
             if found is None:
                 raise refusal(statement, "does not belong to the BG logic")
-            if found[1] is None:
-                stopped.add(f"digital {found[3]}")
-            elif (found[1], found[2] == "OFF") not in self.watched:
-                self.watched.append((found[1], found[2] == "OFF"))
+            stopped.setdefault(found[1], set()).add(f"digital {found[4]}")
+            if found[2] and (found[2], found[3] == "OFF") not in self.watched:
+                self.watched.append((found[2], found[3] == "OFF"))
         self.shut_by.add("BG logic")
         shut = super().read_shut()
-        if stopped != set(shut):
-            raise ProgramError(f"the BG logic shuts {sorted(stopped)}, not {sorted(shut)}.")
+        self.watches_inputs = bool(shut)  # without a valve there is nothing to do when one leaves its state
+        if wrong := next((condition for condition, each in stopped.items() if each != set(shut)), None):
+            raise ProgramError(f"under {wrong} the BG logic shuts {sorted(stopped[wrong])}, not {sorted(shut)}.")
         return shut
 
     def refuse_override(self, match: re.Match[str]) -> None:

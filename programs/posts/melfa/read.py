@@ -28,6 +28,8 @@ class MelfaBasicReader(Reader):
         super().__init__()
         self.positions = self.declares("position")
         """Poses and joint values by program and name."""
+        self.watch_name = ""
+        """Name of the program of the slot that always runs."""
         self.speed_mm_s = 0.0
         self.stops = True
 
@@ -53,8 +55,10 @@ class MelfaBasicReader(Reader):
             if "End" not in steps or steps.index("End") != len(steps) - 1:
                 raise ProgramError("the program does not end with End.", file=file)
             self.routines[name] = steps
-            self.shut_name = name if name.endswith("SHUT") else self.shut_name
-        return next(iter(self.routines), "")
+        main, *others = [*self.routines] or [""]  # which may be called like one of these itself
+        self.shut_name = next((name for name in others if name.endswith("SHUT")), self.shut_name)
+        self.watch_name = next((name for name in others if name.endswith("WATCH")), "")
+        return main
 
     def grammar(self) -> dict[str, Action]:
         """List the steps."""
@@ -101,21 +105,25 @@ class MelfaBasicReader(Reader):
             self.wait_least(sensor, (scale, offset, value), float(late[1]) / 1000.0)
 
     def read_shut(self) -> tuple[str, ...]:
-        """Give the outputs that the fault routine shuts; the slot that always runs has to shut the same."""
-        name = next((each for each in self.routines if "WATCH" in each), "")
-        self.called.add(name)
-        begin, *inside, back, _ = self.routines.get(name) or ["", "", ""]
+        """Give the outputs that the fault routine shuts; the slot that always runs has to shut the same.
+
+        Raises:
+            ProgramError: it does not, or does something else.
+        """
+        self.called.add(self.watch_name)
+        watching = self.routines.get(self.watch_name, [])
+        if watching[:1] != ["*LOOP"] or watching[-2:] != ["GoTo *LOOP", "End"]:
+            raise ProgramError("the slot that always runs does not go on and on.")
         stopped: dict[str, set[str]] = {}
-        for statement in inside:
+        for statement in watching[1:-2]:
             found = re.fullmatch(r"If (M_Run\(1\)=0|M_Err=1|M_In\((\d+)\)=([01])) Then M_Out\((\d+)\)=0", statement)
             if found is None:
                 raise refusal(statement, "does not belong to the slot that always runs")
             stopped.setdefault(found[1], set()).add(f"digital {found[4]}")
             if found[2] and (found[2], found[3] == "0") not in self.watched:
                 self.watched.append((found[2], found[3] == "0"))
-        if (begin, back) == ("*LOOP", "GoTo *LOOP"):
-            opens = any(each.startswith("M_Out") for each in self.routines.get(self.shut_name, []))
-            self.shut_by |= set(stopped) if opens else self.handlers
+        self.watches_inputs = any(each.startswith("M_Out") for each in self.routines.get(self.shut_name, []))
+        self.shut_by |= set(stopped) if self.watches_inputs else self.handlers  # else there is no valve to shut
         shut = super().read_shut()
         if any(each != set(shut) for each in stopped.values()):
             raise ProgramError("the slot that always runs does not shut every valve.")

@@ -72,10 +72,12 @@ def _compare_waits(frame: ReadFrame, analog: Counting, waits: Sequence[Wait]) ->
     for read, wait in zip(frame.waits, waits, strict=True):
         if not _is_same_wait(read, wait, analog):
             yield f"the wait for {wait.words} is read as {read}"
-    watched = [wait.contact for wait in waits if wait.watched]
-    if frame.watched and len(frame.watched) != len(watched):
+    if frame.watched is None:
+        return
+    watched = [wait for wait in waits if wait.watched]
+    if len(frame.watched) != len(watched):
         yield f"{len(frame.watched)} inputs are watched, not {len(watched)}"
-    for (channel, state), wait in zip(frame.watched, (wait for wait in waits if wait.watched), strict=False):
+    for (channel, state), wait in zip(frame.watched, watched, strict=False):
         if wait.contact and (channel not in (wait.contact.name, str(wait.contact.number)) or state != wait.state):
             yield f"{wait.words} is watched as {channel}"
 

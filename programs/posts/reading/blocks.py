@@ -17,7 +17,7 @@ WORD = re.compile(rf"([XYZABCUVW])(?:=|\+)?({NUMBER})")
 class AxisReader(Reader):
     """Coordinate systems, and the modes of the machine."""
 
-    writes_lines = False
+    writes_lines = watches_inputs = False
     handlers = frozenset({"main"})
 
     def __init__(self) -> None:

@@ -20,6 +20,8 @@ class FrameReader(Execution, ABC):
     """The fault routine; it is called before the first motion too."""
     reads_sensors: ClassVar[bool] = True
     """Whether the language can wait for a quantity."""
+    watches_inputs: bool = True
+    """Whether the program can watch inputs while it runs."""
     handlers: ClassVar[AbstractSet[str]] = frozenset()
     """What has to call the fault routine, by the names that ``shut`` is given; none in languages without a frame."""
 
@@ -43,7 +45,7 @@ class FrameReader(Execution, ABC):
             return None
         parts = tuple(replace(part, entry=self.enter_at(files, part.number)) for part in self.parts)
         shut = self.read_shut()  # some languages watch inputs where they shut the valves
-        waits, watched = tuple(self.waits), tuple(self.watched)
+        waits, watched = tuple(self.waits), tuple(self.watched) if self.watches_inputs else None
         return ReadFrame(waits, watched, parts, shut, self.guards_override, self.reads_sensors)
 
     def enter_at(self, files: ProgramFiles, part: int) -> tuple[ReadStep, ...]:

@@ -21,6 +21,7 @@ class SinumerikReader(ToolPointReader):
     """A main program and its subprograms."""
 
     handlers = frozenset({"main", "IDS"})
+    watches_inputs = True
 
     def __init__(self) -> None:
         super().__init__()

@@ -29,7 +29,7 @@ class InformReader(Reader):
     """All jobs with their positions."""
 
     handlers = frozenset({"main"})
-    reads_sensors = False
+    reads_sensors = watches_inputs = False
     goes_home = False
 
     def __init__(self) -> None:
@@ -66,8 +66,9 @@ class InformReader(Reader):
             if len(frames) > 1 or shown != f"///COMM Washboard\n///ATTR SC,RW{relative}\n///GROUP1 RB1":
                 raise ProgramError("a relative job has one user frame, and names it.", file=file)
             self.routines[name] = [*statements_of(file, text)][head.count("\n") + 2 : -1]
-        self.shut_name = next((name for name in self.routines if name.endswith("_SH")), self.shut_name)
-        return next(iter(self.routines), "")
+        main, *others = [*self.routines] or [""]  # which may be called like the other itself
+        self.shut_name = next((name for name in others if name.endswith("_SH")), self.shut_name)
+        return main
 
     def load_positions(self, job: str, lines: Iterable[Statement]) -> set[str]:
         """Read positions under their headings, each group of them whole, and give their user frames."""

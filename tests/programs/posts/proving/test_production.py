@@ -23,6 +23,8 @@ NO_GUARD = {"ur", "yaskawa"}
 """Languages that cannot read the speed override."""
 NO_QUANTITY = {"yaskawa"}
 """Languages that read no analog input."""
+NO_WATCH = {"yaskawa", "denso", "linuxcnc"}
+"""Languages that leave watched inputs to the integrator."""
 SHUTS = {
     "abb": "SetDO doWash,0;", "abb-paint": "SetBrush 0;", "kuka": "$OUT[1]=FALSE", "ur": "set_out(0, 1, 0)",
     "fanuc": "DO[1]=OFF ;", "yaskawa": "DOUT OT#(1) OFF", "epson": "Off 1, Forced", "denso": "Reset IO[1]",
@@ -146,6 +148,26 @@ def test_another_state_time_out_or_least_value_of_a_wait_is_found(name: str) -> 
         for other in others:
             elsewhere = replace(cell, waits=(*cell.waits[:at], other, *cell.waits[at + 1 :]))
             assert compare(rebuilt, motion_of("loop", name), elsewhere)
+
+
+@pytest.mark.parametrize("name", [name for name in FRAMED if name not in NO_WATCH])
+def test_a_text_that_watches_no_input_is_found(name: str) -> None:
+    cell, motion = cell_of(name), motion_of("loop", name)
+    bare = replace(cell, waits=tuple(replace(wait, watched=False) for wait in cell.waits))
+    files = DIALECTS[name].render(lower(motion, DIALECTS[name].capability), bare)
+    assert compare(DIALECTS[name].read(files), motion, bare) == ()
+    assert any("inputs are watched" in str(each) for each in compare(DIALECTS[name].read(files), motion, cell))
+
+
+@pytest.mark.parametrize(("name", "shut", "other"), [("fanuc", "DO[2]=(OFF)", "DO[1]=(OFF)"), ("melfa", "(2)", "(1)")])
+def test_an_input_without_which_one_valve_stays_open_is_found(name: str, shut: str, other: str) -> None:
+    lost = {
+        file: re.sub(r"(?m)^.*(?:DI\[4\]|M_In\(4\)).*$", lambda match: match[0].replace(shut, other), text)
+        for file, text in files_of("two_tools", name).items()
+        if file.endswith((".ls", ".prg"))
+    }
+    assert lost != files_of("two_tools", name)
+    assert problems("two_tools", name, lost)
 
 
 @pytest.mark.parametrize("name", FRAMED)
