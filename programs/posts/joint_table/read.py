@@ -43,13 +43,17 @@ def rebuild(files: ProgramFiles) -> Rebuilt:
     steps: list[ReadStep] = []
     places: list[TextPlace] = []
     before: tuple[float, Pose] | None = None
-    for number, row in enumerate(csv.DictReader(lines[comments:]), start=1):
-        place = TextPlace(file, comments + 1 + number)
-        try:
-            before = _read_row(number, row, before, steps)
-        except (ValueError, KeyError, TypeError) as error:
-            raise ProgramError(f"row {number} cannot be read ({error}).", file=file, line=place.line) from None
-        places += [place] * (len(steps) - len(places))
+    table, number = csv.reader(lines[comments:]), 0
+    header = next(table, list[str]())
+    try:
+        for number, row in enumerate(table, start=1):
+            if len(row) != len(header):
+                raise ValueError(f"it has {len(row)} values for {len(header)} columns")
+            before = _read_row(number, dict(zip(header, row, strict=True)), before, steps)
+            places += [TextPlace(file, comments + table.line_num)] * (len(steps) - len(places))
+    except (ValueError, KeyError, csv.Error) as error:
+        line = comments + table.line_num
+        raise ProgramError(f"row {number} cannot be read ({error}).", file=file, line=line) from None
     return Rebuilt(tuple(steps), places=tuple(places))
 
 

@@ -52,6 +52,9 @@ def measure(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
         installation: The cell.
     """
     comparison = _Comparison(installation, rebuilt)
+    if (other := _other_axes(rebuilt, len(installation.joints))) is not None:
+        comparison.differ(f"{rebuilt.steps[other]} is not of the axes of {installation.robot}", NO_SOURCE, other)
+        return comparison.agreement()
     steps = [step for step in motion.steps if not isinstance(step, Note)]
     for step, after in zip_longest(steps, steps[1:]):
         comparison.match_step(step, after)
@@ -221,6 +224,12 @@ class _Comparison(LineRecord):
         assert machine is not None
         planned = np.array([np.interp(share, line.samples.shares, column) for column in line.samples.joints.T])
         return degrees(machine.jet_angle(planned, np.array(axes) * units))
+
+
+def _other_axes(rebuilt: Rebuilt, count: int) -> int | None:
+    """Give the first step that states another number of axes than there are."""
+    targets = ((at, step.target) for at, step in enumerate(rebuilt.steps) if isinstance(step, ReadLine | ReadReach))
+    return next((at for at, target in targets if isinstance(target, Axes) and len(target.values) != count), None)
 
 
 def _goes_on(line: Line) -> bool:

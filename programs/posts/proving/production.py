@@ -232,5 +232,6 @@ def _is_same_place(one: Pose | Axes | None, other: Pose | Axes) -> bool:
     if isinstance(one, Pose) and isinstance(other, Pose):
         return distance(one, other) <= _SAME and degrees(angle(one, other)) <= _SAME
     if isinstance(one, Axes) and isinstance(other, Axes):
-        return all(abs(a - b) <= _SAME for a, b in zip(one.values, other.values, strict=True))
+        apart = [abs(a - b) for a, b in zip(one.values, other.values, strict=False)]
+        return len(one.values) == len(other.values) and max(apart, default=0.0) <= _SAME
     return False

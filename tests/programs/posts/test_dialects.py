@@ -65,7 +65,20 @@ STEMS = {
     "linuxcnc": "[a-z][a-z0-9_]{0,39}", "kuka": r"[A-Za-z]\w{0,23}", "val3": r"[A-Za-z]\w{0,14}",
 }  # fmt: skip
 """Names of files that controllers take, as far as not all of ABB's 32 letters, digits and underscores."""
-ODD_BOARDS = ("smt-demo", "2 Platine größer v1.2", "CON", "main", "tiny_01", "...", "x" * 90, "END", "наклейка")
+ODD_BOARDS = (
+    "smt-demo",
+    "2 Platine größer v1.2",
+    "CON",
+    "main",
+    "tiny_01",
+    "...",
+    "x" * 90,
+    "END",
+    "наклейка",
+    "my_sh",
+    "my_bg",
+    "watch",
+)
 
 
 @NAMED

@@ -215,6 +215,20 @@ def test_axes_off_the_planned_motion_are_found() -> None:
 
 
 @pytest.mark.parametrize(
+    ("right", "wrong"), [(r"(?m)^G0 .*\n", ""), (r"(?m)^(G0 X\S+) .*", r"\1"), (r" B-?[\d.]+", "")]
+)
+def test_blocks_of_other_axes_than_the_machine_has_are_found(right: str, wrong: str) -> None:
+    motion = begun(*TILTED)
+    text = re.sub(right, wrong, text_of(motion))
+    assert text != text_of(motion)
+    try:
+        found = compare(DIALECT.read({"tiny.ngc": text}), motion, GANTRY)
+    except ProgramError:
+        return
+    assert found
+
+
+@pytest.mark.parametrize(
     ("right", "wrong"),
     [("G61.1 ", "G61.2 "), ("G54\n", "G92\n"), ("G21 G90", "G20 G90"), ("M62 P1", "M62 P1 Q1")],
 )
