@@ -140,6 +140,49 @@ def place(
 
 
 @app.command()
+def edit(
+    cell: CellSource,
+    edits: Annotated[
+        list[str],
+        typer.Argument(
+            help="A key with its new value, as a check gives its remedy: 'tools.1.tcp.xyz_mm: [0, 0, 300]'.",
+            metavar="'KEY: VALUE'...",
+        ),
+    ],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", help="Cell with these values; all else as it was.", metavar="OUT.yaml"),
+    ],
+) -> None:
+    """Write values into a cell, such as the remedy of a check; comments stay, and the result is read before.
+
+    [dim]washboard cell edit ur5e-bench 'board.pose: {xyz_mm: [420, -50, 150]}' -o my-cell.yaml[/dim]
+    """
+    with job_errors():
+        from reports.files.atomic_write import write_text_atomically
+        from reports.files.write_run import check_apart
+        from reports.terminal.console import open_console, print_files
+        from robotcell.cell.cell_edits import apply_edits, describe_edits, parse_edit
+        from robotcell.cell.load import CELL
+        from specs.errors import printable
+        from specs.yaml.load import find_file, read_text
+        from specs.yaml.located import read_yaml
+
+        check_apart((), [output])
+        file = find_file(cell, CELL)
+        text = read_text(file, CELL)
+        root = read_yaml(text, file, CELL)
+        parsed = [parse_edit(each, root) for each in edits]
+        edited = apply_edits(text, parsed, file)
+        _require_readable(edited, file, output)
+        write_text_atomically(output, edited)
+        console = open_console()
+        for line in describe_edits(root, parsed):
+            console.print(printable(line), markup=False, soft_wrap=True)
+        print_files(console, written=output)
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON schema; an editor that knows it completes keys and marks mistakes.
 
@@ -167,12 +210,24 @@ def _check_movable(text: str, loaded: "LoadedCell", output: Path) -> None:
         CellError: the cell names files that are not there beside the output, or ``board`` cannot be changed.
     """
     from robotcell.cell.cell_edits import place_of, with_place
+
+    file = Path(loaded.root.mark.file)
+    _require_readable(with_place(text, place_of(loaded.cell.held_pose), file, loaded.cell.held_by), file, output)
+
+
+def _require_readable(text: str, file: Path, output: Path) -> None:
+    """Refuse the text of a cell that could not be read where it is to be written.
+
+    Raises:
+        CellError: it is wrong, or it names files that are beside ``file`` and not beside the output.
+    """
     from robotcell.cell.load import read_cell_text
     from robotcell.errors import CellError
 
-    file = Path(loaded.root.mark.file)
-    moved = with_place(text, place_of(loaded.cell.held_pose), file, loaded.cell.held_by)
     try:
-        read_cell_text(moved, file=output)
+        read_cell_text(text, file=output)
     except CellError as error:
+        if output.absolute().parent == file.absolute().parent:
+            raise
+        read_cell_text(text, file=file)
         raise CellError(f"{error}. The cell names files beside its own: write the new one into {file.parent}") from None

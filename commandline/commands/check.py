@@ -60,7 +60,7 @@ def check(
         from programs.load import load_program
         from reports.files.write_run import check_apart
         from reports.pictures.sheet import check_suffix
-        from reports.terminal.cell_report import print_cell_report
+        from reports.terminal.cell_report import print_cell_report, print_remedy
         from reports.terminal.console import open_console, print_files
         from robotcell.cell.hold import hold_board
         from robotcell.cell.load import read_cell
@@ -83,6 +83,8 @@ def check(
         written = _write(done, reports, None if stops else output)
         console = open_console()
         print_cell_report(console, done)
+        if done.remedy is not None:
+            print_remedy(console, cell, loaded, done.remedy)
         print_files(console, *written)
         if stops:
             raise typer.Exit(_FOUND)

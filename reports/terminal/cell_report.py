@@ -1,6 +1,8 @@
 """What a robot does with a program, its export, and where it holds the board best, on the terminal."""
 
 import math
+import shlex
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,12 +12,15 @@ from programs.timing.forecast import Forecast
 from reports.tables.table import Facts, Table
 from reports.tables.wording import amount, clock
 from reports.terminal.console import print_facts, print_findings, print_line, print_table
-from robotcell.cell.cell_edits import format_place
+from robotcell.cell.cell_edits import describe_edits, format_place
+from robotcell.cell.load import LoadedCell, cell_library
+from robotcell.diagnosis.changes import Remedy
 from robotcell.motion.retime import rates_of
 from robotcell.placement.optimise import Placement, PlacementGoal
 from robotcell.placement.reachability import Metric
 from robotcell.search_placement import Relocation
 from robotcell.track import CellReport
+from specs.errors import printable
 
 if TYPE_CHECKING:
     from reports.files.export_robot import CellExport
@@ -36,6 +41,24 @@ def print_cell_report(console: Console, report: CellReport) -> None:
         print_table(console, _joints(report))
         print_facts(console, _facts(report))
     print_findings(console, report.findings)
+
+
+def print_remedy(console: Console, source: str, loaded: LoadedCell, remedy: Remedy) -> None:
+    """Print each edit of a remedy with its file and line, and the command that makes them.
+
+    Args:
+        console: Where.
+        source: The cell as it was named: a file, which the command replaces, or a library cell, which it copies.
+        loaded: The cell as it is.
+        remedy: The remedy; nothing is printed for one without edits.
+    """
+    if not remedy.edits:
+        return
+    output = f"my-{source}.yaml" if source in cell_library() and not Path(source).is_file() else source
+    words = ["washboard", "cell", "edit", source, *map(str, remedy.edits), "-o", output]
+    console.print("Remedy:")
+    for line in (*describe_edits(loaded.root, remedy.edits), shlex.join(words)):
+        console.print(f"  {printable(line)}", markup=False, soft_wrap=True)
 
 
 def _print_head(console: Console, report: CellReport, result: str) -> None:

@@ -1,5 +1,7 @@
 """Edits of a cell's file: its board, a fixture or an orifice elsewhere, wider limits of joints. Millimetres."""
 
+import json
+import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,9 +30,11 @@ from robotcell.robot.poses import roll_pitch_yaw
 from robotcell.robot.robot import Poses
 from specs.errors import EditError
 from specs.yaml.edit import set_value
-from specs.yaml.located import YamlPath, read_yaml, spell_path
+from specs.yaml.located import Key, Located, YamlPath, read_yaml, spell_path
 from specs.yaml.tree import Tree
 
+_WORD = re.compile(r"(?!(true|false|null)$)[A-Za-z][A-Za-z0-9_./-]*", re.IGNORECASE)
+"""Text that needs no quotes."""
 PointChange: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Moves points (k, 3)."""
 
@@ -59,6 +63,58 @@ def apply_edits(text: str, edits: Iterable[CellEdit], file: Path) -> str:
     except EditError as error:
         raise CellError(str(error), file=file) from None
     return text
+
+
+def parse_edit(text: str, root: Located) -> CellEdit:
+    """Read an edit as ``CellEdit`` writes it: ``KEY: VALUE`` on one line, the key as messages give it.
+
+    Args:
+        text: Such as ``"tools.1.tcp.xyz_mm: [0, 0, 300]"``.
+        root: The cell's file, whose names may contain dots.
+
+    Raises:
+        CellError: it is not of that form, or the value is not YAML.
+    """
+    key, colon, value = text.partition(": ")
+    if not colon or not key.strip() or "\n" in text:
+        example = "'board.pose: {xyz_mm: [400, -50, 150]}'"
+        raise CellError(f"{text!r} is no edit; write KEY: VALUE on one line, such as {example}.")
+    try:
+        read = read_yaml(f"value: {value}", "<edit>", CELL)
+    except CellError as error:
+        reason = str(error).partition("<edit>:1: ")[2] or str(error)
+        raise CellError(f"{text!r}: the value cannot be read: {reason}") from None
+    return CellEdit(_split_path(key.strip(), root), read.at(("value",)).plain())
+
+
+def _split_path(spelt: str, root: Located) -> YamlPath:
+    """Divide a path as ``spell_path`` writes it; a name that the file has may contain dots."""
+    path: list[Key] = []
+    node, rest = root, spelt
+    while rest:
+        index = re.match(r"\[(\d+)\]", rest)
+        if index:
+            key: Key = int(index[1])
+            rest = rest[index.end() :]
+        else:
+            names = node.value if isinstance(node.value, dict) else ()
+            known = [name for name in names if re.match(rf"{re.escape(name)}(?![^.\[])", rest)]
+            name = max(known, key=len, default=re.split(r"[.\[]", rest, maxsplit=1)[0])
+            key, rest = name, rest[len(name) :]
+        path.append(key)
+        node = node.get(key) or Located(None, node.mark)
+        rest = rest.removeprefix(".") if len(rest) > 1 else rest[:0] if rest == "." else rest
+    return tuple(path)
+
+
+def describe_edits(root: Located, edits: Iterable[CellEdit]) -> tuple[str, ...]:
+    """Give each edit as ``FILE:LINE: KEY: BEFORE -> AFTER``, the line that of the key, or of what it belongs to."""
+    described: list[str] = []
+    for edit in edits:
+        node, found = root.at(edit.path), root.find(edit.path)
+        before = "not stated" if found is None else _flow(found.plain())
+        described.append(f"{node.mark.file}:{node.mark.line}: {spell_path(edit.path)}: {before} -> {_flow(edit.value)}")
+    return tuple(described)
 
 
 def place_of(T_cell_held: Poses) -> Place:
@@ -227,4 +283,4 @@ def _flow(value: Tree) -> str:
         return "{" + ", ".join(f"{key}: {_flow(inner)}" for key, inner in value.items()) + "}"
     if isinstance(value, list):
         return f"[{', '.join(_flow(item) for item in value)}]"
-    return str(value)
+    return str(value) if isinstance(value, str) and _WORD.fullmatch(value) else json.dumps(value, ensure_ascii=False)

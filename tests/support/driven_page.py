@@ -54,10 +54,13 @@ class DrivenPage:
     A scene of few pixels is drawn quickly without a graphics card; pictures need a sharpness of 1.
     """
 
-    def __init__(self, browser: Browser, url: str, page: Page | None = None, sharpness: float = 0.25) -> None:
+    def __init__(
+        self, browser: Browser, url: str, page: Page | None = None, sharpness: float = 0.25, wait_ms: int = WAIT_MS
+    ) -> None:
         width, height = WINDOW
+        self._wait_ms = wait_ms
         self.page = page or browser.new_page(viewport={"width": width, "height": height}, accept_downloads=True)
-        self.page.set_default_timeout(WAIT_MS)
+        self.page.set_default_timeout(wait_ms)
         self.page.add_init_script(FEWER_FRAMES)
         self.said: list[str] = []
         self.asked: list[str] = []
@@ -120,7 +123,7 @@ class DrivenPage:
         self.page.get_by_role("tab", name=name, exact=True).click()
 
     def choose(self, label: str, option: str) -> None:
-        shown, end = self.page.get_by_role("option", name=option, exact=True), time.monotonic() + WAIT_MS / 1000
+        shown, end = self.page.get_by_role("option", name=option, exact=True), time.monotonic() + self._wait_ms / 1000
         while True:  # a list that opens while its panel is drawn anew closes again; it is opened once more
             self.page.get_by_label(label, exact=True).first.click()
             try:

@@ -156,3 +156,32 @@ def test_what_cannot_be_is_one_line_before_the_search(program: Path, tmp_path: P
         assert refused.err.startswith("error: ")
         assert refused.err.count("\n") == 1
         assert told in refused.err
+
+
+def test_edit_copies_a_library_cell_with_other_values_and_its_comments(tmp_path: Path) -> None:
+    output = tmp_path / "mine.yaml"
+    edits = ("board.pose.xyz_mm: [420, -50, 150]", "margin_mm: 12")
+    done = washboard("cell", "edit", "ur5e-bench", *edits, "-o", output)
+    assert (done.code, done.err) == (0, "")
+    assert "board.pose.xyz_mm: [400, -50, 150] -> [420, -50, 150]" in done.out
+    assert read_cell(output).spec.board.pose.xyz_mm == (420, -50, 150)
+    before, after = cell_library()["ur5e-bench"].read_text().splitlines(), output.read_text().splitlines()
+    assert [line for line in before if "#" in line] == [line for line in after if "#" in line]
+    assert len(set(after) - set(before)) == 2
+
+
+@pytest.mark.parametrize(
+    ("edit", "reason"),
+    [
+        ("margin_mm: -3", "margin_mm"),
+        ("bord.pose: 3", "bord"),
+        ("tools[4]: 3", "nothing of this name"),
+        ("no edit", "write KEY: VALUE"),
+    ],
+)
+def test_edit_writes_nothing_that_is_no_cell(tmp_path: Path, edit: str, reason: str) -> None:
+    refused = washboard("cell", "edit", "ur5e-bench", "margin_mm: 12", edit, "-o", tmp_path / "mine.yaml")
+    assert refused.code == 2
+    assert reason in refused.err
+    assert "Traceback" not in refused.err
+    assert not list(tmp_path.iterdir())

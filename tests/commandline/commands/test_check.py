@@ -1,9 +1,11 @@
 import dataclasses
 import json
+import shlex
 from pathlib import Path
 
 import pytest
 from command import contents, washboard
+from hostile_cells import hostile_text
 from tracked import line_program
 
 import recipes
@@ -33,6 +35,27 @@ def test_a_program_that_can_be_done(program: Path, tmp_path: Path) -> None:
         assert joint["greatest_speed_deg_s"] <= 1.01 * joint["speed_limit_deg_s"]
     robot = load_program(tmp_path / "robot.wash")
     assert robot.totals.duration_s == pytest.approx(told["done"]["duration_s"], abs=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["far", "long-tool"])
+def test_the_printed_command_applies_the_remedy_and_the_check_passes(
+    program: Path, tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("my cell.yaml").write_text(hostile_text("ur5e-bench", kind))
+    refused = washboard("check", program, "my cell.yaml", columns=80)  # a command is not broken into lines
+    assert refused.code == 1
+    lines = refused.out.splitlines()
+    *described, command = (line.strip() for line in lines[lines.index("Remedy:") + 1 :])
+    assert described
+    assert all(line.startswith("my cell.yaml:") and " -> " in line for line in described)
+    words = shlex.split(command)
+    assert words[:4] == ["washboard", "cell", "edit", "my cell.yaml"]
+    done = washboard(*words[1:])
+    assert (done.code, done.err) == (0, "")
+    assert done.out.splitlines()[:-1] == described
+    assert washboard("check", program, "my cell.yaml").code == 0
 
 
 @pytest.mark.slow

@@ -4,8 +4,18 @@ from pathlib import Path
 
 import pytest
 
-from robotcell.cell.cell_edits import CellEdit, apply_edits, lengthened_tool, moved_body_edits, tool_edits
-from robotcell.cell.load import cell_library, read_cell, read_cell_text
+from robotcell.cell.cell_edits import (
+    CellEdit,
+    apply_edits,
+    describe_edits,
+    lengthened_tool,
+    moved_body_edits,
+    parse_edit,
+    tool_edits,
+)
+from robotcell.cell.load import CELL, cell_library, read_cell, read_cell_text
+from robotcell.errors import CellError
+from specs.yaml.located import Located, YamlPath, read_yaml
 
 FILE = cell_library()["kr6-bench"]
 TEXT = FILE.read_text()
@@ -55,3 +65,46 @@ def test_a_joint_gets_limits_that_it_had_not() -> None:
     assert str(edit) == "joints.A5.position_deg: [-100, 100]"
     limits = read_cell_text(apply_edits(TEXT, [edit], Path("cell.yaml")), file=FILE).spec.joints["A5"]
     assert limits.position_deg == (-100, 100)
+
+
+def paths_of(node: Located, path: YamlPath = ()) -> list[YamlPath]:
+    inner = node.value.items() if isinstance(node.value, dict) else ()
+    items = enumerate(node.value) if isinstance(node.value, list) else inner
+    return [path] * bool(path) + [each for key, value in items for each in paths_of(value, (*path, key))]
+
+
+@pytest.mark.parametrize("name", ["kr6-bench", "gantry"])
+def test_an_edit_is_read_as_it_is_written(name: str) -> None:
+    root = read_yaml(cell_library()[name].read_text(), name, CELL)
+    dotted = read_yaml("cell: dotted\nfixtures: {post: 1, post.left: {at: [2, 3]}, post.left.top: 4}\n", "x", CELL)
+    for tree in (root, dotted):
+        edits = [CellEdit(path, 7) for path in paths_of(tree)]
+        assert len(edits) > 5
+        assert [parse_edit(str(each), tree) for each in edits] == edits
+    for value in (True, None, "clamp", "7", "a: b, [c]", "", [1, -2.5], {"xyz_mm": [1, 2, 3], "kind": "no"}):
+        edit = CellEdit(("fixtures", "new", "at"), value)
+        assert parse_edit(str(edit), root) == edit
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("board.pose", "is no edit; write KEY: VALUE"),
+        (": 3", "is no edit; write KEY: VALUE"),
+        ("margin_mm: [1, 2", "the value cannot be read"),
+        ("margin_mm: 1\nrobot: 2", "on one line"),
+        ("margin_mm: !!python/name:os.system x", "the value cannot be read"),
+    ],
+)
+def test_what_is_no_edit_is_refused(text: str, reason: str) -> None:
+    with pytest.raises(CellError, match=reason):
+        parse_edit(text, read_yaml(TEXT, FILE, CELL))
+
+
+def test_edits_are_described_with_line_and_both_values() -> None:
+    root = read_yaml("cell: small\nboard:\n  pose: {xyz_mm: [1, 2, 3]}\n", "small.yaml", CELL)
+    edits = (CellEdit(("board", "pose", "xyz_mm"), [4, 2, 3]), CellEdit(("board", "hold"), "origin"))
+    assert describe_edits(root, edits) == (
+        "small.yaml:3: board.pose.xyz_mm: [1, 2, 3] -> [4, 2, 3]",
+        "small.yaml:2: board.hold: not stated -> origin",
+    )
