@@ -78,7 +78,7 @@ def export(
         check_maker(language, installation)
     if language.needs_joints and tracking is None:
         raise ProgramError(f"{dialect} is made of joint values; track the program in a cell first.")
-    motion = make_motion(program, installation, tracking, opens_at_rest=language.capability.opens_at_rest)
+    motion = make_motion(program, installation, tracking, switches_at_rest=language.capability.switches_at_rest)
     return write_motion(language, replace(motion, findings=(*found, *motion.findings)), installation)
 
 

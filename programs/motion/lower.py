@@ -67,8 +67,8 @@ class Capability:
     """Longest time before its place; a signal that leaves earlier is placed where it leaves."""
     step_mm_s: float = 1e-3
     """Smallest step of a commanded speed."""
-    opens_at_rest: bool = False
-    """Whether a jet that begins where the robot has stopped has its signal there, and the robot waits for it."""
+    switches_at_rest: bool = False
+    """Whether a jet that begins or ends where the robot stands has its signal there, and the robot waits for it."""
     reads_sensors: bool = True
     """Whether a loop can read an analog input."""
     least_part_s: float = LEAST_S + 1e-3

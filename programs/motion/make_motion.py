@@ -39,7 +39,7 @@ def make_motion(
     installation: Installation,
     tracking: Tracking | None = None,
     *,
-    opens_at_rest: bool = False,
+    switches_at_rest: bool = False,
 ) -> MotionProgram:
     """Turn samples into the fewest straight lines, and requests for the jet into signals for its valve.
 
@@ -50,7 +50,7 @@ def make_motion(
         program: Any sound program.
         installation: The cell it is to run in.
         tracking: How the robot carries it out; ``None`` if that is not known.
-        opens_at_rest: Whether a jet that begins where the robot has stopped has its signal there.
+        switches_at_rest: Whether a jet that begins or ends where the robot has stopped has its signal there.
 
     Raises:
         ProgramError: the program has no move, or the tracking does not belong to it.
@@ -65,7 +65,7 @@ def make_motion(
         )
     builder = _Builder(installation, lay_out(program, tracking))
     builder.build()
-    steps, found = open_valves(builder.steps, builder.requests, installation, at_rest=opens_at_rest)
+    steps, found = open_valves(builder.steps, builder.requests, installation, at_rest=switches_at_rest)
     findings = (*builder.findings, *found)
     return MotionProgram(program.origin, program.totals.duration_s, tuple(steps), findings, tracking.is_clear)
 

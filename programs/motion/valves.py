@@ -76,8 +76,8 @@ def open_valves(
         steps: Of the motion.
         requests: When jets are to begin and to end.
         installation: Whose valves.
-        at_rest: A jet that begins where the robot has stopped has its signal there, and the robot waits for it: on a
-            line that slows down to a stop the moment depends on how the controller does that.
+        at_rest: A jet that begins or ends where the robot has stopped has its signal there, and the robot waits for
+            it: on a line that slows down to a stop the moment depends on how the controller does that.
     """
     clock = [0.0, *accumulate(_duration(step) for step in steps)]
     missing: dict[str, Finding] = {}
@@ -96,7 +96,7 @@ def open_valves(
     findings = list(missing.values())
     kept = _with_whole_pulses(steps, signals, findings)
     for signal in kept:
-        _place(steps, signal, placed, opens_at_rest=at_rest)
+        _place(steps, signal, placed, keeps_to_stops=at_rest)
     if placed.waits:
         message = (
             f"the robot waits {len(placed.waits)} times, {sum(placed.waits):.2f} s in all, for a valve that is not "
@@ -163,10 +163,10 @@ def _with_whole_pulses(steps: Sequence[Step], signals: list[_Signal], findings: 
     return kept
 
 
-def _place(steps: Sequence[Step], signal: _Signal, placed: _Placed, *, opens_at_rest: bool) -> None:
+def _place(steps: Sequence[Step], signal: _Signal, placed: _Placed, *, keeps_to_stops: bool) -> None:
     """Put one signal where it leaves."""
     request = signal.request
-    spot = _find_spot(steps, signal, keeps_to_stops=opens_at_rest and request.spraying)
+    spot = _find_spot(steps, signal, keeps_to_stops=keeps_to_stops)
     switch = Switch(signal.valve.channel, 1.0 if request.spraying else 0.0, request.made_by)
     step = steps[spot.step] if spot.step < len(steps) else None
     if isinstance(step, Line) and spot.seconds > _MOMENT_S:

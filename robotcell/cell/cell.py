@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from programs.motion.installation import ToolPointMachine
 from robotcell.cell.spec import HeldBy
 from robotcell.robot.robot import Body, Joints, Poses, Robot
 
@@ -47,6 +48,8 @@ class Cell:
     """(4, 4) that point of the board it holds, with the board's axes."""
     tool_change: Joints | None = None
     """(dof,) where the tool is changed; ``None`` for at home."""
+    tool_point: ToolPointMachine | None = None
+    """Where the controller takes tool points, mm and rad: then joint moves go straight in those."""
 
     @property
     def change_place(self) -> Joints:

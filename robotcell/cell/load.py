@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -87,8 +87,11 @@ class LoadedCell:
     """(4, 4) T_cell_board after ``CALL name``, by that name; like ``cell.T_cell_board`` without a board."""
     unlimited: Robot
     """The robot with its own limits, which those under ``joints`` of the cell's file may tighten."""
-    tool_point: ToolPointMachine | None = None
-    """Where G-code has tool points."""
+
+    @property
+    def tool_point(self) -> ToolPointMachine | None:
+        """Where G-code has tool points."""
+        return self.cell.tool_point
 
     @property
     def round_nozzles(self) -> frozenset[str]:
@@ -154,7 +157,8 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
         held_by=spec.board.held_by,
     )
     placements = {name: _place_board(hold, root, ("placements", name)) for name, hold in spec.placements.items()}
-    return LoadedCell(cell, spec, root, placements, unlimited, _tool_point(spec, cell, root))
+    cell = replace(cell, tool_point=_tool_point(spec, cell, root))
+    return LoadedCell(cell, spec, root, placements, unlimited)
 
 
 def build_tool(number: int, spec: ToolSpec, root: Located) -> Tool:

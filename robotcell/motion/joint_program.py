@@ -101,11 +101,11 @@ def build_robot_program(
         home: Joint moves before and after the path.
     """
     path = tracked.path
-    timed = [[time_move(cell.robot, part) for part in _parts(each)] for each in moves]
+    timed = [[time_move(cell.robot, part, cell.tool_point) for part in _parts(each)] for each in moves]
     spent = lasting.copy()
     for each, parts in zip(moves, timed, strict=True):
         spent[each.begin : each.end] = sum(at[-1] for at, _ in parts) / (each.end - each.begin)
-    out_at, out = time_move(cell.robot, home.out)
+    out_at, out = time_move(cell.robot, home.out, cell.tool_point)
     clock = np.round(path.times[0] + out_at[-1] + np.concatenate(([0.0], np.cumsum(spent))), 9)
     changes = {
         each.end: float(np.round(clock[each.begin] + parts[0][0][-1], 9))
@@ -117,7 +117,7 @@ def build_robot_program(
     if len(out) > 1:
         first = int(path.tool[0]), int(path.placement[0]), int(path.instruction[0])
         legs.append(_Leg(path.times[0] + out_at[:-1], out[:-1], _is_among(out[:-1], home.out), *first))
-    back_at, back = time_move(cell.robot, home.back)
+    back_at, back = time_move(cell.robot, home.back, cell.tool_point)
     if len(back) > 1:
         rest = max([float(clock[-1]), *(item.time_s for _, item in others)])
         begin = 0 if rest > clock[-1] + _SOON_S else 1  # the last instruction may come after the last move

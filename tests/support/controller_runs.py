@@ -104,8 +104,9 @@ def compare(log: ControllerLog, text: list[str], program: TimedProgram, cell: In
     """Hold a log against the text that was run and the robot's program."""
     blocks = [number for number, block in enumerate(text, 1) if "G1 " in block and not block.startswith("(")]
     driven = np.flatnonzero((log.blocks >= blocks[0]) & (log.blocks <= blocks[-1]))
-    moves = np.flatnonzero(np.abs(np.diff(log.joints[driven[-1] + 1 :], axis=0)).max(axis=1) > 0.0)
-    begin, end = int(driven[0]), int(driven[-1]) + 1 + int(moves[0] if len(moves) else 0)
+    begin, last = int(driven[0]), int(driven[-1]) + 1
+    home = np.flatnonzero(log.blocks[last:] > blocks[-1])  # a block's number is 0 while the machine dwells
+    end = last + int(home[0] if len(home) else 0)
     moving, orifice = log.moving, tool_points(log, cell)
     edges, planned = sorted(_edges(log, cell), key=_when), tuple(_planned(program, cell))
     places = playback(program, np.array([edge.seconds for edge in planned])).tcp

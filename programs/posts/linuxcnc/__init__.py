@@ -17,7 +17,7 @@ DIALECT = Dialect(
         timing="boundary",
         cycle_s=0.001,  # the servo thread of the sample configurations
         step_mm_s=0.1 / 60.0,
-        opens_at_rest=True,  # a block of 40 ms before a stop would slow the blocks around it down
+        switches_at_rest=True,  # a block of 40 ms before a stop would slow others down; its own ramp is not the plan's
     ),
     form=FileForm(".ngc"),
     longest_line=200,  # the interpreter takes 255 characters (LINELEN)

@@ -58,7 +58,7 @@ def joints_in(program: TimedProgram, installation: Installation) -> Tracking:
 def test_it_is_read_back_as_planned_or_refused(dialect: str, cell: str, made: str) -> None:
     language, installation, program = DIALECTS[dialect], installed(cell), PROGRAMS[made]()
     joints = joints_in(program, installation)
-    motion = make_motion(program, installation, joints, opens_at_rest=language.capability.opens_at_rest)
+    motion = make_motion(program, installation, joints, switches_at_rest=language.capability.switches_at_rest)
     written = written_or_refused(dialect, installation, program, joints)
     if isinstance(written, str):
         assert is_a_sentence(written)
