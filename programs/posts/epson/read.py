@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.posts.dialect import ProgramFiles
-from programs.posts.epson.write import ACCELERATION, SETTINGS, TURN_ACCELERATION
+from programs.posts.epson.write import ACCELERATION, MOST_TRAPS, SETTINGS, TURN_ACCELERATION
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Action, skip
 from programs.posts.reading.statements import NUMBER, N, U, refusal, statements_of
@@ -31,6 +31,8 @@ class SpelReader(Reader):
         self.frames = self.declares("frame")
         self.counter_names = self.declares("counter")
         self.speed_mm_s, self.turn_deg_s = 0.0, 0.0
+        self.traps: set[str] = set()
+        """Numbers of those that watch inputs."""
 
     @classmethod
     def due(cls, line: Line, after: Line | None) -> Due:
@@ -66,7 +68,7 @@ class SpelReader(Reader):
             rf"If SpeedFactor <> 100 Then {_STOP}": self.guard,
             rf"Wait Sw\((\d+)\) = (On|Off), {N}": self.wait_contact,
             r"TmReset 0": self.wait_sensor,
-            r"Trap (?:(\d+), Sw\((\d+)\) = (On|Off)|(Error|Emergency|Abort)) Xqt on_fault": self.trap,
+            rf"Trap (?:([1-{MOST_TRAPS}]), Sw\((\d+)\) = (On|Off)|(Error|Emergency|Abort)) Xqt on_fault": self.trap,
             rf"If CZ\(Here\) < ({NUMBER}) Then Move Here :Z\(\1\)": lambda match: self.raise_to(float(match[1])),
             r"EndIf|nStart = 1": skip,
             r"Call (\w+)": self.call,
@@ -110,7 +112,10 @@ class SpelReader(Reader):
         self.expect("on_fault", "Call shut_valves", r"Print .*", "Quit All")
         if match[4]:
             self.shut_by.add(match[4])
+        elif match[1] in self.traps:
+            raise ProgramError(f"trap {match[1]} is set twice.")
         else:
+            self.traps.add(match[1])
             self.watched.append((match[2], match[3] == "Off"))
 
     def begin_loop(self, match: re.Match[str]) -> None:

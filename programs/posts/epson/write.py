@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
+from programs.errors import ProgramError
+from programs.motion.installation import Wait
 from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
@@ -12,6 +14,8 @@ from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import cut, fixed, indent, join_lines, make_name, pose_words
 
+MOST_TRAPS = 4
+"""Conditions that the controller watches, by the numbers of their traps from 1."""
 ACCELERATION, TURN_ACCELERATION = 2000, 1000
 """mm/s2 and degrees/s2; assumed."""
 SETTINGS = (
@@ -108,6 +112,18 @@ class Spel(Syntax):
         """Have the fault routine run at errors, aborts and emergency stops."""
         yield from (f"Trap {event} Xqt on_fault" for event in ("Error", "Emergency", "Abort"))
         yield from super().begin_production()
+
+    def wait_lines(self, forms: Sequence[str], index: int, wait: Wait) -> list[str]:
+        """Fill in the forms of a wait; traps are numbered by the inputs that are watched.
+
+        Raises:
+            ProgramError: there are more of those than traps.
+        """
+        if forms is self.watch:
+            index = 1 + [each.name for each in self.installation.waits if each.watched].index(wait.name)
+            if index > MOST_TRAPS:
+                raise ProgramError(f"io.waits.{wait.name}: SPEL+ watches {MOST_TRAPS} inputs at most; watch fewer.")
+        return super().wait_lines(forms, index, wait)
 
     def setup(self) -> Iterator[str]:
         """State what the integrator has to set up."""

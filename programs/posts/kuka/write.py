@@ -21,6 +21,18 @@ _ORI_DEG_S = 200.0
 TURN_DEG_S2 = 1000
 """Greatest acceleration of a turn that controllers take, assumed: that of BAS(#INITMOV) is a tenth of it."""
 HEAD = ("&ACCESS RVP", "&REL 1")
+_RESERVED = frozenset({
+    "main", "home", "tool", "base", "load", "path", "shut_valves", "on_fault",
+    "anin", "anout", "and", "axis", "b_and", "b_exor", "b_not", "b_or", "bool", "brake", "case", "cclose", "ccomp",
+    "channel", "char", "circ", "circ_rel", "confirm", "const", "continue", "copen", "cread", "cwrite", "decl", "def",
+    "default", "defdat", "deffct", "delay", "digin", "do", "e6axis", "e6pos", "else", "end", "enddat", "endfct",
+    "endfor", "endif", "endloop", "endspline", "endswitch", "endwhile", "enum", "exit", "exor", "ext", "extfct",
+    "false", "for", "frame", "global", "goto", "halt", "if", "import", "int", "interrupt", "is", "lin", "lin_rel",
+    "loop", "maximum", "minimum", "not", "off", "on", "or", "pos", "prio", "ptp", "ptp_rel", "public", "pulse", "real",
+    "repeat", "resume", "return", "scirc", "sec", "signal", "slin", "spl", "spline", "sptp", "struc", "switch", "then",
+    "to", "trigger", "true", "until", "wait", "when", "while", "with",
+})  # fmt: skip
+"""Words of the language, and the routines that every program has."""
 
 
 class Krl(Syntax):
@@ -67,24 +79,7 @@ class Krl(Syntax):
     counted = "{counter}>={count}"
     sensed = "({counter}>={count}) OR ({reading}>={least})"
     reading = "{scale}*$ANIN[{number}]+{offset}"
-    reserved = frozenset(
-        {
-            "home",
-            "main",
-            "end",
-            "def",
-            "loop",
-            "tool",
-            "base",
-            "frame",
-            "load",
-            "signal",
-            "path",
-            "trigger",
-            "shut_valves",
-            "on_fault",
-        }
-    )
+    reserved = _RESERVED
     rise_forms = (
         "PTP $AXIS_ACT",
         "$TOOL={tool}",

@@ -73,7 +73,7 @@ class SinumerikReader(ToolPointReader):
             r"REPEAT": self.begin_loop,
             _UNTIL: self.end_repeat,
             r"R100=1|G17 G40 G90 G94 G710|ENDIF": skip,
-            r"([A-Za-z]{2}\w+)": self.call_program,
+            r"([A-Za-z]{2}\w*)": self.call_program,
         }
 
     def feed_block(self, match: re.Match[str]) -> None:

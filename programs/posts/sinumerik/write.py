@@ -4,13 +4,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from programs.errors import ProgramError
-from programs.motion.installation import Channel, Installation, Sensor, Wait
-from programs.motion.lower import Lowered
+from programs.motion.installation import Channel, Sensor, Wait
 from programs.motion.steps import Line
-from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.dialect import ProgramFiles
 from programs.posts.writing.blocks import BLEND_MM, ToolPointSyntax
 from programs.posts.writing.driver import Routine
 from programs.posts.writing.frame import INTERRUPT
+from programs.posts.writing.naming import Names
 from programs.posts.writing.wording import join_lines, operand, short
 
 SYSTEMS = ("G54", "G55", "G56", "G57", "G505", "G506", "G507", "G508", "G509")
@@ -19,6 +19,13 @@ WORDS = {"digital": "$A_OUT", "group": "$A_DBB", "analog": "$A_OUTA"}
 ALARM = 65000
 """User alarms begin here."""
 _LONGEST_NAME = 24
+_RESERVED = frozenset({
+    "shut_valves", "and", "axis", "bool", "call", "cancel", "case", "char", "def", "default", "define", "div", "do",
+    "else", "endfor", "endif", "endloop", "endproc", "endwhile", "every", "extern", "for", "frame", "from", "goto",
+    "gotob", "gotof", "ids", "if", "int", "loop", "mod", "not", "of", "or", "proc", "real", "repeat", "ret", "setal",
+    "stopre", "string", "to", "trafoof", "traori", "until", "var", "when", "whenever", "while", "xor",
+})  # fmt: skip
+"""Words of the language, and the program that every main program has."""
 
 
 class Sinumerik(ToolPointSyntax):
@@ -35,6 +42,7 @@ class Sinumerik(ToolPointSyntax):
     pause_form = "G4 F{}"
     last = ("M30",)
     longest_name = _LONGEST_NAME
+    reserved = _RESERVED
     longest_title = 16
     start = "R100"
     start_words = "write its number into the block {start}=1"
@@ -62,10 +70,24 @@ class Sinumerik(ToolPointSyntax):
     wait_sensor = (*wait_contact[:3], "IF {reading}>={least} GOTOF READY_{index}", *wait_contact[4:])
     watch = ("IDS={interrupt} EVERY $A_IN[{input}]=={other} DO SETAL(650{interrupt})",)
 
-    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
-        super().__init__(dialect, lowered, installation)
-        if not self.name[:2].isalpha():  # a program's name begins with two letters
+    def make_names(self) -> Names:
+        """Begin the list of names; that of a program begins with two letters."""
+        if not self.name[:2].isalpha():
             self.name = f"WB{self.name}"[:_LONGEST_NAME]
+        return super().make_names()
+
+    def call_name(self, name: str) -> str:
+        """Name a program of the integrator's.
+
+        Raises:
+            ProgramError: it cannot have that name.
+        """
+        given = super().call_name(name)
+        if not given[:2].isalpha():
+            raise ProgramError(
+                f"CALL {name}: names of SINUMERIK's programs begin with two letters; rename the routine."
+            )
+        return given
 
     def operand(self, value: float, digits: int = 6) -> str:
         """Write a number in an expression."""

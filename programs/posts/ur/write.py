@@ -24,6 +24,17 @@ _EXPLANATIONS = (
     "and takes a time where the tool only turns. The speed slider has to stand at 100 %: outputs are at places.",
 )
 
+_RESERVED = frozenset({
+    "arm", "fire", "settle", "set_out", "watch", "board", "main", "shut_valves", "stop_job", "watch_inputs", "n_start",
+    "n_wait", "p_start", "run_watch", "run_watch_inputs",
+    "and", "break", "continue", "def", "elif", "else", "end", "enter_critical", "exit_critical", "false", "for",
+    "global", "halt", "if", "in", "join", "kill", "local", "mod", "not", "or", "return", "run", "sec", "struct", "then",
+    "thread", "true", "while", "xor",
+    "floor", "movej", "movel", "point_dist", "popup", "pose_inv", "pose_trans", "set_payload", "set_tcp", "sleep",
+    "sync",
+})  # fmt: skip
+"""Functions and variables that every program has, words of the language, functions of the controller in use."""
+
 
 class UrScript(Syntax):
     """URScript: functions, and a thread beside them."""
@@ -74,26 +85,7 @@ class UrScript(Syntax):
     sensed = "{counter} < {count} and ({counter} == 0 or {reading} < {least})"
     reading = "{scale}*get_standard_analog_in({number})+{offset}"
     last = ("kill run_watch_inputs", "kill run_watch")
-    reserved = frozenset(
-        {
-            "arm",
-            "fire",
-            "settle",
-            "set_out",
-            "watch",
-            "board",
-            "main",
-            "end",
-            "def",
-            "thread",
-            "global",
-            "local",
-            "shut_valves",
-            "stop_job",
-            "watch_inputs",
-            "n_start",
-        }
-    )
+    reserved = _RESERVED
     longest_name = 60
     longest_program_name = 55
 

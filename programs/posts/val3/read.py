@@ -91,11 +91,11 @@ class Val3Reader(Reader):
     def check_variables(self) -> None:
         """Make sure that outputs, inputs and counters are declared, of their type, and used."""
         text = " ".join(line for lines in self.routines.values() for line in lines)
-        for name in set(re.findall(r"\b(?:do|go|ao|ai|nLoop)\d+\b", text)) | {"nMove", "nHead", "nTail", "nId"}:
+        for name in set(re.findall(r"\b(?:do|go|ao|di|ai|nLoop)\d+\b", text)) | {"nMove", "nHead", "nTail", "nId"}:
             kind = {"d": "dio", "g": "dio", "a": "aio", "n": "num"}[name[0]]
             if self.types.get(name) != kind:
                 raise ProgramError(f"variable {name} is not declared as {kind}.")
-        for name in (name for name in self.types if re.fullmatch(r"(?:do|go|ao|ai|nLoop)\d+", name)):
+        for name in (name for name in self.types if re.fullmatch(r"(?:do|go|ao|di|ai|nLoop)\d+", name)):
             if not re.search(rf"\b{name}\b", text):
                 raise ProgramError(f"variable {name} is declared and never used.")
 

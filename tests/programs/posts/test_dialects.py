@@ -97,6 +97,13 @@ def test_the_controller_takes_the_names_of_the_files_whatever_the_boards(name: s
         assert Path(file).suffix in (form.several or (form.suffix,))
 
 
+@pytest.mark.parametrize(("name", "board"), [("kuka", "Switch"), ("kuka", "pulse"), ("ur", "sleep"), ("ur", "return")])
+def test_a_board_called_like_a_word_of_the_language_gives_the_program_another_name(name: str, board: str) -> None:
+    made = PROGRAMS["two_tools"]()
+    (text, *_) = exported(name, replace(made, origin=replace(made.origin, board=board))).files.values()
+    assert re.search(rf"(?mi)^def {board}_2\(", text)
+
+
 @NAMED
 def test_a_known_joint_motion_changes_nothing_that_is_sprayed(name: str) -> None:
     dialect, cell = DIALECTS[name], small_cell()

@@ -9,7 +9,8 @@ from random import Random
 import pytest
 from corruptions import corrupt
 from installations import MACHINE_LANGUAGES, WASH, small_cell, small_machine
-from robot_programs import PROGRAMS, machine_joints_of
+from robot_programs import PROGRAMS, begin, command, machine_joints_of
+from small_plans import LIMITS, plan_of, spray, transfer
 
 from programs.errors import ProgramError
 from programs.export import Exported, check_maker, export
@@ -19,8 +20,10 @@ from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
 from programs.posts.dialects import DIALECTS
 from programs.posts.proving.compare import compare
-from programs.posts.rebuilt import ReadLine, ReadReach, ReadTool, Rebuilt
+from programs.posts.rebuilt import ReadCall, ReadLine, ReadReach, ReadTool, Rebuilt
 from programs.posts.writing.tool_points import in_tool_points
+from programs.program import TimedProgram
+from rulesengine.timing.time_plan import time_plan
 
 CELL = small_machine()
 NAMED = pytest.mark.parametrize("name", MACHINE_LANGUAGES)
@@ -133,6 +136,25 @@ def test_an_output_beyond_those_that_have_a_number_is_refused(name: str, channel
         export(program, cell, name, machine_joints_of(program, cell))
     assert f"{channel.name} is {channel.kind} output {channel.number}; " in str(caught.value)
     assert str(caught.value).endswith("outputs 0 to 99. Give it another number in the cell.")
+
+
+@pytest.mark.parametrize("routine", ["ab", "if", "shut_valves", "LiftUp.2"])
+def test_sinumerik_calls_routines_of_the_integrator_by_names_that_are_free(routine: str) -> None:
+    program = calling(routine)
+    done = export(program, CELL, "sinumerik", machine_joints_of(program, CELL))
+    calls = [step.label for step in done.rebuilt.steps if isinstance(step, ReadCall)]
+    assert len(calls) == 1
+    assert calls[0].lower() not in ("if", "shut_valves")
+
+
+def test_sinumerik_refuses_routines_whose_names_do_not_begin_with_two_letters() -> None:
+    with pytest.raises(ProgramError, match="CALL p1: names of SINUMERIK's programs begin with two letters"):
+        export(calling("p1"), CELL, "sinumerik", machine_joints_of(calling("p1"), CELL))
+
+
+def calling(routine: str) -> TimedProgram:
+    moves = [transfer([[0, 0, 110], [0, 0, 50]]), command("CALL", routine), spray([[0, 0, 50], [40, 0, 50]], 60.0)]
+    return time_plan(plan_of(*begin(), *moves), LIMITS)
 
 
 @NAMED

@@ -51,7 +51,7 @@ Function main
     Wait 0.1
   Loop
   If 1.25 * AIO_In(2) + -2.5 < 3 Then Call stop_job("no pressure")
-  Trap 2, Sw(4) = On Xqt on_fault
+  Trap 1, Sw(4) = On Xqt on_fault
   Tool 1
   If CZ(Here) < 145.0 Then Move Here :Z(145.0)
   Speed 10

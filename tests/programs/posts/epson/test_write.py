@@ -9,6 +9,7 @@ from robot_steps import line, pose, program, turn
 
 from programs.errors import ProgramError
 from programs.export import export
+from programs.motion.installation import Contact, Wait
 from programs.motion.lower import lower
 from programs.motion.steps import Call, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
 from programs.motion.valves import SwitchRequest, open_valves
@@ -132,3 +133,22 @@ def test_the_reader_refuses_what_is_not_written_so(right: str, wrong: str) -> No
     assert right in text
     with pytest.raises(ProgramError):
         DIALECT.read({"tiny.prg": text.replace(right, wrong)})
+
+
+WATCHED = tuple(Wait(f"w{n}", Contact(f"di{n}", n), True, None, 0.0, 5.0, watched=n > 3) for n in range(1, 9))
+
+
+def test_traps_are_numbered_by_the_inputs_that_are_watched() -> None:
+    watched = WATCHED[:7]
+    motion, cell = program(*READY), replace(small_cell("epson"), waits=watched)
+    (text,) = DIALECT.render(lower(motion, DIALECT.capability), cell).values()
+    assert re.findall(r"Trap (\d), Sw\((\d)\)", text) == [("1", "4"), ("2", "5"), ("3", "6"), ("4", "7")]
+    assert compare(DIALECT.read({"tiny.prg": text}), motion, cell) == ()
+    twice = text.replace("Trap 4, Sw(7)", "Trap 3, Sw(7)")
+    with pytest.raises(ProgramError, match="trap 3 is set twice"):
+        DIALECT.read({"tiny.prg": twice})
+
+
+def test_more_watched_inputs_than_traps_are_refused() -> None:
+    with pytest.raises(ProgramError, match=r"io\.waits\.w8: SPEL\+ watches 4 inputs at most"):
+        DIALECT.render(lower(program(*READY), DIALECT.capability), replace(small_cell("epson"), waits=WATCHED))

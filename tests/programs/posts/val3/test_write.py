@@ -149,3 +149,12 @@ def test_the_reader_refuses_what_is_not_written_so(file: str, right: str, wrong:
     assert right in files[file]
     with pytest.raises(ProgramError):
         DIALECT.read({**files, file: files[file].replace(right, wrong)})
+
+
+def test_an_input_that_is_not_declared_is_found() -> None:
+    files = dict(export(PROGRAMS["bottom"](), small_cell("staubli"), "val3").files)
+    (data,) = [file for file in files if file.endswith(".dtx")]
+    files[data] = re.sub(r' *<Data name="di3"[^>]*?(?:/>|>(?s:.*?)</Data>)\n', "", files[data])
+    assert "di3" not in files[data]
+    with pytest.raises(ProgramError, match="variable di3 is not declared as dio"):
+        DIALECT.read(files)
