@@ -287,10 +287,11 @@ def split_line(line: Line, shares: tuple[float, ...], blend_mm: float) -> list[L
 
 
 def limit_speed(line: Line) -> Line:
-    """Command a line that takes 21 ms or more no faster than evenly in 21 ms: at that speed it is no short move."""
-    if line.duration_s < LEAST_S:
+    """Command a line that takes 20 ms or more no faster than evenly in 21 ms, or its time: it is no short move then."""
+    if line.duration_s < SHORT_S:
         return line
-    speed, turn = line.length_mm / LEAST_S, line.angle_rad / LEAST_S
+    least_s = min(line.duration_s, LEAST_S)
+    speed, turn = line.length_mm / least_s, line.angle_rad / least_s
     return replace(line, speed_mm_s=min(line.speed_mm_s, speed), turn_rad_s=min(line.turn_rad_s, turn))
 
 

@@ -67,6 +67,8 @@ def merge_short(
 ) -> Indices:
     """Leave out kept samples (k,) beside lines shorter than ``least_s``, as far as 0.06 mm and 0.2 degrees allow.
 
+    Where they allow none to be left out, one is moved into the line beside, if that is long enough.
+
     Args:
         tcp: (n, 3) mm.
         quaternion: (n, 4)
@@ -91,9 +93,41 @@ def merge_short(
                     at = max(inner - 1, 0)
                     merged = True
                     break
+            for inner, step in ((at + 1, 1), (at, -1)):
+                if merged or inner in (0, len(ends) - 1) or fixed[ends[inner]]:
+                    continue
+                if times[ends[at + 1]] - times[ends[at]] < least_s:
+                    corner = (ends[inner - 1], ends[inner], ends[inner + 1])
+                    ends[inner] = _longer(tcp, quaternion, times, corner, step, least_s)
         if not merged:
             at += 1
     return np.array(ends)
+
+
+@compiled
+def _longer(
+    tcp: Points, quaternion: Quaternions, times: Scalars, corner: tuple[int, int, int], step: int, least_s: float
+) -> int:
+    """Move the end of a short line so far into the one beside it that both take the least time; else leave it.
+
+    Args:
+        tcp: (n, 3) mm.
+        quaternion: (n, 4)
+        times: (n,) s
+        corner: Samples where the first line begins, where both meet, and where the second ends.
+        step: 1 if the first is short, -1 if the second is.
+        least_s: Time of a line.
+    """
+    first, meets, last = corner
+    short, long = (first, last) if step == 1 else (last, first)
+    middle = meets + step
+    while first < middle < last and abs(times[middle] - times[short]) < least_s:
+        middle += step
+    if not first < middle < last or abs(times[long] - times[middle]) < least_s:
+        return meets
+    if not _is_straight(tcp, quaternion, first, middle, _COARSE_MM, _COARSE_DEG):
+        return meets
+    return middle if _is_straight(tcp, quaternion, middle, last, _COARSE_MM, _COARSE_DEG) else meets
 
 
 @compiled

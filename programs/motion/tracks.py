@@ -174,13 +174,22 @@ def find_vertices(track: Track) -> Vertices:
     kept = thin(tcp, quaternion, forced, TOLERANCE)
     clock, held = np.ascontiguousarray(track.clock), fixed if track.corner is None else fixed | track.corner
     kept = merge_short(tcp, quaternion, clock, kept, held, _EVEN_S)
-    if track.corner is not None and track.share is None:  # a robot may have divided the lines of the plan again
-        kept = merge_short(tcp, quaternion, clock, kept, fixed, SHORT_S)
+    if track.corner is not None:  # a robot may have divided the lines of the plan again
+        kept = merge_short(tcp, quaternion, clock, kept, fixed | _ends_of_even(track), SHORT_S)
     if track.share is not None:
         inner = track.share < 1.0
         inner[[0, -1]] = False
         kept = kept[~inner[kept]]
     return Vertices(kept, rests[kept])
+
+
+def _ends_of_even(track: Track) -> Flags:
+    """Samples (n,) of lines along which the turning axes go evenly, both ends too."""
+    if track.share is None:
+        return np.zeros(len(track.times), dtype=np.bool_)
+    even = np.isfinite(track.share)
+    even[:-1] |= even[1:]
+    return even
 
 
 def shares_along(track: Track, first: int, last: int) -> Scalars:

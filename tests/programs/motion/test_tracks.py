@@ -19,6 +19,7 @@ from programs.plan import Plan
 from programs.playback import build_timeline, play
 from programs.program import MoveTo, TimedProgram
 from rulesengine.timing.time_plan import time_plan
+from specs.source import Source
 
 
 def lines_of(*items: object) -> tuple[Line, ...]:
@@ -201,3 +202,34 @@ def test_a_rounded_corner_is_driven_in_lines_that_are_no_short_moves() -> None:
     for line in lines:  # the middle of the circle under each line is near its middle
         middle = np.array(line.pose_at(0.5).position[:2])
         assert abs(np.hypot(middle[0], middle[1] - 6.5) - 6.5) < 0.07 or line.length_mm > 10.0
+
+
+def bent(times: list[float], x: list[float], y: list[float]) -> Track:
+    """A track on which the robot keeps to lines between all samples, and no turning axis goes evenly."""
+    return replace(
+        track(times, x, y), corner=np.ones(len(x), dtype=np.bool_), share=np.full(len(x), np.nan, dtype=np.float64)
+    )
+
+
+def test_lines_that_a_robot_divides_are_joined_where_they_would_be_short() -> None:
+    times = [0.0, 0.5, 0.512, 0.524, 1.0]
+    path = bent(times, [0.0, 40.0, 41.0, 42.0, 82.0], [0.0, 0.0, 0.01, 0.03, 1.0])
+    assert np.diff(np.array(times)[find_vertices(path).kept]).min() >= 0.02
+    even = replace(path, share=np.array([np.nan, np.nan, 1.0, np.nan, np.nan]))
+    assert {1, 2} <= set(find_vertices(even).kept.tolist())
+
+
+def test_a_short_line_at_a_corner_has_time_from_the_long_one_beside_it() -> None:
+    """No line may leave out either end of the corner; one that ends farther on may leave out the corner."""
+    times = [0.0, 0.3, 0.313, 0.325, 0.36, 0.7]
+    x, y = [0.0, 12.0, 12.5, 12.98, 14.38, 28.0], [0.0, 0.0, 0.1, 0.245, 0.665, 4.75]
+    kept = find_vertices(bent(times, x, y)).kept
+    assert np.diff(np.array(times)[kept]).min() >= 0.02
+    assert len(kept) > 3
+
+
+def test_a_line_of_20_ms_is_commanded_its_own_time() -> None:
+    path = track([0.0, 0.4, 0.41, 0.4205, 0.9], [0.0, 20.0, 20.6, 21.0, 21.0], [0.0, 0.0, 0.0, 0.0, 20.0])
+    path = replace(path, corner=np.array([True, True, False, True, True]))
+    short = next(line for line in tracks.lines_of(path, (Source(0),)) if 0.02 < line.duration_s < 0.021)
+    assert short.length_mm / short.speed_mm_s == pytest.approx(short.duration_s)
