@@ -3,8 +3,8 @@
 Run: ``OMP_NUM_THREADS=1 python benchmarks/large_boards.py [--sizes 180,712,1250,5000] [--keep FOLDER]``
 
 Every command runs as it is started from a terminal, in a process of its own, with all it reads and writes: ``plan``
-with its report, ``check`` in the gantry of the library, its travel and its table as large as the board needs, with the
-program as the robot does it, and ``analyse`` with its data. The boards are those of ``generated_boards.py``.
+with its report, ``check`` in the gantry of the library, its travel, frame and table as large as the board needs, with
+the program as the robot does it, and ``analyse`` with its data. The boards are those of ``generated_boards.py``.
 
 Processor time (user and system) is the measure, since other users disturb the clock; growth is the processor time of a
 size over that of the size before, divided by what n log n allows. Kilobytes for each move are the peak of the process,
@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
@@ -35,6 +36,8 @@ _START = "from washboard.start import main; main()"
 _RECIPE = "smt-aqueous"
 _AROUND_MM = 160.0
 """Travel beyond the board's rim: the knife and tilted jets leave it."""
+_LIBRARY_TRAVEL_MM = 300.0
+"""To each side, for which the frame and the table of the library's gantry are made."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +54,7 @@ def run(words: list[str], folder: Path) -> Usage:
     """Run a command in a process of its own; its words on the screen go to a file.
 
     Raises:
-        RuntimeError: it ends with an exit code above 1; 1 is that of a robot that must not run.
+        RuntimeError: it ends with an exit code other than 0: a robot that cannot do the program was not measured.
     """
     printed = folder / f"{words[0]}.txt"
     begin = time.perf_counter()
@@ -65,7 +68,7 @@ def run(words: list[str], folder: Path) -> Usage:
         )
         _, status, usage = os.wait4(process.pid, 0)
     clock = time.perf_counter() - begin
-    if os.waitstatus_to_exitcode(status) not in (0, 1):
+    if os.waitstatus_to_exitcode(status) != 0:
         raise RuntimeError(f"{' '.join(words)} failed:\n{printed.read_text()[-2000:]}")
     return Usage(clock, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
 
@@ -75,19 +78,43 @@ def write_board(parts: int, folder: Path) -> None:
     bodies = generated_board(parts)
     (folder / "board.tri").write_text(write_tri(bodies))
     width, depth = bodies[0].patches.reshape(-1, 3).max(axis=0)[:2].tolist()
+    write_cell(width, depth, folder)
+
+
+def write_cell(width: float, depth: float, folder: Path) -> Path:
+    """Write the gantry of the library with travel, frame and table for a board of that size, mm; return its file."""
     yaml = YAML(typ="safe")
     library = _ROOT / "robotcell" / "library"
     cell = yaml.load(library / "cells" / "gantry.yaml")
     robot = yaml.load(library / "robots" / "gantry" / "gantry.yaml")
-    travel = {"X": width / 2 + _AROUND_MM, "Y": depth / 2 + _AROUND_MM}
-    for name, far in travel.items():
-        robot["joints"][name]["position_mm"] = [-far, far]
-    cell["tool_change_deg_mm"][:2] = [-travel["X"], -travel["Y"]]  # front left, away from the board
-    robot["urdf"] = str(library / "robots" / "gantry" / "gantry.urdf")
+    far = width / 2 + _AROUND_MM, depth / 2 + _AROUND_MM
+    for name, most in zip("XY", far, strict=True):
+        robot["joints"][name]["position_mm"] = [-most, most]
+    cell["tool_change_deg_mm"][:2] = [-far[0], -far[1]]  # front left, away from the board
+    more = [max(most - _LIBRARY_TRAVEL_MM, 0.0) for most in far]
+    _widen_frame(library / "robots" / "gantry" / "gantry.urdf", more, folder / "gantry.urdf")
+    cell["fixtures"]["table"]["size_mm"][:2] = [900.0 + 2.0 * each for each in more]
+    robot["urdf"] = "gantry.urdf"
     cell["robot"] = {key: robot[key] for key in ("urdf", "base_link", "flange_link", "joints")}
     cell["board"]["pose"]["xyz_mm"] = [-width / 2, -depth / 2, 60.0]
     with (folder / "cell.yaml").open("w") as file:
         yaml.dump(cell, file)
+    return folder / "cell.yaml"
+
+
+def _widen_frame(source: Path, more: list[float], target: Path) -> None:
+    """Make the rails of the base longer and set them apart, and make the bridge longer, by (x, y) mm to each side."""
+    tree = ET.parse(source)
+    x, y = (each / 1000.0 for each in more)
+    for link, longer in (("base", (2.0 * x, 0.0)), ("bridge", (0.0, 2.0 * y))):
+        for collision in tree.iterfind(f"link[@name='{link}']/collision"):
+            box, origin = collision.find("geometry/box"), collision.find("origin")
+            width, depth, height = (float(word) for word in box.get("size").split())
+            box.set("size", f"{width + longer[0]:g} {depth + longer[1]:g} {height:g}")
+            if link == "base":
+                left, front, low = (float(word) for word in origin.get("xyz").split())
+                origin.set("xyz", f"{left:g} {front + math.copysign(y, front):g} {low:g}")
+    tree.write(target)
 
 
 def measure(parts: int, folder: Path) -> tuple[int, dict[str, Usage]]:

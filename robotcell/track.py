@@ -34,6 +34,7 @@ from specs.finding_rules import (
     COLLISION,
     HOME_BLOCKED,
     TOOL_CHANGE_ABOVE_BOARD,
+    TRANSFER_BLOCKED,
 )
 from specs.progress import Progress, no_progress, subprogress
 
@@ -180,7 +181,7 @@ def _try(task: _Task, cell: Cell, progress: Progress) -> _Trial:
     refusal = find_refusal(PathInCell(queries, path), tilt)
     if refusal is not None:
         report = _without_motion(queries, [*check_cell(cell, board), *refusal.findings])
-        return _Trial(report, path, refusal.nodes, refusal.wrong, refusal)
+        return _Trial(report, path, refusal.nodes, refusal.wrong if len(refusal.wrong) else None, refusal)
     found = plan_motion(queries, path, tilt, subprogress(progress, 0.0, 0.9))
     if isinstance(found, OutOfReach):
         samples = found.nodes.sample[found.empty]
@@ -384,7 +385,8 @@ def _needs_check(refusal: Refusal, remedy: Remedy, cell: Cell) -> bool:
     """Whether obstacles decide if a remedy helps: a few points do not show the ways between them."""
     if remedy.undoes_mistake:
         return False
-    return remedy.cell.fixtures is not cell.fixtures or any(each.rule == COLLISION for each in refusal.findings)
+    by_obstacles = any(each.rule in (COLLISION, TRANSFER_BLOCKED) for each in refusal.findings)
+    return by_obstacles or remedy.cell.fixtures is not cell.fixtures
 
 
 def _no_remedy(tried: Sequence[Remedy]) -> Finding:

@@ -5,8 +5,10 @@
    from the same azimuths, and does not tilt the jet where it sprays but is out of reach.
 3. Every pose that sprays is clear in one of its configurations, at twice as many azimuths as the search tries. This one
    is left out where the jet may be tilted while it sprays.
+4. The place at which the tool is changed is clear with the tool before and the one after: every way leads there.
 
-They look at some poses of the path, the outermost and those next to fixtures; what they do not see the search finds.
+The second and the third look at some poses of the path, the outermost and those next to fixtures; what they do not see
+the search finds.
 """
 
 from collections.abc import Iterator
@@ -15,13 +17,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geometry.arrays import Indices
+from robotcell.cell.cell import Cell
 from robotcell.collision.collision import fixtures_through_base
 from robotcell.diagnosis.findings import PathInCell, unreachable
 from robotcell.diagnosis.plausibility import corners_of
 from robotcell.diagnosis.remedies import DEEP_M, spread_samples
 from robotcell.motion.ladder_graph import STRAIGHT, Nodes, States, choose_nodes, node_poses, solve_states
 from specs.finding import Finding
-from specs.finding_rules import COLLISION, FIXTURE_IN_BASE
+from specs.finding_rules import COLLISION, FIXTURE_IN_BASE, TRANSFER_BLOCKED
 from specs.source import Source
 
 _MOST_NODES = 48
@@ -45,7 +48,7 @@ class Refusal:
     nodes: Indices
     """Samples of the path at which the search chooses configurations."""
     wrong: Indices
-    """Those that are not reached, or not clear."""
+    """Those that are not reached, or not clear; none where no other place of anything would help."""
     through_base: tuple[str, ...] = ()
     """Fixtures that reach into the robot's base."""
 
@@ -76,7 +79,40 @@ def find_refusal(subject: PathInCell, tilt: float) -> Refusal | None:
     if len(blocked):
         findings = tuple(_describe_blocked(subject, nodes, blocked, len(chosen)))
         return Refusal(findings, nodes.sample, nodes.sample[blocked])
+    return _blocked_change(subject, nodes)
+
+
+def _blocked_change(subject: PathInCell, nodes: Nodes) -> Refusal | None:
+    """Refuse a cell in which something collides where the tool is changed."""
+    path, queries = subject.path, subject.queries
+    cell, seen = queries.cell, set[tuple[int, int]]()
+    for end in np.flatnonzero(path.changed).tolist():
+        carried = {(int(path.tool[at]), int(path.placement[at])) for at in (end - 1, end)}
+        if len({tool for tool, _ in carried}) < 2:
+            continue
+        for tool, placement in sorted(carried - seen):
+            pair = queries.first_pair(cell.change_place, tool, placement)
+            if pair is not None:
+                at_home = queries.first_pair(cell.home, tool, placement)
+                text = _describe_change(cell, cell.tools[tool].name, pair, home_is_clear=at_home is None)
+                finding = Finding(TRANSFER_BLOCKED, text, subject.made_by(end), subject.place(end))
+                wrong = np.array([end] if cell.tool_change is None else [], dtype=np.int64)
+                return Refusal((finding,), nodes.sample, wrong)
+        seen |= carried
     return None
+
+
+def _describe_change(cell: Cell, tool: str, pair: tuple[str, str], *, home_is_clear: bool) -> str:
+    own = "tool_change_deg_mm"
+    key, advice = own, f"State other joints under {own}"
+    if cell.tool_change is None:
+        key, advice = "home_deg_mm", f"State clear joints under {own}, or another home"
+    elif home_is_clear:
+        advice += ", or leave that key out: home is clear"
+    return (
+        f"the tool is changed at {key} of cell {cell.name}, where {pair[0]} collides with {pair[1]} while {tool} is "
+        f"carried: every way there is blocked. {advice}."
+    )
 
 
 def _describe_through_base(name: str) -> Finding:

@@ -12,6 +12,7 @@ from small_cells import TWO_TCPS
 from small_programs import program_of
 from tracked import HEIGHT, line_program, moves_of
 
+import robotcell.track
 from boards.load import load_board
 from programs import native
 from programs.motion.installation import Installation
@@ -26,6 +27,7 @@ from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgr
 from reports.files.export_robot import tracking_of
 from robotcell.cell.installation import installation_of, to_pose
 from robotcell.cell.load import read_cell_text
+from robotcell.motion.cell_queries import build_queries
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import flange_poses
 from robotcell.track import CellReport, Terms, track
@@ -168,6 +170,26 @@ def test_another_place_for_the_tools_is_gone_to() -> None:
         np.testing.assert_allclose(report.joints[at], place, atol=1e-9)
     np.testing.assert_allclose(report.joints[[0, -1]], [CELL.home, CELL.home], atol=1e-9)
     assert report.added.tool_changes > tracked().added.tool_changes
+
+
+def test_a_place_that_is_not_clear_is_refused_before_any_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every way leads there: no search could find another. The place is the user's: no remedy is looked for."""
+    monkeypatch.setattr(robotcell.track, "plan_motion", None)
+    low = CELL.home + np.array([0.0, 0.0, 1.2, 0.0, 0.0, 0.0])
+    queries = build_queries(two_tools(), CELL, None, [CELL.T_cell_board])
+    assert [queries.first_pair(low, tool, 0) is None for tool in (0, 1)] == [False, False]
+    report = track(two_tools(), replace(CELL, tool_change=low), None, terms=TERMS)
+    (found,) = (finding for finding in report.findings if finding.severity == "error")
+    assert found.rule.id == "transfer-blocked"
+    assert "at tool_change_deg_mm of cell two-tcps, where" in found.message
+    assert "forearm collides with shoulder while cone is carried" in found.message
+    assert found.message.endswith("State other joints under tool_change_deg_mm, or leave that key out: home is clear.")
+    assert report.remedy is None
+
+
+def test_a_place_that_no_tool_is_changed_at_may_be_blocked() -> None:
+    low = CELL.home + np.array([0.0, 0.0, 1.2, 0.0, 0.0, 0.0])
+    assert track(line_program(), replace(CELL, tool_change=low), None, terms=TERMS).possible
 
 
 def test_no_line_is_driven_in_no_time() -> None:
