@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from cleaning.calibration.measurements import Column, Measurements, read_measurements, require_variation
 from cleaning.errors import CleaningError
-from cleaning.film.edge_pressure import edge_pressures
+from cleaning.film.edge_pressure import PreparedEdges, prepare_edges
 from cleaning.gap.edge_segments import Edges
 from cleaning.gap.flushing import inertial, lubrication_velocity
 from cleaning.jet.jet import Jet, jet_of
 from cleaning.parameters.liquid import density_kg_m3, viscosity_pa_s
-from cleaning.parameters.model import Film, Liquid, Parameters, Soil
+from cleaning.parameters.model import Liquid, Parameters, Soil
 from cleaning.process.stages import Samples, Stage
 from cleaning.undersides.residue import removal_rate, softening_rate, step
 from geometry.arrays import Indices, Scalars
@@ -83,15 +83,22 @@ class Coupons:
         found = {key: (stage, jet_of(stage, self.setup.parameters.spray)) for key, stage in stages.items()}
         return [found[key] for key in keys]
 
-    def drop_pa(self, film: Film) -> Scalars:
-        """(n,) pressure of the side before the nozzle less that of the far side."""
-        blows = zip(self.jets, self.blows[0], strict=True)
-        drops: list[float] = []
-        for jet, (_, width, length, _, away) in blows:
-            (found,) = edge_pressures(*jet, _edges(width, length, away), film)
-            front, back = found.pressure_pa[:, :2], found.pressure_pa[:, 4:6]
-            drops.append(float(front[0].mean() - back[0].mean()) if len(found.sample) else 0.0)
-        return np.array(drops, dtype=np.float64)[self.blows[1]]
+    @cached_property
+    def _prepared(self) -> list[PreparedEdges]:
+        """What presses in each blow, whatever the depth of the puddle: a fit tries hundreds."""
+        places = [(width, length, away) for _, width, length, _, away in self.blows[0]]
+        edges = {place: _edges(*place) for place in dict.fromkeys(places)}
+        film = self.setup.parameters.film
+        return [prepare_edges(*jet, edges[place], film) for jet, place in zip(self.jets, places, strict=True)]
+
+    def drop_pa(self, puddle_mm: float) -> Scalars:
+        """(n,) pressure of the side before the nozzle less that of the far side, for a depth of the puddle."""
+        drops = np.zeros(len(self.blows[0]))
+        for index, prepared in enumerate(self._prepared):
+            (found,) = prepared.pressures(puddle_mm)
+            if len(found.sample):
+                drops[index] = float(found.pressure_pa[0, :2].mean() - found.pressure_pa[0, 4:6].mean())
+        return drops[self.blows[1]]
 
     def shear_pa(self, drop_pa: Scalars) -> Scalars:
         """(n,) wall shear in the gap: 6 mu u / h of the flow that viscosity and inertia allow."""

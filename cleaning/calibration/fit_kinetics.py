@@ -94,7 +94,7 @@ def calibrate_gap(path: Path, setup: CouponSetup, progress: Progress = no_progre
         raise CleaningError(message, file=path, line=coupons.measurements.header_line)
     estimates = {name: model.estimate(name, log, found.intervals[name]) for name, log in found.logs.items()}
     soil, film = model.changed({name: estimate.value for name, estimate in estimates.items()})
-    predicted = coupons.predict(soil, coupons.shear_pa(coupons.drop_pa(film)))
+    predicted = coupons.predict(soil, coupons.shear_pa(coupons.drop_pa(film.puddle_mm)))
     return GapFit(coupons, estimates, found.undetermined, soil, film, predicted)
 
 
@@ -228,4 +228,4 @@ class _Model:
 
     def _shear_at(self, puddle_mm: float) -> Scalars:
         film = self._film.model_copy(update={"puddle_mm": puddle_mm})
-        return self._coupons.shear_pa(self._coupons.drop_pa(film))
+        return self._coupons.shear_pa(self._coupons.drop_pa(film.puddle_mm))

@@ -1,6 +1,7 @@
 """Pressure on the edge segments of components while a jet passes: its own stress, and the film that it drives."""
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -83,20 +84,42 @@ def edge_pressures(
     Returns:
         One for each row of the edges; without samples where the spray never comes near.
     """
-    law = _law_of(jet, film)
+    return prepare_edges(stage, jet, edges, film, near).pressures(film.puddle_mm)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PreparedEdges:
+    """A stage and the edges that it presses on, for any depth of the puddle: fits try hundreds."""
+
+    law: _Law
+    parts: tuple[_Part, ...]
+    candidates: tuple[NDArray[np.int32], ...]
+    """Samples that may reach each part."""
+    poses: tuple[Points, NDArray[np.float64]]
+
+    def pressures(self, puddle_mm: float) -> list[EdgePressure]:
+        """Find the pressures with a puddle of that depth; see ``edge_pressures``."""
+        law = self.law._replace(puddle_mm=puddle_mm)
+        found: list[EdgePressure] = []
+        for part, candidates in zip(self.parts, self.candidates, strict=True):
+            sample, pressure = np.empty(len(candidates), dtype=np.int64), np.empty((len(candidates), SEGMENTS))
+            count = _press(law, part, self.poses, candidates, (sample, pressure))
+            found.append(EdgePressure(sample[:count].copy(), pressure[:count].copy()))
+        return found
+
+
+def prepare_edges(stage: Stage, jet: Jet, edges: Edges, film: Film, near: DiscGrid | None = None) -> PreparedEdges:
+    """Prepare the arguments of ``edge_pressures`` for any depth of the puddle."""
     spared = np.where(edges.sheltered <= film.shelter_mm, film.shelter, 1.0)
-    poses = _poses_of(stage)
-    found: list[EdgePressure] = []
+    parts: list[_Part] = []
+    candidates: list[NDArray[np.int32]] = []
     for row in range(len(edges.component)):
-        part = _Part(
-            edges.middles[row], edges.outward[row], spared[row], float(edges.heights_mm[row]), float(edges.facing[row])
-        )
+        height, facing = float(edges.heights_mm[row]), float(edges.facing[row])
+        parts.append(_Part(edges.middles[row], edges.outward[row], spared[row], height, facing))
         x, y = edges.middles[row, :, :2].mean(axis=0).tolist()
-        candidates = np.arange(len(stage.samples.times), dtype=np.int32) if near is None else near.near(x, y)
-        sample, pressure = np.empty(len(candidates), dtype=np.int64), np.empty((len(candidates), SEGMENTS))
-        count = _press(law, part, poses, candidates, (sample, pressure))
-        found.append(EdgePressure(sample[:count].copy(), pressure[:count].copy()))
-    return found
+        every = np.arange(len(stage.samples.times), dtype=np.int32) if near is None else near.near(x, y)
+        candidates.append(every)
+    return PreparedEdges(_law_of(jet, film), tuple(parts), tuple(candidates), _poses_of(stage))
 
 
 def pressing_samples(stage: Stage, jet: Jet, edges: Edges, film: Film) -> DiscGrid:

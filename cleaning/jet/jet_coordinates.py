@@ -6,6 +6,7 @@ for cones and fans, per unit of these coordinates for knives, as ``cleaning.jet_
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,6 +94,15 @@ def steepest(form: JetForm) -> float:
 
 def normalised(form: JetForm) -> JetForm:
     """Scale a form so that exactly its flow leaves it, by the midpoint rule on a fine grid."""
+    key = (form.kind, form.table.tobytes(), form.wide, form.wide_sigma, form.thin_sigma)
+    return form._replace(scale=_scale_of(*key))
+
+
+@lru_cache(maxsize=64)  # the shape does not depend on the pressure: coupons have one nozzle at hundreds of them
+def _scale_of(kind: int, table: bytes, wide: float, wide_sigma: float, thin_sigma: float) -> float:
+    """Give the scale of the forms of one shape, whatever flows out of them."""
+    angles = np.frombuffer(table).reshape(-1, 2).copy()
+    form = JetForm(kind, 1.0, 1.0, 1.0, 1.0, 1.0, angles, wide, wide_sigma, thin_sigma, 0.0, 0.0, np.inf, False)
     around = len(form.table) if form.kind in (RING, CONE) else _FINE
     box = box_of(form, TAIL_SIGMAS)
     first = middles(box.first, 2 if form.kind == KNIFE else around)
@@ -104,7 +114,7 @@ def normalised(form: JetForm) -> JetForm:
         pairs = np.repeat(some, len(second)), np.tile(second, len(some))
         rays = directions_of(form, *pairs)
         total += float((flow_density(form, rays)[0] * solid_angle(form, rays)).sum())
-    return form._replace(scale=form.scale * len(first) * len(second) / (total * box.area))
+    return len(first) * len(second) / (total * box.area)
 
 
 def middles(limits: tuple[float, float], count: int) -> Scalars:

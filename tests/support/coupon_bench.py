@@ -19,5 +19,5 @@ def coupons(folder: Path, *, noise: float, seed: int, first: str = "# synthetic"
     anything = np.linspace(0.0, 1.0, len(PLAN)).tolist()
     plan = read_coupons(written(folder, coupon_table(anything, noise=0.0, seed=0), "plan.csv"), BENCH)
     soil = PARAMETERS.soil.model_copy(update=truth)
-    cleaned = plan.predict(soil, plan.shear_pa(plan.drop_pa(PARAMETERS.film)))
+    cleaned = plan.predict(soil, plan.shear_pa(plan.drop_pa(PARAMETERS.film.puddle_mm)))
     return written(folder, coupon_table(cleaned.tolist(), noise=noise, seed=seed, first=first), "coupons.csv")

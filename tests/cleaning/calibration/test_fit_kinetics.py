@@ -9,12 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_up import COUPON_HEADER, PLAN, written
 
+from cleaning.calibration import coupon
 from cleaning.calibration.coupon import read_coupons
 from cleaning.calibration.fit_kinetics import GapFit, calibrate_gap
 from cleaning.calibration.fitted_parameters import calibrated_set
 from cleaning.errors import CleaningError
 from cleaning.film import film
+from cleaning.film.edge_pressure import edge_pressures, prepare_edges
 from cleaning.gap.flow_field import solve_gap
+from cleaning.jet import jet_coordinates
 from cleaning.parameters.load import load_parameters
 
 PATHS = {name: f"soil.{name}" for name in TRUTH}
@@ -31,8 +34,28 @@ def test_a_jet_is_found_once_for_its_pressure_and_its_rim_once_for_a_fit(tmp_pat
     assert len({id(jet) for _, jet in plan.jets}) == len(keys)
     film._table_of.cache_clear()
     for puddle_mm in (0.5, 1.0, 2.0):
-        plan.drop_pa(PARAMETERS.film.model_copy(update={"puddle_mm": puddle_mm}))
+        plan.drop_pa(puddle_mm)
     assert film._table_of.cache_info().misses == len(keys)
+
+
+def test_coupons_of_many_pressures_have_one_shape_of_the_jet_and_are_prepared_once(tmp_path, monkeypatch) -> None:
+    """Its flow is integrated over a fine grid, and the jet goes into the law of its film: both once for each."""
+    prepared: list[object] = []
+    monkeypatch.setattr(coupon, "prepare_edges", lambda *each: prepared.append(each) or prepare_edges(*each))
+    rows = [
+        f"{standoff},{time},{celsius},{1 + number / 50},0.5" for number, (standoff, time, celsius, _) in enumerate(PLAN)
+    ]
+    rows[0] = rows[0].removesuffix("0.5") + "0.4"
+    plan = read_coupons(written(tmp_path, "\n".join([COUPON_HEADER, *rows])), BENCH)
+    jet_coordinates._scale_of.cache_clear()
+    drops = np.array([plan.drop_pa(puddle_mm) for puddle_mm in (0.5, 1.0, 2.0)])
+    assert jet_coordinates._scale_of.cache_info().misses == 1
+    assert len(prepared) == len(PLAN)
+    for index in (0, len(PLAN) - 1):
+        film = PARAMETERS.film.model_copy(update={"puddle_mm": 0.5})
+        (_, width, length, _, away) = plan.blows[0][index]
+        (found,) = edge_pressures(*plan.jets[index], coupon._edges(width, length, away), film)
+        assert drops[0, index] == found.pressure_pa[0, :2].mean() - found.pressure_pa[0, 4:6].mean()
 
 
 def test_a_fit_reports_how_far_it_is(tmp_path) -> None:
@@ -46,7 +69,7 @@ def test_a_fit_reports_how_far_it_is(tmp_path) -> None:
 
 def test_the_shear_in_a_coupon_is_that_between_two_plates(tmp_path) -> None:
     plan = read_coupons(coupons(tmp_path, noise=0, seed=0, **TRUTH), BENCH)
-    drop = plan.drop_pa(PARAMETERS.film)
+    drop = plan.drop_pa(PARAMETERS.film.puddle_mm)
     shear = plan.shear_pa(drop)
     thin = np.array([standoff for standoff, *_ in PLAN]) == 25
     np.testing.assert_allclose(shear[thin], 25e-6 * drop[thin] / (2 * 25e-3), rtol=0.01)  # h dp / (2 L)
@@ -56,18 +79,18 @@ def test_the_shear_in_a_coupon_is_that_between_two_plates(tmp_path) -> None:
 def test_the_shear_in_a_coupon_is_that_of_a_gap_of_the_analysis(tmp_path) -> None:
     """A gap that is much wider than long is fed from front and back alone in its middle, as between shims."""
     plan = read_coupons(coupons(tmp_path, noise=0, seed=0, **TRUTH), BENCH)
-    drop = float(plan.drop_pa(PARAMETERS.film)[0])
+    drop = float(plan.drop_pa(PARAMETERS.film.puddle_mm)[0])
     field = solve_gap(0.2, 25e-3, 25e-6, (), 80)
     push = np.array([drop, drop, 0, 0, 0, 0, 0, 0])
     speed = np.einsum("s,sck->ck", push, field.velocity)
     middle = np.argmin(np.hypot(field.centres[:, 0], field.centres[:, 1]))
     shear = 6 * np.hypot(*speed[middle]) / field.height_m
-    assert plan.shear_pa(plan.drop_pa(PARAMETERS.film))[0] == pytest.approx(shear, rel=0.02)
+    assert plan.shear_pa(plan.drop_pa(PARAMETERS.film.puddle_mm))[0] == pytest.approx(shear, rel=0.02)
 
 
 def test_pressure_drives_as_the_momentum_of_the_film(tmp_path) -> None:
     """Flow goes with the root of the pressure, so does speed: the film's momentum goes with the pressure itself."""
-    drop = read_coupons(coupons(tmp_path, noise=0, seed=0, **TRUTH), BENCH).drop_pa(PARAMETERS.film)
+    drop = read_coupons(coupons(tmp_path, noise=0, seed=0, **TRUTH), BENCH).drop_pa(PARAMETERS.film.puddle_mm)
     low, high = np.array([drop[[each[3] == bar for each in PLAN]] for bar in (1.5, 3.5)])
     np.testing.assert_allclose(high / low, 3.5 / 1.5, rtol=1e-9)
     assert (low > 0).all()
@@ -127,7 +150,7 @@ def test_a_puddle_is_told_from_coupons_under_the_front_and_beyond_it(tmp_path) -
 
     plan = read_coupons(written(tmp_path, table(np.linspace(0, 1, len(rows)).tolist())), BENCH)
     soil = PARAMETERS.soil.model_copy(update=TRUTH)
-    cleaned = plan.predict(soil, plan.shear_pa(plan.drop_pa(film)))
+    cleaned = plan.predict(soil, plan.shear_pa(plan.drop_pa(film.puddle_mm)))
     seen = np.clip(cleaned + np.random.default_rng(3).normal(0, 0.005, len(cleaned)), 0, 1)
     fit = calibrate_gap(written(tmp_path, table(seen.tolist())), BENCH)
     low, high = fit.estimates["film.puddle_mm"].interval
