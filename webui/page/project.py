@@ -73,6 +73,21 @@ class Project:
         """
         return read_cell(name if name in cell_library() else self.locate(name))
 
+    def place_of_edited_cell(self, loaded: LoadedCell) -> tuple[str, Path]:
+        """Name and file that a cell gets when it is edited: its own in the folder, else those of a copy.
+
+        Raises:
+            ProjectError: too many copies are there.
+        """
+        file = resolve(Path(loaded.root.mark.file))
+        if file not in map(resolve, cell_library().values()) and file.is_relative_to(self.folder):
+            return file.relative_to(self.folder).as_posix(), file
+        for number in range(1, _MOST_FILES):
+            name = f"my-{file.stem}{'' if number == 1 else f'-{number}'}.yaml"
+            if not os.path.lexists(self.folder / name):
+                return name, self.folder / name
+        raise ProjectError(f"my-{file.stem}.yaml: too many copies are in {self.folder}; remove some.")
+
     def parameter_sets(self) -> list[str]:
         """Names to choose from: sets of the library first, then files of the folder with the key ``parameters``."""
         return [*parameter_library(), *self._files_with_key("parameters")]

@@ -1,6 +1,6 @@
 """The state of one page as one frozen value: an edit makes the next one."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,14 +10,17 @@ from programs.plan import Plan
 from recipes import rewrite
 from recipes.load import LoadedRecipe
 from recipes.recipe import Recipe
+from robotcell.cell.cell_edits import CellEdit
 from robotcell.cell.hold import hold_board
 from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
 from specs.source import NO_SOURCE, Source
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
+from webui.page.cell_history import CellChange, NamedCell, plan_change
 from webui.page.document import Document
 from webui.page.evaluations import Analysed, Checked
+from webui.page.project import Project
 from webui.page.proposal import Proposal
 
 
@@ -50,6 +53,10 @@ class Session:
     cell_name: str = ""
     """Name in the project's list; empty without a robot."""
     cell: LoadedCell | None = None
+    cell_past: tuple[CellChange, ...] = ()
+    """Edits of the cell that can be undone, the last one last."""
+    cell_future: tuple[CellChange, ...] = ()
+    """Edits of the cell that were undone, the last one last."""
     checked: Checked | None = None
     """Newest check in a cell; it may be of an older run or of another cell."""
     parameters_name: str = "default"
@@ -151,13 +158,61 @@ class Session:
             selection=Selection(),
         )
 
+    def with_cell(self, name: str, loaded: LoadedCell | None) -> "Session":
+        """Session with another cell, by its name in the project's list; empty and ``None`` for none."""
+        held = None if loaded is None else hold_board(loaded, self.board)
+        return replace(self, cell_name=name, cell=held, cell_past=(), cell_future=())
+
+    def edit_cell(self, edits: Iterable[CellEdit], project: Project) -> "Session":
+        """Write values into the file of the cell; one of the library or from elsewhere is copied into the project.
+
+        Raises:
+            CellError: it is no cell with these values, or its file was changed elsewhere.
+            OutputError: it cannot be written.
+        """
+        if self.cell is None:
+            raise ProgramError("no cell is chosen; choose one in the tab Robot.")
+        now = NamedCell(self.cell_name, self.cell)
+        change = plan_change(now, edits, project.place_of_edited_cell(self.cell), self.document.past)
+        change.write()
+        return replace(self._with_cell_at(change.after), cell_past=(*self.cell_past, change), cell_future=())
+
+    def undone(self) -> "Session":
+        """Session without the last edit, of the recipe or of the cell.
+
+        Raises:
+            JobError: the cell's file was changed elsewhere, or cannot be written.
+        """
+        if not self.cell_past or self.cell_past[-1].recipe_past != self.document.past:
+            return self.with_document(self.document.undone())
+        *past, change = self.cell_past
+        change.take_back()
+        future = (*self.cell_future, change)
+        return replace(self._with_cell_at(change.before), cell_past=tuple(past), cell_future=future)
+
+    def redone(self) -> "Session":
+        """Session with the edit that was undone last.
+
+        Raises:
+            JobError: the cell's file was changed elsewhere, or cannot be written.
+        """
+        if not self.cell_future or self.cell_future[-1].recipe_past != self.document.past:
+            return self.with_document(self.document.redone())
+        *future, change = self.cell_future
+        change.write()
+        past = (*self.cell_past, change)
+        return replace(self._with_cell_at(change.after), cell_past=past, cell_future=tuple(future))
+
+    def _with_cell_at(self, cell: NamedCell) -> "Session":
+        return replace(self, cell_name=cell.name, cell=hold_board(cell.loaded, self.board))
+
     def edited(self, text: str) -> "Session":
         """Session with another text of the recipe.
 
         Raises:
             RecipeError: the text is no recipe.
         """
-        return self.with_document(self.document.edited(text))
+        return replace(self.with_document(self.document.edited(text)), cell_future=())
 
     def set_value(self, path: YamlPath, value: Tree) -> "Session":
         """Write one value of the recipe.

@@ -2,6 +2,7 @@
 
 import pytest
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium
+from hostile_cells import hostile_text
 
 from robotcell.cell.load import read_cell
 from webui.downloads.downloads import make_program
@@ -43,3 +44,27 @@ def test_from_a_cell_to_the_robots_program(start_server):
         tab.see("The robot can do it")
         assert tab.errors == []
         assert tab.strangers == []
+
+
+def test_a_cell_that_cannot_do_it_can_after_one_click(start_server, tmp_path):
+    cell = tmp_path / "long.yaml"
+    cell.write_text(hostile_text("ur5e-bench", "long-tool"))
+    text = cell.read_text()
+    server = start_server("tiny", "rinse-only")
+    with open_chromium() as browser:
+        tab = DrivenPage(browser, server.address)
+        tab.tab("Robot")
+        tab.choose("Cell", "long.yaml")
+        tab.press("Check")
+        tab.see("The robot cannot do it")
+        tab.see("tools.1.tcp.xyz_mm: [0, 0, 700] -> [0, 0, 300]")
+        tab.press("Apply the remedy")
+        tab.see("long.yaml is written and checked")
+        tab.see("The robot can do it.")
+        assert read_cell(cell).spec.tools[1].tcp.xyz_mm == (0, 0, 300)
+        tab.tab("YAML")
+        tab.press("Undo")
+        tab.tab("Robot")
+        tab.see("changed since it was checked")
+        assert cell.read_text() == text
+        assert tab.errors == []

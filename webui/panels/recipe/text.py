@@ -74,9 +74,9 @@ class TextPanel:
         """Perform the action of a button."""
         match what:
             case "Undo":
-                self._page.attempt(lambda session: session.with_document(session.document.undone()))
+                self._page.attempt(Session.undone)
             case "Redo":
-                self._page.attempt(lambda session: session.with_document(session.document.redone()))
+                self._page.attempt(Session.redone)
             case "Apply text":
                 typed = self._text.value
                 self._page.attempt(lambda session: session.edited(typed), self._refuse)

@@ -1,10 +1,9 @@
 """The robot cell: its choice, its frames, its views and its cards."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from html import escape
 
-from robotcell.cell.hold import describe_held, hold_board
+from robotcell.cell.hold import describe_held
 from robotcell.cell.load import LoadedCell
 from robotcell.diagnosis.frame_table import Frame, frame_card
 from robotcell.diagnosis.plausibility import check_cell
@@ -77,9 +76,8 @@ class RobotPanel:
 
         def change(session: Session) -> Session:
             if name == _NONE:
-                return replace(session, cell_name="", cell=None)
-            loaded = hold_board(self._page.project.open_cell(name), session.board)
-            return replace(session, cell_name=name, cell=loaded)
+                return session.with_cell("", None)
+            return session.with_cell(name, self._page.project.open_cell(name))
 
         if self._page.attempt(change):
             self._look_at(cell=name != _NONE)

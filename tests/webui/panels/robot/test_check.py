@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from hostile_cells import hostile_text
 from made_findings import made_finding
 from small_page import find, press, small_page, wait_for
 from small_scene import SmallScene
@@ -248,3 +249,33 @@ def test_a_tool_that_the_cell_lacks_is_refused():
     bare = replace(cell, cell=replace(cell.cell, tools=cell.cell.tools[:1]))
     with pytest.raises(JobError, match="tool 2"):
         check_program(tiny_session().run, bare, quiet)
+
+
+@pytest.mark.slow
+def test_the_remedy_is_applied_by_a_button_saved_checked_and_undone(tmp_path):
+    file = tmp_path / "far.yaml"
+    file.write_text(hostile_text("ur5e-bench", "far"))
+    text = file.read_text()
+    with opened(tiny_session(), tmp_path) as (page, _, _):
+        press(page, "Cell", "far.yaml")
+        assert not find(page, check.APPLY).visible
+        press(page, "Check")
+        wait_for(lambda: page.session.check is not None and find(page, check.APPLY).visible)
+        assert "board.pose: " in check.remedy_html(page.session)
+        refused = page.session.check
+        press(page, check.APPLY)
+        assert file.read_text() != text
+        assert page.client.said[-1].startswith("Remedy applied: far.yaml is written")
+        assert page.session.check is None
+        wait_for(lambda: page.session.check is not None)
+        assert page.session.check.motion is not None
+        assert not any(finding.severity == "error" for finding in page.session.check.findings)
+        assert not find(page, check.APPLY).visible
+        page.attempt(lambda session: session.undone())
+        assert file.read_text() == text
+        assert page.session.cell.spec == refused.cell.spec
+        assert page.session.check is None
+
+
+def test_a_remedy_without_edits_has_no_button():
+    assert check.remedy_html(tiny_session()) == ""
