@@ -91,7 +91,7 @@ def read_and_run(board: str, recipe: str, parts: Path | None, cell: str | None =
     from rulesengine.planning.pipeline import run
 
     loaded_recipe = read_recipe(recipe)
-    loaded_cell = None if cell is None else _read_cell(cell)
+    loaded_cell = None if cell is None else read_named_cell(cell)
     with progress_bar() as progress:
         ends = (0.4, 1.0) if loaded_cell is None else (0.1, 0.2)
         loaded = load_board(Path(board), parts, subprogress(progress, 0.0, ends[0]))
@@ -107,7 +107,12 @@ def read_and_run(board: str, recipe: str, parts: Path | None, cell: str | None =
             raise locate_error(error, loaded_recipe) from None
 
 
-def _read_cell(cell: str) -> "LoadedCell":
+def read_named_cell(cell: str) -> "LoadedCell":
+    """Read a cell by name or file.
+
+    Raises:
+        CellError: it cannot be used.
+    """
     from robotcell.cell.load import read_cell  # a plan without a cell needs no robot
 
     return read_cell(cell)

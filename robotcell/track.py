@@ -60,6 +60,8 @@ class Terms:
     """rad that the robot may tilt the jet while it sprays where nothing else is clear, if the program grants less."""
     loaded: LoadedCell | None = None
     """The cell's file, whose edits are offered as remedies."""
+    remedies: bool = True
+    """Whether changes of the cell that would help are looked for."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,7 +138,7 @@ def track(
     task = _Task(program, board, terms or Terms())
     trial = _try(task, cell, subprogress(progress, 0.0, 0.8))
     report = trial.report
-    if trial.wrong is not None:
+    if trial.wrong is not None and task.terms.remedies:
         causes = ", ".join(dict.fromkeys(each.rule.id for each in report.findings if each.severity == "error"))
         begun = 0.8 if trial.refusal is None else 0.2
         progress(f"{causes}: looking for a remedy", begun)

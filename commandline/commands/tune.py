@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import typer
 
-from commandline.arguments import BoardSource, ParametersOption, Parts, RecipeSource
+from commandline.arguments import BoardSource, CellOption, ParametersOption, Parts, RecipeSource
 from commandline.errors import job_errors
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ _LEAST_ANALYSES = 2
 def tune(
     board: BoardSource,
     recipe: RecipeSource = "smt-aqueous",
+    cell: CellOption = None,
     goal: Annotated[
         Goal, typer.Option("--for", help="clean; clean-and-dry also requires no water under parts.")
     ] = "clean",
@@ -60,6 +61,7 @@ def tune(
     Exit code 0: clean, within the limits. 1: requirements are not met, with the reasons. 2: the job could not be done.
 
     [dim]washboard tune board.step mine.yaml -o tuned.yaml
+    washboard tune board.step mine.yaml --cell ur5e-bench -o tuned.yaml
     washboard tune board.step mine.yaml --limit time=600 --limit litres=20 --keep templates.around.tilt_deg
     washboard tune tiny smt-aqueous --allow speeds,passes --report tuned.json[/dim]
     """
@@ -74,7 +76,7 @@ def tune(
         from rulesengine.tuning.variables.recipe_edits import recipe_diff
         from specs.yaml.load import find_file, read_text
 
-        check_apart((board, recipe, parameters, parts), [output, report])
+        check_apart((board, recipe, parameters, parts, cell), [output, report])
         file = find_file(recipe, RECIPE)
         text = read_text(file, RECIPE)
         request = _request((file, text), (goal, limit or [], allow, keep or []), analyses)
@@ -82,7 +84,7 @@ def tune(
             if output.exists():  # recipes that others extend are not to be lost
                 raise OutputError(output, "it is there already", "Name a new file.")
             place_recipe(text, file, output)
-        tuned = _tune((board, parts), (file, text), parameters, request)
+        tuned = _tune((board, parts), (file, text), (parameters, cell), request)
         reasons = explain(tuned)
         new = tuned.last.text if output is None else place_recipe(tuned.last.text, file, output)
         diff = recipe_diff(text, new, file.name, "tuned" if output is None else output.name)
@@ -117,9 +119,12 @@ def _request(recipe: tuple[Path, str], words: tuple[Goal, list[str], str, list[s
 
 
 def _tune(
-    source: tuple[str, Path | None], recipe: tuple[Path, str], parameters: str, request: "TuningRequest"
+    source: tuple[str, Path | None],
+    recipe: tuple[Path, str],
+    names: tuple[str, str | None],
+    request: "TuningRequest",
 ) -> "TuningResult":
-    """Load and prepare the board, and tune.
+    """Load and prepare the board, and tune, with a parameter set and for the robot of a cell, if one is named.
 
     Raises:
         JobError: something cannot be used.
@@ -127,15 +132,19 @@ def _tune(
     from boards.load import load_board
     from cleaning.parameters.load import load_parameters
     from cleaning.prepared_board import prepare
-    from commandline.loading import progress_bar
+    from commandline.loading import progress_bar, read_named_cell
+    from robotcell.cell.hold import hold_board
     from rulesengine.tuning.trial.trial_runner import TrialRunner
     from rulesengine.tuning.tune import tune as search
     from specs.progress import subprogress
 
+    parameters, cell = names
     known = load_parameters(parameters)
+    loaded = None if cell is None else read_named_cell(cell)
     with progress_bar() as progress:
         board = load_board(Path(source[0]), source[1], subprogress(progress, 0.0, 0.05))
         prepared = prepare(board, known, subprogress(progress, 0.05, 0.1))
         tuning = subprogress(progress, 0.1, 1.0)
-        runner = TrialRunner(recipe[0], prepared, request.goal, request.max_analyses, tuning)
+        held = None if loaded is None else hold_board(loaded, board)
+        runner = TrialRunner(recipe[0], prepared, request.goal, request.max_analyses, tuning, cell=held)
         return search(runner, recipe[1], request)

@@ -73,15 +73,24 @@ def plan_for_cell(run: Run, loaded: LoadedCell, progress: Progress = no_progress
     return _with_timing(run, loaded, free, best)
 
 
+def obstacle_of(run: Run) -> str:
+    """Why the robot cannot carry out a run that was planned for it; empty where it can."""
+    if run.robot is not None:
+        return run.robot.obstacle
+    return next((each.message for each in run.findings if each.rule == ROBOT_LIMITS), "")
+
+
 def _carry_out(run: Run, loaded: LoadedCell, pace: Pace, progress: Progress) -> _Carried:
     timed = time_path(run.plan, run.recipe.limits, pace)
-    return _Carried(timed, track(timed.program, loaded.cell, run.board, terms=terms_of(loaded), progress=progress))
+    terms = replace(terms_of(loaded), remedies=False)
+    return _Carried(timed, track(timed.program, loaded.cell, run.board, terms=terms, progress=progress))
 
 
 def _with_timing(run: Run, loaded: LoadedCell, free: _Carried, last: _Carried) -> Run:
     program = _signed(last.timed.program, loaded)
     require_totals(program.totals.duration_s, sum(litres for _, litres in program.totals.liquid_l))
     before, after = seconds_by_kind(free.timed), seconds_by_kind(last.timed)
+    errors = _errors(last.report)
     timing = RobotTiming(
         cell=loaded.cell.name,
         robot=loaded.cell.robot.name,
@@ -90,8 +99,9 @@ def _with_timing(run: Run, loaded: LoadedCell, free: _Carried, last: _Carried) -
         robot_s=last.robot_s,
         added_s=last.report.program.totals.duration_s - last.robot_s,
         price_s=tuple((kind, after[kind] - before[kind]) for kind in after),
+        obstacle="".join(each.message for each in errors),
     )
-    return _with_program(run, program, [_describe(timing), *_errors(last.report)], timing)
+    return _with_program(run, program, [_describe(timing), *errors], timing)
 
 
 def _with_program(run: Run, program: TimedProgram, about: list[Finding], timing: RobotTiming | None = None) -> Run:

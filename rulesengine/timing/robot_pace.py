@@ -36,6 +36,8 @@ class RobotTiming:
     """these."""
     price_s: tuple[tuple[str, float], ...]
     """More than within the recipe's limits, by kind of motion."""
+    obstacle: str = ""
+    """What forbids the robot's motion all the same, such as a collision; empty where nothing does."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,7 @@ from cleaning.verdicts.rules import Rule
 from rulesengine.tuning.changes.candidate_changes import candidate_changes, variables_of
 from rulesengine.tuning.changes.expected_effect import expected_share
 from rulesengine.tuning.trial.outcome import Figures
-from rulesengine.tuning.trial.request import AllowedChanges, TuningResult
+from rulesengine.tuning.trial.request import AllowedChanges, RobotTuning, TuningResult
 from rulesengine.tuning.trial.requirements import UnmetRequirement
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 from rulesengine.tuning.variables.recipe_edits import is_kept
@@ -93,6 +93,9 @@ def _end_of_search(result: TuningResult, unmet: UnmetRequirement) -> list[str]:
         and variable.value == (variable.upper if variable.direction > 0 else variable.lower)
     ]
     sentences = [f"At their bounds: {', '.join(bounds[:_MOST_NAMED])}."] if bounds else []
+    if result.robot is not None and result.robot.infeasible:
+        robot = result.robot
+        sentences.append(f"Left out, because {robot.robot} cannot carry them out: {robot.infeasible} candidates.")
     if result.out_of_analyses:
         return [*sentences, f"The {request.max_analyses} analyses were spent."]
     if bounds or candidate_changes(last, [unmet], request.allowed):
@@ -110,6 +113,7 @@ def tuning_report(result: TuningResult, reasons: Sequence[Reason], diff: str) ->
         "within_limits": result.within_limits,
         "limits": {"time": request.limits.seconds, "litres": request.limits.litres},
         "allowed": [str(kind) for kind in sorted(request.allowed.kinds)],
+        "robot": _robot(result.robot),
         "analyses": {"used": result.used, "most": request.max_analyses},
         "components": last.total,
         "left_out": list[Json](sorted(last.excluded)),
@@ -132,6 +136,10 @@ def tuning_report(result: TuningResult, reasons: Sequence[Reason], diff: str) ->
         "residues": dict[str, Json]({name: float(f"{share:.6g}") for name, share in last.residues.items()}),
         "diff": diff,
     }
+
+
+def _robot(robot: RobotTuning | None) -> Json:
+    return None if robot is None else {"cell": robot.cell, "name": robot.robot, "infeasible": robot.infeasible}
 
 
 def _figures(figures: Figures) -> dict[str, Json]:

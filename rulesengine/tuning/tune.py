@@ -25,7 +25,7 @@ def tune(runner: TrialRunner, text: str, request: TuningRequest) -> TuningResult
     """Change a recipe until all that it can clean is predicted clean, in little time.
 
     Raises:
-        JobError: the recipe cannot be read, planned or analysed.
+        JobError: the recipe cannot be read, planned or analysed, or the robot of the runner's cell cannot carry it out.
     """
     first = runner.first(text)
     initial = {variable.path: variable.value for variable in reversed(variables_of(first))}
@@ -51,4 +51,4 @@ def tune(runner: TrialRunner, text: str, request: TuningRequest) -> TuningResult
         text = remove_value(text, ("templates", name))
     if text != now.text:
         now = replace(now, text=text, recipe=parse_recipe(text, file=runner.file))
-    return TuningResult(request, first, now, tuple(changes), runner.used)
+    return TuningResult(request, first, now, tuple(changes), runner.used, runner.robot)

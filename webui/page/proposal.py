@@ -40,6 +40,8 @@ class TuningSettings:
     seconds: float = 0.0
     litres: float = 0.0
     analyses: float = 40.0
+    for_robot: bool = False
+    """Whether times are those of the cell's robot."""
 
     def request(self) -> TuningRequest:
         """Convert to a request.

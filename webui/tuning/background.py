@@ -8,6 +8,7 @@ from cleaning.analyse import analyse_on
 from cleaning.parameters.model import Parameters
 from cleaning.verdicts.results import CleaningReport
 from cleaning.verdicts.rules import WET_GAP
+from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
 from rulesengine.tuning.suggest import AnalysedRecipe, predict, suggest
 from rulesengine.tuning.trial.request import TuningRequest
@@ -31,6 +32,8 @@ class Task:
     parameters_name: str
     parameters: Parameters
     request: TuningRequest
+    cell: LoadedCell | None = None
+    """Whose robot the recipe is tuned for; it holds the board."""
 
 
 def propose(task: Task, before: Analysed | None, progress: Progress) -> Proposal:
@@ -42,12 +45,11 @@ def propose(task: Task, before: Analysed | None, progress: Progress) -> Proposal
         progress: Receives the stage and the share done.
 
     Raises:
-        JobError: the recipe cannot be read, planned or analysed.
+        JobError: the recipe cannot be read, planned or analysed, or the robot cannot carry it out.
     """
     prepared = prepare_board(task.board, task.parameters, before, subprogress(progress, 0.0, 0.1))
-    runner = TrialRunner(
-        task.document.file, prepared, task.request.goal, task.request.max_analyses, subprogress(progress, 0.1, 0.99)
-    )
+    request, part = task.request, subprogress(progress, 0.1, 0.99)
+    runner = TrialRunner(task.document.file, prepared, request.goal, request.max_analyses, part, cell=task.cell)
     tuned = tune(runner, task.document.text, task.request)
     return Proposal(task.document, task.board, task.parameters_name, tuned)
 

@@ -47,6 +47,8 @@ def totals_html(tuned: TuningResult) -> str:
         f"A prediction of the cleaning model after {tuned.used} analyses; it is no proof of cleanliness. "
         "Time and liquid of loops are those of once."
     )
+    if tuned.robot is not None:
+        caveat += f" Times are those of {escape(tuned.robot.robot)} in {escape(tuned.robot.cell)}."
     return box_html(
         f'<div style="font-weight:600;font-size:14px">{headline_of(tuned)}</div>'
         + small_html(caveat)

@@ -166,8 +166,11 @@ def outcome_of(run: Run, report: CleaningReport, goal: Goal, text: str = "") -> 
 
 
 def seconds_of(run: Run) -> float:
-    """Duration of the program of a run; loops count once. Rounded, so that the last digits decide nothing."""
-    return round(run.program.totals.duration_s, 3)
+    """Duration of a run's program, on the robot that it is planned for; loops count once.
+
+    Rounded, so that the last digits decide nothing.
+    """
+    return round(run.program.totals.duration_s if run.robot is None else run.robot.robot_s, 3)
 
 
 def litres_of(run: Run) -> float:

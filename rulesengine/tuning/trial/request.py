@@ -62,6 +62,16 @@ class AcceptedChange:
     after: Figures
 
 
+@dataclass(frozen=True, slots=True)
+class RobotTuning:
+    """A robot that was tuned for: times are those that it takes."""
+
+    cell: str
+    robot: str
+    infeasible: int
+    """Candidates that were planned for it and that it cannot carry out."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class TuningResult:
     """A request, the outcomes of the first and the best recipe, and the changes between them."""
@@ -73,6 +83,7 @@ class TuningResult:
     changes: tuple[AcceptedChange, ...]
     used: int
     """Analyses that were made."""
+    robot: RobotTuning | None = None
 
     @property
     def within_limits(self) -> bool:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cleaning.analyse import analyse_on
 from cleaning.prepared_board import PreparedBoard
@@ -10,13 +11,17 @@ from cleaning.process.split_stages import stages_of
 from recipes.load import parse_recipe
 from rulesengine.planning.pipeline import Run, run
 from rulesengine.tuning.trial.outcome import Outcome, litres_of, outcome_of, seconds_of, spray_durations
-from rulesengine.tuning.trial.request import TuningRequest
+from rulesengine.tuning.trial.request import RobotTuning, TuningRequest
 from rulesengine.tuning.trial.requirements import Goal
+from rulesengine.tuning.trial.robot_times import ProgramTimes, RobotRatios, SprayTimes, robot_ratios
 from rulesengine.tuning.variables.recipe_edits import Edits, apply_edits
 from specs.errors import JobError
 from specs.finding import blocking
 from specs.progress import Progress, no_progress
 from specs.yaml.located import YamlPath
+
+if TYPE_CHECKING:
+    from robotcell.cell.load import LoadedCell
 
 _MOST_RUNS = 24
 """Plans that are kept."""
@@ -32,12 +37,23 @@ class Candidate:
 
 
 class TrialRunner:
-    """Plans and analyses texts of one recipe on one board; results are kept, and analyses are counted."""
+    """Plans and analyses texts of one recipe on one board; results are kept, and analyses are counted.
+
+    With a cell, which has to hold the board, what is analysed is planned for its robot; candidates are estimated.
+    """
 
     def __init__(
-        self, file: Path, prepared: PreparedBoard, goal: Goal, max_analyses: int, progress: Progress = no_progress
+        self,
+        file: Path,
+        prepared: PreparedBoard,
+        goal: Goal,
+        max_analyses: int,
+        progress: Progress = no_progress,
+        *,
+        cell: "LoadedCell | None" = None,
     ) -> None:
         self.file = file
+        self.cell = cell
         self.prepared = prepared
         self.goal: Goal = goal
         self.max_analyses = max_analyses
@@ -45,7 +61,10 @@ class TrialRunner:
         self._progress = progress
         self._last: Run | None = None
         self._runs: dict[str, Run | None] = {}
-        self._durations: dict[str, dict[tuple[str, str], float]] = {}
+        self._free_times: dict[str, ProgramTimes] = {}
+        self._robot_times: dict[str, ProgramTimes] = {}
+        self._ratios: RobotRatios | None = None
+        self._infeasible: set[str] = set()
         self._outcomes: dict[str, Outcome] = {}
         self._errors: frozenset[str] = frozenset()
 
@@ -58,12 +77,18 @@ class TrialRunner:
         """Outcome of the initial recipe; errors that its plan has are accepted in its successors.
 
         Raises:
-            JobError: it cannot be read, planned or analysed.
+            JobError: it cannot be read, planned or analysed, or the robot of the cell cannot carry it out.
         """
         planned = self._plan(text)
         self._runs[text] = planned
         self._errors = frozenset(finding.rule.id for finding in blocking(planned.findings, ()))
-        return self._analyse(text, planned)
+        carried_out = self._carried_out(text, planned)
+        if isinstance(carried_out, str):
+            raise JobError(
+                f"the recipe cannot be tuned for a robot that cannot carry it out: {carried_out} `washboard plan -o "
+                "OUT.wash` and `washboard check OUT.wash CELL` report all, with a remedy."
+            )
+        return self._analyse(text, carried_out)
 
     def planned(self, text: str) -> Run | None:
         """Run of a text; ``None`` where it is no recipe, sprays nothing, or may not be exported."""
@@ -91,24 +116,72 @@ class TrialRunner:
                 return None
             text = changed
         planned = self.planned(text)
-        return None if planned is None else Candidate(text, seconds_of(planned), litres_of(planned))
+        if planned is None or text in self._infeasible:
+            return None
+        if self.cell is None:
+            return Candidate(text, seconds_of(planned), litres_of(planned))
+        times = self._times(text)
+        return None if times is None else Candidate(text, times.seconds, times.litres)
 
     def spray_durations(self, text: str) -> Mapping[tuple[str, str], float]:
         """Seconds for which each template of each step sprays, by step and template; empty where it has no plan."""
-        if text not in self._durations:
-            planned = self.planned(text)
-            stages = (
-                () if planned is None else stages_of(planned.program, planned.recipe, self.prepared.parameters).stages
-            )
-            self._durations[text] = dict(pair for stage in stages for pair in spray_durations(stage))
-        return self._durations[text]
+        times = self._times(text)
+        return {} if times is None else times.sprayed
 
     def outcome(self, text: str) -> Outcome | None:
-        """Predicted outcome of a text; ``None`` where it cannot be planned or no analysis is left."""
+        """Predicted outcome of a text; ``None`` where there is no plan or motion, or no analysis is left."""
         if text in self._outcomes:
             return self._outcomes[text]
         planned = self.planned(text)
-        return None if planned is None or self.left <= 0 else self._analyse(text, planned)
+        if planned is None or self.left <= 0 or text in self._infeasible:
+            return None
+        carried_out = self._carried_out(text, planned)
+        return None if isinstance(carried_out, str) else self._analyse(text, carried_out)
+
+    @property
+    def robot(self) -> RobotTuning | None:
+        """The robot that is tuned for, and how many candidates it cannot carry out."""
+        if self.cell is None:
+            return None
+        return RobotTuning(self.cell.cell.name, self.cell.cell.robot.name, len(self._infeasible))
+
+    def _carried_out(self, text: str, planned: Run) -> Run | str:
+        """Plan a run for the robot of the cell; the reason where that cannot carry it out."""
+        if self.cell is None:
+            return planned
+        from rulesengine.planning.cell_plan import obstacle_of, plan_for_cell
+
+        done = plan_for_cell(planned, self.cell)
+        reason = obstacle_of(done)
+        if reason:
+            self._infeasible.add(text)
+            return reason
+        self._robot_times[text] = self._program_times(done)
+        free = self._times_within_limits(text)
+        if free is not None:
+            self._ratios = robot_ratios(free, self._robot_times[text])
+        return done
+
+    def _times(self, text: str) -> ProgramTimes | None:
+        """Give what a program takes, with a cell its robot: estimated where that was not planned for."""
+        if text in self._robot_times:
+            return self._robot_times[text]
+        free = self._times_within_limits(text)
+        return free if free is None or self._ratios is None else self._ratios.estimate(free)
+
+    def _times_within_limits(self, text: str) -> ProgramTimes | None:
+        """Give what a program takes within the recipe's limits; ``None`` where it has no plan."""
+        if text not in self._free_times:
+            planned = self.planned(text)
+            if planned is None:
+                return None
+            self._free_times[text] = self._program_times(planned)
+        return self._free_times[text]
+
+    def _program_times(self, done: Run) -> ProgramTimes:
+        stages = stages_of(done.program, done.recipe, self.prepared.parameters).stages
+        sprayed: SprayTimes = dict(pair for stage in stages for pair in spray_durations(stage))
+        return ProgramTimes(seconds_of(done), litres_of(done), sprayed)
 
     def _plan(self, text: str) -> Run:
         self._last = run(parse_recipe(text, file=self.file), self.prepared.board, before=self._last)

@@ -45,6 +45,7 @@ def test_a_new_recipe_is_written_and_the_old_one_is_left_alone(own: Path) -> Non
         (["--keep", "nothing at all"], "nothing to keep there"),
         (["--parameters", "defualt"], "defualt"),
         (["--analyses", "1"], "--analyses"),
+        (["--cell", "kr6-bnech"], "kr6-bench"),
         (["--for", "shiny"], "shiny"),
     ],
 )

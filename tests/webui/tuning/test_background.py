@@ -1,10 +1,15 @@
 """Tuning in the background reports its progress at every trial, and stops where it is cancelled."""
 
+from dataclasses import replace
+
 import pytest
 from tiny_session import tiny_session
 from tuned_recipe import proposal, slower
 
 from cleaning.parameters.load import load_parameters
+from robotcell.cell.hold import hold_board
+from robotcell.cell.load import read_cell
+from rulesengine.tuning.trial.request import RobotTuning
 from webui.page.proposal import TuningSettings
 from webui.threads.worker import CancelledError
 from webui.tuning import background as tuning_run
@@ -35,6 +40,20 @@ def test_each_plan_reports_the_number_of_analyses(monkeypatch):
     shares = [done for _, done in reported]
     assert shares == sorted(shares)
     assert ("tuning, 4 of at most 8 analyses", pytest.approx(0.545)) in reported
+
+
+def test_a_cell_is_whose_robot_is_tuned_for(monkeypatch):
+    session = tiny_session()
+    cell = hold_board(read_cell("kr6-bench"), session.board)
+    found = []
+
+    def tune(runner, _text, _request):
+        found.append((runner.cell, runner.robot))
+        return proposal(session).tuned
+
+    monkeypatch.setattr(tuning_run, "tune", tune)
+    tuning_run.propose(replace(task_of(session), cell=cell), None, lambda *_: None)
+    assert found == [(cell, RobotTuning("kr6-bench", "kr6-r900", 0))]
 
 
 def test_it_stops_at_the_next_plan(monkeypatch):

@@ -40,7 +40,7 @@ class TuningWindow:
 
     def __init__(self, page: Page, settings: TuningSettings, actions: Actions) -> None:
         """Open it with settings filled in."""
-        self._gui, self._actions = page.client.gui, actions
+        self._gui, self._actions, self._has_cell = page.client.gui, actions, page.session.cell is not None
         self._window = self._gui.add_modal("Tune the recipe")
         with self._window:
             self._form = self._gui.add_folder(None)
@@ -76,6 +76,12 @@ class TuningWindow:
         self._analyses = gui.add_number(
             "Analyses at most", settings.analyses, min=2.0, step=1.0, hint="More of them find a better recipe."
         )
+        self._for_robot = gui.add_checkbox(
+            "For this robot",
+            settings.for_robot and self._has_cell,
+            visible=self._has_cell,
+            hint="Times are those that the robot of the cell takes; what it cannot do is left out. Takes longer.",
+        )
 
     def _add_button(self, label: str) -> viser.GuiButtonHandle:
         button = self._gui.add_button(label, color=None if label in (START, APPLY) else QUIET)
@@ -86,7 +92,7 @@ class TuningWindow:
         """Settings that are filled in."""
         ticked = frozenset[ChangeKind](kind for kind, box in self._kinds.items() if box.value)
         limits = self._seconds.value, self._litres.value, self._analyses.value
-        return TuningSettings(ticked, GOALS[self._goal.value], *limits)
+        return TuningSettings(ticked, GOALS[self._goal.value], *limits, for_robot=self._for_robot.value)
 
     @property
     def name(self) -> str:
@@ -195,12 +201,12 @@ class TuneCard:
             window.show_form(str(error))
             return
         session, project = self._page.session, self._page.project
-        name = session.parameters_name
+        name, cell = session.parameters_name, session.cell if self._settings.for_robot else None
 
         def work(progress: Progress) -> Proposal:
             from webui.tuning.background import Task, propose
 
-            task = Task(session.document, session.board, name, project.open_parameters(name), request)
+            task = Task(session.document, session.board, name, project.open_parameters(name), request, cell)
             return propose(task, session.analysed, progress)
 
         def take(proposal: Proposal) -> None:
