@@ -58,14 +58,16 @@ do("mode", linuxcnc.MODE_AUTO)
 command.program_open({program!r})
 begun = time.monotonic()
 command.auto(linuxcnc.AUTO_RUN, 0)
-idle, aborted = 0, False
-while time.monotonic() < begun + {limit_s} and idle < 5:
-    time.sleep(0.1)
+idle, changes, was_on = 0, 0, 0
+while time.monotonic() < begun + {limit_s} and idle < 25:
+    time.sleep(0.02)
     status.poll()
     report()
-    if {stop_at} is not None and not aborted and status.dout[{stop_at} or 0]:
-        {stop}
-        aborted = True
+    is_on = status.dout[{stop_at} or 0]
+    if {stop_at} is not None and is_on != was_on:
+        changes, was_on = changes + 1, is_on
+        if changes == {stop_after}:
+            {stop}
     idle = idle + 1 if status.interp_state == linuxcnc.INTERP_IDLE and status.inpos else 0
 print("ENDED" if idle else "STOPPED", flush=True)
 report()
@@ -133,7 +135,9 @@ class Surroundings:
     contacts: tuple[int, ...] = ()
     """Digital inputs that are on."""
     stop_at: int | None = None
-    """Digital output: an operator stops the program within a tenth of a second after it is on; ``None`` for never."""
+    """Digital output: an operator stops the program some 20 ms after it changes; ``None`` for never."""
+    stop_after: int = 1
+    """Which change that is: 1 where it comes on first, 2 where it is off again."""
     stop: Stop = "abort"
     """How."""
 
@@ -185,7 +189,12 @@ def run_on_linuxcnc(
         main = str(folder / _PROGRAM / program.name)
         display.write_text(
             _DISPLAY.format(
-                joints=len(axes), program=main, limit_s=limit_s, stop_at=around.stop_at, stop=_STOPS[around.stop]
+                joints=len(axes),
+                program=main,
+                limit_s=limit_s,
+                stop_at=around.stop_at,
+                stop_after=around.stop_after,
+                stop=_STOPS[around.stop],
             ),
             "ascii",
         )

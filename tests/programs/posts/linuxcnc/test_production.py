@@ -46,18 +46,32 @@ def written(folder: Path, start: int = 1) -> Path:
 
 
 def run(
-    folder: Path, *, start: int = 1, contacts: tuple[int, ...] = (PART,), stop: Stop | None = None
+    folder: Path,
+    *,
+    start: int = 1,
+    contacts: tuple[int, ...] = (PART,),
+    stop: Stop | None = None,
+    after: int = 1,
 ) -> ControllerLog:
-    """Run it on the controller; stopped as soon as the valve is open, or not at all."""
+    """Run it on the controller; stopped as soon as the valve has changed so many times, or not at all."""
     stop_at = None if stop is None else WASH.number
-    around = Surroundings((CALL_ON_ABORT,), contacts, stop_at, stop or "abort")
+    around = Surroundings((CALL_ON_ABORT,), contacts, stop_at, after, stop or "abort")
     return run_on_linuxcnc(written(folder, start), AXES, limit_s=60.0, around=around)
 
 
-@pytest.mark.parametrize("stop", ["abort", "emergency stop"])
-def test_a_program_that_is_stopped_while_it_sprays_leaves_every_valve_shut(stop: Stop, tmp_path: Path) -> None:
-    log = run(tmp_path, stop=stop)
-    assert [on for _, on in log.edges("P1")] == [True, False]
+@pytest.mark.parametrize(
+    ("stop", "after"),
+    [
+        pytest.param("abort", 1, id="abort while it sprays"),
+        pytest.param("abort", 2, id="abort between two jets, where the next one is queued"),
+        pytest.param("abort", 3, id="abort while it sprays once more"),
+        pytest.param("emergency stop", 1, id="emergency stop while it sprays"),
+        pytest.param("emergency stop", 2, id="emergency stop between two jets"),
+    ],
+)
+def test_a_program_that_is_stopped_leaves_every_valve_shut(stop: Stop, after: int, tmp_path: Path) -> None:
+    log = run(tmp_path, stop=stop, after=after)
+    assert [on for _, on in log.edges("P1")] == [True, False] * ((after + 1) // 2)
     assert np.abs(log.joints[-1] - HOME).max() > 1.0  # it was stopped on its way
 
 
