@@ -50,6 +50,20 @@ def test_near_the_beginning_of_a_line_the_signal_leaves_on_the_line_before() -> 
     assert len(second.events) == 1
 
 
+def test_at_rest_a_jet_that_begins_or_ends_at_a_stop_has_its_signal_there() -> None:
+    motion = make_motion(PROGRAMS["loop"](), small_cell(), switches_at_rest=True)
+    assert not any(each.events for each in motion.lines)
+    steps = motion.steps
+    switched = [at for at, step in enumerate(steps) if isinstance(step, Switch) and step.channel == WASH]
+    for at, opens in zip(switched[1:], (True, False, True, False), strict=True):
+        assert steps[at] == Switch(WASH, float(opens), steps[at].made_by)
+        wait = steps[at + 1]
+        before = next(each for each in steps[at::-1] if isinstance(each, Line))
+        assert before.blend_mm == 0.0
+        assert isinstance(wait, Pause)
+        assert wait.duration_s == pytest.approx(RING.open_lag_s if opens else RING.close_lag_s)
+
+
 def test_a_pause_is_divided_where_the_signal_leaves() -> None:
     steps, _ = opened(
         [START, THERE, Pause(0.2, "s"), line(pose(100), pose(0), 50.0)], request(3, 0.0, ON), request(3, 1, OFF)

@@ -4,8 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from tracked import line_program
 
 from robotcell.cell.load import read_cell
+from robotcell.motion.cell_queries import build_queries
 from robotcell.motion.joint_move import SHARE, Lifting, find_move, straight_way, time_move
 from robotcell.motion.sampled_path import Flags
 from robotcell.robot.robot import Joints
@@ -69,3 +71,15 @@ def test_a_tool_that_leans_is_tilted_about_its_orifice_before_it_unwinds() -> No
     assert tilted[4] != pytest.approx(0.0)
     assert upright == pytest.approx([*tilted[:4], 0.0], abs=1e-9)
     assert home == pytest.approx(axes_of(CELL.home[None])[0])
+
+
+@pytest.mark.parametrize(("orifice_mm", "blocked"), [(280.0, False), (320.0, True)])
+def test_a_tilt_that_takes_the_carriage_out_of_its_travel_is_blocked(orifice_mm: float, blocked: bool) -> None:
+    machine = CELL.tool_point
+    assert machine is not None
+    ends = np.zeros((2, 5))  # the orifice rests, the tool leans by 55 degrees along Y and is upright then
+    ends[:, 1], ends[:, 3], ends[0, 4] = orifice_mm, np.radians(90.0), np.radians(55.0)
+    leans, upright = machine.joints(ends) / UNITS
+    assert abs(leans[1]) < 0.18  # within a travel of 300 mm
+    queries = build_queries(line_program(), CELL, None, [CELL.T_cell_board])
+    assert queries.blocked_at(0)(leans[None], upright[None], 0).tolist() == [blocked]
