@@ -75,8 +75,8 @@ class RapidReader(Reader):
                 if match is None or shape is None:
                     raise refusal(line, "declares nothing")
                 self.values.add((match[1], match[2]), shape.groups(), line)
-                if match[1] in ("bool", "intnum") or match[2] == "nStart":
-                    self.values.used.add((match[1], match[2]))  # of the production frame
+                if match[1] == "bool":
+                    self.values.used.add((match[1], match[2]))  # by waits alone, which a program need not have
         self.called.add("stop_job")
         return "main"
 
@@ -90,7 +90,7 @@ class RapidReader(Reader):
             rf"({self.moves}) (\w+),(\w+)((?:,ev\d+)?(?:\\T\d:=ev\d+)*),(\w+),(\w+)\\WObj:=(\w+);": self.move,
             r"shut_valves;": self.shut("main"),
             r"(pStart):=CRobT\(\\Tool:=(\w+)\\WObj:=wobj0\);": self.rise_from,
-            r"IF nStart<=(\d+) (\w+);": lambda match: self.run(match[2]) if self.begin_part(match[1]) else None,
+            r"IF nStart<=(\d+) (\w+);": self.do_part,
             r"IF nStart=(\d+) THEN": lambda match: self.enter(match[1], "ENDIF"),
             r'IF CSpeedOverride\(\)<>100 stop_job "[^"]*";': self.guard,
             r"WaitDI (\w+),([01])\\MaxTime:=([\d.]+)\\TimeFlag:=bLate;": self.wait_contact,
@@ -120,6 +120,12 @@ class RapidReader(Reader):
         self.rise(rf"IF pStart\.trans\.z<{N} THEN", rf"pStart\.trans\.z:={N};")
         self.pass_on(rf"MoveL pStart,{REACH_SPEED},fine,{match[2]}\\WObj:=wobj0;", "ENDIF")
 
+    def do_part(self, match: re.Match[str]) -> None:
+        """Do a part of main, unless the start is at a later one."""
+        self.values.use(("num", "nStart"))
+        if self.begin_part(match[1]):
+            self.run(match[2])
+
     def wait_contact(self, match: re.Match[str]) -> None:
         """Wait for a signal."""
         self.stop_late()
@@ -133,6 +139,7 @@ class RapidReader(Reader):
 
     def stop_late(self) -> None:
         """Stop where a wait is over."""
+        self.values.use(("bool", "bLate"))
         self.pass_on(r'IF bLate stop_job "[^"]*";')
         self.expect("stop_job", r"shut_valves;", r"TPWrite .*;", r"EXIT;")
 
@@ -140,6 +147,7 @@ class RapidReader(Reader):
         """Connect the fault routine with errors, or with a signal that leaves its state."""
         self.expect("on_fault", r"StopMove\\Quick;", r"shut_valves;", r"TPWrite .*;", r"EXIT;")
         (cause,) = self.pass_on(rf"IError COMMON_ERR,TYPE_ERR,{match[1]};|ISignalDI (\w+),([01]),{match[1]};")
+        self.values.use(("intnum", match[1]))
         self.shut_by.add("TRAP")
         if cause[1]:
             self.watched.append((cause[1], cause[2] == "0"))

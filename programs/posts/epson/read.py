@@ -30,6 +30,7 @@ class SpelReader(Reader):
         super().__init__()
         self.frames = self.declares("frame")
         self.counter_names = self.declares("counter")
+        self.variables = self.declares("variable")
         self.speed_mm_s, self.turn_deg_s = 0.0, 0.0
         self.traps: set[str] = set()
         """Numbers of those that watch inputs."""
@@ -45,6 +46,7 @@ class SpelReader(Reader):
         for line in self.sort(lines, r"Function (\w+)(?:\(text\$ As String\))?", "Fend"):
             if line != "Global Preserve Integer nStart":
                 raise refusal(line, "stands outside a function")
+            self.variables.add("nStart", 1, line)
         return "main"
 
     def grammar(self) -> dict[str, Action]:
@@ -61,9 +63,7 @@ class SpelReader(Reader):
             rf"Wait {U}": self.pause,
             r"Call shut_valves": self.shut("main"),
             r"(On|Off) (\d+), Forced": lambda match: self.switch(*_switched((*match.groups(), None, None, None))),
-            r"If nStart <= (\d+) Then Call (\w+)": lambda match: (
-                self.run(match[2]) if self.begin_part(match[1]) else None
-            ),
+            r"If nStart <= (\d+) Then Call (\w+)": self.do_part,
             r"If nStart = (\d+) Then": lambda match: self.enter(match[1], "EndIf"),
             rf"If SpeedFactor <> 100 Then {_STOP}": self.guard,
             rf"Wait Sw\((\d+)\) = (On|Off), {N}": self.wait_contact,
@@ -82,6 +82,12 @@ class SpelReader(Reader):
             r"(nLoop\d+) = \1 \+ 1": self.raise_counter,
             settings: skip,
         }
+
+    def do_part(self, match: re.Match[str]) -> None:
+        """Do a part of main, unless the start is at a later one."""
+        self.variables.use("nStart")
+        if self.begin_part(match[1]):
+            self.run(match[2])
 
     def wait_contact(self, match: re.Match[str]) -> None:
         """Wait for an input, and stop where that takes too long."""

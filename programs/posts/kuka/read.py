@@ -69,8 +69,8 @@ class KrlReader(Reader):
                         raise refusal(line, f"has no {match[1]}")
                     key = ("" if "GLOBAL" in line else module, match[2])
                     self.values.add(key, match[3], line)
-                    if match[2].endswith("_start") or match[2] == "nWait":
-                        self.values.used.add(key)  # of the production frame
+                    if match[2] == "nWait":
+                        self.values.used.add(key)  # by waits alone, which a program need not have
                 elif line not in HEAD and line not in (f"DEFDAT {module} PUBLIC", "ENDDAT"):
                     raise refusal(line, "is unknown there")
             self.modules |= dict.fromkeys(list(self.routines)[known:], module)
@@ -88,8 +88,8 @@ class KrlReader(Reader):
         return {
             r"LIN (\w+)( C_DIS)?": self.move,
             r"shut_valves\( \)": self.shut("main"),
-            r"IF \w+_start<=(\d+) THEN": lambda match: self.run_part(match[1], r"(\w+)\( \)", "ENDIF"),
-            r"IF \w+_start==(\d+) THEN": lambda match: self.enter(match[1], "ENDIF"),
+            r"IF (\w+_start)<=(\d+) THEN": self.do_part,
+            r"IF (\w+_start)==(\d+) THEN": self.enter_part,
             r"IF \$OV_PRO<>100 THEN": self.refuse_override,
             r"nWait=0": self.read_wait,
             r"\$BASE=\$NULLFRAME": self.rise_from,
@@ -118,6 +118,16 @@ class KrlReader(Reader):
             r"([A-Za-z]\w*)\( \)": self.call,
         }
 
+    def do_part(self, match: re.Match[str]) -> None:
+        """Do a part of main, unless the start is at a later one."""
+        self.value(match[1])
+        self.run_part(match[2], r"(\w+)\( \)", "ENDIF")
+
+    def enter_part(self, match: re.Match[str]) -> None:
+        """Begin a part at which the program starts."""
+        self.value(match[1])
+        self.enter(match[2], "ENDIF")
+
     def refuse_override(self, match: re.Match[str]) -> None:
         """Refuse to start where the speed override is not 100 %."""
         self.pass_on(*_REFUSED)
@@ -125,6 +135,7 @@ class KrlReader(Reader):
 
     def read_wait(self, match: re.Match[str]) -> None:
         """Wait for an input or a quantity, and end where that takes too long."""
+        self.value("nWait")
         contact, least = r"\$IN\[(\d+)\]<>(TRUE|FALSE)", _LEAST
         (begins,) = self.pass_on(rf"WHILE \((?:{contact}|{least})\) AND \(nWait<(\d+)\)")
         *_, looks, _, _, _ = self.pass_on(*_LATE, rf"IF (?:{contact}|{least}) THEN", *_REFUSED)

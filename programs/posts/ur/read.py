@@ -33,6 +33,7 @@ class UrScriptReader(Reader):
         self.guards_override = None
         self.armed: list[tuple[Pose, Pose, ReadSignal]] = []
         self.poses = self.declares("pose")
+        self.variables = self.declares("variable")
         self.settled = True
         """Whether nothing is left that waits for its place."""
 
@@ -95,12 +96,13 @@ class UrScriptReader(Reader):
             rf"sleep\({U}\)": self.pause,
             rf"while (\w+) < (\d+)(?:{looks})?:": lambda match: self.repeat(match[2], match.groups()[2:], match[1]),
             r"shut_valves\(\)": self.shut("main"),
-            r"if n_start <= (\d+):": lambda match: self.run_part(match[1], r"(\w+)\(\)", "end"),
+            r"if n_start <= (\d+):": self.do_part,
             r"if n_start == (\d+):": lambda match: self.enter(match[1], "end"),
             r"n_wait = 0": self.read_wait,
             r"p_start = get_actual_tcp_pose\(\)": self.rise_from,
             r"run_watch_inputs = run watch_inputs\(\)": self.read_thread,
-            r"global n_start = 1 #.*|global n_start = 1|n_start = 1|kill run_watch_inputs": skip,
+            r"global (n_start) = (1)(?: #.*)?": lambda match: self.variables.add(match[1], match[2]),
+            r"n_start = 1|kill run_watch_inputs": skip,
             r"end": self.end_repeat,
             r"set_tcp\((\w+)\)": lambda match: self.use_tool(match[1], self.poses.use(match[1])),
             r"board = (\w+)": lambda match: self.use_board(self.poses.use(match[1])),
@@ -111,6 +113,11 @@ class UrScriptReader(Reader):
             r"(n_loop_\d+) = \1 \+ 1": self.raise_counter,
             r"([A-Za-z]\w*)\(\)": self.call,
         }
+
+    def do_part(self, match: re.Match[str]) -> None:
+        """Do a part of main, unless the start is at a later one."""
+        self.variables.use("n_start")
+        self.run_part(match[1], r"(\w+)\(\)", "end")
 
     def read_wait(self, match: re.Match[str]) -> None:
         """Wait for an input or a quantity, and stop where that takes too long."""

@@ -22,6 +22,8 @@ _WAIT = rf"if watch\((?:di(\d+)==(true|false)|{N}\*aioGet\(ai(\d+)\)\+{N}>={N}),
 _REFUSED = (r'popUpMsg\("[^"]*"\)', r"call stop\(\)", "return", "endIf")
 _SETTER = re.compile(r"if x_nOutput==(\d+)\s+(?:(do\d+)=x_nValue!=0|(?:dioSet|aioSet)\(([ga]o\d+),x_nValue\))\s+endIf")
 _SAME_ARM = {"shoulder": "ssame", "elbow": "esame", "wrist": "wsame"}
+_VARIABLES = {"nMove", "nHead", "nTail", "nId", "nStart", "bOverrun"}
+"""That every project has."""
 _KINDS = {prefix: kind for kind, prefix in OUTPUTS.items()}
 
 
@@ -91,8 +93,8 @@ class Val3Reader(Reader):
     def check_variables(self) -> None:
         """Make sure that outputs, inputs and counters are declared, of their type, and used."""
         text = " ".join(line for lines in self.routines.values() for line in lines)
-        for name in set(re.findall(r"\b(?:do|go|ao|di|ai|nLoop)\d+\b", text)) | {"nMove", "nHead", "nTail", "nId"}:
-            kind = {"d": "dio", "g": "dio", "a": "aio", "n": "num"}[name[0]]
+        for name in set(re.findall(r"\b(?:do|go|ao|di|ai|nLoop)\d+\b", text)) | _VARIABLES:
+            kind = {"d": "dio", "g": "dio", "a": "aio", "n": "num", "b": "bool"}[name[0]]
             if self.types.get(name) != kind:
                 raise ProgramError(f"variable {name} is not declared as {kind}.")
         for name in (name for name in self.types if re.fullmatch(r"(?:do|go|ao|di|ai|nLoop)\d+", name)):

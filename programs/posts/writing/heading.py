@@ -104,11 +104,6 @@ def _channel_lines(motion: MotionProgram) -> Iterator[str]:
     yield from inputs
 
 
-def list_outputs(motion: MotionProgram) -> list[str]:
-    """List the outputs that a program sets, by name, for its header."""
-    return [f"Output {channel.name}: {channel.kind} {channel.number}" for channel in channels_of(motion)]
-
-
 def channels_of(motion: MotionProgram) -> list[Channel]:
     """Give the outputs that a program sets, by kind and number."""
     return sorted(_channels(motion), key=lambda channel: (channel.kind, channel.number))

@@ -170,6 +170,22 @@ def test_an_input_without_which_one_valve_stays_open_is_found(name: str, shut: s
     assert problems("two_tools", name, lost)
 
 
+DECLARED = [
+    ("abb", "PERS num nStart:=1;"), ("abb", "VAR bool bLate:=FALSE;"), ("abb", "VAR intnum irFault;"),
+    ("abb", "VAR intnum irWatch2;"), ("kuka", "DECL GLOBAL INT tiny_start=1"), ("kuka", "DECL INT nWait=0"),
+    ("ur", "global n_start = 1"), ("epson", "Global Preserve Integer nStart"), ("val3", '<Data name="nStart"'),
+]  # fmt: skip
+"""Declarations of the frame's variables, without which a controller refuses the program."""
+
+
+@pytest.mark.parametrize(("name", "declaration"), DECLARED)
+def test_a_variable_of_the_frame_that_is_not_declared_is_found(name: str, declaration: str) -> None:
+    lines = rf"(?m)^ *{re.escape(declaration)}.*\n" + (r"(?:.*<Value.*\n.*</Data>\n)?" if name == "val3" else "")
+    lost = {file: re.sub(lines, "", text) for file, text in files_of("loop", name).items()}
+    assert lost != files_of("loop", name)
+    assert "declare" in problems("loop", name, lost)
+
+
 @pytest.mark.parametrize("name", FRAMED)
 def test_the_header_states_what_is_waited_for_and_what_is_not(name: str) -> None:
     text = "\n".join(files_of("loop", name).values())
