@@ -40,6 +40,8 @@ _SHORTEST_SHARE = 1e-4
 """Nearer to an end of its line than this a division would make a line that no controller drives."""
 COARSE_MM, _COARSE_S = 0.4, 1.5e-3
 """A percentage that misses the jet's place and time by more is replaced by a division of the line."""
+_LATE_S = 0.5 * (LEAST_S + 1e-3)
+"""So is one that misses the time by more: where the robot has stopped the speed is 0, and not the way after it."""
 _NEARLY = 0.3
 _DIVISION_BLEND_MM = 0.3
 """Zone at a collinear point, or less where the parts are short."""
@@ -160,7 +162,7 @@ def _is_fine_enough(line: Line, capability: Capability) -> bool:
     for event in line.events:
         share = line.samples.share_at(event.signal_s)
         late_s = abs(line.samples.second_at(round(share / step) * step) - event.signal_s)
-        if late_s * event.speed_mm_s > COARSE_MM and late_s > _COARSE_S:
+        if late_s > _LATE_S or (late_s * event.speed_mm_s > COARSE_MM and late_s > _COARSE_S):
             return False
     return True
 
