@@ -286,12 +286,20 @@ def split_line(line: Line, shares: tuple[float, ...], blend_mm: float) -> list[L
     return parts
 
 
-def limit_speed(line: Line) -> Line:
-    """Command a line that takes 20 ms or more no faster than evenly in 21 ms, or its time: it is no short move then."""
-    if line.duration_s < SHORT_S:
+def limit_speed(line: Line, least_s: float = LEAST_S, share: float = 1.0, lasts_s: float = 0.0) -> Line:
+    """Command a line no faster than evenly in 21 ms, or in its time if that is less: at that speed it is no short move.
+
+    Args:
+        line: The line.
+        least_s: A line that takes less is left as it is.
+        share: Of the line that is commanded by itself.
+        lasts_s: Time of that share; 0 for the line's.
+    """
+    lasts_s = lasts_s or line.duration_s
+    if lasts_s < least_s:
         return line
-    least_s = min(line.duration_s, LEAST_S)
-    speed, turn = line.length_mm / least_s, line.angle_rad / least_s
+    even_s = min(lasts_s, LEAST_S)
+    speed, turn = share * line.length_mm / even_s, share * line.angle_rad / even_s
     return replace(line, speed_mm_s=min(line.speed_mm_s, speed), turn_rad_s=min(line.turn_rad_s, turn))
 
 

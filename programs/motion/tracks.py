@@ -127,7 +127,7 @@ def _line(track: Track, first: int, last: int, rates: NDArray[np.float64], maker
         made_by=makers[track.maker[last]],
         even=track.share is not None and bool(np.isfinite(track.share[last])),
     )
-    line = limit_speed(line)
+    line = limit_speed(line, SHORT_S)
     return replace(line, speed_mm_s=0.0) if line.turns_on_the_spot else line
 
 

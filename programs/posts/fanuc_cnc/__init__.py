@@ -15,7 +15,6 @@ DIALECT = Dialect(
         timing="boundary",
         cycle_s=0.008,  # assumed: of the ladder that takes the M codes
         step_mm_s=0.1 / 60.0,
-        least_part_s=0.0,  # jets at their places come before blocks of 20 ms
     ),
     form=FileForm(".nc"),
     longest_line=200,

@@ -15,7 +15,6 @@ DIALECT = Dialect(
         timing="boundary",
         cycle_s=0.01,  # assumed: of the PLC that takes the M functions
         step_mm_s=0.1 / 60.0,
-        least_part_s=0.0,  # jets at their places come before blocks of 20 ms
     ),
     form=FileForm(".h"),
     longest_line=220,

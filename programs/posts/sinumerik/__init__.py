@@ -16,7 +16,6 @@ DIALECT = Dialect(
         timing="boundary",
         cycle_s=0.004,  # assumed: of interpolation
         step_mm_s=0.1 / 60.0,
-        least_part_s=0.0,  # jets at their places come before blocks of 20 ms
         analog=Counting(full=10000.0, step=1.0),  # millivolts, assumed
     ),
     form=FileForm(".mpf", several=(".mpf", ".spf")),

@@ -10,8 +10,8 @@ from programs.motion.steps import SampledLine
 
 AXIS_MM, AXIS_DEG = 0.004, 0.002
 """How far an axis may be off the planned motion; at 300 mm from the axis 0.002 degrees are 0.01 mm."""
-POINT_MM, TURN_DEG = 0.04, 0.25
-"""The same of tool points: what lines may leave out, and B and C on a line."""
+POINT_MM, TURN_DEG, COARSE_TURN_DEG = 0.09, 0.25, 0.5
+"""The same of tool points: what lines may leave out, B and C on a line, and those where blocks would be short."""
 _SAME_SHARE = 1e-9
 
 
@@ -104,11 +104,11 @@ def allowed_of(units: Scalars) -> Scalars:
     return np.where(units == 1.0, AXIS_MM, AXIS_DEG)
 
 
-def allowed_on(units: Scalars, installation: Installation) -> Scalars:
+def allowed_on(units: Scalars, installation: Installation, turn_deg: float = COARSE_TURN_DEG) -> Scalars:
     """(dof,) how far each axis may be off along a line, in mm or degrees: more where the controller takes tool points.
 
     There the orifice keeps to its line whatever B and C do, and only the jet's direction is off.
     """
     if installation.tool_point is None:
         return allowed_of(units)
-    return np.where(units == 1.0, POINT_MM, TURN_DEG)
+    return np.where(units == 1.0, POINT_MM, turn_deg)

@@ -5,18 +5,29 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import degrees
 from typing import ClassVar
 
+import numpy as np
+
+from geometry.arrays import Scalars
 from programs.errors import ProgramError
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Line, MotionProgram, Reach, Step, UseBoard, UseTool
+from programs.motion.steps import Line, MotionProgram, Reach, Step, UseBoard, UseTool, limit_speed
 from programs.pose import Position
 from programs.posts.dialect import Dialect
-from programs.posts.writing.axes import allowed_on, in_degrees_and_mm, needed_samples, units_of
+from programs.posts.writing.axes import (
+    COARSE_TURN_DEG,
+    TURN_DEG,
+    allowed_on,
+    in_degrees_and_mm,
+    needed_samples,
+    units_of,
+)
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Syntax
 from programs.posts.writing.lines import Placed
 from programs.posts.writing.tool_points import own_axes
 from programs.posts.writing.wording import fixed, short
+from programs.timing.forecast import SHORT_S
 
 BLEND_MM = 0.05
 """How far a corner that is passed may be cut; zones are planned for the same."""
@@ -106,16 +117,28 @@ class AxisSyntax(Syntax):
             raise ProgramError(self.no_joints)
         done, before = 0.0, 0
         units, spot = units_of(self.installation), self.machine is not None and line.turns_on_the_spot
-        allowed = allowed_on(units, self.installation)
-        for sample in needed_samples(line.samples, units, _FINENESS, allowed):
+        for sample in self.ends_of_blocks(line, units):
             share = float(line.samples.shares[sample])
             moved = self.moved(line, before, sample)
             if not moved and share < 1.0:
                 continue  # the next block takes its time too: a block that goes nowhere would stop the others
             words = self.axes(tuple(line.samples.joints[sample].tolist()), rests=spot)
             stops, turns = share == 1.0 and line.blend_mm == 0.0, not moved <= set("XYZ")
-            yield from self.block(line, words, share - done, stops=stops, turns=turns)
+            part = line
+            if self.machine is not None and self.dialect.capability.least_part_s and not spot:
+                lasts_s = float(line.samples.seconds[sample] - line.samples.seconds[before])
+                part = limit_speed(line, share=share - done, lasts_s=lasts_s)
+            yield from self.block(part, words, share - done, stops=stops, turns=turns)
             done, before = share, sample
+
+    def ends_of_blocks(self, line: Line, units: Scalars) -> tuple[int, ...]:
+        """Choose the samples at which the blocks of a line end; B and C may be off farther where one would be short."""
+        fine, coarse = (allowed_on(units, self.installation, most) for most in (TURN_DEG, COARSE_TURN_DEG))
+        ends = needed_samples(line.samples, units, _FINENESS, fine)
+        whole_s = line.length_mm / line.speed_mm_s if line.speed_mm_s > 0.0 else line.duration_s
+        if self.machine is None or whole_s * np.diff(line.samples.shares[[0, *ends]]).min() >= SHORT_S:
+            return ends
+        return needed_samples(line.samples, units, _FINENESS, coarse)
 
     def moved(self, line: Line, begin: int, end: int) -> set[str]:
         """Give the letters of the axes that are not the same at two samples of a line."""

@@ -85,6 +85,14 @@ def test_a_small_program_reads_as_an_integrator_would_want_it(name: str, golden:
 
 
 @NAMED
+def test_no_block_is_a_short_move_while_a_jet_is_on(name: str) -> None:
+    forecast = exported(name, "two_tools").forecast
+    assert forecast is not None
+    assert any(move.spraying for move in forecast.moves)
+    assert forecast.short == ()
+
+
+@NAMED
 def test_a_machine_without_tool_points_is_refused_in_a_sentence(name: str) -> None:
     with pytest.raises(
         ProgramError, match=r"is for a machine with X, Y, Z and a head .* kinematics: 5axiskins"

@@ -3,9 +3,9 @@
 ' Recipe smt-aqueous  sha256 77b0
 ' Cell   bench  robot arm
 ' Planned time 3.6 s, each loop once
-' Predicted time 3.0 s by this controller's model, 0.84 x planned
-' Worst event error 0.00 mm, 30.0 ms at predicted speeds (s/pass)
-' Worst event error 0.04 mm, 22.0 ms at planned speeds (s/pass)
+' Predicted time 3.0 s by this controller's model, 0.85 x planned
+' Worst event error 0.01 mm, 52.5 ms at predicted speeds (s/pass)
+' Worst event error 0.02 mm, 3.2 ms at planned speeds (s/pass)
 ' Controller class 2; cycle 2 ms is in the error
 ' Analog aoPressure: 0 V is 0, 10 V is 10
 ' Analog aiResistivity: 0 V is 0, 10 V is 10
@@ -115,13 +115,17 @@ Function clean_02
   ' s/pass
   Wait 0.040
   SpeedS 60.0
-  Move XY(40.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1 !D100; Off 1!
+  Move XY(39.882, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1 CP
+  SpeedS 5.6
+  Move XY(40.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1 !D0; Off 1!
   ' s/transfer
   SpeedS 63.6
   Move XY(40.000, 10.000, 50.000, 0.0000, 0.0000, 180.0000) /1 !D96; On 1!
   ' s/pass
   SpeedS 60.0
-  Move XY(0.000, 10.000, 50.000, 0.0000, 0.0000, 180.0000) /1 !D100; Off 1!
+  Move XY(0.118, 10.000, 50.000, 0.0000, 0.0000, 180.0000) /1 CP
+  SpeedS 5.6
+  Move XY(0.000, 10.000, 50.000, 0.0000, 0.0000, 180.0000) /1 !D0; Off 1!
   ' s/transfer
   SpeedS 63.6
   Move XY(0.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1
@@ -138,10 +142,14 @@ Function clean_03
     SpeedS 163.0
     Move XY(0.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1
     SpeedS 60.0
+    Move XY(39.882, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1 CP
+    SpeedS 5.6
     Move XY(40.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1
     SpeedS 63.6
     Move XY(40.000, 10.000, 50.000, 0.0000, 0.0000, 180.0000) /1
     SpeedS 60.0
+    Move XY(0.118, 10.000, 50.000, 0.0000, 0.0000, 180.0000) /1 CP
+    SpeedS 5.6
     Move XY(0.000, 10.000, 50.000, 0.0000, 0.0000, 180.0000) /1
     SpeedS 63.6
     Move XY(0.000, 0.000, 50.000, 0.0000, 0.0000, 180.0000) /1
