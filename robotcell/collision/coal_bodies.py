@@ -4,10 +4,9 @@ Coal is of ``washboard[robot]``; only this module and ``robotcell.collision.cont
 """
 
 import importlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import Any, Literal, TypeAlias, cast
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,8 @@ Part: TypeAlias = Literal["robot", "tool", "fixture", "board"]
 _METRES = 1e-3
 _FLAT = 1e-12
 """m³ below which a closed mesh is a sheet and has no hull."""
+_SAME_DIGITS = 8
+"""Corners that agree to so many digits of a metre are one."""
 _FULL = 0.95
 """Share of its hull that a closed mesh has to fill to be taken for the hull: a chamfer is lost, not a hollow."""
 
@@ -105,20 +106,32 @@ def _geometry(shape: Shape) -> tuple[Any, NDArray[np.float64], NDArray[np.float6
             return _mesh(centred), middle, half, _farthest(centred.reshape(-1, 3))
 
 
+def _is_closed(corners: Indices) -> bool:
+    """Whether every edge of triangles (n, 3), by their corners' numbers, is one of exactly two of them."""
+    edges = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
+    _, counts = np.unique(edges, axis=0, return_counts=True)
+    return bool((counts == 2).all())
+
+
 def _mesh(triangles: Triangles) -> Any:
     """Take a closed mesh that fills its convex hull for the hull, which is solid; any other for its surface."""
-    import trimesh
+    from scipy.spatial import ConvexHull
 
-    mesh = trimesh.Trimesh(vertices=triangles.reshape(-1, 3), faces=np.arange(3 * len(triangles)).reshape(-1, 3))
-    if not mesh.is_watertight or abs(mesh.volume) < _FLAT:
+    rounded, number = np.unique(np.round(triangles.reshape(-1, 3), _SAME_DIGITS), axis=0, return_inverse=True)
+    corners = number.reshape(-1, 3)
+    volume = abs(float(np.einsum("ij,ij->i", triangles[:, 0], np.cross(triangles[:, 1], triangles[:, 2])).sum())) / 6.0
+    if not _is_closed(corners) or volume < _FLAT:
         return _surface(triangles)
-    hull = mesh.convex_hull
-    if abs(mesh.volume) < _FULL * hull.volume:
+    hull = ConvexHull(rounded)
+    if volume < _FULL * hull.volume:
         return _surface(triangles)
     points, faces = coal().StdVec_Vec3s(), coal().StdVec_Triangle()
-    for vertex in np.asarray(hull.vertices, np.float64):
+    for vertex in rounded[np.sort(hull.vertices)]:
         points.append(vertex)
-    for face in cast(Sequence[Sequence[int]], hull.faces.tolist()):
+    sides = np.searchsorted(np.sort(hull.vertices), hull.simplices)
+    ends = rounded[hull.simplices]
+    turned = np.einsum("ij,ij->i", np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0]), hull.equations[:, :3])
+    for face in np.where(turned[:, None] < 0.0, sides[:, ::-1], sides).tolist():
         faces.append(coal().Triangle(*face))
     return coal().Convex(points, faces)
 
