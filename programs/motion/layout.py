@@ -131,7 +131,8 @@ class _Cutter:
         """Add the pose of a move."""
         self.moved += 1
         planned = float(self.tracking.clock[self.moved - 1])
-        self.sample(move.time_s, (*move.position, *move.quaternion), move.made_by, planned)
+        row = self.moved - 1
+        self.sample(move.time_s, self.targets[row], move.made_by, planned, float(row))
 
     def wait(self, wait: Wait) -> None:
         """Hold the pose reached, then go on from it."""
@@ -141,7 +142,8 @@ class _Cutter:
         if wait.duration_s > 0:
             self.items.append(wait)
         if pose:
-            self.sample(wait.time_s + wait.duration_s, pose, wait.made_by, self.planned + wait.duration_s)
+            after = wait.time_s + wait.duration_s
+            self.sample(after, pose, wait.made_by, self.planned + wait.duration_s, self.row_of(pose))
 
     def command(self, command: Command) -> None:
         """Stand while a command is carried out."""
@@ -154,7 +156,7 @@ class _Cutter:
         self.cut()
         self.items.append(command)
         if pose and not elsewhere:
-            self.sample(command.time_s, pose, command.made_by, self.left_at)
+            self.sample(command.time_s, pose, command.made_by, self.left_at, self.row_of(pose))
 
     def is_due(self, time_s: float) -> bool:
         """Whether the next move is done by then, but for less than a file resolves."""
@@ -175,7 +177,8 @@ class _Cutter:
         if time_s > self.times[-1] + TICK_S:
             there = (*self.states.tcp[at].tolist(), *self.states.quaternion[at].tolist())
             due = self.tracking.clock[self.moved] if target else np.nan
-            self.sample(time_s, target or there, made_by, self.planned_at(time_s) if isnan(due) else float(due))
+            pose, planned = target or there, self.planned_at(time_s) if isnan(due) else float(due)
+            self.sample(time_s, pose, made_by, planned, self.row_of(pose))
         return self.poses[-1]
 
     def planned_at(self, time_s: float) -> float:
@@ -184,15 +187,15 @@ class _Cutter:
         rate = (self.tracking.clock[self.moved] - self.planned) / (due_s - begin_s) if begin_s < due_s < inf else 1.0
         return self.planned + (time_s - begin_s) * (rate if rate >= 0.0 else 1.0)
 
-    def sample(self, time_s: float, pose: tuple[float, ...], made_by: Source, planned: float) -> None:
-        """Add a sample."""
+    def sample(self, time_s: float, pose: tuple[float, ...], made_by: Source, planned: float, row: float) -> None:
+        """Add a sample; ``row`` is that of its joints."""
         self.planned = planned
         self.left_at = self.left_at if isnan(planned) else planned
         self.clock.append(planned)
         self.times.append(time_s)
         self.poses.append(pose)
         self.maker.append(self.makers.setdefault(made_by, len(self.makers)))
-        self.node.append(self.row_of(pose))
+        self.node.append(row)
 
     def row_of(self, pose: tuple[float, ...]) -> float:
         """Row of the joints that belongs to a pose between the last move and the next."""
