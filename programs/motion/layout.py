@@ -13,7 +13,7 @@ from geometry.arrays import Scalars
 from geometry.frames import align_signs, rotation_angles
 from programs.motion.steps import IsClear, Moment, Reach
 from programs.motion.tracks import Track, pose_of
-from programs.playback import ToolStates, build_timeline, play
+from programs.playback import Timeline, ToolStates, play
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from programs.soundness import TICK_S
 from specs.source import Source
@@ -63,18 +63,16 @@ class Layout:
     """What ``Track.maker`` counts."""
 
 
-def lay_out(program: TimedProgram, tracking: Tracking) -> Layout:
+def lay_out(program: TimedProgram, tracking: Tracking, timeline: Timeline) -> Layout:
     """Cut a program at everything that happens at rest.
 
     Args:
         program: Any sound program.
         tracking: Of its moves; dof is 0 where the joints are not known.
-
-    Raises:
-        ProgramError: the program has no move.
+        timeline: Of the program.
     """
     cuts = [item for item in program.instructions if isinstance(item, Wait | Command)]
-    states = play(build_timeline(program), np.array([item.time_s for item in cuts]))
+    states = play(timeline, np.array([item.time_s for item in cuts]))
     moves = [item for item in program.instructions if isinstance(item, MoveTo)]
     targets, due = [(*move.position, *move.quaternion) for move in moves], [move.time_s for move in moves]
     cutter = _Cutter(states, tracking, targets, [*due, inf])

@@ -26,6 +26,7 @@ from programs.motion.steps import (
 )
 from programs.motion.tracks import Track, find_vertices, lines_of, pose_of
 from programs.motion.valves import SwitchRequest, open_valves
+from programs.playback import Timeline, build_timeline
 from programs.pose import Pose, angle, distance
 from programs.program import TILT_BAND, Command, MoveTo, SetNozzle, TimedProgram, Wait
 from programs.soundness import TICK_S
@@ -63,18 +64,18 @@ def make_motion(
             f"the joint motion has {rows} x {dof} numbers, the program {moves} moves and the cell "
             f"{len(installation.joints)} joints; track this program in this cell."
         )
-    builder = _Builder(installation, lay_out(program, tracking))
+    builder = _Builder(installation, lay_out(program, tracking, build_timeline(program)))
     builder.build()
     steps, found = open_valves(builder.steps, builder.requests, installation, at_rest=switches_at_rest)
     findings = (*builder.findings, *found)
     return MotionProgram(program.origin, program.totals.duration_s, tuple(steps), findings, tracking.is_clear)
 
 
-def find_corners(program: TimedProgram) -> NDArray[np.bool_]:
+def find_corners(program: TimedProgram, timeline: Timeline) -> NDArray[np.bool_]:
     """Find the moves (m,) of a program at which its lines end: a robot keeps to the lines between them."""
     tracking = on_time(program)
     corner = np.zeros(len(tracking.clock), dtype=np.bool_)
-    for item in lay_out(program, tracking).items:
+    for item in lay_out(program, tracking, timeline).items:
         if isinstance(item, Track):
             node = item.node[find_vertices(item).kept]
             corner[node[node % 1.0 == 0.0].astype(np.int64)] = True

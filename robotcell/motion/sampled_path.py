@@ -113,7 +113,7 @@ def sample_path(
     changed = is_key & (fresh | turned)[parent]
     exact = is_key & (is_move & ~fresh)[parent]
     corner = changed | np.append(changed[1:], True) | dwelling | np.concatenate(([True], dwelling[:-1]))
-    corner[exact] |= find_corners(program)[np.searchsorted(moves, owner[keys][parent[exact]])]
+    corner[exact] |= find_corners(program, timeline)[np.searchsorted(moves, owner[keys][parent[exact]])]
     T_base_tcp = T_board_tcp  # overwritten, some rows at a time: another array would double the memory
     for rows in row_pieces(len(times)):
         T_base_tcp[rows] = T_base_board[placement[rows]] @ T_board_tcp[rows]

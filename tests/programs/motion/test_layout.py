@@ -6,6 +6,7 @@ from robot_steps import DOWN, ORIGIN
 
 from programs.motion.layout import lay_out, on_time
 from programs.motion.tracks import Track
+from programs.playback import build_timeline
 from programs.program import Command, Instruction, MoveTo, TimedProgram, Totals, Wait
 
 
@@ -17,7 +18,7 @@ def tracks_of(*instructions: Instruction) -> list[Track]:
     """The stretches of motion; the moves have joints 0, 1, 2 and so on."""
     moves = sum(isinstance(item, MoveTo) for item in instructions)
     program = TimedProgram(ORIGIN, Totals(2.0, 0.0, 20.0, moves, ()), instructions)
-    layout = lay_out(program, on_time(program, np.arange(moves, dtype=np.float64)[:, None]))
+    layout = lay_out(program, on_time(program, np.arange(moves, dtype=np.float64)[:, None]), build_timeline(program))
     return [item for item in layout.items if isinstance(item, Track)]
 
 
