@@ -62,9 +62,7 @@ class PacScriptReader(Reader):
             rf"Move P, @0 J\(({NUMBER}(?:, {NUMBER})*)\), Speed = (\d+)": self.move_joints,
             r"Delay (\d+)": self.delay,
             r"Call shut_valves": self.shut("main"),
-            r"If I\[99\] <= (\d+) Then Call (\w+)": lambda match: (
-                self.run(match[2]) if self.begin_part(match[1]) else None
-            ),
+            r"If I\[99\] <= (\d+) Then Call (\w+)": lambda match: self.call_part(match[1], match[2]),
             r"If I\[99\] = (\d+) Then": lambda match: self.enter(match[1], "End If"),
             r'If CurExtSpd <> 100 Then Halt "[^"]*"': self.guard,
             r"Wait IO\[(\d+)\] = (On|Off), (\d+), I\[98\]": self.wait_contact,

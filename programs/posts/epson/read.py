@@ -86,8 +86,7 @@ class SpelReader(Reader):
     def do_part(self, match: re.Match[str]) -> None:
         """Do a part of main, unless the start is at a later one."""
         self.variables.use("nStart")
-        if self.begin_part(match[1]):
-            self.run(match[2])
+        self.call_part(match[1], match[2])
 
     def wait_contact(self, match: re.Match[str]) -> None:
         """Wait for an input, and stop where that takes too long."""

@@ -101,7 +101,7 @@ class TpReader(Reader):
         return {
             rf"L P\[(\d+)\] (\d+)(mm/sec|deg/sec) (FINE|CNT\d+)(?: TB {_N}sec,{_ASSIGNMENT})?": self.move,
             rf"CALL {self.shut_name}": self.shut("main"),
-            r"IF R\[89\]<=(\d+),CALL (\w+)": lambda match: self.run(match[2]) if self.begin_part(match[1]) else None,
+            r"IF R\[89\]<=(\d+),CALL (\w+)": lambda match: self.call_part(match[1], match[2]),
             r"IF R\[89\]<>(\d+),JMP LBL\[99\]": lambda match: self.enter(match[1], r"LBL\[99\]"),
             r"R\[88\]=\$MCR\.\$GENOVERRIDE": self.refuse_override,
             r"\$WAITTMOUT=(\d+)": self.wait_contact,

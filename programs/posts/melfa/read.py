@@ -70,9 +70,7 @@ class MelfaBasicReader(Reader):
             _OUTPUT: lambda match: self.set_output(*match.groups()),
             rf"Dly {U}": self.pause,
             rf'CallP "{self.shut_name}"': self.shut("main"),
-            r'If M_19<=(\d+) Then CallP "(\w+)"': lambda match: (
-                self.run(match[2]) if self.begin_part(match[1]) else None
-            ),
+            r'If M_19<=(\d+) Then CallP "(\w+)"': lambda match: self.call_part(match[1], match[2]),
             r"If M_19<>(\d+) Then GoTo \*RUN": lambda match: self.enter(match[1], r"\*RUN"),
             r"If M_OPovrd<>100 Then Error \d+": self.guard,
             r"M_Timer\(1\)=0": self.read_wait,

@@ -111,6 +111,11 @@ class FrameReader(Execution, ABC):
         else:
             self.at = at
 
+    def call_part(self, number: str, routine: str) -> None:
+        """Do a part of main that is one statement, unless the start is at a later one."""
+        if self.begin_part(number):
+            self.run(routine)
+
     def run_part(self, number: str, call: str, end: str) -> None:
         """Do a part of main whose call and end are the next statements, unless the start is at a later one."""
         done = self.begin_part(number)

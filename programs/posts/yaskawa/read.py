@@ -114,7 +114,7 @@ class InformReader(Reader):
             r"INC (I\d{3})": self.raise_counter,
             _AGAIN: self.end_repeat,
             rf"CALL JOB:{self.shut_name}": self.shut("main"),
-            r"CALL JOB:(\w+) IF I089<=(\d+)": lambda match: self.run(match[1]) if self.begin_part(match[2]) else None,
+            r"CALL JOB:(\w+) IF I089<=(\d+)": lambda match: self.call_part(match[2], match[1]),
             r"JUMP \*RUN IF I089<>(\d+)": lambda match: self.enter(match[1], r"\*RUN"),
             rf"WAIT IN#\((\d+)\)=(ON|OFF) T={N}": self.wait_contact,
             r"GETS PX010 \$PX001": self.rise_from,
