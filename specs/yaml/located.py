@@ -26,6 +26,8 @@ Key: TypeAlias = str | int
 YamlPath: TypeAlias = tuple[Key, ...]
 
 _LARGEST_TEXT = 1_000_000
+_SHORT_TEXT = 8_000
+"""Nodes take more than a hundred times the memory of their text: only short ones are remembered in number."""
 _DEEPEST = 30
 _MOST_VALUES = 20_000
 _LONGEST_KEY = 200
@@ -155,14 +157,24 @@ class _Composer(Composer):
         return super().compose_node(parent, index)
 
 
-@lru_cache(maxsize=2)
 def _compose(text: str) -> Node | None:
-    """Compose a text, and remember it: who writes a value reads the new text to check it, and again as a recipe."""
+    """Compose a text, and remember it: who writes a value reads the new text to check it, and again as a recipe.
+
+    Files of the library and what a search tries in turn are short; the nodes are shared and not to be changed.
+    """
+    return _compose_short(text) if len(text) <= _SHORT_TEXT else _compose_long(text)
+
+
+def _compose_anew(text: str) -> Node | None:
     yaml = YAML(typ="safe", pure=True)
     yaml.Composer = _Composer
     yaml.composer.warn_double_anchors = False  # YAML 1.2 allows an anchor to be set anew
     yaml.max_depth = _DEEPEST + 1
     return cast("Node | None", yaml.compose(text))
+
+
+_compose_short = lru_cache(maxsize=64)(_compose_anew)
+_compose_long = lru_cache(maxsize=2)(_compose_anew)
 
 
 class _Tree:

@@ -6,6 +6,7 @@ import pytest
 
 from recipes.errors import RecipeError
 from recipes.load import RECIPE
+from specs.yaml import located
 from specs.yaml.located import read_yaml, spell_path
 
 
@@ -138,3 +139,19 @@ def test_a_text_of_megabytes_is_refused() -> None:
 def test_paths_are_spelt_as_in_the_documents() -> None:
     assert spell_path(("sequence", 0, "paths", 2)) == "sequence[0].paths[2]"
     assert spell_path(("templates", "sweep", "speed_mm_s")) == "templates.sweep.speed_mm_s"
+
+
+def test_a_text_is_composed_once_though_others_are_read_between():
+    text = "recipe: remembered\nlimits: &all {clearance_mm: 5}\nmore: {<<: *all, of: [1, two, 3.5]}\n"
+    first = read_yaml(text, "first.yaml", RECIPE)
+    for number in range(10):
+        read_yaml(f"recipe: between-{number}\n", "between.yaml", RECIPE)
+    composed = located._compose_short.cache_info().misses
+    again = read_yaml(text, "again.yaml", RECIPE)
+    assert located._compose_short.cache_info().misses == composed
+    assert again.plain() == first.plain() == {
+        "recipe": "remembered",
+        "limits": {"clearance_mm": 5},
+        "more": {"clearance_mm": 5, "of": [1, "two", 3.5]},
+    }  # fmt: skip
+    assert (first.mark.file, again.mark.file) == ("first.yaml", "again.yaml")
