@@ -16,6 +16,7 @@ from robotcell.cell.load import LoadedCell
 from robotcell.cell.spec import HeldBy
 from robotcell.collision.collision import Collider, build_collider, with_board_at
 from robotcell.collision.sweep import collides_between
+from robotcell.robot.full_turns import is_beyond
 from robotcell.track import CellReport, terms_of, track
 from specs.finding import Finding, worst_first
 from specs.finding_rules import BOARD_PLACE_UNKNOWN
@@ -104,7 +105,7 @@ def tracking_of(report: CellReport) -> Tracking:
 
 
 def _check_of(report: CellReport) -> IsClear:
-    """Give the check whether joints, in the units of programs, go straight from row to row and collide with nothing."""
+    """Give the check whether joints, in the units of programs, go from row to row in their travel and hit nothing."""
     units = exported_joints(report.cell.robot, np.ones(report.cell.robot.dof))
 
     @cache
@@ -116,6 +117,8 @@ def _check_of(report: CellReport) -> IsClear:
     @cache
     def is_clear(rows: tuple[tuple[float, ...], ...], tool: int, placement: str) -> bool:
         joints = np.array(rows) / units
+        if is_beyond(report.cell.robot, joints).any():
+            return False
         return not collides_between(collider(placement), joints[:-1], joints[1:], tool).any()
 
     return is_clear

@@ -24,7 +24,7 @@ from robotcell.collision.sweep import collides_between, touch_between
 from robotcell.kinematics.inverse import solve
 from robotcell.motion.joint_move import IsBlocked, Lifting, straight_way
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath
-from robotcell.robot.full_turns import ROUNDING, nearest_turns
+from robotcell.robot.full_turns import is_beyond, nearest_turns
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Joints, Poses
 
@@ -127,13 +127,12 @@ class CellQueries:
 
     def blocked_at(self, placement: int) -> IsBlocked:
         """Give the check whether joint moves collide or leave the travel, with the board at one of its placements."""
-        robot = self.cell.robot
 
         def is_blocked(begin: Joints, end: Joints, tool: int) -> Flags:
             ways = [straight_way(self.cell.tool_point, *ends) for ends in zip(begin, end, strict=True)]
             before, after = (np.concatenate([way[part] for way in ways]) for part in (slice(-1), slice(1, None)))
             hits = collides_between(self.colliders[placement], before, after, self.cell.tools[tool].number)
-            hits |= np.any((after < robot.lowest - ROUNDING) | (after > robot.highest + ROUNDING), axis=1)
+            hits |= is_beyond(self.cell.robot, after)
             return np.array([part.any() for part in np.split(hits, np.cumsum([len(way) - 1 for way in ways])[:-1])])
 
         return is_blocked

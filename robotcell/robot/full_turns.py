@@ -8,6 +8,8 @@ from robotcell.robot.robot import Joints, Robot
 TURN = 2.0 * np.pi
 ROUNDING = 1e-9
 """By how much a joint may be beyond a limit"""
+_SLIGHTLY = 1e-6
+"""Likewise, of the joints of a motion."""
 
 
 def nearest_turns(robot: Robot, q: Joints, near: Joints) -> Joints:
@@ -23,6 +25,11 @@ def nearest_turns(robot: Robot, q: Joints, near: Joints) -> Joints:
 def is_inside(robot: Robot, q: Joints) -> NDArray[np.bool_]:
     """Give which rows (..., dof) some number of whole turns brings within the limits; never rows of NaN."""
     return _whole_turns(robot, q)[2]
+
+
+def is_beyond(robot: Robot, q: Joints) -> NDArray[np.bool_]:
+    """Give which rows (..., dof) are beyond the limits of a joint as they are, without whole turns."""
+    return np.any((q < robot.lowest - _SLIGHTLY) | (q > robot.highest + _SLIGHTLY), axis=-1)
 
 
 def _whole_turns(robot: Robot, q: Joints) -> tuple[Joints, Joints, NDArray[np.bool_]]:

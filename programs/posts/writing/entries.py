@@ -20,8 +20,8 @@ _LONGEST_WAY = 200
 
 _MOST_PLACES = 12
 """At which it is tried to enter, more or less."""
-_PARTS = 24
-"""In which the motion of axes from home is checked where the joints do not go evenly with them."""
+_PART_RAD = math.radians(3.0)
+"""Turn of B or C within which the motion of axes from home is checked as if the joints went evenly with them."""
 
 
 def safe_height(motion: MotionProgram, installation: Installation) -> int | None:
@@ -134,8 +134,10 @@ class _State:
         home, machine = self.installation.home, self.installation.tool_point
         rows: tuple[tuple[float, ...], ...] = (home, reach.joints)
         if machine is not None:  # axes go straight, the joints of the carriage do not
-            begin, shares = machine.axes(np.array([home])), np.linspace(0.0, 1.0, _PARTS + 1)[:, None]
-            joints = machine.joints(begin + shares * (np.array([reach.joints]) - begin))
+            begin = machine.axes(np.array([home]))
+            way = np.array([reach.joints]) - begin
+            parts = math.ceil(float(np.abs(way[0, 3:]).max()) / _PART_RAD)
+            joints = machine.joints(begin + np.linspace(0.0, 1.0, max(parts, 1) + 1)[:, None] * way)
             rows = tuple(tuple(row) for row in joints.tolist())
         return self.is_clear(rows, self.tool, self.placement)
 

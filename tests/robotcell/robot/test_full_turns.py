@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from arms import UR5, apart, dh_arm, library_robot, random_rows
 
-from robotcell.robot.full_turns import ROUNDING, TURN, is_inside, nearest_turns
+from robotcell.robot.full_turns import ROUNDING, TURN, is_beyond, is_inside, nearest_turns
 from robotcell.robot.robot import Joint, Joints, Robot
 
 
@@ -78,3 +78,10 @@ def test_rows_of_nothing_stay_nothing() -> None:
     nothing = np.full((2, 8, 6), np.nan)
     assert not np.any(is_inside(robot, nothing))
     assert np.all(np.isnan(nearest_turns(robot, nothing, np.zeros(6))))
+
+
+def test_a_row_is_beyond_where_one_joint_is_beyond_its_limit_whatever_whole_turns_would_do() -> None:
+    robot = arm((-0.25, 0.25))
+    rows = np.array([[0.0, 0.25], [1.0, -0.25], [0.5, 0.26], [0.5, -0.26], [0.5, 1.0], [1.001, 0.0], [-0.001, 0.0]])
+    rows[:, 1] *= TURN
+    assert is_beyond(robot, rows).tolist() == [False, False, True, True, True, True, True]
