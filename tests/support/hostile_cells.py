@@ -10,6 +10,8 @@ TIGHT = {
     "ur5e-bench": ("wrist_1", "position_deg", [-100, -80]),
     "kr6-bench": ("A5", "position_deg", [64, 68]),
     "irb1200-bench": ("joint_5", "position_deg", [102, 106]),
+    "lrmate-bench": ("J5", "position_deg", [-118, -112]),
+    "cairo-bench": ("J4", "position_deg", [60, 68]),
     "gantry": ("Z", "position_mm", [0, 50]),
 }
 KINDS = ("far", "long-tool", "tight", "upside-down", "table-through-base", "shadow", "post")

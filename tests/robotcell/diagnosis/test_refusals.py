@@ -25,6 +25,7 @@ from specs.progress import no_progress
 MENDED = [(name, kind) for name in ("kr6-bench", "gantry") for kind in KINDS]
 MENDED = [each for each in MENDED if each != ("gantry", "shadow")]
 MENDED += [(name, kind) for name in ("ur5e-bench", "irb1200-bench") for kind in ("shadow", "post", "tight")]
+MENDED += [("lrmate-bench", "tight"), ("cairo-bench", "shadow")]
 """A gantry has no shadow."""
 CAUSES = {
     "far": ("board-out-of-reach", "mm from the first joint"),
