@@ -30,7 +30,6 @@ from programs.posts.rebuilt import (
 from programs.posts.writing.axes import units_of
 from programs.posts.writing.wording import make_name
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Totals, Wait
-from programs.soundness import LARGEST_BYTES
 from specs.read_file import read_file
 from specs.source import NO_SOURCE
 
@@ -38,6 +37,12 @@ _REACH_MM_S, _TURN_DEG_S = 100.0, 90.0
 """Of joint motions, and of turns whose rate the text does not state: assumed."""
 _PART_DEG = 5.0
 """Axes that turn by more than this move in several parts."""
+_MOST_PARTS = 10_000
+"""Of one motion: no axis turns by more than 139 turns at once."""
+_LARGEST_TEXT = 50_000_000
+"""Bytes of all files of a program."""
+_LONGEST_S = 1e7
+_FARTHEST_MM = 1e6
 _ORIGIN = {what: re.compile(rf"\b{what} +(\S.*?)  sha256 (\w+)") for what in ("Board", "Recipe")}
 _CELL = re.compile(r"\bCell +(\S.*?)  robot ")
 
@@ -48,7 +53,7 @@ Flange: TypeAlias = Callable[[tuple[float, ...]], Pose]
 
 def is_foreign(path: Path) -> bool:
     """Whether a path is that of a program in a robot's language: by its suffix, or a folder."""
-    return path.is_dir() or path.suffix.lower() in {each for form in DIALECTS.values() for each in _suffixes(form)}
+    return path.is_dir() or path.suffix.lower() in suffixes()
 
 
 def read_files(path: Path) -> tuple[str, Mapping[str, str]]:
@@ -74,8 +79,19 @@ def read_files(path: Path) -> tuple[str, Mapping[str, str]]:
     kept = [each for each in places if each.suffix.lower() in _suffixes(language)]
     if not path.is_dir() and not language.form.several:
         kept = [each for each in kept if each.stem.startswith(path.stem) or each == path]
-    files = {each.name: _read_text(each) for each in kept or [first]}
+    files: dict[str, str] = {}
+    for each in kept or [first]:
+        files[each.name] = _read_text(each)
+        if sum(map(len, files.values())) > _LARGEST_TEXT:
+            raise ProgramError(
+                f"more than {_LARGEST_TEXT:,} bytes in its files; no robot's program has so many.", file=path
+            )
     return name, _in_order(language, files)
+
+
+def suffixes() -> frozenset[str]:
+    """Give the suffixes, in small letters, of files in robots' languages."""
+    return frozenset(each for language in DIALECTS.values() for each in _suffixes(language))
 
 
 def _suffixes(language: Dialect) -> set[str]:
@@ -84,7 +100,7 @@ def _suffixes(language: Dialect) -> set[str]:
 
 
 def _read_text(path: Path) -> str:
-    data = read_file(path, ProgramError, "robot program", LARGEST_BYTES)
+    data = read_file(path, ProgramError, "robot program", _LARGEST_TEXT)
     try:
         return data.decode("ascii").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
@@ -139,12 +155,13 @@ def rebuild_program(
 
     Raises:
         ProgramError: the reader does not understand a line, or the text moves axes and there are no kinematics, or
-            those of another number of joints.
+            those of another number of joints, or a motion is larger or longer than any of a robot.
     """
     rebuilt = DIALECTS[dialect].read(files)
     playing = _Playing(rebuilt, installation, flange, installation.T_base_board)
     for at, step in enumerate(rebuilt.steps):
         playing.play(at, step)
+        playing.check(at)
     instructions = tuple(sorted(playing.instructions, key=lambda item: item.time_s))
     sprayed, opened = 0.0, None
     for item in instructions:
@@ -188,6 +205,8 @@ class _Playing:
     flange: Flange | None
     T_base_board: Pose
     tool: int = 0
+    nozzle: str = ""
+    """The one whose jet was on last, of the tool that is mounted; empty before."""
     axes: tuple[float, ...] = ()
     """Where the last motion of axes ended: degrees and mm."""
     now: float = 0.0
@@ -220,6 +239,22 @@ class _Playing:
             case _:
                 pass
 
+    def check(self, at: int) -> None:
+        """Refuse a program that is longer than any, or leaves the space of any robot.
+
+        Raises:
+            ProgramError: it is.
+        """
+        far = self.pose is not None and not all(abs(each) <= _FARTHEST_MM for each in self.pose.position)
+        if far or not self.now <= _LONGEST_S:
+            what = f"leads more than {_FARTHEST_MM / 1000:,.0f} m away" if far else f"ends after {self.now:,.0f} s"
+            raise self.error(at, f"this statement {what}; no robot's program does.")
+
+    def error(self, at: int, message: str) -> ProgramError:
+        """Give an error at the place of a step."""
+        place = self.rebuilt.place(at)
+        return ProgramError(message, file=place and place.file, line=place and place.line)
+
     def command(self, keyword: str, *words: str) -> None:
         """Add a command to the cell."""
         self.instructions.append(Command(self.now, keyword, words, NO_SOURCE))
@@ -230,7 +265,7 @@ class _Playing:
         place = step.T_flange_tcp
         fitting = [n for n, tool in tools.items() if place is not None and distance(tool.T_flange_tcp, place) <= 0.01]
         numbered = [int(word) for word in re.findall(r"\d+", step.label) if int(word) in tools]
-        self.tool = next(iter([*fitting, *numbered, *tools]), 0)
+        self.tool, self.nozzle = next(iter([*fitting, *numbered, *tools]), 0), ""
         self.command("NOZZLE", self.installation.tool(self.tool).name, "TOOL", str(self.tool))
 
     def move(self, at: int, step: ReadReach | ReadLine) -> None:
@@ -266,12 +301,14 @@ class _Playing:
             ProgramError: their poses are not known.
         """
         if self.flange is None or len(values) != len(self.installation.joints):
-            place = self.rebuilt.place(at)
             joints = len(self.installation.joints)
             why = "whose poses the kinematics of its cell give" if self.flange is None else f"and the cell has {joints}"
             message = f"this program moves {len(values)} axes, {why}; name the cell that it was made for with --cell."
-            raise ProgramError(message, file=place and place.file, line=place and place.line)
-        rows = list(self.parts(values))
+            raise self.error(at, message)
+        count = self.parts_of(values)
+        if count > _MOST_PARTS:
+            raise self.error(at, f"an axis turns by more than {_MOST_PARTS * _PART_DEG:,.0f} degrees; no robot's does.")
+        rows = list(self.parts(values, count))
         poses = [self.pose_of(row) for row in rows]
         before = [self.pose or poses[0], *poses]
         ways = [distance(a, b) for a, b in zip(before, poses, strict=False)]
@@ -280,11 +317,15 @@ class _Playing:
         for pose, way in zip(poses, ways, strict=True):
             self.arrive(pose, way, lasts_s / len(poses))
 
-    def parts(self, values: tuple[float, ...]) -> Iterator[tuple[float, ...]]:
+    def parts_of(self, values: tuple[float, ...]) -> int:
+        """Give in how many parts a motion of axes is divided."""
+        turns = np.array([joint.kind == "revolute" for joint in self.installation.joints])
+        way = np.abs(np.subtract(values, self.axes or values))[turns]
+        return max(ceil(float(np.max(way, initial=0.0)) / _PART_DEG), 1)
+
+    def parts(self, values: tuple[float, ...], count: int) -> Iterator[tuple[float, ...]]:
         """Divide a motion of axes evenly: rows of axes, the last one its end."""
         begin, end = np.array(self.axes or values), np.array(values)
-        turns = np.array([joint.kind == "revolute" for joint in self.installation.joints])
-        count = max(ceil(float(np.max(np.abs(end - begin)[turns], initial=0.0)) / _PART_DEG), 1)
         return (tuple((begin + part / count * (end - begin)).tolist()) for part in range(1, count + 1))
 
     def joints_of(self, axes: tuple[float, ...]) -> tuple[float, ...]:
@@ -317,11 +358,14 @@ class _Playing:
 
     def switch(self, label: str, value: float, at_s: float) -> None:
         """Begin or end the jet of a valve after its lag; any other output is not shown."""
-        for valve in self.installation.valves.values():
+        for name, valve in self.installation.valves.items():
             channel = valve.channel
             on = value > 0.5
             if label in (channel.name, f"{channel.kind} {channel.number}") and on != self.spraying:
                 lag = valve.open_lag_s if on else valve.close_lag_s
                 self.spraying = on
+                if on and name != self.nozzle:
+                    self.nozzle = name
+                    self.instructions.append(Command(at_s, "NOZZLE", (name, "TOOL", str(self.tool)), NO_SOURCE))
                 self.instructions.append(SetNozzle(at_s + lag, on, NO_SOURCE))
                 return

@@ -62,9 +62,9 @@ def refusal(file: Path) -> str:
 
 
 @contextmanager
-def admit(file: Path) -> Generator[None]:
-    """Allow one file elsewhere for a while, such as a temporary one."""
-    admitted = Confinement((), frozenset({resolve(file)}))
+def admit(*files: Path) -> Generator[None]:
+    """Allow some files elsewhere for a while, such as temporary ones."""
+    admitted = Confinement((), frozenset(map(resolve, files)))
     if not _confinements:
         yield
         return

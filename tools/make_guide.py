@@ -1,6 +1,7 @@
 """Draw the pictures of ``docs/guide.md``: go the guide's way through the real page and take one at each step.
 
-Run it with ``python tools/make_guide.py`` and look at the pictures in ``docs/images/guide-*.png``. It needs chromium.
+Run it with ``python tools/make_guide.py [FOLDER [LAST_STEP]]`` and look at the pictures in ``docs/images/guide-*.png``.
+It needs chromium.
 """
 
 import sys
@@ -13,6 +14,7 @@ sys.path.insert(0, str(ROOT / "tests" / "support"))
 
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium  # noqa: E402
 
+from rulesengine.planning.pipeline import run  # noqa: E402
 from webui.page.project import open_project  # noqa: E402
 from webui.server.server import open_session, serve  # noqa: E402
 
@@ -82,6 +84,7 @@ def save(tab: DrivenPage) -> None:
     tab.page.get_by_text("saved", exact=True).wait_for()
     tab.tab("Board")
     tab.press("Top side")
+    tab.page.mouse.move(700, 10)  # a hint fades slowly
 
 
 def compare(tab: DrivenPage) -> None:
@@ -181,20 +184,24 @@ STEPS: dict[str, Callable[[DrivenPage], None]] = {
 }
 
 
-def draw_guide(folder: Path) -> None:
-    """Take a picture of each step.
+def draw_guide(folder: Path, last: str = "") -> None:
+    """Take a picture of each step, up to the last one of that name.
 
     Raises:
         RuntimeError: the page complained about something on the way.
     """
     with tempfile.TemporaryDirectory() as project, open_chromium() as browser:
-        server = serve(open_session("smt-demo", "smt-aqueous"), open_project(Path(project)), "127.0.0.1", PORT)
+        session = open_session("smt-demo", "smt-aqueous")
+        run(session.recipe, session.board)  # else the first picture shows how long compiling takes
+        server = serve(session, open_project(Path(project)), "127.0.0.1", PORT)
         tab = DrivenPage(browser, server.address, sharpness=1.0, wait_ms=WAIT_MS)
         tab.dismiss_notice()
         for name, step in STEPS.items():
             step(tab)
             tab.page.wait_for_timeout(SETTLE_MS)
             tab.picture(folder / f"guide-{name}.png")
+            if name == last:
+                break
         server.stop()
     if tab.errors:
         raise RuntimeError("\n".join(tab.errors))
@@ -203,4 +210,4 @@ def draw_guide(folder: Path) -> None:
 if __name__ == "__main__":
     if CHROMIUM is None:
         sys.exit(NO_CHROMIUM)
-    draw_guide(Path(sys.argv[1]) if sys.argv[1:] else IMAGES)
+    draw_guide(Path(sys.argv[1]) if sys.argv[1:] else IMAGES, "".join(sys.argv[2:3]))

@@ -91,17 +91,12 @@ def _read_robot_program(path: Path, cell: str | None, output: Path | None) -> "T
     Raises:
         JobError: it is not understood, its cell is not known, or it does not hold what a native program needs.
     """
-    from programs.errors import ProgramError
-    from programs.foreign import check_origin, named_cell, read_files, rebuild_program
-    from robotcell.cell.installation import flange_of, installation_of
-    from robotcell.cell.load import cell_library, read_cell
+    from programs.foreign import check_origin, read_files
+    from reports.files.read_robot_program import find_cell, rebuild_in_cell
+    from robotcell.cell.load import read_cell
 
     dialect, files = read_files(path)
     if output is not None:
         check_origin(files)
-    name = cell or named_cell(files)
-    if not cell and name not in cell_library():
-        named = f"made for cell {name}, which is not in the library" if name else "no cell is named in its header"
-        raise ProgramError(f"{named}; name its cell with --cell.", file=path)
-    loaded = read_cell(name)
-    return rebuild_program(dialect, files, installation_of(loaded), flange_of(loaded.cell))
+    loaded = read_cell(cell) if cell else find_cell(files, path, "name its cell with --cell.")
+    return rebuild_in_cell(dialect, files, loaded)

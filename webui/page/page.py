@@ -11,6 +11,7 @@ from typing import Protocol
 import viser
 
 from boards.board import Board
+from programs.errors import ProgramError
 from programs.plan import Plan
 from recipes.recipe import Recipe
 from rulesengine.planning.pipeline import Run, run
@@ -18,7 +19,8 @@ from specs.errors import JobError
 from specs.progress import Progress
 from specs.source import NO_SOURCE, Source
 from webui.page.project import Project
-from webui.page.session import Change, Selection, Session
+from webui.page.read_back import ReadBack
+from webui.page.session import READ_ONLY, Change, Selection, Session
 from webui.threads.worker import Worker
 
 _log = logging.getLogger(__name__)
@@ -60,7 +62,7 @@ class Page:
                 return
             self._panels = panels
             self._show()
-            if not self.session.planned:
+            if not self.session.planned and self.session.shown is None:
                 self.plan()
 
     def close(self) -> None:
@@ -101,6 +103,8 @@ class Page:
         """
         with self._lock:
             try:
+                if self.session.shown is not None:
+                    raise ProgramError(READ_ONLY)
                 session = change(self.session)
             except Exception as error:
                 if refused is not None and isinstance(error, JobError):
@@ -118,6 +122,19 @@ class Page:
             if not (session.planned or same):
                 self.plan()
             return True
+
+    def open_program(self, shown: ReadBack) -> None:
+        """Show a program that was read; the job goes on when it is closed."""
+        with self._lock:
+            self._cancel_planning()
+            self.show(replace(self.session.showing(shown), sketch=None))
+
+    def close_program(self) -> None:
+        """Show the job again, and plan it if that was not done."""
+        with self._lock:
+            self.show(replace(self.session.resumed(), sketch=None))
+            if not self.session.planned:
+                self.plan()
 
     def remember(self, change: Change) -> None:
         """Change the session apart from board and recipe: nothing is planned again."""
@@ -142,6 +159,8 @@ class Page:
 
     def plan(self) -> None:
         """Plan the session's recipe in the background, in place of an older planning."""
+        if self.session.shown is not None:
+            return
         recipe, board, before = self.session.recipe, self.session.board, self.session.run
         begun, self._planning = time.perf_counter(), (recipe, board)
         self._report_progress("planning", 0.0)

@@ -10,6 +10,7 @@ from pathlib import Path, PurePath
 from boards.load import SUFFIXES, board_library
 from cleaning.parameters.load import load_parameters, parameter_library
 from cleaning.parameters.model import Parameters
+from programs.foreign import suffixes
 from recipes.load import recipe_library
 from reports.files.atomic_write import OutputError, write_bytes_atomically
 from robotcell.cell.load import LoadedCell, cell_library, read_cell
@@ -72,6 +73,25 @@ class Project:
             CellError: it cannot be used.
         """
         return read_cell(name if name in cell_library() else self.locate(name))
+
+    def programs(self) -> list[str]:
+        """Programs in robots' languages to choose from: folders that hold some, ending with ``/``, then files."""
+        files = self._files(tuple(sorted(suffixes())))
+        folders = sorted({f"{PurePath(name).parent.as_posix()}/" for name in files if "/" in name})
+        return [*folders, *files][:_MOST_FILES]
+
+    def locate_program(self, name: str) -> Path:
+        """File or, with ``/`` at its end, folder of a name that a browser sent.
+
+        Raises:
+            ProjectError: it is not inside the folder, or is neither.
+        """
+        if not name.endswith("/"):
+            return self.locate(name)
+        folder = self.locate(f"{name}program").parent
+        if not folder.is_dir():
+            raise ProjectError(f"{name!r} is no folder; choose one of the list.")
+        return folder
 
     def place_of_edited_cell(self, loaded: LoadedCell) -> tuple[str, Path]:
         """Name and file that a cell gets when it is edited: its own in the folder, else those of a copy.
@@ -152,10 +172,7 @@ class Project:
             OutputError: it cannot be written.
         """
         name = unicodedata.normalize("NFC", name)  # some systems send letters and their accents apart
-        if _NAME.fullmatch(name) is None:
-            raise ProjectError(f"{name[:40]!r} cannot be kept; use letters, digits, blanks and . _ - + in its name.")
-        if len(name.encode()) > _LONGEST_FILE:
-            raise ProjectError(f"{name[:40]!r}… is too long a name; shorten it to {_LONGEST_FILE} bytes.")
+        check_name(name)
         if not name.lower().endswith(SUFFIXES):
             raise ProjectError(f"{name}: no reader for this kind of file. Known are {', '.join(SUFFIXES)}.")
         if len(content) > LARGEST_UPLOAD:
@@ -232,6 +249,18 @@ def open_project(folder: Path) -> Project:
     if not folder.is_dir():
         raise ProjectError(f"{folder}: no such folder; name the one that holds your boards and recipes.")
     return Project(folder.resolve())
+
+
+def check_name(name: str) -> None:
+    """Refuse the name of an upload that cannot be that of a file everywhere.
+
+    Raises:
+        ProjectError: it is none.
+    """
+    if _NAME.fullmatch(name) is None:
+        raise ProjectError(f"{name[:40]!r} cannot be kept; use letters, digits, blanks and . _ - + in its name.")
+    if len(name.encode()) > _LONGEST_FILE:
+        raise ProjectError(f"{name[:40]!r}… is too long a name; shorten it to {_LONGEST_FILE} bytes.")
 
 
 def _can_name(name: str) -> bool:

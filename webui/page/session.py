@@ -22,6 +22,9 @@ from webui.page.document import Document
 from webui.page.evaluations import Analysed, Checked
 from webui.page.project import Project
 from webui.page.proposal import Proposal
+from webui.page.read_back import ReadBack
+
+READ_ONLY = "A robot's program is shown, which cannot be edited; press Close the program in the tab Program first."
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +68,10 @@ class Session:
     """Newest analysis; it may be of an older program or with other parameters."""
     proposal: Proposal | None = None
     """Proposal of tuning, neither accepted nor discarded yet; it may be of an older text."""
+    shown: ReadBack | None = None
+    """A robot's program that was read; it is shown in place of the job, and nothing can be edited."""
+    job: "Session | None" = None
+    """The session that goes on when the program is closed."""
     opened: frozenset[Path] = frozenset()
     """Files that were read to open the first session of a page, links resolved; they may be read again."""
 
@@ -81,7 +88,14 @@ class Session:
     @property
     def plan(self) -> Plan | None:
         """The newest plan: a sketch is newer than the run."""
+        if self.shown is not None:
+            return self.shown.run.plan
         return self.run.plan if self.sketch is None and self.run is not None else self.sketch
+
+    @property
+    def timed(self) -> Run | None:
+        """The run whose program is shown: the newest one, or that of a program that was read."""
+        return self.run if self.shown is None else self.shown.run
 
     @property
     def planned(self) -> bool:
@@ -95,6 +109,8 @@ class Session:
         Raises:
             ProgramError: it is not planned yet.
         """
+        if self.shown is not None:
+            raise ProgramError(READ_ONLY)
         if self.run is None or not self.planned:
             raise ProgramError(
                 "the recipe as it is now is not planned yet; wait until it is, or correct what prevents it."
@@ -113,7 +129,7 @@ class Session:
         """The run as it is played: as the robot executes it, where that was checked."""
         check = self.check
         if check is None or check.motion is None:
-            return self.run
+            return self.timed
         return replace(check.run, program=check.program)
 
     @property
@@ -131,6 +147,16 @@ class Session:
         if self.selection.made_by or self.analysis is None:
             return frozenset({self.selection.made_by}) - {NO_SOURCE}
         return self.analysis.makers_of(self.selection.component)
+
+    def showing(self, shown: ReadBack) -> "Session":
+        """Session that shows a program in place of the job, which is kept."""
+        job = self.job or self
+        board = replace(job, cell_name="", cell=None).with_board(shown.board_name, shown.run.board)
+        return replace(board, shown=shown, job=job)
+
+    def resumed(self) -> "Session":
+        """The job as it was when a program was opened."""
+        return self.job or self
 
     def with_document(self, document: Document) -> "Session":
         """Session with another document.

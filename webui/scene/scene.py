@@ -92,7 +92,7 @@ class Scene:
             self.robot.show_cell(None if session.cell is None else session.cell.cell)
         if before is None or session.plan is not before.plan:
             self.strokes = [] if session.plan is None else strokes.stroke_lines(session.plan)
-            self.spans = [] if session.run is None else self._spans(session.run)
+            self.spans = [] if session.timed is None else self._spans(session.timed)
             self._draw_strokes(session)
         selected = session.selection, session.lit
         if before is None or session.plan is not before.plan or selected != (before.selection, before.lit):
@@ -105,8 +105,8 @@ class Scene:
         if view.components_by != before.components_by:
             self._draw_ground(session)
         if replace(view, components_by=before.components_by) != before:
-            if view.strokes_by != before.strokes_by and session.run is not None:
-                self.spans = self._spans(session.run)
+            if view.strokes_by != before.strokes_by and session.timed is not None:
+                self.spans = self._spans(session.timed)
             self._draw_strokes(session)
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:

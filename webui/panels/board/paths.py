@@ -50,10 +50,10 @@ class PathsPanel:
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        if before is None or session.run is not before.run:
+        if before is None or session.timed is not before.timed:
             self._show_boxes(session)
             self._legend.content = legend_html(self._scene.legends.get("strokes", {}).items())
-        if before is None or session.run is not before.run or session.selection != before.selection:
+        if before is None or session.timed is not before.timed or session.selection != before.selection:
             self._card.content = card_html(session, self._scene.strokes)
         self._line.show(session, before)
 
@@ -89,7 +89,7 @@ class PathsPanel:
 
     def _origins(self) -> list[Source]:
         """Origins of strokes, each once, in the order of the program."""
-        return list(dict.fromkeys(line.made_by for line in self._scene.strokes))
+        return list(dict.fromkeys(line.made_by for line in self._scene.strokes if line.made_by))
 
     def _select(self, button: str) -> None:
         steps = _STEPS[button]

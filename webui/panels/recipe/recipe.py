@@ -10,11 +10,12 @@ from webui.forms.entries import SECTIONS, Entry, default_entry, kinds_of
 from webui.forms.fields import Field, describe, field_at
 from webui.forms.spec_form import SpecForm, reason_of
 from webui.page.page import Page
-from webui.page.session import Change, Session
+from webui.page.session import READ_ONLY, Change, Session
 from webui.panels.recipe.entry_card import card_html
 from webui.panels.widgets.choices import on_choice
 from webui.panels.widgets.dialog import Dialog
 from webui.scene.scene import Scene
+from webui.theme.html import quiet_html
 
 _NOTHING: str = "none"
 _ADD, _DUPLICATE, _RENAME, _REMOVE, _UP, _DOWN = "Add", "Copy", "Rename", "Remove", "Up", "Down"
@@ -59,6 +60,9 @@ class RecipePanel:
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session; the form follows the stroke that is selected."""
+        if session.shown is not None or (before is not None and before.shown is not None):
+            self._lock(session)
+            return
         selected = before is not None and session.selection.made_by != before.selection.made_by
         self._at = (entries.entry_at(session.recipe, session.selection.made_by) if selected else None) or self._at
         shown = None if self._entry is None else self._entry.path
@@ -68,6 +72,17 @@ class RecipePanel:
             self._card.content = card_html(session, self._entry, self._section.value)
         if self._entry is not None and self._entry.path != shown:
             self._form.reset()
+
+    def _lock(self, session: Session) -> None:
+        """Take the inputs away while a robot's program is shown; the reason stands in their place."""
+        locked = session.shown is not None
+        self._section.visible = not locked
+        if not locked:
+            self._show_entry(session)
+            return
+        self._choice.visible = self._edit.visible = self._order.visible = False
+        self._card.content = quiet_html(READ_ONLY)
+        self._form.show((), {})
 
     def _show_entry(self, session: Session) -> None:
         section = Entry(self._at, "").section

@@ -6,10 +6,10 @@ from specs.errors import JobError
 from webui.forms.spec_form import reason_of
 from webui.page.document import Document
 from webui.page.page import Page
-from webui.page.session import Session
+from webui.page.session import READ_ONLY, Session
 from webui.panels.widgets.dialog import Dialog
 from webui.scene.scene import Scene
-from webui.theme.html import box_html, remark_html, sticky_html
+from webui.theme.html import box_html, quiet_html, remark_html, sticky_html
 from webui.theme.palette import ACCENT, QUIET, to_hex
 
 _OPEN, _SAVE, _SAVE_AS, _UNDO, _REDO, _APPLY, _REVERT = (
@@ -46,7 +46,8 @@ class TextPanel:
         self._note = gui.add_html(sticky_html(_TYPED), visible=False)
         with gui.add_folder(None):
             texts = gui.add_button_group("Text", (_APPLY, _REVERT), hint="What was typed above.")
-        for group in (files, edits, texts):
+        self._groups = (files, edits, texts)
+        for group in self._groups:
             group.on_click(lambda event: self.do(event.target.value))
         self._text.on_update(lambda _: self._mark())
         self._seen = ""
@@ -59,6 +60,12 @@ class TextPanel:
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session; text that was typed and not applied stays."""
+        if before is None or session.shown is not before.shown:
+            locked = session.shown is not None
+            self._text.disabled = locked
+            for group in self._groups:
+                group.visible = not locked
+            self._state.content = quiet_html(READ_ONLY) if locked else state_html(session.document)
         if before is not None and session.document is before.document:
             return
         self._state.content = state_html(session.document)

@@ -69,7 +69,8 @@ def now_html(playable: Playable, shown: Moment, now_s: float) -> str:
     """Time, function, speed, instruction and recipe line at a time of the program."""
     line = render_line(playable.run.program, shown.instruction).partition(";")[0].rstrip()
     place = recipe_line(playable.loaded, shown.made_by)
-    doing = f"{shown.function}, {shown.speed_mm_s:.0f} mm/s, jet {'on' if len(shown.rim) else 'off'}"
+    function = f"{shown.function}, " if shown.function else ""
+    doing = f"{function}{shown.speed_mm_s:.0f} mm/s, jet {'on' if len(shown.rim) else 'off'}"
     origin = (
         '<div style="display:flex;justify-content:space-between;gap:12px;white-space:nowrap">'
         f'<span style="overflow:hidden;text-overflow:ellipsis">{escape(str(shown.made_by))}</span>'
@@ -123,10 +124,10 @@ class PlaybackPanel:
 
     def show(self, session: Session, before: Session | None) -> None:
         """Take a new run; it is prepared when it is to be played, or nothing changes for a while."""
-        if before is not None and session.run is before.run and session.check is before.check:
+        if before is not None and session.timed is before.timed and session.check is before.check:
             return
         self._player.pause()
-        if session.run is None:
+        if session.timed is None:
             self._forget()
             return
         with self._lock:

@@ -42,8 +42,8 @@ class StatusPanel:
         self._html.content = status_html(session, self._page.planned_s, self._what, self._share)
         stopped = self._what in _STOPPED
         self._button.label = _PLAN if stopped else _CANCEL
-        if session.planned or stopped:
-            self._button.visible = stopped and not session.planned
+        if session.planned or stopped or session.shown is not None:
+            self._button.visible = stopped and not session.planned and session.shown is None
 
     def _show_progress(self, what: str, done: float) -> None:
         begins, same, now_s = what == "planning" and done == 0.0, what == self._what, time.monotonic()
@@ -64,7 +64,7 @@ class StatusPanel:
         """Timer after which planning can be cancelled."""
 
         def offer() -> None:
-            if not self._page.session.planned:
+            if not self._page.session.planned and self._page.session.shown is None:
                 self._button.visible = True
 
         timer = threading.Timer(_PATIENCE_S, offer)
@@ -74,9 +74,11 @@ class StatusPanel:
 
 def status_html(session: Session, planned_s: float | None, what: str, share: float) -> str:
     """Duration and liquid of the program, and whether it is of the recipe as it is now."""
-    run = session.run
+    run, shown = session.timed, session.shown
     star = " \N{BULLET}" if session.document.dirty else ""
     names = f"{session.board.name} \N{MULTIPLICATION SIGN} {session.document.file.stem}{star}"
+    if shown is not None:
+        names = f"{session.board.name} \N{MULTIPLICATION SIGN} {shown.name}"
     rows = [f'<div style="white-space:nowrap;overflow:hidden;text-overflow:ellipsis">{escape(names)}</div>']
     if run is not None:
         litres = sum(litres for _, litres in run.program.totals.liquid_l)
@@ -84,9 +86,11 @@ def status_html(session: Session, planned_s: float | None, what: str, share: flo
             '<div style="display:flex;justify-content:space-between;align-items:baseline;'
             'font-variant-numeric:tabular-nums">'
             f'<span data-total style="font-size:22px;font-weight:600">{clock(run.program.totals.duration_s)}</span>'
-            f'<span style="font-size:15px">{litres:.1f} l</span></div>'
+            f'<span style="font-size:15px">{f"{litres:.1f} l" if shown is None else ""}</span></div>'
         )
-    if run is not None and session.planned:
+    if shown is not None:
+        rows.append(_line(f"Read from {shown.language}. Nothing can be edited."))
+    elif run is not None and session.planned:
         took = f"Planned in {planned_s:.2f} s." if planned_s is not None else "Planned."
         counts = Counter(finding.severity for finding in run.findings)
         found = ", ".join(amount(counts[severity], severity) for severity in _SEVERITIES if counts[severity])

@@ -9,6 +9,7 @@ from webui.cards.finding_list import mistakes_html
 from webui.downloads.downloads import RobotProgram, download_program, forbidding, make_program
 from webui.page.page import Page
 from webui.page.session import Session
+from webui.panels.robot.read_back import ReadBackCard
 from webui.panels.robot.text_preview import TextPreview
 from webui.panels.widgets.choices import AllowedRules, offer, on_choice
 from webui.panels.widgets.job import RunButton
@@ -40,12 +41,14 @@ class ProgramPanel:
             color="gray",
             hint="The same bytes as the command line writes; several files as a zip.",
         )
+        self._read = ReadBackCard(page)
         on_choice(self._language, lambda _: self._choose())
         self._download.on_click(lambda _: self._send())
         self._notes.content = quiet_html(DIALECTS[self._names[self._language.value]].notes)
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
+        self._read.show(session, before)
         if before is None or session.cell_name != before.cell_name:
             self._propose_language(session)
         if before is None or session.check is not before.check or session.cell is not before.cell:
