@@ -14,7 +14,7 @@ from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
 from programs.posts.dialects import DIALECTS, Dialect
 from programs.posts.proving.agreement import Agreement
-from programs.posts.proving.findings import check_routines, check_size, check_time
+from programs.posts.proving.findings import check_routines, check_short, check_size, check_time
 from programs.posts.proving.predict import predict
 from programs.posts.proving.proof import prove
 from programs.posts.rebuilt import Rebuilt
@@ -103,6 +103,7 @@ def write_motion(language: Dialect, motion: MotionProgram, installation: Install
     forecast = predict(rebuilt, agreement, motion, installation, controller)
     found = (
         *check_time(forecast, controller),
+        *check_short(forecast),
         *check_routines(stops, language.most_steps),
         *check_size(files, rebuilt, controller),
     )

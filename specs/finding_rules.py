@@ -302,6 +302,13 @@ SLOWER_ON_CONTROLLER = FindingRule(
 TOO_MANY_POINTS = FindingRule(
     "too-many-points", "warning", "a file of the program is longer than its controller is known to take", _PROGRAMS
 )
+SHORT_MOVES = FindingRule(
+    "short-moves",
+    "info",
+    "moves take less than 20 ms at their commanded speed while a jet is on; info if all are at corners, else warning",
+    _PROGRAMS,
+    also="warning",
+)
 STOPS_FOR_OUTPUT = FindingRule("stops-for-output", "warning", "the controller stops for every output", _PROGRAMS)
 WAITS_FOR_VALVE = FindingRule(
     "waits-for-valve", "info", "the robot waits because a signal cannot leave earlier", _PROGRAMS

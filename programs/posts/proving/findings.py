@@ -2,14 +2,14 @@
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from programs.posts.dialect import ProgramFiles
 from programs.posts.rebuilt import ReadLine, ReadReach, Rebuilt
 from programs.timing.controller import Controller
 from programs.timing.forecast import Cause, Forecast
 from specs.finding import Finding
-from specs.finding_rules import SLOWER_ON_CONTROLLER, TOO_MANY_POINTS
+from specs.finding_rules import SHORT_MOVES, SLOWER_ON_CONTROLLER, TOO_MANY_POINTS
 from specs.source import NO_SOURCE
 
 MOST_RATIO = 1.10
@@ -60,6 +60,22 @@ def check_time(forecast: Forecast, controller: Controller) -> Iterator[Finding]:
     if named:
         message += f" Remedy: {_REMEDIES[named[0][0]].remedy}."
     yield Finding(SLOWER_ON_CONTROLLER, message, named[0][3].made_by if named else NO_SOURCE)
+
+
+def check_short(forecast: Forecast) -> Iterator[Finding]:
+    """Report moves that take less than 20 ms while a jet is on, and the entries of the recipe that they come from."""
+    if not forecast.short:
+        return
+    shortest = min(forecast.short, key=lambda move: move.nominal_s)
+    elsewhere = sum(not move.at_corner for move in forecast.short)
+    where = Counter(str(replace(move.made_by, components=())) or "program" for move in forecast.short)
+    listed = ", ".join(f"{count} of {source}" for source, count in where.most_common())
+    message = (
+        f"{len(forecast.short)} of {len(forecast.moves)} moves take less than 20 ms with a jet on, "
+        f"{f'{elsewhere} of them not at a corner' if elsewhere else 'all at corners'}: {listed}; the shortest "
+        f"{1e3 * shortest.nominal_s:.1f} ms. Controllers drive them unevenly: plan wider corners or less speed there."
+    )
+    yield Finding(SHORT_MOVES, message, shortest.made_by, override="warning" if elsewhere else None)
 
 
 def check_routines(stops: int, most_steps: int) -> Iterator[Finding]:

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from installations import ARM_LANGUAGES
+from installations import ARM_LANGUAGES, MACHINE_LANGUAGES
 from robot_programs import PROGRAMS, joints_of
 
 from programs.errors import ProgramError
@@ -79,6 +79,21 @@ def test_a_library_robot_takes_the_languages_of_its_maker_and_no_others(dialect:
         assert is_a_sentence(str(caught.value))
         assert MAKER_NAMES[language.maker] in str(caught.value)
         assert installed(cell).robot in str(caught.value)
+
+
+@pytest.mark.parametrize("cell", cell_library())
+def test_a_library_cell_takes_the_languages_of_machines_if_it_states_tool_points(cell: str) -> None:
+    installation = installed(cell)
+    for dialect in MACHINE_LANGUAGES:
+        language = DIALECTS[dialect]
+        if installation.tool_point is not None:
+            check_maker(language, installation)
+            continue
+        with pytest.raises(ProgramError) as caught:
+            check_maker(language, installation)
+        assert is_a_sentence(str(caught.value))
+        assert language.title in str(caught.value)
+        assert installation.cell in str(caught.value)
 
 
 @pytest.mark.parametrize("dialect", ARM_LANGUAGES)

@@ -7,6 +7,8 @@ from installations import small_cell
 from robot_programs import PROGRAMS
 
 from programs.export import Exported, export
+from programs.posts.proving.findings import check_short
+from specs.source import Source
 
 
 def with_controller(**values: float) -> Exported:
@@ -44,6 +46,23 @@ def test_a_file_that_is_longer_than_the_controller_takes_is_a_finding(word: str)
     message = rules(with_controller(**{word: 1}))["too-many-points"]
     assert word in message
     assert "the cell" in message
+
+
+@pytest.mark.parametrize(("at_corner", "severity"), [(True, "info"), (False, "warning")])
+def test_moves_that_are_short_while_a_jet_is_on_are_stated_with_where_they_come_from(
+    at_corner: bool, severity: str
+) -> None:
+    forecast = with_controller().forecast
+    assert forecast is not None
+    assert list(check_short(replace(forecast, moves=tuple(each for each in forecast.moves if not each.spraying)))) == []
+    sprayed = next(each for each in forecast.moves if each.spraying)
+    source = Source(0, "around", ("U1", "U2"))
+    short = replace(sprayed, nominal_s=0.0125, at_corner=at_corner, made_by=source)
+    (found,) = check_short(replace(forecast, moves=(*forecast.moves, short, replace(short, nominal_s=0.015))))
+    assert found.severity == severity
+    assert "2 of sequence[0]/around" in found.message
+    assert "12.5 ms" in found.message
+    assert found.made_by == source
 
 
 def test_a_way_that_no_routine_holds_is_divided_by_stops() -> None:
