@@ -80,6 +80,7 @@ def _missed(evidence: Evidence, reach: Reach) -> Judgement:
 def _amount(evidence: Evidence, reach: Reach) -> Judgement:
     limits, (least, low, _) = evidence.parameters.limits, reach.exposed.volume_mm
     limit = limits.wash_volume_mm if reach.use == "wash" else limits.rinse_volume_mm
+    compared = [f"limits.{reach.use}_volume_mm"]
     numbers = [Number("volume, 5th percentile", low, "mm", limit), Number("volume, least", least, "mm")]
     share = low / limit
     most = f"at most {two_digits(low)} mm" if share >= _NOTHING else f"less than {_NOTHING * limit:g} mm"
@@ -87,6 +88,7 @@ def _amount(evidence: Evidence, reach: Reach) -> Judgement:
         f"The least wetted twentieth of its exposed surface gets {most} in {reach.functions} (limit {limit:g} mm)."
     )
     if reach.use == "wash" and limits.front_s > 0:
+        compared.append("limits.front_s")
         front = reach.exposed.front_s[1]
         numbers.append(Number("time in the wave front, 5th percentile", front, "s", limits.front_s))
         because += f" It is in the wave front for {two_digits(front)} s (limit {limits.front_s:g} s)."
@@ -107,8 +109,14 @@ def _amount(evidence: Evidence, reach: Reach) -> Judgement:
         numbers=tuple(numbers),
         because=because,
         advice="" if verdict == "clean" else advice,
+        calibrated=all(_has_source(evidence, path) for path in compared),
         stage=reach.made_by,
     )
+
+
+def _has_source(evidence: Evidence, path: str) -> bool:
+    """Whether a limit rests on more than our proposal or made-up data."""
+    return evidence.parameters.known(path).known not in ("proposed", "synthetic")
 
 
 def _load(evidence: Evidence, stage: Stage, exposed: ExposedPart) -> Iterator[Judgement]:

@@ -50,7 +50,7 @@ class Judgement:
     variant: str = ""
     """Which of the rule's cases it is, such as ``"shadowed"``; empty if the rule's title names it."""
     calibrated: bool = False
-    """Rests on kinetics that were fitted to measurements, which raises grade C to B."""
+    """Rests on kinetics that were fitted to measurements, or on limits that have a source: raises grade C to B."""
     stage: Source = NO_SOURCE
     """``made_by`` of the stage; empty for all together."""
     where: tuple[float, float, float] | None = None

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 Grade: TypeAlias = Literal["A", "B", "C"]
-"""A: geometry and balances; B: physics with parameters from the literature; C: uncalibrated kinetics."""
+"""A: geometry and balances; B: physics, parameters of the literature; C: uncalibrated kinetics, proposed limits."""
 Verdict: TypeAlias = Literal["clean", "marginal", "dirty", "no verdict"]
 """As predicted. ``no verdict``: outside of what the model holds for."""
 VERDICTS: tuple[Verdict, ...] = ("dirty", "marginal", "no verdict", "clean")
@@ -46,7 +46,7 @@ UNDER_EXPOSED = Rule(
     "R2",
     "under-exposed",
     "Too little solution lands on an exposed surface, or the wave front passes too quickly.",
-    "A",
+    "C",
     ("dirty", "marginal", "clean"),
 )
 DAMAGE_RISK = Rule("R3", "damage risk", "The jet presses harder than a component is stated to bear.", "A", ("dirty",))

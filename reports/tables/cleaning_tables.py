@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 GRADES: dict[Grade, str] = {
     "A": "geometry and balances",
     "B": "physics, with parameters from the literature or proposed",
-    "C": "removal kinetics: for ranking only, until they are calibrated",
+    "C": "removal kinetics, or a limit that is only proposed: for ranking only, until calibrated",
 }
 
 VERDICT_WORDS: dict[Verdict, str] = {

@@ -65,7 +65,7 @@ def test_what_is_never_hit_is_missed_and_what_stands_before_it_is_named():
 def test_the_least_wetted_places_decide_on_exposure(low, verdict):
     judged = one(judge_part(washed(low=low)), "R2")
     assert judged.verdict == verdict
-    assert judged.grade == "A"
+    assert judged.grade == "C"
     assert judged.numbers[0].limit == 5.0
 
 
@@ -274,9 +274,14 @@ def test_a_higher_bound_that_is_no_thin_gap_is_said():
 
 def test_a_clean_part_is_as_sure_as_the_least_sure_of_what_makes_it_clean():
     judged = judge_part(evidence((gap(),)))
-    assert {each.grade for each in judged} == {"A", "C"}
-    assert (judged[0].rule.id, judged[0].grade) == ("R7", "C")
-    assert judge_part(evidence())[0].grade == "A"
+    assert {(each.rule.id, each.grade) for each in judged} == {("R2", "C"), ("R7", "C")}
+    assert judged[0].grade == "C"
+    shown = {f"limits.{use}_volume_mm": Provenance(known="source", source="a document") for use in ("wash", "rinse")}
+    stated = PARAMETERS.model_copy(update={"provenance": {**PARAMETERS.provenance, **shown}})
+    surer = judge_part(evidence((gap(),), stated))
+    assert {each.grade for each in surer if each.rule.id == "R2"} == {"B"}
+    assert (surer[0].rule.id, surer[0].grade) == ("R7", "C")
+    assert judge_part(evidence())[0].grade == "C"
 
 
 def test_what_shows_nothing_and_has_no_gap_is_not_judged():
@@ -340,3 +345,23 @@ def test_what_a_part_does_not_bear_has_the_grade_of_its_rule():
     judged = judge_part(evidence(override=PartOverride(match=["U1"], most_kpa=0.2, window_c=(0, 50))))
     found = {each.rule.id: each.grade for each in judged if each.verdict == "dirty"}
     assert found == {"R3": grades["R3"], "R13": grades["R13"]}
+
+
+@pytest.mark.parametrize(
+    ("known", "grade"),
+    [("proposed", "C"), ("synthetic", "C"), ("literature", "B"), ("source", "B"), ("calibrated", "B")],
+)
+def test_too_little_is_as_sure_as_the_limit_it_is_compared_with(known, grade):
+    source = Provenance(known=known, source="a document")
+    stated = PARAMETERS.model_copy(update={"provenance": {**PARAMETERS.provenance, "limits.wash_volume_mm": source}})
+    little = replace(washed(low=0.1), parameters=stated)
+    judged = one(judge_part(little), "R2")
+    assert (judged.verdict, judged.grade) == ("dirty", grade)
+
+
+def test_the_least_sure_of_the_limits_counts_and_only_never_hit_has_grade_a():
+    source = Provenance(known="source", source="a document")
+    stated = with_limits(front_s=5.0)
+    stated = stated.model_copy(update={"provenance": {**stated.provenance, "limits.wash_volume_mm": source}})
+    assert one(judge_part(replace(washed(front=0.1), parameters=stated)), "R2").grade == "C"
+    assert one(judge_part(washed(missed=0.3)), "R1").grade == "A"
