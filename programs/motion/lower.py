@@ -147,10 +147,13 @@ def _lower_line(line: Line, capability: Capability) -> Iterator[Step]:
 
 
 def _at_speed(step: Step, capability: Capability) -> Step:
-    """Command a line at a speed that the language has, at which it is no short move."""
+    """Command a line at a speed that the language has, at which it is no short move; turns on the spot keep their rate.
+
+    A controller takes the rate of such a turn from its motion as a whole, wherever it is divided for a signal.
+    """
     if not isinstance(step, Line):
         return step
-    line = limit_speed(step) if capability.least_part_s else step
+    line = limit_speed(step) if capability.least_part_s and not step.turns_on_the_spot else step
     # A plateau of 40 mm/s reads 39.98 where its time was rounded up: what is nearly a step is one.
     steps = max(math.floor(line.speed_mm_s / capability.step_mm_s + _NEARLY), 1)
     return replace(line, speed_mm_s=steps * capability.step_mm_s if line.speed_mm_s > 0.0 else 0.0)

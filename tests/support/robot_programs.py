@@ -7,7 +7,20 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from small_plans import JET, LIMITS, Axes, down, leaning, pause, plan_of, random_plan, spray, transfer
+from small_plans import (
+    JET,
+    LIMITS,
+    PASS,
+    TRANSFER,
+    Axes,
+    down,
+    leaning,
+    pause,
+    plan_of,
+    random_plan,
+    spray,
+    transfer,
+)
 
 from boards.load import load_board
 from geometry.frames import align_signs
@@ -81,7 +94,7 @@ def in_flight() -> TimedProgram:
     )
     end_s = program.totals.duration_s
     moments = [0.3, 0.55, 0.7, 0.9, 1.1, 1.3, 1.5, 1.7, 1.85, 2.0, 2.6, end_s - 0.25]
-    switches = [SetNozzle(moment, number % 2 == 0, "s/flight") for number, moment in enumerate(moments)]
+    switches = [SetNozzle(moment, number % 2 == 0, Source.parse("s/flight")) for number, moment in enumerate(moments)]
     told = sorted((*program.instructions, *switches), key=lambda item: item.time_s)
     return replace(program, instructions=tuple(told))
 
@@ -128,9 +141,9 @@ def bottom() -> TimedProgram:
         *begin(),
         transfer([[0, 0, 110], [-60, 0, 110]]),
         command("CALL", "flip_to_bottom"),
-        Transfer(np.array([[-60, 0, 110], [-60, 0, -110]], dtype=np.float64), *over, 100.0, "s/transfer"),
+        Transfer(np.array([[-60, 0, 110], [-60, 0, -110]], dtype=np.float64), *over, 100.0, TRANSFER),
         transfer([[-60, 0, -110], [0, 0, -50]], axes=up),
-        SprayPass(np.array([[0, 0, -50], [50, 5, -50]], dtype=np.float64), *up, 55.0, JET, "s/pass"),
+        SprayPass(np.array([[0, 0, -50], [50, 5, -50]], dtype=np.float64), *up, 55.0, JET, PASS),
     ]
     return time_plan(plan_of(*items), LIMITS)
 

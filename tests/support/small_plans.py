@@ -74,11 +74,11 @@ def random_plan(seed: int, count: int) -> Plan:
         approach, reference = np.vstack([part[0] for part in parts]), np.vstack([part[1] for part in parts])
         speed = float(rng.uniform(5.0, 200.0))
         if rng.random() < 0.6:
-            items.append(spray(tcp, speed, (approach, reference), f"s/pass/{number}"))
+            items.append(spray(tcp, speed, (approach, reference), Source.parse(f"s/pass/{number}")))
         else:
             items.append(transfer(tcp, speed, (approach, reference)))
         if rng.random() < 0.3:
-            items.append(pause(float(rng.uniform(0.0, 1.0)), f"s/pass/{number}"))
+            items.append(pause(float(rng.uniform(0.0, 1.0)), Source.parse(f"s/pass/{number}")))
         here, yaw = tcp[-1], float(headings[-1])
         tilt = float(np.arccos(np.clip(-approach[-1, 2], -1.0, 1.0)))
     return plan_of(*items)

@@ -71,6 +71,8 @@ class Rapid(Syntax):
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
         super().__init__(dialect, lowered, installation)
         self.tool, self.board = "tool0", "wobj0"
+        self.in_motions: set[str] = set()
+        """Tools and work objects that motions name: one that is changed again before any is not declared."""
         self.speeds: dict[str, str] = {}
         self.triggers: dict[str, str] = {}
         """Name of each trigger by its definition; events that define the same share one."""
@@ -82,17 +84,22 @@ class Rapid(Syntax):
         triggers = [self.trigger(event) for event in line.events]
         marks = [f"\\T{n}:={trigger}" for n, trigger in enumerate(triggers[1:], start=2)]
         switched = "".join([f",{trigger}" for trigger in triggers[:1]] + marks)
-        yield f"{'TriggL' if triggers else self.move} {way}{switched},{zone},{self.tool}\\WObj:={self.board};"
+        yield f"{'TriggL' if triggers else self.move} {way}{switched},{zone},{self.frames()};"
 
     def reach(self, reach: Reach) -> Iterator[str]:
         """Write ``MoveAbsJ`` and the line that is left, or ``MoveJ``."""
-        frames = f"fine,{self.tool}\\WObj:={self.board};"
+        frames = f"fine,{self.frames()};"
         self.speeds[REACH_SPEED] = "[100,500,5000,1000]"
         if reach.joints:
             seconds = self.pace(reach).seconds  # of the whole motion, in place of a speed
             lasting = "" if seconds is None else f"\\T:={fixed(seconds, 3)}"
             yield f"MoveAbsJ {self.joint_target(reach.joints)}\\NoEOffs,{REACH_SPEED}{lasting},{frames}"
         yield f"{'MoveL' if reach.joints else 'MoveJ'} {self.point(reach.target)},{REACH_SPEED},{frames}"
+
+    def frames(self) -> str:
+        """Name tool and work object in a motion."""
+        self.in_motions |= {self.tool, self.board}
+        return f"{self.tool}\\WObj:={self.board}"
 
     def use(self, step: UseTool | UseBoard) -> Iterable[str]:
         """Name tool and work object of the motions that follow."""
@@ -144,7 +151,7 @@ class Rapid(Syntax):
         """Go to ``jHome``."""
         if self.installation.home:
             self.speeds[REACH_SPEED] = "[100,500,5000,1000]"
-            yield f"MoveAbsJ jHome\\NoEOffs,{REACH_SPEED},fine,{next(iter(self.tools), 'tool0')};"
+            yield f"MoveAbsJ jHome\\NoEOffs,{REACH_SPEED},fine,{self.first_tool() or 'tool0'};"
 
     def begin_production(self) -> Iterator[str]:
         """Connect the fault routine too."""
@@ -159,11 +166,12 @@ class Rapid(Syntax):
 
     def declarations(self) -> Iterator[str]:
         """Declare tools, work objects, speeds, triggers and counters."""
-        for name, tool in self.tools.items():
+        named = self.in_motions | ({self.first_tool()} if self.rises or self.installation.home else set())
+        for name, tool in ((name, tool) for name, tool in self.tools.items() if name in named):
             middle_mm = max(0.5 * tool.T_flange_tcp.position[2], 1.0)  # a centre of gravity at 0 is refused
             weight = f"[{short(tool.mass_kg, 3)},[0,0,{fixed(middle_mm, 1)}],[1,0,0,0],0,0,0]"
             yield f"PERS tooldata {name}:=[TRUE,{_pose(tool.T_flange_tcp)},{weight}];"
-        for name, place in self.boards.items():
+        for name, place in ((name, place) for name, place in self.boards.items() if name in named):
             yield f'PERS wobjdata {name}:=[FALSE,TRUE,"",{_pose(place)},[[0,0,0],[1,0,0,0]]];'
         if self.rises:
             yield f"VAR robtarget pStart:=[[0,0,0],[1,0,0,0],[0,0,0,0],{_NO_AXES}];"

@@ -70,8 +70,11 @@ class LineRecord(Record):
         """Give the speed of a part of a line that is commanded no faster than evenly in 21 ms, if it takes as long."""
         first, last = ends
         lasts_s = line.samples.second_at(last) - line.samples.second_at(first)
-        even = min(planned, (last - first) * line.length_mm / LEAST_S)
-        if found is not None and abs(lasts_s - LEAST_S) <= _EVENT_S:  # the digits of its ends decide
+        way_mm = (last - first) * line.length_mm
+        even = min(planned, way_mm / LEAST_S)
+        # Where the digits of its ends decide, it is either.
+        unsure_s = min(_EVENT_S, 2.0 * DIGIT * lasts_s / way_mm) if way_mm > 0.0 else _EVENT_S
+        if found is not None and abs(lasts_s - LEAST_S) <= unsure_s:
             return min(even, planned, key=lambda speed: abs(found - speed))
         return even if lasts_s > LEAST_S else planned
 
