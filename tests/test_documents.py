@@ -131,6 +131,7 @@ def completed(fragment: str) -> str:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("page", run_examples.DOCUMENTS, ids=lambda page: page.name)
 def test_the_examples_run_and_print_what_the_documents_show(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -135,6 +135,7 @@ def moves_with_the_board(recipe):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @given(recipe=recipes(), name=st.sampled_from(list(BOARDS)))
 @settings(ANY, max_examples=120)
 def test_no_complaints_about_any_recipe_on_any_board(recipe, name):
@@ -142,6 +143,7 @@ def test_no_complaints_about_any_recipe_on_any_board(recipe, name):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @given(recipe=recipes().filter(moves_with_the_board), name=st.sampled_from(list(BOARDS)))
 @settings(ANY, max_examples=100)
 def test_any_recipe_moves_with_any_board(recipe, name):

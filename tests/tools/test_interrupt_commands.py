@@ -11,6 +11,7 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_commands_that_are_killed_or_interrupted_at_random_moments() -> None:
     words = ["--kills", "2", "--interrupts", "3", "--only", "plan", "--only", "import", "--only", "save"]
     run = subprocess.run(

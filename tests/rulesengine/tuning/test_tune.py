@@ -172,6 +172,7 @@ def test_a_suggestion_does_what_is_predicted_of_it(prepared):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_tuning_beats_a_grid_of_the_same_design_variables(prepared):
     tuned = tuned_with(prepared, POOR, 14)
     grid = TrialRunner(FILE, prepared, "clean", 60)

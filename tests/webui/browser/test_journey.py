@@ -99,6 +99,7 @@ def download(tab, kind):
     return download.value.suggested_filename, Path(download.value.path()).read_bytes()
 
 
+@pytest.mark.long
 def test_from_a_board_to_a_program(start_server, tmp_path):
     file = tmp_path / "large.tri"
     given = os.environ.get("WASHBOARD_BOARD")

@@ -66,6 +66,7 @@ class Browser:
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium in /usr/bin: apt-get install chromium")
+@pytest.mark.long
 def test_a_recipe_is_edited_saved_and_found_again(server, tmp_path):
     from playwright.sync_api import sync_playwright
 
