@@ -8,20 +8,21 @@ export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 # What Python compiles is kept, also where the environment says otherwise: compiling all tests takes each process 8 s.
 unexport PYTHONDONTWRITEBYTECODE
-# Each test process begins with one half of the tests in their order, so that what a file prepares is mostly made once.
-PYTEST := $(BIN)/pytest -q -n 2 --dist worksteal
+# Each test process begins with its share of the tests in their order, so that what a file prepares is mostly made once.
+PYTEST := $(BIN)/pytest -q --dist worksteal
 
-.PHONY: demo test check controller quick types compiled documents format clean
+.PHONY: demo test check controller quick types documents format clean
 
 demo: $(VENV)/.installed
 	$(BIN)/washboard demo
 
+# Three processes: tests of the page wait for a browser every now and then.
 test: check
-	$(PYTEST) -m slow
+	$(PYTEST) -n 3 -m slow
 
 # LinuxCNC's real controller drives whole programs: it counts in real time, and is idle for most of it.
-controller: compiled
-	$(PYTEST) -m controller
+controller: $(VENV)/.compiled
+	$(PYTEST) -n 2 -m controller
 
 check: $(VENV)/.dev-installed
 	$(BIN)/ruff format --check .
@@ -29,8 +30,8 @@ check: $(VENV)/.dev-installed
 	$(BIN)/lint-imports
 	@$(MAKE) --no-print-directory --jobs 2 types quick
 
-quick: compiled
-	$(PYTEST) -m "not slow and not controller"
+quick: $(VENV)/.compiled
+	$(PYTEST) -n 2 -m "not slow and not controller"
 
 # Most of what it reads lives long: fewer and larger collections spare a tenth of its time.
 types: $(VENV)/.dev-installed
@@ -38,12 +39,13 @@ types: $(VENV)/.dev-installed
 
 # The dry runs compile the hot loops once, so that the two test processes find them in the cache. An analysis ends with
 # 1 where the board is not predicted clean, as here: that is an answer and no failure.
-compiled: $(VENV)/.dev-installed
+$(VENV)/.compiled: $(VENV)/.dev-installed $(shell grep -rl --include=*.py --exclude-dir=.venv '^@compiled' .)
 	$(BIN)/washboard plan smt-demo > $(VENV)/warm.log
 	$(BIN)/washboard plan tiny --output $(VENV)/warm.wash > $(VENV)/warm.log
 	$(BIN)/washboard check $(VENV)/warm.wash ur5e-bench > $(VENV)/warm.log
 	$(BIN)/washboard check $(VENV)/warm.wash gantry > $(VENV)/warm.log
 	$(BIN)/washboard analyse $(VENV)/warm.wash --verify U1 > $(VENV)/warm.log || test $$? -eq 1
+	touch $@
 
 # Pictures and printed output in README.md and two of the docs, made anew by running the product.
 documents: $(VENV)/.installed
