@@ -35,7 +35,8 @@ def read_mesh_file(content: bytes, kind: str) -> list[tuple[str, Triangles]]:
         ValueError: It is damaged, cut short, not of its kind, or too large; the message is a sentence's end.
     """
     if kind == "stl" and len(content) >= 84 and len(content) == 84 + 50 * int.from_bytes(content[80:84], "little"):
-        corners = np.frombuffer(content, dtype=_STL_FACET, offset=84)["corners"].astype(np.float64)
+        with np.errstate(invalid="ignore"):  # of signalling NaN; what is no number is refused later, by name
+            corners = np.frombuffer(content, dtype=_STL_FACET, offset=84)["corners"].astype(np.float64)
         return [(_ONLY_NAME, corners)] if len(corners) else []
 
     import trimesh  # takes half a second

@@ -279,6 +279,15 @@ def not_a_number(path: Path) -> None:
     trimesh.Trimesh(vertices, mesh.faces, process=False).export(path)
 
 
+def signalling_not_a_number(path: Path) -> None:
+    """Processors report such a number where they convert it."""
+    not_a_number(path)
+    content = path.read_bytes()
+    quiet = np.float32(np.nan).tobytes()
+    assert quiet in content
+    path.write_bytes(content.replace(quiet, np.uint32(0x7FA00000).tobytes()))
+
+
 def without_faces(path: Path) -> None:
     trimesh.PointCloud(np.eye(3)).export(path)
 
@@ -318,6 +327,7 @@ def prose(path: Path) -> None:
         (not_a_number, ".ply", "not numbers"),
         (not_a_number, ".stl", "not numbers"),
         (not_a_number, ".glb", "not numbers"),
+        *((signalling_not_a_number, suffix, "not numbers") for suffix in (".stl", ".glb")),
         (without_faces, ".ply", "no triangles"),
         (without_faces, ".glb", "no triangles"),
         (without_its_bin, ".gltf", r"its data file '.*\.bin' cannot be read"),
