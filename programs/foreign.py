@@ -29,7 +29,7 @@ from programs.posts.rebuilt import (
 )
 from programs.posts.writing.axes import units_of
 from programs.posts.writing.wording import make_name
-from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Totals, Wait
+from programs.program import MOST_MOVES, Command, Instruction, MoveTo, SetNozzle, TimedProgram, Totals, Wait
 from specs.read_file import read_file
 from specs.source import NO_SOURCE
 
@@ -303,11 +303,16 @@ class _Playing:
         if self.flange is None or len(values) != len(self.installation.joints):
             joints = len(self.installation.joints)
             why = "whose poses the kinematics of its cell give" if self.flange is None else f"and the cell has {joints}"
-            message = f"this program moves {len(values)} axes, {why}; name the cell that it was made for with --cell."
-            raise self.error(at, message)
+            raise self.error(
+                at, f"this program moves {len(values)} axes, {why}; read it in the cell that it was made for."
+            )
         count = self.parts_of(values)
         if count > _MOST_PARTS:
             raise self.error(at, f"an axis turns by more than {_MOST_PARTS * _PART_DEG:,.0f} degrees; no robot's does.")
+        if len(self.instructions) + count > MOST_MOVES:
+            raise self.error(
+                at, f"up to this statement there are more than {MOST_MOVES:,} moves; no program has so many."
+            )
         rows = list(self.parts(values, count))
         poses = [self.pose_of(row) for row in rows]
         before = [self.pose or poses[0], *poses]

@@ -7,6 +7,9 @@ from programs.plan import Origin
 from specs.finding import Finding
 from specs.source import Source
 
+MOST_MOVES = 2_000_000
+"""Of a program: as many lines as a file of a sensible size holds."""
+
 
 @dataclass(frozen=True, slots=True)
 class MoveTo:

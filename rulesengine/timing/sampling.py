@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Quaternions, Scalars
+from programs.program import MOST_MOVES
 from recipes.errors import RecipeError
 from rulesengine.timing.corner_blending import Chain, Path
 from rulesengine.timing.limit_intervals import Profile
 
 TICK_S = 1e-4
 """Times in the program file are multiples of this."""
-MOST_MOVES = 2_000_000
-"""Of a program: as many lines as a file of a sensible size holds."""
 _SPACING_TICKS = 80
 """Samples closer than this would only show the rounding of positions: 1 um in 8 ms, twice, is 31 mm/s2."""
 _SHORTEST_RUN_TICKS = 80

@@ -1,5 +1,6 @@
 """Programs in robots' languages, read as timed programs."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from installations import ARM_LANGUAGES, for_language, small_cell
 from robot_programs import PROGRAMS, joints_of
 
+from programs import foreign
 from programs.errors import ProgramError
 from programs.export import export
 from programs.foreign import is_foreign, named_cell, read_files, rebuild_program
@@ -65,3 +67,42 @@ def test_what_is_no_robot_program_is_refused(tmp_path: Path) -> None:
     assert is_foreign(tmp_path / "a.SRC")
     with pytest.raises(ProgramError, match="no program in a robot's language"):
         read_files(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (r"p1:=\[\[0\.000,", "p1:=[[2000000.000,", "this statement leads more than 1,000 m away"),
+        (r"WaitTime .*;", "WaitTime 20000000;", "this statement ends after 20,000,"),
+    ],
+)
+def test_a_program_that_leaves_every_robots_space_or_never_ends_is_refused(
+    old: str, new: str, message: str, tmp_path: Path
+) -> None:
+    written(tmp_path, "abb")
+    (place,) = tmp_path.iterdir()
+    text, count = re.subn(old, new, place.read_text(), count=1)
+    assert count == 1
+    place.write_text(text)
+    with pytest.raises(ProgramError, match=rf"{place.name}:\d+: {message}"):
+        rebuild_program(*read_files(place), small_cell())
+
+
+def test_files_are_bounded_one_by_one_and_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written(tmp_path, "fanuc")
+    sizes = [each.stat().st_size for each in tmp_path.iterdir()]
+    assert len(sizes) > 1
+    monkeypatch.setattr(foreign, "_LARGEST_TEXT", max(sizes))
+    with pytest.raises(ProgramError, match="bytes in its files; no robot's program has so many"):
+        read_files(tmp_path)
+    largest = max(tmp_path.iterdir(), key=lambda each: each.stat().st_size)
+    monkeypatch.setattr(foreign, "_LARGEST_TEXT", max(sizes) - 1)
+    with pytest.raises(ProgramError, match=largest.name):
+        read_files(largest)
+
+
+def test_a_text_that_is_no_ascii_is_refused_with_its_line(tmp_path: Path) -> None:
+    place = tmp_path / "a.mod"
+    place.write_bytes("MODULE a\n! schön\n".encode())
+    with pytest.raises(ProgramError, match=r"a.mod:2: this is not the ASCII text of a robot program"):
+        read_files(place)

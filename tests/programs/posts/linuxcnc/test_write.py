@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from robot_programs import PROGRAMS, joints_of
 from robot_steps import program
 
+from programs import foreign
 from programs.errors import ProgramError
 from programs.export import export
 from programs.foreign import rebuild_program
@@ -138,8 +139,19 @@ def test_a_program_of_axes_is_not_shown_without_its_cell() -> None:
     with pytest.raises(ProgramError, match=r"tiny.ngc:\d+: this program moves 5 axes, whose poses the kinematics"):
         rebuild_program("linuxcnc", files, GANTRY)
     fewer = replace(GANTRY, joints=GANTRY.joints[:4])
-    with pytest.raises(ProgramError, match="moves 5 axes, and the cell has 4; name the cell"):
+    with pytest.raises(ProgramError, match="moves 5 axes, and the cell has 4; read it in the cell"):
         rebuild_program("linuxcnc", files, fewer, flange_of(LOADED.cell))
+
+
+def test_endless_turns_are_refused_before_they_are_divided(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = text_of(begun(*TILTED))
+    files = {"tiny.ngc": re.sub(r"(G0 .* C)\S+", r"\g<1>9999999", text, count=1)}
+    assert files["tiny.ngc"] != text
+    with pytest.raises(ProgramError, match=r"tiny.ngc:\d+: an axis turns by more than 50,000 degrees"):
+        rebuild_program("linuxcnc", files, GANTRY, flange_of(LOADED.cell))
+    monkeypatch.setattr(foreign, "MOST_MOVES", 10)
+    with pytest.raises(ProgramError, match=r"tiny.ngc:\d+: up to this statement there are more than 10 moves"):
+        rebuild_program("linuxcnc", {"tiny.ngc": text}, GANTRY, flange_of(LOADED.cell))
 
 
 def test_a_stroke_that_does_not_turn_has_the_speed_of_the_orifice_in_mm_per_minute() -> None:
