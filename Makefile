@@ -11,33 +11,40 @@ unexport PYTHONDONTWRITEBYTECODE
 # Each test process begins with its share of the tests in their order, so that what a file prepares is mostly made once.
 PYTEST := $(BIN)/pytest -q --dist worksteal
 
-.PHONY: demo test check controller quick types documents format clean
+.PHONY: demo test check controller quick all types imports style documents format clean
 
 demo: $(VENV)/.installed
 	$(BIN)/washboard demo
 
-# Three processes: tests of the page wait for a browser every now and then.
-test: check
-	$(PYTEST) -n 3 -m slow
+test: style
+	@$(MAKE) --no-print-directory --jobs 2 types all imports
+
+check: style
+	@$(MAKE) --no-print-directory --jobs 2 types quick imports
 
 # LinuxCNC's real controller drives whole programs: it counts in real time, and is idle for most of it.
 controller: $(VENV)/.compiled
 	$(PYTEST) -n 2 -m controller
 
-check: $(VENV)/.dev-installed
+style: $(VENV)/.dev-installed
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
+
+imports: $(VENV)/.dev-installed
 	$(BIN)/lint-imports
-	@$(MAKE) --no-print-directory --jobs 2 types quick
 
 quick: $(VENV)/.compiled
 	$(PYTEST) -n 2 -m "not slow and not controller"
+
+# Three processes: tests of the page wait for a browser every now and then.
+all: $(VENV)/.compiled
+	$(PYTEST) -n 3 -m "not controller"
 
 # Most of what it reads lives long: fewer and larger collections spare a tenth of its time.
 types: $(VENV)/.dev-installed
 	NODE_OPTIONS=--max-semi-space-size=64 $(BIN)/pyright
 
-# The dry runs compile the hot loops once, so that the two test processes find them in the cache. An analysis ends with
+# The dry runs compile the hot loops once, so that the test processes find them in the cache. An analysis ends with
 # 1 where the board is not predicted clean, as here: that is an answer and no failure.
 $(VENV)/.compiled: $(VENV)/.dev-installed $(shell grep -rl --include=*.py --exclude-dir=.venv '^@compiled' .)
 	$(BIN)/washboard plan smt-demo > $(VENV)/warm.log

@@ -301,6 +301,7 @@ def test_without_a_board_the_report_says_so() -> None:
     assert "--board" in message(report, "board-not-checked")
 
 
+@pytest.mark.slow
 def test_a_collision_between_two_samples_alone_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """No sample touches the sheet; the way from one to the next does."""
     program, cell = line_program(), cell_of("gantry")

@@ -50,7 +50,8 @@ def peak_bytes(program: TimedProgram, name: str) -> int:
     return peak
 
 
-@pytest.mark.parametrize("name", ["gantry", pytest.param("ur5e-bench", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["gantry", "ur5e-bench"])
 def test_the_check_takes_little_memory_for_each_move(name: str) -> None:
     short, long = repeated(SHORT), repeated(LONG)
     peak_bytes(repeated(1), name)  # compiles, and fills the caches

@@ -88,6 +88,7 @@ def test_a_check_counts_for_its_program_and_its_cell_alone():
     assert "Not checked" in state_html(replace(session, checked=None))
 
 
+@pytest.mark.slow
 def test_an_error_is_said_at_one_glance():
     wrong = finding_only(made_finding("collision", "error", "wall"))
     session = replace(replace(tiny_session(), cell=wrong.cell), checked=wrong)

@@ -51,6 +51,7 @@ def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
     assert (alone.name, alone.content[:8]) == ("tiny.script", b"def tiny")
 
 
+@pytest.mark.slow
 def test_a_project_is_packed_in_its_folder():
     content = {"tiny.pjx": "list\n", "start.pgx": "code\n"}
     made = make_program(ready(), "ur", quiet)
