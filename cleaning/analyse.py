@@ -1,12 +1,16 @@
 """A program on a board in, what it cleans out."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal, TypeAlias
+
+import numpy as np
 
 from boards.board import Board
 from cleaning.exposure.exact import refine_sparse_cells
-from cleaning.exposure.exposure import expose
-from cleaning.jet.jet import jet_of
+from cleaning.exposure.exposure import Exposure, expose
+from cleaning.film.run_off import film_supply
+from cleaning.jet.jet import Jet, jet_of
 from cleaning.judge_component import Sprayed, bare_part, component_part, gaps_of, spraying_of
 from cleaning.parameters.load import parameters_sha256
 from cleaning.parameters.model import Parameters
@@ -62,12 +66,17 @@ def analyse_on(
     recipe: Recipe,
     effort: Effort = "fast",
     progress: Progress = no_progress,
+    *,
+    sensitivity: bool = True,
 ) -> CleaningReport:
-    """Predict what a program cleans as ``analyse`` does, on a board that was made ready before."""
+    """Predict what a program cleans as ``analyse`` does, on a board that was made ready before.
+
+    Without ``sensitivity`` parts have no elasticities, which take longer than the residue itself.
+    """
     parameters = prepared.parameters
     staged = stages_of(program, recipe, parameters, _WAY_MM[effort])
     sprayed = _spray(staged.stages, prepared, effort, subprogress(progress, 0.0, 0.5))
-    undersides = gaps_of(prepared, sprayed, subprogress(progress, 0.5, 0.9))
+    undersides = gaps_of(prepared, sprayed, subprogress(progress, 0.5, 0.9), sensitivity=sensitivity)
     progress("judging", 0.9)
     rows, spraying = range(len(prepared.board.components)), spraying_of(prepared, sprayed)
     parts = tuple(component_part(row, prepared, spraying, undersides.get(row)) for row in rows)
@@ -82,6 +91,7 @@ def analyse_on(
         stages=staged.stages,
         facets=prepared.facets,
         exposures=tuple(each.exposure for each in sprayed),
+        run_off=prepared.run_off,
         bare=bare,
         parts=parts,
         process=process,
@@ -108,9 +118,21 @@ def _spray(stages: Sequence[Stage], prepared: PreparedBoard, effort: Effort, pro
         if refined:
             judged = cells_of_side(prepared.facets, prepared.board, stage.side)
             exposure = refine_sparse_cells(exposure, stage, jet, prepared.facets, prepared.scene, judged)
+        if stage.use != "dry":
+            exposure = _add_run_off(exposure, stage, jet, prepared)
         done.append(Sprayed(stage, jet, exposure))
         begin = end
     return tuple(done)
+
+
+def _add_run_off(exposure: Exposure, stage: Stage, jet: Jet, prepared: PreparedBoard) -> Exposure:
+    run_off = prepared.run_off[stage.side]
+    film_mm = film_supply(stage, jet, run_off, prepared.parameters.film, exposure.growth.until_s)
+    return replace(
+        exposure,
+        run_off_mm=run_off.on_cells(exposure.volume_mm, film_mm.sum(axis=0, dtype=np.float64)),
+        growth=replace(exposure.growth, film_mm=film_mm),
+    )
 
 
 def _findings(parts: Sequence[Part], bare: Part, process: Sequence[Judgement]) -> list[Finding]:

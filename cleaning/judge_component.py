@@ -53,15 +53,17 @@ class UndersideResult:
     elasticity: Mapping[str, float]
 
 
-def gaps_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed], progress: Progress) -> dict[int, UndersideResult]:
-    """Follow the residue under each component with a gap, by the component's index."""
+def gaps_of(
+    prepared: PreparedBoard, sprayed: Sequence[Sprayed], progress: Progress, *, sensitivity: bool = True
+) -> dict[int, UndersideResult]:
+    """Follow the residue under each component with a gap, by the component's index; with elasticities or without."""
     found: dict[int, UndersideResult] = {}
     if not prepared.rows:
         return found
     process = _process_of(prepared, sprayed)
     with ThreadPoolExecutor(_THREADS) as threads:
         rows = range(len(prepared.rows))
-        for row, underside in enumerate(threads.map(partial(_underside, prepared, process), rows)):
+        for row, underside in enumerate(threads.map(partial(_underside, prepared, process, sensitivity), rows)):
             progress("flushing under parts", row / len(rows))
             found[prepared.rows[row]] = underside
     return found
@@ -84,7 +86,7 @@ def _process_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> _Process
     )
 
 
-def _underside(prepared: PreparedBoard, process: _Process, row: int) -> UndersideResult:
+def _underside(prepared: PreparedBoard, process: _Process, sensitivity: bool, row: int) -> UndersideResult:
     """Follow one gap in all its cases; what limits it is worked out for the harder one."""
     parameters, underside, varied = prepared.parameters, prepared.undersides[row], process.varied
     edges = prepared.edges.only(row)
@@ -95,7 +97,7 @@ def _underside(prepared: PreparedBoard, process: _Process, row: int) -> Undersid
     stages = varied.stages
     gaps = tuple(_gap(prepared, row, case, (stages, pressures)) for case in range(len(underside.cases)))
     elasticities: Mapping[str, float] = {}
-    if gaps[0].residue > FLOOR:
+    if sensitivity and gaps[0].residue > FLOOR:
         changed = variants(varied, pressures, edges, parameters)
         after = {name: _gap(prepared, row, 0, each).residue for name, each in changed.items()}
         elasticities = {name: elasticity(gaps[0].residue, residue) for name, residue in after.items()}

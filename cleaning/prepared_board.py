@@ -1,16 +1,18 @@
 """A board made ready for analysis: what depends on no program, so that it serves for many."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import partial
 
-from boards.board import Board, Component
+from boards.board import Board, Component, Side
 from boards.undersides.underside import GapCase, Joint, Underside, undersides_of
+from cleaning.film.run_off import RunOff, run_off_of
 from cleaning.gap.edge_segments import Edges, build_edges
 from cleaning.gap.flow_field import GapField, solve_gap
 from cleaning.parameters.model import Parameters, PartOverride
 from cleaning.surface.facets import Facets, build_facets, build_scene
-from cleaning.verdicts.exposed_area import cells_of_each
+from cleaning.verdicts.exposed_area import cells_of_each, cells_of_side
 from geometry.arrays import Indices
 from geometry.rays import RayScene, cast
 from specs.progress import Progress
@@ -37,6 +39,8 @@ class PreparedBoard:
     """(undersides,) index of the component of each."""
     edges: Edges
     """Row i belongs to underside i."""
+    run_off: Mapping[Side, RunOff]
+    """How film and run-off of tops spread over the cells of each side."""
     fields: tuple[tuple[GapField, ...], ...]
     """Per underside one per case."""
 
@@ -63,6 +67,8 @@ def prepare(board: Board, parameters: Parameters, progress: Progress) -> Prepare
         tuple(_field(underside, case, parameters.gap.cells, solved) for case in underside.cases)
         for underside in undersides
     )
+    edges = build_edges(undersides, board, partial(cast, scene))
+    sides: tuple[Side, ...] = ("top", "bottom")
     progress("done", 1.0)
     return PreparedBoard(
         board=board,
@@ -73,7 +79,11 @@ def prepare(board: Board, parameters: Parameters, progress: Progress) -> Prepare
         overrides=overrides,
         undersides=undersides,
         rows=tuple(index[each.component] for each in undersides),
-        edges=build_edges(undersides, board, partial(cast, scene)),
+        edges=edges,
+        run_off={
+            side: run_off_of(side, board, facets, cells_of_side(facets, board, side), edges, parameters.film)
+            for side in sides
+        },
         fields=fields,
     )
 

@@ -23,7 +23,7 @@ VERSION = 1
 """Of the data: it changes when a key changes its meaning or goes."""
 _DIGITS = 6
 _SIDES = ("front", "right", "back", "left")
-_SPREAD = ("least", "p5", "mean")
+_SPREAD = ("least", "low", "mean")
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +141,7 @@ def _stage(stage: Stage, exposure: Exposure) -> Json:
 
 def _part(part: Part) -> Json:
     exposed = [{} if each is None else asdict(each) for each in part.exposed]
-    for fields in exposed:  # least, 5th percentile and mean by name
+    for fields in exposed:  # least, low and mean by name
         fields |= {
             key: dict(zip(_SPREAD, each, strict=True)) for key, each in fields.items() if isinstance(each, tuple)
         }

@@ -43,6 +43,8 @@ class Growth:
     """(k,) index into the cells of the facets."""
     volume_mm: NDArray[np.float32]
     """(k,)"""
+    film_mm: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.float32))
+    """(b, nodes) what the film supplies to each node of the board in each block; none where it was not followed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,9 +71,17 @@ class Exposure:
     """Share of it that landed on a facet; the rest missed the board."""
     rays: int
     growth: Growth
+    run_off_mm: Scalars = field(default_factory=lambda: np.zeros(1))
+    """(c,) volume per area that flows over what has landed elsewhere: in the film, and from a top down its walls.
+    (1,) where that was not followed."""
     by_maker_mm3: csr_array = field(default_factory=lambda: csr_array((1, 0)))
     """(components + 1, makers of the stage's samples) volume that each maker left on each component; in the last row
     what lies on the bare board and on fixtures."""
+
+    @property
+    def supply_mm(self) -> Scalars:
+        """(c,) volume per area that lands on a cell or flows over it."""
+        return self.volume_mm + self.run_off_mm
 
 
 def expose(

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.film.film import Rim, Spot, farthest, film_momentum, inlined, rim_at, rim_of
+from cleaning.film.film import REACH, Rim, Spot, farthest, film_momentum, inlined, rim_at, rim_of
 from cleaning.gap.edge_segments import SEGMENTS, EdgePressure, Edges
 from cleaning.jet.compiled_jet import CONE, KNIFE, RING, TAIL_SIGMAS, JetForm, ray_to, stress_of
 from cleaning.jet.jet import Jet
@@ -16,9 +16,6 @@ from cleaning.process.stages import Stage
 from geometry.arrays import Directions, Indices, Points, Scalars
 from geometry.compiled import quick
 from geometry.disc_grid import DiscGrid, build_disc_grid
-
-_RADII = 3.0
-"""Distance from the pole, in distances from there to the rim, beyond which a jet does nothing."""
 
 
 class _Air(NamedTuple):
@@ -177,7 +174,7 @@ def _reach(law: _Law, poses: tuple[Points, NDArray[np.float64]], surfaces: tuple
             standoff = height / facing
             discs[at, 0] = tcp[at, 0] + standoff * axes[at, 0, 2]
             discs[at, 1] = tcp[at, 1] + standoff * axes[at, 1, 2]
-            discs[at, 2] = _RADII * farthest(law.rim, standoff, facing)
+            discs[at, 2] = REACH * farthest(law.rim, standoff, facing)
 
 
 @quick
@@ -201,7 +198,7 @@ def _press(
             continue
         standoff = height / facing
         x, y = tcp[at, 0] + standoff * axes[at, 0, 2], tcp[at, 1] + standoff * axes[at, 1, 2]
-        near = _RADII * farthest(law.rim, standoff, facing) + radius
+        near = REACH * farthest(law.rim, standoff, facing) + radius
         if (x - centre[0]) ** 2 + (y - centre[1]) ** 2 > near * near:
             continue
         if _press_once(law, part, (tcp[at], axes[at], x, y, standoff), pressure[count]):
@@ -242,7 +239,7 @@ def _press_once(
         )
         pressure[at] = 0.0
         there = rim_at(law.rim, spot)
-        if away > _RADII * there[0]:
+        if away > REACH * there[0]:
             continue
         reached = True
         struck = _struck(law, part, at, (tcp, turn)) if _lit(law, spot, away) else 0.0

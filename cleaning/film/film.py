@@ -27,6 +27,8 @@ from cleaning.parameters.model import Film
 
 P = ParamSpec("P")
 R = TypeVar("R")
+REACH = 3.0
+"""Distance from the pole, in distances from there to the rim, beyond which a jet does nothing."""
 _TURNS = 720
 _BROADEST = 0.5
 
@@ -166,16 +168,26 @@ def film_momentum(rim: Rim, spot: Spot, there: tuple[float, float], away_mm: flo
         there: ``rim_at`` of that way.
         away_mm: How far.
     """
+    kept = 1e3 * rim.momentum_n * film_share(rim, spot, there, away_mm)
+    return kept * math.exp(-(away_mm - there[0]) / rim.decay_mm) if away_mm > there[0] else kept
+
+
+@inlined
+def film_share(rim: Rim, spot: Spot, there: tuple[float, float], away_mm: float) -> float:
+    """Share of the jet's flow, per width, in the film at a distance from the pole, 1/mm: signs as of ``film_momentum``.
+
+    Outside nothing of it is lost; the momentum decays besides.
+    """
     far, flow = there
     if far == math.inf:
         return 0.0
     # Azimuth about the jet per azimuth on the board, both seen from the pole.
     turning = spot.facing / max(1e-12, 1.0 - spot.z * spot.z)
-    leaving = rim.momentum_n * flow * turning / (2.0 * math.pi * 1e-3 * far)
+    leaving = flow * turning / (2.0 * math.pi * far)
     sine = _outward(rim, spot, far)
     outwards, inwards = 0.5 * (1.0 + sine) * leaving, 0.5 * (1.0 - sine) * leaving
     if away_mm >= far:
-        return outwards * far / away_mm * math.exp(-(away_mm - far) / rim.decay_mm)
+        return outwards * far / away_mm
     within = max(0.0, 1.0 - (1.0 - away_mm / far) / rim.front)
     return within * outwards - (1.0 - within) * inwards * away_mm / far
 

@@ -78,19 +78,21 @@ def _missed(evidence: Evidence, reach: Reach) -> Judgement:
 
 
 def _amount(evidence: Evidence, reach: Reach) -> Judgement:
-    limits, (least, low, _) = evidence.parameters.limits, reach.exposed.volume_mm
+    limits, (_, low, _) = evidence.parameters.limits, reach.exposed.supply_mm
     limit = limits.wash_volume_mm if reach.use == "wash" else limits.rinse_volume_mm
     compared = [f"limits.{reach.use}_volume_mm"]
-    numbers = [Number("volume, 5th percentile", low, "mm", limit), Number("volume, least", least, "mm")]
+    landed = reach.exposed.volume_mm[1]
+    numbers = [Number("volume on the least wetted places", low, "mm", limit), Number("of it landed", landed, "mm")]
     share = low / limit
-    most = f"at most {two_digits(low)} mm" if share >= _NOTHING else f"less than {_NOTHING * limit:g} mm"
+    amount = f"{two_digits(low)} mm" if share >= _NOTHING else f"less than {_NOTHING * limit:g} mm"
     because = (
-        f"The least wetted twentieth of its exposed surface gets {most} in {reach.functions} (limit {limit:g} mm)."
+        f"The least wetted places of its exposed surface get {amount} in {reach.functions}, run-off included "
+        f"(limit {limit:g} mm)."
     )
     if reach.use == "wash" and limits.front_s > 0:
         compared.append("limits.front_s")
         front = reach.exposed.front_s[1]
-        numbers.append(Number("time in the wave front, 5th percentile", front, "s", limits.front_s))
+        numbers.append(Number("time in the wave front, least places", front, "s", limits.front_s))
         because += f" It is in the wave front for {two_digits(front)} s (limit {limits.front_s:g} s)."
         share = min(share, front / limits.front_s)
     if share < 1 and reach.repeats > 1:

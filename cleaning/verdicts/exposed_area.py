@@ -18,6 +18,8 @@ _WALL = -0.2
 _LIFT_MM = 1e-6
 LOW = 0.05
 """Percentile that stands for the places that get little."""
+FEW = 3
+"""Cells that are so few that one of them decides nothing."""
 BARE = -1
 """Index of a component that stands for the bare board."""
 
@@ -75,13 +77,15 @@ def exposed_part(exposure: Exposure, facets: Facets, cells: Indices) -> ExposedP
     areas = facets.cell_areas_mm2[shown]
     hidden = float(facets.cell_areas_mm2[cells].sum() - areas.sum())
     if not len(shown):
-        return ExposedPart(0.0, hidden, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
+        none = (0.0, 0.0, 0.0)
+        return ExposedPart(0.0, hidden, 0.0, none, none, none, none, 0.0)
     missed = float(areas[exposure.cone_s[shown] <= 0].sum() / areas.sum())
     return ExposedPart(
         area_mm2=float(areas.sum()),
         hidden_mm2=hidden,
         missed_share=missed,
         volume_mm=_spread(exposure.volume_mm[shown], areas),
+        supply_mm=_spread(exposure.supply_mm[shown], areas),
         front_s=_spread(exposure.front_s[shown], areas),
         cone_s=_spread(exposure.cone_s[shown], areas),
         peak_pa=float(exposure.peak_pa[shown].max()),
@@ -98,6 +102,7 @@ def together(exposures: Sequence[Exposure]) -> Exposure:
         cone_s=np.sum([each.cone_s for each in exposures], axis=0),
         front_s=np.sum([each.front_s for each in exposures], axis=0),
         volume_mm=np.sum([each.volume_mm for each in exposures], axis=0),
+        run_off_mm=np.sum([each.run_off_mm for each in exposures], axis=0),
         peak_pa=np.max([each.peak_pa for each in exposures], axis=0),
         impulse_n_pa_s=np.sum([each.impulse_n_pa_s for each in exposures], axis=0),
         impulse_t_pa_s=np.sum([each.impulse_t_pa_s for each in exposures], axis=0),
@@ -106,8 +111,18 @@ def together(exposures: Sequence[Exposure]) -> Exposure:
 
 
 def _spread(values: Scalars, areas: Scalars) -> tuple[float, float, float]:
-    """Least, 5th percentile by area, mean by area."""
-    return float(values.min()), percentile(values, areas, LOW), float(np.average(values, weights=areas))
+    """Least, low, mean by area."""
+    return float(values.min()), low_value(values, areas), float(np.average(values, weights=areas))
+
+
+def low_value(values: Scalars, areas: Scalars) -> float:
+    """Give the value that stands for the places that get least: the 5th percentile by area.
+
+    One cell alone stands for no place, and on small parts it is the least wetted twentieth: there it is the mean of the
+    ``FEW`` cells that get least, if that is more.
+    """
+    least = np.argsort(values, kind="stable")[:FEW]
+    return max(percentile(values, areas, LOW), float(np.average(values[least], weights=areas[least])))
 
 
 def percentile(values: Scalars, weights: NDArray[np.float64], share: float) -> float:

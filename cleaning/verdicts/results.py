@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from boards.board import Board
+from boards.board import Board, Side
 from boards.undersides.underside import Underside
 from cleaning.exposure.exposure import Exposure
+from cleaning.film.run_off import RunOff
 from cleaning.parameters.model import Parameters
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
@@ -80,7 +81,9 @@ class ExposedPart:
     missed_share: float
     """Of the exposed area, never hit."""
     volume_mm: tuple[float, float, float]
-    """Least, 5th percentile by area, mean."""
+    """Least, low, mean of what lands; low stands for the least wetted places (``exposed_area.low_value``)."""
+    supply_mm: tuple[float, float, float]
+    """Likewise of what lands or flows over it: film, and what runs down its walls from its top."""
     front_s: tuple[float, float, float]
     cone_s: tuple[float, float, float]
     peak_pa: float
@@ -129,6 +132,8 @@ class CleaningReport:
     facets: Facets
     exposures: tuple[Exposure, ...]
     """One per stage."""
+    run_off: Mapping[Side, RunOff]
+    """How film and run-off of tops spread over the cells of each side."""
     bare: Part
     """The bare board."""
     parts: tuple[Part, ...]

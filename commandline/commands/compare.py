@@ -57,7 +57,9 @@ def compare(
 
         check_places((board, one, other, parameters, parts), {"a page": html, "a report": data})
         subjects = (_read(one), _read(other))
-        (here, cleaned), (there, cleaned_there) = _analyse_both((board, parts), subjects, parameters, effort)
+        (here, cleaned), (there, cleaned_there) = _analyse_both(
+            (board, parts), subjects, parameters, effort, sensitivity=data is not None
+        )
         rows = comparison.compare_cleaning(cleaned, cleaned_there)
         if here.run is None or there.run is None:
             rows += comparison.compare_programs(here.program, there.program)
@@ -119,9 +121,16 @@ def _read(source: str) -> _Subject:
 
 
 def _analyse_both(
-    source: tuple[str, Path | None], subjects: tuple[_Subject, _Subject], parameters: str, effort: Effort
+    source: tuple[str, Path | None],
+    subjects: tuple[_Subject, _Subject],
+    parameters: str,
+    effort: Effort,
+    *,
+    sensitivity: bool,
 ) -> "list[tuple[_Planned, CleaningReport]]":
     """Plan recipes and analyse both subjects, on a board that is prepared once.
+
+    Only the report states what limits each part, by ``sensitivity``.
 
     Raises:
         JobError: something cannot be used.
@@ -143,7 +152,7 @@ def _analyse_both(
         prepared = prepare(board, known, subprogress(progress, 0.3, 0.4))
         spans = (subprogress(progress, 0.4, 0.7), subprogress(progress, 0.7, 1.0))
         return [
-            (each, analyse_on(prepared, each.program, each.recipe, effort, span))
+            (each, analyse_on(prepared, each.program, each.recipe, effort, span, sensitivity=sensitivity))
             for each, span in zip(planned, spans, strict=True)
         ]
 

@@ -54,7 +54,7 @@ MOST_DESCRIBED = 100
 _MOST_GAPS = 6
 _MOST_LIMITED = 15
 _STAGES = ("Function", "Solution", "Nozzle", ">bar", ">°C", ">Time", ">Spraying", ">Litres", ">Lands on the board",
-           ">Bare board, mm: least / p5 / mean")  # fmt: skip
+           ">Bare board, mm: least / low / mean")  # fmt: skip
 _VERIFIED = ("Component", "Stage", ">Rays, mm", ">Exact, mm", ">Difference", ">Worst cell, mm")
 
 

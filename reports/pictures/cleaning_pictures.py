@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from boards.board import Side
 from cleaning.exposure.exposure import Exposure
+from cleaning.film.run_off import RunOff
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
 from cleaning.verdicts.cleanliness import outcome
@@ -171,7 +172,8 @@ def _maps(report: CleaningReport, stage: Stage, exposure: Exposure) -> list[tupl
     limits = report.parameters.limits
     least = {"wash": limits.wash_volume_mm, "rinse": limits.rinse_volume_mm, "dry": None}[stage.use]
     front_s = (limits.front_s or None) if stage.use == "wash" else None
-    volume = [(_Map("Volume on each area", "mm", "viridis", least), exposure.volume_mm)]
+    supply_mm = np.where(exposure.volume_mm > 0, exposure.supply_mm, 0.0)  # what is never hit stands out
+    volume = [(_Map("Volume on each area, run-off included", "mm", "viridis", least), supply_mm)]
     return [
         *(volume if stage.use != "dry" else []),
         (_Map("Time in the wave front", "s", "cividis", front_s), exposure.front_s),
@@ -220,11 +222,11 @@ def draw_volumes(report: CleaningReport) -> Picture | None:
             areas = np.where(shown, report.facets.cell_areas_mm2, 0.0)
             colour = FUNCTION_COLOURS[number % len(FUNCTION_COLOURS)]
             limit = least_volume_mm(report, stage)
-            _draw_shares(left, exposure.volume_mm, areas, colour, f"{stage.function}, least {limit:g} mm")
+            _draw_shares(left, exposure.supply_mm, areas, colour, f"{stage.function}, least {limit:g} mm")
             left.axvline(limit, color=colour, linewidth=0.7, linestyle=(0, (4, 2)))
-            times, shares = growth_of(exposure, areas, limit)
+            times, shares = growth_of(exposure, areas, limit, report.run_off[stage.side])
             right.plot(times, 100 * shares, color=colour, linewidth=1.2, label=stage.function)
-        _finish(left, "volume on each area, mm", "Area that gets at least so much, %")
+        _finish(left, "volume on each area, run-off included, mm", "Area that gets at least so much, %")
         _finish(right, "time in the program, s", "Area that has its least volume, %")
         left.legend(frameon=False, fontsize=7)
         return Picture(".svg", to_bytes(figure, ".svg"), "Share of the area by volume and over time")
@@ -236,20 +238,23 @@ def least_volume_mm(report: CleaningReport, stage: Stage) -> float:
     return limits.wash_volume_mm if stage.use == "wash" else limits.rinse_volume_mm
 
 
-def growth_of(exposure: Exposure, areas: Scalars, limit_mm: float) -> tuple[Scalars, Scalars]:
-    """Follow which share of an area has at least a volume at the end of each block of a stage.
+def growth_of(exposure: Exposure, areas: Scalars, limit_mm: float, run_off: RunOff) -> tuple[Scalars, Scalars]:
+    """Follow which share of an area has at least a volume, run-off included, at the end of each block of a stage.
 
     Args:
         exposure: Of the stage.
         areas: (c,) area of each cell that counts, mm2; 0 for those that do not.
         limit_mm: The volume.
+        run_off: Of the side that is sprayed.
     """
     growth, total = exposure.growth, max(float(areas.sum()), 1e-30)
     volume = np.zeros(len(areas))
     shares = np.zeros(len(growth.until_s))
+    film_mm = np.cumsum(growth.film_mm, axis=0, dtype=np.float64)
     for block, (begin, end) in enumerate(zip(growth.start[:-1].tolist(), growth.start[1:].tolist(), strict=True)):
         np.add.at(volume, growth.cell[begin:end], growth.volume_mm[begin:end])
-        shares[block] = float(areas[volume >= (1 - 1e-6) * limit_mm].sum()) / total
+        supply = volume + run_off.on_cells(volume, film_mm[block]) if len(film_mm) else volume
+        shares[block] = float(areas[supply >= (1 - 1e-6) * limit_mm].sum()) / total
     return growth.until_s, shares
 
 

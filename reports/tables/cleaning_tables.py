@@ -144,7 +144,7 @@ def renewals(report: CleaningReport) -> list[str]:
             low, mean = (film_exchanges(report.parameters.rinse, volume) for volume in bare.volume_mm[1:])
             texts.append(
                 f"{stage.made_by}: {stage.function} renews the film on the bare board {short_number(mean)} times on "
-                f"average, in the least wetted twentieth at most {short_number(low)} times."
+                f"average, on its least wetted places {short_number(low)} times."
             )
     return texts
 
@@ -203,7 +203,7 @@ def stage_rows(report: CleaningReport) -> list[tuple[str, ...]]:
     """Give a row for each stage in order.
 
     Its cells: function, solution, nozzle, bar, °C, time, spraying, litres, share that lands on the board, and the
-    volume on the bare board in mm: least, 5th percentile, mean.
+    volume that lands on the bare board in mm: least, low, mean.
     """
     litres = dict(report.litres)
     rows: list[tuple[str, ...]] = []

@@ -18,7 +18,7 @@ def prepared() -> PreparedBoard:
     return PreparedBoard(
         board=report.board, parameters=report.parameters, scene=nothing, facets=report.facets,
         cells=cells_of_each(report.facets, report.board), overrides=(),
-        undersides=(), rows=(), edges=nothing, fields=(),
+        undersides=(), rows=(), edges=nothing, run_off={}, fields=(),
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from cleaning_surface import exposure_of, facets_of
+from cleaning_surface import exposure_of, facets_of, run_offs_of
 from made_findings import made_finding
 
 from boards.load import load_board
@@ -52,6 +52,7 @@ def small_report() -> CleaningReport:
         stages=stages,
         facets=facets,
         exposures=tuple(exposure_of(facets, stage) for stage in stages),
+        run_off=run_offs_of(board, facets, parameters),
         bare=_part("board", _CLEAN_SURFACE, volume=9.0),
         parts=parts,
         process=(
@@ -208,7 +209,7 @@ _CLEAN_SURFACE = (_judge(UNDER_EXPOSED, "clean", numbers=(Number("volume p5", 7.
 
 def _part(name, judgements, volume, underside=None, gaps=()) -> Part:
     """Put one together; the elasticities are the same for all that have a gap."""
-    seen = ExposedPart(9.0, 3.0, 0.01, (0.0, volume / 2, volume), (0.0, 1.1, 2.6), (0.0, 4.0, 7.5), 310.0)
+    seen = ExposedPart(9.0, 3.0, 0.01, *[(0.0, volume / 2, volume)] * 2, (0.0, 1.1, 2.6), (0.0, 4.0, 7.5), 310.0)
     elasticity = {"time": -2.1, "temperature": -1.4, "chemistry": -1.9, "pressure": -0.4, "standoff": -0.3}
     return Part(
         component=name,

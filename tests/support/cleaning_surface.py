@@ -3,9 +3,14 @@
 import numpy as np
 import shapely
 
+from boards.board import Board, Side
 from cleaning.exposure.exposure import Exposure, Growth
+from cleaning.film.run_off import RunOff, run_off_of
+from cleaning.gap.edge_segments import SEGMENTS, Edges
+from cleaning.parameters.model import Parameters
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
+from cleaning.verdicts.exposed_area import cells_of_side
 from geometry.mesh import areas_and_normals
 
 _DIRECTIONS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
@@ -86,3 +91,20 @@ def exposure_of(facets: Facets, stage: Stage) -> Exposure:
         rays=5120,
         growth=growth,
     )
+
+
+def no_edges() -> Edges:
+    """Of a board without a thin gap."""
+    shape = (0, SEGMENTS, 3)
+    return Edges(
+        np.zeros(0, np.int64), np.zeros(shape), np.zeros(shape), np.zeros(0), np.zeros((0, SEGMENTS)), np.zeros(0)
+    )
+
+
+def run_offs_of(board: Board, facets: Facets, parameters: Parameters) -> dict[Side, RunOff]:
+    """How film and run-off spread over each side of a board, no gap of which is known."""
+    sides: tuple[Side, ...] = ("top", "bottom")
+    return {
+        side: run_off_of(side, board, facets, cells_of_side(facets, board, side), no_edges(), parameters.film)
+        for side in sides
+    }

@@ -25,7 +25,7 @@ from webui.theme.html import (
 from webui.theme.palette import ACCENT, QUIET, VERDICT_COLOURS, VERDICT_WORDS, to_hex
 
 _MOST_MAKERS = 6
-_HEAD = ("Stage", ">Volume", ">Front", ">Cone", ">Peak", ">Missed")
+_HEAD = ("Stage", ">With run-off", ">Front", ">Cone", ">Peak", ">Missed")
 _COLUMNS = (
     Column("Part", width="18%"),
     Column("Verdict", width="28%"),
@@ -107,13 +107,13 @@ def part_html(report: CleaningReport, part: Part) -> str:
 
 
 def exposed_html(exposed: tuple[ExposedPart | None, ...], names: tuple[str, ...]) -> str:
-    """Exposure of the surface by stage: 5th percentiles by area, peak pressure, share missed."""
+    """Exposure of the surface by stage: its least served places, peak pressure, share missed."""
     rows = [
         (name, "other side", "", "", "", "")
         if part is None
         else (
             name,
-            f"{part.volume_mm[1]:.2f} mm",
+            f"{part.supply_mm[1]:.2f} mm",
             f"{part.front_s[1]:.2f} s",
             f"{part.cone_s[1]:.2f} s",
             f"{part.peak_pa:.0f} Pa",
@@ -122,7 +122,7 @@ def exposed_html(exposed: tuple[ExposedPart | None, ...], names: tuple[str, ...]
         for name, part in zip(names, exposed, strict=True)
     ]
     table = f'<div style="font-size:11px;white-space:nowrap">{table_html(Table.of(_HEAD, rows))}</div>'
-    return heading_html("Surface, the least-served 5 %") + table
+    return heading_html("Surface, the least-served places") + table
 
 
 def factors_html(elasticity: Mapping[str, float], limiting: str) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from boards.board import Side
 from cleaning.verdicts import rules
-from cleaning.verdicts.exposed_area import LOW, percentile
+from cleaning.verdicts.exposed_area import FEW, LOW, low_value, percentile
 from geometry.arrays import Scalars
 from rulesengine.tuning.changes.expected_effect import is_unreached, steps_for
 from rulesengine.tuning.trial.outcome import Deposits, Outcome
@@ -21,7 +21,7 @@ from rulesengine.tuning.trial.requirements import Key, MetRequirement, Requireme
 from rulesengine.tuning.variables.design_variables import enabled_steps
 
 BoundKind: TypeAlias = Literal["low", "mean", "time"]
-"""The 5th percentile by area, the mean by area (mm of liquid), or how long the steps take (s)."""
+"""What stands for the least wetted places, the mean by area (mm of liquid), or how long the steps take (s)."""
 _BAND = (0.02, 0.08)
 """Cells around the 5th percentile, which stand for it."""
 _SAFETY = 1.01
@@ -58,7 +58,7 @@ class LowerBound:
             return 0.0
         found = times[list(self.which)] @ self.volumes
         if self.kind == "low":
-            return percentile(found, self.areas, LOW)
+            return low_value(found, self.areas)
         return float(np.average(found, weights=self.areas))
 
     def slopes(self, times: Scalars) -> Scalars:
@@ -69,9 +69,10 @@ class LowerBound:
         order = np.argsort(found, kind="stable")
         reached = np.cumsum(self.areas[order]) / self.areas.sum()
         first, last = np.searchsorted(reached, _BAND)
-        near = order[first : last + 1]
+        low = low_value(found, self.areas)
+        near = order[first : last + 1] if low <= percentile(found, self.areas, LOW) else order[:FEW]
         mean = float(np.average(found[near], weights=self.areas[near]))
-        scale = percentile(found, self.areas, LOW) / mean if mean > 0 else 0.0
+        scale = low / mean if mean > 0 else 0.0
         return scale * np.average(self.volumes[:, near], axis=1, weights=self.areas[near])
 
 

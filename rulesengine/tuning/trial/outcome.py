@@ -44,7 +44,7 @@ class Deposit:
     seconds: float
     """Spraying."""
     volume_mm: NDArray[np.float32]
-    """(c,) on each cell of the surface."""
+    """(c,) that lands on each cell of the surface or flows over it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -201,7 +201,11 @@ def deposits_of(report: CleaningReport) -> Deposits:
             # Cells that few rays hit have been refined since they grew: the shares are kept all the same.
             overall = np.full(len(volume), own.sum() / max(grown.sum(), _LEAST))
             share = np.divide(own, grown, out=overall, where=grown > 0)
-            found.append(Deposit(step, template, seconds, (share * volume).astype(np.float32)))
+            supply = share * volume
+            if len(growth.film_mm):
+                film_mm = growth.film_mm[samples.templates[last] == template].sum(axis=0, dtype=np.float64)
+                supply += report.run_off[stage.side].on_cells(supply, film_mm)
+            found.append(Deposit(step, template, seconds, supply.astype(np.float32)))
     return Deposits(tuple(found), facets.cell_areas_mm2, shown)
 
 

@@ -69,6 +69,14 @@ def test_the_least_wetted_places_decide_on_exposure(low, verdict):
     assert judged.numbers[0].limit == 5.0
 
 
+def test_what_flows_over_a_surface_counts_and_what_lands_is_stated():
+    wet = replace(exposed(low=1.0), supply_mm=(0.5, 6.0, 9.0))
+    judged = one(judge_part(evidence(reached=(Reach("wash", "clean", "sequence[0]", 1, wet),))), "R2")
+    assert judged.verdict == "clean"
+    assert [each.value for each in judged.numbers] == [6.0, 1.0]
+    assert "6.0 mm in clean, run-off included" in judged.because
+
+
 def test_rinsing_has_its_own_limit_and_the_wave_front_counts_where_it_is_asked_for():
     rinsed = evidence(reached=(Reach("rinse", "rinse", "sequence[1]", 1, exposed(low=2.1)),))
     assert one(judge_part(rinsed), "R2").verdict == "clean"

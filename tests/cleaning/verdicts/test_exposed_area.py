@@ -16,6 +16,7 @@ from cleaning.verdicts.exposed_area import (
     cells_of_each,
     cells_of_side,
     exposed_part,
+    low_value,
     percentile,
     shown_on_side,
     together,
@@ -57,6 +58,19 @@ def test_a_twentieth_of_the_area_may_get_less():
     assert percentile(values, areas, 0.05) == 1.0
     assert percentile(values, np.array([5.0, 1.0, 94.0]), 0.05) == 0.0
     assert percentile(values, np.array([1.0, 1.0, 98.0]), 0.05) == 9.0
+
+
+def test_one_cell_of_a_small_part_is_not_its_least_wetted_twentieth():
+    # Five faces of a chip: its worst twentieth is one wall, 0; the mean of the worst three by area is 3.3.
+    values, areas = np.array([0.0, 6.0, 20.0, 2.0, 9.0]), np.array([0.2, 0.2, 0.5, 0.1, 0.1])
+    assert percentile(values, areas, 0.05) == 0.0
+    assert low_value(values, areas) == pytest.approx((0.0 * 0.2 + 2.0 * 0.1 + 6.0 * 0.2) / 0.5)
+    assert low_value(values[:2], areas[:2]) == pytest.approx(3.0)
+
+
+def test_of_many_cells_the_twentieth_counts():
+    values, areas = np.arange(100.0), np.ones(100)
+    assert low_value(values, areas) == percentile(values, areas, 0.05) == 4.0
 
 
 def test_a_part_is_summed_up_by_area_over_what_it_shows():

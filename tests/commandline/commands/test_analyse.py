@@ -22,7 +22,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def report_instead(monkeypatch: pytest.MonkeyPatch, **changed: object) -> None:
     """Let every analysis find the small report: its command is what is tried here."""
-    monkeypatch.setattr(cleaning.analyse, "analyse_on", lambda *_: replace(small_report(), **changed))
+    monkeypatch.setattr(cleaning.analyse, "analyse_on", lambda *_, **_named: replace(small_report(), **changed))
 
 
 @pytest.mark.slow

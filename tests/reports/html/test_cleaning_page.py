@@ -197,8 +197,8 @@ def test_rinsing_says_how_often_it_renews_the_film() -> None:
     report = small_report()  # 9 mm on average, of a film of 0.2 mm
     assert report.parameters.rinse.film_um == 200
     assert renewals(report) == [
-        "sequence[1]: rinse renews the film on the bare board 45 times on average, in the least wetted twentieth at "
-        "most 22.5 times."
+        "sequence[1]: rinse renews the film on the bare board 45 times on average, on its least wetted places 22.5 "
+        "times."
     ]
 
 

@@ -94,7 +94,7 @@ def test_what_does_not_belong_to_the_side_is_left_out_of_its_pictures():
 def test_the_share_that_has_enough_grows_to_what_the_end_shows():
     report = small_report()
     areas = np.where(shown_on_side(report.facets, report.board, "top"), report.facets.cell_areas_mm2, 0.0)
-    times, shares = growth_of(report.exposures[0], areas, 5.0)
+    times, shares = growth_of(report.exposures[0], areas, 5.0, report.run_off["top"])
     assert (np.diff(shares) >= 0).all()
     assert times[-1] == pytest.approx(report.stages[0].end_s)
     enough = areas[report.exposures[0].volume_mm >= 5.0].sum() / areas.sum()

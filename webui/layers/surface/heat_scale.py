@@ -32,7 +32,7 @@ from webui.theme.palette import (
     to_hex,
 )
 
-MeasureName: TypeAlias = Literal["cone", "front", "volume", "peak", "shear", "residue", "verdict"]
+MeasureName: TypeAlias = Literal["cone", "front", "volume", "supply", "peak", "shear", "residue", "verdict"]
 LEAST_RESIDUE_PCT = 10.0
 """Least top of the colours of residue."""
 
@@ -61,15 +61,14 @@ class Measure:
         return values >= limit if self.better == "more" else values <= limit
 
 
+def _least_volume(limits: Limits, stage: Stage) -> float:
+    return limits.rinse_volume_mm if stage.use == "rinse" else limits.wash_volume_mm
+
+
 MEASURES: dict[str, Measure] = {
     "Verdict": Measure("verdict", "", "part", "less", lambda _limits, _stage: 0.0),
-    "Volume": Measure(
-        "volume",
-        "mm",
-        "cell",
-        "more",
-        lambda limits, stage: limits.rinse_volume_mm if stage.use == "rinse" else limits.wash_volume_mm,
-    ),
+    "Volume": Measure("volume", "mm", "cell", "more", _least_volume),
+    "Volume with run-off": Measure("supply", "mm", "cell", "more", _least_volume),
     "Time in the wave front": Measure("front", "s", "cell", "more", lambda limits, _stage: limits.front_s or 1.0),
     "Time in the cone (1993)": Measure("cone", "s", "cell", "more", lambda _limits, _stage: 1.0),
     "Peak pressure": Measure("peak", "Pa", "cell", "less", lambda _limits, _stage: 1000.0),
@@ -230,6 +229,8 @@ def cell_values(report: CleaningReport, measure: Measure, stage: int) -> Scalars
 
 def exposed_values(exposure: Exposure, name: MeasureName) -> Scalars:
     """(c,) value of each cell after one stage."""
+    if name == "supply":
+        return exposure.supply_mm
     fields = {"cone": exposure.cone_s, "front": exposure.front_s, "peak": exposure.peak_pa}
     return fields.get(name, exposure.volume_mm)
 

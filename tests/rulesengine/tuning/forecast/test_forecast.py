@@ -54,7 +54,7 @@ def test_deposits_add_up_to_what_each_stage_leaves(runner):
     for stage, exposure in zip(report.stages, report.exposures, strict=True):
         own = [each for each in deposits.each if each.step == str(stage.made_by)]
         assert sum(each.seconds for each in own) == pytest.approx(stage.spray_s)
-        np.testing.assert_allclose(sum(each.volume_mm for each in own), exposure.volume_mm, rtol=1e-4, atol=1e-4)
+        np.testing.assert_allclose(sum(each.volume_mm for each in own), exposure.supply_mm, rtol=1e-4, atol=1e-4)
 
 
 def test_the_present_is_predicted_as_it_is(outcome):

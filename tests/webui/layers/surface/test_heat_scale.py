@@ -44,11 +44,11 @@ def cells_of(name):
 @pytest.mark.parametrize("name", [name for name, measure in MEASURES.items() if measure.per == "cell"])
 def test_numbers_of_the_surface_are_those_of_the_stage(name):
     report, measure = small_report(), MEASURES[name]
-    field = {"cone": "cone_s", "front": "front_s", "volume": "volume_mm", "peak": "peak_pa"}[measure.name]
+    fields = {"cone": "cone_s", "front": "front_s", "volume": "volume_mm", "supply": "supply_mm", "peak": "peak_pa"}
     for stage, exposure in enumerate(report.exposures):
         values = cell_values(report, measure, stage)
         exposed = report.facets.cell_exposed
-        np.testing.assert_array_equal(values[exposed], getattr(exposure, field)[exposed])
+        np.testing.assert_array_equal(values[exposed], getattr(exposure, fields[measure.name])[exposed])
         assert np.isnan(values[~exposed]).all()
 
 

@@ -110,7 +110,7 @@ def test_analyse_shows_the_parts_worst_first_and_flies_to_the_worst(tmp_path, by
         wait_for(lambda: page.session.analysis is not None)
         assert by_hand == [("default", "default", "full")]
         assert find(page, "Part").options[1:] == tuple(part.component for part in small_report().worst_first())
-        assert "dirty" in panel._run._line.content
+        wait_for(lambda: "dirty" in panel._run._line.content)
         press(page, "Through", "Worst")
         assert page.session.selection.component == "U1"
         assert scene.looked == ["U1"]
