@@ -118,9 +118,10 @@ def _edges(sheets: Measurements) -> _Solve:
         design = np.vstack([weight[:, None] * row for weight, row in zip(weights, rows, strict=True)])
         target = np.concatenate([weight * ray.polar for weight, ray in zip(weights, rays, strict=True)])
         found = np.asarray(np.linalg.lstsq(design, target)[0], dtype=np.float64)
-        left = target - design @ found
-        fit = Fit(found, float(left @ left), len(target) - len(found), -design)
-        return _Solved(fit, left.reshape(2, -1).T, order, "mm")
+        left = (target - design @ found).reshape(2, -1).T
+        by_row = design.reshape(2, len(ones), -1).swapaxes(0, 1).reshape(2 * len(ones), -1)
+        fit = Fit(found, float(np.sum(left**2)), left.size - len(found), -by_row)
+        return _Solved(fit, left, order, "mm")
 
     return solve
 
@@ -214,7 +215,7 @@ def _check_ring(path: Path, sheets: Measurements, solved: _Solved) -> Scalars:
             f"of {np.degrees(sigma):.1f} degrees. Radii are measured from where the nozzle's axis meets the sheet"
         )
         raise CleaningError(message, file=path, line=sheets.header_line)
-    half = half_widths(fit)
+    half = half_widths(fit, solved.left)
     if not (half[:2] <= _WIDEST_INTERVAL).all():
         message = (
             "these measurements do not determine a ring: its half angle or sigma could be off by more than "

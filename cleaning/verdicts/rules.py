@@ -45,7 +45,7 @@ MISSED = Rule("R1", "missed", "An exposed surface is never hit by the jet.", "A"
 UNDER_EXPOSED = Rule(
     "R2",
     "under-exposed",
-    "Too little solution lands on an exposed surface, or the wave front passes too quickly.",
+    "Too little solution lands on an exposed surface or flows over it, or the wave front passes too quickly.",
     "C",
     ("dirty", "marginal", "clean"),
 )

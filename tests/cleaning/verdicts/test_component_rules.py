@@ -74,7 +74,7 @@ def test_what_flows_over_a_surface_counts_and_what_lands_is_stated():
     judged = one(judge_part(evidence(reached=(Reach("wash", "clean", "sequence[0]", 1, wet),))), "R2")
     assert judged.verdict == "clean"
     assert [each.value for each in judged.numbers] == [6.0, 1.0]
-    assert "6.0 mm in clean, run-off included" in judged.because
+    assert "get 6 mm in clean, run-off included" in judged.because
 
 
 def test_rinsing_has_its_own_limit_and_the_wave_front_counts_where_it_is_asked_for():

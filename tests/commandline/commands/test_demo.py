@@ -29,7 +29,7 @@ def test_the_demonstration_does_all_of_it_and_dirt_is_no_failure(tmp_path: Path)
     assert set(written) == {f"tiny{end}" for end in ends}
     found = json.loads(written["tiny-cleaning.json"])
     assert found["recipe"]["name"] == "rinse-only"
-    assert found["verdict"] == "dirty"
+    assert found["verdict"] != "clean"
     assert (found["washboard"], found["effort"]) == (version("washboard"), "fast")
     assert all(name in done.out for name in written)
     assert done.out.index("can be done") < done.out.index("no proof of cleanliness")
