@@ -141,6 +141,10 @@ def _stage(stage: Stage, exposure: Exposure) -> Json:
 
 def _part(part: Part) -> Json:
     exposed = [{} if each is None else asdict(each) for each in part.exposed]
+    for fields in filter(None, exposed):
+        error = cast(float, fields["cone_error_s"])
+        fields["cone_error_s"] = to_error(error, error)
+        fields["cone_s"] = tuple(to_error(each, error) for each in cast("tuple[float, ...]", fields["cone_s"]))
     for fields in exposed:  # least, low and mean by name
         fields |= {
             key: dict(zip(_SPREAD, each, strict=True)) for key, each in fields.items() if isinstance(each, tuple)
@@ -219,6 +223,11 @@ def _gap(gap: GapResult) -> Json:
             ],
         }
     )
+
+
+def to_error(value: float, error: float) -> float:
+    """Round a value to the second digit of its error."""
+    return round(value, 1 - math.floor(math.log10(error))) if error > 0 else value
 
 
 def _plain(value: object) -> Json:

@@ -11,6 +11,7 @@ from cleaning.errors import CleaningError
 from cleaning.exposure.exact import exact_exposure
 from cleaning.jet.jet import jet_of
 from cleaning.prepared_board import PreparedBoard
+from cleaning.verdicts.exposed_area import exposed_part
 from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Indices
 from specs.source import Source
@@ -18,18 +19,23 @@ from specs.source import Source
 
 @dataclass(frozen=True, slots=True)
 class Verified:
-    """Volume on one component in one stage, by both ways. mm of liquid on the exposed surface."""
+    """Volume on one component and its time in the cone in one stage, by both ways; of the exposed surface."""
 
     component: str
     function: str
     made_by: Source
     """Of the stage."""
     rays_mm: float
-    """Mean by area, as the verdict uses it."""
+    """Mean by area of what lands, as the report has it."""
     exact_mm: float
     worst_mm: float
     """Largest difference in one cell."""
     cells: int
+    cone_s: float
+    """Mean by area, as the report has it."""
+    cone_error_s: float
+    """95 % error that the report states for it."""
+    exact_cone_s: float
 
 
 def verify(report: CleaningReport, prepared: PreparedBoard, names: Sequence[str]) -> tuple[Verified, ...]:
@@ -54,11 +60,13 @@ def verify(report: CleaningReport, prepared: PreparedBoard, names: Sequence[str]
             if stage.use == "dry":
                 continue
             jet = jet_of(stage, prepared.parameters.spray)
-            exact = exact_exposure(stage, jet, facets, prepared.scene, cells).volume_mm
+            exact = exact_exposure(stage, jet, facets, prepared.scene, cells)
             rays = exposure.volume_mm[cells]
-            worst_mm = float(np.abs(rays - exact).max(initial=0.0))
-            means = float(rays @ share), float(exact @ share)
-            found.append(Verified(name, stage.function, stage.made_by, *means, worst_mm, len(cells)))
+            worst_mm = float(np.abs(rays - exact.volume_mm).max(initial=0.0))
+            means = float(rays @ share), float(exact.volume_mm @ share)
+            part = exposed_part(exposure, facets, cells)
+            cone = part.cone_s[2], part.cone_error_s, float(exact.cone_s @ share)
+            found.append(Verified(name, stage.function, stage.made_by, *means, worst_mm, len(cells), *cone))
     return tuple(found)
 
 

@@ -17,10 +17,11 @@ from geometry.arrays import Indices
 from geometry.compiled import compiled, quick
 from geometry.rays import RayScene, cast_rays
 
-VOLUME, CONE, FRONT, NORMAL, TANGENTIAL, PEAK, HITS = range(7)
-"""Columns of what is added up for each cell; volumes in mm³, the rest times area in mm²."""
+VOLUME, CONE, FRONT, NORMAL, TANGENTIAL, PEAK, HITS, CONE_SQUARES = range(8)
+"""Columns of what is added up for each cell: volumes in mm³, the rest times area in mm²; the last squares of what each
+ray adds to CONE."""
 SUMS = 8
-"""One more column than that: a row is one line of the cache."""
+"""A row is one line of the cache."""
 _GRAZING = 1e-6
 
 
@@ -185,6 +186,7 @@ def accumulate_hits(
             spread = spread_at(jet, row[3], row[2], length)
             area_s = spread / cosine * row[7] * seconds
             sums[CONE] += row[5] * area_s
+            sums[CONE_SQUARES] += row[5] * area_s * area_s
             sums[FRONT] += row[6] * area_s
             stress = stress_factor(jet, row[4], length, spread) * cosine * cosine
             sums[NORMAL] += stress * area_s

@@ -25,18 +25,31 @@ from geometry.compiled import quick
 from geometry.disc_grid import DiscGrid, build_disc_grid
 from geometry.rays import RayScene, are_blocked, cast
 
-_CONE, _FRONT, _VOLUME, _NORMAL, _TANGENTIAL, _PEAK, _COLUMNS = range(7)
+_CONE, _FRONT, _VOLUME, _NORMAL, _TANGENTIAL, _PEAK, _STEPS, _COLUMNS = range(8)
 _RAYS = 200_000
 _PLACES = 12
 _MOMENTS = 24
 _LIFT_MM = 1e-3
+_FEW = 12
+"""Exposed cells of a component that are so few that rays leave more than a tenth of doubt."""
+_SAME = 1e-6
+_SINGLE = 0.05
 _WIDE = 2.0
 """Sigmas beyond the half angle that still count as within the cone."""
 _ENOUGH = 30
 """Rays that mean something for a component."""
 _FLATTEST = np.radians(89.5)
 """Angle from the vertical beyond which a ray meets the board anywhere."""
-_REFINED = ("cone_s", "front_s", "volume_mm", "peak_pa", "impulse_n_pa_s", "impulse_t_pa_s")
+_REFINED = (
+    "cone_s",
+    "front_s",
+    "volume_mm",
+    "peak_pa",
+    "impulse_n_pa_s",
+    "impulse_t_pa_s",
+    "cone_error_s",
+    "cone_shared_error_s",
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,9 +64,16 @@ class ExactExposure:
     peak_pa: Scalars
     impulse_n_pa_s: Scalars
     impulse_t_pa_s: Scalars
+    cone_error_s: Scalars
+    """(k,) none: neighbouring cells share all errors."""
+    cone_shared_error_s: Scalars
+    """(k,) standard error of the cone time: from the choice of places on a cell, and from following the way in steps.
+    Each time that the cone comes or goes, it may do so anywhere between two samples."""
 
 
-def exact_exposure(stage: Stage, jet: Jet, facets: Facets, scene: RayScene, cells: Indices) -> ExactExposure:
+def exact_exposure(
+    stage: Stage, jet: Jet, facets: Facets, scene: RayScene, cells: Indices, *, sparing: bool = False
+) -> ExactExposure:
     """Add up, over all samples, what each chosen cell gets.
 
     Args:
@@ -62,11 +82,15 @@ def exact_exposure(stage: Stage, jet: Jet, facets: Facets, scene: RayScene, cell
         facets: ``build_facets`` of the scene.
         scene: What stands in between.
         cells: (k,) each at most once.
+        sparing: Evaluate three places only on facets of which the sky hides some; one on the others.
     """
     row = np.full(len(facets.cell_areas_mm2), -1, dtype=np.int64)
     row[cells] = np.arange(len(cells))
     chosen = np.flatnonzero((row[facets.cell] >= 0) & facets.exposed)
     small = facets.areas_mm2[chosen] < SMALL_MM2
+    if sparing:
+        shown = np.bincount(facets.cell, facets.areas_mm2 * facets.exposed, len(row))
+        small |= (np.abs(shown - facets.cell_areas_mm2) <= _SAME * shown)[facets.cell[chosen]]
     tiny, large = chosen[small], chosen[~small]
     inner = inner_points(facets.triangles[large]).reshape(-1, 3)
     places = np.concatenate([facets.triangles[tiny].mean(axis=1), inner])
@@ -79,22 +103,19 @@ def exact_exposure(stage: Stage, jet: Jet, facets: Facets, scene: RayScene, cell
     peak = np.zeros(len(cells))
     np.maximum.at(peak, whose, found[:, _PEAK])
     cone, front, volume, normal, tangential = (each / facets.cell_areas_mm2[cells] for each in sums)
-    return ExactExposure(cells, cone, front, volume * (0.0 if jet.gas else 1.0), peak, normal, tangential)
+    volume *= 0.0 if jet.gas else 1.0
+    steps = np.sqrt(np.bincount(whose, found[:, _STEPS] * weights, len(cells)) / facets.cell_areas_mm2[cells])
+    scatter = _scatter(found[:, _CONE], whose, cone)
+    shared = np.hypot(scatter, steps)
+    return ExactExposure(cells, cone, front, volume, peak, normal, tangential, np.zeros(len(cells)), shared)
 
 
-def visible_flux(stage: Stage, jet: Jet, facets: Facets, scene: RayScene, cells: Indices) -> ExactExposure:
-    """Flux on each chosen cell at one place alone: exact there, and many times quicker than ``exact_exposure``.
-
-    The place is the middle of the largest facet of the cell that is exposed.
-    """
-    shown = np.flatnonzero(facets.exposed)
-    order = shown[np.argsort(-facets.areas_mm2[shown], kind="stable")]
-    largest = np.zeros(len(facets.cell_areas_mm2), dtype=np.int64)
-    largest[facets.cell[order[::-1]]] = order[::-1]
-    chosen = largest[cells]
-    found = _reached(stage, jet, scene, facets.triangles[chosen].mean(axis=1), facets.normals[chosen])
-    cone, front, volume, normal, tangential, peak = found.T
-    return ExactExposure(cells, cone, front, volume * (0.0 if jet.gas else 1.0), peak, normal, tangential)
+def _scatter(values: Scalars, whose: Indices, means: Scalars) -> Scalars:
+    """(k,) standard error of the mean over the places of each cell; of a single one a share of it."""
+    count = np.bincount(whose, minlength=len(means))
+    middle = np.bincount(whose, values, len(means)) / np.maximum(count, 1)
+    squares = np.bincount(whose, (values - middle[whose]) ** 2, len(means))
+    return np.where(count < 2, _SINGLE * means, np.sqrt(squares / np.maximum(count * (count - 1), 1)))
 
 
 def refine_sparse_cells(
@@ -102,7 +123,8 @@ def refine_sparse_cells(
 ) -> Exposure:
     """Put exact values in the place of estimates that rest on nothing, or on too little.
 
-    That is in cells that no ray hit, and in all cells of components that were hit by fewer than 30.
+    That is in cells that no ray hit, and in all cells of components that have no more than 12 or were hit by fewer than
+    30 rays.
 
     Args:
         exposure: As the rays found it.
@@ -114,10 +136,11 @@ def refine_sparse_cells(
     """
     component = facets.cell_component[cells] + 1
     seldom = np.bincount(component, exposure.hits[cells]) < _ENOUGH
+    seldom[1:] |= np.bincount(component, facets.cell_exposed[cells])[1:] <= _FEW
     poor = cells[facets.cell_exposed[cells] & ((exposure.hits[cells] == 0) | seldom[component])]
     if not len(poor):
         return exposure
-    exact = visible_flux(stage, jet, facets, scene, poor)
+    exact = exact_exposure(stage, jet, facets, scene, poor, sparing=True)
     changed = {name: getattr(exposure, name).copy() for name in _REFINED}
     for name, values in changed.items():
         values[poor] = getattr(exact, name)
@@ -166,6 +189,8 @@ class SightLines(NamedTuple):
     lengths: NDArray[np.float32]
     values: NDArray[np.float64]
     """(n, 6) what reaches the place if nothing stands in between: s, s, mm, Pa s, Pa s, Pa."""
+    samples: NDArray[np.int32]
+    """(n,)"""
 
 
 def samples_in_sight(stage: Stage, jet: Jet, places: Points) -> DiscGrid:
@@ -192,7 +217,7 @@ def samples_in_sight(stage: Stage, jet: Jet, places: Points) -> DiscGrid:
 
 
 def _reached(stage: Stage, jet: Jet, scene: RayScene, places: Points, normals: Points) -> NDArray[np.float64]:
-    """(n, 6) of (n, 3) places: seconds in cone and front, mm, Pa s, Pa s, and the highest stress."""
+    """(n, 7) of (n, 3) places: seconds in cone and front, mm, Pa s, Pa s, the highest stress, s2 of the steps."""
     found = np.zeros((len(places), _COLUMNS))
     if not len(places):
         return found
@@ -202,7 +227,8 @@ def _reached(stage: Stage, jet: Jet, scene: RayScene, places: Points, normals: P
         np.empty((room, 3), dtype=np.float32),
         np.empty((room, 3), dtype=np.float32),
         np.empty(room, dtype=np.float32),
-        np.empty((room, _COLUMNS)),
+        np.empty((room, _STEPS)),
+        np.empty(room, dtype=np.int32),
     )
     begin, filled, counts = 0, 0, np.zeros(len(places), dtype=np.int64)
     for k, (place, normal) in enumerate(zip(places, normals, strict=True)):
@@ -211,24 +237,29 @@ def _reached(stage: Stage, jet: Jet, scene: RayScene, places: Points, normals: P
         filled += int(counts[k])
         if filled >= _RAYS or k == len(places) - 1:
             blocked = are_blocked(scene, sights.origins[:filled], sights.directions[:filled], sights.lengths[:filled])
-            add_visible(sights.values, blocked, counts[begin : k + 1], found[begin : k + 1])
+            add_visible(sights, blocked, counts[begin : k + 1], found[begin : k + 1])
             begin, filled = k + 1, 0
     return found
 
 
 @quick
-def add_visible(
-    values: NDArray[np.float64], blocked: NDArray[np.bool_], counts: Indices, found: NDArray[np.float64]
-) -> None:
+def add_visible(sights: SightLines, blocked: NDArray[np.bool_], counts: Indices, found: NDArray[np.float64]) -> None:
     """Add what is not blocked to its place: each has ``counts`` lines of sight, one after the other."""
+    values, samples = sights.values, sights.samples
     k = 0
     for place in range(len(counts)):
+        before, lasting = -2, 0.0
         for _ in range(counts[place]):
             if not blocked[k]:
                 for column in range(_PEAK):
                     found[place, column] += values[k, column]
                 found[place, _PEAK] = max(found[place, _PEAK], values[k, _PEAK])
+                if values[k, _CONE] > 0.0:
+                    if samples[k] != before + 1:
+                        found[place, _STEPS] += (lasting * lasting + values[k, _CONE] * values[k, _CONE]) / 12.0
+                    before, lasting = samples[k], values[k, _CONE]
             k += 1
+        found[place, _STEPS] += lasting * lasting / 12.0
 
 
 @quick
@@ -275,7 +306,7 @@ def lay_sight_lines(
             sights.origins[row, axis] = place[axis] - along * length - origin[axis]
         if cosine <= 0.0:
             continue
-        sights.lengths[row] = length
+        sights.lengths[row], sights.samples[row] = length, i
         seconds, values = poses.seconds[i], sights.values[row]
         stress = stress_factor(jet, strength, length, spread) * cosine * cosine
         values[_CONE] = seconds if within else 0.0

@@ -26,6 +26,8 @@ from specs.progress import Progress, no_progress
 
 _BLOCKS = 160
 _BATCH_RAYS = 200_000
+_STEP_ERROR = 0.01
+"""Share of a time in the cone; cells whose rays are not replaced belong to surfaces that many passes cross."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +67,10 @@ class Exposure:
     """(c,) tangential stress over time."""
     hits: Indices
     """(c,) rays that landed: fewer than 30 are too few."""
+    cone_error_s: Scalars
+    """(c,) standard error of ``cone_s``: of rays as if each fell at random, which is more than it is."""
+    cone_shared_error_s: Scalars
+    """(c,) standard error of ``cone_s`` that neighbouring cells share, such as from following the way in steps."""
     sprayed_mm3: float
     """Volume that left the nozzle."""
     landed_mm3: float
@@ -152,6 +158,8 @@ def _exposure_of(
         impulse_n_pa_s=means[:, accumulate.NORMAL],
         impulse_t_pa_s=means[:, accumulate.TANGENTIAL],
         hits=sums[:, accumulate.HITS].astype(np.int64),
+        cone_error_s=np.sqrt(sums[:, accumulate.CONE_SQUARES]) / facets.cell_areas_mm2,
+        cone_shared_error_s=_STEP_ERROR * means[:, accumulate.CONE],
         sprayed_mm3=jet.flow_m3_s * 1e9 * stage.spray_s,
         landed_mm3=float(sums[:, accumulate.VOLUME].sum()),
         rays=len(stage.samples.times) * rays_per_sample,

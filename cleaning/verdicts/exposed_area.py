@@ -20,6 +20,10 @@ LOW = 0.05
 """Percentile that stands for the places that get little."""
 FEW = 3
 """Cells that are so few that one of them decides nothing."""
+_TWO_SIDED = 2.0
+"""Standard errors of a 95 % interval."""
+_OF_RAYS = 2.5
+"""Likewise of rays: a few of them count for much, so that the standard error is often too small."""
 BARE = -1
 """Index of a component that stands for the bare board."""
 
@@ -78,7 +82,9 @@ def exposed_part(exposure: Exposure, facets: Facets, cells: Indices) -> ExposedP
     hidden = float(facets.cell_areas_mm2[cells].sum() - areas.sum())
     if not len(shown):
         none = (0.0, 0.0, 0.0)
-        return ExposedPart(0.0, hidden, 0.0, none, none, none, none, 0.0)
+        return ExposedPart(0.0, hidden, 0.0, none, none, none, none, 0.0, 0.0)
+    apart = np.linalg.norm(exposure.cone_error_s[shown] * areas) / areas.sum()
+    shared = np.average(exposure.cone_shared_error_s[shown], weights=areas)
     missed = float(areas[exposure.cone_s[shown] <= 0].sum() / areas.sum())
     return ExposedPart(
         area_mm2=float(areas.sum()),
@@ -88,6 +94,7 @@ def exposed_part(exposure: Exposure, facets: Facets, cells: Indices) -> ExposedP
         supply_mm=_spread(exposure.supply_mm[shown], areas),
         front_s=_spread(exposure.front_s[shown], areas),
         cone_s=_spread(exposure.cone_s[shown], areas),
+        cone_error_s=float(np.hypot(_OF_RAYS * apart, _TWO_SIDED * shared)),
         peak_pa=float(exposure.peak_pa[shown].max()),
     )
 
@@ -100,6 +107,8 @@ def together(exposures: Sequence[Exposure]) -> Exposure:
     return replace(
         first,
         cone_s=np.sum([each.cone_s for each in exposures], axis=0),
+        cone_error_s=np.linalg.norm([each.cone_error_s for each in exposures], axis=0),
+        cone_shared_error_s=np.linalg.norm([each.cone_shared_error_s for each in exposures], axis=0),
         front_s=np.sum([each.front_s for each in exposures], axis=0),
         volume_mm=np.sum([each.volume_mm for each in exposures], axis=0),
         run_off_mm=np.sum([each.run_off_mm for each in exposures], axis=0),

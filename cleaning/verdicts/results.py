@@ -86,6 +86,8 @@ class ExposedPart:
     """Likewise of what lands or flows over it: film, and what runs down its walls from its top."""
     front_s: tuple[float, float, float]
     cone_s: tuple[float, float, float]
+    cone_error_s: float
+    """The mean of ``cone_s`` is within it of the exact one in 95 % of cases."""
     peak_pa: float
 
 

@@ -55,7 +55,7 @@ _MOST_GAPS = 6
 _MOST_LIMITED = 15
 _STAGES = ("Function", "Solution", "Nozzle", ">bar", ">°C", ">Time", ">Spraying", ">Litres", ">Lands on the board",
            ">Bare board, mm: least / low / mean")  # fmt: skip
-_VERIFIED = ("Component", "Stage", ">Rays, mm", ">Exact, mm", ">Difference", ">Worst cell, mm")
+_VERIFIED = ("Component", "Stage", ">Rays, mm", ">Exact, mm", ">Difference", ">Worst cell, mm", ">Cone, s", ">Exact, s")
 
 
 def cleaning_page(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from cleaning.parameters.model import Known, Provenance
 from cleaning.parameters.provenance import assumptions_of
-from cleaning.report import mean_residue
+from cleaning.report import mean_residue, to_error
 from cleaning.undersides.rinse import film_exchanges
 from cleaning.verdicts.cleanliness import count_cleanliness, outcome, report_cleanliness, stays_wet
 from cleaning.verdicts.results import CleaningReport, Judgement, Part
@@ -238,12 +238,18 @@ def gap_table(report: CleaningReport, part: Part) -> Table:
 
 
 def verified_rows(verified: Sequence[Verified]) -> list[tuple[str, ...]]:
-    """Give component, stage, volume by rays, by the exact sum, difference, and worst cell, mm, of chosen components."""
+    """Give what was worked out exactly of chosen components.
+
+    The cells of a row: component, stage, volume by rays, by the exact sum, difference, and worst cell, mm; time in the
+    cone with its error, and by the exact sum, s.
+    """
     rows: list[tuple[str, ...]] = []
     for each in verified:
         off = (each.rays_mm - each.exact_mm) / each.exact_mm if each.exact_mm > 0 else 0.0
         rays, exact, worst = map(short_number, (each.rays_mm, each.exact_mm, each.worst_mm))
-        rows.append((each.component, each.function, rays, exact, f"{off:+.1%}", worst))
+        cone = f"{to_error(each.cone_s, each.cone_error_s):g} ± {to_error(each.cone_error_s, each.cone_error_s):g}"
+        exact_cone = f"{to_error(each.exact_cone_s, each.cone_error_s):g}"
+        rows.append((each.component, each.function, rays, exact, f"{off:+.1%}", worst, cone, exact_cone))
     return rows
 
 

@@ -29,7 +29,7 @@ _MOST_GROUPS = 12
 _MOST_NAMES = 12
 _MOST_WORST = 3
 _STAGES = ("function", "solution", "nozzle", ">bar", ">°C", ">time", ">spraying", ">litres", ">lands")
-_VERIFIED = ("component", "stage", ">rays, mm", ">exact, mm", ">difference", ">worst cell, mm")
+_VERIFIED = ("component", "stage", ">rays, mm", ">exact, mm", ">difference", ">worst cell, mm", ">cone, s", ">exact, s")
 _PARTS = ("component", "verdict", "grade", "rule", "because", "what to do")
 
 

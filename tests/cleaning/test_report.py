@@ -53,11 +53,22 @@ def test_what_has_no_bound_is_null_because_json_has_no_infinity():
 
 def test_what_was_computed_exactly_names_the_step_of_the_recipe():
     step = Source.parse("sequence[0]")
-    both = Verified("U1", "clean", step, rays_mm=1.0, exact_mm=1.23456789, worst_mm=0.5, cells=7)
+    both = Verified(
+        "U1",
+        "clean",
+        step,
+        rays_mm=1.0,
+        exact_mm=1.23456789,
+        worst_mm=0.5,
+        cells=7,
+        cone_s=3.0,
+        cone_error_s=0.1,
+        exact_cone_s=3.05,
+    )
     (found,) = json.loads(json.dumps(cleaning_report(small_report(), [both])))["verified"]
     assert found == {
         "component": "U1", "function": "clean", "made_by": "sequence[0]", "rays_mm": 1.0, "exact_mm": 1.23457,
-        "worst_mm": 0.5, "cells": 7,
+        "worst_mm": 0.5, "cells": 7, "cone_s": 3.0, "cone_error_s": 0.1, "exact_cone_s": 3.05,
     }  # fmt: skip
 
 

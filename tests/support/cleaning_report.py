@@ -209,7 +209,7 @@ _CLEAN_SURFACE = (_judge(UNDER_EXPOSED, "clean", numbers=(Number("volume p5", 7.
 
 def _part(name, judgements, volume, underside=None, gaps=()) -> Part:
     """Put one together; the elasticities are the same for all that have a gap."""
-    seen = ExposedPart(9.0, 3.0, 0.01, *[(0.0, volume / 2, volume)] * 2, (0.0, 1.1, 2.6), (0.0, 4.0, 7.5), 310.0)
+    seen = ExposedPart(9.0, 3.0, 0.01, *[(0.0, volume / 2, volume)] * 2, (0.0, 1.1, 2.6), (0.0, 4.0, 7.5), 0.2, 310.0)
     elasticity = {"time": -2.1, "temperature": -1.4, "chemistry": -1.9, "pressure": -0.4, "standoff": -0.3}
     return Part(
         component=name,

@@ -86,6 +86,8 @@ def exposure_of(facets: Facets, stage: Stage) -> Exposure:
         impulse_n_pa_s=volume * 20,
         impulse_t_pa_s=volume * 9,
         hits=np.round(volume * 40).astype(np.int64),
+        cone_error_s=volume * 0.05,
+        cone_shared_error_s=volume * 0.01,
         sprayed_mm3=1.5 * landed,
         landed_mm3=landed,
         rays=5120,

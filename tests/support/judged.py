@@ -31,7 +31,7 @@ def stage(use="wash", **changes):
 
 def exposed(missed=0.0, low=20.0, front=2.0, peak=300.0, area=12.0):
     return ExposedPart(
-        area, 3.0, missed, *[(low / 2, low, 2 * low)] * 2, (front / 2, front, front), (9.0, 9.0, 9.0), peak
+        area, 3.0, missed, *[(low / 2, low, 2 * low)] * 2, (front / 2, front, front), (9.0, 9.0, 9.0), 0.2, peak
     )
 
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 from cleaning.process.stages import Stage
+from cleaning.report import to_error
 from cleaning.verdicts.cleanliness import count_cleanliness, deciding_judgement, outcome, report_outcome
 from cleaning.verdicts.results import CleaningReport, ExposedPart, Judgement, Part
 from reports.tables.cleaning_tables import caveat, headline
@@ -25,7 +26,7 @@ from webui.theme.html import (
 from webui.theme.palette import ACCENT, QUIET, VERDICT_COLOURS, VERDICT_WORDS, to_hex
 
 _MOST_MAKERS = 6
-_HEAD = ("Stage", ">With run-off", ">Front", ">Cone", ">Peak", ">Missed")
+_HEAD = ("Stage", ">With run-off", ">Front", ">Cone, mean", ">Peak", ">Missed")
 _COLUMNS = (
     Column("Part", width="18%"),
     Column("Verdict", width="28%"),
@@ -115,7 +116,7 @@ def exposed_html(exposed: tuple[ExposedPart | None, ...], names: tuple[str, ...]
             name,
             f"{part.supply_mm[1]:.2f} mm",
             f"{part.front_s[1]:.2f} s",
-            f"{part.cone_s[1]:.2f} s",
+            f"{to_error(part.cone_s[2], part.cone_error_s):g} ± {to_error(part.cone_error_s, part.cone_error_s):g} s",
             f"{part.peak_pa:.0f} Pa",
             f"{100 * part.missed_share:.0f} %",
         )

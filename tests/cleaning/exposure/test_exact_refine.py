@@ -1,12 +1,14 @@
 import numpy as np
 import pytest
 from analysed import board_of
-from small_sprays import downward, samples_of, sprayed, stage_of
+from shapely import box
+from small_boards import part
+from small_sprays import downward, samples_of, solid_board, sprayed, stage_of
 
-from cleaning.exposure.exact import exact_exposure, refine_sparse_cells, visible_flux
+from cleaning.exposure.exact import exact_exposure, refine_sparse_cells
 from cleaning.exposure.exposure import expose
 from cleaning.surface.facets import build_facets, build_scene
-from cleaning.verdicts.exposed_area import cells_of_side
+from cleaning.verdicts.exposed_area import cells_of, cells_of_side, exposed_part
 
 BOARD = board_of("U1")
 SCENE = build_scene(BOARD)
@@ -30,7 +32,7 @@ def test_what_few_rays_do_not_find_is_found_all_the_same():
 def test_what_was_hit_often_keeps_its_estimate_and_nothing_else_is_touched():
     many = expose(STAGE, JET, FACETS, SCENE, 8000)
     sure = refine_sparse_cells(many, STAGE, JET, FACETS, SCENE, CELLS)
-    kept = many.hits > 0
+    kept = (many.hits > 0) & (FACETS.cell_component == -1)
     np.testing.assert_array_equal(sure.volume_mm[kept], many.volume_mm[kept])
     others = np.setdiff1d(np.arange(len(many.hits)), CELLS)
     np.testing.assert_array_equal(sure.cone_s[others], many.cone_s[others])
@@ -41,13 +43,52 @@ def test_a_component_that_hardly_any_ray_hit_is_worked_out_exactly():
     mine = CELLS[(FACETS.cell_component[CELLS] == 0) & FACETS.cell_exposed[CELLS]]
     assert 0 < few.hits[mine].sum() < 30
     sure = refine_sparse_cells(few, STAGE, JET, FACETS, SCENE, CELLS)
-    exact = visible_flux(STAGE, JET, FACETS, SCENE, mine)
+    exact = exact_exposure(STAGE, JET, FACETS, SCENE, mine, sparing=True)
     np.testing.assert_allclose(sure.volume_mm[mine], exact.volume_mm)
     np.testing.assert_allclose(sure.peak_pa[mine], exact.peak_pa)
 
 
-def test_one_place_in_a_cell_says_about_what_all_of_it_gets():
-    middle = visible_flux(STAGE, JET, FACETS, SCENE, CELLS)
+def test_a_part_of_few_cells_is_worked_out_exactly_however_many_rays_hit_it():
+    board = solid_board(part("C1", 8.0, 14.0, 1.0, 0.5, 0.5), outline=box(0, 0, 30, 30, ccw=True))
+    scene = build_scene(board)
+    facets = build_facets(board, scene)
+    cells = cells_of_side(facets, board, "top")
+    mine = cells[(facets.cell_component[cells] == 0) & facets.cell_exposed[cells]]
+    rays = expose(STAGE, JET, facets, scene, 60_000)
+    assert rays.hits[mine].sum() >= 30
+    sure = refine_sparse_cells(rays, STAGE, JET, facets, scene, cells)
+    exact = exact_exposure(STAGE, JET, facets, scene, mine)
+    areas = facets.cell_areas_mm2[mine]
+    assert sure.cone_s[mine] @ areas == pytest.approx(exact.cone_s @ areas, rel=0.02)
+    assert (sure.cone_shared_error_s[mine][exact.cone_s > 0] > 0).all()
+
+
+def test_the_time_in_the_cone_is_within_its_error_of_a_finer_reference():
+    places = [(x, y) for x in (4.0, 9.0, 17.0, 22.0, 26.0) for y in (3.0, 8.0, 13.0, 18.0, 23.0)]
+    parts = [part(f"R{i}", *place, 0.6, 0.3, 0.3) for i, place in enumerate(places)]
+    board = solid_board(*parts, part("U1", 12.0, 10.0, 2.0, 6.0, 9.0), outline=box(0, 0, 30, 30, ccw=True))
+    scene = build_scene(board)
+    facets = build_facets(board, scene)
+    way = np.linspace([-25.0, 12.0, 30.0], [55.0, 18.0, 30.0], 1600)
+    fine = stage_of(samples_of(way, downward(15.0, 40.0), seconds=0.01))
+    coarse = stage_of(samples_of(way[30::60], downward(15.0, 40.0), seconds=0.6))
+    rays = expose(coarse, sprayed(coarse), facets, scene, 3000)
+    cells = cells_of_side(facets, board, "top")
+    sure = refine_sparse_cells(rays, coarse, sprayed(coarse), facets, scene, cells)
+    held = []
+    for index in range(len(places)):
+        mine = cells_of(facets, board, index, "top")
+        shown = mine[facets.cell_exposed[mine]]
+        found = exposed_part(sure, facets, mine)
+        exact = exact_exposure(fine, sprayed(fine), facets, scene, shown).cone_s
+        off = abs(found.cone_s[2] - np.average(exact, weights=facets.cell_areas_mm2[shown]))
+        held.append(off <= found.cone_error_s)
+        assert found.cone_error_s < 0.25 * found.cone_s[2]
+    assert sum(held) >= 24
+
+
+def test_one_place_on_a_facet_says_about_what_all_of_it_gets():
+    middle = exact_exposure(STAGE, JET, FACETS, SCENE, CELLS, sparing=True)
     whole = exact_exposure(STAGE, JET, FACETS, SCENE, CELLS)
     areas = FACETS.cell_areas_mm2[CELLS] * FACETS.cell_exposed[CELLS]
     assert middle.volume_mm @ areas == pytest.approx(whole.volume_mm @ areas, rel=0.02)

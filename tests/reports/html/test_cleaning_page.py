@@ -186,10 +186,12 @@ def test_a_list_that_is_too_long_still_names_all() -> None:
 @pytest.mark.slow
 def test_what_was_worked_out_exactly_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cleaning_page_module, "draw_exposures", lambda _: [])
-    exact = Verified("U1", "clean", "sequence[0]", rays_mm=5.5, exact_mm=5.0, worst_mm=0.8, cells=30)
+    cone = {"cone_s": 8.1234, "cone_error_s": 0.1234, "exact_cone_s": 8.0456}
+    exact = Verified("U1", "clean", "sequence[0]", rays_mm=5.5, exact_mm=5.0, worst_mm=0.8, cells=30, **cone)
     told = cleaning_page(small_report(), Traceability(), (exact,))
     assert "Worked out exactly" in told
     assert "+10.0%" in told
+    assert "8.12 ± 0.12" in told
     assert "Worked out exactly" not in cleaning_page(small_report(), Traceability())
 
 
