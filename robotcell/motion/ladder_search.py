@@ -25,6 +25,7 @@ _LATE_WEIGHT = 4.0
 _SPEED_SHARE = 0.8
 """Share of a joint's greatest speed above which it counts as late."""
 _LEAST_LASTING_S = 0.02
+_CLEARLY = 1e-6
 _TIE = 1e-9
 """s: costs that differ by less are equal; the first is taken."""
 FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE = 0, 1, 2
@@ -127,18 +128,28 @@ def _sweep(
     previous = np.full(len(best), -1, dtype=np.int64)
     for node in range(len(steps)):
         low, high = first[node], first[node + 1]
-        nearest = low
+        nearest = likely = low
         for before in range(low, high):
             if best[before] < best[nearest] - _TIE:
                 nearest = before
         for state in range(high, first[node + 2]):
             least, source = best[nearest] + DISCONTINUITY_COST_S, nearest
+            # What follows the source of the last state, or its neighbour, is mostly near the cheapest: what costs more
+            # need not be looked at. Which of equals is taken does not depend on it.
+            bound = least
+            for before in range(likely, min(likely + 2, high)):
+                step = best[before] + _step_cost(table, (before, state), steps, node, speeds, bound - best[before])
+                if step < bound and not _is_forbidden(forbidden, before, state):
+                    bound = step
+            bound += _CLEARLY
             for before in range(low, high):
-                if best[before] >= least - _TIE:
+                room = min(least - _TIE, bound) - best[before]
+                if room <= 0.0:
                     continue
-                step = best[before] + _step_cost(table, before, state, steps, node, speeds)
+                step = best[before] + _step_cost(table, (before, state), steps, node, speeds, room)
                 if step < least - _TIE and not _is_forbidden(forbidden, before, state):
                     least, source = step, before
+            likely = source
             best[state] += least
             previous[state] = source
     return best, previous
@@ -147,14 +158,15 @@ def _sweep(
 @quick
 def _step_cost(
     table: NDArray[np.float64],
-    before: int,
-    state: int,
+    pair: tuple[int, int],
     steps: NDArray[np.float64],
     node: int,
     speeds: NDArray[np.float64],
+    room: float,
 ) -> float:
-    """Give the cost of a step from one state to the next, s."""
+    """Give the cost of a step from one state to the next, s; infinite where it is seen to be above ``room``."""
     dof = len(speeds)
+    before, state = pair
     lasting, kind, slack, window = steps[node, 0], steps[node, 1], steps[node, 2], steps[node, 3]
     turn = abs(table[state, dof] - table[before, dof])
     turn = min(turn, abs(turn - 2.0 * math.pi))
@@ -163,6 +175,7 @@ def _step_cost(
         return 2.0 * DISCONTINUITY_COST_S
     most = slack + steps[node, 4] * turn + _TIE
     slowest, squared, widest = 0.0, 0.0, 0.0
+    most_squared = (room - steps[node, 5] * turn) * max(lasting, _LEAST_LASTING_S) if kind == FOLLOW else math.inf
     for joint in range(dof):
         change = abs(table[state, joint] - table[before, joint])
         if speeds[joint, 1]:
@@ -171,6 +184,8 @@ def _step_cost(
         needed = change * speeds[joint, 0]
         slowest = max(slowest, needed)
         squared += needed * needed
+        if kind == FOLLOW and (widest > most or squared > most_squared):
+            return math.inf
     if kind == MUST_RECONFIGURE:
         return slowest
     if not follows or widest > most:
