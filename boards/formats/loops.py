@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.polygon import orient
 
-from boards.bounds import check_corners
+from boards.bounds import FARTHEST_MM, check_corners
 from boards.errors import BoardError
 from geometry.arrays import Points2
 
@@ -66,8 +66,20 @@ def arc(start: Point2, centre: Point2, sweep_rad: float) -> Points2:
     return points
 
 
+def is_too_far(start: Point2, end: Point2, sweep_rad: float) -> bool:
+    """Whether the arc from one point to another with this included angle leads more than 10 m away.
+
+    Of nearly a full turn between two places it does, however near each other they are.
+    """
+    chord = float(np.hypot(*(np.asarray(end, dtype=np.float64) - start)))
+    return 0.5 * chord * abs(np.tan(sweep_rad / 4.0)) > FARTHEST_MM
+
+
 def arc_between(start: Point2, end: Point2, sweep_rad: float) -> Points2:
-    """Points along the arc from one point to another with this included angle, ``(n, 2)`` with both ends exact."""
+    """Points along the arc from one point to another with this included angle, ``(n, 2)`` with both ends exact.
+
+    Readers check that it is not ``is_too_far``.
+    """
     half = (np.asarray(end, dtype=np.float64) - start) / 2.0
     if abs(sweep_rad) < 1e-6:
         return np.array([start, end], dtype=np.float64)
@@ -77,12 +89,12 @@ def arc_between(start: Point2, end: Point2, sweep_rad: float) -> Points2:
     return points
 
 
-def arc_through(start: Point2, middle: Point2, end: Point2) -> Points2:
-    """Points along the arc through three points, ``(n, 2)`` with both ends exact; a line if they are in a row."""
+def sweep_through(start: Point2, middle: Point2, end: Point2) -> float:
+    """Included angle of the arc through three points, rad, counter-clockwise; 0 if they are in a row."""
     first, second = np.asarray(middle, dtype=np.float64) - start, np.asarray(end, dtype=np.float64) - middle
     # Inscribed angle: the arc's included angle is twice the turn at its middle.
     turn = np.arctan2(first[0] * second[1] - first[1] * second[0], float(first @ second))
-    return arc_between(start, end, 2.0 * float(turn))
+    return 2.0 * float(turn)
 
 
 def chain(edges: Sequence[Points2]) -> tuple[list[Points2], list[Points2]]:

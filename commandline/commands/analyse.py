@@ -83,11 +83,13 @@ def analyse(
         from reports.tables.cleaning_tables import this_producer
         from reports.terminal.cleaning_card import print_cleaning, print_verified
         from reports.terminal.console import open_console, print_files
+        from rulesengine.tuning.suggest import advise
 
         check_places((program, board, recipe, parameters, parts), {"a page": html, "a report": data})
         inputs = _read(program, board, recipe, parts)
         names = [name.strip() for name in verify.split(",") if name.strip()]
         report, verified = _analyse(inputs, parameters, effort, names)
+        report = advise(report, inputs[0], inputs[2])
         sha256 = hashlib.sha256(program.read_bytes()).hexdigest()
         trace = Traceability(serial, detergent, bath_c, conductivity, date, sha256)
         producer = this_producer(effort)

@@ -131,10 +131,12 @@ def _analyse(run: "Run", folder: Path) -> None:
     from reports.tables.cleaning_tables import this_producer
     from reports.terminal.cleaning_card import print_worst
     from reports.terminal.console import open_console, print_files
+    from rulesengine.tuning.suggest import advise
 
     begun = perf_counter()
     with progress_bar() as progress:
         report = analyse(run.program, run.board, run.recipe, load_parameters(), "fast", progress)
+    report = advise(report, run.program, run.recipe)
     seconds = perf_counter() - begun
     page, data = (folder / f"{run.board.name}-cleaning{end}" for end in (".html", ".json"))
     producer = this_producer("fast")

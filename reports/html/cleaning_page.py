@@ -34,6 +34,7 @@ from reports.tables.cleaning_tables import (
     caveat,
     gap_table,
     headline,
+    main_cause,
     parts_table,
     process_table,
     remarks,
@@ -140,10 +141,12 @@ def head_html(report: CleaningReport) -> str:
         *((str(count), VERDICT_WORDS[verdict].removeprefix("is ")) for verdict, count in counts.items()),
         *([(str(wet), wet_words(wet))] if wet else []),
     ]
+    cause = "".join(f"<p>{escape(text)}</p>" for text in [main_cause(report)] if text)
     cards = "".join(f"<div><b>{escape(value)}</b><span>{escape(what)}</span></div>" for value, what in facts)
     return (
         f'<header><p class="q">{escape(origin.board)} with {escape(origin.recipe)}</p>'
         f'<h1 style="border-color:{VERDICT_COLOURS[report_outcome(report)]}">{escape(headline(report))}</h1>'
+        f"{cause}"
         f'<p class="caveat">{escape(caveat(report))}</p><div class="facts">{cards}</div></header>'
     )
 

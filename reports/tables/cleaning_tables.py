@@ -1,5 +1,6 @@
 """A cleaning report in words and tables: grades, limits of the model, headline, producer, rows."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -9,7 +10,14 @@ from cleaning.parameters.model import Known, Provenance
 from cleaning.parameters.provenance import assumptions_of
 from cleaning.report import mean_residue, to_error
 from cleaning.undersides.rinse import film_exchanges
-from cleaning.verdicts.cleanliness import count_cleanliness, outcome, report_cleanliness, stays_wet
+from cleaning.verdicts.cleanliness import (
+    cleanliness,
+    count_cleanliness,
+    deciding_judgement,
+    outcome,
+    report_cleanliness,
+    stays_wet,
+)
 from cleaning.verdicts.results import CleaningReport, Judgement, Part
 from cleaning.verdicts.rules import RULES, VERDICTS, Grade, Verdict
 from cleaning.verify import Verified
@@ -104,6 +112,24 @@ def headline(report: CleaningReport) -> str:
     else:
         clean = f"{count} of {components} {verdict}" if count else f"{verdict}, for the process or the bare board"
     return f"Predicted: {clean}" + (f"; {wet} {_stay(wet)} wet underneath" if wet else "")
+
+
+def main_cause(report: CleaningReport) -> str:
+    """One sentence for the whole board: the rule that most components that are not clean fail by, and what helps most.
+
+    Empty where all are clean but for water.
+    """
+    failing = [deciding_judgement(part) for part in report.parts if cleanliness(part) != "clean"]
+    failing = [each for each in failing if each.verdict != "no verdict"]
+    if not failing:
+        return ""
+    functions = {str(stage.made_by): stage.function for stage in report.stages}
+    causes = Counter((each.rule, functions.get(str(each.stage), "")) for each in failing)
+    (rule, function), count = causes.most_common(1)[0]
+    alike = [each for each in failing if (each.rule, functions.get(str(each.stage), "")) == (rule, function)]
+    advice, _ = Counter(each.advice for each in alike).most_common(1)[0]
+    place = f" in {function}" if function else ""
+    return f"{count} of {len(failing)} that are not clean fail by {rule.id} {rule.title}{place}. {advice}".rstrip()
 
 
 def wet_count(report: CleaningReport) -> int:

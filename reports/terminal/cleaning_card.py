@@ -13,6 +13,7 @@ from reports.tables.cleaning_tables import (
     board_judgements,
     caveat,
     headline,
+    main_cause,
     remarks,
     stage_rows,
     verified_rows,
@@ -39,6 +40,7 @@ def print_cleaning(console: Console, report: CleaningReport, producer: Producer)
     words = (headline(report), STYLES[report_outcome(report)])
     print_line(console, (origin.board, "bold"), " with ", (origin.recipe, "bold"), ". ", words)
     print_line(console, (caveat(report), "dim"))
+    print_cause(console, report)
     print_table(console, Table.of(_STAGES, [row[: len(_STAGES)] for row in stage_rows(report)]))
     groups = group_alike(unclean_parts(report), deciding)
     rows: list[tuple[Cell, ...]] = []
@@ -56,10 +58,17 @@ def print_cleaning(console: Console, report: CleaningReport, producer: Producer)
     print_facts(console, [*_facts(report), ("analysed", f"by {producer}")])
 
 
+def print_cause(console: Console, report: CleaningReport) -> None:
+    """Print what most components that are not clean fail by, and what helps; nothing where all are clean."""
+    if cause := main_cause(report):
+        print_line(console, cause)
+
+
 def print_worst(console: Console, report: CleaningReport, seconds: float) -> None:
     """Print headline and caveat, verdicts counted, the worst few with the reason, and how long the analysis took."""
     print_line(console, (report.origin.board, "bold"), f", what comes out clean. {headline(report)}")
     print_line(console, (caveat(report), "dim"))
+    print_cause(console, report)
     worst = group_alike(unclean_parts(report), deciding)[:_MOST_WORST]
     facts = [
         ("verdicts", _verdicts(report)),

@@ -1,17 +1,22 @@
 """Suggested single edits for components that are not clean, and the predicted effect of each."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from boards.board import Board
 from cleaning.analyse import analyse_on
 from cleaning.prepared_board import PreparedBoard
-from cleaning.verdicts.results import CleaningReport
+from cleaning.verdicts.cleanliness import deciding_judgement
+from cleaning.verdicts.results import CleaningReport, Part
 from cleaning.verdicts.rules import Rule
+from programs.program import TimedProgram
 from recipes.load import parse_recipe
+from recipes.recipe import Recipe
 from rulesengine.planning.pipeline import Run, run
+from rulesengine.strokes.classify import Classified, classify
 from rulesengine.tuning.changes.candidate_changes import candidate_changes
-from rulesengine.tuning.trial.outcome import Figures, outcome_of
+from rulesengine.tuning.trial.outcome import Figures, Planned, outcome_of
 from rulesengine.tuning.trial.request import AllowedChanges
 from rulesengine.tuning.trial.requirements import Goal, UnmetRequirement
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
@@ -65,7 +70,7 @@ class Effect:
     """Whether the component is clean then."""
 
 
-def suggest(run: Run, report: CleaningReport, goal: Goal = "clean") -> tuple[Suggestion, ...]:
+def suggest(run: Planned, report: CleaningReport, goal: Goal = "clean") -> tuple[Suggestion, ...]:
     """Suggest at most three edits for each component that is not clean, the highest expected gain first.
 
     Components come in the report's order; there are none for what no recipe can meet. Nothing is analysed.
@@ -80,6 +85,42 @@ def suggest(run: Run, report: CleaningReport, goal: Goal = "clean") -> tuple[Sug
         changes = candidate_changes(outcome, own, AllowedChanges(frozenset(CHANGE_KINDS)))
         found += [Suggestion(component, rule, change.what, change.edits) for change in changes[:_MOST]]
     return tuple(found)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _ReadProgram:
+    """A program that was read, in the place of a run."""
+
+    recipe: Recipe
+    board: Board
+    classified: tuple[Classified, ...]
+    program: TimedProgram
+    robot: None = None
+
+
+def advise(report: CleaningReport, program: TimedProgram, recipe: Recipe) -> CleaningReport:
+    """Add to the advice for each component the edit of the recipe that is expected to help it most, by key and value.
+
+    Components come without one where no recipe can meet what they require. Nothing is analysed.
+
+    Raises:
+        RecipeError: a component matches no class.
+    """
+    classified, _ = classify(recipe, report.board)
+    best: dict[str, Suggestion] = {}
+    for each in suggest(_ReadProgram(recipe, report.board, classified, program), report):
+        best.setdefault(each.component, each)
+    parts = tuple(_advised(part, best.get(part.component)) for part in report.parts)
+    return replace(report, parts=parts, bare=_advised(report.bare, best.get(report.bare.component)))
+
+
+def _advised(part: Part, suggestion: Suggestion | None) -> Part:
+    """Add a suggestion to the judgement that decides, if it is about what that found."""
+    decides = deciding_judgement(part)
+    if suggestion is None or suggestion.rule != decides.rule:
+        return part
+    advised = replace(decides, advice=f"{decides.advice} For example {suggestion.what}.".lstrip())
+    return replace(part, judgements=tuple(advised if each is decides else each for each in part.judgements))
 
 
 def predict(

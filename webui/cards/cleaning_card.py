@@ -7,7 +7,7 @@ from cleaning.process.stages import Stage
 from cleaning.report import to_error
 from cleaning.verdicts.cleanliness import count_cleanliness, deciding_judgement, outcome, report_outcome
 from cleaning.verdicts.results import CleaningReport, ExposedPart, Judgement, Part
-from reports.tables.cleaning_tables import caveat, headline
+from reports.tables.cleaning_tables import caveat, headline, main_cause
 from reports.tables.table import Column, Table, Text
 from reports.tables.wording import clock, shorten
 from specs.source import Source
@@ -53,7 +53,7 @@ def headline_html(report: CleaningReport) -> str:
     process = "".join(judgement_html(each) for each in report.process if each.verdict != "clean")
     return box_html(
         f'<div style="font-weight:600;font-size:14px;color:{colour}">{headline(report)}</div>'
-        f"{small_html(escape(caveat(report)))}{facts_html(facts)}{process}"
+        f"{small_html(escape(main_cause(report)))}{small_html(escape(caveat(report)))}{facts_html(facts)}{process}"
     )
 
 

@@ -69,9 +69,11 @@ def analyse_run(run: Run, settings: AnalysisSettings, before: Analysed | None, p
         JobError: the program cannot be analysed with these parameters.
     """
     from cleaning.analyse import analyse_on
+    from rulesengine.tuning.suggest import advise
 
     prepared = prepare_board(run.board, settings.parameters, before, subprogress(progress, 0.0, 0.2))
     report = analyse_on(prepared, run.program, run.recipe, settings.effort, subprogress(progress, 0.2, 1.0))
+    report = advise(report, run.program, run.recipe)
     return Analysed(run.program, settings.parameters_name, report, prepared, settings.effort)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from boards.bounds import FARTHEST_MM, MOST_TURN_DEG, number_within
 from boards.errors import BoardError, Line, read_bytes
-from boards.formats.loops import Point2, arc, arc_between
+from boards.formats.loops import Point2, arc, arc_between, is_too_far
 from geometry.arrays import Points2
 
 _SKIPPED = frozenset({"signals", "schematic", "autorouter", "errors", "classes", "symbols", "devicesets"})
@@ -212,4 +212,9 @@ def _polyline(item: Element) -> Points2 | None:
 def _stretch(start: Point2, end: Point2, item: Element) -> Points2:
     """Line or arc; a positive ``curve`` turns counter-clockwise."""
     curve = item.number("curve", 360.0) if "curve" in item.attributes else 0.0
+    if is_too_far(start, end, math.radians(curve)):
+        raise item.error(
+            f"curve of <{item.tag}> is {curve:g} degrees between two places: such an arc leads more than 10 m away. "
+            "Draw a circle, or save the board in Eagle again."
+        )
     return arc_between(start, end, math.radians(curve))

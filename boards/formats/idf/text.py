@@ -11,7 +11,7 @@ import numpy as np
 
 from boards.bounds import FARTHEST_MM, MOST_CORNERS, MOST_TURN_DEG, number_within
 from boards.errors import BoardError, Line, read_bytes
-from boards.formats.loops import CHAIN_MM, arc, arc_between
+from boards.formats.loops import CHAIN_MM, arc, arc_between, is_too_far
 from geometry.arrays import Points2
 
 _TOKEN = re.compile(r'"([^"]*)"|(\S+)')
@@ -195,6 +195,9 @@ def _ring(run: list[tuple[Record, float, float, float]]) -> Points2 | None:
         return arc(np.array([x, y]), np.array(run[0][1:3]), math.copysign(2.0 * math.pi, turn))[:-1]
     if len(run) < 3 or math.hypot(x - run[0][1], y - run[0][2]) > CHAIN_MM:
         return None
+    for (_, ax, ay, _), (point, bx, by, sweep) in pairwise(run):
+        if is_too_far(np.array([ax, ay]), np.array([bx, by]), sweep):
+            raise point.error("nearly a full turn between two places is an arc that leads more than 10 m away.")
     pieces = [
         arc_between(np.array([ax, ay]), np.array([bx, by]), turn)[:-1]
         for (_, ax, ay, _), (_, bx, by, turn) in pairwise(run)

@@ -11,7 +11,7 @@ import numpy as np
 
 from boards.bounds import FARTHEST_MM, MOST_CORNERS, MOST_TURN_DEG, number_within
 from boards.errors import BoardError, Line, read_bytes
-from boards.formats.loops import Point2, arc, arc_through
+from boards.formats.loops import Point2, arc, arc_between, is_too_far, sweep_through
 from geometry.arrays import Points2
 
 _MARK = re.compile(r'"(?:[^"\\]|\\.)*"|[()]', re.DOTALL)
@@ -218,7 +218,11 @@ def _arc(item: Item) -> Points2:
     The old angle turns clockwise on the screen: negative once y points up.
     """
     if item.first("mid") is not None:
-        return arc_through(item.point("start"), item.point("mid"), item.point("end"))
+        start, end = item.point("start"), item.point("end")
+        sweep_rad = sweep_through(start, item.point("mid"), end)
+        if is_too_far(start, end, sweep_rad):
+            raise item.error(f"the points of this ({item.head} …) are in a row, with mid beside start and end.")
+        return arc_between(start, end, sweep_rad)
     angle = item.first("angle")
     if angle is None:
         raise item.error(f"({item.head} …) has neither a mid point nor an angle. Save the board in KiCad again.")

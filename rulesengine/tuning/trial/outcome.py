@@ -5,19 +5,21 @@ Deposits add up cell by cell, whatever the order.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Side
+from boards.board import Board, Side
 from cleaning.parameters.model import Use
 from cleaning.process.stages import Stage
 from cleaning.verdicts.exposed_area import BARE, cells_of, cells_of_each
 from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Indices, Scalars
+from programs.program import TimedProgram
 from recipes.recipe import Recipe
-from rulesengine.planning.pipeline import Run
-from rulesengine.strokes.classify import read_masks
+from rulesengine.strokes.classify import Classified, read_masks
+from rulesengine.timing.robot_pace import RobotTiming
 from rulesengine.tuning.trial.requirements import (
     BOARD,
     PROCESS,
@@ -136,7 +138,36 @@ class Outcome:
         return next((step.use for step in self.steps if step.made_by == made_by), None)
 
 
-def outcome_of(run: Run, report: CleaningReport, goal: Goal, text: str = "") -> Outcome:
+class Planned(Protocol):
+    """A recipe on a board with its program, as ``pipeline.Run`` has them."""
+
+    @property
+    def recipe(self) -> Recipe:
+        """The recipe."""
+        ...
+
+    @property
+    def board(self) -> Board:
+        """Where."""
+        ...
+
+    @property
+    def classified(self) -> tuple[Classified, ...]:
+        """The class of each component."""
+        ...
+
+    @property
+    def program(self) -> TimedProgram:
+        """What it was planned to."""
+        ...
+
+    @property
+    def robot(self) -> RobotTiming | None:
+        """Set where the program is timed for the robot of a cell."""
+        ...
+
+
+def outcome_of(run: Planned, report: CleaningReport, goal: Goal, text: str = "") -> Outcome:
     """Extract from an analysis what tuning works with."""
     masks, _ = read_masks(run.recipe, run.board)
     excluded = frozenset(masks.ignored) | {name for name, _ in masks.avoided}
@@ -165,7 +196,7 @@ def outcome_of(run: Run, report: CleaningReport, goal: Goal, text: str = "") -> 
     )
 
 
-def seconds_of(run: Run) -> float:
+def seconds_of(run: Planned) -> float:
     """Duration of a run's program, on the robot that it is planned for; loops count once.
 
     Rounded, so that the last digits decide nothing.
@@ -173,7 +204,7 @@ def seconds_of(run: Run) -> float:
     return round(run.program.totals.duration_s if run.robot is None else run.robot.robot_s, 3)
 
 
-def litres_of(run: Run) -> float:
+def litres_of(run: Planned) -> float:
     """Liquid that the program of a run sprays; loops count once. Rounded."""
     return round(sum(litres for _, litres in run.program.totals.liquid_l), 6)
 

@@ -45,13 +45,14 @@ def test_the_worst_three_are_told_with_their_reasons_and_what_it_is_worth() -> N
     lines = told(report).splitlines()
     assert lines[0].endswith(headline(report))
     assert "uncalibrated" in lines[1]
-    assert lines[2].split(maxsplit=1)[1].strip() == "1 dirty, 1 marginal, 1 no verdict, 2 clean"
+    assert "1 of 2 that are not clean fail by R7 residue" in lines[2]
+    assert lines[3].split(maxsplit=1)[1].strip() == "1 dirty, 1 marginal, 1 no verdict, 2 clean"
     wanting = report.worst_first()[:3]
-    assert [line.split()[0] for line in lines[3:6]] == [part.component for part in wanting]
-    for line, part in zip(lines[3:6], wanting, strict=True):
+    assert [line.split()[0] for line in lines[4:7]] == [part.component for part in wanting]
+    for line, part in zip(lines[4:7], wanting, strict=True):
         assert f"{part.verdict}: {part.judgements[0].because}" in line
-    assert lines[6].split() == ["analysed", "in", "12.3", "s"]
-    assert len(lines) == 7
+    assert lines[7].split() == ["analysed", "in", "12.3", "s"]
+    assert len(lines) == 8
 
 
 def test_a_part_that_is_clean_and_stays_wet_is_not_called_marginal() -> None:

@@ -173,6 +173,7 @@ REFUSED = [
     ('dx="0.8"', 'dx="nan"', "dx of <smd>"),
     ('dx="0.8"', 'dx="1_0"', "dx of <smd>"),
     ('curve="90"', 'curve="4000"', "curve of <wire>"),
+    ('curve="90"', 'curve="360"', "such an arc leads more than 10 m away"),
     ('rot="MR0"', 'rot="MRinf"', "rot of <element>"),
     ('rot="MR0"', 'rot="Q90"', "rot of <element>"),
     ('rot="MR0"', 'rot="90"', "rot of <element>"),

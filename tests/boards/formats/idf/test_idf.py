@@ -166,6 +166,7 @@ def test_a_board_that_was_moved_has_the_same_vertices_moved(tmp_path: Path) -> N
         ("0 40.0 20.0 0.0", "0 40.0", 10, "'nothing'"),
         ("0 0.0 30.0 0.0\n0 0.0 0.0 0.0\n", "0 0.0 30.0 0.0\n", 12, "line 8"),
         ("0 40.0 20.0 0.0", "0 0.0 0.0 0.0", 10, "encloses nothing"),
+        ("0 40.0 20.0 0.0", "0 40.0 20.0 359.99", 10, "more than 10 m away"),
         ("\n1.6\n", "\n0\n", 7, "thickness"),
         ("20.0 15.0 0.0 90.0 TOP PLACED", "20.0 15.0 0.0 90.0 LEFT PLACED", 32, "LEFT"),
         ("can PN-2 C1", "can PN-2", 35, "package, part number"),

@@ -188,6 +188,14 @@ def test_every_kind_of_edge_is_cut_out(tmp_path: Path, item: str, area: float) -
     assert volume(board) == pytest.approx((200.0 - area) * 1.6, rel=2e-3)
 
 
+def test_an_arc_that_leads_out_of_sight_is_refused_at_once(tmp_path: Path) -> None:
+    beyond = '(gr_arc (start 20 0) (mid 20 30) (end 20 10) (layer "Edge.Cuts"))'
+    with pytest.raises(BoardError, match=r"points of this .gr_arc .* are in a row, with mid beside start and end"):
+        read(tmp_path, edge_only(SQUARE[0], beyond, *SQUARE[2:]))
+    straight = '(gr_arc (start 20 0) (mid 20 3) (end 20 10) (layer "Edge.Cuts"))'
+    assert volume(read(tmp_path, edge_only(SQUARE[0], straight, *SQUARE[2:]))["board"]) == pytest.approx(200.0 * 1.6)
+
+
 def test_an_edge_of_very_short_pieces_closes(tmp_path: Path) -> None:
     """The corner of a panel that a program rounded: pieces of 0.011 mm with a gap of 0.0013 mm between them."""
     corner = (line(20, 0.0123, 19.9997, 0.0013), line(19.9988, 0.0004, 19.9878, 0))
