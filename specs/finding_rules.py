@@ -148,6 +148,9 @@ NOT_CIRCLED = FindingRule(
     _PLANNING,
 )
 NARROW_CORRIDOR = FindingRule("narrow-corridor", "info", "neighbours stand closer than the cone is wide", _PLANNING)
+SPRAY_BESIDE_BOARD = FindingRule(
+    "spray-beside-board", "info", "less than half of the spray of a template lands on the board", _PLANNING
+)
 MARGIN_REDUCED = FindingRule("margin-reduced", "info", "the margin leaves nothing of a narrow board", _PLANNING)
 PITCH_TOO_WIDE = FindingRule("pitch-too-wide", "warning", "a stated pitch leaves strips uncovered", _PLANNING)
 RAISED_OVER_BODY = FindingRule("raised-over-body", "warning", "a stroke was raised to keep its clearance", _PLANNING)

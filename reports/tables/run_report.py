@@ -1,6 +1,6 @@
 """A run as plain data: what ``--report`` writes and the summary prints."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 from boards.board import STATED_HEIGHT, Board
 from boards.undersides.underside import undersides_of
 from programs.summary import by_function
+from rulesengine.planning.landed_spray import landed_shares
 from rulesengine.planning.unserved import served_by
 from specs.finding import Finding, finding_data
 from specs.json import Json
+from specs.source import Source
 
 if TYPE_CHECKING:
     from rulesengine.planning.pipeline import Run
@@ -36,6 +38,16 @@ def report(run: "Run") -> dict[str, Json]:
             {key: round(value, 4) if isinstance(value, float) else value for key, value in asdict(each).items()}
             for each in by_function(run.program)
         ],
+        "sprayed": [
+            {
+                "made_by": str(each.made_by),
+                "seconds": round(each.seconds, 4),
+                "height_mm": round(each.height_mm, 3),
+                "landed_share": round(each.share, 4),
+                "half_landed_mm": None if each.mended_mm is None else round(each.mended_mm, 3),
+            }
+            for each in landed_shares(run.recipe, run.board, run.plan.items)
+        ],
         "classes": dict(class_counts(run)),
         "components": _components(run),
         "findings": [finding_data(finding) for finding in run.findings],
@@ -50,6 +62,17 @@ def _robot(run: "Run") -> dict[str, Json]:
     price: dict[str, Json] = {kind: round(seconds, 4) for kind, seconds in timing.price_s}
     times = {name: round(getattr(timing, name), 4) for name in ("free_s", "planned_s", "robot_s", "added_s")}
     return {"cell": {"name": origin.cell, "sha256": origin.cell_sha256}, "robot": {**times, "price_s": price}}
+
+
+def landed_words(run: "Run") -> str:
+    """Which share of the spray of each step lands on the board, such as ``"sequence[0] 62 %, sequence[1] 51 %"``."""
+    seconds, landed = defaultdict[int, float](float), defaultdict[int, float](float)
+    for each in landed_shares(run.recipe, run.board, run.plan.items):
+        step = each.made_by.step
+        if step is not None:
+            seconds[step] += each.seconds
+            landed[step] += each.share * each.seconds
+    return ", ".join(f"{Source(step)} {landed[step] / seconds[step]:.0%}" for step in seconds)
 
 
 def class_counts(run: "Run") -> dict[str, int]:

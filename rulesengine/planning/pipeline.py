@@ -15,6 +15,7 @@ from recipes.load import recipe_sha256
 from recipes.nozzles import AirKnife
 from recipes.recipe import Recipe, Step
 from rulesengine.planning.assemble import Assembly
+from rulesengine.planning.landed_spray import find_spray_beside
 from rulesengine.planning.stroke_cache import PlanningJob, StrokeCache, new_job
 from rulesengine.planning.stroke_order import Ordered, order_strokes
 from rulesengine.planning.transfers import parked
@@ -120,6 +121,7 @@ def _assemble(job: PlanningJob, effort: Effort, progress: Progress) -> tuple[Pla
             path="sequence",
         )
     assembly.findings += find_unserved(recipe, board, job.masks, [step for _, step in steps], assembly.items)
+    assembly.findings += find_spray_beside(recipe, board, assembly.items)
     origin = Origin(board.name, board.sha256, recipe.recipe, recipe_sha256(recipe))
     return Plan(origin, tuple(assembly.items), tuple(assembly.findings)), assembly.settled
 

@@ -103,6 +103,7 @@ def test_too_many_laps_with_the_jet_on_turn_over_the_vertical_within_the_laps() 
     assert "or the hose would wind up" in found.message
 
 
+@pytest.mark.slow
 def test_laps_with_the_jet_on_cannot_be_done_with_a_head_that_hardly_turns_half_way() -> None:
     report = track(laps(1), limited(read_cell("gantry").cell, "C", 0.255), None, terms=ROUND)
     assert not report.possible

@@ -72,6 +72,7 @@ def test_on_a_plate_there_is_no_bias():
     assert np.median(rays.peak_pa[cells] / exact.peak_pa) == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_both_see_the_same_shadow():
     stage = stage_of(samples_of([[-10.0, 0.0, 8.0]] * 40, downward(50.0)))
     jet = sprayed(stage)

@@ -90,6 +90,7 @@ def test_an_upright_ring_follows_the_plain_law(turn_deg):
         assert momentum(at, away) == pytest.approx(-0.25 * whole * away / far, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("half_deg", "share"), [(30.0, 0.75), (40.0, 0.821)])
 def test_the_sheet_divides_as_in_the_books(half_deg, share):
     known = rim(half_deg=half_deg)
@@ -127,6 +128,7 @@ def test_the_rim_of_a_cone_is_its_ellipse(half, tilt, height, first):
     assert far.max() <= farthest(known, at.standoff_mm, at.facing) * (1 + 1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nozzle", ["fan", "knife"])
 @pytest.mark.parametrize("tilt", [0.0, 20.0])
 def test_the_rim_of_a_rectangle_is_no_farther_than_its_corners(nozzle, tilt):

@@ -26,6 +26,7 @@ def test_the_languages_are_listed() -> None:
     assert "Several files (.src .dat)." in outcome.out
 
 
+@pytest.mark.slow
 def test_a_program_is_written_as_the_robot_does_it(made: Path, tmp_path: Path) -> None:
     out = tmp_path / "loop.mod"
     outcome = washboard("export", made, "--cell", "irb1200-bench", "-o", out, "--board", "tiny")

@@ -65,6 +65,7 @@ LANES = st.lists(
 )
 
 
+@pytest.mark.slow
 @given(LANES, st.integers(1, 6))
 def test_speeds_join_and_keep_to_all_limits(lanes: list[Lane], look_ahead: int) -> None:
     done = drive(lanes, look_ahead)

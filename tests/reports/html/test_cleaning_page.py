@@ -49,6 +49,7 @@ def page() -> str:
     return cleaning_page(small_report(), Traceability(serial="A <7>", bath_c="61"))
 
 
+@pytest.mark.slow
 def test_the_page_is_whole_and_fetches_nothing(page: str) -> None:
     reader = Reader()
     reader.feed(page)
@@ -66,6 +67,7 @@ def test_the_same_report_gives_the_same_bytes_without_a_clock(page: str) -> None
     assert not re.search(r"20\d\d-\d\d-\d\d", visible)
 
 
+@pytest.mark.slow
 def test_the_page_says_what_it_is_worth_and_never_that_a_standard_is_met(page: str) -> None:
     assert "Predicted: 1 of 5 components dirty" in page
     assert "uncalibrated" in page
@@ -74,6 +76,7 @@ def test_the_page_says_what_it_is_worth_and_never_that_a_standard_is_met(page: s
     assert "IPC" not in page
 
 
+@pytest.mark.slow
 def test_the_page_has_the_hashes_the_entries_and_every_assumption(page: str) -> None:
     report = small_report()
     for sha in (report.origin.board_sha256, report.origin.recipe_sha256, report.parameters_sha256):

@@ -25,12 +25,13 @@ def done() -> Run:
 def test_keys(done: Run) -> None:
     told = report(done)
     assert list(told) == [
-        *("washboard_report", "board", "recipe", "totals", "functions", "classes", "components", "findings")
+        *("washboard_report", "board", "recipe", "totals", "functions", "sprayed", "classes", "components", "findings")
     ]
     assert set(told["totals"]) == {"duration_s", "spray_s", "travel_mm", "moves", "liquid_l"}
     assert set(told["functions"][0]) == {
         *("function", "nozzle", "solution", "start_s", "duration_s", "spray_s", "spray_mm", "travel_mm")
     }
+    assert set(told["sprayed"][0]) == {"made_by", "seconds", "height_mm", "landed_share", "half_landed_mm"}
     assert set(told["components"][0]) == {
         *("name", "class", "because", "package", "pins", "side", "height_mm", "height_source", "area_mm2"),
         *("standoff_mm", "standoff_source", "neighbour_mm", "served_by"),
@@ -41,7 +42,8 @@ def test_keys(done: Run) -> None:
 def test_the_document_names_every_key(done: Run) -> None:
     told = report(done)
     text = (Path(__file__).parents[3] / "docs" / "command-line.md").read_text("utf-8").partition("## The report")[2]
-    for part in (told, told["board"], told["totals"], told["functions"][0], told["components"][0], told["findings"][0]):
+    firsts = (told[key][0] for key in ("functions", "sprayed", "components", "findings"))
+    for part in (told, told["board"], told["totals"], *firsts):
         for key in part:
             assert f"`{key}`" in text
 

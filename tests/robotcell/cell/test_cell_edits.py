@@ -47,6 +47,7 @@ def test_only_the_orifice_moves_where_all_bodies_end_before_it() -> None:
     assert short == tool
 
 
+@pytest.mark.slow
 def test_every_kind_of_body_moves() -> None:
     text = TEXT.replace(
         "margin_mm: 5",

@@ -72,6 +72,7 @@ def test_more_laps_than_the_hose_allows_turn_over_the_vertical_on_the_spot() -> 
     assert "or the hose would wind up" in found.message
 
 
+@pytest.mark.slow
 def test_a_nozzle_that_is_not_round_cannot_do_that() -> None:
     cell = read_cell("gantry").cell
     report = track(square_laps(4), cell, None, terms=Terms())

@@ -41,6 +41,7 @@ def test_a_turn_on_the_spot_keeps_to_its_pace() -> None:
     assert profile.durations().sum() == pytest.approx(2.0 * length / 0.3, rel=1e-6)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(deadline=None, max_examples=15)
 def test_no_plan_is_faster_than_its_pace_nor_than_its_limits(seed: int) -> None:

@@ -1,15 +1,12 @@
 """A recipe is edited in a real browser: forms, text, undo, saving, and a reload that loses nothing."""
 
-from pathlib import Path
-
 import pytest
+from driven_page import CHROMIUM, FEWER_FRAMES, NO_CHROMIUM, open_chromium
 
 from webui.page.project import Project
 from webui.server.server import open_session, serve
 
 pytestmark = pytest.mark.slow
-CHROMIUM = next((path for path in ("/usr/bin/chromium", "/usr/bin/chromium-browser") if Path(path).exists()), None)
-FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 TYPED_MS = 150  # the page sends what is typed every 50 ms
 
 
@@ -28,7 +25,8 @@ class Browser:
         self.said = []
         page.on("console", lambda message: self.said.append(f"{message.type}: {message.text}"))
         page.on("pageerror", lambda error: self.said.append(f"error: {error}"))
-        page.goto(url, wait_until="domcontentloaded")
+        page.add_init_script(FEWER_FRAMES)
+        page.goto(f"{url}/?fixedDpr=0.25", wait_until="domcontentloaded")
         self.tab("Recipe")
 
     def tab(self, name):
@@ -65,13 +63,10 @@ class Browser:
         )
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium in /usr/bin: apt-get install chromium")
+@pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 @pytest.mark.long
 def test_a_recipe_is_edited_saved_and_found_again(server, tmp_path):
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+    with open_chromium() as chromium:
         page = chromium.new_page(viewport={"width": 1400, "height": 900})
         browser = Browser(page, f"http://127.0.0.1:{server.port}")
         browser.choose("Entry", "around")
@@ -105,5 +100,4 @@ def test_a_recipe_is_edited_saved_and_found_again(server, tmp_path):
         page.keyboard.press("Control+s")
         page.get_by_text("saved", exact=True).wait_for()
         assert "    speed_mm_s: 34\n" in (tmp_path / "house.yaml").read_text()
-        chromium.close()
     assert [line for line in browser.said if line.startswith("error")] == []

@@ -120,6 +120,7 @@ def test_every_block_has_its_end() -> None:
             assert len(opened) == lines.count("end")
 
 
+@pytest.mark.slow
 def test_a_long_program_is_divided_into_files_of_functions() -> None:
     lines: list[Line] = []
     for number in range(2 * DIALECT.most_steps):

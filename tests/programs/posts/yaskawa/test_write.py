@@ -104,6 +104,7 @@ def test_a_long_pause_is_several_timers(seconds: float) -> None:
     assert compare(DIALECT.read(files), motion, small_cell("yaskawa")) == ()
 
 
+@pytest.mark.slow
 def test_a_long_program_is_divided_into_jobs() -> None:
     lines: list[Line] = []
     for number in range(2 * DIALECT.most_steps):

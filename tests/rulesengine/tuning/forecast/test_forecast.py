@@ -57,6 +57,7 @@ def test_deposits_add_up_to_what_each_stage_leaves(runner):
         np.testing.assert_allclose(sum(each.volume_mm for each in own), exposure.supply_mm, rtol=1e-4, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_the_present_is_predicted_as_it_is(outcome):
     predicted = forecast(outcome, Corrections())
     now = np.ones(len(predicted.deposits.each))

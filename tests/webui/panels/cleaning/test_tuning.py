@@ -82,6 +82,7 @@ def test_impossible_settings_are_shown_in_the_window_and_can_be_corrected(tmp_pa
         wait_for(lambda: by_hand)
 
 
+@pytest.mark.slow
 def test_a_proposal_waits_until_somebody_decides(tmp_path, by_hand):
     session = tiny_session()
     with opened(replace(session, proposal=proposal(session)), tmp_path) as (page, card):

@@ -95,6 +95,7 @@ def test_errors_forbid_the_download_until_their_rules_are_allowed():
     assert download_program(made, ("collision",)).name == "tiny.script"
 
 
+@pytest.mark.slow
 def test_what_a_robot_cannot_do_is_written_as_planned_and_says_so():
     still = replace(ready().check, motion=None)
     made = make_program(replace(ready(), checked=still), "ur", quiet)
@@ -103,6 +104,7 @@ def test_what_a_robot_cannot_do_is_written_as_planned_and_says_so():
         make_program(replace(ready(), checked=still), "joint-table", quiet)
 
 
+@pytest.mark.slow
 def test_the_worst_event_error_is_said_and_findings_are_text():
     made = make_program(ready(), "ur", quiet)
     html = written_html(made)
@@ -147,6 +149,7 @@ def test_without_a_cell_the_panel_says_where_to_choose_one(tmp_path):
         assert "tab Robot" in panel._run._line.content
 
 
+@pytest.mark.slow
 def test_what_keeps_a_program_from_being_written_is_said_in_the_tab(tmp_path):
     still = replace(ready(), checked=replace(ready().check, motion=None))
     with opened(still, tmp_path) as (page, panel, _):

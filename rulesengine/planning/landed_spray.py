@@ -1,0 +1,199 @@
+"""Which share of the spray lands on the board, and from which height half of it would."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from boards.board import Board, Side
+from geometry.arrays import Points, Scalars
+from programs.plan import Dwell, PlanItem, SprayPass
+from recipes.footprint import RING_EDGE_SIGMAS, mid_angles
+from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle
+from recipes.recipe import Recipe
+from specs.finding import Finding
+from specs.finding_rules import SPRAY_BESIDE_BOARD
+from specs.source import Source
+
+LEAST_SHARE = 0.5
+"""Of a template's spray; less is a finding."""
+_RAYS = 360
+_POSES = 96
+"""Of a template: evenly chosen in time."""
+_STEEPEST = 1.5
+"""rad"""
+_LOWEST = 0.2
+"""Share of the height below which no height is proposed."""
+_HALVINGS = 6
+_FLATTEST = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Landed:
+    """The spray of one template in one step."""
+
+    made_by: Source
+    seconds: float
+    """For which it is sprayed, at the programmed speed."""
+    height_mm: float
+    """Mean height of the orifice above the surface."""
+    share: float
+    """That lands on the board."""
+    mended_mm: float | None
+    """Greatest height from which half of it would; ``None`` where more does already, or from no height."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rays:
+    """Directions of a jet in the tool frame, z along the jet, and the share of the flow in each."""
+
+    slopes: NDArray[np.float64]
+    """(poses, k, 2) x/z and y/z: other rays at every pose."""
+    weights: NDArray[np.float64]
+    """(poses, k) they add up to 1."""
+
+
+@dataclass(slots=True)
+class _Way:
+    """Where the open nozzle goes with one template in one step, piece by piece."""
+
+    nozzle: str
+    begin: list[Points] = field(default_factory=list[Points])
+    """(3,) each"""
+    end: list[Points] = field(default_factory=list[Points])
+    axes: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
+    """(3, 3) each; rows: tool x, y, z"""
+    seconds: list[float] = field(default_factory=list[float])
+
+
+def landed_shares(recipe: Recipe, board: Board, items: Iterable[PlanItem]) -> list[Landed]:
+    """Follow the spray of each template in each step to the plane of the board; gas is left out.
+
+    Heights of components do not count: what would hit one beyond the rim is taken to miss the board.
+
+    Args:
+        recipe: Has the nozzles.
+        board: Whose outline and cut-outs.
+        items: Of a plan.
+
+    Returns:
+        In the order of the first pass of each.
+    """
+    shapely.prepare(board.outline)
+    found = _ways_of(items)
+    return [_landed(made_by, way, recipe, board) for made_by, way in found.items() if sum(way.seconds) > 0.0]
+
+
+def find_spray_beside(recipe: Recipe, board: Board, items: Iterable[PlanItem]) -> list[Finding]:
+    """One finding for each template of which less than half of the spray lands on the board."""
+    return [
+        Finding(SPRAY_BESIDE_BOARD, _message(each), each.made_by)
+        for each in landed_shares(recipe, board, items)
+        if each.share < LEAST_SHARE
+    ]
+
+
+def _message(landed: Landed) -> str:
+    words = f"{landed.share:.0%} of the spray lands on the board from {landed.height_mm:.0f} mm."
+    if landed.mended_mm is None:
+        return f"{words} No lower height makes it half: keep the path farther inside the board."
+    return f"{words} From {landed.mended_mm:.0f} mm half of it would: lower height_mm, or keep the path farther inside."
+
+
+def _ways_of(items: Iterable[PlanItem]) -> dict[Source, _Way]:
+    found: dict[Source, _Way] = {}
+    last: SprayPass | None = None
+    for item in items:
+        if isinstance(item, SprayPass) and item.jet.liquid:
+            last = item
+            way = found.setdefault(item.made_by.place, _Way(item.jet.nozzle))
+            lengths = np.linalg.norm(np.diff(item.tcp, axis=0), axis=1)
+            for at, length in enumerate(lengths.tolist()):
+                _add(way, item, (at, at + 1), length / item.speed_mm_s)
+        elif isinstance(item, Dwell) and item.jet.liquid and last is not None:
+            _add(found.setdefault(item.made_by.place, _Way(item.jet.nozzle)), last, (-1, -1), item.duration_s)
+    return found
+
+
+def _add(way: _Way, item: SprayPass, ends: tuple[int, int], seconds: float) -> None:
+    begin, end = ends
+    way.begin.append(item.tcp[begin])
+    way.end.append(item.tcp[end])
+    x, z = item.reference[begin], item.approach[begin]
+    way.axes.append(np.stack([x, np.cross(z, x), z]))
+    way.seconds.append(seconds)
+
+
+def _landed(made_by: Source, way: _Way, recipe: Recipe, board: Board) -> Landed:
+    side: Side = "top" if way.axes[0][2, 2] < 0 else "bottom"
+    surface = board.surface_z_mm(side)
+    # Poses that stand for the same time each.
+    until = np.cumsum(way.seconds)
+    moments = (np.arange(_POSES) + 0.5) / _POSES * until[-1]
+    piece = np.minimum(np.searchsorted(until, moments), len(until) - 1)
+    seconds = np.array(way.seconds)[piece]
+    done = 1.0 - (until[piece] - moments) / np.where(seconds > 0.0, seconds, 1.0)
+    begin, end, axes = np.array(way.begin)[piece], np.array(way.end)[piece], np.array(way.axes)[piece]
+    tcp = begin + done[:, None] * (end - begin)
+    rays = _rays_of(recipe.nozzles[way.nozzle])
+    ways = np.concatenate([rays.slopes, np.ones((_POSES, _RAYS, 1))], axis=2) @ axes
+    drop = (surface - tcp[:, 2])[:, None]
+    # Rays that do not fall towards the board miss it wherever they go.
+    falling = ways[..., 2] * np.sign(drop) > _FLATTEST
+    places = tcp[:, None, :2] + ways[..., :2] * (drop / np.where(falling, ways[..., 2], np.inf))[..., None]
+    poles = tcp[:, :2] + axes[:, 2, :2] * (drop / axes[:, 2, 2:])
+    around = places - poles[:, None]
+
+    def share(factor: float) -> float:
+        spots = poles[:, None] + factor * around
+        lands = shapely.contains_xy(board.outline, spots[..., 0], spots[..., 1]) & falling
+        return float(np.sum(lands * rays.weights))
+
+    now, height = share(1.0), float(np.mean(np.abs(drop)))
+    return Landed(made_by, float(until[-1]), height, now, None if now >= LEAST_SHARE else _mended(share, height))
+
+
+def _mended(share: Callable[[float], float], height_mm: float) -> float | None:
+    """Greatest height from which half of the spray would land; ``None`` if there is none."""
+    low, high = _LOWEST, 1.0
+    if share(low) < LEAST_SHARE:
+        return None
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if share(middle) >= LEAST_SHARE else (low, middle)
+    return low * height_mm
+
+
+def _rays_of(nozzle: Nozzle) -> _Rays:
+    """Spread the flow of a jet over rays: a ring by its Gaussian profile, a cone and a fan evenly in solid angle.
+
+    Rays come from Roberts' R2 sequence, so that those of all poses together are spread evenly.
+    """
+    numbers = np.arange(0.5, _POSES * _RAYS)
+    first, second = (np.mod(numbers * share, 1.0) for share in (0.7548776662466927, 0.5698402909980532))
+    around = 2.0 * np.pi * first
+    match nozzle:
+        case HollowCone():
+            polar = np.maximum(mid_angles(nozzle, around) + _sigmas(nozzle, around) * ndtri(second), 0.0)
+            weights = np.sin(polar)
+        case FullCone():
+            polar = np.arccos(1.0 - second * (1.0 - np.cos(mid_angles(nozzle, around))))
+            weights = np.ones_like(polar)
+        case FlatFan() | AirKnife():
+            wide, thin = np.tan(np.radians([nozzle.half_angle_deg, nozzle.thickness_half_angle_deg]))
+            slopes = np.column_stack([wide * (2.0 * first - 1.0), thin * (2.0 * second - 1.0)])
+            return _Rays(slopes.reshape(_POSES, _RAYS, 2), np.full((_POSES, _RAYS), 1.0 / (_POSES * _RAYS)))
+    slopes = np.tan(np.minimum(polar, _STEEPEST))[:, None] * np.column_stack([np.cos(around), np.sin(around)])
+    return _Rays(slopes.reshape(_POSES, _RAYS, 2), (weights / weights.sum()).reshape(_POSES, _RAYS))
+
+
+def _sigmas(nozzle: HollowCone, around: Scalars) -> Scalars:
+    """(n,) spread of the ring at azimuths, rad."""
+    if nozzle.wavefront is None:
+        return np.full(len(around), np.radians(nozzle.ring_sigma_deg))
+    table = np.array(nozzle.wavefront.points)
+    outer = np.interp(np.degrees(around), table[:, 0], table[:, 2], period=360)
+    return (np.arctan2(outer, nozzle.wavefront.height_mm) - mid_angles(nozzle, around)) / RING_EDGE_SIGMAS
