@@ -109,8 +109,8 @@ class Bounds:
 
 
 def bounds_for(size: int) -> Bounds:
-    """Bounds for a file of so many bytes."""
-    return Bounds(cpu_s=math.ceil(3.0 + 15.0 * _SECONDS_PER_BYTE * size), memory_bytes=1_500_000_000 + 150 * size)
+    """Bounds for a file of so many bytes; of a small one what loading the library takes, several times over."""
+    return Bounds(cpu_s=math.ceil(max(3.0, 15.0 * _SECONDS_PER_BYTE * size)), memory_bytes=1_500_000_000 + 150 * size)
 
 
 def _convert(data: bytes, path: Path, progress: Progress) -> tuple[bytes, str]:
