@@ -223,7 +223,7 @@ def test_sizes_of_step_are_bounded_with_their_line(entity: str, word: str, tmp_p
 
 
 def test_a_small_step_file_is_refused_within_five_seconds() -> None:
-    assert boards.formats.step.bounds_for(20_000).cpu_s == 4
+    assert boards.formats.step.bounds_for(20_000).cpu_s == 3
 
 
 def test_the_child_for_step_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
