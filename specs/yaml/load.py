@@ -114,10 +114,9 @@ def _read_extended(name: str, extends: Located, kind: FileKind[Spec]) -> Located
         if path is None and is_bare(name):
             find_file(name, kind)
         path = path or Path(os.path.normpath(Path(mark.file).parent / name))
-        text = read_text(path, kind)
+        return read_yaml(read_text(path, kind), path, kind)
     except JobError as error:
         raise kind.error(str(error), path="extends", file=mark.file, line=mark.line) from None
-    return read_yaml(text, path, kind)
 
 
 def _merge(base: Located, child: Located, path: YamlPath, kind: FileKind[Spec]) -> Located:

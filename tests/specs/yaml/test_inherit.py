@@ -119,6 +119,14 @@ def test_what_cannot_be_extended(tmp_path: Path, extends: str, message: str) -> 
     assert caught.value.path == "extends"
 
 
+def test_what_extends_something_else_than_a_recipe_is_named_with_its_line(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("wash it twice\n")
+    (tmp_path / "a.yaml").write_text("recipe: a\nextends: notes.txt\n")
+    with pytest.raises(RecipeError, match=r"a\.yaml:2: extends: .*notes\.txt:1: a recipe is a mapping") as caught:
+        load_recipe(tmp_path / "a.yaml")
+    assert (caught.value.file, caught.value.line) == (str(tmp_path / "a.yaml"), 2)
+
+
 def test_links_that_go_in_a_circle_are_refused(tmp_path: Path) -> None:
     (tmp_path / "y.yaml").symlink_to(tmp_path / "x.yaml")
     (tmp_path / "x.yaml").symlink_to(tmp_path / "y.yaml")
