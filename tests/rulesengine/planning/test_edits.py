@@ -15,7 +15,7 @@ from recipes.recipe import Recipe
 from rulesengine.planning import stroke_cache as job
 from rulesengine.planning.pipeline import run
 
-BIG = "smt-demo"
+BIG = "sensor-hub"
 LINE = {"path": "straight_line", "from": [5, 5], "to": [40, 25], "height_mm": 50, "speed_mm_s": 30}
 
 
