@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from typing import cast
+from typing import Literal, cast
 
 from recipes.nozzles import HollowCone, Nozzle
 from recipes.paths import ComponentPerimeter, PathSpec, StraightLine
@@ -30,11 +30,11 @@ def find_problems(recipe: Recipe) -> list[Problem]:
 
 
 def values_of(spec: PathSpec, field: str) -> Iterator[tuple[YamlPath, float]]:
-    """Every value that a template may take for a field: the one, those by class, the one near neighbours."""
-    value = cast("float | dict[str, float] | None", getattr(spec, field, None))
+    """Every number that a template may take for a field: the one, those by class, the one near neighbours."""
+    value = cast('float | dict[str, float] | Literal["auto"] | None', getattr(spec, field, None))
     if isinstance(value, dict):
         yield from (((field, name), number) for name, number in value.items())
-    elif value is not None:
+    elif value is not None and value != "auto":
         yield (field,), value
     if isinstance(spec, ComponentPerimeter) and spec.near is not None:
         near = cast("float | None", getattr(spec.near, field, None))
@@ -110,7 +110,7 @@ def _check_values(recipe: Recipe) -> Iterator[Problem]:
 
 def _check_steps(recipe: Recipe) -> Iterator[Problem]:
     """Speeds and tilts of a template suit the function and the nozzle of each step that uses it."""
-    found: dict[tuple[YamlPath, str], Problem] = {}
+    found: dict[tuple[YamlPath, str, str], Problem] = {}
     for index, step in enumerate(recipe.sequence):
         function, nozzle = recipe.functions.get(step.function), recipe.nozzles.get(step.nozzle)
         for place, name in enumerate(step.paths):
@@ -119,7 +119,7 @@ def _check_steps(recipe: Recipe) -> Iterator[Problem]:
                 continue
             for problem in (*_too_fast(spec, function, step.function, use), *_too_flat(spec, nozzle, step.nozzle, use)):
                 path: YamlPath = ("templates", name, *problem.path)
-                found.setdefault((path, problem.message), replace(problem, path=path))
+                found.setdefault((path, step.function, step.nozzle), replace(problem, path=path))
     yield from found.values()
 
 

@@ -25,6 +25,9 @@ from specs.spec import (
 
 T = TypeVar("T", int, float)
 
+HeightOrAuto: TypeAlias = OrificeHeight | Literal["auto"]
+"""A height, or the one that suits the board's size and the nozzle; ``fit_recipe`` puts a number there."""
+
 Overlap: TypeAlias = Annotated[float, Bounds(0, 0.99, what="parts of a footprint that lines share")]
 Pitch: TypeAlias = Annotated[float, Bounds(0.1, 1000, "mm", "distances of lines")]
 
@@ -48,6 +51,17 @@ def for_class(value: T | dict[str, T], component_class: str) -> T:
     return value[component_class] if component_class in value else value["default"]
 
 
+def height_of(spec: "BoardPerimeter | Raster | FinalFlush | StepFunction | StraightLine") -> float:
+    """Height of a template of a fitted recipe, mm.
+
+    Raises:
+        ValueError: it is ``auto`` still.
+    """
+    if spec.height_mm == "auto":
+        raise ValueError(f"{spec.path} has height_mm auto: the recipe was not fitted to a board.")
+    return spec.height_mm
+
+
 class _Path(Spec):
     """Keys of every template."""
 
@@ -68,7 +82,9 @@ class BoardPerimeter(_Path):
     path: Literal["board_perimeter"] = Field(
         default="board_perimeter", description="Path class: follows the edge of the board."
     )
-    height_mm: OrificeHeight = Field(description="Orifice above the board's surface.")
+    height_mm: HeightOrAuto = Field(
+        description="Orifice above the board's surface; auto takes it from the board's size and the footprint."
+    )
     speed_mm_s: Speed = Field(description="Speed of the orifice.")
     offset_mm: Offset = Field(default=0, description="Path outside the edge (+) or inside it (-).")
     repeats: Count = Field(default=1, description="How often it goes around.")
@@ -94,7 +110,9 @@ class BoardPerimeter(_Path):
 class _Lines(_OpenPath):
     """Keys of the paths made of parallel lines."""
 
-    height_mm: OrificeHeight = Field(description="Orifice above the board's surface.")
+    height_mm: HeightOrAuto = Field(
+        description="Orifice above the board's surface; auto takes it from the board's size and the footprint."
+    )
     speed_mm_s: Speed = Field(description="Speed of the orifice.")
     direction_deg: Turn | Literal["longest_edge", "across_longest_edge"] = Field(
         default=0, description="Direction of travel from +X, counterclockwise as seen from the top."

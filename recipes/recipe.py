@@ -12,6 +12,7 @@ from specs.spec import (
     Bounds,
     Coordinate,
     Distance,
+    Duration,
     PositiveDistance,
     Pressure,
     Repeats,
@@ -75,13 +76,23 @@ class Step(Spec):
         default="top", description="Side that is sprayed; a change turns the board over."
     )
     repeat: Repeats = Field(default=1, description="How often all its paths are done.")
+    least_time_s: Duration | None = Field(
+        default=None,
+        description="Least time from the first spray to the last, with the steps right before of the same function and "
+        "side; the last of its paths is done again as often as that takes.",
+    )
     until: Until | None = Field(default=None, description="Repeat until a sensor reaches its limit.")
+    only_with_parts: bool = Field(
+        default=False, description="True leaves the step out on a board whose components are all on the other side."
+    )
     enabled: bool = Field(default=True, description="False leaves the step out.")
 
     @model_validator(mode="after")
     def _check(self) -> "Step":
         if self.until is not None and self.repeat != 1:
             raise ValueError("give repeat or until, not both; until has max_repeats")
+        if self.until is not None and self.least_time_s is not None:
+            raise ValueError("give least_time_s or until, not both: how often a sensor repeats it is not known before")
         return self
 
 

@@ -127,6 +127,12 @@ NOT_SERVED = FindingRule(
     "a component that must be cleaned is on a side that no step sprays, or no pass goes around it",
     _PLANNING,
 )
+LEAST_TIME_MISSED = FindingRule(
+    "least-time-missed",
+    "warning",
+    "a step lasts less than its least time, and no repeat of its last path helps",
+    _PLANNING,
+)
 SIDE_NOT_SPRAYED = FindingRule(
     "side-not-sprayed",
     "warning",

@@ -36,7 +36,7 @@ def tune(
         typer.Option(
             "--allow",
             help="What may change, separated by commas: speeds, tilts, passes, dwells, heights, sides (new paths and "
-            "steps), wash_time (repeats of a step), pressure, temperature.",
+            "steps), wash_time (repeats of a step, or its least time), pressure, temperature.",
             metavar="KINDS",
         ),
     ] = "speeds,tilts,passes,dwells,heights,sides,wash_time",

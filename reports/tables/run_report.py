@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from boards.board import STATED_HEIGHT, Board
 from boards.undersides.underside import undersides_of
 from programs.summary import by_function
+from rulesengine.planning.fit_recipe import fitted_heights, left_out
 from rulesengine.planning.landed_spray import landed_shares
 from rulesengine.planning.unserved import served_by
 from specs.finding import Finding, finding_data
@@ -27,6 +28,11 @@ def report(run: "Run") -> dict[str, Json]:
         "board": {"name": origin.board, "sha256": origin.board_sha256},
         "recipe": {"name": origin.recipe, "sha256": origin.recipe_sha256},
         **_robot(run),
+        "fitted": {
+            "height_mm": dict[str, Json](fitted_heights(run.recipe, run.fitted)),
+            "again": {str(Source(step)): times for step, times in run.again.items()},
+            "left_out": [str(Source(step)) for step in left_out(run.recipe, run.fitted)],
+        },
         "totals": {
             "duration_s": round(totals.duration_s, 4),
             "spray_s": round(totals.spray_s, 4),
@@ -73,6 +79,18 @@ def landed_words(run: "Run") -> str:
             seconds[step] += each.seconds
             landed[step] += each.share * each.seconds
     return ", ".join(f"{Source(step)} {landed[step] / seconds[step]:.0%}" for step in seconds)
+
+
+def fitted_words(run: "Run") -> str:
+    """What the recipe left to the board, such as ``"height_mm: sweep 35; sequence[0]: soak 3 times more"``."""
+    heights = [f"{name} {height:g}" for name, height in fitted_heights(run.recipe, run.fitted).items()]
+    again = [
+        f"{Source(step)}: {run.recipe.sequence[step].paths[-1]} {times} {'time' if times == 1 else 'times'} more"
+        for step, times in run.again.items()
+    ]
+    idle = [str(Source(step)) for step in left_out(run.recipe, run.fitted)]
+    words = [f"height_mm: {', '.join(heights)}"] if heights else []
+    return "; ".join([*words, *again, *([f"{', '.join(idle)} left out, no components there"] if idle else [])])
 
 
 def class_counts(run: "Run") -> dict[str, int]:

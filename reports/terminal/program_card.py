@@ -7,7 +7,7 @@ from rich.console import Console
 
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from programs.summary import by_function
-from reports.tables.run_report import class_counts, landed_words
+from reports.tables.run_report import class_counts, fitted_words, landed_words
 from reports.tables.table import Facts, Table
 from reports.tables.wording import amount, clock, shorten
 from reports.terminal.console import print_facts, print_findings, print_line, print_table
@@ -19,13 +19,14 @@ if TYPE_CHECKING:
 
 
 def print_run(console: Console, run: "Run") -> None:
-    """Print time and litres by function, members of each class, what lands, what the order saved, and findings."""
+    """Print time and litres by function, members of each class, what was fitted, what lands, and findings."""
     print_program(console, run.program)
     counts = ", ".join(f"{name} {count}" for name, count in class_counts(run).items())
     gains = [finding for finding in run.findings if finding.rule == ORDER_GAIN]
     facts = [
         *_robot(run),
         ("classes", counts),
+        *(("fitted", words) for words in [fitted_words(run)] if words),
         *(("lands", f"{words} of the spray on the board") for words in [landed_words(run)] if words),
         *(("order", f"{shorten(str(gain.made_by))}: {gain.message}") for gain in gains),
     ]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from geometry.arrays import Points2, Scalars
-from recipes.paths import BoardPerimeter
+from recipes.paths import BoardPerimeter, height_of
 from rulesengine.paths.closed_path import RingRule, offset_rings, ring_stroke
 from rulesengine.strokes.stroke import Site, StrokeSet, own_frame
 from specs.finding import Finding
@@ -20,7 +20,7 @@ def plan_board_perimeter(spec: BoardPerimeter, site: Site) -> StrokeSet:
     if spec.repeats == 0:
         return StrokeSet((), "fixed")
     rule = RingRule(
-        height_mm=spec.height_mm,
+        height_mm=height_of(spec),
         speed_mm_s=spec.speed_mm_s,
         tilt_deg=spec.tilt_deg,
         lean=spec.toward,

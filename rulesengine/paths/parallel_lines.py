@@ -9,7 +9,7 @@ from shapely import MultiPolygon, Polygon, get_coordinates
 from geometry.arrays import Directions, Directions2, Points2
 from geometry.coverage.stripes import Stripe, stripes
 from recipes.footprint import core_footprint
-from recipes.paths import FinalFlush, Raster, StepFunction, StraightLine
+from recipes.paths import FinalFlush, Raster, StepFunction, StraightLine, height_of
 from rulesengine.strokes.stroke import Site, Stroke, StrokeSet, reference_axes, tilted
 from rulesengine.strokes.workload import require_lines
 from specs.finding import Finding
@@ -79,7 +79,7 @@ def lay_lines(
     Raises:
         RecipeError: they would lie endlessly close together.
     """
-    band = swath(site, spec.height_mm, spec.tilt_deg, spec.toward, travel)
+    band = swath(site, height_of(spec), spec.tilt_deg, spec.toward, travel)
     pitch = (1 - spec.overlap) * band.width_mm if spec.pitch_mm == "auto" else spec.pitch_mm
     region, findings = _region(spec, site)
     if spec.pitch_mm != "auto" and spec.pitch_mm > band.width_mm:
@@ -121,7 +121,7 @@ def one_way_lines(spec: FinalFlush | StepFunction, site: Site) -> StrokeSet:
     """Lines across the board, all in the same direction; a flush may pause at their ends."""
     travel = travel_of(spec, site)
     rows, findings = lay_lines(spec, site, travel)
-    band = swath(site, spec.height_mm, spec.tilt_deg, spec.toward, travel)
+    band = swath(site, height_of(spec), spec.tilt_deg, spec.toward, travel)
     delay = spec.edge_delay_s if isinstance(spec, FinalFlush) else 0.0
     strokes = tuple(
         line_stroke(orifice_line(line, band, travel), spec, site, travel, delay)
@@ -139,7 +139,7 @@ def line_stroke(
     approach, azimuth = pose_of(site, travel, spec.tilt_deg, spec.toward)
     ends = run_on(ends, travel, spec.overshoot_mm)
     return Stroke(
-        tcp=np.column_stack([ends, np.full(2, spec.height_mm)]),
+        tcp=np.column_stack([ends, np.full(2, height_of(spec))]),
         approach=np.tile(approach, (2, 1)),
         azimuth=np.tile(azimuth, (2, 1)),
         delays=np.array([0.0, delay_s]),

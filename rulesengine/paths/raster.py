@@ -4,7 +4,7 @@ import numpy as np
 
 from geometry.arrays import Directions2, Points2
 from geometry.coverage.stripes import Stripe
-from recipes.paths import Raster
+from recipes.paths import Raster, height_of
 from rulesengine.paths.parallel_lines import lay_lines, orifice_line, pose_of, run_on, swath, travel_of
 from rulesengine.strokes.stroke import Site, Stroke, StrokeSet
 
@@ -30,7 +30,7 @@ def _joined(rows: list[Stripe], spec: Raster, site: Site, travel: Directions2) -
     for index, row in enumerate(rows):
         way = travel if index % 2 == 0 else -travel
         line = row.stretches[0] if index % 2 == 0 else row.stretches[0][::-1]
-        band = swath(site, spec.height_mm, spec.tilt_deg, spec.toward, way)
+        band = swath(site, height_of(spec), spec.tilt_deg, spec.toward, way)
         points.append(run_on(orifice_line(line, band, way), way, spec.overshoot_mm))
         travels += [way, way]
     poses = [pose_of(site, way, spec.tilt_deg, spec.toward) for way in travels]
@@ -38,7 +38,7 @@ def _joined(rows: list[Stripe], spec: Raster, site: Site, travel: Directions2) -
     # Turned around, the jet would lean the wrong way and the pauses would fall on the wrong ends.
     turnable = spec.start == "auto" and spec.tilt_deg == 0 and spec.edge_delay_s == 0
     return Stroke(
-        tcp=np.column_stack([plan_view, np.full(len(plan_view), spec.height_mm)]),
+        tcp=np.column_stack([plan_view, np.full(len(plan_view), height_of(spec))]),
         approach=np.array([pose[0] for pose in poses]),
         azimuth=np.array([site.azimuths(travel[None])[0]] * len(poses)),
         delays=np.tile([0.0, spec.edge_delay_s], len(rows)),

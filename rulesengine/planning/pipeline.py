@@ -1,7 +1,7 @@
 """Planning pipeline: recipe and board to plan and timed program."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,13 +11,13 @@ from programs.plan import Dwell, Jet, Origin, Plan, SprayPass
 from programs.program import TILT_BAND, TimedProgram
 from recipes.check import check_recipe
 from recipes.errors import RecipeError
-from recipes.load import recipe_sha256
 from recipes.nozzles import AirKnife
 from recipes.recipe import Recipe, Step
 from rulesengine.planning.assemble import Assembly
+from rulesengine.planning.fit_recipe import repeats_for_least_times
 from rulesengine.planning.landed_spray import find_spray_beside
 from rulesengine.planning.stroke_cache import PlanningJob, StrokeCache, new_job
-from rulesengine.planning.stroke_order import Ordered, order_strokes
+from rulesengine.planning.stroke_order import order_strokes
 from rulesengine.planning.transfers import parked
 from rulesengine.planning.unserved import find_unserved
 from rulesengine.strokes.classify import Classified
@@ -37,6 +37,9 @@ class Run:
     """One recipe on one board, all the way to its program: what the command line and the browser show."""
 
     recipe: Recipe
+    """As it was written."""
+    fitted: Recipe
+    """As it was planned: with heights for this board, without steps for a side that has no components."""
     board: Board
     classified: tuple[Classified, ...]
     plan: Plan
@@ -47,6 +50,8 @@ class Run:
     """Floors and strokes for the next run."""
     robot: RobotTiming | None = None
     """Set where the program is timed for the robot of a cell."""
+    again: Mapping[int, int] = field(default_factory=dict[int, int])
+    """How often the last path of a step is done again to reach its least time, by the index of the step."""
 
 
 def run(
@@ -69,39 +74,68 @@ def run(
         RecipeError: a component matches no class, nothing is left to do, or it takes more than a day or 1,000 litres.
     """
     job = new_job(recipe, board, before.cache if before is not None and before.board is board else StrokeCache())
-    plan = _plan(job, subprogress(progress, 0.0, 0.6), sketched)
-    progress("timing", 0.6)
-    program = time_plan(plan, recipe.limits)
-    require_totals(program.totals.duration_s, sum(litres for _, litres in program.totals.liquid_l))
+    planned: dict[tuple[tuple[int, int], ...], tuple[Plan, TimedProgram]] = {}
+
+    def timed(again: Mapping[int, int]) -> TimedProgram:
+        key = tuple(again.items())
+        if key not in planned:
+            part = subprogress(progress, *((0.0, 0.6) if not planned else (0.6, 0.9)))
+            plan = _plan(job, again, part, sketched if not planned else None)
+            part("timing", 1.0)
+            program = time_plan(plan, job.recipe.limits)
+            require_totals(program.totals.duration_s, sum(litres for _, litres in program.totals.liquid_l))
+            planned[key] = plan, program
+        return planned[key][1]
+
+    again, missed = repeats_for_least_times(job.recipe, timed)
+    program = timed(again)
+    plan = _with_findings(job, planned[tuple(again.items())][0])
     progress("done", 1.0)
-    findings = worst_first((*board.findings, *check_recipe(recipe), *plan.findings, *program.findings))
-    return Run(recipe, board, job.classified, plan, program, findings, job.cache)
+    findings = worst_first((*board.findings, *check_recipe(recipe), *plan.findings, *missed, *program.findings))
+    return Run(recipe, job.recipe, board, job.classified, plan, program, findings, job.cache, again=again)
 
 
 def make_plan(recipe: Recipe, board: Board, progress: Progress = no_progress) -> Plan:
-    """Plan a recipe on a board: passes, dwells, transfers and commands, in order.
+    """Plan a recipe on a board: passes, dwells, transfers and commands, in order; least times are left aside.
 
     Raises:
         RecipeError: a component matches no class, nothing is left to do, or it takes more than a day or 1,000 litres.
     """
-    return _plan(new_job(recipe, board, StrokeCache()), progress, None)
+    job = new_job(recipe, board, StrokeCache())
+    return _with_findings(job, _plan(job, {}, progress, None))
 
 
-def _plan(job: PlanningJob, progress: Progress, sketched: Callable[[Plan], None] | None) -> Plan:
-    _require_bounds(job, progress)
+def _with_findings(job: PlanningJob, plan: Plan) -> Plan:
+    """Add what is to be noticed on a whole plan."""
+    steps = [step for step in job.recipe.sequence if step.enabled]
+    unserved = find_unserved(job.recipe, job.board, job.masks, steps, plan.items)
+    return replace(plan, findings=(*plan.findings, *unserved, *find_spray_beside(job.recipe, job.board, plan.items)))
+
+
+def _plan(
+    job: PlanningJob, again: Mapping[int, int], progress: Progress, sketched: Callable[[Plan], None] | None
+) -> Plan:
+    """Plan all steps, the last path of some of them again so many times; findings on the whole plan are left aside."""
+    _require_bounds(job, again, progress)
     if sketched is None:
-        return _assemble(job, "full", progress)[0]
-    sketch, settled = _assemble(job, "sketch", subprogress(progress, 0.0, _SKETCH_SHARE))
+        return _assemble(job, again, "full", progress)[0]
+    sketch, settled = _assemble(job, again, "sketch", subprogress(progress, 0.0, _SKETCH_SHARE))
     if settled:
         return sketch
-    sketched(sketch)
-    return _assemble(job, "full", subprogress(progress, _SKETCH_SHARE, 1.0))[0]
+    sketched(_with_findings(job, sketch))
+    return _assemble(job, again, "full", subprogress(progress, _SKETCH_SHARE, 1.0))[0]
 
 
-def _assemble(job: PlanningJob, effort: Effort, progress: Progress) -> tuple[Plan, bool]:
+def _assemble(job: PlanningJob, again: Mapping[int, int], effort: Effort, progress: Progress) -> tuple[Plan, bool]:
     """A plan, and whether the full effort would give the same."""
     recipe, board = job.recipe, job.board
     steps = [(index, step) for index, step in enumerate(recipe.sequence) if step.enabled]
+    if not steps:
+        raise RecipeError(
+            f"no step is left for {board.name}: all have only_with_parts and spray the side without components. Add a "
+            "step for the other side, or take only_with_parts out.",
+            path="sequence",
+        )
     first = steps[0][1].side
     floors = job.floors(first)
     assembly = Assembly(
@@ -110,7 +144,8 @@ def _assemble(job: PlanningJob, effort: Effort, progress: Progress) -> tuple[Pla
     for done, (index, step) in enumerate(steps):
         part = subprogress(progress, done / len(steps), (done + 1) / len(steps))
         part(f"planning {step.function}", 0.0)
-        _do_step(job, assembly, (index, step), effort, part)
+        paths = [*step.paths * step.repeat, *[step.paths[-1]] * again.get(index, 0)]
+        _do_step(job, assembly, (index, step, paths), effort, part)
     if not any(isinstance(item, SprayPass | Dwell) for item in assembly.items):
         counts = {side: sum(component.side == side for component in board.components) for side in ("top", "bottom")}
         listed = ", ".join(f"{name} on the {step.side}" for _, step in steps for name in step.paths)
@@ -120,13 +155,11 @@ def _assemble(job: PlanningJob, effort: Effort, progress: Progress) -> tuple[Pla
             "such as a raster, or look at side, repeats, passes, only and masks.",
             path="sequence",
         )
-    assembly.findings += find_unserved(recipe, board, job.masks, [step for _, step in steps], assembly.items)
-    assembly.findings += find_spray_beside(recipe, board, assembly.items)
-    origin = Origin(board.name, board.sha256, recipe.recipe, recipe_sha256(recipe))
+    origin = Origin(board.name, board.sha256, recipe.recipe, job.recipe_sha256)
     return Plan(origin, tuple(assembly.items), tuple(assembly.findings)), assembly.settled
 
 
-def _require_bounds(job: PlanningJob, progress: Progress) -> None:
+def _require_bounds(job: PlanningJob, again: Mapping[int, int], progress: Progress) -> None:
     """Plan the strokes of all enabled steps; before they are ordered and timed, refuse what takes more than a plan may.
 
     Raises:
@@ -138,16 +171,18 @@ def _require_bounds(job: PlanningJob, progress: Progress) -> None:
             continue
         progress(f"planning {step.function}", 0.0)
         jet = _jet_of(job, step)
-        for name in step.paths:
+        for place, name in enumerate(step.paths):
             made_by = Source(index, name)
-            work.append(measure(job.strokes(step, jet, name, made_by).strokes, jet, made_by, step.repeat))
+            times = step.repeat + (again.get(index, 0) if place == len(step.paths) - 1 else 0)
+            work.append(measure(job.strokes(step, jet, name, made_by).strokes, jet, made_by, times))
     require_bounds(work)
 
 
 def _do_step(
-    job: PlanningJob, assembly: Assembly, numbered: tuple[int, Step], effort: Effort, progress: Progress
+    job: PlanningJob, assembly: Assembly, todo: tuple[int, Step, list[str]], effort: Effort, progress: Progress
 ) -> None:
-    index, step = numbered
+    """Add a step, given by its index, itself and the templates to follow in their order."""
+    index, step, names = todo
     made_by = Source(index)
     function = job.recipe.functions[step.function]
     speed = min(job.recipe.limits.transfer_speed_mm_s, function.max_speed_mm_s)
@@ -156,23 +191,22 @@ def _do_step(
     jet = _jet_of(job, step)
     if step.side != assembly.side:
         assembly.turn_over(step.side, job.floors(step.side), speed, Source(index, motion="turn"))
-    sets = [job.strokes(step, jet, name, Source(index, name)) for name in step.paths]
-    assembly.findings += [finding for strokes in sets for finding in strokes.findings]
+    sets = {name: job.strokes(step, jet, name, Source(index, name)) for name in step.paths}
+    assembly.findings += [finding for name in step.paths for finding in sets[name].findings]
     if step.until is not None:
         limits = step.until.model_dump(exclude_none=True, exclude={"max_repeats"})
         for key, value in limits.items():
             assembly.command("REPEAT", str(step.until.max_repeats), "UNTIL", key, ">=", f"{value:.3f}", made_by=made_by)
-    todo = [*zip(step.paths, sets, strict=True)] * step.repeat
-    known: dict[tuple[str, bytes], Ordered] = {}
-    for done, (name, strokes) in enumerate(todo):
-        part = subprogress(progress, done / len(todo), (done + 1) / len(todo))
-        begun = (name, assembly.pose.tcp.tobytes())  # from the second repeat on each begins where it began before
-        if begun not in known:
-            known[begun] = order_strokes(strokes, assembly.pose.tcp, Source(index, name), effort, part)
-        ordered = known[begun]
+    for done, name in enumerate(names):
+        part = subprogress(progress, done / len(names), (done + 1) / len(names))
+        # From the second repeat on each begins where it began before.
+        begun = (index, name, assembly.pose.tcp.tobytes(), effort)
+        if begun not in job.orders:
+            job.orders[begun] = order_strokes(sets[name], assembly.pose.tcp, Source(index, name), effort, part)
+        ordered = job.orders[begun]
         assembly.settled = assembly.settled and ordered.settled
         assembly.findings += ordered.findings
-        assembly.spray(ordered.strokes, jet, strokes.retract, speed)
+        assembly.spray(ordered.strokes, jet, sets[name].retract, speed)
     assembly.park(speed, Source(index, motion="park"))
     if step.until is not None:
         assembly.command("ENDREPEAT", made_by=made_by)

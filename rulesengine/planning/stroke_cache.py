@@ -7,11 +7,14 @@ from typing import TypeVar
 
 from boards.board import Board, Side
 from programs.plan import Jet
+from recipes.load import recipe_sha256
 from recipes.paths import PathSpec
 from recipes.recipe import Recipe, Step
 from rulesengine.modifiers.keep_out import avoided_zone, keep_out
 from rulesengine.modifiers.pause_at_edges import pause_at_edges
 from rulesengine.modifiers.raise_over import raise_over
+from rulesengine.planning.fit_recipe import fit_recipe
+from rulesengine.planning.stroke_order import Ordered
 from rulesengine.strokes.classify import Classified, ComponentMasks, classify, read_masks
 from rulesengine.strokes.safe_height import Floors, floors
 from rulesengine.strokes.stroke import Site, StrokeSet
@@ -35,6 +38,9 @@ class PlanningJob:
     """Recipe and board with what does not change from step to step."""
 
     recipe: Recipe
+    """Fitted to the board."""
+    recipe_sha256: str
+    """Of the recipe as it was written."""
     board: Board
     classified: tuple[Classified, ...]
     classes: dict[str, str]
@@ -46,6 +52,8 @@ class PlanningJob:
     """Of an earlier run on the same board."""
     cache: StrokeCache = field(default_factory=StrokeCache)
     """Of this run."""
+    orders: dict[Hashable, Ordered] = field(default_factory=dict[Hashable, Ordered])
+    """Orders of strokes, by where the nozzle stands before them."""
 
     def floors(self, side: Side) -> Floors:
         """Least heights of the orifice over a side."""
@@ -77,15 +85,17 @@ class PlanningJob:
 
 
 def new_job(recipe: Recipe, board: Board, before: StrokeCache) -> PlanningJob:
-    """Classify the components and read the masks.
+    """Fit the recipe to the board, classify the components and read the masks.
 
     Raises:
         RecipeError: a component matches no class.
     """
-    classified, class_findings = classify(recipe, board)
-    masks, mask_findings = read_masks(recipe, board)
+    fitted = fit_recipe(recipe, board)
+    classified, class_findings = classify(fitted, board)
+    masks, mask_findings = read_masks(fitted, board)
     classes = {each.component: each.component_class for each in classified}
-    return PlanningJob(recipe, board, classified, classes, masks, (*class_findings, *mask_findings), before)
+    findings = (*class_findings, *mask_findings)
+    return PlanningJob(fitted, recipe_sha256(recipe), board, classified, classes, masks, findings, before)
 
 
 def plan_path(spec: PathSpec, site: Site) -> StrokeSet:

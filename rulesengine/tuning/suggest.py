@@ -13,6 +13,7 @@ from cleaning.verdicts.rules import Rule
 from programs.program import TimedProgram
 from recipes.load import parse_recipe
 from recipes.recipe import Recipe
+from rulesengine.planning.fit_recipe import fit_recipe
 from rulesengine.planning.pipeline import Run, run
 from rulesengine.strokes.classify import Classified, classify
 from rulesengine.tuning.changes.candidate_changes import candidate_changes
@@ -92,6 +93,7 @@ class _ReadProgram:
     """A program that was read, in the place of a run."""
 
     recipe: Recipe
+    fitted: Recipe
     board: Board
     classified: tuple[Classified, ...]
     program: TimedProgram
@@ -106,9 +108,10 @@ def advise(report: CleaningReport, program: TimedProgram, recipe: Recipe) -> Cle
     Raises:
         RecipeError: a component matches no class.
     """
-    classified, _ = classify(recipe, report.board)
+    fitted = fit_recipe(recipe, report.board)
+    classified, _ = classify(fitted, report.board)
     best: dict[str, Suggestion] = {}
-    for each in suggest(_ReadProgram(recipe, report.board, classified, program), report):
+    for each in suggest(_ReadProgram(recipe, fitted, report.board, classified, program), report):
         best.setdefault(each.component, each)
     parts = tuple(_advised(part, best.get(part.component)) for part in report.parts)
     return replace(report, parts=parts, bare=_advised(report.bare, best.get(report.bare.component)))

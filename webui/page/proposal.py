@@ -17,7 +17,7 @@ KIND_WORDS: dict[ChangeKind, tuple[str, str]] = {
     "dwells": ("Dwells", "How long the nozzle waits at edges and corners."),
     "heights": ("Heights", "How high the nozzle is above the board."),
     "sides": ("New paths", "Paths that a step does not have yet: around parts, around the rim, across."),
-    "wash_time": ("Repeats", "How often a whole step is done."),
+    "wash_time": ("Washing time", "How often a whole step is done, or its least time."),
     "pressure": ("Pressure", "Of the liquids; the pump has to give it."),
     "temperature": ("Temperature", "Of the liquids, within their windows."),
 }

@@ -144,7 +144,7 @@ def _rebuild(dialect: str, files: Mapping[str, str], path: Path, around: Around,
     timeline = build_timeline(program)
     progress("looking for its board", 0.5)
     board_name, board, note = _board_of(program, path, around, subprogress(progress, 0.5, 1.0))
-    run = Run(around.recipe, board, (), paths_of(program, timeline), program, ())
+    run = Run(around.recipe, around.recipe, board, (), paths_of(program, timeline), program, ())
     return ReadBack(path.name, DIALECTS[dialect].title, loaded.cell.name, board_name, note, run)
 
 

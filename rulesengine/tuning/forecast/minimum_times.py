@@ -197,7 +197,7 @@ def _whole_values(reduction: Reduction) -> list[float]:
     variable, end = reduction.variable, reduction.end
     if variable is None:
         return [end]
-    if variable.kind not in ("passes", "wash_time") or variable.component_class:
+    if variable.kind not in ("passes", "wash_time") or variable.component_class or variable.by_repeats:
         return []
     values = (end, reduction.bisect(reduction.begin, end), reduction.begin - 1.0)
     return list(dict.fromkeys(value for value in values if value is not None and value >= end))

@@ -1,4 +1,4 @@
-"""Third stage of tuning: pauses and numbers by class, shortened one at a time by bisection; and keeping to limits."""
+"""Third stage of tuning: pauses, least times and numbers by class, shortened one at a time; and keeping to limits."""
 
 from rulesengine.tuning.changes.reductions import Reduction, acceptable_share, reductions
 from rulesengine.tuning.search.acceptance import Acceptance
@@ -17,7 +17,7 @@ _MOST_COMPARED = 3
 
 
 def shorten_by_bisection(context: TuningContext, acceptance: Acceptance) -> tuple[Outcome, list[AcceptedChange]]:
-    """Shorten a recipe by its pauses and by what it states by class, one at a time; never longer."""
+    """Shorten a recipe by its pauses, its least times and what it states by class, one at a time; never longer."""
     now, accepted = acceptance.reference, list[AcceptedChange]()
     for scale in _SCALES:
         for name in _by_saving(context, now, scale):
@@ -44,7 +44,7 @@ def _by_saving(context: TuningContext, now: Outcome, scale: float) -> list[str]:
     saved: dict[str, float] = {}
     for name, reduction in _reductions(context, now).items():
         variable = reduction.variable
-        if variable is None or not (variable.component_class or variable.kind == "dwells"):
+        if variable is None or not (variable.component_class or variable.kind == "dwells" or variable.by_repeats):
             continue  # belongs to the linear programs
         seconds, share = _expected(context, now, reduction)
         if seconds * share > scale * _LEAST_SAVED * now.seconds:

@@ -90,6 +90,7 @@ class Outcome:
 
     text: str
     recipe: Recipe
+    """Fitted to the board."""
     unmet: tuple[UnmetRequirement, ...]
     met: tuple[MetRequirement, ...]
     steps: tuple[StepSummary, ...]
@@ -143,7 +144,12 @@ class Planned(Protocol):
 
     @property
     def recipe(self) -> Recipe:
-        """The recipe."""
+        """The recipe, as it was written."""
+        ...
+
+    @property
+    def fitted(self) -> Recipe:
+        """The recipe, as it was planned on this board."""
         ...
 
     @property
@@ -169,12 +175,12 @@ class Planned(Protocol):
 
 def outcome_of(run: Planned, report: CleaningReport, goal: Goal, text: str = "") -> Outcome:
     """Extract from an analysis what tuning works with."""
-    masks, _ = read_masks(run.recipe, run.board)
+    masks, _ = read_masks(run.fitted, run.board)
     excluded = frozenset(masks.ignored) | {name for name, _ in masks.avoided}
     unmet = unmet_requirements(report, goal, excluded)
     return Outcome(
         text=text,
-        recipe=run.recipe,
+        recipe=run.fitted,
         unmet=unmet,
         met=met_requirements(report, excluded),
         steps=tuple(

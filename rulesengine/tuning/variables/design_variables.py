@@ -26,6 +26,7 @@ _MOST_TILT_DEG = 50.0
 _CLOSED_DEG = 84.0
 """Tilt and half angle together stay below, so that the cone closes on the board."""
 _MOST_REPEATS = 20.0
+_MOST_LEAST_S = 1800.0
 _MOST_BAR = 6.0
 _HOTTER_C = 10.0
 
@@ -51,6 +52,11 @@ class DesignVariable:
     """Empty: of all classes."""
     default: float | None = None
     """Value of the other classes, where it is the first of its template to be stated by class."""
+
+    @property
+    def by_repeats(self) -> bool:
+        """Whether it is a least time, which repeats of a path make up."""
+        return self.path[-1] == "least_time_s"
 
     def rounded(self, value: float) -> float:
         """Round to the resolution and keep within the bounds."""
@@ -105,10 +111,15 @@ def design_variables(
         if users:
             found += _template_variables(name, spec, recipe, users, classes)
     for at, step in enumerate(recipe.sequence):
-        if step.enabled and step.until is None:
-            path: YamlPath = ("sequence", at, "repeat")
-            acts = (f"sequence[{at}]",)
-            found.append(DesignVariable("wash_time", path, step.repeat, 1.0, _MOST_REPEATS, 1.0, 1.0, acts))
+        if not step.enabled or step.until is not None:
+            continue
+        path, acts = ("sequence", at), (f"sequence[{at}]",)
+        if step.least_time_s is None:
+            bounds = 1.0, _MOST_REPEATS, 1.0
+            found.append(DesignVariable("wash_time", (*path, "repeat"), step.repeat, *bounds, 1.0, acts))
+        else:
+            least, bounds = step.least_time_s, (min(5.0, step.least_time_s), max(_MOST_LEAST_S, step.least_time_s), 5.0)
+            found.append(DesignVariable("wash_time", (*path, "least_time_s"), least, *bounds, 1.0, acts))
     return (*found, *_function_variables(recipe, windows))
 
 
@@ -146,7 +157,9 @@ def _template_variables(
 def _field_variables(
     spec: PathSpec, field: str, base: DesignVariable, classes: frozenset[str]
 ) -> Iterator[DesignVariable]:
-    value = cast("float | dict[str, float]", getattr(spec, field))
+    value = cast('float | dict[str, float] | Literal["auto"]', getattr(spec, field))
+    if value == "auto":  # of a template that no step of this board follows
+        return
     if isinstance(value, dict):
         for each in sorted(classes):
             yield _at_value(replace(base, path=(*base.path, each), component_class=each), for_class(value, each))

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import pytest
 from made_findings import made_finding
+from small_boards import board_of, part
 
 from boards.load import board_library, load_board
 from programs.playback import playback
 from programs.program import Command, MoveTo, SetNozzle
 from recipes.load import load_recipe, parse_recipe
-from reports.tables.run_report import board_facts, class_counts, grouped_findings, report
+from reports.tables.run_report import board_facts, class_counts, fitted_words, grouped_findings, report
 from rulesengine.planning.pipeline import Run, run
 from specs.finding import blocking
 
@@ -25,7 +26,8 @@ def done() -> Run:
 def test_keys(done: Run) -> None:
     told = report(done)
     assert list(told) == [
-        *("washboard_report", "board", "recipe", "totals", "functions", "sprayed", "classes", "components", "findings")
+        *("washboard_report", "board", "recipe", "fitted", "totals", "functions", "sprayed", "classes", "components"),
+        "findings",
     ]
     assert set(told["totals"]) == {"duration_s", "spray_s", "travel_mm", "moves", "liquid_l"}
     assert set(told["functions"][0]) == {
@@ -43,8 +45,8 @@ def test_the_document_names_every_key(done: Run) -> None:
     told = report(done)
     text = (Path(__file__).parents[3] / "docs" / "command-line.md").read_text("utf-8").partition("## The report")[2]
     firsts = (told[key][0] for key in ("functions", "sprayed", "components", "findings"))
-    for part in (told, told["board"], told["totals"], *firsts):
-        for key in part:
+    for section in (told, told["board"], told["totals"], *firsts):
+        for key in section:
             assert f"`{key}`" in text
 
 
@@ -131,3 +133,21 @@ def test_library_recipes_report_what_they_spray() -> None:
     assert [each["solution"] for each in told["functions"]] == ["hot-air"]
     assert told["totals"]["liquid_l"] == {}
     assert told["recipe"]["name"] == "dry-only"
+
+
+def test_what_was_fitted_to_the_board() -> None:
+    text = """
+recipe: fitted
+extends: smt-aqueous
+templates: {wide: {path: raster, height_mm: auto, speed_mm_s: 50}}
+sequence:
+  - {function: clean, nozzle: ring60, paths: [wide], least_time_s: 60}
+  - {function: clean, nozzle: ring60, paths: [wide], side: bottom, only_with_parts: true}
+"""
+    done = run(parse_recipe(text), board_of(part("C1", 20, 20, 2, 1)))
+    told = report(done)["fitted"]
+    height, times = told["height_mm"]["wide"], told["again"]["sequence[0]"]
+    assert told == {"height_mm": {"wide": height}, "again": {"sequence[0]": times}, "left_out": ["sequence[1]"]}
+    assert fitted_words(done) == (
+        f"height_mm: wide {height:g}; sequence[0]: wide {times} times more; sequence[1] left out, no components there"
+    )

@@ -1,0 +1,171 @@
+"""What a recipe leaves to the board: the sides with components, heights by its size, repeats by a least time."""
+
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from boards.board import Board
+from programs.program import SetNozzle, TimedProgram
+from recipes.footprint import core_footprint
+from recipes.nozzles import Nozzle
+from recipes.paths import PathSpec
+from recipes.recipe import Recipe, Step
+from specs.finding import Finding
+from specs.finding_rules import LEAST_TIME_MISSED
+from specs.source import Source
+
+_LOWEST_MM = 20.0
+_HIGHEST_MM = 60.0
+_SHARE_OF_WIDTH = 0.8
+"""Of the board's mean width that the footprint takes at an automatic height: about half of a line's spray lands then,
+and what does not is on the lines beside the rim."""
+_SAME_MM = 1e-6
+_TRIED = 2
+"""Repeats of a path from which the time for one of them is taken: the first begins elsewhere than the others."""
+_MOST_AGAIN = 1000
+_SAME_S = 1e-6
+
+
+def fit_recipe(recipe: Recipe, board: Board) -> Recipe:
+    """Put numbers for the automatic heights of a recipe, and disable the steps that are for the other side alone.
+
+    Args:
+        recipe: As it was written.
+        board: Whose outline and components.
+
+    Returns:
+        The recipe with its steps at their places. A template that no step follows keeps ``auto``; the recipe is the
+        same object where it leaves nothing to the board.
+    """
+    steps = [_step_on(step, board) for step in recipe.sequence]
+    templates = {name: _at_height(name, spec, recipe, board) for name, spec in recipe.templates.items()}
+    if steps == recipe.sequence and templates == recipe.templates:
+        return recipe
+    return recipe.model_copy(update={"sequence": steps, "templates": templates})
+
+
+def left_out(recipe: Recipe, fitted: Recipe) -> tuple[int, ...]:
+    """Indices of the steps that a fitted recipe leaves out."""
+    pairs = zip(recipe.sequence, fitted.sequence, strict=True)
+    return tuple(index for index, (own, now) in enumerate(pairs) if own.enabled and not now.enabled)
+
+
+def fitted_heights(recipe: Recipe, fitted: Recipe) -> dict[str, float]:
+    """Heights by template, mm, that a fitted recipe has where ``auto`` stood."""
+    pairs = ((name, getattr(fitted.templates[name], "height_mm", None)) for name in recipe.templates)
+    return {
+        name: float(height)
+        for name, height in pairs
+        if isinstance(height, float) and getattr(recipe.templates[name], "height_mm", None) == "auto"
+    }
+
+
+def mean_width_mm(board: Board) -> float:
+    """Mean width of a board: the area of its outline by its greatest extent along or across its longest edge."""
+    points = np.array(board.outline.exterior.coords)
+    along = np.array(board.axis)
+    extents = (float(np.ptp(points @ axis)) for axis in (along, np.array([-along[1], along[0]])))
+    return board.outline.area / max(extents)
+
+
+def _step_on(step: Step, board: Board) -> Step:
+    sides = {component.side for component in board.components}
+    if step.enabled and step.only_with_parts and sides and step.side not in sides:
+        return step.model_copy(update={"enabled": False})
+    return step
+
+
+def _at_height(name: str, spec: PathSpec, recipe: Recipe, board: Board) -> PathSpec:
+    if getattr(spec, "height_mm", None) != "auto":
+        return spec
+    nozzles = {step.nozzle: recipe.nozzles[step.nozzle] for step in recipe.sequence if name in step.paths}
+    if not nozzles:
+        return spec
+    width = _SHARE_OF_WIDTH * mean_width_mm(board)
+    height = min(_greatest_height(nozzle, width) for nozzle in nozzles.values())
+    above_clearance = math.floor(recipe.limits.clearance_mm) + 1.0
+    return spec.model_copy(update={"height_mm": max(height, above_clearance)})
+
+
+def _greatest_height(nozzle: Nozzle, width_mm: float) -> float:
+    """Greatest height in whole mm at which the footprint is no wider; the least there is if it is wider at all."""
+    down, reference = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
+    heights = np.arange(_LOWEST_MM, _HIGHEST_MM + 0.5)
+    widths = np.array([np.ptp(core_footprint(nozzle, each, down, reference), axis=0).max() for each in heights])
+    return float(heights[widths <= width_mm + _SAME_MM].max(initial=_LOWEST_MM))
+
+
+def repeats_for_least_times(
+    recipe: Recipe, timed: Callable[[Mapping[int, int]], TimedProgram]
+) -> tuple[Mapping[int, int], tuple[Finding, ...]]:
+    """Find how often the last path of each step is done again so that the step lasts at least ``least_time_s``.
+
+    The time for a path is taken from two programs, without and with two more of it, so that transfers and what the
+    limits of the motion cost are in it.
+
+    Args:
+        recipe: Fitted.
+        timed: Gives the program with some repeats, by the index of the step.
+
+    Returns:
+        Repeats by the index of the step, and a finding for each step that stays shorter: no repeat of its last path
+        makes it longer, or more than 1,000 would be needed.
+    """
+    least = {index: step.least_time_s for index, step in enumerate(recipe.sequence) if step.enabled}
+    required = {index: seconds for index, seconds in least.items() if seconds is not None}
+    if not required:
+        return {}, ()
+    begun = spray_spans(recipe, timed({}))
+    short = [index for index, seconds in required.items() if begun[index] < seconds]
+    if not short:
+        return {}, ()
+    tried = spray_spans(recipe, timed(dict.fromkeys(short, _TRIED)))
+    each = {index: (tried[index] - begun[index]) / _TRIED for index in short}
+    more = {
+        index: min(math.ceil((required[index] - begun[index]) / each[index]), _MOST_AGAIN)
+        for index in short
+        if each[index] > _SAME_S
+    }
+    # The first repeat may take a little more than the next ones, where it begins farther away.
+    while more:
+        lasts = spray_spans(recipe, timed(more))
+        late = [index for index, times in more.items() if lasts[index] < required[index] and times < _MOST_AGAIN]
+        if not late:
+            break
+        more |= {index: more[index] + 1 for index in late}
+    lasts = spray_spans(recipe, timed(more))
+    return more, tuple(
+        _missed(index, recipe.sequence[index], lasts[index]) for index in short if lasts[index] < required[index]
+    )
+
+
+def spray_spans(recipe: Recipe, program: TimedProgram) -> dict[int, float]:
+    """Seconds from the first spray to the last of each enabled step, by its index.
+
+    The steps right before that have the same function and side count with it: their liquid stays on the board.
+    """
+    switched: dict[int, list[float]] = {}
+    for each in program.instructions:
+        if isinstance(each, SetNozzle) and each.made_by.step is not None:
+            switched.setdefault(each.made_by.step, []).append(each.time_s)
+    spans: dict[int, float] = {}
+    before: Step | None = None
+    times: list[float] = []
+    for index, step in enumerate(recipe.sequence):
+        if not step.enabled:
+            continue
+        if before is None or (before.function, before.side) != (step.function, step.side):
+            times = []
+        times += switched.get(index, [])
+        spans[index] = max(times) - min(times) if times else 0.0
+        before = step
+    return spans
+
+
+def _missed(index: int, step: Step, lasts_s: float) -> Finding:
+    message = (
+        f"{step.function} lasts {lasts_s:.0f} s, and repeating {step.paths[-1]} does not make it the "
+        f"{step.least_time_s:g} s of least_time_s. End the step with a path across the board, such as a raster."
+    )
+    return Finding(LEAST_TIME_MISSED, message, Source(index))
