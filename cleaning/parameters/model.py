@@ -169,6 +169,10 @@ class Limits(Spec):
     front_s: Duration = Field(description="Least time in the wave front in washing.")
     gap_marginal: Share = Field(description="Residue under a part above which it is marginal.")
     gap_dirty: Share = Field(description="Residue under a part above which it is dirty.")
+    margin: Annotated[float, Bounds(1, 100, what="margins")] = Field(
+        default=2,
+        description="A part is clean with so many times the least volumes, and with gap_marginal divided by it.",
+    )
     pocket: Share = Field(description="Residue of the worst tenth of a gap above which there is a pocket.")
     weak_shear_pa: Shear = Field(description="Wall shear below which a place is not flushed.")
     weak_share: Share = Field(description="Share of a gap that may be below it.")

@@ -82,25 +82,27 @@ def _amount(evidence: Evidence, reach: Reach) -> Judgement:
     limit = limits.wash_volume_mm if reach.use == "wash" else limits.rinse_volume_mm
     compared = [f"limits.{reach.use}_volume_mm"]
     landed = reach.exposed.volume_mm[1]
-    numbers = [Number("volume on the least wetted places", low, "mm", limit), Number("of it landed", landed, "mm")]
-    share = low / limit
-    amount = f"{two_digits(low)} mm" if share >= _NOTHING else f"less than {_NOTHING * limit:g} mm"
+    least = limits.margin * limit
+    numbers = [Number("volume on the least wetted places", low, "mm", least), Number("of it landed", landed, "mm")]
+    share = low / least
+    amount = f"{two_digits(low)} mm" if low / limit >= _NOTHING else f"less than {_NOTHING * limit:g} mm"
     because = (
         f"The least wetted places of its exposed surface get {amount} in {reach.functions}, run-off included "
-        f"(limit {limit:g} mm)."
+        f"(limit {limit:g} mm{_with_margin(least, limit)})."
     )
     if reach.use == "wash" and limits.front_s > 0:
         compared.append("limits.front_s")
         front = reach.exposed.front_s[1]
-        numbers.append(Number("time in the wave front, least places", front, "s", limits.front_s))
+        longest = limits.margin * limits.front_s
+        numbers.append(Number("time in the wave front, least places", front, "s", longest))
         because += f" It is in the wave front for {two_digits(front)} s (limit {limits.front_s:g} s)."
-        share = min(share, front / limits.front_s)
+        share = min(share, front / longest)
     if share < 1 and reach.repeats > 1:
         share *= reach.repeats
         often = ceil(reach.repeats / share) if share >= 1 else 0
         because += f" It must be done {often} times" if often else " It is too little even if done"
         because += f", of {reach.repeats} at most." if often else f" {reach.repeats} times, as often as it may be."
-    verdict: Verdict = "clean" if share >= 1 else "marginal" if share >= _HALF else "dirty"
+    verdict: Verdict = "clean" if share >= 1 else "marginal" if limits.margin * share >= _HALF else "dirty"
     advice = "Go slower or nearer, or add a pass."
     if low / limit < _NOTHING:
         advice = "Hardly any reaches it there: add a pass from another side, or tilt the jet."
@@ -114,6 +116,11 @@ def _amount(evidence: Evidence, reach: Reach) -> Judgement:
         calibrated=all(_has_source(evidence, path) for path in compared),
         stage=reach.made_by,
     )
+
+
+def _with_margin(least: float, limit: float) -> str:
+    """Words on what a clean part gets, after its limit."""
+    return f", clean from {least:g} mm" if least > limit else ""
 
 
 def _has_source(evidence: Evidence, path: str) -> bool:

@@ -205,7 +205,8 @@ class _Gap:
         mean, worst = 100.0 * gap.residue, 100.0 * gap.residue_worst
         pocket = gap.residue_worst > limits.pocket
         verdict: Verdict = "dirty" if gap.residue > limits.gap_dirty else "marginal"
-        if gap.residue <= limits.gap_marginal and not pocket:
+        most = limits.gap_marginal / limits.margin
+        if gap.residue <= most and not pocket:
             verdict = "clean"
         where = None
         if underside is not None:
@@ -217,14 +218,21 @@ class _Gap:
             verdict=verdict,
             calibrated=self.evidence.parameters.calibrated,
             numbers=(
-                Number("residue", mean, "%", 100.0 * limits.gap_marginal),
+                Number("residue", mean, "%", 100.0 * most),
                 Number("residue, worst tenth", worst, "%", 100.0 * limits.pocket),
             ),
             because=f"{_percent(mean)} of the residue is left {self._place}; in its worst tenth {_percent(worst)}."
+            + self._thin_margin(limits.gap_marginal, most)
             + self._at_bound(),
             advice="" if verdict == "clean" else "Soak longer, wash warmer, or add perimeter passes.",
             where=where,
         )
+
+    def _thin_margin(self, limit: float, most: float) -> str:
+        """State that the limit is kept without the margin of a clean part."""
+        if not most < self.gap.residue <= limit:
+            return ""
+        return f" That is within the limit of {100.0 * limit:g} %; clean with a margin is {100.0 * most:g} %."
 
     def _at_bound(self) -> str:
         """State where flow and shear were taken at their lower bound."""
