@@ -20,7 +20,7 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-BOARDS = ("tiny", "two-sided", "sensor-hub", "smt-demo")
+BOARDS = ("tiny", "two-sided", "radio-stick", "sensor-hub", "smt-demo")
 RECIPES = ("smt-aqueous", "low-standoff", "rinse-only", "dry-only")
 CELLS = ("ur5e-bench", "ur5-bench", "kr6-bench", "cairo-bench", "gantry")
 DIALECTS = {

@@ -4,13 +4,14 @@ import gzip
 from collections import Counter
 from dataclasses import replace
 from functools import cache
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 from sample_boards.assemble import Place, Sample, assemble
+from sample_boards.radio_stick import RADIO_STICK
 from sample_boards.sensor_hub import SENSOR_HUB
 from sample_boards.shapes import block, circle, prism, rectangle, rounded, slot, turned
 from sample_boards.smt_demo import SMT_DEMO
@@ -28,6 +29,7 @@ FOLDER = Path(boards.__file__).parent / "library"
 FILES = {
     "smt-demo": "smt-demo.tri.gz",
     "sensor-hub": "sensor-hub.tri.gz",
+    "radio-stick": "radio-stick.tri.gz",
     "two-sided": "two-sided.tri.gz",
     "tiny": "tiny.tri",
 }
@@ -146,8 +148,44 @@ def test_sensor_hub_has_eighty_parts_and_states_what_most_are_soldered_to() -> N
     assert pads["C_0402_1005Metric"] == 2
 
 
+def test_radio_stick_has_small_parts_on_both_sides_and_states_all_their_pads() -> None:
+    parts = components("radio-stick")
+    size = np.ptp(bodies("radio-stick")[0].patches.reshape(-1, 3), axis=0)
+    np.testing.assert_allclose(size, [50.0, 23.0, 1.0], atol=1e-9)
+    assert Counter(body.side for body in parts) == {"top": 79, "bottom": 59}
+    assert all(body.pads for body in parts)
+    counts = Counter("_".join(str(body.package).split("_")[1:2]) for body in parts)
+    assert counts["0201"] >= 60
+    assert counts["0402"] >= 40
+    radio = next(body for body in parts if body.name == "U1")
+    assert (radio.package, radio.side, len(radio.pads)) == ("LQFP-48_7x7mm_P0.5mm", "top", 48)
+
+
+def test_parts_of_the_radio_stick_keep_their_distance() -> None:
+    inside = shapely.box(0.5, 0.5, 49.5, 22.5)
+    parts = components("radio-stick")
+    lands = [shapely.union_all([outline_of(pad) for pad in body.pads]) for body in parts]
+    shadows = [shapely.union_all(shapely.convex_hull(shapely.linestrings(body.patches[:, :, :2]))) for body in parts]
+    for one, other in combinations(range(len(parts)), 2):
+        if parts[one].side == parts[other].side:
+            names = (parts[one].name, parts[other].name)
+            assert shadows[one].distance(shadows[other]) > 0.3, names
+            assert lands[one].distance(lands[other]) > 0.2, names
+    outside = [body.name for body, shadow in zip(parts, shadows, strict=True) if not inside.contains(shadow)]
+    assert outside == ["J1"]  # the port
+
+
+def test_pads_of_an_0201_reach_beyond_its_ends() -> None:
+    place = Place("C1", "C_0201_0603Metric", 10.0, 7.0)
+    _, part = assemble(replace(TINY, places=(place,), states_pads=True))
+    assert [(pad.x_mm, pad.y_mm, pad.length_mm, pad.width_mm) for pad in part.pads] == [
+        pytest.approx((9.68, 7.0, 0.46, 0.4)),
+        pytest.approx((10.32, 7.0, 0.46, 0.4)),
+    ]
+
+
 def test_other_samples_leave_the_pads_to_the_package_names() -> None:
-    assert not any(body.pads for name in FILES if name != "sensor-hub" for body in bodies(name))
+    assert not any(body.pads for name in ("smt-demo", "two-sided", "tiny") for body in bodies(name))
 
 
 @pytest.mark.parametrize("side", ["top", "bottom"])
@@ -238,7 +276,7 @@ def test_solids_have_the_volume_of_their_formulas() -> None:
     assert Polygon(rounded(rectangle((6.0, 4.0)), 1.0, 64)).area == pytest.approx(24.0 - corner, rel=1e-3)
 
 
-@pytest.mark.parametrize("sample", [SMT_DEMO, SENSOR_HUB, TWO_SIDED, TINY], ids=lambda sample: sample.name)
+@pytest.mark.parametrize("sample", [SMT_DEMO, SENSOR_HUB, RADIO_STICK, TWO_SIDED, TINY], ids=lambda sample: sample.name)
 def test_names_are_unique_and_the_file_name_is_the_samples(sample: Sample) -> None:
     names = [place.name for place in sample.places]
     assert len(set(names)) == len(names)

@@ -1,6 +1,7 @@
 """Every sample part by the name of its package."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 from sample_boards.connectors import pin_header, port, push_button, surface_port
@@ -8,8 +9,13 @@ from sample_boards.leaded import GullWing, dual, folded, quad, sot
 from sample_boards.leadless import ball_grid, can, chip, crystal, inductor, light, melf, quad_flat
 from sample_boards.shape import Shape
 
+from boards.board import Pad
+
 _CHIPS = {
     # length, width, height, terminal, gap under the body
+    "R_0201_0603Metric": ((0.6, 0.3, 0.23), 0.15, 0.02),
+    "C_0201_0603Metric": ((0.6, 0.3, 0.3), 0.15, 0.02),
+    "L_0201_0603Metric": ((0.6, 0.3, 0.3), 0.15, 0.02),
     "R_0402_1005Metric": ((1.0, 0.5, 0.35), 0.25, 0.02),
     "C_0402_1005Metric": ((1.0, 0.5, 0.5), 0.25, 0.02),
     "R_0603_1608Metric": ((1.6, 0.8, 0.45), 0.3, 0.03),
@@ -21,6 +27,9 @@ _CHIPS = {
     "C_1206_3216Metric": ((3.2, 1.6, 1.6), 0.5, 0.04),
     "C_1210_3225Metric": ((3.2, 2.5, 2.5), 0.5, 0.05),
 }
+
+# IPC-7351, nominal: two of 0.46 x 0.4 mm, which reach well beyond the part.
+_LANDS_0201 = (Pad(-0.32, 0.0, 0.46, 0.4), Pad(0.32, 0.0, 0.46, 0.4))
 
 # Body, span, height, standoff, pitch, (lead width, thickness, foot).
 _SO_LEAD = (0.4, 0.2, 0.6)
@@ -79,5 +88,5 @@ _RJ45_PEGS = tuple((-4.445 + 1.27 * k, 6.0 + 2.54 * (k % 2)) for k in range(8))
 def shape_of(package: str) -> Shape:
     """Make the part of that package; it raises KeyError for a name that is not in the catalogue."""
     if package in _CHIPS:
-        return chip(*_CHIPS[package], package)
+        return replace(chip(*_CHIPS[package], package), lands=_LANDS_0201 if "_0201_" in package else ())
     return _OTHERS[package](package)

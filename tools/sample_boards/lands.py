@@ -1,4 +1,4 @@
-"""What a sample part is soldered to: a pad under whatever of it touches the board."""
+"""What a sample part is soldered to: a pad under whatever of it touches the board, or pads of its own."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -17,6 +17,9 @@ _NO_JOINT = "body"
 
 def lands_of(shape: Shape) -> Iterator[Pad]:
     """Give the pads of a part around its own origin; none for what stands in holes or touches along a line only."""
+    if shape.lands:
+        yield from shape.lands
+        return
     for name, group in shape.solids:
         if name != _NO_JOINT:
             yield from (_rounded(pad) if name == _ROUND else pad for solid in group for pad in _under(solid))

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from boards.board import Pad
 from geometry.arrays import Triangles
 
 Solids: TypeAlias = tuple[tuple[str, tuple[Triangles, ...]], ...]
@@ -20,5 +21,7 @@ class Shape:
     """Named surfaces, each of one or more closed solids."""
     drills: tuple[tuple[float, float, float], ...] = ()
     """Holes that the board needs: x, y and diameter."""
+    lands: tuple[Pad, ...] = ()
+    """Pads of the board where they are larger than what touches them."""
     overhang_mm: float = 0.0
     """How far the part may reach over the board's edge."""

@@ -4,6 +4,7 @@ import gzip
 from pathlib import Path
 
 from sample_boards.assemble import assemble
+from sample_boards.radio_stick import RADIO_STICK
 from sample_boards.sensor_hub import SENSOR_HUB
 from sample_boards.smt_demo import SMT_DEMO
 from sample_boards.tiny import TINY
@@ -14,6 +15,7 @@ from boards.formats.tri.tri import write_tri
 _FILES = {
     "smt-demo.tri.gz": SMT_DEMO,
     "sensor-hub.tri.gz": SENSOR_HUB,
+    "radio-stick.tri.gz": RADIO_STICK,
     "two-sided.tri.gz": TWO_SIDED,
     "tiny.tri": TINY,
 }
