@@ -241,6 +241,9 @@ def _share_of(line: Line, target: Pose, done: float) -> float:
     way, turn = line.length_mm, line.angle_rad
     goes = way > degrees(turn)  # whichever is the finer measure of how much is done
     share = distance(line.start, target) / way if goes else angle(line.start, target) / max(turn, 1e-9)
+    # A signal right after a moment of the motion has a row at the same place.
+    if way + degrees(turn) > POSE_MM and share < 1.0 and abs(share - done) * max(way, degrees(turn)) <= DIGIT:
+        return done
     return share if done < share < 1.0 else 1.0
 
 

@@ -58,6 +58,8 @@ class LineRecord(Record):
         digits = 0.3 if planned_mm_s == line.speed_mm_s else 1.0  # an even speed depends on the digits of the ends
         planned_mm_s = _rounded(planned_mm_s, self.capability.step_mm_s)
         allowed = (digits + 1e-3) * self.capability.step_mm_s + 1e-6 * planned_mm_s
+        if digits == 1.0 and has_speed:
+            allowed += planned_mm_s * min(1.0, DIGIT / ((last - first) * line.length_mm))
         if found.duration_s is not None:
             speed_mm_s = (last - first) * line.length_mm / found.duration_s
             allowed = max(1.0, _SPEED_SHARE * planned_mm_s)

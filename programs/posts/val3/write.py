@@ -95,6 +95,8 @@ class Val3(Syntax):
         self.reached: list[str] = []
         """Joint values in the array ``jReach``."""
         self.tool, self.board, self.chapter_number = "flange", "world", 0
+        self.in_motions: set[str] = set()
+        """Names of tools and frames that motions use: others are not declared."""
         self.moving = False
         """Whether moves may be waiting: what is done at rest has to wait for them."""
 
@@ -150,6 +152,7 @@ class Val3(Syntax):
 
     def point(self, pose: Pose) -> str:
         """Put a point into the routine's array for the board in use."""
+        self.in_motions |= {self.tool, self.board}
         array = self.names.give("points", (self.chapter_number, self.board), f"p_{self.chapter_number:02d}")
         values = self.arrays.setdefault(array, [])
         values.append(project.place(pose, self.board) + _SAME_ARM)
@@ -188,10 +191,10 @@ class Val3(Syntax):
 
     def variables(self) -> Iterator[str]:
         """Declare all variables."""
-        yield from (
-            project.variable(name, "frame", [project.place(pose, "world")]) for name, pose in self.boards.items()
-        )
-        for name, tool in self.tools.items():
+        named = self.in_motions | ({self.first_tool()} if self.rises else set())
+        for name, pose in ((name, pose) for name, pose in self.boards.items() if name in named):
+            yield project.variable(name, "frame", [project.place(pose, "world")])
+        for name, tool in ((name, tool) for name, tool in self.tools.items() if name in named):
             yield project.variable(name, "tool", [project.place(tool.T_flange_tcp, "flange")])
         yield from self.signals()
         yield from (project.variable(name, "num", (), project.QUEUE) for name in ("nMove", "nOutput", "nValue"))

@@ -191,6 +191,15 @@ def test_a_turn_whose_way_is_lost_in_the_last_digit_is_told_as_one_on_the_spot(n
         SetNozzle(1.0, False, ""),
     )
 )
+@example(  # a tool that another one takes the place of before anything moves
+    program=program_of(
+        START,
+        Command(0.0, "NOZZLE", ("a", "TOOL", "0"), ""),
+        Command(0.0, "NOZZLE", ("a", "TOOL", "1"), ""),
+        LOW,
+        SetNozzle(1.0, False, ""),
+    )
+)
 @example(  # so it may be where the cell does not know what a routine moves
     program=program_of(
         START,

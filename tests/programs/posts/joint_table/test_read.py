@@ -8,7 +8,9 @@ from robot_programs import PROGRAMS, joints_of
 
 from programs.errors import ProgramError
 from programs.export import export
+from programs.motion.make_motion import make_motion
 from programs.posts.joint_table import DIALECT
+from programs.posts.proving.compare import compare
 
 ROW = 20
 
@@ -37,3 +39,19 @@ def test_a_damaged_row_is_refused(table: tuple[str, list[str]], damage: str) -> 
     with pytest.raises(ProgramError, match="row") as caught:
         DIALECT.read({file: text})
     assert caught.value.line in (ROW + 1, len(lines))
+
+
+def test_a_signal_right_after_a_moment_of_the_motion_has_a_row_at_the_same_place() -> None:
+    program = PROGRAMS["loop"]()
+    cell, joints = small_cell(), joints_of(program)
+    ((file, text),) = export(program, cell, "joint-table", joints).files.items()
+    rows = text.splitlines()
+    at = next(at for at, row in enumerate(rows) if at > ROW and " = " in row and "transfer" in row)
+    node, time_s, *rest = rows[at].split(",")
+    rest[-2] = ""
+    rows.insert(at, ",".join([node, f"{float(time_s) - 4e-6:.6f}", *rest]))
+    for later in range(at + 1, len(rows)):
+        _, _, values = rows[later].partition(",")
+        rows[later] = f"{int(node) + later - at},{values}"
+    motion = make_motion(program, cell, joints)
+    assert compare(DIALECT.read({file: "\n".join(rows)}), motion, cell) == ()
