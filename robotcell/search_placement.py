@@ -22,6 +22,7 @@ from robotcell.motion.sampled_path import SampledPath, sample_path
 from robotcell.placement.optimise import HasRoom, Placement, PlacementGoal, find_placements, judge_placement
 from robotcell.placement.reachability import Targets, spread
 from robotcell.robot.poses import inverse
+from robotcell.robot.robot import Poses
 from robotcell.track import CellReport, terms_of, track
 from specs.progress import Progress, no_progress, subprogress
 
@@ -30,7 +31,8 @@ _LEVER_M = 0.1
 """Lever by which directions are compared with positions when targets are chosen."""
 _NEAREST_M = 0.1
 _CHECKED = 3
-"""Places that are checked, one after the other, until the robot can carry out the program at one."""
+"""Places that are checked, one after the other, until the robot can carry out the program at one; then as many again
+that would help at those."""
 _BETTER = 1e-6
 """Share by which a place has to be better."""
 
@@ -60,7 +62,7 @@ class Relocation:
     present: PlacementTrial
     """At the cell's own placement."""
     tried: tuple[PlacementTrial, ...]
-    """Places with a better value, best first; all but the last are refused."""
+    """Places with a better value, best first, then those that would help at a refused one; all but the last refused."""
     evaluated: int
     """Number of places of the search."""
 
@@ -105,17 +107,30 @@ def find_place(
     value = before.value + _BETTER * abs(before.value)
     better = [each for each in found if each.value >= 0.0 and (present.stopped_by or each.value > value)]
     tried: list[PlacementTrial] = []
-    for number, each in enumerate(better[:_CHECKED]):
-        share = subprogress(progress, 0.6 + 0.4 * number / _CHECKED, 0.6 + 0.4 * (number + 1) / _CHECKED)
-        moved = cell.with_held_at(place_pose(place_of(each.T_cell_board @ cell.T_board_held)))
-        judged = replace(
-            judge_placement(moved, targets, bounded, collider), distance=each.distance, yaw=each.yaw, tried=each.tried
-        )
-        tried.append(PlacementTrial(judged, track(program, moved, board, terms=terms, progress=share)))
-        if not tried[-1].stopped_by:
-            break
+    waiting = [(each, each.T_cell_board) for each in better[:_CHECKED]]
+    while waiting and (not tried or tried[-1].stopped_by):
+        each, T_cell_board = waiting.pop(0)
+        part = len(tried) / (2 * _CHECKED), (len(tried) + 1) / (2 * _CHECKED)
+        share = subprogress(progress, *(0.6 + 0.4 * done for done in part))
+        moved = cell.with_held_at(place_pose(place_of(T_cell_board @ cell.T_board_held)))
+        judged = replace(judge_placement(moved, targets, bounded, collider), yaw=each.yaw, tried=each.tried)
+        report = track(program, moved, board, terms=terms, progress=share)
+        tried.append(PlacementTrial(judged, report))
+        # The best by some points may lie just beyond what the whole program allows: the place that would help there.
+        if len(tried) + len(waiting) < 2 * _CHECKED and (helped := _moved_by_remedy(report)) is not None:
+            waiting.append((each, helped))
     progress("board placed", 1.0)
     return Relocation(present, tuple(tried), found[0].tried)
+
+
+def _moved_by_remedy(report: CellReport) -> Poses | None:
+    """Where the remedy of a refused place puts the board; ``None`` if there is none, or it changes anything else."""
+    if report.remedy is None:
+        return None
+    before, after = report.cell, report.remedy.cell
+    same = after.tools is before.tools and after.fixtures is before.fixtures and after.robot is before.robot
+    moved = not np.array_equal(after.T_cell_board, before.T_cell_board)
+    return after.T_cell_board if same and moved else None
 
 
 def targets_of(path: SampledPath) -> Targets:

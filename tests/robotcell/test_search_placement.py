@@ -11,16 +11,19 @@ from tracked import line_program
 
 import robotcell.search_placement
 from boards.load import board_library, load_board
+from recipes.load import load_recipe
 from robotcell.cell.cell_edits import format_place, place_of, with_place
 from robotcell.cell.load import read_cell_text
 from robotcell.cell.shapes import place_pose
 from robotcell.cell.spec import Hold, Place
 from robotcell.errors import CellError
 from robotcell.motion.sampled_path import sample_path
+from robotcell.placement.optimise import PlacementGoal
 from robotcell.robot.poses import pose, roll_pitch_yaw
 from robotcell.robot.robot import flange_poses
 from robotcell.search_placement import find_place, room_of, targets_of
 from robotcell.track import CellReport, track
+from rulesengine.planning.pipeline import run
 
 _FILE = Path("cell.yaml")
 angles = st.floats(-np.pi, np.pi)
@@ -119,6 +122,21 @@ def test_no_more_than_three_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     found = find_place(line_program(), read_cell_text(CELL), None)
     assert found.best is None
     assert 2 <= len(found.tried) <= 3
+
+
+@pytest.mark.slow
+def test_a_place_that_is_refused_leads_to_the_one_that_would_help() -> None:
+    """The best by some of the points is 5 mm beyond what the whole program reaches."""
+    loaded = read_cell_text(CELL.replace("[400, -50, 150]}", "[1900, -50, 150]}"))
+    board = load_board(Path("tiny"))
+    program = run(load_recipe("rinse-only"), board).program
+    found = find_place(program, loaded, board, PlacementGoal(metric="limits", criterion="mean"))
+    assert found.best is not None
+    refused, best = found.tried
+    assert refused.stopped_by
+    assert refused.report.remedy is not None
+    np.testing.assert_allclose(best.placement.T_cell_board, refused.report.remedy.cell.T_cell_board, atol=1e-9)
+    assert best.placement.distance < refused.placement.distance
 
 
 def test_the_outermost_points_of_a_program_are_among_the_targets() -> None:
