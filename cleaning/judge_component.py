@@ -19,9 +19,9 @@ from cleaning.undersides.gap_result import GapResult
 from cleaning.undersides.sensitivity import FLOOR, Pressures, VariedStages, elasticity, limiting, variants, vary
 from cleaning.undersides.washing import simulate_gap
 from cleaning.verdicts.component_rules import judge_part
-from cleaning.verdicts.evidence import Evidence, Reach
+from cleaning.verdicts.evidence import Evidence
 from cleaning.verdicts.exposed_area import BARE, cells_of, exposed_part, together
-from cleaning.verdicts.results import Part
+from cleaning.verdicts.results import Part, Reach
 from geometry.arrays import Indices
 from geometry.disc_grid import DiscGrid
 from recipes.recipe import Use
@@ -67,6 +67,29 @@ def gaps_of(
             progress("flushing under parts", row / len(rows))
             found[prepared.rows[row]] = underside
     return found
+
+
+def pressures_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> tuple[Pressures, ...]:
+    """Find the pressures on the edges of each underside, for ``gaps_under``: one list per underside."""
+    edges, film = prepared.edges, prepared.parameters.film
+    near = [pressing_samples(each.stage, each.jet, edges, film) for each in sprayed]
+    return tuple(
+        [
+            edge_pressures(each.stage, each.jet, edges.only(row), film, grid)
+            for each, grid in zip(sprayed, near, strict=True)
+        ]
+        for row in range(len(prepared.rows))
+    )
+
+
+def gaps_under(
+    prepared: PreparedBoard, stages: Sequence[Stage], pressures: Sequence[Pressures]
+) -> list[tuple[GapResult, ...]]:
+    """Follow every gap in all its cases under known pressures; one result per underside."""
+    return [
+        tuple(_gap(prepared, row, case, (stages, pressed)) for case in range(len(prepared.undersides[row].cases)))
+        for row, pressed in enumerate(pressures)
+    ]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,6 +246,7 @@ def _part(surface: _Surface, prepared: PreparedBoard, spraying: Spraying, unders
         elasticity=elasticities,
         limiting=limiting(elasticities),
         makers=_makers(surface.row, spraying.sprayed),
+        reached=tuple(reached),
     )
 
 

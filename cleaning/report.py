@@ -13,7 +13,7 @@ from cleaning.parameters.provenance import assumptions_of
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult, GapStage
 from cleaning.verdicts.cleanliness import cleanliness, count_cleanliness, stays_wet
-from cleaning.verdicts.results import CleaningReport, Judgement, Part
+from cleaning.verdicts.results import Capability, CleaningReport, Judgement, Part
 from cleaning.verdicts.rules import VERDICTS
 from cleaning.verify import Verified
 from specs.finding import finding_data
@@ -62,6 +62,7 @@ def cleaning_report(
         "bare_board": _part(report.bare),
         "components": [_part(part) for part in report.parts],
         "verified": [_plain(asdict(each) | {"made_by": str(each.made_by)}) for each in verified],
+        "capability": _capability(report.capability),
         "worst_first": [part.component for part in report.worst_first()],
         "findings": [finding_data(finding) for finding in report.findings],
         "assumptions": [
@@ -171,6 +172,27 @@ def _part(part: Part) -> Json:
         "gaps": [_gap(gap) for gap in part.gaps],
         "elasticity": _plain(dict(part.elasticity)),
         "makers": [{"made_by": str(made_by), "share": _plain(share)} for made_by, share in part.makers],
+    }
+
+
+def _capability(capability: Capability | None) -> Json:
+    """Write in which share of samples of the model's values each component comes out clean."""
+    if capability is None:
+        return None
+    return {
+        "samples": capability.samples,
+        "varied": list(capability.varied),
+        "together": _plain(capability.together),
+        "left_out": list(capability.left_out),
+        "components": [
+            {
+                "component": each.component,
+                "clean_share": _plain(each.clean_share),
+                "broken": {rule.id: _plain(share) for rule, share in each.broken},
+                "strongest": each.strongest,
+            }
+            for each in capability.parts
+        ],
     }
 
 

@@ -18,6 +18,7 @@ from specs.progress import Progress, subprogress
 
 if TYPE_CHECKING:
     from programs.program import TimedProgram
+    from recipes.recipe import Recipe
     from robotcell.cell.load import LoadedCell
     from rulesengine.planning.pipeline import Run
 
@@ -78,6 +79,33 @@ def read_program_board(
     for each in find_differences(program, found) if warn else ():
         typer.echo(f"warning: {each.message}", err=True)
     return found
+
+
+def read_program_inputs(
+    file: Path, board: str | None, recipe: str | None, parts: Path | None, command: str
+) -> "tuple[TimedProgram, Board, Recipe]":
+    """Read a program with its board and its recipe.
+
+    Raises:
+        JobError: one of them cannot be used or was not found.
+    """
+    from boards.errors import BoardError
+    from programs.load import load_program
+    from recipes.load import load_recipe
+    from reports.files.inputs import find_recipe, require_board
+    from specs.errors import printable
+
+    program = load_program(file)
+    loaded_recipe = find_recipe(program, file) if recipe is None else load_recipe(recipe)
+    loaded = read_program_board(program, file, board, parts, warn=False)
+    if loaded is None:
+        raise BoardError(
+            f"the board {program.origin.board!r} of this program was not found. "
+            f"Name it: washboard {command} {printable(str(file))} BOARD.",
+            file=file,
+        )
+    require_board(program, file, loaded)
+    return program, loaded, loaded_recipe
 
 
 def read_and_run(board: str, recipe: str, parts: Path | None, cell: str | None = None) -> "Run":

@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from datetime import date as day
 from typing import Any, cast
 
+from pydantic import ValidationError
+
 from cleaning.parameters.model import Parameters, Provenance
 from specs.yaml.located import Located, YamlPath, spell_path
 from specs.yaml.problems import Problem
@@ -29,6 +31,7 @@ def find_problems(parameters: Parameters, root: Located) -> list[Problem]:
         root: Its resolved tree: a value that was inherited bears the mark of the file it stands in.
     """
     problems = [*_check_values(parameters), *_check_order(parameters), *_check_provenance(parameters)]
+    problems += _check_ranges(parameters)
     return [*problems, *_check_inherited(root)]
 
 
@@ -62,6 +65,34 @@ def _check_values(parameters: Parameters) -> Iterator[Problem]:
         yield Problem(("drying", "bake_min"), "needs the temperature of the bake too: bake_c", (("drying", "bake_c"),))
     if drying.bake_c is not None and drying.bake_min == 0:
         yield Problem(("drying", "bake_c"), "needs the time of the bake too: bake_min", (("drying", "bake_min"),))
+
+
+def _check_ranges(parameters: Parameters) -> Iterator[Problem]:
+    """A range reaches no farther than a value may; only the ends are tried, each for itself."""
+    plain = parameters.model_dump(mode="python", exclude_unset=True)
+    for path, entry in parameters.provenance.items():
+        keys = tuple(path.split("."))
+        value = _at(plain, keys)
+        if entry.within_factor is None or not isinstance(value, int | float) or isinstance(value, bool):
+            continue
+        for end in (value / entry.within_factor, value * entry.within_factor):
+            try:
+                Parameters.model_validate(_replaced(plain, keys, end))
+            except ValidationError:
+                message = f"leads to {end:.4g}, which {path} cannot be; lower it"
+                yield Problem(("provenance", path, "within_factor"), message)
+                break
+
+
+def _at(tree: Any, keys: tuple[str, ...]) -> Any:
+    for key in keys:
+        tree = cast("dict[str, Any]", tree).get(key) if isinstance(tree, dict) else None
+    return tree
+
+
+def _replaced(tree: Any, keys: tuple[str, ...], value: float) -> Any:
+    first, *rest = keys
+    return {**tree, first: _replaced(tree[first], tuple(rest), value) if rest else value}
 
 
 def _check_order(parameters: Parameters) -> Iterator[Problem]:

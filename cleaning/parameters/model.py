@@ -54,6 +54,9 @@ class Provenance(Spec):
     samples: Samples | None = Field(default=None, description="Number of measurements that were fitted.")
     rms: Scatter | None = Field(default=None, description="Root mean square of what the fit leaves.")
     interval: tuple[FitNumber, FitNumber] | None = Field(default=None, description="95 % interval of the fitted value.")
+    within_factor: Annotated[float, Bounds(1, 1000, what="factors within which a value lies")] | None = Field(
+        default=None, description="Each value lies between itself divided and multiplied by this, for the capability."
+    )
 
 
 class Spray(Spec):

@@ -5,9 +5,9 @@ from dataclasses import replace
 from math import ceil
 
 from cleaning.process.stages import Stage
-from cleaning.verdicts.evidence import Evidence, Reach
+from cleaning.verdicts.evidence import Evidence
 from cleaning.verdicts.gap_rules import judge_gaps
-from cleaning.verdicts.results import ExposedPart, Judgement, Number, two_digits
+from cleaning.verdicts.results import ExposedPart, Judgement, Number, Reach, two_digits
 from cleaning.verdicts.rules import DAMAGE_RISK, MISSED, MODEL_LIMIT, PROCESS_WINDOW, UNDER_EXPOSED, VERDICTS, Verdict
 
 _FEW = 0.01

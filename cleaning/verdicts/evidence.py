@@ -7,23 +7,7 @@ from boards.undersides.underside import Underside
 from cleaning.parameters.model import Parameters, PartOverride
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult
-from cleaning.verdicts.results import ExposedPart
-from recipes.recipe import Use
-from specs.source import Source
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Reach:
-    """What all washing, or all rinsing, of one side brings to the exposed surface."""
-
-    use: Use
-    functions: str
-    """Names of the functions, such as ``"clean"`` or ``"prewash and clean"``."""
-    made_by: Source
-    """The stage's; empty if there are several."""
-    repeats: int
-    """How often loops may do it, at most."""
-    exposed: ExposedPart
+from cleaning.verdicts.results import ExposedPart, Reach
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,6 +13,7 @@ from cleaning.surface.facets import Facets
 from cleaning.undersides.gap_result import GapResult
 from cleaning.verdicts.rules import VERDICTS, Grade, Rule, Verdict
 from programs.plan import Origin
+from recipes.recipe import Use
 from specs.finding import Finding
 from specs.source import NO_SOURCE, Source
 
@@ -92,6 +93,49 @@ class ExposedPart:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Reach:
+    """What all washing, or all rinsing, of one side brings to the exposed surface."""
+
+    use: Use
+    functions: str
+    """Names of the functions, such as ``"clean"`` or ``"prewash and clean"``."""
+    made_by: Source
+    """The stage's; empty if there are several."""
+    repeats: int
+    """How often loops may do it, at most."""
+    exposed: ExposedPart
+
+
+@dataclass(frozen=True, slots=True)
+class PartCapability:
+    """In which share of samples of the model's values one component comes out clean."""
+
+    component: str
+    """Reference designator; ``"board"`` for the bare board."""
+    clean_share: float | None
+    """0 to 1; ``None`` where the model has no verdict."""
+    broken: tuple[tuple[Rule, float], ...]
+    """Rules that it breaks first, each with its share of the samples, most first."""
+    strongest: str
+    """The value whose range changes the residue under it most; empty without a gap."""
+
+
+@dataclass(frozen=True, slots=True)
+class Capability:
+    """Verdicts under the ranges that the parameter set states."""
+
+    samples: int
+    varied: tuple[str, ...]
+    """Paths of the values that have a range."""
+    parts: tuple[PartCapability, ...]
+    """One per component, in the board's order, and the bare board."""
+    together: float
+    """Share of the samples in which all come out clean at once, but those that are left out or have no verdict."""
+    left_out: tuple[str, ...]
+    """Components that break a limit with the values as they are stated."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Part:
     """All results for one component."""
 
@@ -115,6 +159,8 @@ class Part:
     """The factor with the strongest elasticity; empty where there is none."""
     makers: tuple[tuple[Source, float], ...]
     """Who sprays it, and which share of the volume on it each gives, most first; at most 12."""
+    reached: tuple[Reach, ...] = ()
+    """What washing and rinsing bring to its exposed surface."""
 
     @property
     def residue(self) -> float | None:
@@ -149,6 +195,8 @@ class CleaningReport:
     """By function, in the order of first use."""
     findings: tuple[Finding, ...]
     """Worst first."""
+    capability: Capability | None = None
+    """``None`` where it was not worked out."""
 
     def worst_first(self) -> tuple[Part, ...]:
         """Components, the worst verdict first; then by residue, then in the board's order."""

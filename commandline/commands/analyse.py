@@ -1,6 +1,7 @@
-"""``washboard analyse``: what a program cleans on its board."""
+"""``washboard analyse`` and ``bath``: what a program cleans on its board, and on many boards from one bath."""
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,6 +20,7 @@ from commandline.errors import job_errors
 
 if TYPE_CHECKING:
     from boards.board import Board
+    from cleaning.bath import Bath, BoardInBath
     from cleaning.verdicts.results import CleaningReport
     from cleaning.verify import Verified
     from programs.program import TimedProgram
@@ -26,6 +28,9 @@ if TYPE_CHECKING:
 
 _NOT_CLEAN = 1
 """Exit code where anything is not predicted clean."""
+_SPENT = 1
+"""Exit code where the bath is spent before the last board that was named."""
+_MOST_NUMBERS = 12
 
 
 def analyse(
@@ -56,6 +61,13 @@ def analyse(
         typer.Option("--verify", help="Components to compute exactly too, separated by commas.", metavar="U1,U2"),
     ] = "",
     effort: EffortOption = "fast",
+    capability: Annotated[
+        bool,
+        typer.Option(
+            "--capability",
+            help="How often each part comes out clean within the ranges of the parameter set's values too.",
+        ),
+    ] = False,
     serial: Annotated[str, typer.Option("--serial", help="For the report: serial number of the board.")] = "",
     detergent: Annotated[str, typer.Option("--detergent", help="For the report: detergent and lot.")] = "",
     bath_c: Annotated[str, typer.Option("--bath-c", help="For the report: measured bath temperature, °C.")] = "",
@@ -73,10 +85,12 @@ def analyse(
 
     [dim]washboard analyse demo.wash
     washboard analyse board.wash board.step --recipe mine.yaml --html board.html --json board.json
-    washboard analyse demo.wash --effort full --verify U1,U7[/dim]
+    washboard analyse demo.wash --effort full --verify U1,U7
+    washboard analyse demo.wash --capability[/dim]
     """
     with job_errors():
         from cleaning.report import Traceability
+        from commandline.loading import read_program_inputs
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places, cleaning_bytes
         from reports.html.cleaning_page import cleaning_page
@@ -86,9 +100,9 @@ def analyse(
         from rulesengine.tuning.suggest import advise
 
         check_places((program, board, recipe, parameters, parts), {"a page": html, "a report": data})
-        inputs = _read(program, board, recipe, parts)
+        inputs = read_program_inputs(program, board, recipe, parts, "analyse")
         names = [name.strip() for name in verify.split(",") if name.strip()]
-        report, verified = _analyse(inputs, parameters, effort, names)
+        report, verified = _analyse(inputs, parameters, effort, names, capability=capability)
         report = advise(report, inputs[0], inputs[2])
         sha256 = hashlib.sha256(program.read_bytes()).hexdigest()
         trace = Traceability(serial, detergent, bath_c, conductivity, date, sha256)
@@ -105,36 +119,8 @@ def analyse(
             raise typer.Exit(_NOT_CLEAN)
 
 
-def _read(
-    file: Path, board: str | None, recipe: str | None, parts: Path | None
-) -> "tuple[TimedProgram, Board, Recipe]":
-    """Read a program with its board and its recipe.
-
-    Raises:
-        JobError: one of them cannot be used or was not found.
-    """
-    from boards.errors import BoardError
-    from commandline.loading import read_program_board
-    from programs.load import load_program
-    from recipes.load import load_recipe
-    from reports.files.inputs import find_recipe, require_board
-    from specs.errors import printable
-
-    program = load_program(file)
-    loaded_recipe = find_recipe(program, file) if recipe is None else load_recipe(recipe)
-    loaded = read_program_board(program, file, board, parts, warn=False)
-    if loaded is None:
-        raise BoardError(
-            f"the board {program.origin.board!r} of this program was not found. "
-            f"Name it: washboard analyse {printable(str(file))} BOARD.",
-            file=file,
-        )
-    require_board(program, file, loaded)
-    return program, loaded, loaded_recipe
-
-
 def _analyse(
-    inputs: "tuple[TimedProgram, Board, Recipe]", parameters: str, effort: Effort, names: list[str]
+    inputs: "tuple[TimedProgram, Board, Recipe]", parameters: str, effort: Effort, names: list[str], *, capability: bool
 ) -> "tuple[CleaningReport, tuple[Verified, ...]]":
     """Analyse, and compute some components exactly.
 
@@ -142,6 +128,7 @@ def _analyse(
         JobError: it cannot be done.
     """
     from cleaning.analyse import analyse_on
+    from cleaning.capability import capability_of
     from cleaning.parameters.load import load_parameters
     from cleaning.prepared_board import prepare
     from cleaning.verify import check_names, verify
@@ -157,8 +144,146 @@ def _analyse(
     loaded = load_parameters(parameters)
     with progress_bar() as progress:
         prepared = prepare(board, loaded, subprogress(progress, 0.0, 0.2))
-        report = analyse_on(prepared, program, recipe, effort, subprogress(progress, 0.2, 1.0))
+        analysed = 0.4 if capability else 1.0
+        report = analyse_on(prepared, program, recipe, effort, subprogress(progress, 0.2, analysed))
+        if capability:
+            report = replace(report, capability=capability_of(report, prepared, subprogress(progress, analysed, 1.0)))
         if names:
             progress("verifying", 1.0)
         verified = verify(report, prepared, names)
     return with_differences(report, differences), verified
+
+
+def bath(
+    program: ProgramSource,
+    board: Annotated[
+        str | None,
+        typer.Argument(
+            help="Board of the program; left out, it is looked for among the samples and beside the program.",
+            metavar="[BOARD]",
+            autocompletion=complete_board,
+        ),
+    ] = None,
+    litres: Annotated[float, typer.Option("--litres", help="Solution in the bath.", min=0.1, max=100_000)] = 40.0,
+    boards: Annotated[
+        str, typer.Option("--boards", help="Boards that are analysed, separated by commas.", metavar="1,100,400")
+    ] = "1,100,400",
+    flux_mg: Annotated[
+        float | None,
+        typer.Option("--flux-mg", help="Flux that a board brings; left out, what is in its gaps.", min=0, max=1e6),
+    ] = None,
+    drag_out_ml: Annotated[
+        float | None,
+        typer.Option(
+            "--drag-out-ml",
+            help="Solution that a board takes along; left out, a film on all its surfaces.",
+            min=0,
+            max=1e6,
+        ),
+    ] = None,
+    recipe: Annotated[
+        str | None,
+        typer.Option(
+            "--recipe",
+            help="Recipe of the program; left out, it is looked for in the library and beside the program.",
+            metavar="RECIPE",
+            autocompletion=complete_recipe,
+        ),
+    ] = None,
+    parameters: ParametersOption = "default",
+    parts: Parts = None,
+    data: Annotated[Path | None, typer.Option("--json", help="All results, as data.", metavar="JSON")] = None,
+) -> None:
+    """Follow a washing bath over many boards: what each brings and takes along, and when the bath is spent.
+
+    Exit code 0: the bath serves all the boards that are named. 1: it is spent before the last of them. 2: the job could
+    not be done.
+
+    [dim]washboard bath demo.wash
+    washboard bath demo.wash --litres 60 --boards 1,100,1000 --flux-mg 250[/dim]
+    """
+    with job_errors():
+        from cleaning.bath import bath_report
+        from reports.files.atomic_write import write_outputs
+        from reports.files.write_run import check_places, json_bytes
+        from reports.terminal.bath_card import print_bath
+        from reports.terminal.console import open_console, print_files
+
+        numbers = _numbers(boards)
+        check_places((program, board, recipe, parameters, parts), {"a report": data})
+        given = (litres, flux_mg, drag_out_ml)
+        found, liquid, limit, washed = _follow((program, board, recipe, parts), parameters, given, numbers)
+        write_outputs({data: None if data is None else json_bytes(bath_report(found, liquid, limit, washed))})
+        console = open_console()
+        print_bath(console, found, liquid, limit, washed)
+        print_files(console, json=data)
+        spent = found.boards_until(limit)
+        if spent is not None and spent < numbers[-1]:
+            raise typer.Exit(_SPENT)
+
+
+def _numbers(words: str) -> list[int]:
+    """Read the numbers of boards.
+
+    Raises:
+        JobError: one is no whole number from 1 on, or there are too many.
+    """
+    from specs.errors import JobError
+
+    found = [word.strip() for word in words.split(",") if word.strip()]
+    if not found or len(found) > _MOST_NUMBERS or not all(word.isdecimal() and 0 < int(word) < 10**9 for word in found):
+        raise JobError(f"--boards {words}: give 1 to {_MOST_NUMBERS} whole numbers from 1 on, such as 1,100,400.")
+    return sorted({int(word) for word in found})
+
+
+def _follow(
+    source: tuple[Path, str | None, str | None, Path | None],
+    parameters: str,
+    given: tuple[float, float | None, float | None],
+    numbers: list[int],
+) -> "tuple[Bath, str, float, list[BoardInBath]]":
+    """Find what a board does to the bath, and analyse those that were named, each in the bath of its moment.
+
+    Args:
+        source: Program, board, recipe and parts table.
+        parameters: The parameter set.
+        given: Litres of the bath; flux in mg and drag-out in ml, ``None`` where it is to be found.
+        numbers: Of the boards.
+
+    Raises:
+        JobError: it cannot be done.
+    """
+    from cleaning.analyse import analyse_on
+    from cleaning.bath import Bath, BoardInBath, drag_out_ml, flux_g, washing_liquid, with_bath
+    from cleaning.parameters.load import load_parameters
+    from cleaning.prepared_board import prepare
+    from commandline.loading import progress_bar, read_program_inputs
+    from specs.progress import subprogress
+
+    program, board, recipe = read_program_inputs(*source, "bath")
+    known = load_parameters(parameters)
+    litres, flux_mg, dragged_ml = given
+    with progress_bar() as progress:
+        prepared = prepare(board, known, subprogress(progress, 0.0, 0.1))
+        share = 0.9 / (len(numbers) + 1)
+        first = analyse_on(
+            prepared, program, recipe, progress=subprogress(progress, 0.1, 0.1 + share), sensitivity=False
+        )
+        liquid = washing_liquid(first)
+        solution = known.liquids[liquid]
+        bath = Bath(
+            volume_l=litres,
+            density_kg_m3=solution.density_kg_m3,
+            fresh_pct=solution.bath_nvr_pct,
+            flux_g=flux_g(first) if flux_mg is None else 1e-3 * flux_mg,
+            drag_out_ml=drag_out_ml(first) if dragged_ml is None else dragged_ml,
+        )
+        washed: list[BoardInBath] = []
+        for at, number in enumerate(numbers, start=1):
+            residue = bath.residue_pct(number - 1)
+            later = replace(prepared, parameters=with_bath(known, liquid, residue))
+            part = subprogress(progress, 0.1 + at * share, 0.1 + (at + 1) * share)
+            washed.append(
+                BoardInBath(number, residue, analyse_on(later, program, recipe, progress=part, sensitivity=False))
+            )
+    return bath, liquid, known.limits.bath_nvr_pct, washed

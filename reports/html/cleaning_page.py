@@ -31,6 +31,8 @@ from reports.tables.cleaning_tables import (
     VERDICT_WORDS,
     Producer,
     assumptions_table,
+    capability_table,
+    capability_words,
     caveat,
     gap_table,
     headline,
@@ -86,6 +88,7 @@ def cleaning_page(
         section("The process and the bare board", table_html(process_table(report), "parts")),
         section("Under the worst parts", *_gaps(report)),
         section("What limits them", *([] if limits is None else [note, image(limits)])),
+        section("How sure that is", *_capability(report)),
         section("What reaches the surface", *_surface(report)),
         section("Worked out exactly", table_html(Table.of(_VERIFIED, verified_rows(verified)))),
         section("The rules", table_html(rules_table(report)), f'<p class="q">Grades. {grades}.</p>'),
@@ -191,6 +194,17 @@ def _gaps(report: CleaningReport) -> list[str]:
             f"{table_html(gap_table(report, part))}</article>"
         )
     return html if shown else []
+
+
+def _capability(report: CleaningReport) -> list[str]:
+    words = capability_words(report)
+    if not words:
+        return []
+    note = (
+        f"{words}. Each value lies within the range that the parameter set states for it; each set is judged by the "
+        "limits, without the margin. The ranges are as good as who stated them."
+    )
+    return [f"<p>{escape(note)}</p>", table_html(capability_table(report), "parts")]
 
 
 def _surface(report: CleaningReport) -> list[str]:

@@ -1,7 +1,7 @@
 """A cleaning report in words and tables: grades, limits of the model, headline, producer, rows."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import TYPE_CHECKING
@@ -18,8 +18,8 @@ from cleaning.verdicts.cleanliness import (
     report_cleanliness,
     stays_wet,
 )
-from cleaning.verdicts.results import CleaningReport, Judgement, Part
-from cleaning.verdicts.rules import RULES, VERDICTS, Grade, Verdict
+from cleaning.verdicts.results import CleaningReport, Judgement, Part, PartCapability
+from cleaning.verdicts.rules import RULES, VERDICTS, Grade, Rule, Verdict
 from cleaning.verify import Verified
 from reports.tables.similar_components import Description, Group, describe
 from reports.tables.table import Cell, Line, Lines, Table, Text
@@ -73,6 +73,9 @@ LIMITS: tuple[str, ...] = (
     "The influence of washing time on residue is stronger here than in the one published study of it.",
 )
 _MOST_NAMES = 8
+_MOST_BROKEN = 3
+_LEAST_BROKEN = 0.005
+"""Share of the sets of values below which a rule is not named."""
 """In the narrow column; more stand in the wide one."""
 _MOST_PACKAGES = 3
 
@@ -179,6 +182,55 @@ def board_judgements(report: CleaningReport) -> Iterator[tuple[str, Judgement]]:
     """Judgements of the process as a whole and of the bare board, with the name of what is judged."""
     yield from (("process", each) for each in report.process)
     yield from (("bare board", each) for each in report.bare.judgements)
+
+
+def capability_words(report: CleaningReport) -> str:
+    """One sentence: in how many of 100 sets of values all is clean; empty where that was not worked out."""
+    found = report.capability
+    if found is None:
+        return ""
+    but = f" but {name_some(found.left_out, _MOST_NAMES)}" if found.left_out else ""
+    return (
+        f"All components{but} come out clean in {100 * found.together:.0f} of 100 sets of values, with "
+        f"{amount(len(found.varied), 'value')} within their stated ranges"
+    )
+
+
+def sure_words(capability: PartCapability) -> str:
+    """In how many of 100 sets of values one component comes out clean, what it fails by else, and what matters."""
+    if capability.clean_share is None:
+        return "no verdict, whatever the values"
+    words = f"clean in {100 * capability.clean_share:.0f} of 100 sets of values"
+    if capability.broken:
+        words += (
+            f"; else {', '.join(f'{rule.id} ({100 * share:.0f})' for rule, share in capability.broken[:_MOST_BROKEN])}"
+        )
+    return words + (f"; {capability.strongest} matters most" if capability.strongest and capability.broken else "")
+
+
+def capability_table(report: CleaningReport, most_names: int | None = None) -> Table:
+    """List components that do not come out clean in all sets of values, the least sure first; alike ones in one row."""
+    found = report.capability
+    unsure = [] if found is None else [each for each in found.parts if each.broken and each.clean_share is not None]
+    groups: dict[tuple[tuple[Rule, ...], str], list[PartCapability]] = {}
+    for each in sorted(unsure, key=lambda each: each.clean_share or 0.0):
+        failing = tuple(rule for rule, share in each.broken if share >= _LEAST_BROKEN)
+        groups.setdefault((failing or (each.broken[0][0],), each.strongest), []).append(each)
+    rows: list[tuple[Cell, ...]] = []
+    for (failing, strongest), group in groups.items():
+        names = [each.component for each in group]
+        listed = ", ".join(names) if most_names is None else name_some(names, most_names)
+        shares = [dict(each.broken) for each in group]
+        broken = ", ".join(
+            f"{rule.id} {rule.title} {_of_100(each.get(rule, 0.0) for each in shares)}" for rule in failing
+        )
+        rows.append((listed, _of_100(each.clean_share or 0.0 for each in group), broken, strongest))
+    return Table.of(("Component", ">Clean, of 100", "Else fails by", "Depends most on"), rows)
+
+
+def _of_100(shares: Iterable[float]) -> str:
+    whole = sorted(round(100 * share) for share in shares)
+    return f"{whole[0]}" if whole[0] == whole[-1] else f"{whole[0]} to {whole[-1]}"
 
 
 def parts_table(report: CleaningReport, groups: Sequence[Group]) -> Table:

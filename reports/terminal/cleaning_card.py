@@ -11,6 +11,8 @@ from cleaning.verify import Verified
 from reports.tables.cleaning_tables import (
     Producer,
     board_judgements,
+    capability_table,
+    capability_words,
     caveat,
     headline,
     main_cause,
@@ -31,6 +33,7 @@ _MOST_NAMES = 12
 _MOST_WORST = 3
 _STAGES = ("function", "solution", "nozzle", ">bar", ">°C", ">time", ">spraying", ">litres", ">lands")
 _VERIFIED = ("component", "stage", ">rays, mm", ">exact, mm", ">difference", ">worst cell, mm", ">cone, s", ">exact, s")
+_SURE = ("component", ">clean, of 100", "else fails by", "depends most on")
 _PARTS = ("component", "verdict", "grade", "rule", "because", "what to do")
 
 
@@ -56,6 +59,9 @@ def print_cleaning(console: Console, report: CleaningReport, producer: Producer)
         if each.verdict != "clean":
             print_line(console, (each.verdict, STYLES[each.verdict]), f"  {name}: {_because(describe(each))}")
     print_facts(console, [*_facts(report), ("analysed", f"by {producer}")])
+    if words := capability_words(report):
+        print_line(console, f"{words}.")
+        print_table(console, Table.of(_SURE, capability_table(report, _MOST_NAMES).rows))
 
 
 def print_cause(console: Console, report: CleaningReport) -> None:

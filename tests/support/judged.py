@@ -10,8 +10,8 @@ from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import PartOverride
 from cleaning.process.stages import Samples, Stage
 from cleaning.undersides.gap_result import GapResult, GapStage
-from cleaning.verdicts.evidence import Evidence, Reach
-from cleaning.verdicts.results import ExposedPart
+from cleaning.verdicts.evidence import Evidence
+from cleaning.verdicts.results import ExposedPart, Reach
 from recipes.nozzles import HollowCone
 
 USES = ("wash", "rinse", "dry")

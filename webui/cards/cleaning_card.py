@@ -7,7 +7,7 @@ from cleaning.process.stages import Stage
 from cleaning.report import to_error
 from cleaning.verdicts.cleanliness import count_cleanliness, deciding_judgement, outcome, report_outcome
 from cleaning.verdicts.results import CleaningReport, ExposedPart, Judgement, Part
-from reports.tables.cleaning_tables import caveat, headline, main_cause
+from reports.tables.cleaning_tables import capability_words, caveat, headline, main_cause, sure_words
 from reports.tables.table import Column, Table, Text
 from reports.tables.wording import clock, shorten
 from specs.source import Source
@@ -54,6 +54,7 @@ def headline_html(report: CleaningReport) -> str:
     return box_html(
         f'<div style="font-weight:600;font-size:14px;color:{colour}">{headline(report)}</div>'
         f"{small_html(escape(main_cause(report)))}{small_html(escape(caveat(report)))}{facts_html(facts)}{process}"
+        f"{small_html(escape(capability_words(report)))}"
     )
 
 
@@ -98,6 +99,9 @@ def part_html(report: CleaningReport, part: Part) -> str:
     colour, first = to_hex(VERDICT_COLOURS[outcome(part)]), deciding_judgement(part)
     judgements = sorted(part.judgements, key=lambda each: each is not first)
     found = "".join(judgement_html(each, names.get(each.stage, "")) for each in judgements)
+    sampled = () if report.capability is None else report.capability.parts
+    sure = [sure_words(each) for each in sampled if each.component == part.component]
+    found += "".join(small_html(escape(f"{words[:1].upper()}{words[1:]}.")) for words in sure)
     return box_html(
         f'<div style="font-weight:600"><span style="color:{to_hex(ACCENT)}">{escape(part.component)}</span> '
         f'<span style="color:{colour}">{VERDICT_WORDS[outcome(part)]}</span> '

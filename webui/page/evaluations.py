@@ -1,6 +1,6 @@
 """Evaluations of a program: its analysis by the cleaning model, and its check in a robot cell."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from cleaning.parameters.model import Parameters
@@ -54,6 +54,8 @@ class AnalysisSettings:
     """Name in the project's list."""
     parameters: Parameters
     effort: "Effort"
+    capability: bool = False
+    """Whether how sure the verdicts are is worked out too, which takes longer."""
 
 
 def analyse_run(run: Run, settings: AnalysisSettings, before: Analysed | None, progress: Progress) -> Analysed:
@@ -69,10 +71,14 @@ def analyse_run(run: Run, settings: AnalysisSettings, before: Analysed | None, p
         JobError: the program cannot be analysed with these parameters.
     """
     from cleaning.analyse import analyse_on
+    from cleaning.capability import capability_of
     from rulesengine.tuning.suggest import advise
 
     prepared = prepare_board(run.board, settings.parameters, before, subprogress(progress, 0.0, 0.2))
-    report = analyse_on(prepared, run.program, run.recipe, settings.effort, subprogress(progress, 0.2, 1.0))
+    analysed = 0.4 if settings.capability else 1.0
+    report = analyse_on(prepared, run.program, run.recipe, settings.effort, subprogress(progress, 0.2, analysed))
+    if settings.capability:
+        report = replace(report, capability=capability_of(report, prepared, subprogress(progress, analysed, 1.0)))
     report = advise(report, run.program, run.recipe)
     return Analysed(run.program, settings.parameters_name, report, prepared, settings.effort)
 

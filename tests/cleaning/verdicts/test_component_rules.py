@@ -10,9 +10,9 @@ from judged import USES, evidence, exposed, gap, gap_stage, stage, underside
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import PartOverride, Provenance
 from cleaning.verdicts.component_rules import judge_part
-from cleaning.verdicts.evidence import Reach
 from cleaning.verdicts.gap_rules import compass
 from cleaning.verdicts.process_rules import judge_process
+from cleaning.verdicts.results import Reach
 from cleaning.verdicts.rules import RULES, VERDICTS
 
 PARAMETERS = load_parameters()

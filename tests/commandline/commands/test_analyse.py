@@ -296,3 +296,19 @@ def test_a_program_that_cannot_be_compared_is_refused_with_what_to_do(program: P
     older.write_text(text.replace("RECIPE rinse-only", "RECIPE lost"), "utf-8")
     lost = washboard("compare", "tiny", "rinse-only", older)
     assert (lost.code, "Put it beside the program" in lost.err) == (2, True)
+
+
+@pytest.mark.slow
+def test_how_sure_that_is_is_printed_and_written(tmp_path: Path) -> None:
+    program = tmp_path / "washed.wash"
+    assert washboard("plan", "tiny", "-o", program).code == 0
+    page, data = tmp_path / "a.html", tmp_path / "a.json"
+    done = washboard("analyse", program, "--capability", "--html", page, "--json", data)
+    found = json.loads(data.read_text("utf-8"))["capability"]
+    assert f"in {100 * found['together']:.0f} of 100 sets of values" in done.out
+    assert "How sure that is" in page.read_text("utf-8")
+    shares = {each["component"]: each["clean_share"] for each in found["components"]}
+    assert set(shares) == {"U1", "C1", "R1", "R2", "J1", "board"}
+    plain = washboard("analyse", program, "--json", data)
+    assert json.loads(data.read_text("utf-8"))["capability"] is None
+    assert "sets of values" not in plain.out

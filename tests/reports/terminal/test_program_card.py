@@ -68,7 +68,7 @@ def test_the_room_holds_every_move(done: Run) -> None:
     print_extent(console, done.program)
     text = printed(console)
     assert f" to {done.recipe.limits.park_height_mm:.1f} mm" in text
-    assert "jet       opens 12 times; 66 pauses of " in text
+    assert "jet       opens 15 times; 12 pauses of " in text
 
 
 def test_commands_of_one_moment_stand_on_one_line(done: Run) -> None:

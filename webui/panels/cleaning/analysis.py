@@ -43,6 +43,11 @@ class CleaningPanel:
         self._effort: viser.GuiDropdownHandle[str] = gui.add_dropdown(
             "Effort", tuple(_EFFORTS), hint="More rays are more exact, and take longer."
         )
+        self._sure = gui.add_checkbox(
+            "How sure",
+            initial_value=False,
+            hint="How often each part comes out clean within the ranges of the parameter set's values; takes longer.",
+        )
         self._run: RunButton[Analysed] = RunButton(
             page, "Analyse", self._begin, "Predicts what the spray reaches, above and under the parts."
         )
@@ -67,10 +72,10 @@ class CleaningPanel:
         name, before = session.parameters_name, session.analysed
         run = session.planned_run
         run = session.played or run
-        effort = _EFFORTS[self._effort.value]
+        effort, sure = _EFFORTS[self._effort.value], self._sure.value
         self._run.start(
             lambda progress: analyse_run(
-                run, AnalysisSettings(name, project.open_parameters(name), effort), before, progress
+                run, AnalysisSettings(name, project.open_parameters(name), effort, sure), before, progress
             ),
             lambda analysed: self._page.remember(lambda session: replace(session, analysed=analysed)),
         )

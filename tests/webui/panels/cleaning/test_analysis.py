@@ -14,6 +14,7 @@ from tiny_session import tiny_session
 
 from cleaning.errors import CleaningError
 from cleaning.parameters.load import load_parameters
+from webui.cards.cleaning_card import headline_html, part_html
 from webui.page.evaluations import Analysed, AnalysisSettings, analyse_run
 from webui.page.project import ProjectError, open_project
 from webui.page.session import Selection
@@ -93,6 +94,19 @@ def test_the_board_is_made_ready_once_for_its_parameters():
     assert other.prepared is not first.prepared
     assert replace(session, analysed=first).analysis is first
     assert told
+
+
+@pytest.mark.slow
+def test_how_sure_the_verdicts_are_is_told_on_the_headline_and_on_each_part():
+    session = tiny_session()
+    settings = AnalysisSettings("default", load_parameters(), "sketch", capability=True)
+    report = analyse_run(session.run, settings, None, lambda *_: None).report
+    found = report.capability
+    assert found is not None
+    assert f"in {100 * found.together:.0f} of 100 sets of values" in headline_html(report)
+    u1 = next(part for part in report.parts if part.component == "U1")
+    (share,) = (each.clean_share for each in found.parts if each.component == "U1")
+    assert f"Clean in {100 * share:.0f} of 100 sets of values; else R7" in part_html(report, u1)
 
 
 def test_the_strokes_that_spray_the_selected_part_are_lit():

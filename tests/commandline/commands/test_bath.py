@@ -1,0 +1,43 @@
+import json
+from pathlib import Path
+
+import pytest
+from command import washboard
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("planned") / "tiny.wash"
+    assert washboard("plan", "tiny", "-o", path).code == 0
+    return path
+
+
+@pytest.mark.slow
+def test_boards_are_analysed_in_the_bath_of_their_moment(program: Path, tmp_path: Path) -> None:
+    data = tmp_path / "bath.json"
+    options = ("--litres", "20", "--flux-mg", "500", "--drag-out-ml", "4", "--boards", "400,1,2000", "--json", data)
+    done = washboard("bath", program, *options)
+    assert done.code == 1
+    told = json.loads(data.read_text("utf-8"))
+    assert told["flux_g"] == 0.5
+    assert f"change it after {told['change_after']} boards, for 3 % non-volatile residue" in done.out
+    assert [each["number"] for each in told["boards"]] == [1, 400, 2000]
+    residues = [each["residue_pct"] for each in told["boards"]]
+    assert residues[0] == 1.0
+    assert residues[1] < 3.0 < residues[2]
+    assert [each["verdict"] == told["boards"][0]["verdict"] for each in told["boards"]] == [True, True, True]
+    assert "400               1.96 %" in done.out
+
+
+@pytest.mark.slow
+def test_a_bath_that_serves_all_ends_with_zero(program: Path) -> None:
+    done = washboard("bath", program, "--boards", "1")
+    assert done.code == 0
+    assert "never reaches 3 % non-volatile residue: it settles at " in done.out
+
+
+@pytest.mark.parametrize("words", ["", "0", "-3", "1,x", "1.5", ",".join(map(str, range(1, 14)))])
+def test_boards_that_are_no_numbers_are_refused(program: Path, words: str) -> None:
+    done = washboard("bath", program, "--boards", words)
+    assert done.code == 2
+    assert "whole numbers from 1 on" in done.err
