@@ -78,8 +78,8 @@ class Step(Spec):
     repeat: Repeats = Field(default=1, description="How often all its paths are done.")
     least_time_s: Duration | None = Field(
         default=None,
-        description="Least time from the first spray to the last, with the steps right before of the same function and "
-        "side; the last of its paths is done again as often as that takes.",
+        description="Least time of spraying, with the steps right before of the same function and side; the last of "
+        "its paths is done again as often as that takes.",
     )
     until: Until | None = Field(default=None, description="Repeat until a sensor reaches its limit.")
     only_with_parts: bool = Field(

@@ -130,7 +130,7 @@ NOT_SERVED = FindingRule(
 LEAST_TIME_MISSED = FindingRule(
     "least-time-missed",
     "warning",
-    "a step lasts less than its least time, and no repeat of its last path helps",
+    "a step sprays for less than its least time, and no repeat of its last path helps",
     _PLANNING,
 )
 SIDE_NOT_SPRAYED = FindingRule(

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 @pytest.mark.parametrize(
     ("name", "arguments", "printed", "written"),
     [
-        ("plan_and_look", ["tiny", "rinse-only", "plan.svg"], "tiny with rinse-only: 7.3 s", "plan.svg"),
+        ("plan_and_look", ["tiny", "rinse-only", "plan.svg"], "tiny with rinse-only: 8.3 s", "plan.svg"),
         ("speed_and_verdicts", ["tiny", "around", "60", "20"], "around at 20 mm/s: ", ""),
         ("through_a_cell", [], "ur5e-bench: can carry out the program", "robot-program"),
     ],

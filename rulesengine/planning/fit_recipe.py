@@ -1,6 +1,7 @@
 """What a recipe leaves to the board: the sides with components, heights by its size, repeats by a least time."""
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -99,10 +100,10 @@ def _greatest_height(nozzle: Nozzle, width_mm: float) -> float:
 def repeats_for_least_times(
     recipe: Recipe, timed: Callable[[Mapping[int, int]], TimedProgram]
 ) -> tuple[Mapping[int, int], tuple[Finding, ...]]:
-    """Find how often the last path of each step is done again so that the step lasts at least ``least_time_s``.
+    """Find how often the last path of each step is done again so that it sprays for at least ``least_time_s``.
 
-    The time for a path is taken from two programs, without and with two more of it, so that transfers and what the
-    limits of the motion cost are in it.
+    The time for a path is taken from two programs, without and with two more of it, so that what the limits of the
+    motion cost is in it.
 
     Args:
         recipe: Fitted.
@@ -116,11 +117,11 @@ def repeats_for_least_times(
     required = {index: seconds for index, seconds in least.items() if seconds is not None}
     if not required:
         return {}, ()
-    begun = spray_spans(recipe, timed({}))
+    begun = spray_times(recipe, timed({}))
     short = [index for index, seconds in required.items() if begun[index] < seconds]
     if not short:
         return {}, ()
-    tried = spray_spans(recipe, timed(dict.fromkeys(short, _TRIED)))
+    tried = spray_times(recipe, timed(dict.fromkeys(short, _TRIED)))
     each = {index: (tried[index] - begun[index]) / _TRIED for index in short}
     more = {
         index: min(math.ceil((required[index] - begun[index]) / each[index]), _MOST_AGAIN)
@@ -129,43 +130,45 @@ def repeats_for_least_times(
     }
     # The first repeat may take a little more than the next ones, where it begins farther away.
     while more:
-        lasts = spray_spans(recipe, timed(more))
+        lasts = spray_times(recipe, timed(more))
         late = [index for index, times in more.items() if lasts[index] < required[index] and times < _MOST_AGAIN]
         if not late:
             break
         more |= {index: more[index] + 1 for index in late}
-    lasts = spray_spans(recipe, timed(more))
+    lasts = spray_times(recipe, timed(more))
     return more, tuple(
         _missed(index, recipe.sequence[index], lasts[index]) for index in short if lasts[index] < required[index]
     )
 
 
-def spray_spans(recipe: Recipe, program: TimedProgram) -> dict[int, float]:
-    """Seconds from the first spray to the last of each enabled step, by its index.
+def spray_times(recipe: Recipe, program: TimedProgram) -> dict[int, float]:
+    """Seconds with the jet on in each enabled step, by its index.
 
-    The steps right before that have the same function and side count with it: their liquid stays on the board.
+    The steps right before that have the same function and side count with it: their liquid stays on the board. With the
+    jet off a board cools, and nothing renews the liquid, so that transfers do not count.
     """
-    switched: dict[int, list[float]] = {}
+    sprayed = defaultdict[int | None, float](float)
+    begun = 0.0
     for each in program.instructions:
-        if isinstance(each, SetNozzle) and each.made_by.step is not None:
-            switched.setdefault(each.made_by.step, []).append(each.time_s)
-    spans: dict[int, float] = {}
+        if isinstance(each, SetNozzle):
+            if each.spraying:
+                begun = each.time_s
+            else:
+                sprayed[each.made_by.step] += each.time_s - begun
+    times: dict[int, float] = {}
     before: Step | None = None
-    times: list[float] = []
     for index, step in enumerate(recipe.sequence):
         if not step.enabled:
             continue
-        if before is None or (before.function, before.side) != (step.function, step.side):
-            times = []
-        times += switched.get(index, [])
-        spans[index] = max(times) - min(times) if times else 0.0
+        goes_on = before is not None and (before.function, before.side) == (step.function, step.side)
+        times[index] = sprayed[index] + (next(reversed(times.values())) if goes_on else 0.0)
         before = step
-    return spans
+    return times
 
 
 def _missed(index: int, step: Step, lasts_s: float) -> Finding:
     message = (
-        f"{step.function} lasts {lasts_s:.0f} s, and repeating {step.paths[-1]} does not make it the "
+        f"{step.function} sprays for {lasts_s:.0f} s, and repeating {step.paths[-1]} does not make it the "
         f"{step.least_time_s:g} s of least_time_s. End the step with a path across the board, such as a raster."
     )
     return Finding(LEAST_TIME_MISSED, message, Source(index))

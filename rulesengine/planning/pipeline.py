@@ -30,6 +30,8 @@ from specs.source import Source
 
 _SKETCH_SHARE = 0.2
 """Of the time for a plan."""
+_REST = 0.4
+"""Share of the work that is left after a program: most recipes have one or three."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,7 +81,8 @@ def run(
     def timed(again: Mapping[int, int]) -> TimedProgram:
         key = tuple(again.items())
         if key not in planned:
-            part = subprogress(progress, *((0.0, 0.6) if not planned else (0.6, 0.9)))
+            # Each further program finds its strokes planned and ordered.
+            part = subprogress(progress, *(1.0 - _REST**done for done in (len(planned), len(planned) + 1)))
             plan = _plan(job, again, part, sketched if not planned else None)
             part("timing", 1.0)
             program = time_plan(plan, job.recipe.limits)

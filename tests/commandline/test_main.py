@@ -223,7 +223,7 @@ def test_recipe_commands_print_for_a_file_of_ones_own(place: Path) -> None:
     assert washboard("recipe", "new", "-o", "mine.yaml").out.startswith(
         "mine.yaml: edit it, then run `washboard recipe"
     )
-    assert washboard("recipe", "check", "mine.yaml").out.startswith("mine: can be used; 3 steps")
+    assert washboard("recipe", "check", "mine.yaml").out.startswith("mine: can be used; 6 steps")
     assert washboard("recipe", "show", "mine.yaml", columns=100).out.startswith("mine  ")
     assert load_recipe(place / "mine.yaml").recipe == "mine"
 

@@ -82,7 +82,9 @@ def test_boards_that_are_not_there(place: Path) -> None:
     assert refused(place, "plan", "none.step") == "none.step: no such file; give the path of a board file"
     assert "no such file" in refused(place, "plan", "none.stl")
     assert "is a directory" in refused(place, "plan", "folder.tri")
-    assert "Did you mean 'smt-demo'? The samples are: sensor-hub, smt-demo, tiny" in refused(place, "plan", "smt-dmo")
+    assert "Did you mean 'smt-demo'? The samples are: radio-stick, sensor-hub, smt-demo, tiny" in refused(
+        place, "plan", "smt-dmo"
+    )
     assert "Did you mean 'two-sided'?" in refused(place, "demo", "--board", "two-side")
 
 

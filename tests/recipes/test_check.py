@@ -23,7 +23,9 @@ def test_what_no_step_uses() -> None:
         ("unused-function", "functions.clean"),
         ("unused-function", "functions.dry"),
         ("unused-nozzle", "nozzles.knife"),
+        ("unused-template", "templates.soak"),
         ("unused-template", "templates.flush"),
+        ("unused-template", "templates.blow"),
     ]
     assert {finding.severity for finding in found} == {"warning"}
 

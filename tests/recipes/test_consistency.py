@@ -40,7 +40,7 @@ HEAD = "recipe: mine\nextends: smt-aqueous\n"
         ),
         ("templates: {step: {delay_s: {larg: 1}}}", "templates.step.delay_s.larg", "did you mean 'large'"),
         ("templates: {around: {only: [huge]}}", "templates.around.only[0]", "no class 'huge'"),
-        ("templates: {flush: {speed_mm_s: 90}}", "templates.flush.speed_mm_s", "maximum 80 mm/s: sequence[2]"),
+        ("templates: {blow: {speed_mm_s: 90}}", "templates.blow.speed_mm_s", "maximum 80 mm/s: sequence[2]"),
         (
             "templates: {around: {speed_mm_s: {large: 130, default: 20}}}",
             "templates.around.speed_mm_s.large",

@@ -15,7 +15,7 @@ def test_the_example_of_extends_does_what_its_comments_say() -> None:
     (example,) = re.findall(r"```yaml\n(recipe:.*?)```", PAGE, re.DOTALL)
     recipe, base = parse_recipe(example), load_recipe("smt-aqueous")
     assert recipe.functions["clean"].temperature_c == base.functions["clean"].temperature_c
-    assert recipe.templates["around"].model_dump()["passes"] == {"small": 2, "default": 4, "large": 6}
+    assert recipe.templates["around"].model_dump()["passes"] == {"bottom_terminated": 3, "default": 1, "large": 6}
     assert "step" not in recipe.templates
     assert recipe.templates["sweep"] == FinalFlush(height_mm=50, speed_mm_s=40)
 

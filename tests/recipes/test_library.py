@@ -46,10 +46,11 @@ def test_around_components_the_near_wave_front_reaches_the_edge_from_outside(nam
 
 def test_the_default_washes_rinses_and_dries_with_its_own_nozzles() -> None:
     recipe = load_recipe("smt-aqueous")
-    assert [step.function for step in recipe.sequence] == ["clean", "rinse", "dry"]
+    assert [step.function for step in recipe.sequence] == ["clean", "rinse", "dry"] * 2
+    assert [step.side for step in recipe.sequence] == ["top"] * 3 + ["bottom"] * 3
     assert isinstance(recipe.nozzles[recipe.sequence[-1].nozzle], AirKnife)
     assert recipe.functions["rinse"].pressure_bar < recipe.functions["clean"].pressure_bar
-    last_of_each = [recipe.templates[step.paths[-1]] for step in recipe.sequence[1:]]
+    last_of_each = [recipe.templates[step.paths[-1]] for step in recipe.sequence if step.function != "clean"]
     assert all(isinstance(spec, FinalFlush) and spec.toward == "travel" for spec in last_of_each)
     assert any(isinstance(spec, Raster) for spec in recipe.templates.values())
 

@@ -44,7 +44,12 @@ def test_a_byte_order_mark_and_windows_line_ends_do_no_harm(tmp_path: Path) -> N
             "must be at least 0.01 mm/s, not -1: speeds of a robot range from 0.01 to 10,000 mm/s",
         ),
         ("speed_mm_s: 60", "speed_mm_s: 1e-7", "templates.sweep.speed_mm_s", "must be at least 0.01 mm/s, not 1e-07"),
-        ("height_mm: 60", "height_mm: 1.0e+300", "templates.edge.height_mm", "must be at most 1,000 mm, not 1e+300"),
+        (
+            "height_mm: auto\n",
+            "height_mm: 1.0e+300\n",
+            "templates.edge.height_mm",
+            "must be at most 1,000 mm, not 1e+300",
+        ),
         ("height_mm: 50\n", "height_mm: 1e30\n", "nozzles.ring60.wavefront.height_mm", "must be at most 1,000 mm"),
         (
             "speed_mm_s: 40",
@@ -59,9 +64,14 @@ def test_a_byte_order_mark_and_windows_line_ends_do_no_harm(tmp_path: Path) -> N
         ("speed_mm_s: 60", "speed_mm_s: .nan", "templates.sweep.speed_mm_s", "a finite number"),
         ("speed_mm_s: 60", "speed_mm_s: 1e999", "templates.sweep.speed_mm_s", "a finite number"),
         ("toward: inside", "toward: insde", "templates.edge.toward", "did you mean 'inside'"),
-        ("small: 2, default: 4", "small: 2.5, default: 4", "templates.around.passes.small", "whole number, not 2.5"),
-        ("{small: 2, default: 4}", "[2]", "templates.around.passes", "a whole number or a mapping by class"),
-        ("{small: 2, default: 4}", "-1", "templates.around.passes", "must be at least 0"),
+        ("3, default: 1}", "3, default: 1.5}", "templates.around.passes.default", "whole number, not 1.5"),
+        (
+            "{bottom_terminated: 3, default: 1}",
+            "[2]",
+            "templates.around.passes",
+            "a whole number or a mapping by class",
+        ),
+        ("{bottom_terminated: 3, default: 1}", "-1", "templates.around.passes", "must be at least 0"),
         ("longest_edge", "longest", "templates.sweep.direction_deg", "must be a number or longest_edge"),
         ("[0, 24.1, 31.8]", "[0, 24.1]", "nozzles.ring60.wavefront.points[0]", "value number 3"),
         ("[0, 24.1, 31.8]", "[0, 44.1, 31.8]", "nozzles.ring60.wavefront", "inner radius must be smaller"),
@@ -105,14 +115,14 @@ def test_the_line_is_that_of_the_wrong_value() -> None:
 
 
 def test_the_first_of_several_errors_comes_first_and_the_others_are_listed() -> None:
-    text = DEFAULT.replace("speed_mm_s: 80", "speed_mm_s: x").replace("pressure_bar: 4.0", "pressure_bar: 0")
+    text = DEFAULT.replace("speed_mm_s: 15\n", "speed_mm_s: x\n").replace("pressure_bar: 4.0", "pressure_bar: 0")
     with pytest.raises(RecipeError) as caught:
         parse_recipe(text, file="m")
     first, count, *others = str(caught.value).splitlines()
     assert caught.value.line == line_of(text, "pressure_bar: 0")
     assert "functions.dry.pressure_bar" in first
     assert count == f"and {len(others)} more:"
-    assert any("templates.edge.speed_mm_s" in other for other in others)
+    assert any("templates.soak.speed_mm_s" in other for other in others)
 
 
 def test_at_most_ten_others_are_listed() -> None:

@@ -69,9 +69,9 @@ def test_an_inherited_name_is_taken_out_by_nothing_and_an_own_one_goes(file, bas
     assert resolve_text(remove(own, file, ("classes", "tall")), file, RECIPE).plain() == (
         resolve_text(OWN, file, RECIPE).plain()
     )
-    gone = write_values(OWN, file, {("templates", "around", "passes", "small"): None})
-    assert gone.endswith("      small:\n")
-    assert "small" not in read(gone, file).templates["around"].passes
+    gone = write_values(OWN, file, {("templates", "around", "passes", "bottom_terminated"): None})
+    assert gone.endswith("      bottom_terminated:\n")
+    assert "bottom_terminated" not in read(gone, file).templates["around"].passes
 
 
 def test_what_is_not_there_is_taken_out_already(file):

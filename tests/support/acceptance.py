@@ -22,8 +22,8 @@ _ROUNDING_TURNS = 2e-3
 def complaints(run):
     """List what is wrong with a run's program, read back from its text; empty if nothing is."""
     track = judge.read_track(native.render(run.program))
-    limits = run.recipe.limits
-    speeds = {name: function.max_speed_mm_s for name, function in run.recipe.functions.items()}
+    limits = run.fitted.limits
+    speeds = {name: function.max_speed_mm_s for name, function in run.fitted.functions.items()}
     triangles = np.concatenate([body.patches for body in run.board.bodies])
     return [
         *judge.times_running_back(track),
@@ -41,9 +41,9 @@ def complaints(run):
 
 
 def _path_complaints(run, track):
-    for index, step in enumerate(run.recipe.sequence):
+    for index, step in enumerate(run.fitted.sequence):
         for name in step.paths if step.enabled else ():
-            spec, maker = run.recipe.templates[name], f"sequence[{index}]/{name}"
+            spec, maker = run.fitted.templates[name], f"sequence[{index}]/{name}"
             told = {each.rule.id: each.message for each in run.findings if str(each.made_by) == maker}
             if isinstance(spec, ComponentPerimeter):
                 yield from _uncircled(run, track, spec, step, maker, told)
@@ -60,7 +60,7 @@ def _path_complaints(run, track):
 
 def _served(run, side):
     """Components of a side that are neither avoided nor ignored."""
-    read, _ = read_masks(run.recipe, run.board)
+    read, _ = read_masks(run.fitted, run.board)
     apart = read.ignored | set(dict(read.avoided))
     return [each for each in run.board.components if each.side == side and each.name not in apart]
 
@@ -68,7 +68,7 @@ def _served(run, side):
 def _uncircled(run, track, spec, step, maker, told):
     bodies = {body.name: body for body in run.board.bodies}
     classes = {each.component: each.component_class for each in run.classified}
-    components = [each for each in _served(run, step.side) if classes[each.name] in (spec.only or run.recipe.classes)]
+    components = [each for each in _served(run, step.side) if classes[each.name] in (spec.only or run.fitted.classes)]
     centres = {}
     for each in components:
         middle = MultiPoint(bodies[each.name].patches.reshape(-1, 3)[:, :2]).convex_hull.centroid
@@ -91,7 +91,7 @@ def _uncircled(run, track, spec, step, maker, told):
 
 
 def _unwetted(run, track, spec, step, maker, told):
-    nozzle = run.recipe.nozzles[step.nozzle]
+    nozzle = run.fitted.nozzles[step.nozzle]
     area = run.board.outline.buffer(-max(spec.margin_mm, 0.0))
     is_cone = isinstance(nozzle, HollowCone | FullCone)
     # A margin that leaves nothing promises nothing, and neither does a pitch that is wider than the spray.

@@ -1,5 +1,6 @@
 """Boards that nobody would make on purpose, as bodies that are understood as if read from a file."""
 
+from brief_recipe import BRIEF
 from shapely import Point, Polygon, affinity, box, union_all
 
 from boards.board import Body
@@ -33,9 +34,9 @@ def board_with(*parts, outline=BOARD, fixtures=(), thickness=1.6):
     return understand(bodies, "hostile")
 
 
-def recipe_with(limits=None, every=None, base="smt-aqueous"):
-    """A library recipe with other limits, and other values in every template."""
-    recipe = load_recipe(base)
+def recipe_with(limits=None, every=None, base=""):
+    """A library recipe, else the default one in brief, with other limits, and other values in every template."""
+    recipe = load_recipe(base) if base else BRIEF
     templates = {name: spec.model_copy(update=every or {}) for name, spec in recipe.templates.items()}
     return recipe.model_copy(update={"templates": templates, "limits": recipe.limits.model_copy(update=limits or {})})
 

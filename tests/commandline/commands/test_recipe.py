@@ -28,7 +28,7 @@ def test_new_then_check(tmp_path: Path) -> None:
     assert load_recipe(file).recipe == "my-board"
     result = call("check", file)
     assert (result.exit_code, result.stderr) == (0, "")
-    assert "my-board: can be used; 3 steps" in result.stdout
+    assert "my-board: can be used; 6 steps" in result.stdout
 
 
 def test_new_overwrites_only_by_force(tmp_path: Path) -> None:
@@ -73,8 +73,8 @@ def test_show_resolves_every_value_and_says_where_it_stands() -> None:
         assert word in result.stdout
     knife = next(line for line in result.stdout.splitlines() if line.startswith("knife"))
     assert "smt-aqueous:" in knife
-    blow = next(line for line in result.stdout.splitlines() if line.startswith("blow"))
-    assert "smt-aqueous" not in blow
+    own = next(line for line in result.stdout.splitlines() if line.startswith("step_along"))
+    assert "smt-aqueous" not in own
 
 
 @pytest.mark.parametrize("name", recipe_library())

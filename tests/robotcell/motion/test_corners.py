@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from brief_recipe import BRIEF
 from tracked import moves_of
 
 from boards.load import load_board
 from geometry.frames import rotation_angles, slerp
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import Line, MotionProgram, Reach
-from recipes.load import load_recipe
 from reports.files.export_robot import tracking_of
 from robotcell.cell.hold import hold_board
 from robotcell.cell.installation import installation_of
@@ -29,7 +29,7 @@ def tracked(cell: str) -> tuple[CellReport, MotionProgram, MotionProgram]:
     """What the robot does, its motion, and that of the plan."""
     board = load_board(Path("tiny"))
     loaded = hold_board(read_cell(cell), board)
-    program = run(load_recipe("smt-aqueous"), board).program
+    program = run(BRIEF, board).program
     report = track(program, loaded.cell, board, terms=terms_of(loaded))
     installation = installation_of(loaded)
     return report, make_motion(report.program, installation, tracking_of(report)), make_motion(program, installation)

@@ -3,11 +3,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from brief_recipe import BRIEF
 
 from boards.load import load_board
 from programs import native
 from programs.program import MoveTo
-from recipes.load import load_recipe
 from robotcell.cell.hold import hold_board
 from robotcell.cell.load import LoadedCell, read_cell
 from robotcell.track import terms_of, track
@@ -18,7 +18,7 @@ from specs.finding_rules import ROBOT_LIMITS
 
 @pytest.fixture(scope="module")
 def tiny() -> Run:
-    return run(load_recipe("smt-aqueous"), load_board(Path("tiny")))
+    return run(BRIEF, load_board(Path("tiny")))
 
 
 def slower(loaded: LoadedCell, share: float) -> LoadedCell:

@@ -4,13 +4,13 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from brief_recipe import BRIEF
 from shapely import box
 from small_boards import board_of, part
 
 from boards.load import load_board
 from geometry.coverage.route import forget_routes
 from programs.native import render
-from recipes.load import load_recipe
 from recipes.recipe import Recipe
 from rulesengine.planning import stroke_cache as job
 from rulesengine.planning.pipeline import run
@@ -76,7 +76,7 @@ def new_board(name=""):
 
 @cache
 def first(name=""):
-    return run(load_recipe("smt-aqueous"), new_board(name))
+    return run(BRIEF, new_board(name))
 
 
 def planned_anew(recipe, name=""):

@@ -72,7 +72,7 @@ def _work_of(recipe, done):
             "h of spraying. sequence[0]/sweep",
         ),
         ("templates: {sweep: {speed_mm_s: 0.01, overlap: 0.8}}", "templates.sweep", "l. sequence[0]/sweep alone takes"),
-        ("templates: {around: {edge_delay_s: 3600}}", "templates.around", "24.0 h of spraying"),
+        ("templates: {around: {passes: 4, edge_delay_s: 3600}}", "templates.around", "24.0 h of spraying"),
         (
             "templates: {around: {passes: 1000}}\n"
             "sequence: [{function: clean, nozzle: ring60, paths: [around], repeat: 1000}]",
@@ -85,12 +85,12 @@ def _work_of(recipe, done):
             "templates.flush",
             "a plan has at most 50,000 strokes",
         ),
-        ("nozzles: {ring60: {flow_lpm: 10000}}", "templates.around", "a plan has at most 1,000 l"),
+        ("nozzles: {ring60: {flow_lpm: 10000}}", "templates.edge", "a plan has at most 1,000 l"),
         (
             "nozzles: {ring60: {half_angle_deg: 1, wavefront: {height_mm: 1000, points: "
             "[[0, 0.01, 0.02], [120, 0.01, 0.02], [240, 0.01, 0.02]]}}}",
             "templates.sweep",
-            "lines 0.0013 mm apart across 40 mm are more than 10,000. Raise pitch_mm",
+            "lines 0.0013 mm apart across 54 mm are more than 10,000. Raise pitch_mm",
         ),
         (
             "limits: {rotation_deg_s: 0.01}",

@@ -28,14 +28,14 @@ def changed(before, after):
 def test_a_number_changes_in_its_line_and_the_comment_stays():
     after = set_value(DEFAULT, ("templates", "sweep", "margin_mm"), 12.5)
     assert changed(DEFAULT, after) == [
-        "-    margin_mm: 10                 # the cone is wider than this, so the rim is wetted too",
+        "-    margin_mm: 3                  # the cone is wider than this, so the rim is wetted too",
         "+    margin_mm: 12.5               # the cone is wider than this, so the rim is wetted too",
     ]
 
 
 def test_one_class_of_a_value_by_class_changes_alone():
     after = set_value(DEFAULT, ("templates", "around", "passes", "small"), 3)
-    assert changed(DEFAULT, after)[1] == "+    passes: {small: 3, default: 4}"
+    assert changed(DEFAULT, after)[1] == "+    passes: {bottom_terminated: 3, default: 1, small: 3}"
 
 
 def test_the_same_value_changes_nothing():
@@ -56,22 +56,31 @@ def test_a_new_template_and_its_step_are_read_back():
     text = set_value(DEFAULT, ("templates", "contacts"), line)
     text = insert_value(text, ("sequence", 0, "paths", 1), "contacts")
     assert "    from: [10, 20.5]\n" in text
-    assert "    paths: [edge, contacts, sweep, around, step]\n" in text
+    assert "    paths: [sweep, contacts, edge, around, step, soak]\n" in text
     recipe = parse_recipe(text)
     assert recipe.templates["contacts"].to_mm == (60.0, 20.5)
 
 
 def test_a_removed_template_takes_its_comments_along():
-    text = remove_value(DEFAULT, ("sequence", 0, "paths", 3))
+    text = DEFAULT
+    for at in (0, 3):
+        text = remove_value(text, ("sequence", at, "paths", 3))
     text = remove_value(text, ("templates", "step"))
     assert "flushes out what has come loose" not in text
-    assert "along it" not in text
-    assert list(parse_recipe(text).templates) == ["edge", "sweep", "around", "flush"]
+    assert "the sweep went along it" not in text
+    assert list(parse_recipe(text).templates) == ["edge", "sweep", "around", "soak", "flush", "blow"]
 
 
 def test_a_step_moves_with_its_lines():
     after = move_value(DEFAULT, ("sequence", 2), 0)
-    assert [step.function for step in parse_recipe(after).sequence] == ["dry", "clean", "rinse"]
+    assert [step.function for step in parse_recipe(after).sequence] == [
+        "dry",
+        "clean",
+        "rinse",
+        "clean",
+        "rinse",
+        "dry",
+    ]
     assert sorted(after.splitlines()) == sorted(DEFAULT.splitlines())
 
 
@@ -83,7 +92,9 @@ def test_the_order_of_classes_changes_with_their_comments():
 
 def test_a_renamed_template_keeps_its_place_and_its_comment():
     text = rename_key(DEFAULT, ("templates", "around"), "rings")
-    assert list(read_yaml(text, "x", RECIPE).plain()["templates"]) == ["edge", "sweep", "rings", "step", "flush"]
+    assert list(read_yaml(text, "x", RECIPE).plain()["templates"]) == [
+        *("edge", "sweep", "rings", "step", "soak", "flush", "blow")
+    ]
     (line,) = [line for line in text.splitlines() if line.startswith("  rings:")]
     assert line.endswith("# around every component, from outside, with the near wave front on its edge")
     with pytest.raises(EditError, match="'sweep' is there already"):
@@ -93,7 +104,6 @@ def test_a_renamed_template_keeps_its_place_and_its_comment():
 def test_what_is_inherited_is_overridden_and_removed_in_the_own_file():
     text = "recipe: mine\nextends: smt-aqueous # the house recipe\n"
     text = set_value(text, ("templates", "sweep", "speed_mm_s"), 50.0)
-    text = remove_value(text, ("templates", "around", "edge_delay_s", "fine_pitch"))
     text = remove_value(text, ("classes", "fine_pitch"))
     assert text.startswith("recipe: mine\nextends: smt-aqueous # the house recipe\n")
     recipe = parse_recipe(text)

@@ -25,7 +25,7 @@ def test_nothing_said_nothing_changed() -> None:
 def test_mappings_merge_and_values_replace() -> None:
     recipe = extend("templates: {around: {passes: {large: 6}, speed_mm_s: 30}}\nlimits: {clearance_mm: 8}\n")
     around = recipe.templates["around"].model_dump()
-    assert around["passes"] == {"small": 2, "default": 4, "large": 6}
+    assert around["passes"] == {"bottom_terminated": 3, "default": 1, "large": 6}
     assert around["speed_mm_s"] == 30
     assert around["tilt_deg"] == 35
     assert recipe.limits.clearance_mm == 8
@@ -97,7 +97,7 @@ def test_a_clash_between_own_and_inherited_values_names_the_line_of_the_users_fi
         "mine.yaml",
         3,
     )
-    assert "state templates.flush.speed_mm_s in this file too" in str(caught.value)
+    assert "state templates.blow.speed_mm_s in this file too" in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -31,13 +31,17 @@ def refused_parameters(text: str) -> LocatedError:
     ("text", "path", "inherited"),
     [
         ("limits: {clearance_mm: 45}", "limits.clearance_mm", ["templates.around.height_mm"]),
-        ("limits: {clearance_mm: 200}", "limits.clearance_mm", ["templates.edge.height_mm", "limits.park_height_mm"]),
-        ("functions: {dry: {max_speed_mm_s: 20}}", "functions.dry.max_speed_mm_s", ["templates.flush.speed_mm_s"]),
+        ("limits: {clearance_mm: 200}", "limits.clearance_mm", ["templates.around.height_mm", "limits.park_height_mm"]),
+        ("functions: {dry: {max_speed_mm_s: 20}}", "functions.dry.max_speed_mm_s", ["templates.blow.speed_mm_s"]),
         ("nozzles: {ring60: {half_angle_deg: 51}}", "nozzles.ring60.half_angle_deg", ["templates.around.tilt_deg"]),
-        ("templates: {sweep: null}", "templates.sweep", ["sequence[0].paths[1]", "sequence[1].paths[1]"]),
+        ("templates: {sweep: null}", "templates.sweep", ["sequence[0].paths[0]", "sequence[1].paths[1]"]),
         ("functions: {rinse: null}", "functions.rinse", ["sequence[1].function"]),
         ("nozzles: {knife: null}", "nozzles.knife", ["sequence[2].nozzle"]),
-        ("classes: {fine_pitch: null}", "classes.fine_pitch", ["templates.around.edge_delay_s.fine_pitch"]),
+        (
+            "classes: {bottom_terminated: null}",
+            "classes.bottom_terminated",
+            ["templates.around.passes.bottom_terminated"],
+        ),
     ],
 )
 def test_a_recipe_whose_value_does_not_suit_inherited_ones(text: str, path: str, inherited: list[str]) -> None:

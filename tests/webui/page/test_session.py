@@ -66,23 +66,29 @@ def test_what_is_taken_out_returns_to_its_default(session):
 
 def test_an_inherited_value_is_overridden_alone(heir):
     after = heir.set_values({("templates", "around", "passes", "small"): 3})
-    assert after.recipe.templates["around"].passes == {"small": 3, "default": 4}
+    assert after.recipe.templates["around"].passes == {"bottom_terminated": 3, "default": 1, "small": 3}
     assert after.recipe.templates["around"].speed_mm_s == 40
     assert "speed" not in after.document.text
 
 
 def test_an_inherited_value_by_class_is_taken_out(heir):
-    after = heir.set_values({("templates", "around", "passes", "small"): None})
-    assert after.recipe.templates["around"].passes == {"default": 4}
+    after = heir.set_values({("templates", "around", "passes", "bottom_terminated"): None})
+    assert after.recipe.templates["around"].passes == {"default": 1}
 
 
 def test_an_inherited_step_changes_in_a_copy_of_the_sequence(heir):
     after = heir.set_value(("sequence", 1, "nozzle"), "knife")
-    assert [step.nozzle for step in after.recipe.sequence] == ["ring60", "knife", "knife"]
+    assert [step.nozzle for step in after.recipe.sequence] == ["ring60", "knife", "knife", "ring60", "ring60", "knife"]
     assert "# the house recipe" in after.document.text
-    assert [step.function for step in heir.remove(("sequence", 0)).recipe.sequence] == ["rinse", "dry"]
+    assert [step.function for step in heir.remove(("sequence", 0)).recipe.sequence] == [
+        "rinse",
+        "dry",
+        "clean",
+        "rinse",
+        "dry",
+    ]
     moved = heir.move(("sequence", 2), 0)
-    assert [step.function for step in moved.recipe.sequence] == ["dry", "clean", "rinse"]
+    assert [step.function for step in moved.recipe.sequence] == ["dry", "clean", "rinse", "clean", "rinse", "dry"]
 
 
 def test_a_mask_is_added_where_there_is_none(heir):
@@ -100,7 +106,9 @@ def test_inherited_classes_change_their_order_and_keep_what_they_say(heir):
 
 
 def test_an_inherited_template_is_removed(session, heir):
-    lighter = heir.set_value(("sequence", 0, "paths"), ["edge", "sweep", "around"])
+    lighter = heir
+    for at in (0, 3):
+        lighter = lighter.set_value(("sequence", at, "paths"), ["edge", "sweep", "around"])
     after = lighter.remove(("templates", "step"))
     assert "step" not in after.recipe.templates
     with pytest.raises(RecipeError, match="there is no template 'step'"):

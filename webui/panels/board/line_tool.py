@@ -62,8 +62,11 @@ def free_name(recipe: Recipe) -> str:
 
 
 def step_names(recipe: Recipe) -> tuple[str, ...]:
-    """Names of the steps, such as ``1 clean, ring60``."""
-    return tuple(f"{place + 1} {step.function}, {step.nozzle}" for place, step in enumerate(recipe.sequence))
+    """Names of the steps, such as ``1 clean, ring60``; those on the bottom name it."""
+    return tuple(
+        f"{place + 1} {step.function}, {step.nozzle}{', bottom' if step.side == 'bottom' else ''}"
+        for place, step in enumerate(recipe.sequence)
+    )
 
 
 class LineTool:

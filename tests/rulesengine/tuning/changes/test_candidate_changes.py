@@ -38,8 +38,8 @@ def test_every_design_variable_has_the_value_of_the_recipe():
         for variable in design_variables(recipe, frozenset({"small", "large"}), WINDOW)
     }
     assert variables[("templates", "sweep", "speed_mm_s"), ""].value == 60
-    assert variables[("templates", "around", "passes", "small"), "small"].value == 2
-    assert variables[("templates", "around", "passes", "large"), "large"].value == 4
+    assert variables[("templates", "around", "passes", "small"), "small"].value == 1
+    assert variables[("templates", "around", "passes", "large"), "large"].value == 1
     assert variables[("functions", "clean", "temperature_c"), ""].upper == 70
     assert ("templates", "around", "passes", "fine_pitch") not in {path for path, _ in variables}
     for variable in variables.values():
@@ -47,9 +47,14 @@ def test_every_design_variable_has_the_value_of_the_recipe():
 
 
 def test_a_speed_never_exceeds_what_any_of_its_functions_allows():
-    variables = {
-        variable.path: variable for variable in design_variables(load_recipe("smt-aqueous"), frozenset({"small"}), {})
-    }
+    shared = """recipe: shared
+extends: smt-aqueous
+sequence:
+  - {function: rinse, nozzle: ring60, paths: [flush]}
+  - {function: dry, nozzle: knife, paths: [flush]}
+"""
+    found = design_variables(parse_recipe(shared), frozenset({"small"}), {})
+    variables = {variable.path: variable for variable in found}
     flush = variables["templates", "flush", "speed_mm_s"]  # rinses at up to 150 mm/s, dries at up to 80
     assert flush.rounded(1000.0) == 80
 
@@ -84,11 +89,11 @@ def test_the_highest_gain_comes_first(outcome):
 def test_drying_is_not_made_shorter_than_it_was(outcome):
     drying = replace(outcome, steps=(*outcome.steps, StepSummary("sequence[2]", "dry", "dry", 10.0, None)))
     initial = {variable.path: variable.value for variable in variables_of(outcome)}
-    shared = "templates.flush.speed_mm_s "  # rinses and dries
-    assert shared in reductions(outcome, initial, EVERYTHING)
-    assert shared not in reductions(drying, initial, EVERYTHING)
-    slower = initial | {("templates", "flush", "speed_mm_s"): 60.0}
-    assert reductions(drying, slower, EVERYTHING)[shared].end == 60
+    dries = "templates.blow.speed_mm_s "
+    assert dries in reductions(outcome, initial, EVERYTHING)
+    assert dries not in reductions(drying, initial, EVERYTHING)
+    slower = initial | {("templates", "blow", "speed_mm_s"): 60.0}
+    assert reductions(drying, slower, EVERYTHING)[dries].end == 60
     assert all(set(each.steps) != {"sequence[2]"} for each in reductions(drying, initial, EVERYTHING).values())
 
 

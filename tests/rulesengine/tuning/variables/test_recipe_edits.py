@@ -21,7 +21,7 @@ def test_what_is_only_inherited_is_written_into_the_text(tmp_path):
     edits = ((("templates", "around", "passes", "small"), 6), (("sequence", 1, "paths"), ["sweep"]))
     recipe = parse_recipe(apply_edits(OWN, file, edits), file=file)
     base = parse_recipe(read_text(SMT, RECIPE), file=SMT)
-    assert recipe.templates["around"].passes == {"small": 6, "default": 4}
+    assert recipe.templates["around"].passes == {"bottom_terminated": 3, "default": 1, "small": 6}
     assert recipe.sequence[1].paths == ["sweep"]
     assert recipe.sequence[0] == base.sequence[0]
 
@@ -38,7 +38,7 @@ def test_paths_that_are_kept_are_read():
     ("word", "told"),
     [
         ("templates.arround", "did you mean 'around'"),
-        ("sequence[7]", "the list has 3 items"),
+        ("sequence[7]", "the list has 6 items"),
         ("templates.around.speed_mm_s.x", "it is a single value"),
         ("", "is no path"),
         ("templates..around", "is no path"),

@@ -72,7 +72,7 @@ def test_a_new_class_stands_before_the_one_that_takes_the_rest():
 def test_a_new_template_begins_with_what_the_library_uses():
     value = default_entry(SESSION.recipe, SESSION.board, "templates", "component_perimeter", "x")
     assert value["tilt_deg"] == 35
-    assert value["passes"] == 4, "classes differ between recipes"
+    assert value["passes"] == 1, "classes differ between recipes"
     line = default_entry(SESSION.recipe, SESSION.board, "templates", "straight_line", "x")
     low_x, low_y, high_x, high_y = SESSION.board.outline.bounds
     assert [line["from"][0], line["to"][0]] == pytest.approx([low_x, high_x], abs=0.01)
@@ -95,7 +95,15 @@ def test_a_copy_says_the_same_under_its_own_name():
     assert path == ("templates", "around-3")
     after, path = copied(SESSION, entry(("sequence", 0)))
     assert path == ("sequence", 1)
-    assert [step.function for step in after.recipe.sequence] == ["clean", "clean", "rinse", "dry"]
+    assert [step.function for step in after.recipe.sequence] == [
+        "clean",
+        "clean",
+        "rinse",
+        "dry",
+        "clean",
+        "rinse",
+        "dry",
+    ]
     assert second.recipe != first.recipe
     after, path = copied(SESSION, entry(("classes", "small")))
     assert list(after.recipe.classes)[2:4] == ["small", "small-2"]
@@ -104,7 +112,7 @@ def test_a_copy_says_the_same_under_its_own_name():
 @pytest.mark.slow
 def test_a_new_name_holds_wherever_it_is_used():
     renames = {
-        ("classes", "small"): "tiny",
+        ("classes", "bottom_terminated"): "qfn",
         ("templates", "around"): "rings",
         ("functions", "clean"): "function",
         ("nozzles", "ring60"): "nozzle",
@@ -112,14 +120,14 @@ def test_a_new_name_holds_wherever_it_is_used():
     after = SESSION
     for path, name in renames.items():
         after = renamed(after, entry(path, after), name)
-    assert after.recipe.templates["rings"].passes == {"tiny": 2, "default": 4}
-    assert after.recipe.sequence[0].paths == ["edge", "sweep", "rings", "step"]
-    assert [step.function for step in after.recipe.sequence] == ["function", "rinse", "dry"]
-    assert [step.nozzle for step in after.recipe.sequence] == ["nozzle", "nozzle", "knife"]
+    assert after.recipe.templates["rings"].passes == {"qfn": 3, "default": 1}
+    assert after.recipe.sequence[0].paths == ["sweep", "edge", "rings", "step", "soak"]
+    assert [step.function for step in after.recipe.sequence] == ["function", "rinse", "dry"] * 2
+    assert [step.nozzle for step in after.recipe.sequence] == ["nozzle", "nozzle", "knife"] * 2
     back = renamed(after, entry(("functions", "function"), after), "clean")
     back = renamed(back, entry(("nozzles", "nozzle"), back), "ring60")
     back = renamed(back, entry(("templates", "rings"), back), "around")
-    assert renamed(back, entry(("classes", "tiny"), back), "small").document.text == SESSION.document.text
+    assert renamed(back, entry(("classes", "qfn"), back), "bottom_terminated").document.text == SESSION.document.text
 
 
 def test_a_name_that_is_taken_or_inherited_stays(tmp_path):
@@ -139,7 +147,7 @@ def test_a_name_that_is_taken_or_inherited_stays(tmp_path):
         (("templates", "sweep"), "step 1 (clean), step 2 (rinse)"),
         (("nozzles", "knife"), "step 3 (dry)"),
         (("functions", "rinse"), "step 2 (rinse)"),
-        (("classes", "small"), "templates.around.passes"),
+        (("classes", "bottom_terminated"), "templates.around.passes"),
     ],
 )
 def test_what_is_used_is_not_removed_and_the_place_is_told(path, place):
@@ -301,7 +309,15 @@ def test_a_step_is_copied_moved_and_removed(page):
     choose(page, "Sequence")
     press(page, "Edit", "Copy", at=0)
     press(page, "Order", "Down")
-    assert [step.function for step in page.session.recipe.sequence] == ["clean", "rinse", "clean", "dry"]
+    assert [step.function for step in page.session.recipe.sequence] == [
+        "clean",
+        "rinse",
+        "clean",
+        "dry",
+        "clean",
+        "rinse",
+        "dry",
+    ]
     assert find(page, "Entry").value.startswith("3 ")
     press(page, "Edit", "Remove", at=0)
     assert page.session.recipe == SESSION.recipe

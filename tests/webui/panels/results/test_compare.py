@@ -70,8 +70,7 @@ def test_a_path_that_is_moved_is_another_one(here: Run, board: Board) -> None:
     text = read_text(recipe_library()["rinse-only"], RECIPE)
     recipe = parse_recipe(text, file=recipe_library()["rinse-only"])
     name = recipe.sequence[0].paths[0]
-    template = recipe.templates[name]
-    higher = template.model_copy(update={"height_mm": template.height_mm + 3})
+    higher = recipe.templates[name].model_copy(update={"height_mm": here.fitted.templates[name].height_mm + 3})
     moved = run(recipe.model_copy(update={"templates": {**recipe.templates, name: higher}}), board)
     places = {line.template for line in unlike_strokes(here, moved)}
     assert name in places

@@ -130,10 +130,8 @@ def test_every_metric_colours_the_paths_and_names_a_worst_place():
     for metric in METRICS.values():
         painted = paint_reach(metric, done, 0.5)
         assert len(painted.glb) > 1000
-        if metric == "clearance":  # nothing is near, so that nowhere it is nearest
+        if metric == "clearance":
             assert list(painted.legend)[-1].endswith(" or more")
-            assert painted.worst is None
-            continue
         assert 0 <= painted.worst[1] <= done.program.totals.duration_s
     assert paint_reach("limits", replace(done, motion=None), 0.5).glb == b""
 
