@@ -3,7 +3,7 @@
 import hashlib
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
@@ -26,6 +26,23 @@ if TYPE_CHECKING:
     from programs.program import TimedProgram
     from recipes.recipe import Recipe
 
+_ItsBoard: TypeAlias = Annotated[
+    str | None,
+    typer.Argument(
+        help="Board of the program; left out, it is looked for among the samples and beside the program.",
+        metavar="[BOARD]",
+        autocompletion=complete_board,
+    ),
+]
+_ItsRecipe: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--recipe",
+        help="Recipe of the program; left out, it is looked for in the library and beside the program.",
+        metavar="RECIPE",
+        autocompletion=complete_recipe,
+    ),
+]
 _NOT_CLEAN = 1
 """Exit code where anything is not predicted clean."""
 _SPENT = 1
@@ -35,23 +52,8 @@ _MOST_NUMBERS = 12
 
 def analyse(
     program: ProgramSource,
-    board: Annotated[
-        str | None,
-        typer.Argument(
-            help="Board of the program; left out, it is looked for among the samples and beside the program.",
-            metavar="[BOARD]",
-            autocompletion=complete_board,
-        ),
-    ] = None,
-    recipe: Annotated[
-        str | None,
-        typer.Option(
-            "--recipe",
-            help="Recipe of the program; left out, it is looked for in the library and beside the program.",
-            metavar="RECIPE",
-            autocompletion=complete_recipe,
-        ),
-    ] = None,
+    board: _ItsBoard = None,
+    recipe: _ItsRecipe = None,
     parameters: ParametersOption = "default",
     parts: Parts = None,
     html: Annotated[Path | None, typer.Option("--html", help="Report to read and print.", metavar="HTML")] = None,
@@ -156,14 +158,7 @@ def _analyse(
 
 def bath(
     program: ProgramSource,
-    board: Annotated[
-        str | None,
-        typer.Argument(
-            help="Board of the program; left out, it is looked for among the samples and beside the program.",
-            metavar="[BOARD]",
-            autocompletion=complete_board,
-        ),
-    ] = None,
+    board: _ItsBoard = None,
     litres: Annotated[float, typer.Option("--litres", help="Solution in the bath.", min=0.1, max=100_000)] = 40.0,
     boards: Annotated[
         str, typer.Option("--boards", help="Boards that are analysed, separated by commas.", metavar="1,100,400")
@@ -181,15 +176,7 @@ def bath(
             max=1e6,
         ),
     ] = None,
-    recipe: Annotated[
-        str | None,
-        typer.Option(
-            "--recipe",
-            help="Recipe of the program; left out, it is looked for in the library and beside the program.",
-            metavar="RECIPE",
-            autocompletion=complete_recipe,
-        ),
-    ] = None,
+    recipe: _ItsRecipe = None,
     parameters: ParametersOption = "default",
     parts: Parts = None,
     data: Annotated[Path | None, typer.Option("--json", help="All results, as data.", metavar="JSON")] = None,
