@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from boards.board import Board
+from cleaning.capability import capability_of
 from cleaning.exposure.exact import refine_sparse_cells
 from cleaning.exposure.exposure import Exposure, expose
 from cleaning.film.run_off import film_supply
@@ -31,6 +32,8 @@ _RAYS: dict[Effort, int] = {"sketch": 300_000, "fast": 4_000_000, "full": 8_000_
 """Per stage, at least: a short stage places more of them at each sample."""
 _RAYS_EACH: dict[Effort, int] = {"sketch": 16, "fast": 64, "full": 256}
 """Per sample, at least."""
+_SHARE_BEFORE_CAPABILITY = 0.25
+"""Of the time of an analysis with capability."""
 _WAY_MM: dict[Effort, float] = {"sketch": 6.0, "fast": 3.0, "full": 1.5}
 
 
@@ -102,6 +105,19 @@ def analyse_on(
         litres=program.totals.liquid_l,
         findings=worst_first((*staged.findings, *_findings(parts, bare, process))),
     )
+
+
+def analyse_with_capability(
+    prepared: PreparedBoard,
+    program: TimedProgram,
+    recipe: Recipe,
+    effort: Effort = "fast",
+    progress: Progress = no_progress,
+) -> CleaningReport:
+    """Predict what a program cleans as ``analyse_on`` does, and judge it under the ranges of the parameters too."""
+    report = analyse_on(prepared, program, recipe, effort, subprogress(progress, 0.0, _SHARE_BEFORE_CAPABILITY))
+    varying = subprogress(progress, _SHARE_BEFORE_CAPABILITY, 1.0)
+    return replace(report, capability=capability_of(report, prepared, varying))
 
 
 def _spray(stages: Sequence[Stage], prepared: PreparedBoard, effort: Effort, progress: Progress) -> tuple[Sprayed, ...]:

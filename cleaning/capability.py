@@ -11,7 +11,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias, cast
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from cleaning.jet.jet import jet_of
 from cleaning.judge_component import Sprayed, gaps_under, pressures_of
 from cleaning.parameters.liquid import capillary_pa
 from cleaning.parameters.model import Parameters
-from cleaning.parameters.provenance import assumptions_of
+from cleaning.parameters.provenance import assumptions_of, keys_of, with_values
 from cleaning.prepared_board import PreparedBoard
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult
@@ -101,29 +101,6 @@ def ranges_of(parameters: Parameters, liquids: Sequence[str] | None = None) -> t
         elif factor is not None and factor > 1.0 and value > 0.0:
             found.append(ValueRange(each.path, value / factor, value, value * factor))
     return tuple(found)
-
-
-def with_values(parameters: Parameters, values: Mapping[str, float]) -> Parameters:
-    """Give the parameters with other values at some paths."""
-    changed: Any = parameters
-    for path, value in values.items():
-        changed = _with_value(changed, _keys_of(path), value)
-    return cast("Parameters", changed)
-
-
-def _keys_of(path: str) -> list[str]:
-    """Keys of a path; the name of a liquid may have points."""
-    block, _, rest = path.partition(".")
-    return [block, *rest.rsplit(".", 1)] if block == "liquids" else path.split(".")
-
-
-def _with_value(holder: Any, keys: list[str], value: float) -> Any:
-    key, *rest = keys
-    if isinstance(holder, dict):
-        held = cast("dict[str, Any]", holder)
-        return {**held, key: _with_value(held[key], rest, value) if rest else value}
-    inner = _with_value(getattr(holder, key), rest, value) if rest else value
-    return holder.model_copy(update={key: inner})
 
 
 def capability_of(
@@ -210,7 +187,7 @@ def _acts_under_parts(value: ValueRange, report: CleaningReport) -> bool:
     if value.path.partition(".")[0] not in _UNDER_PARTS or value.path in _BY_FORMULA:
         return False
     moved = [with_values(report.parameters, {value.path: end}) for end in (value.low, value.high)]
-    *_, liquid, field = ("", *_keys_of(value.path))
+    *_, liquid, field = ("", *keys_of(value.path))
     if field in _OF_CAPILLARIES:  # a gap that draws the liquid in is open as soon as that is at its edge
         return any(
             capillary_pa(one.liquids[liquid], stage.temperature_c, _ANY_HEIGHT_M) < 0.0

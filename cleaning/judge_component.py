@@ -71,15 +71,23 @@ def gaps_of(
 
 def pressures_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> tuple[Pressures, ...]:
     """Find the pressures on the edges of each underside, for ``gaps_under``: one list per underside."""
+    stages, jets = [each.stage for each in sprayed], [each.jet for each in sprayed]
+    near = _near(prepared, stages, jets)
+    return tuple(_pressures(prepared, row, stages, jets, near) for row in range(len(prepared.rows)))
+
+
+def _near(prepared: PreparedBoard, stages: Sequence[Stage], jets: Sequence[Jet]) -> tuple[DiscGrid, ...]:
+    """Sort the samples of each stage by the edges that they may press on."""
     edges, film = prepared.edges, prepared.parameters.film
-    near = [pressing_samples(each.stage, each.jet, edges, film) for each in sprayed]
-    return tuple(
-        [
-            edge_pressures(each.stage, each.jet, edges.only(row), film, grid)
-            for each, grid in zip(sprayed, near, strict=True)
-        ]
-        for row in range(len(prepared.rows))
-    )
+    return tuple(pressing_samples(stage, jet, edges, film) for stage, jet in zip(stages, jets, strict=True))
+
+
+def _pressures(
+    prepared: PreparedBoard, row: int, stages: Sequence[Stage], jets: Sequence[Jet], near: Sequence[DiscGrid]
+) -> list[list[EdgePressure]]:
+    """Find the pressures on the edges of one underside, one list per stage."""
+    edges, film = prepared.edges.only(row), prepared.parameters.film
+    return [edge_pressures(stage, jet, edges, film, grid) for stage, jet, grid in zip(stages, jets, near, strict=True)]
 
 
 def gaps_under(
@@ -102,26 +110,18 @@ class _Process:
 
 def _process_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> _Process:
     stages, jets = [each.stage for each in sprayed], [each.jet for each in sprayed]
-    edges, film = prepared.edges, prepared.parameters.film
-    return _Process(
-        varied=vary(stages, jets, edges, prepared.parameters),
-        near=tuple(pressing_samples(stage, jet, edges, film) for stage, jet in zip(stages, jets, strict=True)),
-    )
+    return _Process(varied=vary(stages, jets, prepared.edges, prepared.parameters), near=_near(prepared, stages, jets))
 
 
 def _underside(prepared: PreparedBoard, process: _Process, sensitivity: bool, row: int) -> UndersideResult:
     """Follow one gap in all its cases; what limits it is worked out for the harder one."""
     parameters, underside, varied = prepared.parameters, prepared.undersides[row], process.varied
-    edges = prepared.edges.only(row)
-    pressures = [
-        edge_pressures(stage, jet, edges, parameters.film, near)
-        for stage, jet, near in zip(varied.stages, varied.jets, process.near, strict=True)
-    ]
+    pressures = _pressures(prepared, row, varied.stages, varied.jets, process.near)
     stages = varied.stages
     gaps = tuple(_gap(prepared, row, case, (stages, pressures)) for case in range(len(underside.cases)))
     elasticities: Mapping[str, float] = {}
     if sensitivity and gaps[0].residue > FLOOR:
-        changed = variants(varied, pressures, edges, parameters)
+        changed = variants(varied, pressures, prepared.edges.only(row), parameters)
         after = {name: _gap(prepared, row, 0, each).residue for name, each in changed.items()}
         elasticities = {name: elasticity(gaps[0].residue, residue) for name, residue in after.items()}
     return UndersideResult(underside, gaps, elasticities)

@@ -8,6 +8,7 @@ from typing import Any, cast
 from pydantic import ValidationError
 
 from cleaning.parameters.model import Parameters, Provenance
+from cleaning.parameters.provenance import keys_of, with_values
 from specs.yaml.located import Located, YamlPath, spell_path
 from specs.yaml.problems import Problem
 from specs.yaml.schema import name_nearest
@@ -71,28 +72,22 @@ def _check_ranges(parameters: Parameters) -> Iterator[Problem]:
     """A range reaches no farther than a value may; only the ends are tried, each for itself."""
     plain = parameters.model_dump(mode="python", exclude_unset=True)
     for path, entry in parameters.provenance.items():
-        keys = tuple(path.split("."))
-        value = _at(plain, keys)
+        value = _at(plain, keys_of(path))
         if entry.within_factor is None or not isinstance(value, int | float) or isinstance(value, bool):
             continue
         for end in (value / entry.within_factor, value * entry.within_factor):
             try:
-                Parameters.model_validate(_replaced(plain, keys, end))
+                Parameters.model_validate(with_values(parameters, {path: end}).model_dump(exclude_unset=True))
             except ValidationError:
                 message = f"leads to {end:.4g}, which {path} cannot be; lower it"
                 yield Problem(("provenance", path, "within_factor"), message)
                 break
 
 
-def _at(tree: Any, keys: tuple[str, ...]) -> Any:
+def _at(tree: Any, keys: list[str]) -> Any:
     for key in keys:
         tree = cast("dict[str, Any]", tree).get(key) if isinstance(tree, dict) else None
     return tree
-
-
-def _replaced(tree: Any, keys: tuple[str, ...], value: float) -> Any:
-    first, *rest = keys
-    return {**tree, first: _replaced(tree[first], tuple(rest), value) if rest else value}
 
 
 def _check_order(parameters: Parameters) -> Iterator[Problem]:

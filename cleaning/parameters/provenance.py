@@ -1,9 +1,9 @@
 """What an analysis takes for granted: every value of a parameter set, with how it is known."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 from cleaning.parameters.model import Known, Parameters, Provenance
 
@@ -55,3 +55,26 @@ def _written(value: object) -> str:
         )
         return f"[{', '.join(map(_written, inner))}]"
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+
+
+def with_values(parameters: Parameters, values: Mapping[str, float]) -> Parameters:
+    """Give the parameters with other values at some paths."""
+    changed: Any = parameters
+    for path, value in values.items():
+        changed = _with_value(changed, keys_of(path), value)
+    return cast("Parameters", changed)
+
+
+def keys_of(path: str) -> list[str]:
+    """Keys of a path; the name of a liquid may have points."""
+    block, _, rest = path.partition(".")
+    return [block, *rest.rsplit(".", 1)] if block == "liquids" else path.split(".")
+
+
+def _with_value(holder: Any, keys: list[str], value: float) -> Any:
+    key, *rest = keys
+    if isinstance(holder, dict):
+        held = cast("dict[str, Any]", holder)
+        return {**held, key: _with_value(held[key], rest, value) if rest else value}
+    inner = _with_value(getattr(holder, key), rest, value) if rest else value
+    return holder.model_copy(update={key: inner})

@@ -129,8 +129,7 @@ def _analyse(
     Raises:
         JobError: it cannot be done.
     """
-    from cleaning.analyse import analyse_on
-    from cleaning.capability import capability_of
+    from cleaning.analyse import analyse_on, analyse_with_capability
     from cleaning.parameters.load import load_parameters
     from cleaning.prepared_board import prepare
     from cleaning.verify import check_names, verify
@@ -146,10 +145,9 @@ def _analyse(
     loaded = load_parameters(parameters)
     with progress_bar() as progress:
         prepared = prepare(board, loaded, subprogress(progress, 0.0, 0.2))
-        analysed = 0.4 if capability else 1.0
-        report = analyse_on(prepared, program, recipe, effort, subprogress(progress, 0.2, analysed))
-        if capability:
-            report = replace(report, capability=capability_of(report, prepared, subprogress(progress, analysed, 1.0)))
+        analysing = subprogress(progress, 0.2, 1.0)
+        predict = analyse_with_capability if capability else analyse_on
+        report = predict(prepared, program, recipe, effort, analysing)
         if names:
             progress("verifying", 1.0)
         verified = verify(report, prepared, names)

@@ -7,10 +7,11 @@ import pytest
 
 from boards.load import load_board
 from cleaning.analyse import analyse_on
-from cleaning.capability import capability_of, ranges_of, with_values
+from cleaning.capability import capability_of, ranges_of
 from cleaning.errors import CleaningError
 from cleaning.parameters.load import load_parameters, read_parameters_text
 from cleaning.parameters.model import Provenance
+from cleaning.parameters.provenance import with_values
 from cleaning.prepared_board import prepare
 from recipes.load import load_recipe
 from reports.tables.cleaning_tables import capability_table, capability_words, sure_words

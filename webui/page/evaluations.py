@@ -1,6 +1,6 @@
 """Evaluations of a program: its analysis by the cleaning model, and its check in a robot cell."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cleaning.parameters.model import Parameters
@@ -70,15 +70,12 @@ def analyse_run(run: Run, settings: AnalysisSettings, before: Analysed | None, p
     Raises:
         JobError: the program cannot be analysed with these parameters.
     """
-    from cleaning.analyse import analyse_on
-    from cleaning.capability import capability_of
+    from cleaning.analyse import analyse_on, analyse_with_capability
     from rulesengine.tuning.suggest import advise
 
     prepared = prepare_board(run.board, settings.parameters, before, subprogress(progress, 0.0, 0.2))
-    analysed = 0.4 if settings.capability else 1.0
-    report = analyse_on(prepared, run.program, run.recipe, settings.effort, subprogress(progress, 0.2, analysed))
-    if settings.capability:
-        report = replace(report, capability=capability_of(report, prepared, subprogress(progress, analysed, 1.0)))
+    predict = analyse_with_capability if settings.capability else analyse_on
+    report = predict(prepared, run.program, run.recipe, settings.effort, subprogress(progress, 0.2, 1.0))
     report = advise(report, run.program, run.recipe)
     return Analysed(run.program, settings.parameters_name, report, prepared, settings.effort)
 
