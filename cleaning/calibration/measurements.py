@@ -78,18 +78,9 @@ def read_measurements(path: Path, known: Mapping[str, Column], least: int) -> Me
     Raises:
         CleaningError: it cannot be read or used.
     """
-    content = read_file(path, CleaningError, "table of measurements", _LARGEST_FILE)
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise CleaningError("is not UTF-8 text; save it as CSV in UTF-8", file=path, line=line) from None
-    rows = _Rows(path, text)
+    rows = TableRows(path)
     columns = rows.columns(known, least)
-    synthetic = any(line.lstrip("# ").lower().startswith("synthetic") for line in rows.comments)
-    return Measurements(
-        path.name, hashlib.sha256(content).hexdigest(), synthetic, columns, rows.lines, rows.header_line
-    )
+    return Measurements(path.name, rows.sha256, rows.synthetic, columns, rows.lines, rows.header_line)
 
 
 def require_variation(path: Path, measurements: Measurements, name: str, advice: str) -> None:
@@ -104,13 +95,25 @@ def require_variation(path: Path, measurements: Measurements, name: str, advice:
         raise CleaningError(message, path=name, file=path, line=int(measurements.lines[0]))
 
 
-class _Rows:
-    """The rows of one file."""
+class TableRows:
+    """The rows of one CSV file, whose first line that is no comment names the columns.
 
-    def __init__(self, path: Path, text: str) -> None:
+    Raises:
+        CleaningError: it cannot be read as such.
+    """
+
+    def __init__(self, path: Path) -> None:
         self._path = path
+        content = read_file(path, CleaningError, "table of measurements", _LARGEST_FILE)
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            line = content.count(b"\n", 0, error.start) + 1
+            raise CleaningError("is not UTF-8 text; save it as CSV in UTF-8", file=path, line=line) from None
+        self.sha256 = hashlib.sha256(content).hexdigest()
         lines = text.splitlines()
-        self.comments = [line for line in lines if line.startswith("#")]
+        comments = [line for line in lines if line.startswith("#")]
+        self.synthetic = any(line.lstrip("# ").lower().startswith("synthetic") for line in comments)
         numbered = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
         if not numbered:
             raise CleaningError("the table is empty; its first line names the columns", file=path, line=1)
@@ -122,6 +125,23 @@ class _Rows:
 
     def columns(self, known: Mapping[str, Column], least: int) -> dict[str, Scalars]:
         """Give every known column, from the file or by default."""
+        self._check(known, least)
+        found: dict[str, Scalars] = {}
+        for name, column in known.items():
+            if name in self._names:
+                place = self._names.index(name)
+                values = [self.number(cells[place], name, column, number) for number, cells in self._rows]
+                found[name] = np.array(values, dtype=np.float64)
+            elif column.default is not None:
+                found[name] = np.full(len(self._rows), column.default, dtype=np.float64)
+        return found
+
+    def records(self, known: Mapping[str, Column]) -> list[tuple[int, dict[str, str]]]:
+        """Give every row as text by column, with its line, for tables that are not of numbers alone."""
+        self._check(known, 1)
+        return [(number, dict(zip(self._names, map(str.strip, cells), strict=True))) for number, cells in self._rows]
+
+    def _check(self, known: Mapping[str, Column], least: int) -> None:
         self._check_names(known)
         if len(self._rows) < least:
             message = f"{len(self._rows)} rows are too few; at least {least} are needed"
@@ -133,15 +153,6 @@ class _Rows:
             if len(cells) != len(self._names):
                 message = f"has {len(cells)} cells; the header names {len(self._names)} columns"
                 raise CleaningError(message, file=self._path, line=number)
-        found: dict[str, Scalars] = {}
-        for name, column in known.items():
-            if name in self._names:
-                place = self._names.index(name)
-                values = [self._number(cells[place], name, column, number) for number, cells in self._rows]
-                found[name] = np.array(values, dtype=np.float64)
-            elif column.default is not None:
-                found[name] = np.full(len(self._rows), column.default, dtype=np.float64)
-        return found
 
     def _check_names(self, known: Mapping[str, Column]) -> None:
         for place, name in enumerate(self._names):
@@ -156,7 +167,8 @@ class _Rows:
             message = f"column {missing[0]!r} is missing; needed are {', '.join(needed)}"
             raise CleaningError(message, file=self._path, line=self.header_line)
 
-    def _number(self, cell: str, name: str, column: Column, line: int) -> float:
+    def number(self, cell: str, name: str, column: Column, line: int) -> float:
+        """Read a number that a column may hold."""
         text = cell.strip()
         try:
             value = float(text.replace("_", "?"))  # Python would take 1_000 for a number

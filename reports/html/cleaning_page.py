@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from cleaning.measured.comparison import Comparison
 from cleaning.report import Traceability
 from cleaning.verdicts.cleanliness import (
     count_cleanliness,
@@ -48,6 +49,15 @@ from reports.tables.cleaning_tables import (
     wet_words,
 )
 from reports.tables.comparison import Row, comparison_tables
+from reports.tables.measured_tables import (
+    confusion_table,
+    correlation_words,
+    escapes_table,
+    hit_words,
+    recalibration_words,
+    rule_checks_table,
+    source_words,
+)
 from reports.tables.similar_components import group_alike, unclean
 from reports.tables.table import Table
 from reports.tables.wording import clock
@@ -62,7 +72,11 @@ _VERIFIED = ("Component", "Stage", ">Rays, mm", ">Exact, mm", ">Difference", ">W
 
 
 def cleaning_page(
-    report: CleaningReport, trace: Traceability, verified: Sequence[Verified] = (), producer: Producer | None = None
+    report: CleaningReport,
+    trace: Traceability,
+    verified: Sequence[Verified] = (),
+    producer: Producer | None = None,
+    measured: tuple[Comparison, Sequence[str]] | None = None,
 ) -> str:
     """Write the page; the same report and the same entries give the same text.
 
@@ -71,6 +85,7 @@ def cleaning_page(
         trace: What was entered about this board and its bath.
         verified: Components that were worked out exactly besides.
         producer: By what the analysis was made; ``None`` where that is not known.
+        measured: Comparison with measurements, and the command for each of its recalibrations; ``None`` for none.
     """
     origin = report.origin
     grades = "; ".join(f"{grade}: {escape(words)}" for grade, words in GRADES.items())
@@ -78,6 +93,7 @@ def cleaning_page(
     note = '<p class="q">How strongly the residue depends on each factor; the strongest is marked.</p>'
     sections = [
         head_html(report),
+        section("What was measured", *([] if measured is None else _measured(*measured))),
         section(
             "The process",
             table_html(Table.of(_STAGES, stage_rows(report))),
@@ -205,6 +221,19 @@ def _capability(report: CleaningReport) -> list[str]:
         "limits, without the margin. The ranges are as good as who stated them."
     )
     return [f"<p>{escape(note)}</p>", table_html(capability_table(report), "parts")]
+
+
+def _measured(found: Comparison, commands: Sequence[str]) -> list[str]:
+    offers = [recalibration_words(*each) for each in zip(found.recalibrations, commands, strict=True)]
+    words = [f"{hit_words(found)}.", *map(correlation_words, found.correlations)]
+    return [
+        *(f"<p>{escape(text)}</p>" for text in words),
+        table_html(confusion_table(found)),
+        table_html(escapes_table(found)),
+        table_html(rule_checks_table(found)),
+        *(f"<p>{escape(text)}</p>" for text in offers),
+        f'<p class="q">{escape(source_words(found))}. Full sha256: <code>{escape(found.table.sha256)}</code></p>',
+    ]
 
 
 def _surface(report: CleaningReport) -> list[str]:

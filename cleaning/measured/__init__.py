@@ -1,0 +1,1 @@
+"""What was measured of the cleanliness of each component, compared with what an analysis predicts."""
