@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from shlex import quote
+from typing import Any, cast
 
 from cleaning.measured.table import Measured, MeasuredTable, Method
 from cleaning.verdicts import rules
@@ -253,7 +254,7 @@ def _correlate(method: Method, table: MeasuredTable, parts: Mapping[str, Part]) 
         return RankCorrelation(method, len(pairs), None, None)
     from scipy.stats import spearmanr  # takes half a second, and few commands compare
 
-    rho, p_value = (float(each) for each in spearmanr(predicted, measured))
+    rho, p_value = map(float, cast("Any", spearmanr(predicted, measured)))
     return RankCorrelation(method, len(pairs), rho, p_value if isfinite(p_value) else None)
 
 

@@ -11,8 +11,7 @@ from specs.yaml.schema import name_nearest
 
 _SQUARE_INCH_CM2 = 6.4516
 _ANY = Column(-1e15, 1e15)
-_NAMES: tuple[str, ...] = ("component", "method", "value", "unit", "limit")
-_COLUMNS = dict.fromkeys(_NAMES, _ANY)
+_COLUMNS = {"component": _ANY, "method": _ANY, "value": _ANY, "unit": _ANY, "limit": _ANY}
 _PER_AREA = {"ug/cm2": 1.0, "µg/cm²": 1.0, "ug/in2": 1.0 / _SQUARE_INCH_CM2, "µg/in²": 1.0 / _SQUARE_INCH_CM2}
 
 

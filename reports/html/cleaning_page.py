@@ -226,7 +226,9 @@ def _capability(report: CleaningReport) -> list[str]:
 def _measured(found: Comparison, commands: Sequence[str]) -> list[str]:
     offers = [recalibration_words(*each) for each in zip(found.recalibrations, commands, strict=True)]
     words = [f"{hit_words(found)}.", *map(correlation_words, found.correlations)]
+    made_up = "<p><b>This table is marked as synthetic: made up, it proves nothing about a line.</b></p>"
     return [
+        *([made_up] if found.table.synthetic else []),
         *(f"<p>{escape(text)}</p>" for text in words),
         table_html(confusion_table(found)),
         table_html(escapes_table(found)),
