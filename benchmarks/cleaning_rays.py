@@ -48,7 +48,14 @@ def sweep(board: Board) -> Samples:
     tcp[:, 2] = board.top_z_mm + HEIGHT_MM
     lasting = np.full(len(tcp), STEP_MM / SPEED_MM_S)
     axes = np.broadcast_to(np.diag([1.0, -1.0, -1.0]), (len(tcp), 3, 3)).copy()
-    return Samples(np.cumsum(lasting) - lasting / 2, lasting, tcp, axes, np.zeros(len(tcp), dtype=np.int64), ("sweep",))
+    return Samples(
+        np.cumsum(lasting) - lasting / 2,
+        lasting,
+        tcp,
+        axes,
+        np.zeros(len(tcp), dtype=np.int64),
+        (Source.parse("sweep"),),
+    )
 
 
 def wash(board: Board) -> tuple[Stage, Jet]:
