@@ -25,22 +25,22 @@ _LEAST_PAIRS = 3
 class Confusion:
     """Components counted by what was predicted and what was measured; their names, in the board's order."""
 
-    clean_passed: tuple[str, ...]
-    clean_failed: tuple[str, ...]
+    clean_within: tuple[str, ...]
+    clean_beyond: tuple[str, ...]
     """Escapes: predicted clean, measured not clean."""
-    unclean_passed: tuple[str, ...]
+    unclean_within: tuple[str, ...]
     """False alarms."""
-    unclean_failed: tuple[str, ...]
+    unclean_beyond: tuple[str, ...]
 
     @property
     def count(self) -> int:
         """Components that have both a verdict and a measurement."""
-        return self.right + len(self.clean_failed) + len(self.unclean_passed)
+        return self.right + len(self.clean_beyond) + len(self.unclean_within)
 
     @property
     def right(self) -> int:
         """Components that were predicted as they were measured."""
-        return len(self.clean_passed) + len(self.unclean_failed)
+        return len(self.clean_within) + len(self.unclean_beyond)
 
     @property
     def hit_rate(self) -> float | None:
@@ -217,10 +217,10 @@ def _confusion_data(found: Confusion) -> dict[str, Json]:
     return {
         "compared": found.count,
         "hit_rate": _digits(found.hit_rate),
-        "clean_passed": list(found.clean_passed),
-        "clean_failed": list(found.clean_failed),
-        "unclean_passed": list(found.unclean_passed),
-        "unclean_failed": list(found.unclean_failed),
+        "clean_within": list(found.clean_within),
+        "clean_beyond": list(found.clean_beyond),
+        "unclean_within": list(found.unclean_within),
+        "unclean_beyond": list(found.unclean_beyond),
     }
 
 

@@ -176,7 +176,7 @@ def results(
         console = open_console()
         print_measured(console, report, found, commands)
         print_files(console, html=html, data=data)
-        if found.confusion.clean_failed:
+        if found.confusion.clean_beyond:
             raise typer.Exit(_ESCAPES)
 
 

@@ -50,8 +50,8 @@ def escapes_table(found: Comparison) -> Table:
     rows = [
         (what, ", ".join(names))
         for what, names in (
-            ("predicted clean, measured not clean", found.confusion.clean_failed),
-            ("predicted not clean, measured clean", found.confusion.unclean_passed),
+            ("predicted clean, measured not clean", found.confusion.clean_beyond),
+            ("predicted not clean, measured clean", found.confusion.unclean_within),
         )
         if names
     ]
@@ -100,6 +100,6 @@ def recalibration_words(offer: Recalibration, command: str) -> str:
 
 
 def _counts(confusion: Confusion) -> tuple[str, ...]:
-    each = (confusion.clean_passed, confusion.clean_failed, confusion.unclean_passed, confusion.unclean_failed)
+    each = (confusion.clean_within, confusion.clean_beyond, confusion.unclean_within, confusion.unclean_beyond)
     rate = "" if confusion.hit_rate is None else f"{100 * confusion.hit_rate:.0f} %"
     return (*(f"{len(names)}" for names in each), rate)

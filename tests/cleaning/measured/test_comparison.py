@@ -61,7 +61,7 @@ def test_40_parts_by_hand(report, file):
     found = compared(report, file)
     confusion = found.confusion
     assert [set(each) for each in (
-        confusion.clean_passed, confusion.clean_failed, confusion.unclean_passed, confusion.unclean_failed
+        confusion.clean_within, confusion.clean_beyond, confusion.unclean_within, confusion.unclean_beyond
     )] == cells  # fmt: skip
     assert all(cells), "every case is there, or the test shows nothing"
     assert confusion.hit_rate == pytest.approx((len(cells[0]) + len(cells[3])) / len(clean))

@@ -25,7 +25,7 @@ def test_results_are_printed_and_kept(program: Path, tmp_path: Path) -> None:
     assert "2 of 2 measured components predicted as measured (100 %)" in done.out
     assert "SYNTHETIC" in done.out
     measured = json.loads(data.read_text("utf-8"))["measured"]
-    assert (measured["hit_rate"], measured["unclean_failed"], measured["clean_passed"]) == (1.0, ["U1"], ["C1"])
+    assert (measured["hit_rate"], measured["unclean_beyond"], measured["clean_within"]) == (1.0, ["U1"], ["C1"])
     html = page.read_text("utf-8")
     assert "What was measured" in html
     assert measured["sha256"] in html
