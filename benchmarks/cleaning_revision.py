@@ -62,11 +62,15 @@ def work(board_file: Path, recipe_file: Path, program_file: Path, parameters_fil
         print(user_s() - user, time.perf_counter() - clock, sum(each.rays for each in report.exposures), flush=True)
 
 
+def environment(root: Path) -> dict[str, str]:
+    """What makes Python import the packages of a checkout."""
+    return {**os.environ, "PYTHONPATH": os.pathsep.join((str(root), str(root / "tools")))}
+
+
 def started(root: Path, files: list[Path]) -> subprocess.Popen[str]:
-    paths = os.pathsep.join((str(root), str(root / "tools")))
     return subprocess.Popen(
         [sys.executable, "-c", _WORK, str(_ROOT / "benchmarks"), *map(str, files)],
-        env={**os.environ, "PYTHONPATH": paths},
+        env=environment(root),
         cwd=root,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -97,8 +101,8 @@ def main(words: list[str]) -> None:
         archive = subprocess.run(["git", "archive", arguments.revision], cwd=_ROOT, check=True, capture_output=True)
         subprocess.run(["tar", "-x", "-C", then], input=archive.stdout, check=True)
         recipe, program = then / "recipes/library/smt-aqueous.yaml", Path(name) / "program.wash"
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join((str(then), str(then / "tools")))}
-        subprocess.run([sys.executable, "-c", _PLAN, board, recipe, program], env=environment, cwd=then, check=True)
+        plan = [sys.executable, "-c", _PLAN, board, recipe, program]
+        subprocess.run(plan, env=environment(then), cwd=then, check=True)
         files = [board, recipe, program, then / "cleaning/library/default.yaml"]
         sides = [started(root, files) for root in (_ROOT, then)]
         try:

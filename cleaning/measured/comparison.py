@@ -1,7 +1,7 @@
 """Measured cleanliness against prediction: hit rate, rank correlation, which rules were wrong, what to calibrate.
 
 A component is measured clean if it passes by every method that was used on it, and predicted clean if every rule but
-drying holds it for clean. A component without a verdict is listed and not counted.
+drying judges it clean. A component without a verdict is listed and not counted.
 """
 
 from collections.abc import Mapping, Sequence
@@ -63,7 +63,7 @@ class RankCorrelation:
 
 @dataclass(frozen=True, slots=True)
 class RuleCheck:
-    """How often one rule was right: where it found fault, and where it held a component for clean that came out so.
+    """How often one rule was right: where it found fault, and where it judged a component clean.
 
     Only components without any fault count for the second: what another rule found is not for this one to find.
     """

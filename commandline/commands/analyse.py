@@ -1,4 +1,4 @@
-"""``washboard analyse`` and ``bath``: what a program cleans on its board, and on many boards from one bath."""
+"""``washboard analyse``, ``results`` and ``bath``: what a program cleans, beside measurements, and in a bath."""
 
 import hashlib
 from dataclasses import replace
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from cleaning.verify import Verified
     from programs.program import TimedProgram
     from recipes.recipe import Recipe
+    from specs.json import Json
 
 _ItsBoard: TypeAlias = Annotated[
     str | None,
@@ -47,6 +48,8 @@ _NOT_CLEAN = 1
 """Exit code where anything is not predicted clean."""
 _SPENT = 1
 """Exit code where the bath is spent before the last board that was named."""
+_ESCAPES = 1
+"""Exit code where something that was predicted clean was measured not clean."""
 _MOST_NUMBERS = 12
 
 
@@ -152,6 +155,66 @@ def _analyse(
             progress("verifying", 1.0)
         verified = verify(report, prepared, names)
     return with_differences(report, differences), verified
+
+
+def results(
+    program: ProgramSource,
+    measured: Annotated[
+        Path,
+        typer.Argument(help="Table of measured cleanliness, a row for each component and method.", metavar="DATA.csv"),
+    ],
+    board: _ItsBoard = None,
+    recipe: _ItsRecipe = None,
+    parameters: ParametersOption = "default",
+    parts: Parts = None,
+    html: Annotated[
+        Path | None, typer.Option("--html", help="Report of the analysis with what was measured.", metavar="HTML")
+    ] = None,
+    data: Annotated[Path | None, typer.Option("--json", help="The same as data.", metavar="JSON")] = None,
+    effort: EffortOption = "fast",
+) -> None:
+    """Compare measured cleanliness with the prediction: hit rate, rank correlation, which rules were wrong.
+
+    Columns: component, method (sir, ic, rose, tear-off), value, unit, limit; "board" is the bare board.
+
+    Exit code 0: all that is predicted clean was measured clean. 1: something was not. 2: the job could not be done.
+
+    [dim]washboard results demo.wash measured.csv
+    washboard results board.wash sir.csv board.step --html evidence.html --json evidence.json[/dim]
+    """
+    with job_errors():
+        from cleaning.measured.comparison import calibrate_command, compare_measured, comparison_data
+        from cleaning.measured.table import read_measured
+        from cleaning.report import Traceability, summarise_report
+        from commandline.loading import read_program_inputs
+        from reports.files.atomic_write import write_outputs
+        from reports.files.write_run import check_places, json_bytes
+        from reports.html.cleaning_page import cleaning_page
+        from reports.tables.cleaning_tables import this_producer
+        from reports.terminal.console import open_console, print_files
+        from reports.terminal.measured_card import print_measured
+
+        check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
+        inputs = read_program_inputs(program, board, recipe, parts, "results")
+        table = read_measured(measured, [*(each.name for each in inputs[1].components), "board"])
+        report, _ = _analyse(inputs, parameters, effort, [], capability=False)
+        found = compare_measured(report, table)
+        commands = [
+            calibrate_command(each, report, recipe or report.origin.recipe, parameters) for each in found.recalibrations
+        ]
+        producer = this_producer(effort)
+        facts: dict[str, Json] = {"washboard_results": 1, **summarise_report(report)}
+        facts["measured"] = comparison_data(found, commands)
+        trace = Traceability(program_sha256=hashlib.sha256(program.read_bytes()).hexdigest())
+        write_outputs({
+            html: None if html is None else cleaning_page(report, trace, (), producer, (found, commands)),
+            data: None if data is None else json_bytes(producer.add_to(facts)),
+        })  # fmt: skip
+        console = open_console()
+        print_measured(console, report, found, commands)
+        print_files(console, html=html, data=data)
+        if found.confusion.clean_beyond:
+            raise typer.Exit(_ESCAPES)
 
 
 def bath(

@@ -1,22 +1,12 @@
-"""``washboard compare`` and ``results``: two recipes, or programs, on the same board; prediction and measurement."""
+"""``washboard compare``: two recipes, or programs, on the same board."""
 
-import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commandline.arguments import (
-    BoardSource,
-    Effort,
-    EffortOption,
-    ParametersOption,
-    Parts,
-    ProgramSource,
-    complete_board,
-    complete_recipe,
-)
+from commandline.arguments import BoardSource, Effort, EffortOption, ParametersOption, Parts, complete_recipe
 from commandline.errors import job_errors
 
 if TYPE_CHECKING:
@@ -25,7 +15,6 @@ if TYPE_CHECKING:
     from programs.program import TimedProgram
     from recipes.recipe import Recipe
     from rulesengine.planning.pipeline import Run
-    from specs.json import Json
     from specs.progress import Progress
 
 _PROGRAM = ".wash"
@@ -87,97 +76,6 @@ def compare(
         console = open_console()
         print_comparison(console, rows, cleaned, names)
         print_files(console, html=html, data=data)
-
-
-_ESCAPES = 1
-"""Exit code where something that was predicted clean was measured not clean."""
-
-
-def results(
-    program: ProgramSource,
-    measured: Annotated[
-        Path,
-        typer.Argument(help="Table of measured cleanliness, a row for each component and method.", metavar="DATA.csv"),
-    ],
-    board: Annotated[
-        str | None,
-        typer.Argument(
-            help="Board of the program; left out, it is looked for.",
-            metavar="[BOARD]",
-            autocompletion=complete_board,
-        ),
-    ] = None,
-    recipe: Annotated[
-        str | None,
-        typer.Option(
-            "--recipe",
-            help="Recipe of the program; left out, it is looked for.",
-            metavar="RECIPE",
-            autocompletion=complete_recipe,
-        ),
-    ] = None,
-    parameters: ParametersOption = "default",
-    parts: Parts = None,
-    html: Annotated[
-        Path | None, typer.Option("--html", help="Report of the analysis with what was measured.", metavar="HTML")
-    ] = None,
-    data: Annotated[Path | None, typer.Option("--json", help="The same as data.", metavar="JSON")] = None,
-    effort: EffortOption = "fast",
-) -> None:
-    """Hold measured cleanliness against the prediction: hit rate, rank correlation, which rules were wrong.
-
-    Columns: component, method (sir, ic, rose, tear-off), value, unit, limit; "board" is the bare board.
-
-    Exit code 0: all that is predicted clean was measured clean. 1: something was not. 2: the job could not be done.
-
-    [dim]washboard results demo.wash measured.csv
-    washboard results board.wash sir.csv board.step --html evidence.html --json evidence.json[/dim]
-    """
-    with job_errors():
-        from cleaning.analyse import analyse_on
-        from cleaning.measured.comparison import calibrate_command, compare_measured, comparison_data
-        from cleaning.measured.table import read_measured
-        from cleaning.parameters.load import load_parameters
-        from cleaning.prepared_board import prepare
-        from cleaning.report import Traceability, summarise_report
-        from commandline.loading import progress_bar, read_program_inputs
-        from reports.files.atomic_write import write_outputs
-        from reports.files.inputs import find_differences, with_differences
-        from reports.files.write_run import check_places, json_bytes
-        from reports.html.cleaning_page import cleaning_page
-        from reports.tables.cleaning_tables import this_producer
-        from reports.terminal.console import open_console, print_files
-        from reports.terminal.measured_card import print_measured
-        from specs.progress import subprogress
-
-        check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
-        timed, loaded, cleaned_by = read_program_inputs(program, board, recipe, parts, "results")
-        table = read_measured(measured, [*(each.name for each in loaded.components), "board"])
-        differences = find_differences(timed, loaded, cleaned_by)
-        for each in differences:
-            typer.echo(f"warning: {each.message}", err=True)
-        known = load_parameters(parameters)
-        with progress_bar() as progress:
-            prepared = prepare(loaded, known, subprogress(progress, 0.0, 0.2))
-            report = analyse_on(prepared, timed, cleaned_by, effort, subprogress(progress, 0.2, 1.0))
-        report = with_differences(report, differences)
-        found = compare_measured(report, table)
-        commands = [
-            calibrate_command(each, report, recipe or report.origin.recipe, parameters) for each in found.recalibrations
-        ]
-        producer = this_producer(effort)
-        facts: dict[str, Json] = {"washboard_results": 1, **summarise_report(report)}
-        facts["measured"] = comparison_data(found, commands)
-        trace = Traceability(program_sha256=hashlib.sha256(program.read_bytes()).hexdigest())
-        write_outputs({
-            html: None if html is None else cleaning_page(report, trace, (), producer, (found, commands)),
-            data: None if data is None else json_bytes(producer.add_to(facts)),
-        })  # fmt: skip
-        console = open_console()
-        print_measured(console, report, found, commands)
-        print_files(console, html=html, data=data)
-        if found.confusion.clean_beyond:
-            raise typer.Exit(_ESCAPES)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

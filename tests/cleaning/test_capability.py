@@ -1,4 +1,4 @@
-"""Capability: shares of clean parts under the stated ranges, held against sets of values that are worked out whole."""
+"""Capability: shares of clean parts under the stated ranges, compared with sets of values that are worked out whole."""
 
 from pathlib import Path
 
