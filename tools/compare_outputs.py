@@ -4,7 +4,8 @@
     tools/compare_outputs.py diff BEFORE AFTER        list the files that differ, and the lines in which they do
 
 ``--only tiny--smt-aqueous`` runs or compares only what has that in its name; ``--no-hashes`` compares without SHA-256
-sums, which differ where the model of a recipe has changed.
+sums, which differ where the model of a recipe has changed; ``--numbers`` compares only the numbers of each file, in
+their order, so that what differs by its words alone is not listed.
 
 ``run`` uses the Python it is started with, so both checkouts meet the same libraries. Files that are there already are
 kept, so that an interrupted run goes on where it stopped.
@@ -43,6 +44,7 @@ DIALECTS = {
 """The cell of each language: a robot of its maker."""
 SHOWN_LINES = 12
 SHA256 = re.compile(r"\b([0-9a-f]{64}|[0-9a-f]{16})\b")
+NUMBER = re.compile(r"[-+]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?")
 
 
 def commands(board: str, recipe: str) -> Iterator[tuple[str, list[str]]]:
@@ -105,7 +107,7 @@ def run(checkout: Path, folder: Path, only: str) -> None:
         print(done.returncode, *words, flush=True)
 
 
-def diff(before: Path, after: Path, only: str, *, hashes: bool) -> int:
+def diff(before: Path, after: Path, only: str, *, hashes: bool, words: bool) -> int:
     """Print the files that differ and the first lines in which they do; 1 if any does."""
     names = sorted({str(p.relative_to(f)) for f in (before, after) for p in f.rglob("*") if p.is_file()})
     names = [name for name in names if only in name]
@@ -119,6 +121,8 @@ def diff(before: Path, after: Path, only: str, *, hashes: bool) -> int:
         texts = [f.read_bytes().decode("utf-8", "backslashreplace") for f in (one, two)]
         if not hashes:
             texts = [SHA256.sub("#", text) for text in texts]
+        if not words:
+            texts = ["\n".join(NUMBER.findall(text)) for text in texts]
         if texts[0] != texts[1]:
             different += 1
             print(f"{name}:")
@@ -142,11 +146,20 @@ def main() -> None:
     parser.add_argument("second", type=Path)
     parser.add_argument("--only", default="", metavar="TEXT")
     parser.add_argument("--no-hashes", action="store_true")
+    parser.add_argument("--numbers", action="store_true")
     arguments = parser.parse_args()
     if arguments.what == "run":
         run(arguments.first.resolve(), arguments.second, arguments.only)
     else:
-        sys.exit(diff(arguments.first, arguments.second, arguments.only, hashes=not arguments.no_hashes))
+        sys.exit(
+            diff(
+                arguments.first,
+                arguments.second,
+                arguments.only,
+                hashes=not arguments.no_hashes,
+                words=not arguments.numbers,
+            )
+        )
 
 
 if __name__ == "__main__":
