@@ -59,6 +59,10 @@ class Source:
         """Its template in its step, whatever the component and motion; without a template, itself."""
         return replace(self, components=(), motion="") if self.template else self
 
+    def belongs_to(self, whole: Self) -> bool:
+        """Whether another source is it, its template in its step, or its step."""
+        return whole in (self, self.place) or (self.step is not None and whole == Source(self.step))
+
     @property
     def recipe_path(self) -> tuple[str | int, ...]:
         """Keys of the entry to edit: the template, else the step, else those of its own path."""

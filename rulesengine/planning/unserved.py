@@ -28,6 +28,18 @@ def served_by(items: Iterable[PlanItem]) -> dict[str, list[str]]:
     return {name: list(found) for name, found in places.items()}
 
 
+def unsprayed(board: Board, items: Iterable[PlanItem]) -> list[str]:
+    """Names of components that no pass of their own follows, on sides that nothing sweeps across; masks count too."""
+    passes = [item for item in items if isinstance(item, SprayPass)]
+    swept: set[Side] = {
+        "top" if each.approach[0, 2] < 0 else "bottom"
+        for each in passes
+        if each.made_by.template and not each.made_by.components
+    }
+    served = served_by(passes)
+    return [each.name for each in board.components if each.side not in swept and each.name not in served]
+
+
 def find_unserved(
     recipe: Recipe, board: Board, masks: ComponentMasks, steps: Sequence[Step], items: Iterable[PlanItem]
 ) -> list[Finding]:
@@ -66,11 +78,14 @@ def _find_unsprayed_sides(
     """A finding for each side with components that are not sprayed; an error where nothing but a bare side is."""
     passes = [each for each in items if isinstance(each, SprayPass)]
     masked = {*dict(masks.avoided), *masks.ignored}
+    missed = {*unsprayed(board, passes)}
+    names = {side: [each.name for each in board.components if each.side == side] for side in _SIDES}
     sides = [
         _SideOf(
             side,
             [each for each in passes if (each.approach[0, 2] < 0) == (side == "top")],
-            [each.name for each in board.components if each.side == side and each.name not in masked],
+            [name for name in names[side] if name not in masked],
+            [name for name in names[side] if name in missed and name not in masked],
         )
         for side in _SIDES
     ]
@@ -85,23 +100,24 @@ class _SideOf:
     side: Side
     passes: Sequence[SprayPass]
     components: Sequence[str]
+    missed: Sequence[str]
+    """Those that nothing sprays."""
 
 
 def _side(here: _SideOf, recipe: Recipe, steps: Sequence[Step], *, bare: bool) -> list[Finding]:
     """Whether components of a side are neither followed by a pass of their own nor swept across."""
-    served, count = served_by(here.passes), len(here.components)
-    left = [name for name in here.components if name not in served]
-    if not left or any(each.made_by.template and not each.made_by.components for each in here.passes):
+    count = len(here.components)
+    if not here.missed:
         return []
     place = Source(entry="sequence")
     if here.passes:
         advice = f"{_across(here.side, recipe, steps)}, or give their classes passes"
-        what = f"{len(left)} of its {count} components: {_listed(left)}"
+        what = f"{len(here.missed)} of its {count} components: {_listed(here.missed)}"
         return [Finding(SIDE_NOT_SPRAYED, f"The steps on the {here.side} side do not spray {what}. {advice}", place)]
     advice = f"Add to the sequence: {', '.join(_steps_for(here.side, steps))}"
     if not bare:
         are = "1 component is" if count == 1 else f"{count} components are"
-        message = f"No step sprays the {here.side} side, where {are}: {_listed(left)}. {advice}"
+        message = f"No step sprays the {here.side} side, where {are}: {_listed(here.missed)}. {advice}"
         return [Finding(SIDE_NOT_SPRAYED, message, place)]
     message = f"Only the other side is sprayed, and all {count} components are on the {here.side}. {advice}"
     return [Finding(SIDE_NOT_SPRAYED, message, place, override="error")]

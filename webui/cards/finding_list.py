@@ -14,7 +14,7 @@ from specs.finding import Finding, Severity, worst_first
 from specs.source import Source
 from webui.page.session import Session
 from webui.theme.html import box_html, edged_html, grey_html, more_html, small_html
-from webui.theme.palette import ACCENT, SEVERITY_COLOURS, to_hex
+from webui.theme.palette import ACCENT, CHOSEN_GROUND, SEVERITY_COLOURS, to_hex
 
 ALL: str = "All"
 PLANNING, CLEANING = "Planning", "Cleaning"
@@ -122,7 +122,7 @@ def _finding_html(finding: Finding, title: str, message: str, place: str, *, mar
         f'<span style="color:{colour};font-weight:600">{escape(title)}</span><div>{escape(message)}</div>'
         f"{small_html(place)}",
         to_hex(ACCENT) if marked else colour,
-        f"background:{'#fbf1ee' if marked else 'transparent'};padding:2px 0 3px 8px;margin-bottom:8px",
+        f"background:{to_hex(CHOSEN_GROUND) if marked else 'transparent'};padding:2px 0 3px 8px;margin-bottom:8px",
     )
 
 

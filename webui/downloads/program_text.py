@@ -17,14 +17,14 @@ from programs.motion.steps import Line, Reach
 from programs.posts.rebuilt import ReadLine, ReadReach, TextPlace
 from programs.program import TimedProgram
 from specs.source import NO_SOURCE, Source
-from webui.theme.palette import ACCENT, INK, QUIET, to_hex
+from webui.theme.palette import ACCENT, CHOSEN_GROUND, INK, QUIET, to_hex
 
 PAGE_LINES = 40
 _LEAD = 6
 """Lines above the chosen one."""
 _MAKER = re.compile(r"sequence\[\d+\][^\s;,)]*")
 """Comment that names the origin of the lines that follow."""
-_CHOSEN, _SELECTED = "#f6d9d1", "#fbf1ee"
+_CHOSEN, _SELECTED = "#c4dff0", to_hex(CHOSEN_GROUND)
 _ZIP_TIME = (1980, 1, 1, 0, 0, 0)
 
 Move: TypeAlias = Line | Reach

@@ -4,31 +4,37 @@ import threading
 import time
 from dataclasses import dataclass
 from itertools import product
+from typing import Literal, TypeAlias
 
 import numpy as np
 import viser
 
 from geometry.arrays import Points
+from webui.theme.regions import scene_px
 
 _M = 0.001
 """The scene is in metres."""
 _FOV = float(np.radians(40))
-_PANELS_PX = 2 * 364
-"""Width of the panels beside the scene; the browser reports it only some time later."""
 _NARROWEST = 0.4
-_CLEAR = 0.45
-"""Share of the way from the eye to the target in which nothing is shown: paths there would hide all the rest."""
+_CLEAR, _WHOLE = 0.45, 0.02
+"""Share of the way from the eye to the target in which nothing is shown: in a close view, where paths there would hide
+all the rest, and in one of the whole job."""
+_CLOSE = 0.6
+"""A view from less than this share of the distance of the whole job is a close one."""
 _SAME = 0.1
 _FLIGHT_S, _STEPS = 0.4, 12
-_FROM = np.array([0.0, -0.62, 0.785])
-"""From the target towards the eye: from the front, well above it, so that stripes and heights both show."""
-_BESIDE = 0.9
-_ABOVE, _BELOW = 0.85, 0.35
-"""Shares of half the picture's width and height that may be filled: the playback is at its foot."""
+_TOWARDS: dict["View", Points] = {"plan": np.array([0.0, -0.001, 1.0]), "iso": np.array([0.0, -0.62, 0.785])}
+"""From the target towards the eye: from straight above, or from the front, so that stripes and heights both show."""
+_MOST_POSES = 50
+_FILLED = 0.94
+"""Share of the picture's width and height that may be filled."""
 _FROM_BELOW = 4.0
 """The default lights are all above."""
 _AROUND, _SKY, _GROUND = 4.2, (255, 255, 255), (205, 205, 200)
 """Light from all around, as bright as the browser's own environment would be."""
+
+
+View: TypeAlias = Literal["plan", "iso"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,7 +44,7 @@ class Lens:
     fov: float
     """Vertical angle of view, radians."""
     aspect: float
-    """Width of the free part of the picture divided by the height of all of it."""
+    """Width of the picture divided by its height."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,8 +57,8 @@ class Pose:
     """(3,)"""
 
 
-def frame_box(low: Points, high: Points, lens: Lens, *, from_below: bool = False) -> Pose:
-    """Nearest pose from which a box is visible as a whole, above the panel at the foot of the page.
+def frame_box(low: Points, high: Points, lens: Lens, view: View = "iso", *, from_below: bool = False) -> Pose:
+    """Nearest pose from which a box is visible as a whole.
 
     Every corner c, seen from the middle of the box in the camera's axes (right, up, towards the eye), must keep
     ``|right| <= share * tan(fov / 2) * aspect * (distance - towards)``, and the same upwards.
@@ -61,19 +67,19 @@ def frame_box(low: Points, high: Points, lens: Lens, *, from_below: bool = False
         low: (3,) lowest corner.
         high: (3,) highest corner.
         lens: View of the camera.
+        view: From straight above, or from the front.
         from_below: Look at the bottom side.
     """
-    towards = _FROM * [1.0, 1.0, -1.0 if from_below else 1.0]
+    towards = _TOWARDS[view] / np.linalg.norm(_TOWARDS[view]) * [1.0, 1.0, -1.0 if from_below else 1.0]
     right = np.array([1.0, 0.0, 0.0])
     upward = np.cross(towards, right)
     corners = np.array(list(product(*zip(low, high, strict=True)))) - (low + high) / 2
     tall = float(np.tan(lens.fov / 2))
     depth = corners @ towards
-    across = np.abs(corners @ right) / (_BESIDE * tall * lens.aspect)
-    height = np.abs(corners @ upward) / ((_ABOVE + _BELOW) / 2 * tall)
-    distance = float((np.maximum(across, height) + depth).max())
-    target = (low + high) / 2 - upward * ((_ABOVE - _BELOW) / 2 * tall * distance)
-    return Pose(target + distance * towards, target)
+    across = np.abs(corners @ right) / (_FILLED * tall * lens.aspect)
+    height = np.abs(corners @ upward) / (_FILLED * tall)
+    target = (low + high) / 2
+    return Pose(target + float((np.maximum(across, height) + depth).max()) * towards, target)
 
 
 def between(begin: Pose, end: Pose, share: float) -> Pose:
@@ -91,6 +97,10 @@ class Camera:
         self._lock = threading.Lock()
         self._flight = 0
         self._window_px = client.camera.image_width
+        self._whole_m = np.inf
+        """From the eye to the target where the whole job is shown."""
+        self._poses: list[Pose] = []
+        """Views that were left, the last one last."""
         with client.atomic():
             client.camera.fov = _FOV
             client.camera.min_orbit_distance = 0.002
@@ -98,39 +108,58 @@ class Camera:
             client.camera.up_direction = (0.0, 0.0, 1.0)
         client.camera.on_update(lambda _: self._clear_the_way())
 
-    def show_box(self, low: Points, high: Points) -> None:
-        """Show a box from above at once.
+    def show_whole(self, low: Points, high: Points, view: View = "plan") -> None:
+        """Show the box of the whole job at once.
 
         Args:
             low: (3,) lowest corner, mm.
             high: (3,) highest corner, mm.
+            view: From straight above, or from the front.
         """
         self.stop()
-        self._stand(frame_box(low, high, self._lens()))
+        self._poses.clear()
+        pose = frame_box(low, high, self._lens(), view)
+        self._whole_m = float(np.linalg.norm(pose.eye - pose.target)) * _M
+        self._stand(pose)
 
-    def fly_to(self, low: Points, high: Points, *, from_below: bool = False) -> None:
-        """Move smoothly to a view of a box.
+    def fly_to(self, low: Points, high: Points, view: View = "iso", *, from_below: bool = False) -> None:
+        """Move smoothly to a view of a box; ``fly_back`` returns from it.
 
         Args:
             low: (3,) lowest corner, mm.
             high: (3,) highest corner, mm.
+            view: From straight above, or from the front.
             from_below: Show the bottom side.
         """
-        end = frame_box(low, high, self._lens(), from_below=from_below)
+        self._poses = [*self._poses, self._pose()][-_MOST_POSES:]
+        self._start(frame_box(low, high, self._lens(), view, from_below=from_below))
+
+    def fly_back(self) -> None:
+        """Return to the view that was left last; stay where there is none."""
+        if self._poses:
+            self._start(self._poses.pop())
+
+    def _start(self, end: Pose) -> None:
         threading.Thread(target=self._fly, args=(self.stop(), end), name="flight", daemon=True).start()
+
+    def _pose(self) -> Pose:
+        camera = self._client.camera
+        return Pose(np.array(camera.position) / _M, np.array(camera.look_at) / _M)
 
     def _clear_the_way(self) -> None:
         """Set the near plane in proportion to the distance of the target."""
         camera = self._client.camera
-        near = _CLEAR * float(np.linalg.norm(np.array(camera.look_at) - np.array(camera.position)))
+        away = float(np.linalg.norm(np.array(camera.look_at) - np.array(camera.position)))
+        near = (_CLEAR if away < _CLOSE * self._whole_m else _WHOLE) * away
         if near > 0 and abs(camera.near / near - 1.0) > _SAME:
             camera.near = near
 
     def _lens(self) -> Lens:
         camera = self._client.camera
-        taken = _PANELS_PX if camera.image_width == self._window_px else 0
-        free = max(camera.image_width - taken, _NARROWEST * camera.image_height)
-        return Lens(camera.fov, free / max(camera.image_height, 1))
+        width, height = camera.image_width, camera.image_height
+        if width == self._window_px:  # the browser reports the scene's size some time after the panels are docked
+            width, height = scene_px((width, height))
+        return Lens(camera.fov, max(width / max(height, 1), _NARROWEST))
 
     def stop(self) -> int:
         """Stop the move that is under way; return the number of the next one."""
@@ -139,8 +168,7 @@ class Camera:
             return self._flight
 
     def _fly(self, flight: int, end: Pose) -> None:
-        camera = self._client.camera
-        begin = Pose(np.array(camera.position) / _M, np.array(camera.look_at) / _M)
+        begin = self._pose()
         for step in range(1, _STEPS + 1):
             with self._lock:
                 if flight != self._flight:

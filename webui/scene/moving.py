@@ -11,7 +11,7 @@ from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Body, Poses, link_poses
 from webui.layers.paths.nozzle import Moment, cone_of, nozzle_body, outlines_of
 from webui.layers.robot.robot import bodies_glb, placed_triangles
-from webui.theme.palette import ACCENT, COLLIDING, QUIET, ROBOT, STAND, TOOL, Tint
+from webui.theme.palette import COLLIDING, QUIET, ROBOT, SELECTED, STAND, TOOL, Tint
 
 _M, _MM = 0.001, 1000.0
 _STEEL = (124, 136, 146)
@@ -39,7 +39,7 @@ class NozzleView:
             "/jet", rim, faces_of_cone, color=QUIET, opacity=0.28, side="double", visible=False, cast_shadow=False
         )
         self._front = api.add_line_segments(
-            "/front", np.zeros((1, 2, 3)), ACCENT, thickness=2.5, thickness_units="screen", visible=False
+            "/front", np.zeros((1, 2, 3)), SELECTED, thickness=2.5, thickness_units="screen", visible=False
         )
         self._rim: Points = np.empty((0, 3))
         self._function = ""

@@ -21,9 +21,10 @@ from webui.layers.surface import ground
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.scene.camera import Camera, light_scene
+from webui.scene.camera import View as CameraView
 from webui.scene.moving import RobotView
 from webui.scene.picking import Target, choose_stroke, first_hit, strokes_at, target_of
-from webui.theme.palette import ACCENT
+from webui.theme.palette import SELECTED
 
 _M = 0.001
 """The scene is in metres: a browser clips scenes of hundreds of units."""
@@ -60,6 +61,8 @@ class Scene:
         """Set up light and camera."""
         self._page = page
         self._camera = Camera(page.client)
+        self._framed = False
+        """Whether the paths of this board have been in the picture."""
         page.on_close(self._camera.stop)
         self._api = page.client.scene
         light_scene(self._api)
@@ -84,7 +87,8 @@ class Scene:
         """Redraw what changed."""
         if before is None or session.board is not before.board:
             self._target = target_of(session.board)
-            self._camera.show_box(*_room(session.board))
+            self._framed = False
+            self._camera.show_whole(*_room(session.board))
             self._draw_ground(session)
         elif self.view.components_by == "class" and session.run is not before.run:
             self._draw_ground(session)
@@ -94,6 +98,9 @@ class Scene:
             self.strokes = [] if session.plan is None else strokes.stroke_lines(session.plan)
             self.spans = [] if session.timed is None else self._spans(session.timed)
             self._draw_strokes(session)
+            if self.strokes and not self._framed:
+                self._framed = True
+                self._camera.show_whole(*self._whole())
         selected = session.selection, session.lit
         if before is None or session.plan is not before.plan or selected != (before.selection, before.lit):
             self._draw_selection(session)
@@ -161,6 +168,22 @@ class Scene:
         x, y, _ = (float(value) for value in origin + direction * (down / float(direction[2])))
         return round(x, 2), round(y, 2)
 
+    def look_at_job(self, view: CameraView) -> None:
+        """Show the board and all strokes, from straight above or from the front."""
+        self._camera.fly_to(*self._whole(), view)
+
+    def look_back(self) -> None:
+        """Return to the view before."""
+        self._camera.fly_back()
+
+    def _whole(self) -> tuple[Points, Points]:
+        """Lowest and highest corner, mm, of the board and all strokes."""
+        x_min, y_min, x_max, y_max = self._page.session.board.outline.bounds
+        board = self._page.session.board
+        corners = np.array([[x_min, y_min, board.bottom_z_mm], [x_max, y_max, board.top_z_mm]])
+        points = np.concatenate([corners, *(line.segments.reshape(-1, 3) for line in self.strokes)])
+        return points.min(axis=0), points.max(axis=0)
+
     def look_at_board(self, side: Side = "top") -> None:
         """Show the whole board and the space of the nozzle, from the front."""
         self._camera.fly_to(*_room(self._page.session.board, side), from_below=side == "bottom")
@@ -215,13 +238,13 @@ class Scene:
 
     def _draw_selection(self, session: Session) -> None:
         component = session.selection.component
-        self.draw_over("/selection", ground.component_glb(session.board, component, ACCENT))
+        self.draw_over("/selection", ground.component_glb(session.board, component, SELECTED))
         self._name_selected(session)
         lit = session.lit
-        chosen = [line for line in self.strokes if line.made_by in lit]
+        chosen = [line for line in self.strokes if any(line.made_by.belongs_to(each) for each in lit)]
         segments = np.concatenate([np.empty((0, 2, 3)), *(line.segments for line in chosen)])
         segments = segments[unlike_segments(segments)]
-        tints = np.tile(np.array(ACCENT, dtype=np.uint8), (len(segments), 1))
+        tints = np.tile(np.array(SELECTED, dtype=np.uint8), (len(segments), 1))
         self.draw_over(
             "/chosen", flat_triangles_glb(*bars(segments, tints, 2.0 * line_width_mm(board_size_mm(session.board))))
         )

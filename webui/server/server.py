@@ -26,6 +26,7 @@ from webui.page.session import Session
 from webui.panels.board.board import BoardPanel, ComponentsPanel
 from webui.panels.board.paths import PathsPanel
 from webui.panels.cleaning.analysis import CleaningPanel
+from webui.panels.recipe.job import JobPanel
 from webui.panels.recipe.recipe import RecipePanel
 from webui.panels.recipe.text import TextPanel
 from webui.panels.recipe.unsaved import Drafts, UnsavedEdits
@@ -39,10 +40,10 @@ from webui.panels.robot.robot import RobotPanel
 from webui.scene.scene import Scene
 from webui.server.sessions import FileWatch, Sessions
 from webui.theme.palette import ACCENT
+from webui.theme.regions import FOOT_PX, STRIP_PX, side_px
 
-_SIDE_PX = 360
-_STATUS_PX = 300
 _LEFT = (
+    ("Job", JobPanel),
     ("Board", BoardPanel),
     ("Components", ComponentsPanel),
     ("Findings", FindingsPanel),
@@ -58,8 +59,6 @@ _RIGHT = (
     ("Program", ProgramPanel),
 )
 
-_NARROW_TABS = "<style>[data-dock-strip] > [data-dock-tab]{padding:0 0.6em !important}</style>"
-"""Six of them fit in a line."""
 _MOST_PORTS = 100
 _LAST_PORT = 65535
 
@@ -98,26 +97,26 @@ class Server:
 
 
 def lay_out(page: Page) -> list[Panel]:
-    """Build a page: views on the left, editors on the right, totals and playback over the scene."""
+    """Build a page: status along the top, views on the left, editors on the right, playback along the bottom."""
     gui = page.client.gui
     gui.configure_theme(control_width="large", show_logo=False, show_share_button=False, brand_color=ACCENT)
     scene = Scene(page)
     panels: list[Panel] = [scene]
     panels.append(StatusPanel(page, scene))
-    gui.add_html(_NARROW_TABS)
+    width_px = page.client.camera.image_width  # of the window, as long as no panel is docked
     left, right = gui.add_panel(), gui.add_panel()
     for side, kinds in ((left, _LEFT), (right, _RIGHT)):
         for label, kind in kinds:
             with side.add_tab(label):
                 panels.append(kind(page, scene))
-        side.set_width(_SIDE_PX)
+        side.set_width(side_px(width_px))
     left.dock_left()
     right.dock_right()
-    gui.main_panel.float(x=-20, y=20, width=_STATUS_PX)
+    gui.main_panel.float(x=0, y=0, width=width_px, height=STRIP_PX)
     below = gui.add_panel()
     with below.add_tab("Playback"):
         panels.append(PlaybackPanel(page, scene))
-    below.float(x=20, y=-20, width=620)
+    below.float(x=0, y=-1, width=width_px, height=FOOT_PX)
     return panels
 
 

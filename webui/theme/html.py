@@ -5,7 +5,7 @@ from html import escape
 from itertools import zip_longest
 
 from reports.tables.table import Table, lines_of
-from webui.theme.palette import ACCENT, INK, QUIET, SEVERITY_COLOURS, VERDICT_COLOURS, Tint, to_hex
+from webui.theme.palette import ACCENT, CHOSEN_GROUND, INK, QUIET, SEVERITY_COLOURS, VERDICT_COLOURS, Tint, to_hex
 
 LINE = "width:14px;height:4px;border-radius:2px;margin-right:5px"
 DIAMOND = "width:8px;height:8px;transform:rotate(45deg);margin:0 7px 0 3px"
@@ -109,7 +109,7 @@ def listing_html(table: Table, selected: str, *, height: str, more: str) -> str:
     body = f"<tr>{head}</tr>"
     for row in table.rows[:MOST_ROWS]:
         runs = [lines_of(cell)[0][0] for cell in row]
-        ground = f' style="background:#fbf1ee;box-shadow:inset 3px 0 0 {to_hex(ACCENT)}"'
+        ground = f' style="background:{to_hex(CHOSEN_GROUND)};box-shadow:inset 3px 0 0 {to_hex(ACCENT)}"'
         body += f"<tr{ground if runs[0].text == selected else ''}>"
         for column, run in zip(table.columns, runs, strict=True):
             style, mark, text = "", "", escape(run.text)
@@ -142,7 +142,7 @@ def legend_html(items: Iterable[tuple[str, Tint]], sample: str = LINE) -> str:
 
 def remark_html(reason: str) -> str:
     """Why something was refused; nothing for no reason."""
-    colour = to_hex(ACCENT)
+    colour = to_hex(SEVERITY_COLOURS["error"])
     style = f"margin:-2px 10px 8px;padding:4px 8px;line-height:1.4;font-size:12px;color:{colour}"
     lines = _lines_html(reason)
     return (

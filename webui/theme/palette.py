@@ -15,10 +15,15 @@ Tint: TypeAlias = tuple[int, int, int]
 Tints: TypeAlias = dict[str, Tint]
 """A legend: colours by what they mean."""
 
-ACCENT = (200, 68, 44)
-"""What is selected."""
+ACCENT = (12, 92, 146)
+"""Buttons, rows that are chosen, progress; red is left to what is wrong."""
+CHOSEN_GROUND = (230, 241, 248)
+"""Behind rows that are chosen."""
+SELECTED = (204, 24, 134)
+"""What is selected in the scene: unlike all functions, verdicts and severities."""
 INK = (34, 48, 58)
-QUIET = (150, 160, 168)
+QUIET = (92, 104, 114)
+"""Second lines and labels: 5.9 : 1 on white."""
 TRANSFER = (170, 178, 184)
 BOARD = (128, 150, 132)
 FIXTURE = (110, 116, 124)
@@ -80,5 +85,5 @@ def tint_values(values: Scalars, marks: Mapping[str, float]) -> tuple[list[Tint]
 
 
 def to_hex(colour: Iterable[int]) -> str:
-    """Write a colour as in ``#c8442c``."""
+    """Write a colour as in ``#0c5c92``."""
     return "#{:02x}{:02x}{:02x}".format(*colour)

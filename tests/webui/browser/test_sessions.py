@@ -164,7 +164,7 @@ def test_a_long_plan_can_be_cancelled_and_the_page_answers_meanwhile(browser, tm
         tab.see("Cancelled. The paths are those of the recipe before.")
         assert tab.time_text == before
         monkeypatch.setattr(pages, "run", plan)
-        tab.press("Plan")
+        tab.press("Plan again")
         tab.wait_for_another_time(before)
         assert tab.errors == []
     finally:

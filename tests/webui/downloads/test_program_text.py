@@ -127,8 +127,8 @@ def test_a_page_marks_its_line_tints_the_stroke_and_takes_text_for_text():
     assert numbers == list(range(49, 49 + PAGE_LINES))
     assert "<55>" not in html
     assert html.count("#f6d9d1") == 1
-    assert html.count("#fbf1ee") == 9
-    assert "#fbf1ee" not in page_html(file, 55, "")
+    assert html.count("#e6f1f8") == 9
+    assert "#e6f1f8" not in page_html(file, 55, "")
     ends = [re.findall(r"&lt;(\d+)&gt;", page_html(file, number, "")) for number in (1, 100)]
     assert [(shown[0], shown[-1]) for shown in ends] == [("1", str(PAGE_LINES)), (str(101 - PAGE_LINES), "100")]
 

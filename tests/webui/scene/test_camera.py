@@ -42,7 +42,7 @@ def test_every_corner_is_seen_and_the_box_fills_the_picture(width, depth, height
     places = seen_at(pose, lens, np.array(list(product(*zip(low, high, strict=True)))))
     assert np.abs(places[:, 0]).max() <= 0.95
     assert places[:, 1].max() <= 0.95
-    assert places[:, 1].min() >= -0.6
+    assert places[:, 1].min() >= -0.95
     assert np.abs(places[:, 0]).max() > 0.5 or np.ptp(places[:, 1]) > 0.6
     assert (pose.eye[2] < pose.target[2]) == below
 

@@ -57,6 +57,19 @@ def spray_spans(program: TimedProgram) -> list[Span]:
     return [*spans, Span(maker, begin_s, now_s)] if maker else spans
 
 
+def times_by_place(program: TimedProgram) -> dict[Source, float]:
+    """Seconds of each step, and of each template in its step, with the moves to them."""
+    times: dict[Source, float] = {}
+    now_s = 0.0
+    for item in program.instructions:
+        end_s = max(now_s, item.time_s + (item.duration_s if isinstance(item, Wait) else 0.0))
+        if item.made_by.step is not None:
+            for place in {Source(item.made_by.step), Source(item.made_by.step, item.made_by.template)}:
+                times[place] = times.get(place, 0.0) + end_s - now_s
+        now_s = end_s
+    return times
+
+
 def event_times(program: TimedProgram) -> Scalars:
     """(k,) times of events, s, ascending: switches of the jet, pauses, commands, the end."""
     happens = [item.time_s for item in program.instructions if isinstance(item, SetNozzle | Wait | Command)]

@@ -10,7 +10,7 @@ from geometry.arrays import Points
 from rulesengine.strokes.classify import Classified
 from webui.glb.glb import flat_triangles_glb, triangles_glb
 from webui.glb.ribbons import bars, board_size_mm, line_width_mm
-from webui.theme.palette import ACCENT, BOARD, COMPONENT, FIXTURE, Tint, Tints, of_names, tint_values
+from webui.theme.palette import BOARD, COMPONENT, FIXTURE, SELECTED, Tint, Tints, of_names, tint_values
 
 ColourBy: TypeAlias = Literal["class", "height", "package", "nothing"]
 
@@ -99,4 +99,4 @@ def outline_glb(board: Board, name: str) -> bytes:
     edges = [np.stack([each[:-1], each[1:]], axis=1) for each in (low, high)]
     segments = np.concatenate([*edges, np.stack([low[:-1], high[:-1]], axis=1)])
     width = min(line_width_mm(board_size_mm(board)), _THICKEST * float(np.ptp(ring, axis=0).max()))
-    return flat_triangles_glb(*bars(segments, np.tile(np.array(ACCENT, dtype=np.uint8), (len(segments), 1)), width))
+    return flat_triangles_glb(*bars(segments, np.tile(np.array(SELECTED, dtype=np.uint8), (len(segments), 1)), width))

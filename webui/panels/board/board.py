@@ -95,11 +95,10 @@ class BoardPanel:
         )
         self._upload = gui.add_upload_button(
             "Import CAD",
-            color="gray",
             hint="STEP, KiCad, Eagle, IDF, GLB, STL, OBJ, PLY or .tri; kept in the project.",
         )
         self._sheet = gui.add_upload_button(
-            "Join parts table", color="gray", hint="CSV, TSV or KiCad .pos with packages, pins, heights or standoffs."
+            "Join parts table", hint="CSV, TSV or KiCad .pos with packages, pins, heights or standoffs."
         )
         self._job: Job[Loaded] = Job(page, refuse=page.refuse)
         self._cancel = gui.add_button("Cancel", visible=False, color="gray", hint="Keep the board that is shown.")

@@ -16,7 +16,7 @@ from webui.page.session import Session
 from webui.panels.widgets.choices import offer
 from webui.scene.scene import Scene
 from webui.theme.html import box_html
-from webui.theme.palette import ACCENT
+from webui.theme.palette import SELECTED
 
 _M = 0.001
 _IDLE = "Two clicks on the board make a straight path."
@@ -147,5 +147,5 @@ class LineTool:
         z = self._page.session.board.top_z_mm + 0.5
         ends = np.array([[(*self._begin.value, z), (*self._end.value, z)]]) * _M
         self._page.client.scene.add_line_segments(
-            "/drawn", ends, ACCENT, thickness=4.0, thickness_units="screen", visible=bool(self._points)
+            "/drawn", ends, SELECTED, thickness=4.0, thickness_units="screen", visible=bool(self._points)
         )

@@ -99,16 +99,16 @@ class PathsPanel:
 
 def card_html(session: Session, lines: Sequence[StrokeLine]) -> str:
     """Card of the selected stroke: its recipe line, speed, height, tilt, time and findings."""
-    chosen = [line for line in lines if line.made_by == session.selection.made_by]
+    made_by = session.selection.made_by
+    chosen = [line for line in lines if made_by and line.made_by.belongs_to(made_by)]
     if session.run is None or not chosen:
         return box_html(grey_html("No stroke is selected. Click one, or go through them in order."))
-    made_by = chosen[0].made_by
     facts = _facts(session, chosen)
-    spans = [span for span in spray_spans(session.run.program) if span.made_by == made_by]
+    spans = [span for span in spray_spans(session.run.program) if span.made_by.belongs_to(made_by)]
     if spans:
         duration_s = sum(span.end_s - span.begin_s for span in spans)
         facts["Time"] = f"{clock(duration_s)}, from {clock(spans[0].begin_s)} on"
-    found = messages_html([each for each in session.run.findings if each.made_by == made_by], 4)
+    found = messages_html([each for each in session.run.findings if each.made_by.belongs_to(made_by)], 4)
     names = filter(None, [made_by.template, "+".join(made_by.components), made_by.motion])
     title = " \N{MIDDLE DOT} ".join(names) or str(made_by)
     return box_html(name_html(title) + facts_html(facts) + found)

@@ -29,14 +29,16 @@ from webui.page.session import Session
 from webui.panels.widgets.choices import on_choice
 from webui.scene.moving import NozzleView
 from webui.scene.scene import Scene
-from webui.theme.html import box_html, quiet_html, small_html
+from webui.theme.html import box_html
+from webui.theme.palette import QUIET, to_hex
+from webui.theme.regions import FOOT_STYLE
 from webui.threads.playback_clock import Player
 from webui.threads.worker import Worker
 
 _QUIET_S = 1.0
 """A run is prepared once it was the newest one for so long, so that edits in a row cost nothing here."""
 _RATES = ("0.1", "0.2", "0.5", "1", "2", "5", "10", "20", "50")
-_WAITING = quiet_html("The program is not planned yet.", "font-size:13px")
+_WAITING = box_html("<span data-now>The program is not planned yet.</span>", f"font-size:13px;color:{to_hex(QUIET)}")
 _PLAY, _PAUSE, _BACK, _ON = "Play", "Pause", "Previous event", "Next event"
 
 
@@ -71,16 +73,11 @@ def now_html(playable: Playable, shown: Moment, now_s: float) -> str:
     place = recipe_line(playable.loaded, shown.made_by)
     function = f"{shown.function}, " if shown.function else ""
     doing = f"{function}{shown.speed_mm_s:.0f} mm/s, jet {'on' if len(shown.rim) else 'off'}"
-    origin = (
-        '<div style="display:flex;justify-content:space-between;gap:12px;white-space:nowrap">'
-        f'<span style="overflow:hidden;text-overflow:ellipsis">{escape(str(shown.made_by))}</span>'
-        f"<span>{escape(place)}</span></div>"
-    )
+    cut = "flex:1 1 0;min-width:0;overflow:hidden;text-overflow:ellipsis;text-align:right"
     return box_html(
-        '<div style="display:flex;justify-content:space-between">'
-        f"<span>{clock_html(now_s, playable.end_s)}</span><span>{escape(doing)}</span></div>"
-        f'<div style="font-family:monospace;font-size:11px;white-space:nowrap;overflow:hidden;text-overflow:ellipsis">'
-        f"{escape(line)}</div>{small_html(origin)}",
+        f'<div data-now title="{escape(line)}" style="display:flex;gap:18px;white-space:nowrap">'
+        f"<span>{clock_html(now_s, playable.end_s)}</span><span>{escape(doing)}</span>"
+        f'<span style="{cut};color:{to_hex(QUIET)}">{escape(str(shown.made_by))} {escape(place)}</span></div>',
         "font-size:13px;line-height:1.5;margin:0 12px",
     )
 
@@ -103,6 +100,7 @@ class PlaybackPanel:
         self._quiet = threading.Timer(_QUIET_S, self._lay_out)
         self._tool = NozzleView(page.client.scene, {})
         gui = page.client.gui
+        gui.add_html(FOOT_STYLE)
         self._now = gui.add_html(_WAITING)
         self._strip = gui.add_html("")
         self._cursor = gui.add_html("")

@@ -38,7 +38,6 @@ class ProgramPanel:
         self._download = gui.add_button(
             "Download",
             visible=False,
-            color="gray",
             hint="The same bytes as the command line writes; several files as a zip.",
         )
         self._read = ReadBackCard(page)

@@ -39,7 +39,7 @@ class ReachCard:
             )
             self._job: Job[Painted] = Job(page, refuse=page.refuse)
             self._legend = gui.add_html("")
-            self._worst = gui.add_button("Go to the worst", visible=False, color="gray")
+            self._worst = gui.add_button("Go to the worst", visible=False)
         self._metric.on_update(lambda _: self._start(page.session))
         self._worst.on_click(lambda _: self._go_to_worst())
 

@@ -27,8 +27,8 @@ class ReadBackCard:
         self._page = page
         gui = page.client.gui
         with gui.add_folder("Read a program"):
-            self._open = gui.add_button(OPEN, color="gray", hint="A file of the project folder, or a folder of files.")
-            self._upload = gui.add_upload_button(UPLOAD, color="gray", hint="One file, or a zip of several; not kept.")
+            self._open = gui.add_button(OPEN, hint="A file of the project folder, or a folder of files.")
+            self._upload = gui.add_upload_button(UPLOAD, hint="One file, or a zip of several; not kept.")
             self._job: Job[ReadBack] = Job(page, refuse=page.refuse)
             self._cancel = gui.add_button(CANCEL, visible=False, color="gray", hint="Keep what is shown.")
             self._close = gui.add_button(CLOSE, visible=False, hint="Goes back to the recipe and its program.")

@@ -58,7 +58,7 @@ def test_only_the_chosen_one_is_marked(loaded: LoadedRecipe) -> None:
     plain = findings_html([ERROR, SLOW], loaded, None)
     marked = findings_html([ERROR, SLOW], loaded, SLOW)
     assert plain != marked
-    assert marked.count("#fbf1ee") == 1
+    assert marked.count("#e6f1f8") == 1
 
 
 def test_what_files_say_cannot_become_markup(loaded: LoadedRecipe) -> None:

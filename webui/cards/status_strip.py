@@ -1,0 +1,180 @@
+"""Status of the job in one line along the top: what stands, what is older than the recipe, what was not looked at."""
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from html import escape
+from typing import Literal, TypeAlias
+
+from cleaning.verdicts.rules import OUTCOMES
+from reports.tables.wording import amount, clock
+from rulesengine.planning.unserved import unsprayed
+from specs.finding import Severity
+from webui.page.session import Session
+from webui.theme.html import bar_html
+from webui.theme.palette import INK, QUIET, SEVERITY_COLOURS, Tint, to_hex
+
+Tone: TypeAlias = Literal["good", "unknown", "old", "warning", "error"]
+_TONES: dict[Tone, Tint] = {
+    "good": INK,
+    "unknown": QUIET,
+    "old": QUIET,
+    "warning": SEVERITY_COLOURS["warning"],
+    "error": SEVERITY_COLOURS["error"],
+}
+_MARKS: dict[Tone, str] = {
+    "good": "\N{CHECK MARK}",
+    "unknown": "?",
+    "old": "\N{ANTICLOCKWISE OPEN CIRCLE ARROW}",
+    "warning": "!",
+    "error": "\N{HEAVY EXCLAMATION MARK SYMBOL}",
+}
+"""A state is told apart by its mark and its words, not by its colour alone."""
+_SEVERITIES: tuple[Severity, ...] = ("error", "warning")
+_STOPPED = ("cancelled", "not planned")
+_OLDER = "before the edit"
+_BAD: dict[str, Tone] = {"dirty": "error", "marginal": "warning"}
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One statement of the strip."""
+
+    title: str
+    """Which tab it leads to; empty for none."""
+    text: str
+    tone: Tone
+    note: str = ""
+    """Second line."""
+
+
+def status_cells(session: Session) -> tuple[Cell, ...]:
+    """What is known of the program that is shown: sprayed components, robot, cleaning, findings.
+
+    What was found for an older program, or in another cell or with other parameters, is marked as older.
+    """
+    if session.shown is not None or session.run is None:
+        return ()
+    cells = (_sprayed(session), _robot(session), _cleaning(session), _findings(session))
+    if session.planned:
+        return cells
+    return tuple(cell if cell.tone == "unknown" else replace(cell, tone="old", note=_OLDER) for cell in cells)
+
+
+def _sprayed(session: Session) -> Cell:
+    run = session.run
+    assert run is not None
+    missed, count = unsprayed(session.board, run.plan.items), len(session.board.components)
+    sides = {each.side for each in session.board.components if each.name in {*missed}}
+    note = f"not on the {' and '.join(sorted(sides))}" if sides else ""
+    return Cell("Sprayed", f"{count - len(missed)} of {count}", "error" if missed else "good", note)
+
+
+def _robot(session: Session) -> Cell:
+    if session.cell is None:
+        return Cell("Robot", "no cell", "unknown")
+    check = session.check
+    if check is None:
+        return Cell("Robot", "not checked", "unknown") if session.checked is None else Cell("Robot", "older", "old")
+    if check.motion is None:
+        return Cell("Robot", "cannot", "error", session.cell_name)
+    return Cell("Robot", "can", "good", session.cell_name)
+
+
+def _cleaning(session: Session) -> Cell:
+    analysis = session.analysis
+    if analysis is None:
+        known = session.analysed is not None
+        return Cell("Cleaning", "older", "old") if known else Cell("Cleaning", "not analysed", "unknown")
+    counts = Counter(part.verdict for part in (*analysis.report.parts, analysis.report.bare))
+    worst = next(verdict for verdict in OUTCOMES if verdict != "clean, wet" and counts[verdict])
+    if worst == "clean":
+        return Cell("Cleaning", "all clean", "good", "predicted")
+    return Cell("Cleaning", f"{counts[worst]} {worst}", _BAD.get(worst, "unknown"), f"{counts['clean']} clean")
+
+
+def _findings(session: Session) -> Cell:
+    run, check, analysis = session.run, session.check, session.analysis
+    assert run is not None
+    found = (*run.findings, *(check.findings if check else ()), *(analysis.report.findings if analysis else ()))
+    counts = Counter(finding.severity for finding in found)
+    texts = [amount(counts[severity], severity) for severity in _SEVERITIES if counts[severity]]
+    tone: Tone = "error" if counts["error"] else "warning" if counts["warning"] else "good"
+    return Cell("Findings", texts[0] if texts else "none", tone, ", ".join(texts[1:]))
+
+
+def status_html(session: Session, planned_s: float | None, what: str, share: float) -> str:
+    """Names, duration and liquid of the program, and the cells of its status; each leads to its tab.
+
+    Args:
+        session: What is shown.
+        planned_s: How long the newest planning took, s; ``None`` where there was none.
+        what: Stage of planning, ``"cancelled"`` or ``"not planned"``.
+        share: Of it that is done.
+    """
+    blocks = [_job_html(session, planned_s, what, share), _totals_html(session)]
+    blocks += [_cell_html(cell) for cell in status_cells(session)]
+    style = f"display:flex;gap:6px;align-items:stretch;height:48px;line-height:1.35;color:{to_hex(INK)}"
+    return f'<div data-job style="{style}">{"".join(blocks)}</div>'
+
+
+def _job_html(session: Session, planned_s: float | None, what: str, share: float) -> str:
+    star = " \N{BULLET}" if session.document.dirty else ""
+    names = f"{session.board.name} \N{MULTIPLICATION SIGN} {session.document.file.stem}{star}"
+    progress: float | None = None
+    mark, tone = "data-progress", QUIET
+    if session.shown is not None:
+        names = f"{session.board.name} \N{MULTIPLICATION SIGN} {session.shown.name}"
+        state = f"Read from {session.shown.language}. Nothing can be edited."
+    elif session.run is not None and session.planned:
+        state = f"Planned in {planned_s:.2f} s." if planned_s is not None else "Planned."
+    elif what in _STOPPED:
+        older = " The paths are those of the recipe before." if session.run is not None else ""
+        state, tone = f"{what.capitalize()}.{older}", SEVERITY_COLOURS["error"]
+    elif session.sketch is not None:
+        state, progress, mark = f"Refining the order\N{HORIZONTAL ELLIPSIS} {share:.0%}", share, "data-sketch"
+    else:
+        state, progress = f"{what.capitalize() or 'Planning'}\N{HORIZONTAL ELLIPSIS} {share:.0%}", share
+    cut = "white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
+    return (
+        '<div style="flex:1 1 200px;min-width:90px;padding:3px 8px;overflow:hidden">'
+        f'<div style="font-size:14px;font-weight:600;{cut}" title="{escape(names)}">{escape(names)}</div>'
+        f'<div {mark} title="{escape(state)}" style="font-size:12px;color:{to_hex(tone)};{cut}">{escape(state)}</div>'
+        f"{bar_html(progress)}</div>"
+    )
+
+
+def _totals_html(session: Session) -> str:
+    run = session.timed
+    if run is None:
+        return ""
+    litres = sum(litres for _, litres in run.program.totals.liquid_l)
+    old = session.shown is None and not session.planned
+    second = "" if session.shown is not None else f"{litres:.1f} l" + (f" {_OLDER}" if old else "")
+    return (
+        '<div style="flex:none;padding:3px 8px;font-variant-numeric:tabular-nums;'
+        f'color:{to_hex(QUIET if old else INK)}">'
+        f'<div data-total style="font-size:17px;line-height:22px;font-weight:600">'
+        f"{clock(run.program.totals.duration_s)}</div>"
+        f'<div style="font-size:13px">{second}</div></div>'
+    )
+
+
+def _cell_html(cell: Cell) -> str:
+    """A button that opens the cell's tab: the browser's own, as the server cannot choose among tabs."""
+    tab = {"Sprayed": "Findings"}.get(cell.title, cell.title)
+    tint = to_hex(_TONES[cell.tone])
+    opened = (
+        f"const tab=document.querySelector('[data-dock-tab][title={tab}]');"
+        "for(const kind of ['pointerdown','pointerup'])"
+        "tab.dispatchEvent(new PointerEvent(kind,{bubbles:true,isPrimary:true,pointerId:1}))"
+    )
+    ground = "background:#fbeeee;" if cell.tone == "error" else "background:#f4f6f7;"
+    return (
+        f'<button type="button" data-status="{cell.title.lower()}" data-tone="{cell.tone}" onclick="{opened}" '
+        f'title="Open {tab}" style="flex:none;border:0;border-radius:4px;{ground}padding:3px 9px;text-align:left;'
+        f'font:inherit;line-height:1.35;cursor:pointer;border-bottom:3px solid {tint}">'
+        f'<span style="display:block;font-size:12px;color:{to_hex(QUIET)}">{cell.title}'
+        f"{f' {escape(cell.note)}' if cell.note else ''}</span>"
+        f'<span style="display:block;font-size:14px;font-weight:600;color:{tint}">{_MARKS[cell.tone]} '
+        f"{escape(cell.text)}</span></button>"
+    )

@@ -1,0 +1,171 @@
+"""The job as a tree: steps of the sequence and their paths, with their times; chosen, reordered, switched, added."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import viser
+
+from recipes.recipe import Recipe
+from reports.tables.wording import clock
+from specs.source import NO_SOURCE, Source
+from webui.forms.entries import Entry, removed
+from webui.layers.paths.timeline import times_by_place
+from webui.page.page import Page
+from webui.page.session import Selection, Session
+from webui.panels.widgets.choices import offer
+from webui.scene.scene import Scene
+from webui.theme.html import quiet_html
+from webui.theme.regions import JOB_STYLE
+
+_UP, _DOWN, _SWITCH, _REMOVE = "Up", "Down", "On/off", "Remove"
+_HINT = "Choose a step or a path: its strokes are highlighted, and its values open in the tab Recipe."
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A step, or one of its paths."""
+
+    step: int
+    path: int | None = None
+    """Place among the paths of the step; ``None`` for the step itself."""
+
+
+def rows_of(recipe: Recipe) -> list[Row]:
+    """Rows of the tree, in the order of the program."""
+    return [
+        row
+        for index, step in enumerate(recipe.sequence)
+        for row in (Row(index), *(Row(index, place) for place in range(len(step.paths))))
+    ]
+
+
+def source_of(recipe: Recipe, row: Row) -> Source:
+    """The step, or the template in the step, that a row stands for."""
+    return Source(row.step) if row.path is None else Source(row.step, recipe.sequence[row.step].paths[row.path])
+
+
+def label_of(session: Session, row: Row, times: dict[Source, float]) -> str:
+    """Name of a row, and its time in the program."""
+    step, source = session.recipe.sequence[row.step], source_of(session.recipe, row)
+    if row.path is None:
+        name = f"{row.step + 1}  {step.function}, {step.nozzle}, {step.side}"
+    else:
+        name = f"\N{EM SPACE}\N{EM SPACE}{step.paths[row.path]}"
+    if not step.enabled or (times and Source(row.step) not in times):
+        reason = "off" if not step.enabled else "not on this board"
+        return f"{name}  ({reason})" if row.path is None else name
+    repeated = row.path is not None and step.paths.count(step.paths[row.path]) > 1
+    time_s = times.get(source, 0.0) / (step.paths.count(source.template) if repeated else 1)
+    return f"{name}  \N{MIDDLE DOT}  {clock(time_s)}" if time_s else name
+
+
+class JobPanel:
+    """The job as a tree of steps and paths."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the elements in the container that is open."""
+        del scene
+        self._page = page
+        self._row: Row | None = None
+        """What is chosen."""
+        self._rows: list[viser.GuiButtonHandle] = []
+        gui = page.client.gui
+        gui.add_html(JOB_STYLE)
+        self._hint = gui.add_html(quiet_html(_HINT))
+        self._tree = gui.add_folder(None)  # rows that are added later stay above the actions
+        self._actions = gui.add_button_group("Chosen", (_UP, _DOWN, _SWITCH, _REMOVE))
+        self._path = gui.add_dropdown(
+            "Path", tuple(page.session.recipe.templates), hint="Template that Add path adds to the chosen step."
+        )
+        self._add = gui.add_button_group("Add", ("Add path", "Add step"), hint="After what is chosen.")
+        self._actions.on_click(lambda event: self._do(event.target.value))
+        self._add.on_click(lambda event: self._append(event.target.value))
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session; a stroke that is selected chooses its row."""
+        hidden = session.shown is not None
+        for each in (self._actions, self._path, self._add):
+            each.visible = not hidden
+        rows = [] if hidden else rows_of(session.recipe)
+        if before is not None and session.selection != before.selection:
+            self._row = self._row_at(session, rows)
+        if self._row not in rows:
+            self._row = None
+        times = {} if session.run is None else times_by_place(session.run.program)
+        labels = [label_of(session, row, times) for row in rows]
+        while len(self._rows) > len(labels):
+            self._rows.pop().remove()
+        for index, label in enumerate(labels):
+            marked = f"\N{BLACK RIGHT-POINTING SMALL TRIANGLE} {label}" if rows[index] == self._row else label
+            if index == len(self._rows):
+                self._rows.append(self._add_row(index, marked))
+            elif self._rows[index].label != marked:
+                self._rows[index].label = marked
+        offer(self._path, tuple(session.recipe.templates))
+
+    def _add_row(self, index: int, label: str) -> viser.GuiButtonHandle:
+        with self._tree:
+            button = self._page.client.gui.add_button(label)
+        button.on_click(lambda _: self._choose(index))
+        return button
+
+    def _row_at(self, session: Session, rows: list[Row]) -> Row | None:
+        """Row of the selected stroke; the one that is chosen where that stands for it too."""
+        made_by = session.selection.made_by
+        fitting = [row for row in rows if made_by and source_of(session.recipe, row) in (made_by, made_by.place)]
+        return self._row if self._row in fitting else next(iter(fitting), None)
+
+    def _choose(self, index: int) -> None:
+        recipe = self._page.session.recipe
+        row = rows_of(recipe)[index]
+        again = row == self._row
+        self._row = None if again else row
+        self._page.select(made_by=NO_SOURCE if again else source_of(recipe, row))
+        self._page.refresh()
+
+    def _do(self, what: str) -> None:
+        row = self._row
+        if row is None:
+            self._page.refuse("Choose a step or a path of the tree first.")
+            return
+        if what in (_UP, _DOWN):
+            self._attempt(lambda session: _moved(session, row, -1 if what == _UP else 1))
+        elif what == _SWITCH:
+            path = ("sequence", row.step, "enabled")
+            self._attempt(lambda session: (session.set_value(path, not session.recipe.sequence[row.step].enabled), row))
+        elif row.path is None:
+            self._attempt(lambda session: (removed(session, Entry(("sequence", row.step), "")), None))
+        else:
+            path = ("sequence", row.step, "paths", row.path)
+            self._attempt(lambda session: (session.remove(path), Row(row.step)))
+
+    def _append(self, what: str) -> None:
+        recipe, row = self._page.session.recipe, self._row or Row(len(self._page.session.recipe.sequence) - 1)
+        step = recipe.sequence[row.step]
+        if what == "Add path":
+            place = len(step.paths) if row.path is None else row.path + 1
+            at = ("sequence", row.step, "paths", place)
+            self._attempt(lambda session: (session.insert(at, self._path.value), Row(row.step, place)))
+            return
+        value = step.model_dump(mode="json", exclude_defaults=True)
+        self._attempt(lambda session: (session.insert(("sequence", row.step + 1), value), Row(row.step + 1)))
+
+    def _attempt(self, change: Callable[[Session], tuple[Session, Row | None]]) -> None:
+        """Make an edit, and choose the row that it gives."""
+
+        def edit(session: Session) -> Session:
+            after, self._row = change(session)
+            made_by = NO_SOURCE if self._row is None else source_of(after.recipe, self._row)
+            return replace(after, selection=Selection(made_by=made_by))
+
+        self._page.attempt(edit)
+
+
+def _moved(session: Session, row: Row, by: int) -> tuple[Session, Row]:
+    """Move a step among the steps, or a path among those of its step; the ends stay where they are."""
+    step = session.recipe.sequence[row.step]
+    if row.path is None:
+        to = min(max(row.step + by, 0), len(session.recipe.sequence) - 1)
+        return session.move(("sequence", row.step), to), Row(to)
+    to = min(max(row.path + by, 0), len(step.paths) - 1)
+    return session.move(("sequence", row.step, "paths", row.path), to), Row(row.step, to)
