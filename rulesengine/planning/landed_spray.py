@@ -113,8 +113,8 @@ def _ways_of(items: Iterable[PlanItem]) -> dict[Source, _Way]:
             last = item
             way = found.setdefault(item.made_by.place, _Way(item.jet.nozzle))
             lengths = np.linalg.norm(np.diff(item.tcp, axis=0), axis=1)
-            for at, length in enumerate(lengths.tolist()):
-                _add(way, item, (at, at + 1), length / item.speed_mm_s)
+            for at, seconds in enumerate((lengths / item.speeds_mm_s).tolist()):
+                _add(way, item, (at, at + 1), seconds)
         elif isinstance(item, Dwell) and item.jet.liquid and last is not None:
             _add(found.setdefault(item.made_by.place, _Way(item.jet.nozzle)), last, (-1, -1), item.duration_s)
     return found
