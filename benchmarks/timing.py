@@ -57,7 +57,7 @@ def synthetic_plan(parts: int) -> Plan:
         path = shape if number % 3 < 2 else (shape[0][:2], shape[1][:2], shape[2][:2])
         if here is not None:
             items += between(here, path, number)
-        items.append(SprayPass(path[0], path[1], path[2], 40.0, JET, Source(number, "part")))
+        items.append(SprayPass(path[0], path[1], path[2], np.full(len(path[0]) - 1, 40.0), JET, Source(number, "part")))
         items.append(Dwell(0.2, JET, Source(number, "part")))
         here = path
     return Plan(Origin("synthetic", "0", "synthetic", "0"), (Command("FUNCTION", ("clean",), Source(0)), *items), ())

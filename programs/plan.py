@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from geometry.arrays import Directions, Points
+from geometry.arrays import Directions, Points, Scalars
 from specs.finding import Finding
 from specs.source import Source
 
@@ -36,8 +36,8 @@ class SprayPass:
     """(n, 3) unit vectors from the orifice to the surface: tool +Z."""
     reference: Directions
     """(n, 3) unit vectors of the nozzle's reference azimuth, at right angles to ``approach``: tool +X."""
-    speed_mm_s: float
-    """Programmed speed of the orifice; never above the function's maximum."""
+    speeds_mm_s: Scalars
+    """(n - 1,) programmed speed of the orifice from each point to the next; never above the function's maximum."""
     jet: Jet
     made_by: Source
     """Recipe path it comes from, e.g. ``"sequence[0]/around/U12"``."""

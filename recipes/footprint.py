@@ -7,7 +7,7 @@ the cleaning model's business.
 import numpy as np
 
 from geometry.arrays import Points, Points2, Scalars
-from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle
+from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle, Radial
 
 _RAYS = 96
 _GRAZING = 1e-3  # a ray this flat (z of its direction) is taken to meet the plane there and no farther
@@ -18,7 +18,8 @@ def mid_angles(nozzle: Nozzle, azimuth: Scalars) -> Scalars:
     """Polar angle of the middle of the wave front, rad, at azimuths from the nozzle's reference, rad.
 
     Args:
-        nozzle: Any nozzle; for a full cone it is the edge of the cone, for a fan or knife the edge of the thin side.
+        nozzle: Any nozzle; for a full cone or radial pattern it is the edge of the spray, for a fan or
+            knife the edge of the thin side.
         azimuth: (n,) from tool +X towards tool +Y.
     """
     match nozzle:
@@ -27,7 +28,7 @@ def mid_angles(nozzle: Nozzle, azimuth: Scalars) -> Scalars:
                 return np.full(len(azimuth), np.radians(nozzle.half_angle_deg))
             both = np.stack([_measured(nozzle, azimuth, 1), _measured(nozzle, azimuth, 2)])
             return np.asarray(both.mean(axis=0), dtype=np.float64)
-        case FullCone():
+        case FullCone() | Radial():
             return np.full(len(azimuth), np.radians(nozzle.half_angle_deg))
         case FlatFan() | AirKnife():
             return np.full(len(azimuth), np.radians(nozzle.thickness_half_angle_deg))
@@ -66,6 +67,25 @@ def core_footprint(nozzle: Nozzle, height_mm: float, approach: Points, reference
     return _meet(nozzle, height_mm, approach, reference, mid_angles(nozzle, _azimuths()))
 
 
+def plate_profile(nozzle: Radial, count: int) -> tuple[Scalars, Scalars]:
+    """Flux of a radial pattern on a plate at right angles to the axis, relative to its greatest.
+
+    Args:
+        nozzle: Whose profile.
+        count: How many places, at least 2.
+
+    Returns:
+        (count,) tangents of the angle from the axis, evenly spaced from 0 to the edge, and the (count,) flux there.
+    """
+    radius = np.linspace(0.0, nozzle.radius_mm, count, dtype=np.float64)
+    if nozzle.profile == "parabola":
+        flux = 1.0 - (radius / nozzle.radius_mm) ** 2
+    else:
+        known = np.array(nozzle.profile, dtype=np.float64)
+        flux = np.interp(radius, known[:, 0], known[:, 1])
+    return radius / nozzle.at_mm, np.asarray(flux / flux.max(), dtype=np.float64)
+
+
 def _azimuths() -> Scalars:
     return np.linspace(0.0, 2 * np.pi, _RAYS, endpoint=False, dtype=np.float64)
 
@@ -81,7 +101,7 @@ def _tool_rays(nozzle: Nozzle, angles: Scalars) -> tuple[Points, Points]:
     """Origins and directions of the bounding rays in the tool frame, mm."""
     around = _azimuths()
     match nozzle:
-        case HollowCone() | FullCone():
+        case HollowCone() | FullCone() | Radial():
             slope = np.tan(angles)[:, None] * np.column_stack([np.cos(around), np.sin(around)])
             origins = np.zeros((_RAYS, 3))
         case FlatFan() | AirKnife():

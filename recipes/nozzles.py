@@ -1,5 +1,6 @@
 """Nozzles and the pattern each sprays."""
 
+import math
 from itertools import pairwise
 from typing import Annotated, Literal, TypeAlias, get_args
 
@@ -20,6 +21,8 @@ from specs.spec import (
 )
 
 Radius: TypeAlias = Annotated[float, Bounds(0.01, 20_000, "mm", "radii of a wave front")]
+RadiusFromAxis: TypeAlias = Annotated[float, Bounds(0, 20_000, "mm", "radii of a spray pattern")]
+Flux: TypeAlias = Annotated[float, Bounds(0, 1_000_000_000)]
 
 
 class Wavefront(Spec):
@@ -94,6 +97,41 @@ class AirKnife(_Nozzle):
     thickness_half_angle_deg: HalfAngle = Field(default=5.0, description="Spread of the curtain across the slot.")
 
 
-Nozzle: TypeAlias = Annotated[HollowCone | FullCone | FlatFan | AirKnife, Field(discriminator="pattern")]
+class Radial(_Nozzle):
+    """A round jet of any profile, as its spray pattern on a flat plate at right angles to it shows.
+
+    The flow is what lands: for the thickness of a dry film multiply it by the transfer efficiency and volume solids.
+    """
+
+    pattern: Literal["radial"] = Field(default="radial", description="A round jet of any profile.")
+    radius_mm: Radius = Field(description="Radius of the pattern on the plate.")
+    at_mm: OrificeHeight = Field(description="Orifice above the plate.")
+    profile: Literal["parabola"] | list[tuple[RadiusFromAxis, Flux]] = Field(
+        default="parabola",
+        description="`parabola` (R² - r²), or [radius (mm, ascending from 0 to radius_mm), flux (any unit)].",
+    )
+
+    @model_validator(mode="after")
+    def _check_profile(self) -> "Radial":
+        if self.half_angle_deg >= 85.0:
+            raise ValueError("radius_mm is wider than 85 degrees from the axis; correct radius_mm or at_mm")
+        if self.profile == "parabola":
+            return self
+        radii = [radius for radius, _ in self.profile]
+        if len(radii) < 2 or radii[0] != 0 or radii[-1] != self.radius_mm:
+            raise ValueError("profile must begin at radius 0 and end at radius_mm")
+        if any(b <= a for a, b in pairwise(radii)):
+            raise ValueError("radii of the profile must ascend; sort the points by their first number")
+        if not any(flux > 0 for _, flux in self.profile):
+            raise ValueError("profile must have some flux above 0")
+        return self
+
+    @property
+    def half_angle_deg(self) -> float:
+        """From the axis to the edge of the pattern."""
+        return math.degrees(math.atan2(self.radius_mm, self.at_mm))
+
+
+Nozzle: TypeAlias = Annotated[HollowCone | FullCone | FlatFan | AirKnife | Radial, Field(discriminator="pattern")]
 NOZZLE_PATTERNS: tuple[type[Nozzle], ...] = get_args(get_args(Nozzle)[0])
 """The nozzle patterns, in the order of the union."""

@@ -1,4 +1,4 @@
-"""Run the examples in the README and in two documents, and renew what they print and draw.
+"""Run the examples in the README and in some documents, and renew what they print and draw.
 
 A document is followed from top to bottom, as a reader would, in an empty folder of its own:
 
@@ -21,7 +21,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
-DOCUMENTS = (ROOT / "README.md", ROOT / "docs" / "getting-started.md", ROOT / "docs" / "command-line.md")
+DOCUMENTS = (
+    ROOT / "README.md",
+    *(ROOT / "docs" / name for name in ("getting-started.md", "command-line.md", "film.md")),
+)
 BLOCK = re.compile(r"^```(?P<kind>console error|console|yaml)\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE)
 PICTURE = re.compile(r"!\[[^]]*\]\([^)]*?images/(?P<name>(?!guide-)[\w.-]+)\)")
 

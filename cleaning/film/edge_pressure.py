@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cleaning.film.film import REACH, Rim, Spot, farthest, film_momentum, inlined, rim_at, rim_of
 from cleaning.gap.edge_segments import SEGMENTS, EdgePressure, Edges
-from cleaning.jet.compiled_jet import CONE, KNIFE, RING, TAIL_SIGMAS, JetForm, ray_to, stress_of
+from cleaning.jet.compiled_jet import KNIFE, RING, ROUND, TAIL_SIGMAS, JetForm, ray_to, stress_of
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Film
 from cleaning.process.stages import Stage
@@ -153,7 +153,7 @@ def _air_of(jet: Jet, stagnation: float) -> _Air:
 
 
 def _lit_by(jet: Jet) -> tuple[float, float]:
-    if jet.form.kind not in (RING, CONE):
+    if jet.form.kind not in ROUND:
         return -1.0, math.inf
     inner, outer = jet.half_angles - TAIL_SIGMAS * jet.sigmas, jet.half_angles + TAIL_SIGMAS * jet.sigmas
     inmost = max(0.0, float(inner.min())) if jet.form.kind == RING else 0.0

@@ -21,7 +21,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from cleaning.jet.compiled_jet import CONE, RING
+from cleaning.jet.compiled_jet import RING, ROUND
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Film
 
@@ -77,7 +77,7 @@ def rim_of(jet: Jet, film: Film) -> Rim:
     The flow of a ring goes with its sigma and the sine of its angle; that of a full cone, uniform in solid angle, with
     one minus the cosine of the angle of its edge.
     """
-    round_ = jet.form.kind in (RING, CONE)
+    round_ = jet.form.kind in ROUND
     table = _table_of(jet) if round_ else np.ones((1, 2))
     return Rim(
         table=table,

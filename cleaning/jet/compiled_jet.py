@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 from geometry.arrays import Scalars
 from geometry.compiled import compiled
 
-RING, CONE, FAN, KNIFE = 0, 1, 2, 3
+RING, CONE, FAN, KNIFE, RADIAL = 0, 1, 2, 3, 4
+ROUND = (RING, CONE, RADIAL)
+"""Jets whose coordinates are the azimuth and the cosine of the polar angle."""
 TAIL_SIGMAS = 5.0
 """The Gaussian flanks of a jet end here."""
 EDGE_SIGMAS = 2.0
@@ -29,7 +31,7 @@ class JetForm(NamedTuple):
     """A jet for compiled code."""
 
     kind: int
-    """RING, CONE, FAN or KNIFE."""
+    """RING, CONE, FAN, KNIFE or RADIAL."""
     flow_m3_s: float
     speed_m_s: float
     density_kg_m3: float
@@ -39,9 +41,10 @@ class JetForm(NamedTuple):
     """Stress over density, speed and flux at right angles: 1 for liquids, 1/2 for gases (stagnation pressure)."""
     table: NDArray[np.float64]
     """(k, 2) angle from the axis to the middle of the ring and its sigma, rad, at k equally spaced azimuths; of a full
-    cone to its edge and the softness of that."""
+    cone to its edge and the softness of that. Of a radial pattern: flux on a plate at right angles to the axis at k
+    equally spaced tangents of the polar angle from 0 to the edge, where the strongest direction is 1; and 0."""
     wide: float
-    """Half angle of a fan's wide side or of a curtain's ends, rad."""
+    """Half angle of a fan's wide side, of a curtain's ends or of the edge of a radial pattern, rad."""
     wide_sigma: float
     """Softness of the ends of a fan, rad."""
     thin_sigma: float
@@ -89,6 +92,21 @@ def bell(away: float, sigma: float) -> float:
 
 
 @compiled
+def radial_strength(jet: JetForm, slope: float) -> float:
+    """Flow per solid angle of a radial pattern at a tangent of the polar angle, compared with the strongest.
+
+    A plate at right angles at distance h gets q = I cos³ / h² of the intensity I: so I is q (1 + tan²)^1.5.
+    """
+    last = len(jet.table) - 1
+    place = slope / math.tan(jet.wide) * last
+    if place > last:
+        return 0.0
+    index = min(int(place), last - 1)
+    flux = jet.table[index, 0] + (place - index) * (jet.table[index + 1, 0] - jet.table[index, 0])
+    return flux * (1.0 + slope * slope) ** 1.5
+
+
+@compiled
 def profile(jet: JetForm, x: float, y: float, z: float) -> tuple[float, bool]:
     """How strong a direction is sprayed compared with the strongest, and whether it is in the outer cone.
 
@@ -100,6 +118,9 @@ def profile(jet: JetForm, x: float, y: float, z: float) -> tuple[float, bool]:
     """
     if z <= 0.0:
         return 0.0, False
+    if jet.kind == RADIAL:
+        slope = math.sqrt(x * x + y * y) / z
+        return radial_strength(jet, slope), slope <= math.tan(jet.wide)
     if jet.kind in (RING, CONE):
         angle, sigma = ring_at(jet.table, x, y)
         beyond = math.atan2(math.sqrt(x * x + y * y), z) - angle
@@ -173,6 +194,25 @@ def stress_of(jet: JetForm, place: tuple[float, float, float], normal: tuple[flo
     if strength <= 0.0:
         return 0.0
     return stress_factor(jet, strength, length, spread) * facing * facing
+
+
+@compiled
+def flux_of(jet: JetForm, place: tuple[float, float, float], normal: tuple[float, float, float]) -> float:
+    """Volume that lands at a place with an outward normal, m³/(m² s), as if nothing stood in between; tool frame.
+
+    Of the intensity I (flow per solid angle) a wall at distance l gets I cos(alpha) / l², alpha between its normal
+    and the ray. For a pattern q on a plate at right angles at distance h that is q (h / l)² cos(alpha) / cos³(theta),
+    the law of Jiangsu 2010, eq. (4), with the square that its printed form has at cos(alpha) corrected.
+    """
+    x, y, z = place
+    if misses(jet, x, y, z):
+        return 0.0
+    ux, uy, uz, _, spread = ray_to(jet, x, y, z)
+    facing = -(ux * normal[0] + uy * normal[1] + uz * normal[2])
+    if facing <= 0.0:
+        return 0.0
+    strength, _ = profile(jet, ux, uy, uz)
+    return jet.flow_m3_s * jet.scale * strength / max(spread * 1e-6, 1e-12) * facing
 
 
 @compiled

@@ -5,18 +5,21 @@ from dataclasses import dataclass
 from typing import assert_never
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cleaning.errors import require_not_negative, require_positive
-from cleaning.jet.compiled_jet import CONE, DECAY, EDGE_SIGMAS, FAN, KNIFE, RING, JetForm
+from cleaning.jet.compiled_jet import CONE, DECAY, EDGE_SIGMAS, FAN, KNIFE, RADIAL, RING, JetForm
 from cleaning.jet.jet_coordinates import normalised, steepest
 from cleaning.parameters.liquid import density_kg_m3
 from cleaning.parameters.model import Spray
 from cleaning.process.stages import Stage
 from geometry.arrays import Scalars
-from recipes.footprint import mid_angles
-from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle
+from recipes.footprint import mid_angles, plate_profile
+from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle, Radial
 
 _AZIMUTHS = 360
+_PLACES = 1025
+"""Of a radial pattern: even a parabola is linear between them within 1e-6 of its peak."""
 _BAR_PA = 1e5
 _LITRE_PER_MINUTE = 1e-3 / 60
 AMBIENT_PA = 101_325.0
@@ -36,8 +39,8 @@ class Jet:
     """At the orifice."""
     density_kg_m3: float
     half_angle: float
-    """From the axis to the middle of the ring (mean over the azimuth), to the edge of a full cone, to the edge of the
-    thin side of a fan or knife."""
+    """From the axis to the middle of the ring (mean over the azimuth), to the edge of a full cone or radial pattern, to
+    the edge of the thin side of a fan or knife."""
     sigma: float
     """Spread about it: mean over the azimuth."""
     azimuths: Scalars
@@ -60,26 +63,18 @@ def jet_of(stage: Stage, spray: Spray) -> Jet:
         nozzle.flow_lpm * _LITRE_PER_MINUTE,
         nozzle.at_bar * _BAR_PA,
         stage.pressure_pa,
-        spray.flow_exponent[nozzle.pattern],
+        spray.exponent_of(nozzle.pattern),
     )
     azimuths: Scalars = np.linspace(0.0, 2 * np.pi, _AZIMUTHS, endpoint=False, dtype=np.float64)
     half_angles = mid_angles(nozzle, azimuths)
     kind, sigmas = _shape(nozzle, azimuths, half_angles, spray)
     slot_mm = nozzle.width_mm if isinstance(nozzle, AirKnife) else 0.0
-    form = JetForm(
-        kind=kind,
+    form = _spread(nozzle, kind, (half_angles, sigmas), spray)._replace(
         flow_m3_s=flow,
         speed_m_s=speed,
         density_kg_m3=density,
-        scale=1.0,
         pressing=0.5 if gas else 1.0,
-        table=np.ascontiguousarray(np.column_stack([half_angles, sigmas])),
-        wide=math.radians(nozzle.half_angle_deg),
-        wide_sigma=math.radians(spray.cone_sigma_deg),
-        thin_sigma=float(sigmas[0]),
-        half_slot_mm=slot_mm / 2,
         core_mm=DECAY**2 * flow / (speed * slot_mm * 1e-3) * 1e3 if slot_mm else 0.0,  # there U = U0 at x = 2.4² b
-        steepest=math.inf,
         gas_curtain=gas and isinstance(nozzle, AirKnife),
     )
     return Jet(
@@ -94,6 +89,42 @@ def jet_of(stage: Stage, spray: Spray) -> Jet:
         half_angles=half_angles,
         sigmas=sigmas,
         form=normalised(form._replace(steepest=steepest(form))),
+    )
+
+
+def form_of(nozzle: Nozzle, flow_lpm: float, spray: Spray) -> JetForm:
+    """Form of a nozzle's jet for what lands where, whatever the pressure and liquid: its speed and density are 1.
+
+    Args:
+        nozzle: Whose pattern.
+        flow_lpm: What leaves it, litres per minute.
+        spray: Softness of the edges.
+    """
+    azimuths: Scalars = np.linspace(0.0, 2 * np.pi, _AZIMUTHS, endpoint=False, dtype=np.float64)
+    half_angles = mid_angles(nozzle, azimuths)
+    kind, sigmas = _shape(nozzle, azimuths, half_angles, spray)
+    form = _spread(nozzle, kind, (half_angles, sigmas), spray)._replace(flow_m3_s=flow_lpm * _LITRE_PER_MINUTE)
+    return normalised(form._replace(steepest=steepest(form)))
+
+
+def _spread(nozzle: Nozzle, kind: int, rings: tuple[Scalars, Scalars], spray: Spray) -> JetForm:
+    """Form with the angles of a nozzle and nothing of what flows; (k,) half angles and sigmas are of ``_shape``."""
+    slot_mm = nozzle.width_mm if isinstance(nozzle, AirKnife) else 0.0
+    return JetForm(
+        kind=kind,
+        flow_m3_s=1.0,
+        speed_m_s=1.0,
+        density_kg_m3=1.0,
+        scale=1.0,
+        pressing=1.0,
+        table=_radial_table(nozzle) if isinstance(nozzle, Radial) else np.column_stack(rings),
+        wide=math.radians(nozzle.half_angle_deg),
+        wide_sigma=math.radians(spray.cone_sigma_deg),
+        thin_sigma=float(rings[1][0]),
+        half_slot_mm=slot_mm / 2,
+        core_mm=0.0,
+        steepest=math.inf,
+        gas_curtain=False,
     )
 
 
@@ -130,6 +161,12 @@ def gas_speed_m_s(pressure_pa: float, density_kg_m3: float, discharge: float) ->
     return discharge * math.sqrt(2 * heat * AMBIENT_PA / density_kg_m3 * squared)
 
 
+def _radial_table(nozzle: Radial) -> NDArray[np.float64]:
+    """(k, 2) table of the form of a radial pattern."""
+    slope, flux = plate_profile(nozzle, _PLACES)
+    return np.column_stack([flux / (flux * (1.0 + slope**2) ** 1.5).max(), np.zeros(len(flux))])
+
+
 def _shape(nozzle: Nozzle, azimuths: Scalars, half_angles: Scalars, spray: Spray) -> tuple[int, Scalars]:
     """Kind of jet, and (k,) the spread of a ring, softness of the edge of a full cone, or sigma across a thin side."""
     match nozzle:
@@ -141,6 +178,9 @@ def _shape(nozzle: Nozzle, azimuths: Scalars, half_angles: Scalars, spray: Spray
             return RING, (np.arctan2(outer, nozzle.wavefront.height_mm) - half_angles) / EDGE_SIGMAS
         case FullCone():
             return CONE, np.full(len(azimuths), math.radians(spray.cone_sigma_deg))
+        case Radial():
+            # The pattern ends where it was seen to end; the film before it begins to run off as that of a full cone.
+            return RADIAL, np.full(len(azimuths), math.radians(spray.cone_sigma_deg))
         case FlatFan():
             return FAN, half_angles / EDGE_SIGMAS
         case AirKnife():

@@ -1,8 +1,8 @@
 """The coordinates in which a jet is laid out, and what flows where in them.
 
-Cones: azimuth and cosine of the polar angle, whose area is the solid angle. Fans: the angles from the axis along the
-wide and the thin side. Knives: ribbon u along the slot and the angle across it. Densities are per unit of solid angle
-for cones and fans, per unit of these coordinates for knives, as ``cleaning.jet_form`` has them.
+Cones and radial patterns: azimuth and cosine of the polar angle, whose area is the solid angle. Fans: the angles from
+the axis along the wide and the thin side. Knives: ribbon u along the slot and the angle across it. Densities are per
+unit of solid angle for all but knives, per unit of these coordinates for knives, as ``JetForm`` has them.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,17 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.jet.compiled_jet import CONE, EDGE_SIGMAS, FAN, KNIFE, RING, TAIL_SIGMAS, JetForm, strengths
+from cleaning.jet.compiled_jet import (
+    EDGE_SIGMAS,
+    FAN,
+    KNIFE,
+    RADIAL,
+    RING,
+    ROUND,
+    TAIL_SIGMAS,
+    JetForm,
+    strengths,
+)
 from geometry.arrays import Directions, Scalars
 
 _STEEPEST = np.pi / 2 - 1e-6
@@ -42,7 +52,9 @@ class Box:
 
 def box_of(form: JetForm, sigmas: float) -> Box:
     """The least box that holds a jet and so many sigmas of its flanks."""
-    if form.kind in (RING, CONE):
+    if form.kind == RADIAL:
+        return Box((0.0, 2 * np.pi), (float(np.cos(form.wide)), 1.0))
+    if form.kind in ROUND:
         spread = sigmas * form.table[:, 1]
         low = np.clip(form.table[:, 0] - spread, 0, None).min() if form.kind == RING else 0.0
         high = min(float((form.table[:, 0] + spread).max()), _STEEPEST)
@@ -58,7 +70,7 @@ def box_of(form: JetForm, sigmas: float) -> Box:
 
 def directions_of(form: JetForm, first: Scalars, second: Scalars) -> Directions:
     """(n, 3) unit vectors of (n,) coordinates, tool frame."""
-    if form.kind in (RING, CONE):
+    if form.kind in ROUND:
         sine = np.sqrt(np.clip(1 - second**2, 0, None))
         return np.column_stack([sine * np.cos(first), sine * np.sin(first), second])
     wide = first * np.tan(form.wide) if form.kind == KNIFE else np.tan(first)
@@ -94,8 +106,19 @@ def steepest(form: JetForm) -> float:
 
 def normalised(form: JetForm) -> JetForm:
     """Scale a form so that exactly its flow leaves it, by the midpoint rule on a fine grid."""
+    if form.kind == RADIAL:
+        return form._replace(scale=_radial_scale(form))
     key = (form.kind, form.table.tobytes(), form.wide, form.wide_sigma, form.thin_sigma)
     return form._replace(scale=_scale_of(*key))
+
+
+def _radial_scale(form: JetForm) -> float:
+    """Scale of a radial pattern: its flow is the integral of 2 pi r q over a plate, exact where q is linear."""
+    slope = np.linspace(0.0, np.tan(form.wide), len(form.table))
+    flux = form.table[:, 0]
+    middle = 0.5 * (slope[1:] + slope[:-1]) * 0.5 * (flux[1:] + flux[:-1])
+    simpson = (slope[1:] * flux[1:] + slope[:-1] * flux[:-1] + 4.0 * middle) / 6.0
+    return float(1.0 / (2.0 * np.pi * (simpson * np.diff(slope)).sum()))
 
 
 @lru_cache(maxsize=64)  # the shape does not depend on the pressure: coupons have one nozzle at hundreds of them
@@ -103,11 +126,11 @@ def _scale_of(kind: int, table: bytes, wide: float, wide_sigma: float, thin_sigm
     """Give the scale of the forms of one shape, whatever flows out of them."""
     angles = np.frombuffer(table).reshape(-1, 2).copy()
     form = JetForm(kind, 1.0, 1.0, 1.0, 1.0, 1.0, angles, wide, wide_sigma, thin_sigma, 0.0, 0.0, np.inf, False)
-    around = len(form.table) if form.kind in (RING, CONE) else _FINE
+    around = len(form.table) if form.kind in ROUND else _FINE
     box = box_of(form, TAIL_SIGMAS)
     first = middles(box.first, 2 if form.kind == KNIFE else around)
     second = middles(box.second, 4 * _FINE)
-    if form.kind in (RING, CONE):
+    if form.kind in ROUND:
         first = first - np.pi / around  # the table's own azimuths
     total = 0.0
     for some in np.array_split(first, max(1, len(first) // 64)):

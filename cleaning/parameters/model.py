@@ -63,10 +63,15 @@ class Spray(Spec):
     """How liquid leaves an orifice."""
 
     discharge: Annotated[float, Bounds(0.01, 1)] = Field(description="Velocity coefficient of the orifice.")
-    flow_exponent: dict[Literal["hollow_cone", "full_cone", "flat_fan", "air_knife"], Exponent] = Field(
-        description="Flow goes with the pressure to this power, by pattern."
+    flow_exponent: dict[Literal["hollow_cone", "full_cone", "flat_fan", "air_knife", "radial"], Exponent] = Field(
+        description="Flow goes with the pressure to this power, by pattern; left out for radial: as for full_cone."
     )
     cone_sigma_deg: Spread = Field(description="Softness of the edge of full cones and fans.")
+
+    def exponent_of(self, pattern: str) -> float:
+        """Power of the pressure with which the flow of a pattern goes."""
+        known: dict[str, float] = {**self.flow_exponent}
+        return known.get(pattern, known["full_cone"])
 
 
 class Liquid(Spec):

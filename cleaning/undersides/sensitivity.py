@@ -79,7 +79,7 @@ def variants(
     heights = _heights(edges)
     for at, (stage, jet, rows) in enumerate(zip(varied.stages, varied.jets, pressures, strict=True)):
         # Stress goes with flow times speed, and speed with the root of the pressure.
-        gain = float(_STEP ** (parameters.spray.flow_exponent[stage.nozzle.pattern] + 0.5))
+        gain = float(_STEP ** (parameters.spray.exponent_of(stage.nozzle.pattern) + 0.5))
         harder.append([replace(each, pressure_pa=gain * each.pressure_pa) for each in rows])
         found: list[EdgePressure] = []
         if heights:

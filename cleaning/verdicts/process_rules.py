@@ -11,7 +11,7 @@ from cleaning.verdicts.results import Judgement, Number
 from cleaning.verdicts.rules import INCOMPLETE_RINSE, MODEL_LIMIT, PROCESS_WINDOW, SPENT_BATH
 from geometry.arrays import Scalars
 from recipes.footprint import mid_angles
-from recipes.nozzles import FullCone, HollowCone
+from recipes.nozzles import FullCone, HollowCone, Radial
 
 NEAREST_MM, FARTHEST_MM = 20.0, 200.0
 """Heights of the orifice over the board at which the spray is taken to be as at the height of its data sheet."""
@@ -109,7 +109,7 @@ def _opening(stage: Stage, up: float) -> Scalars:
     """
     x, y, along = (-up * stage.samples.axes[:, 2, axis] for axis in range(3))
     nozzle = stage.nozzle
-    if isinstance(nozzle, HollowCone | FullCone):
+    if isinstance(nozzle, HollowCone | FullCone | Radial):
         widest = mid_angles(nozzle, np.linspace(0.0, 2.0 * np.pi, 360, endpoint=False, dtype=np.float64)).max()
         return np.asarray(along - np.hypot(x, y) * np.tan(widest), dtype=np.float64)
     wide, thin = np.tan(np.radians([nozzle.half_angle_deg, nozzle.thickness_half_angle_deg]))

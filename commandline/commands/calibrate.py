@@ -75,6 +75,31 @@ def ring(
 
 
 @app.command()
+def pattern(data: Data, picture: Picture = None) -> None:
+    """Fit the radial profile of a round jet to films on flat sheets, and print it as the lines of a nozzle.
+
+    Columns: height_mm, radius_mm (or x_mm, y_mm), film_um; where known time_s (gives the flow), tilt_deg, azimuth_deg.
+
+    [dim]washboard calibrate pattern films.csv --picture pattern.png[/dim]
+    """
+    with job_errors():
+        from cleaning.calibration.fit_pattern import calibrate_pattern, pattern_text
+        from reports.files.atomic_write import write_outputs
+        from reports.files.write_run import check_places
+        from reports.pictures.calibration_picture import draw_pattern
+        from reports.terminal.calibrate_card import print_pattern
+        from reports.terminal.console import open_console, print_files
+
+        check_places((data,), {"a picture": picture})
+        fit = calibrate_pattern(data)
+        write_outputs({picture: None if picture is None else draw_pattern(fit, picture.suffix)})
+        console = open_console()
+        print_pattern(console, fit)
+        typer.echo(pattern_text(fit), nl=False)
+        print_files(console, picture=picture)
+
+
+@app.command()
 def gap(
     data: Data,
     parameters: Annotated[

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cleaning.calibration.fit_kinetics import GapFit
+from cleaning.calibration.fit_pattern import PatternFit
 from cleaning.calibration.fit_ring import RingFit
 from cleaning.calibration.spray_patterns import meet, places, sheet_of
 from geometry.arrays import Indices
@@ -77,6 +78,36 @@ def _draw_sheet(axes: Axes, fit: RingFit, rows: Indices) -> None:
     for name in ("inner_mm", "outer_mm"):
         x, y = places(fit.measurements, columns[name])
         axes.plot(x[rows], y[rows], "o", color=INK, markersize=2.2)
+
+
+def draw_pattern(fit: PatternFit, suffix: str) -> bytes:
+    """Draw the flux over the radius on the plate: what was measured, projected on it, and the fitted profile.
+
+    Args:
+        fit: The profile.
+        suffix: ``.png`` or ``.svg``.
+    """
+    with sheet(_height_mm(1)) as figure:
+        axes = _panels(figure, 1)[0]
+        keys, sheets = sheet_of(fit.measurements)
+        for index, (height, tilt) in enumerate(keys):
+            rows = sheets == index
+            colour = FUNCTION_COLOURS[index % len(FUNCTION_COLOURS)]
+            label = f"{height:g} mm, tilted {tilt:g}°"
+            axes.plot(fit.measured_radius_mm[rows], fit.measured[rows], "o", color=colour, markersize=2.5, label=label)
+        axes.plot(fit.radius_mm, fit.flux, color=ACCENT, linewidth=1.2)
+        axes.set_xlim(0.0, 1.15 * float(fit.radius_mm[-1]))
+        axes.set_ylim(-0.05, 1.2)
+        axes.legend(fontsize=6, frameon=False)
+        synthetic = _SYNTHETIC * fit.measurements.synthetic
+        flow = "" if fit.flow_lpm is None else f"; {fit.flow_lpm:.4g} l/min landed"
+        write_title(
+            figure,
+            f"Radius {fit.radius_mm[-1]:.2f} mm at {fit.at_mm:g} mm",
+            f"{synthetic}{len(fit.measurements)} rows, rms {fit.rms:.3g} of the peak{flow}",
+        )
+        write_foot(figure, f"{fit.measurements.source}; flux relative to the peak over the radius on the plate in mm")
+        return to_bytes(figure, suffix)
 
 
 def draw_gap(fit: GapFit, suffix: str) -> bytes:

@@ -7,6 +7,7 @@ from rich.text import Text
 
 from cleaning.calibration.confidence import Estimate
 from cleaning.calibration.fit_kinetics import FITTED, GapFit
+from cleaning.calibration.fit_pattern import PatternFit, sheet_rms
 from cleaning.calibration.fit_ring import RingFit
 from cleaning.calibration.measurements import Measurements
 from cleaning.errors import CleaningError
@@ -55,6 +56,18 @@ def print_ring(console: Console, fit: RingFit) -> None:
     print_table(console, Table.of(("sheet", ">rows", ">rms", f">mean, {fit.unit}"), sheets))
     if len({sheet.tilt_deg for sheet in fit.sheets}) == 1:
         console.print("All sheets have one tilt: a skewed nozzle cannot be distinguished from an irregular ring.")
+
+
+def print_pattern(console: Console, fit: PatternFit) -> None:
+    """Print how well the profile meets each sheet, and what landed."""
+    _print_source(console, fit.measurements, f"rms {fit.rms:.3g} of the peak")
+    rows = [
+        (f"{height:g} mm, tilted {tilt:g} degrees", str(count), f"{rms:.3g}")
+        for height, tilt, count, rms in sheet_rms(fit)
+    ]
+    print_table(console, Table.of(("sheet", ">rows", ">rms of the peak"), rows))
+    if fit.flow_lpm is None:
+        console.print("Without a column time_s the flow that lands is unknown: state flow_lpm yourself.")
 
 
 def print_gap(console: Console, fit: GapFit) -> None:

@@ -10,7 +10,7 @@ from cleaning.parameters.consistency import value_paths
 from cleaning.parameters.load import LoadedParameters, parameters_sha256
 from recipes.classes import ComponentClass, Range
 from recipes.load import LoadedRecipe
-from recipes.nozzles import HollowCone, Nozzle
+from recipes.nozzles import HollowCone, Nozzle, Radial
 from recipes.paths import PathSpec
 from recipes.recipe import Step
 from reports.tables.table import Column, Table
@@ -87,6 +87,9 @@ def _elements(loaded: LoadedRecipe) -> dict[tuple[str, ...], list[tuple[str, ...
 
 
 def _shape(nozzle: Nozzle) -> str:
+    if isinstance(nozzle, Radial):
+        profile = nozzle.profile if nozzle.profile == "parabola" else f"profile of {len(nozzle.profile)} points"
+        return f"{profile}, radius {nozzle.radius_mm:g} mm at {nozzle.at_mm:g} mm"
     width = f"{nozzle.width_mm:g} mm wide, " if nozzle.pattern == "air_knife" else ""
     shape = f"{width}half angle {nozzle.half_angle_deg:g}°"
     if isinstance(nozzle, HollowCone):

@@ -99,7 +99,8 @@ def stroke_items(board: Board, side: Side, stroke: Stroke, jet: Jet) -> list[Pla
     for index in sorted({*np.flatnonzero(stroke.delays > 0).tolist(), len(tcp) - 1}):
         cut = slice(begin, index + 1)
         if np.abs(pose[cut] - pose[begin]).max() > _SAME_MM:
-            items.append(SprayPass(tcp[cut], approach[cut], reference[cut], stroke.speed_mm_s, jet, stroke.made_by))
+            speeds = np.full(index - begin, stroke.speed_mm_s)
+            items.append(SprayPass(tcp[cut], approach[cut], reference[cut], speeds, jet, stroke.made_by))
         if stroke.delays[index] > 0:
             at = stroke.pauses[index : index + 1]
             made_by = replace(stroke.made_by, components=at) if any(at) else stroke.made_by

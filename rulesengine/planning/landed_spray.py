@@ -11,8 +11,8 @@ from scipy.special import ndtri
 from boards.board import Board, Side
 from geometry.arrays import Points, Scalars
 from programs.plan import Dwell, PlanItem, SprayPass
-from recipes.footprint import RING_EDGE_SIGMAS, mid_angles
-from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle
+from recipes.footprint import RING_EDGE_SIGMAS, mid_angles, plate_profile
+from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle, Radial
 from recipes.recipe import Recipe
 from specs.finding import Finding
 from specs.finding_rules import SPRAY_BESIDE_BOARD
@@ -21,6 +21,8 @@ from specs.source import Source
 LEAST_SHARE = 0.5
 """Of a template's spray; less is a finding."""
 _RAYS = 360
+_PLACES = 257
+"""Of a radial pattern, from its axis to its edge."""
 _POSES = 96
 """Of a template: evenly chosen in time."""
 _STEEPEST = 1.5
@@ -111,8 +113,8 @@ def _ways_of(items: Iterable[PlanItem]) -> dict[Source, _Way]:
             last = item
             way = found.setdefault(item.made_by.place, _Way(item.jet.nozzle))
             lengths = np.linalg.norm(np.diff(item.tcp, axis=0), axis=1)
-            for at, length in enumerate(lengths.tolist()):
-                _add(way, item, (at, at + 1), length / item.speed_mm_s)
+            for at, seconds in enumerate((lengths / item.speeds_mm_s).tolist()):
+                _add(way, item, (at, at + 1), seconds)
         elif isinstance(item, Dwell) and item.jet.liquid and last is not None:
             _add(found.setdefault(item.made_by.place, _Way(item.jet.nozzle)), last, (-1, -1), item.duration_s)
     return found
@@ -168,7 +170,7 @@ def _mended(share: Callable[[float], float], height_mm: float) -> float | None:
 
 
 def _rays_of(nozzle: Nozzle) -> _Rays:
-    """Spread the flow of a jet over rays: a ring by its Gaussian profile, a cone and a fan evenly in solid angle.
+    """Spread the flow of a jet over rays: rings and radial patterns by their profile, cones and fans evenly.
 
     Rays come from Roberts' R2 sequence, so that those of all poses together are spread evenly.
     """
@@ -181,6 +183,11 @@ def _rays_of(nozzle: Nozzle) -> _Rays:
             weights = np.sin(polar)
         case FullCone():
             polar = np.arccos(1.0 - second * (1.0 - np.cos(mid_angles(nozzle, around))))
+            weights = np.ones_like(polar)
+        case Radial():
+            slope, flux = plate_profile(nozzle, _PLACES)
+            inner = np.cumsum(0.5 * (slope[1:] * flux[1:] + slope[:-1] * flux[:-1]))
+            polar = np.arctan(np.interp(second * inner[-1], np.append(0.0, inner), slope))
             weights = np.ones_like(polar)
         case FlatFan() | AirKnife():
             wide, thin = np.tan(np.radians([nozzle.half_angle_deg, nozzle.thickness_half_angle_deg]))

@@ -93,18 +93,24 @@ def chain_of(plan: Plan) -> Chain:
     served = np.concatenate(([False], np.array(run_up, dtype=np.bool_)))
     lead_in = (np.diff(item) == 1) & served[item[1:]]
     stop = (np.diff(item) > 0) & ~lead_in
-    speed, spraying = np.zeros(len(plan.items)), np.zeros(len(plan.items), dtype=np.bool_)
-    for number, move in moving:
-        speed[number], spraying[number] = move.speed_mm_s, isinstance(move, SprayPass)
+    spraying = np.array([isinstance(each, SprayPass) for each in plan.items], dtype=np.bool_)
+    speed = np.concatenate([np.empty(0), *(_speeds_at(move) for _, move in moving)])
     return Chain(
         tcp=tcp[kept],
         quaternion=quaternion[kept],
         item=item,
-        speed=speed[item],
+        speed=speed[kept][1:],
         spraying=spraying[item],
         stop=np.pad(stop, 1, constant_values=True),
         lead_in=np.pad(lead_in, 1, constant_values=False),
     )
+
+
+def _speeds_at(move: SprayPass | Transfer) -> Scalars:
+    """(n,) programmed speed on the way to each vertex of an item; of the first, where another item came to it."""
+    if isinstance(move, Transfer):
+        return np.full(len(move.tcp), move.speed_mm_s)
+    return np.append(move.speeds_mm_s[:1], move.speeds_mm_s)
 
 
 def _stack(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:

@@ -82,6 +82,26 @@ HEAD = "recipe: mine\nextends: smt-aqueous\n"
             "nozzles.fan",
             "must be smaller than half_angle_deg",
         ),
+        (
+            "nozzles: {gun: {pattern: radial, radius_mm: 40, at_mm: 100, flow_lpm: 1, profile: [[0, 1], [30, 0]]}}",
+            "nozzles.gun",
+            "begin at radius 0 and end at radius_mm",
+        ),
+        (
+            "nozzles: {gun: {pattern: radial, radius_mm: 9, at_mm: 9, flow_lpm: 1, profile: [[0, 1], [9, 0], [9, 0]]}}",
+            "nozzles.gun",
+            "radii of the profile must ascend",
+        ),
+        (
+            "nozzles: {gun: {pattern: radial, radius_mm: 40, at_mm: 100, flow_lpm: 1, profile: [[0, 0], [40, 0]]}}",
+            "nozzles.gun",
+            "some flux above 0",
+        ),
+        (
+            "nozzles: {gun: {pattern: radial, radius_mm: 40, at_mm: 3, flow_lpm: 1}}",
+            "nozzles.gun",
+            "wider than 85 degrees",
+        ),
         ("classes: {small: {pins: {min: 9, max: 3}}}", "classes.small.pins", "min 9 is above max 3"),
     ],
 )

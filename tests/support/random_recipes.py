@@ -13,6 +13,7 @@ CLASSES = {"tall": {"height_mm": {"min": 10}}, "small": {"area_mm2": {"max": 5}}
 NOZZLES = {
     "cone": {"pattern": "hollow_cone", "half_angle_deg": 25, "flow_lpm": 2},
     "wide": {"pattern": "full_cone", "half_angle_deg": 40, "flow_lpm": 2},
+    "gun": {"pattern": "radial", "radius_mm": 40, "at_mm": 100, "flow_lpm": 2},
     "fan": {"pattern": "flat_fan", "half_angle_deg": 30, "flow_lpm": 3},
     "knife": {"pattern": "air_knife", "width_mm": 30, "flow_lpm": 300},
 }

@@ -143,7 +143,7 @@ def bottom() -> TimedProgram:
         command("CALL", "flip_to_bottom"),
         Transfer(np.array([[-60, 0, 110], [-60, 0, -110]], dtype=np.float64), *over, 100.0, TRANSFER),
         transfer([[-60, 0, -110], [0, 0, -50]], axes=up),
-        SprayPass(np.array([[0, 0, -50], [50, 5, -50]], dtype=np.float64), *up, 55.0, JET, PASS),
+        SprayPass(np.array([[0, 0, -50], [50, 5, -50]], dtype=np.float64), *up, np.array([55.0]), JET, PASS),
     ]
     return time_plan(plan_of(*items), LIMITS)
 

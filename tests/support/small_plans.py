@@ -39,13 +39,14 @@ PASS, TRANSFER = Source.parse("s/pass"), Source.parse("s/transfer")
 
 def spray(
     points: Sequence[Sequence[float]] | Points,
-    speed: float = 60.0,
+    speed: float | Sequence[float] = 60.0,
     axes: Axes | None = None,
     made_by: Source = PASS,
 ) -> SprayPass:
     tcp = np.array(points, dtype=np.float64)
     approach, reference = down(len(tcp)) if axes is None else axes
-    return SprayPass(tcp, approach, reference, speed, JET, made_by)
+    speeds = np.broadcast_to(np.asarray(speed, dtype=np.float64), len(tcp) - 1)
+    return SprayPass(tcp, approach, reference, speeds, JET, made_by)
 
 
 def transfer(points: Sequence[Sequence[float]] | Points, speed: float = 250.0, axes: Axes | None = None) -> Transfer:
@@ -107,7 +108,7 @@ def moved(plan: Plan, yaw: float, shift: Sequence[float]) -> Plan:
         match item:
             case SprayPass():
                 tcp, approach, reference = item.tcp @ turn.T + shift, item.approach @ turn.T, item.reference @ turn.T
-                return SprayPass(tcp, approach, reference, item.speed_mm_s, item.jet, item.made_by)
+                return SprayPass(tcp, approach, reference, item.speeds_mm_s, item.jet, item.made_by)
             case Transfer():
                 tcp, approach, reference = item.tcp @ turn.T + shift, item.approach @ turn.T, item.reference @ turn.T
                 return Transfer(tcp, approach, reference, item.speed_mm_s, item.made_by)

@@ -1,5 +1,6 @@
 """Stages of a few poses, and the liquids they spray, for tests of what jets do."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from boards.formats.prism import prism
 from cleaning.jet.jet import jet_of
 from cleaning.parameters.load import load_parameters
 from cleaning.process.stages import Samples, Stage
-from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Wavefront
+from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Radial, Wavefront
 from specs.source import Source
 
 PARAMETERS = load_parameters()
@@ -26,7 +27,9 @@ LOPSIDED = HollowCone(
     at_bar=3.5,
     wavefront=Wavefront(height_mm=50, points=[(0, 20, 26), (70, 26, 34), (160, 22, 31), (260, 30, 36)]),
 )
-NOZZLES = {"ring": RING, "lopsided": LOPSIDED, "cone": CONE, "fan": FAN, "knife": KNIFE}
+GUN = Radial(radius_mm=40, at_mm=100, flow_lpm=math.pi * 40**4 / 16 * 60e-9, at_bar=3.5)
+"""The gun of Jiangsu 2010: (R² - r²) / 8 um/s on a plate; the paper states no distance."""
+NOZZLES = {"ring": RING, "lopsided": LOPSIDED, "cone": CONE, "fan": FAN, "knife": KNIFE, "radial": GUN}
 SOLUTIONS = {"wash": "saponifier-15", "rinse": "di-water", "dry": "hot-air"}
 
 

@@ -37,6 +37,7 @@ _FIRST_NUMBER = 10
 _NOT_IN_LIBRARY: dict[str, dict[str, Tree]] = {
     "full_cone": {"pattern": "full_cone", "half_angle_deg": 30, "flow_lpm": 2, "at_bar": 3},
     "flat_fan": {"pattern": "flat_fan", "half_angle_deg": 40, "flow_lpm": 2, "at_bar": 3},
+    "radial": {"pattern": "radial", "radius_mm": 40, "at_mm": 100, "profile": "parabola", "flow_lpm": 2, "at_bar": 3},
 }
 """First values of nozzles that no recipe of the library has."""
 

@@ -146,6 +146,8 @@ def _kind(name: str, members: list[Any], info: FieldInfo, names: Names) -> tuple
         return "boolean", ()
     if any(each in members for each in (float, int)):
         return "number" if float in members else "integer", words
+    if words and any(get_origin(each) is list for each in members):
+        return "table", words
     if words or listed is not None:
         return "choice", (*optional, *(words or cast("re.Match[str]", listed)[1].split("|")))
     if str in members:
@@ -170,6 +172,8 @@ def _hint(info: FieldInfo, default: Tree, kind: Kind, options: tuple[str, ...]) 
     parts = [info.description or ""]
     if options and kind == "list":
         parts.append(f"Separated by commas; there are {', '.join(options)}.")
+    elif options and kind == "table":
+        parts.append(f"A line for each row, or {' or '.join(options)}.")
     elif options and kind != "choice":
         parts.append(f"A number, or {' or '.join(options)}.")
     elif kind == "list":
@@ -184,7 +188,7 @@ def _hint(info: FieldInfo, default: Tree, kind: Kind, options: tuple[str, ...]) 
 def _spell(kind: Kind, value: Tree) -> InputValue:
     if kind == "boolean":
         return bool(value)
-    if kind == "table":
+    if kind == "table" and not isinstance(value, str):
         return "\n".join(" ".join(_plain(item) for item in row) for row in cast("list[list[Tree]]", value or []))
     return _plain(value)
 
@@ -215,6 +219,8 @@ def parse(field: Field, value: InputValue) -> Tree:
         case "pair":
             return [_number(item, field) for item in _GAP.split(text)]
         case "table":
+            if text in field.options:
+                return text
             lines = [line.strip() for line in text.splitlines() if line.strip()]
             return [[_number(item, field) for item in _GAP.split(line)] for line in lines]
         case _:

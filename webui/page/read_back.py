@@ -191,7 +191,8 @@ def paths_of(program: TimedProgram, timeline: Timeline) -> Plan:
         way = float(np.linalg.norm(np.diff(tcp, axis=0), axis=1).sum())
         speed = way / float(times[end] - times[begin])
         if on[begin]:
-            items.append(SprayPass(tcp, approach, np.zeros_like(approach), speed, _JET, NO_SOURCE))
+            speeds = np.full(len(tcp) - 1, speed)
+            items.append(SprayPass(tcp, approach, np.zeros_like(approach), speeds, _JET, NO_SOURCE))
         else:
             items.append(Transfer(tcp, approach, np.zeros_like(approach), speed, NO_SOURCE))
     return Plan(program.origin, tuple(items), ())

@@ -20,7 +20,7 @@ MADE_BY = Source(0, "sweep")
 def lane(y=0.0, height=60.0, x=(-100.0, 100.0), jet=JET):
     tcp = np.array([[each, y, height] for each in x])
     ways = np.broadcast_to([0.0, 0.0, -1.0], tcp.shape), np.broadcast_to([1.0, 0.0, 0.0], tcp.shape)
-    return SprayPass(tcp, *map(np.array, ways), 50.0, jet, MADE_BY)
+    return SprayPass(tcp, *map(np.array, ways), np.full(len(tcp) - 1, 50.0), jet, MADE_BY)
 
 
 def strip(width, length=1000.0):

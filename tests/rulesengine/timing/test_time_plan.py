@@ -9,7 +9,7 @@ from small_plans import JET, LIMITS, leaning, moved, pause, plan_of, random_plan
 
 from programs import native
 from programs.plan import Command as PlanCommand
-from programs.plan import Plan
+from programs.plan import Plan, Transfer
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from recipes.recipe import Limits
 from rulesengine.timing.time_plan import ACCELERATION_SHARE, time_plan
@@ -57,6 +57,20 @@ def one_finding(program: TimedProgram) -> Finding:
     return finding
 
 
+def test_a_pass_keeps_to_the_speed_of_each_of_its_segments() -> None:
+    points = [(0, 0, 50), (60, 0, 50), (120, 0, 50), (180, 0, 50)]
+    program = time_plan(plan_of(spray(points, speed=[40.0, 120.0, 60.0])), LIMITS)
+    assert faults(program) == []
+    _, places, speeds = columns(program)
+    middles = 0.5 * (places[1:, 0] + places[:-1, 0])
+    for low, high, speed in ((5, 58, 40), (75, 105, 120), (122, 175, 60)):
+        held = speeds[1:][(middles > low) & (middles < high)]
+        assert held.max() == pytest.approx(speed, rel=0.01)
+        assert np.max(speeds[1:][middles < 58]) < 41
+    one = time_plan(plan_of(spray(points, speed=[60.0, 60.0, 60.0])), LIMITS)
+    assert native.render(one) == native.render(time_plan(plan_of(spray(points, speed=60.0)), LIMITS))
+
+
 @pytest.mark.slow
 @given(seed=seeds)
 @settings(deadline=None, max_examples=15)
@@ -66,7 +80,8 @@ def test_an_independent_reader_finds_nothing_wrong_with_any_plan(seed: int) -> N
     assert faults(program) == []
     asked: dict[str, float] = {}
     for item in plan.moving():
-        asked[str(item.made_by)] = max(item.speed_mm_s, asked.get(str(item.made_by), 0.0))
+        fastest = item.speed_mm_s if isinstance(item, Transfer) else float(item.speeds_mm_s.max())
+        asked[str(item.made_by)] = max(fastest, asked.get(str(item.made_by), 0.0))
     assert all(
         move.speed_mm_s <= asked[str(move.made_by)] * 1.001 for move in moves_of(program) if move.speed_mm_s > 0.0
     )

@@ -134,6 +134,14 @@ def test_lists_and_points_are_read_as_people_write_them():
     ]
 
 
+def test_a_table_may_be_a_word() -> None:
+    radial = next(spec for spec in SPECS if spec.__name__ == "Radial")
+    assert form(radial, {}, profile="0 1\n20 0.8\n40 0") == {("profile",): [[0, 1], [20, 0.8], [40, 0]]}
+    assert form(radial, {"profile": [[0, 1], [40, 0]]}, profile="parabola") == {("profile",): "parabola"}
+    shown = next(field for field in describe(radial, {"profile": "parabola"}, {}) if field.path == ("profile",))
+    assert (shown.kind, shown.value) == ("table", "parabola")
+
+
 def test_a_word_stands_for_a_number_where_the_recipe_knows_it():
     assert form(Raster, {}, direction_deg="Longest edge") == {("direction_deg",): "longest_edge"}
     assert form(Raster, {}, direction_deg="45 °") == {("direction_deg",): 45}

@@ -71,7 +71,7 @@ def stroke_lines(plan: Plan) -> list[StrokeLine]:
             made_by=first.made_by,
             function=first.jet.function,
             points=sprayed.points,
-            speed_mm_s=first.speed_mm_s,
+            speed_mm_s=float(first.speeds_mm_s.max()),
             tilt_deg=float(np.degrees(np.arccos(min(1.0, abs(float(first.approach[0, 2])))))),
             pauses=len(sprayed.pauses),
             paused_s=sum(pause.duration_s for pause in sprayed.pauses),
