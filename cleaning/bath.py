@@ -162,6 +162,7 @@ def bath_report(bath: Bath, liquid: str, limit_pct: float, boards: Sequence[Boar
         "flux_g": _digits(bath.flux_g),
         "drag_out_ml": _digits(bath.drag_out_ml),
         "fresh_pct": bath.fresh_pct,
+        "begin_pct": bath.residue_pct(0),
         "limit_pct": limit_pct,
         "settles_pct": None if math.isinf(settles) else _digits(settles),
         "change_after": bath.boards_until(limit_pct),

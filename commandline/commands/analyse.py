@@ -237,6 +237,15 @@ def bath(
             max=1e6,
         ),
     ] = None,
+    begin_pct: Annotated[
+        float | None,
+        typer.Option(
+            "--begin-pct",
+            help="Non-volatile residue of the bath before the first board, %; left out, that of fresh solution.",
+            min=0,
+            max=100,
+        ),
+    ] = None,
     recipe: _ItsRecipe = None,
     parameters: ParametersOption = "default",
     parts: Parts = None,
@@ -248,7 +257,7 @@ def bath(
     not be done.
 
     [dim]washboard bath demo.wash
-    washboard bath demo.wash --litres 60 --boards 1,100,1000 --flux-mg 250[/dim]
+    washboard bath demo.wash --litres 60 --boards 1,100,1000 --flux-mg 250 --begin-pct 1.8[/dim]
     """
     with job_errors():
         from cleaning.bath import bath_report
@@ -259,7 +268,7 @@ def bath(
 
         numbers = _numbers(boards)
         check_places((program, board, recipe, parameters, parts), {"a report": data})
-        given = (litres, flux_mg, drag_out_ml)
+        given = (litres, flux_mg, drag_out_ml, begin_pct)
         found, liquid, limit, washed = _follow((program, board, recipe, parts), parameters, given, numbers)
         write_outputs({data: None if data is None else json_bytes(bath_report(found, liquid, limit, washed))})
         console = open_console()
@@ -287,7 +296,7 @@ def _numbers(words: str) -> list[int]:
 def _follow(
     source: tuple[Path, str | None, str | None, Path | None],
     parameters: str,
-    given: tuple[float, float | None, float | None],
+    given: tuple[float, float | None, float | None, float | None],
     numbers: list[int],
 ) -> "tuple[Bath, str, float, list[BoardInBath]]":
     """Find what a board does to the bath, and analyse those that were named, each in the bath of its moment.
@@ -295,7 +304,8 @@ def _follow(
     Args:
         source: Program, board, recipe and parts table.
         parameters: The parameter set.
-        given: Litres of the bath; flux in mg and drag-out in ml, ``None`` where it is to be found.
+        given: Litres of the bath; flux in mg, drag-out in ml and residue at the beginning in %, ``None`` where it is
+            to be found.
         numbers: Of the boards.
 
     Raises:
@@ -310,7 +320,7 @@ def _follow(
 
     program, board, recipe = read_program_inputs(*source, "bath")
     known = load_parameters(parameters)
-    litres, flux_mg, dragged_ml = given
+    litres, flux_mg, dragged_ml, begin_pct = given
     with progress_bar() as progress:
         prepared = prepare(board, known, subprogress(progress, 0.0, 0.1))
         share = 0.9 / (len(numbers) + 1)
@@ -325,6 +335,7 @@ def _follow(
             fresh_pct=solution.bath_nvr_pct,
             flux_g=flux_g(first) if flux_mg is None else 1e-3 * flux_mg,
             drag_out_ml=drag_out_ml(first) if dragged_ml is None else dragged_ml,
+            begin_pct=begin_pct,
         )
         washed: list[BoardInBath] = []
         for at, number in enumerate(numbers, start=1):

@@ -27,7 +27,8 @@ def print_bath(console: Console, bath: Bath, liquid: str, limit_pct: float, boar
     print_line(console, (caveat(boards[0].report), "dim"))
     brought, taken = short_number(1e3 * bath.flux_g), short_number(bath.drag_out_ml)
     balance = f"brings {brought} mg of flux, takes {taken} ml of the bath along, which fresh solution makes up"
-    print_facts(console, [("each board", balance), ("bath", change_words(bath, limit_pct))])
+    begins = "" if bath.begin_pct is None else f"begins with {bath.begin_pct:g} % residue; "
+    print_facts(console, [("each board", balance), ("bath", begins + change_words(bath, limit_pct))])
     concentration = boards[0].report.parameters.liquids[liquid].concentration_pct
     rows = [_row(each, concentration) for each in boards]
     print_table(console, Table.of(_HEAD, rows))

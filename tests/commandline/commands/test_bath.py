@@ -36,6 +36,18 @@ def test_a_bath_that_serves_all_ends_with_zero(program: Path) -> None:
     assert "never reaches 3 % non-volatile residue: it settles at " in done.out
 
 
+@pytest.mark.slow
+def test_a_bath_in_use_begins_where_it_is(program: Path, tmp_path: Path) -> None:
+    data = tmp_path / "bath.json"
+    options = ("--flux-mg", "500", "--litres", "20", "--boards", "1", "--begin-pct", "2.9", "--json", data)
+    done = washboard("bath", program, *options)
+    told = json.loads(data.read_text("utf-8"))
+    assert told["begin_pct"] == told["boards"][0]["residue_pct"] == 2.9
+    assert 0 < told["change_after"] < 200
+    assert done.code == 0
+    assert "begins with 2.9 % residue; change it after " in done.out
+
+
 @pytest.mark.parametrize("words", ["", "0", "-3", "1,x", "1.5", ",".join(map(str, range(1, 14)))])
 def test_boards_that_are_no_numbers_are_refused(program: Path, words: str) -> None:
     done = washboard("bath", program, "--boards", words)
