@@ -33,6 +33,7 @@ Reynolds: TypeAlias = Annotated[float, Bounds(0.001, 1_000_000, what="Reynolds n
 Capacity: TypeAlias = Annotated[float, Bounds(1e-6, 100_000, "kg/m³", "loads of a liquid")]
 HeatTransfer: TypeAlias = Annotated[float, Bounds(0.01, 1_000_000, "W/m²K", "heat transfers")]
 Exchanges: TypeAlias = Annotated[float, Bounds(0.001, 1_000_000, what="numbers of exchanges")]
+Litres: TypeAlias = Annotated[float, Bounds(0.0001, 1_000_000, "l", "volumes of tanks and of fresh water")]
 Ionic: TypeAlias = Annotated[float, Bounds(1e-6, 1_000_000, "µg/cm²", "limits of ionic residue")]
 Samples: TypeAlias = Annotated[int, Bounds(1, 1_000_000_000)]
 Scatter: TypeAlias = Annotated[float, Bounds(0, 1e12, what="results of a fit")]
@@ -131,12 +132,34 @@ class Gap(Spec):
     capacity_kg_m3: Capacity = Field(description="Residue that a cubic metre of liquid can carry (c_cap).")
 
 
+class RinseTank(Spec):
+    """One of the tanks that a board is rinsed from."""
+
+    solution: Word = Field(description="Its water, by the name that recipes use.")
+    volume_l: Litres = Field(description="Water that circulates.")
+
+
+class RinseCascade(Spec):
+    """Rinse tanks that boards pass one after the other, each with what they carry over from the one before."""
+
+    tanks: list[RinseTank] = Field(min_length=1, max_length=12, description="In the order in which boards pass them.")
+    fresh_l: Litres = Field(description="Fresh water for each board: into the last tank, or into each.")
+    feed: Literal["counter_current", "each"] = Field(
+        default="counter_current",
+        description="counter_current: fresh water enters the last tank and overflows from tank to tank; each: every "
+        "tank has its own.",
+    )
+
+
 class Rinse(Spec):
     """Dilution of what the wash leaves."""
 
     film_um: Thin = Field(description="Film on exposed surfaces that one exchange replaces.")
     final_film_um: Thin = Field(description="Film that stays when the rinse ends.")
     efficiency: Share = Field(description="Of an exchange (eta).")
+    cascade: RinseCascade | None = Field(
+        default=None, description="Tanks whose water is used for many boards; left out: each rinse has fresh water."
+    )
 
 
 class Drying(Spec):

@@ -7,12 +7,14 @@ import numpy as np
 from boards.board import Board
 from cleaning.parameters.model import Limits, Parameters
 from cleaning.process.stages import Stage
+from cleaning.undersides.rinse import water_resistivity
 from cleaning.verdicts.results import Judgement, Number
 from cleaning.verdicts.rules import INCOMPLETE_RINSE, MODEL_LIMIT, PROCESS_WINDOW, SPENT_BATH
 from geometry.arrays import Scalars
 from recipes.footprint import mid_angles
 from recipes.nozzles import FullCone, HollowCone
 
+_CLEANER_TANK = "Add a tank before it, or more fresh water (rinse.cascade)."
 NEAREST_MM, FARTHEST_MM = 20.0, 200.0
 """Heights of the orifice over the board at which the spray is taken to be as at the height of its data sheet."""
 _SHARE = 0.05
@@ -56,14 +58,15 @@ def _solution(stage: Stage, limits: Limits) -> Iterator[Judgement]:
             advice="Change the bath.",
             stage=stage.made_by,
         )
-    resistivity = liquid.resistivity_mohm_cm
-    if stage.use == "rinse" and resistivity is not None and resistivity < high:
+    resistivity = water_resistivity(stage) if stage.use == "rinse" else None
+    if resistivity is not None and resistivity < high:
+        of_tank = "." if stage.water_g_m3 is None else ": boards carry the bath over into its tank."
         yield Judgement(
             rule=INCOMPLETE_RINSE,
             verdict="dirty" if resistivity < low else "marginal",
             numbers=(Number("resistivity", resistivity, "MOhm cm", high),),
-            because=f"{stage.solution} has {resistivity:g} MOhm cm (limit {high:g} MOhm cm).",
-            advice="Rinse with cleaner water.",
+            because=f"{stage.solution} has {resistivity:.3g} MOhm cm (limit {high:g} MOhm cm)" + of_tank,
+            advice="Rinse with cleaner water." if stage.water_g_m3 is None else _CLEANER_TANK,
             stage=stage.made_by,
         )
     window, celsius = liquid.window_c, stage.temperature_c

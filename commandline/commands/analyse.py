@@ -312,7 +312,7 @@ def _follow(
         JobError: it cannot be done.
     """
     from cleaning.analyse import analyse_on
-    from cleaning.bath import Bath, BoardInBath, drag_out_ml, flux_g, washing_liquid, with_bath
+    from cleaning.bath import Bath, BoardInBath, drag_out_ml, flux_g, tanks_before, washing_liquid, with_bath
     from cleaning.parameters.load import load_parameters
     from cleaning.prepared_board import prepare
     from commandline.loading import progress_bar, read_program_inputs
@@ -340,9 +340,9 @@ def _follow(
         washed: list[BoardInBath] = []
         for at, number in enumerate(numbers, start=1):
             residue = bath.residue_pct(number - 1)
-            later = replace(prepared, parameters=with_bath(known, liquid, residue))
+            tanks = () if first.rinse_water is None else tanks_before(bath, first.rinse_water.cascade, number)
+            later = replace(prepared, parameters=with_bath(known, liquid, residue), tanks_g_m3=tanks)
             part = subprogress(progress, 0.1 + at * share, 0.1 + (at + 1) * share)
-            washed.append(
-                BoardInBath(number, residue, analyse_on(later, program, recipe, progress=part, sensitivity=False))
-            )
+            report = analyse_on(later, program, recipe, progress=part, sensitivity=False)
+            washed.append(BoardInBath(number, residue, report))
     return bath, liquid, known.limits.bath_nvr_pct, washed

@@ -48,6 +48,26 @@ def test_a_bath_in_use_begins_where_it_is(program: Path, tmp_path: Path) -> None
     assert "begins with 2.9 % residue; change it after " in done.out
 
 
+@pytest.mark.slow
+def test_rinse_tanks_are_followed_with_the_bath(program: Path, tmp_path: Path) -> None:
+    """The last tank ends where it settles; the board that is named is the first whose water is below the limit."""
+    tanks, data = tmp_path / "tanks.yaml", tmp_path / "bath.json"
+    tanks.write_text(
+        "parameters: own\nextends: default\n"
+        "liquids: {first: {use: rinse, resistivity_mohm_cm: 1}}\n"
+        "rinse: {cascade: {tanks: [{solution: first, volume_l: 5}, {solution: di-water, volume_l: 5}], fresh_l: 0.2}}\n"
+        "provenance:\n  liquids.first: {known: proposed, source: us}\n  rinse.cascade: {known: proposed, source: us}\n"
+    )
+    done = washboard("bath", program, "--boards", "1,40,4000", "--flux-mg", "0", "--parameters", tanks, "--json", data)
+    told = json.loads(data.read_text("utf-8"))
+    last = [each["rinse_water"]["tanks"][-1]["resistivity_mohm_cm"] for each in told["boards"]]
+    assert last[0] == pytest.approx(1.0)
+    assert last[0] > last[1] > last[2]
+    assert last[1] > told["rinse_limit_mohm_cm"] > last[2] or told["rinse_below_after"] < 39
+    assert f"di-water falls below 0.2 MΩ·cm after {told['rinse_below_after']} boards" in done.out
+    assert ">first" not in done.out
+
+
 @pytest.mark.parametrize("words", ["", "0", "-3", "1,x", "1.5", ",".join(map(str, range(1, 14)))])
 def test_boards_that_are_no_numbers_are_refused(program: Path, words: str) -> None:
     done = washboard("bath", program, "--boards", words)
