@@ -13,6 +13,7 @@ from cleaning.exposure.exposure import Exposure, expose
 from cleaning.film.run_off import film_supply
 from cleaning.jet.jet import Jet, jet_of
 from cleaning.judge_component import Sprayed, bare_part, component_part, gaps_of, spraying_of
+from cleaning.parameters.chemistries import with_chemistries
 from cleaning.parameters.load import parameters_sha256
 from cleaning.parameters.model import Parameters
 from cleaning.prepared_board import PreparedBoard, prepare
@@ -78,7 +79,11 @@ def analyse_on(
 
     Without ``sensitivity`` parts have no elasticities, which take longer than the residue itself.
     """
-    parameters = prepared.parameters
+    cascade = prepared.parameters.rinse.cascade
+    named = [*(function.solution for function in recipe.functions.values())]
+    named += [] if cascade is None else [tank.solution for tank in cascade.tanks]
+    parameters = with_chemistries(prepared.parameters, named)
+    prepared = replace(prepared, parameters=parameters)
     staged = stages_of(program, recipe, parameters, _WAY_MM[effort])
     sprayed = _spray(staged.stages, prepared, effort, subprogress(progress, 0.0, 0.5))
     rinse_water = _rinse_water(prepared, sprayed)

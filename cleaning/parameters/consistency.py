@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from pydantic import ValidationError
 
+from cleaning.parameters.chemistries import with_chemistries
 from cleaning.parameters.model import Parameters, Provenance
 from cleaning.parameters.provenance import keys_of, with_values
 from specs.yaml.located import Located, YamlPath, spell_path
@@ -74,9 +75,10 @@ def _check_cascade(parameters: Parameters) -> Iterator[Problem]:
     tanks = [] if parameters.rinse.cascade is None else parameters.rinse.cascade.tanks
     for row, tank in enumerate(tanks):
         at: YamlPath = ("rinse", "cascade", "tanks", row, "solution")
-        liquid = parameters.liquids.get(tank.solution)
+        liquids = with_chemistries(parameters, [tank.solution]).liquids
+        liquid = liquids.get(tank.solution)
         if liquid is None:
-            yield Problem(at, f"is not among liquids; {name_nearest(tank.solution, list(parameters.liquids))}")
+            yield Problem(at, f"is not among liquids; {name_nearest(tank.solution, list(liquids))}")
         elif liquid.use != "rinse":
             yield Problem(at, f"{tank.solution} is for {liquid.use}, not for rinse")
         elif tank.solution in [each.solution for each in tanks[:row]]:
@@ -109,6 +111,10 @@ def _check_order(parameters: Parameters) -> Iterator[Problem]:
     """Pairs whose lower number comes first, and values that another one bounds."""
     pairs: list[tuple[YamlPath, tuple[float, float] | None]] = [
         *((("liquids", name, "window_c"), liquid.window_c) for name, liquid in parameters.liquids.items()),
+        *(
+            (("liquids", name, "concentration_window_pct"), liquid.concentration_window_pct)
+            for name, liquid in parameters.liquids.items()
+        ),
         *((("parts", row, "standoff_um"), part.standoff_um) for row, part in enumerate(parameters.parts)),
         *((("parts", row, "window_c"), part.window_c) for row, part in enumerate(parameters.parts)),
         *((("provenance", name, "interval"), entry.interval) for name, entry in parameters.provenance.items()),

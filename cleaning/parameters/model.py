@@ -38,6 +38,7 @@ Ionic: TypeAlias = Annotated[float, Bounds(1e-6, 1_000_000, "µg/cm²", "limits 
 Samples: TypeAlias = Annotated[int, Bounds(1, 1_000_000_000)]
 Scatter: TypeAlias = Annotated[float, Bounds(0, 1e12, what="results of a fit")]
 FitNumber: TypeAlias = Annotated[float, Bounds(-1e12, 1e12, what="results of a fit")]
+Residue: TypeAlias = Literal["rosin", "no_clean", "water_soluble"]
 Known: TypeAlias = Literal["source", "derived", "literature", "proposed", "calibrated", "synthetic"]
 
 
@@ -89,6 +90,11 @@ class Liquid(Spec):
     bath_nvr_pct: Percent = Field(default=0.0, description="Non-volatile residue that the bath carries.")
     resistivity_mohm_cm: Resistivity | None = Field(default=None, description="Of rinse water as it is sprayed.")
     window_c: tuple[Celsius, Celsius] | None = Field(default=None, description="Temperatures at which it may be used.")
+    concentration_window_pct: tuple[Percent, Percent] | None = Field(
+        default=None, description="Concentrations at which it may be used."
+    )
+    dissolves: list[Residue] = Field(default=[], description="Kinds of flux that it removes; left out: not judged.")
+    attacks: list[Word] = Field(default=[], description="Materials that it attacks, such as aluminium.")
 
 
 class Film(Spec):
@@ -106,6 +112,7 @@ class Film(Spec):
 class Soil(Spec):
     """What is to be removed, and how it gives way."""
 
+    flux: Residue | None = Field(default=None, description="Kind of flux; left out: whether a solution suits is open.")
     k1_per_s: PositiveRate = Field(description="Softening by chemistry at 60 °C and the reference concentration.")
     activation_kj_mol: Activation = Field(description="Of the softening.")
     half_pct: PositivePercent = Field(description="Concentration at which softening is half of its limit.")
@@ -185,6 +192,7 @@ class PartOverride(Spec):
     paste_factor: PasteFactor | None = Field(default=None, description="Scales its f0.")
     most_kpa: Impact | None = Field(default=None, description="Impact pressure that it bears.")
     window_c: tuple[Celsius, Celsius] | None = Field(default=None, description="Temperatures that it bears.")
+    materials: list[Word] = Field(default=[], description="Bare materials that a solution must not attack.")
 
 
 class Limits(Spec):

@@ -51,6 +51,7 @@ _SPENT = 1
 _ESCAPES = 1
 """Exit code where something that was predicted clean was measured not clean."""
 _MOST_NUMBERS = 12
+_MOST_FLUX_ML = 1000.0
 
 
 def analyse(
@@ -228,6 +229,14 @@ def bath(
         float | None,
         typer.Option("--flux-mg", help="Flux that a board brings; left out, what is in its gaps.", min=0, max=1e6),
     ] = None,
+    flux: Annotated[
+        str,
+        typer.Option(
+            "--flux",
+            help="Liquid flux that a board got, by name, with millilitres: its solids, in place of --flux-mg.",
+            metavar="NAME:ML",
+        ),
+    ] = "",
     drag_out_ml: Annotated[
         float | None,
         typer.Option(
@@ -268,7 +277,7 @@ def bath(
 
         numbers = _numbers(boards)
         check_places((program, board, recipe, parameters, parts), {"a report": data})
-        given = (litres, flux_mg, drag_out_ml, begin_pct)
+        given = (litres, _flux_mg(flux, flux_mg), drag_out_ml, begin_pct)
         found, liquid, limit, washed = _follow((program, board, recipe, parts), parameters, given, numbers)
         write_outputs({data: None if data is None else json_bytes(bath_report(found, liquid, limit, washed))})
         console = open_console()
@@ -277,6 +286,32 @@ def bath(
         spent = found.boards_until(limit)
         if spent is not None and spent < numbers[-1]:
             raise typer.Exit(_SPENT)
+
+
+def _flux_mg(words: str, stated_mg: float | None) -> float | None:
+    """Read what flux a board brings: as stated, or the solids of a liquid flux.
+
+    Raises:
+        JobError: the flux is unknown, its volume is no number, or both are given.
+    """
+    from cleaning.parameters.chemistries import fluxes
+    from specs.errors import JobError
+    from specs.yaml.schema import name_nearest
+
+    if not words:
+        return stated_mg
+    name, _, volume = words.partition(":")
+    if stated_mg is not None:
+        raise JobError("give --flux or --flux-mg, not both: each states what a board brings.")
+    if name not in fluxes():
+        raise JobError(f"--flux {words}: unknown flux {name!r}; {name_nearest(name, list(fluxes()))}")
+    try:
+        millilitres = float(volume)
+    except ValueError:
+        millilitres = -1.0
+    if not 0.0 <= millilitres <= _MOST_FLUX_ML:
+        raise JobError(f"--flux {words}: give millilitres from 0 to {_MOST_FLUX_ML:g} after the name, as in {name}:3.")
+    return 1e3 * fluxes()[name].solids_g(millilitres)
 
 
 def _numbers(words: str) -> list[int]:
@@ -328,7 +363,7 @@ def _follow(
             prepared, program, recipe, progress=subprogress(progress, 0.1, 0.1 + share), sensitivity=False
         )
         liquid = washing_liquid(first)
-        solution = known.liquids[liquid]
+        known, solution = first.parameters, first.parameters.liquids[liquid]
         bath = Bath(
             volume_l=litres,
             density_kg_m3=solution.density_kg_m3,

@@ -73,3 +73,26 @@ def test_boards_that_are_no_numbers_are_refused(program: Path, words: str) -> No
     done = washboard("bath", program, "--boards", words)
     assert done.code == 2
     assert "whole numbers from 1 on" in done.err
+
+
+@pytest.mark.slow
+def test_a_liquid_flux_brings_its_solids(program: Path, tmp_path: Path) -> None:
+    data = tmp_path / "bath.json"
+    done = washboard("bath", program, "--boards", "1", "--flux", "kester-951:3", "--json", data)
+    assert done.code in (0, 1)
+    assert json.loads(data.read_text("utf-8"))["flux_g"] == pytest.approx(0.048_84)
+
+
+@pytest.mark.parametrize(
+    ("words", "because"),
+    [
+        (("--flux", "kester-95:3"), "did you mean 'kester-951'"),
+        (("--flux", "kester-951"), "give millilitres from 0 to 1000"),
+        (("--flux", "kester-951:nan"), "give millilitres from 0 to 1000"),
+        (("--flux", "kester-951:3", "--flux-mg", "4"), "not both"),
+    ],
+)
+def test_a_flux_that_is_not_known_is_refused(program: Path, words: tuple[str, ...], because: str) -> None:
+    done = washboard("bath", program, *words)
+    assert done.code == 2
+    assert because in " ".join(done.err.split())
