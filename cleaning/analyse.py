@@ -13,11 +13,14 @@ from cleaning.exposure.exposure import Exposure, expose
 from cleaning.film.run_off import film_supply
 from cleaning.jet.jet import Jet, jet_of
 from cleaning.judge_component import Sprayed, bare_part, component_part, gaps_of, spraying_of
+from cleaning.parameters.chemistries import with_chemistries
 from cleaning.parameters.load import parameters_sha256
 from cleaning.parameters.model import Parameters
 from cleaning.prepared_board import PreparedBoard, prepare
 from cleaning.process.split_stages import stages_of
 from cleaning.process.stages import Stage
+from cleaning.undersides.rinse import bath_g_m3
+from cleaning.undersides.rinse_cascade import RinseWater, cascade_of
 from cleaning.verdicts.exposed_area import cells_of_side
 from cleaning.verdicts.process_rules import judge_process, judge_range
 from cleaning.verdicts.results import CleaningReport, Judgement, Part
@@ -76,22 +79,29 @@ def analyse_on(
 
     Without ``sensitivity`` parts have no elasticities, which take longer than the residue itself.
     """
-    parameters = prepared.parameters
+    cascade = prepared.parameters.rinse.cascade
+    named = [*(function.solution for function in recipe.functions.values())]
+    named += [] if cascade is None else [tank.solution for tank in cascade.tanks]
+    parameters = with_chemistries(prepared.parameters, named)
+    prepared = replace(prepared, parameters=parameters)
     staged = stages_of(program, recipe, parameters, _WAY_MM[effort])
     sprayed = _spray(staged.stages, prepared, effort, subprogress(progress, 0.0, 0.5))
+    rinse_water = _rinse_water(prepared, sprayed)
+    sprayed = sprayed if rinse_water is None else _from_tanks(sprayed, rinse_water)
+    stages = tuple(each.stage for each in sprayed)
     undersides = gaps_of(prepared, sprayed, subprogress(progress, 0.5, 0.9), sensitivity=sensitivity)
     progress("judging", 0.9)
     rows, spraying = range(len(prepared.board.components)), spraying_of(prepared, sprayed)
     parts = tuple(component_part(row, prepared, spraying, undersides.get(row)) for row in rows)
     bare = bare_part(prepared, spraying)
-    process = (*judge_process(staged.stages, parameters), *judge_range(staged.stages, prepared.board))
+    process = (*judge_process(stages, parameters), *judge_range(stages, prepared.board))
     progress("done", 1.0)
     return CleaningReport(
         origin=program.origin,
         board=prepared.board,
         parameters=parameters,
         parameters_sha256=parameters_sha256(parameters),
-        stages=staged.stages,
+        stages=stages,
         facets=prepared.facets,
         exposures=tuple(each.exposure for each in sprayed),
         run_off=prepared.run_off,
@@ -104,6 +114,7 @@ def analyse_on(
         duration_s=program.totals.duration_s,
         litres=program.totals.liquid_l,
         findings=worst_first((*staged.findings, *_findings(parts, bare, process))),
+        rinse_water=rinse_water,
     )
 
 
@@ -118,6 +129,33 @@ def analyse_with_capability(
     report = analyse_on(prepared, program, recipe, effort, subprogress(progress, 0.0, _SHARE_BEFORE_CAPABILITY))
     varying = subprogress(progress, _SHARE_BEFORE_CAPABILITY, 1.0)
     return replace(report, capability=capability_of(report, prepared, varying))
+
+
+def _rinse_water(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> RinseWater | None:
+    """Follow what boards carry over from the bath into the rinse tanks, if any: as it settles, or as it is given."""
+    stages = [each.stage for each in sprayed]
+    gaps_mm3 = sum(
+        underside.cases[-1].gap_height_mm * underside.length_mm * underside.width_mm * (1.0 - fields[-1].coverage)
+        for underside, fields in zip(prepared.undersides, prepared.fields, strict=True)
+    )  # of unknown heights the upper bound: what is carried over is not made light of
+    area_mm2 = float(prepared.facets.areas_mm2.sum())
+    landed_mm3 = [each.exposure.landed_mm3 for each in sprayed]
+    cascade = cascade_of(prepared.parameters, stages, landed_mm3, area_mm2, gaps_mm3)
+    if cascade is None:
+        return None
+    washing = next(bath_g_m3(stage.liquid) for stage in stages if stage.use == "wash")
+    return RinseWater(cascade, washing, prepared.tanks_g_m3 or cascade.steady_g_m3(washing))
+
+
+def _from_tanks(sprayed: Sequence[Sprayed], water: RinseWater) -> tuple[Sprayed, ...]:
+    """Let each rinse spray what its tank holds."""
+    held = dict(zip(water.cascade.solutions, water.contents_g_m3, strict=True))
+    return tuple(
+        replace(each, stage=replace(each.stage, water_g_m3=held[each.stage.solution]))
+        if each.stage.use == "rinse" and each.stage.solution in held
+        else each
+        for each in sprayed
+    )
 
 
 def _spray(stages: Sequence[Stage], prepared: PreparedBoard, effort: Effort, progress: Progress) -> tuple[Sprayed, ...]:

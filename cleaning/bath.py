@@ -15,8 +15,9 @@ from dataclasses import dataclass
 
 from cleaning.errors import CleaningError, require_not_negative, require_positive
 from cleaning.parameters.model import Parameters
-from cleaning.report import summarise_report
+from cleaning.report import summarise_report, summarise_rinse
 from cleaning.undersides.gap_result import GapResult
+from cleaning.undersides.rinse_cascade import Cascade
 from cleaning.verdicts.results import CleaningReport
 from specs.json import Json
 
@@ -61,6 +62,16 @@ class Bath:
     @property
     def _brought_pct(self) -> float:
         return 100.0 * self.flux_g / (self.volume_l * self.density_kg_m3)
+
+    @property
+    def kept(self) -> float:
+        """With each board the residue becomes so many times what it was, and ``added_pct`` more."""
+        return 1.0 - self._share
+
+    @property
+    def added_pct(self) -> float:
+        """What each board and what makes up for it bring."""
+        return self.kept * self._brought_pct + self._share * self.fresh_pct
 
     @property
     def settles_pct(self) -> float:
@@ -141,6 +152,22 @@ def with_bath(parameters: Parameters, liquid: str, residue_pct: float) -> Parame
     return parameters.model_copy(update={"liquids": {**parameters.liquids, liquid: changed}})
 
 
+def tanks_before(bath: Bath, cascade: Cascade, number: int) -> tuple[float, ...]:
+    """Give what the rinse tanks carry when a board comes to them, g/m³; both they and the bath began with the first."""
+    return cascade.after_g_m3(number - 1, *_in_g_m3(bath))
+
+
+def rinse_until(bath: Bath, cascade: Cascade, limit_mohm_cm: float) -> int | None:
+    """Count the boards after which the last rinse tank is below a resistivity; ``None`` if it never is."""
+    return cascade.boards_until(limit_mohm_cm, *_in_g_m3(bath))
+
+
+def _in_g_m3(bath: Bath) -> tuple[float, float, float]:
+    """Give what the bath carries at first, which share of it stays with each board, and what each board adds."""
+    each = 10.0 * bath.density_kg_m3
+    return each * bath.residue_pct(0), bath.kept, each * bath.added_pct
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class BoardInBath:
     """One of many boards, as it comes out of the bath of that moment."""
@@ -154,7 +181,8 @@ class BoardInBath:
 
 def bath_report(bath: Bath, liquid: str, limit_pct: float, boards: Sequence[BoardInBath]) -> dict[str, Json]:
     """Collect a bath and what comes out of it as plain data: ``--json`` of ``washboard bath``."""
-    settles = bath.settles_pct
+    settles, report = bath.settles_pct, boards[0].report
+    water, least = report.rinse_water, report.parameters.limits.rinse_warn_mohm
     return {
         "washboard_bath": 1,
         "liquid": liquid,
@@ -162,11 +190,19 @@ def bath_report(bath: Bath, liquid: str, limit_pct: float, boards: Sequence[Boar
         "flux_g": _digits(bath.flux_g),
         "drag_out_ml": _digits(bath.drag_out_ml),
         "fresh_pct": bath.fresh_pct,
+        "begin_pct": bath.residue_pct(0),
         "limit_pct": limit_pct,
         "settles_pct": None if math.isinf(settles) else _digits(settles),
         "change_after": bath.boards_until(limit_pct),
+        "rinse_limit_mohm_cm": least,
+        "rinse_below_after": None if water is None else rinse_until(bath, water.cascade, least),
         "boards": [
-            {"number": each.number, "residue_pct": _digits(each.residue_pct), **summarise_report(each.report)}
+            {
+                "number": each.number,
+                "residue_pct": _digits(each.residue_pct),
+                "rinse_water": summarise_rinse(each.report),
+                **summarise_report(each.report),
+            }
             for each in boards
         ],
     }

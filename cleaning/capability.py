@@ -20,7 +20,7 @@ from cleaning.jet.jet import jet_of
 from cleaning.judge_component import Sprayed, gaps_under, pressures_of
 from cleaning.parameters.liquid import capillary_pa
 from cleaning.parameters.model import Parameters
-from cleaning.parameters.provenance import assumptions_of, keys_of, with_values
+from cleaning.parameters.provenance import assumptions_of, bounds_at, keys_of, with_values
 from cleaning.prepared_board import PreparedBoard
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult
@@ -76,12 +76,17 @@ class ValueRange:
     is_interval: bool = False
     """Whether the ends are those of a 95 % interval of a fit, and the value is normal on a logarithmic scale."""
 
+    def at(self, position: float) -> float:
+        """Give the value at a position: -1 is the low end, 0 as stated, 1 the high end."""
+        end = self.high if position > 0.0 else self.low
+        return self.value * (end / self.value) ** abs(position)
+
 
 def ranges_of(parameters: Parameters, liquids: Sequence[str] | None = None) -> tuple[ValueRange, ...]:
     """List the values with a stated range; of liquids those that are named, or all.
 
     A value that a fit gave has its interval; every other one lies, evenly on a logarithmic scale, between itself
-    divided and multiplied by ``within_factor`` of its provenance.
+    divided and multiplied by ``within_factor`` of its provenance, or up to where it ends: no agent is above 100 %.
     """
     found: list[ValueRange] = []
     for each in assumptions_of(parameters):
@@ -99,7 +104,8 @@ def ranges_of(parameters: Parameters, liquids: Sequence[str] | None = None) -> t
         if interval is not None and 0.0 < interval[0] <= value <= interval[1]:
             found.append(ValueRange(each.path, interval[0], value, interval[1], is_interval=True))
         elif factor is not None and factor > 1.0 and value > 0.0:
-            found.append(ValueRange(each.path, value / factor, value, value * factor))
+            least, most = bounds_at(each.path)  # a whole block's factor may lead beyond what one of its values can be
+            found.append(ValueRange(each.path, max(value / factor, least), value, min(value * factor, most)))
     return tuple(found)
 
 
@@ -132,7 +138,7 @@ def capability_of(
         ends[each.path] = low, high
     progress("judging", 0.95)
     found = _Samples.of(report, prepared, base, ends)
-    positions = _draw(ranges, samples)
+    positions = draw_positions(ranges, samples)
     outcomes = [found.judge({each.path: at for each, at in zip(ranges, row, strict=True)}, ranges) for row in positions]
     progress("done", 1.0)
     return _sum_up(found, outcomes, ranges)
@@ -172,6 +178,9 @@ def _filling_ends(
     found: list[_Array] = []
     for end in (value.low, value.high):
         times = end / value.value
+        if times == 1.0:  # the range ends at the value
+            found.append(np.zeros_like(base))
+            continue
         change = _metrics(report, _follow(report, _filled(prepared, times), report.parameters, pressures)) - base
         for row in range(len(prepared.rows)):
             begin, most = _paste_factor(prepared, row), _most_factor(prepared, row)
@@ -250,21 +259,18 @@ def _straight(residue: float) -> float:
     return math.log(-math.log(min(max(residue, _LEAST), _MOST)))
 
 
-def _draw(ranges: Sequence[ValueRange], samples: int) -> Scalars:
-    """(samples, ranges) where in its range each value lies: -1 at the low end, 0 as stated, 1 at the high end."""
+def draw_positions(ranges: Sequence[ValueRange], samples: int) -> Scalars:
+    """(samples, ranges) position in its range of each value; the same ones every time."""
     random = np.random.default_rng(_SEED)
     drawn = np.empty((samples, len(ranges)))
     for column, each in enumerate(ranges):
         if each.is_interval:
             drawn[:, column] = random.normal(0.0, 1.0 / _NORMAL_95, samples)
         else:  # one in each of as many equal parts, in random order
-            drawn[:, column] = 2.0 * (random.permutation(samples) + random.random(samples)) / samples - 1.0
+            at = (random.permutation(samples) + random.random(samples)) / samples
+            below = math.log(each.value / each.low) / math.log(each.high / each.low)
+            drawn[:, column] = (at - below) / np.where(at < below, below, 1.0 - below)
     return drawn
-
-
-def _value_at(value: ValueRange, position: float) -> float:
-    end = value.high if position > 0.0 else value.low
-    return value.value * (end / value.value) ** abs(position)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -305,9 +311,7 @@ class _Samples:
 
     def judge(self, positions: Mapping[str, float], ranges: Sequence[ValueRange]) -> dict[str, Rule | None]:
         """Give by component the rule that it breaks with some values, ``None`` where it comes out clean."""
-        parameters = with_values(
-            self.report.parameters, {each.path: _value_at(each, positions[each.path]) for each in ranges}
-        )
+        parameters = with_values(self.report.parameters, {each.path: each.at(positions[each.path]) for each in ranges})
         metrics = self.base.copy()
         for path, (low, high) in self.ends.items():
             at = positions[path]

@@ -43,6 +43,8 @@ class PreparedBoard:
     """How film and run-off of tops spread over the cells of each side."""
     fields: tuple[tuple[GapField, ...], ...]
     """Per underside one per case."""
+    tanks_g_m3: tuple[float, ...] = ()
+    """What each rinse tank of the parameters carries when the board comes; left out, what they settle at."""
 
 
 def prepare(board: Board, parameters: Parameters, progress: Progress) -> PreparedBoard:

@@ -12,6 +12,7 @@ from cleaning.gap.flow_field import GapField
 from cleaning.parameters.provenance import assumptions_of
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult, GapStage
+from cleaning.undersides.rinse import ionic_ug_cm2
 from cleaning.verdicts.cleanliness import cleanliness, count_cleanliness, stays_wet
 from cleaning.verdicts.results import Capability, CleaningReport, Judgement, Part
 from cleaning.verdicts.rules import VERDICTS
@@ -58,6 +59,7 @@ def cleaning_report(
         **summarise_report(report),
         "traceability": asdict(trace),
         "stages": [_stage(stage, exposure) for stage, exposure in zip(report.stages, report.exposures, strict=True)],
+        "rinse_water": summarise_rinse(report),
         "process": [_judgement(each) for each in report.process],
         "bare_board": _part(report.bare),
         "components": [_part(part) for part in report.parts],
@@ -99,6 +101,34 @@ def summarise_report(report: CleaningReport) -> dict[str, Json]:
         "duration_s": _plain(report.duration_s),
         "litres": _plain(dict(report.litres)),
     }
+
+
+def summarise_rinse(report: CleaningReport) -> Json:
+    """Collect what the rinse tanks carry and what boards leave them with; nothing where there are none."""
+    water = report.rinse_water
+    if water is None:
+        return None
+    cascade, film_um = water.cascade, report.parameters.rinse.final_film_um
+    return _plain(
+        {
+            "carried_ml": 1e6 * cascade.carried_m3,
+            "fresh_l": 1e3 * cascade.fresh_m3,
+            "counter_current": cascade.counter_current,
+            "bath_g_m3": water.bath_g_m3,
+            "tanks": [
+                {
+                    "solution": tank.solution,
+                    "volume_l": 1e3 * tank.volume_m3,
+                    "content_g_m3": tank.content_g_m3,
+                    "resistivity_mohm_cm": tank.resistivity_mohm_cm,
+                    "kept": tank.kept,
+                    "on_board_g_m3": tank.on_board_g_m3,
+                    "on_board_ug_cm2": ionic_ug_cm2(tank.on_board_g_m3, film_um),
+                }
+                for tank in water.tanks
+            ],
+        }
+    )
 
 
 def summarise_part(part: Part) -> dict[str, Json]:

@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from pydantic import ValidationError
 
+from cleaning.parameters.chemistries import with_chemistries
 from cleaning.parameters.model import Parameters, Provenance
 from cleaning.parameters.provenance import keys_of, with_values
 from specs.yaml.located import Located, YamlPath, spell_path
@@ -61,11 +62,27 @@ def _check_values(parameters: Parameters) -> Iterator[Problem]:
         if liquid.use == "wash" and liquid.concentration_pct == 0:
             message = "must be above 0 for washing: without it nothing softens. 100 if the liquid itself is the agent"
             yield Problem(("liquids", name, "concentration_pct"), message, (("liquids", name, "use"),))
+    yield from _check_cascade(parameters)
     drying = parameters.drying
     if drying.bake_min > 0 and drying.bake_c is None:
         yield Problem(("drying", "bake_min"), "needs the temperature of the bake too: bake_c", (("drying", "bake_c"),))
     if drying.bake_c is not None and drying.bake_min == 0:
         yield Problem(("drying", "bake_c"), "needs the time of the bake too: bake_min", (("drying", "bake_min"),))
+
+
+def _check_cascade(parameters: Parameters) -> Iterator[Problem]:
+    """Tanks hold rinse water that the set has, each its own."""
+    tanks = [] if parameters.rinse.cascade is None else parameters.rinse.cascade.tanks
+    for row, tank in enumerate(tanks):
+        at: YamlPath = ("rinse", "cascade", "tanks", row, "solution")
+        liquids = with_chemistries(parameters, [tank.solution]).liquids
+        liquid = liquids.get(tank.solution)
+        if liquid is None:
+            yield Problem(at, f"is not among liquids; {name_nearest(tank.solution, list(liquids))}")
+        elif liquid.use != "rinse":
+            yield Problem(at, f"{tank.solution} is for {liquid.use}, not for rinse")
+        elif tank.solution in [each.solution for each in tanks[:row]]:
+            yield Problem(at, f"{tank.solution} has a tank already; each tank has a solution of its own")
 
 
 def _check_ranges(parameters: Parameters) -> Iterator[Problem]:
@@ -94,6 +111,10 @@ def _check_order(parameters: Parameters) -> Iterator[Problem]:
     """Pairs whose lower number comes first, and values that another one bounds."""
     pairs: list[tuple[YamlPath, tuple[float, float] | None]] = [
         *((("liquids", name, "window_c"), liquid.window_c) for name, liquid in parameters.liquids.items()),
+        *(
+            (("liquids", name, "concentration_window_pct"), liquid.concentration_window_pct)
+            for name, liquid in parameters.liquids.items()
+        ),
         *((("parts", row, "standoff_um"), part.standoff_um) for row, part in enumerate(parameters.parts)),
         *((("parts", row, "window_c"), part.window_c) for row, part in enumerate(parameters.parts)),
         *((("provenance", name, "interval"), entry.interval) for name, entry in parameters.provenance.items()),

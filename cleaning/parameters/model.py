@@ -33,10 +33,12 @@ Reynolds: TypeAlias = Annotated[float, Bounds(0.001, 1_000_000, what="Reynolds n
 Capacity: TypeAlias = Annotated[float, Bounds(1e-6, 100_000, "kg/m³", "loads of a liquid")]
 HeatTransfer: TypeAlias = Annotated[float, Bounds(0.01, 1_000_000, "W/m²K", "heat transfers")]
 Exchanges: TypeAlias = Annotated[float, Bounds(0.001, 1_000_000, what="numbers of exchanges")]
+Litres: TypeAlias = Annotated[float, Bounds(0.0001, 1_000_000, "l", "volumes of tanks and of fresh water")]
 Ionic: TypeAlias = Annotated[float, Bounds(1e-6, 1_000_000, "µg/cm²", "limits of ionic residue")]
 Samples: TypeAlias = Annotated[int, Bounds(1, 1_000_000_000)]
 Scatter: TypeAlias = Annotated[float, Bounds(0, 1e12, what="results of a fit")]
 FitNumber: TypeAlias = Annotated[float, Bounds(-1e12, 1e12, what="results of a fit")]
+Residue: TypeAlias = Literal["rosin", "no_clean", "water_soluble"]
 Known: TypeAlias = Literal["source", "derived", "literature", "proposed", "calibrated", "synthetic"]
 
 
@@ -93,6 +95,11 @@ class Liquid(Spec):
     bath_nvr_pct: Percent = Field(default=0.0, description="Non-volatile residue that the bath carries.")
     resistivity_mohm_cm: Resistivity | None = Field(default=None, description="Of rinse water as it is sprayed.")
     window_c: tuple[Celsius, Celsius] | None = Field(default=None, description="Temperatures at which it may be used.")
+    concentration_window_pct: tuple[Percent, Percent] | None = Field(
+        default=None, description="Concentrations at which it may be used."
+    )
+    dissolves: list[Residue] = Field(default=[], description="Kinds of flux that it removes; left out: not judged.")
+    attacks: list[Word] = Field(default=[], description="Materials that it attacks, such as aluminium.")
 
 
 class Film(Spec):
@@ -110,6 +117,7 @@ class Film(Spec):
 class Soil(Spec):
     """What is to be removed, and how it gives way."""
 
+    flux: Residue | None = Field(default=None, description="Kind of flux; left out: whether a solution suits is open.")
     k1_per_s: PositiveRate = Field(description="Softening by chemistry at 60 °C and the reference concentration.")
     activation_kj_mol: Activation = Field(description="Of the softening.")
     half_pct: PositivePercent = Field(description="Concentration at which softening is half of its limit.")
@@ -136,12 +144,34 @@ class Gap(Spec):
     capacity_kg_m3: Capacity = Field(description="Residue that a cubic metre of liquid can carry (c_cap).")
 
 
+class RinseTank(Spec):
+    """One of the tanks that a board is rinsed from."""
+
+    solution: Word = Field(description="Its water, by the name that recipes use.")
+    volume_l: Litres = Field(description="Water that circulates.")
+
+
+class RinseCascade(Spec):
+    """Rinse tanks that boards pass one after the other, each with what they carry over from the one before."""
+
+    tanks: list[RinseTank] = Field(min_length=1, max_length=12, description="In the order in which boards pass them.")
+    fresh_l: Litres = Field(description="Fresh water for each board: into the last tank, or into each.")
+    feed: Literal["counter_current", "each"] = Field(
+        default="counter_current",
+        description="counter_current: fresh water enters the last tank and overflows from tank to tank; each: every "
+        "tank has its own.",
+    )
+
+
 class Rinse(Spec):
     """Dilution of what the wash leaves."""
 
     film_um: Thin = Field(description="Film on exposed surfaces that one exchange replaces.")
     final_film_um: Thin = Field(description="Film that stays when the rinse ends.")
     efficiency: Share = Field(description="Of an exchange (eta).")
+    cascade: RinseCascade | None = Field(
+        default=None, description="Tanks whose water is used for many boards; left out: each rinse has fresh water."
+    )
 
 
 class Drying(Spec):
@@ -167,6 +197,7 @@ class PartOverride(Spec):
     paste_factor: PasteFactor | None = Field(default=None, description="Scales its f0.")
     most_kpa: Impact | None = Field(default=None, description="Impact pressure that it bears.")
     window_c: tuple[Celsius, Celsius] | None = Field(default=None, description="Temperatures that it bears.")
+    materials: list[Word] = Field(default=[], description="Bare materials that a solution must not attack.")
 
 
 class Limits(Spec):

@@ -1,11 +1,13 @@
 """What an analysis takes for granted: every value of a parameter set, with how it is known."""
 
 import json
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, cast, get_args
 
-from cleaning.parameters.model import Known, Parameters, Provenance
+from cleaning.parameters.model import Known, Liquid, Parameters, Provenance
+from specs.spec import Bounds
 
 _NOT_VALUES = ("parameters", "description", "provenance", "extends")
 """Keys that name and document a set; no number follows from them."""
@@ -78,3 +80,18 @@ def _with_value(holder: Any, keys: list[str], value: float) -> Any:
         return {**held, key: _with_value(held[key], rest, value) if rest else value}
     inner = _with_value(getattr(holder, key), rest, value) if rest else value
     return holder.model_copy(update={key: inner})
+
+
+def bounds_at(path: str) -> tuple[float, float]:
+    """Give the least and the most that the value at a path may be, by its type; infinite where that has no bounds."""
+    *blocks, field = keys_of(path)
+    holder: Any = Liquid if blocks[0] == "liquids" else Parameters.model_fields[blocks[0]].annotation
+    info = holder.model_fields[field]
+    found = _bounds_in((info.annotation, *info.metadata))
+    return (-math.inf, math.inf) if found is None else (found.least, found.most)
+
+
+def _bounds_in(types: tuple[Any, ...]) -> Bounds | None:
+    """Find the bounds in a type, which those of an optional value are one level down in."""
+    found = (each if isinstance(each, Bounds) else _bounds_in(get_args(each)) for each in types)
+    return next((each for each in found if each is not None), None)

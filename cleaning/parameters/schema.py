@@ -11,6 +11,8 @@ _SECTIONS = {
     "film": ("Film",),
     "gap": ("Gap",),
     "rinse": ("Rinse",),
+    "rinse: cascade": ("RinseCascade",),
+    "rinse: cascade: tanks": ("RinseTank",),
     "drying": ("Drying",),
     "parts": ("PartOverride",),
     "limits": ("Limits",),

@@ -59,6 +59,8 @@ class Stage:
     samples: Samples
     repeats: int = 1
     """How often a loop may do it, at most; its samples are those of once."""
+    water_g_m3: float | None = None
+    """What its rinse water carries, as salt, where a cascade of tanks is followed; else it follows from the liquid."""
 
     @cached_property
     def spray_s(self) -> float:

@@ -33,6 +33,22 @@ def salt_g_m3(resistivity_mohm_cm: float | None) -> float:
     return max(0.0, (1.0 / resistivity_mohm_cm - _PURE_WATER_US_CM) / _SALT_US_CM_PER_G_M3)
 
 
+def resistivity_mohm_cm(content_g_m3: float) -> float:
+    """Resistivity of water that carries so much common salt; the inverse of ``salt_g_m3``."""
+    require_not_negative(content_g_m3=content_g_m3)
+    return 1.0 / (_PURE_WATER_US_CM + _SALT_US_CM_PER_G_M3 * content_g_m3)
+
+
+def water_g_m3(stage: Stage) -> float:
+    """What the water of a rinse brings, as common salt: as its tank has it, else as its resistivity states."""
+    return salt_g_m3(stage.liquid.resistivity_mohm_cm) if stage.water_g_m3 is None else stage.water_g_m3
+
+
+def water_resistivity(stage: Stage) -> float | None:
+    """Resistivity of the water of a rinse, MOhm cm; ``None`` where nothing states it."""
+    return stage.liquid.resistivity_mohm_cm if stage.water_g_m3 is None else resistivity_mohm_cm(stage.water_g_m3)
+
+
 def diluted_g_m3(rinse: Rinse, before_g_m3: float, exchanges: float, water_g_m3: float) -> float:
     """What is in the liquid after a rinse: what was there beyond what the water brings fades away, exp(-eta N).
 
@@ -68,6 +84,5 @@ def gap_content_g_m3(rinse: Rinse, stages: Sequence[Stage], gaps: Sequence[GapSt
         if stage.use == "wash":
             content = bath_g_m3(stage.liquid)
         else:
-            salt = salt_g_m3(stage.liquid.resistivity_mohm_cm)
-            content = diluted_g_m3(rinse, content, stage.repeats * gap.exchanges, salt)
+            content = diluted_g_m3(rinse, content, stage.repeats * gap.exchanges, water_g_m3(stage))
     return content

@@ -151,3 +151,13 @@ def _load(evidence: Evidence, stage: Stage, exposed: ExposedPart) -> Iterator[Ju
             advice=f"Change temperature_c of {stage.function}.",
             stage=stage.made_by,
         )
+    attacked = [each for each in evidence.override.materials if each in stage.liquid.attacks]
+    if attacked:
+        yield Judgement(
+            rule=PROCESS_WINDOW,
+            variant="material",
+            verdict="dirty",
+            because=f"{stage.solution} attacks {' and '.join(attacked)}, which it has bare.",
+            advice=f"Choose another solution for {stage.function}, or avoid it with a mask.",
+            stage=stage.made_by,
+        )

@@ -7,12 +7,14 @@ import numpy as np
 from boards.board import Board
 from cleaning.parameters.model import Limits, Parameters
 from cleaning.process.stages import Stage
+from cleaning.undersides.rinse import water_resistivity
 from cleaning.verdicts.results import Judgement, Number
 from cleaning.verdicts.rules import INCOMPLETE_RINSE, MODEL_LIMIT, PROCESS_WINDOW, SPENT_BATH
 from geometry.arrays import Scalars
 from recipes.footprint import mid_angles
 from recipes.nozzles import FullCone, HollowCone, Radial
 
+_CLEANER_TANK = "Add a tank before it, or more fresh water (rinse.cascade)."
 NEAREST_MM, FARTHEST_MM = 20.0, 200.0
 """Heights of the orifice over the board at which the spray is taken to be as at the height of its data sheet."""
 _SHARE = 0.05
@@ -22,7 +24,7 @@ _SHARE = 0.05
 def judge_process(stages: Sequence[Stage], parameters: Parameters) -> list[Judgement]:
     """Judge bath, rinse water, temperatures and the age of the residue."""
     limits, age, most = parameters.limits, parameters.soil.age_h, parameters.limits.hours_after_reflow
-    found = [judgement for stage in stages for judgement in _solution(stage, limits)]
+    found = [judgement for stage in stages for judgement in (*_solution(stage, limits), *_suits(stage, parameters))]
     uses = {stage.use for stage in stages}
     if "wash" in uses and age is not None and most is not None and age > most:
         because = f"Washing begins {age:g} h after reflow (limit {most:g} h): residue that has aged gives way less."
@@ -56,14 +58,15 @@ def _solution(stage: Stage, limits: Limits) -> Iterator[Judgement]:
             advice="Change the bath.",
             stage=stage.made_by,
         )
-    resistivity = liquid.resistivity_mohm_cm
-    if stage.use == "rinse" and resistivity is not None and resistivity < high:
+    resistivity = water_resistivity(stage) if stage.use == "rinse" else None
+    if resistivity is not None and resistivity < high:
+        of_tank = "." if stage.water_g_m3 is None else ": boards carry the bath over into its tank."
         yield Judgement(
             rule=INCOMPLETE_RINSE,
             verdict="dirty" if resistivity < low else "marginal",
             numbers=(Number("resistivity", resistivity, "MOhm cm", high),),
-            because=f"{stage.solution} has {resistivity:g} MOhm cm (limit {high:g} MOhm cm).",
-            advice="Rinse with cleaner water.",
+            because=f"{stage.solution} has {resistivity:.3g} MOhm cm (limit {high:g} MOhm cm)" + of_tank,
+            advice="Rinse with cleaner water." if stage.water_g_m3 is None else _CLEANER_TANK,
             stage=stage.made_by,
         )
     window, celsius = liquid.window_c, stage.temperature_c
@@ -75,6 +78,36 @@ def _solution(stage: Stage, limits: Limits) -> Iterator[Judgement]:
             numbers=(Number("temperature", celsius, "°C", window[0] if celsius < window[0] else window[1]),),
             because=f"{stage.function} is at {celsius:g} °C; {made_for}.",
             advice=f"Change temperature_c of {stage.function}.",
+            stage=stage.made_by,
+        )
+
+
+def _suits(stage: Stage, parameters: Parameters) -> Iterator[Judgement]:
+    """Whether a washing solution removes this kind of flux, and has a concentration at which it may be used."""
+    liquid, kind = stage.liquid, parameters.soil.flux
+    if stage.use != "wash":
+        return
+    if kind is not None and liquid.dissolves and kind not in liquid.dissolves:
+        removed = " and ".join(each.replace("_", "-") for each in liquid.dissolves)
+        yield Judgement(
+            rule=PROCESS_WINDOW,
+            variant="solution",
+            verdict="dirty",
+            because=f"{stage.solution} removes {removed} flux; the parameter set {parameters.parameters} is for "
+            f"{kind.replace('_', '-')} flux, whose rates do not hold for it.",
+            advice=f"Choose another solution for {stage.function}, or the parameter set for the flux on the board.",
+            stage=stage.made_by,
+        )
+    window, percent = liquid.concentration_window_pct, liquid.concentration_pct
+    if window is not None and not window[0] <= percent <= window[1]:
+        number = Number("concentration", percent, "%", window[0] if percent < window[0] else window[1])
+        yield Judgement(
+            rule=PROCESS_WINDOW,
+            variant="solution",
+            verdict="marginal",
+            numbers=(number,),
+            because=f"{stage.solution} has {percent:g} % of agent; it is made for {window[0]:g} to {window[1]:g} %.",
+            advice="Change its concentration.",
             stage=stage.made_by,
         )
 

@@ -11,6 +11,7 @@ from cleaning.parameters.model import Parameters
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
 from cleaning.undersides.gap_result import GapResult
+from cleaning.undersides.rinse_cascade import RinseWater
 from cleaning.verdicts.rules import VERDICTS, Grade, Rule, Verdict
 from programs.plan import Origin
 from recipes.recipe import Use
@@ -197,6 +198,8 @@ class CleaningReport:
     """Worst first."""
     capability: Capability | None = None
     """``None`` where it was not worked out."""
+    rinse_water: RinseWater | None = None
+    """``None`` where the parameter set has no cascade of tanks, or nothing is washed."""
 
     def worst_first(self) -> tuple[Part, ...]:
         """Components, the worst verdict first; then by residue, then in the board's order."""

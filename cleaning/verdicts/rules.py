@@ -106,7 +106,7 @@ WET_GAP = Rule(
 PROCESS_WINDOW = Rule(
     "R13",
     "process",
-    "A temperature lies outside of what the solution or the component bears.",
+    "A temperature, a concentration, the flux or a material does not suit the solution or the component.",
     "B",
     ("dirty", "marginal"),
 )

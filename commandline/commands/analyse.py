@@ -51,6 +51,7 @@ _SPENT = 1
 _ESCAPES = 1
 """Exit code where something that was predicted clean was measured not clean."""
 _MOST_NUMBERS = 12
+_MOST_FLUX_ML = 1000.0
 
 
 def analyse(
@@ -228,6 +229,14 @@ def bath(
         float | None,
         typer.Option("--flux-mg", help="Flux that a board brings; left out, what is in its gaps.", min=0, max=1e6),
     ] = None,
+    flux: Annotated[
+        str,
+        typer.Option(
+            "--flux",
+            help="Liquid flux that a board got, by name, with millilitres: its solids, in place of --flux-mg.",
+            metavar="NAME:ML",
+        ),
+    ] = "",
     drag_out_ml: Annotated[
         float | None,
         typer.Option(
@@ -235,6 +244,15 @@ def bath(
             help="Solution that a board takes along; left out, a film on all its surfaces.",
             min=0,
             max=1e6,
+        ),
+    ] = None,
+    begin_pct: Annotated[
+        float | None,
+        typer.Option(
+            "--begin-pct",
+            help="Non-volatile residue of the bath before the first board, %; left out, that of fresh solution.",
+            min=0,
+            max=100,
         ),
     ] = None,
     recipe: _ItsRecipe = None,
@@ -248,7 +266,7 @@ def bath(
     not be done.
 
     [dim]washboard bath demo.wash
-    washboard bath demo.wash --litres 60 --boards 1,100,1000 --flux-mg 250[/dim]
+    washboard bath demo.wash --litres 60 --boards 1,100,1000 --flux-mg 250 --begin-pct 1.8[/dim]
     """
     with job_errors():
         from cleaning.bath import bath_report
@@ -259,7 +277,7 @@ def bath(
 
         numbers = _numbers(boards)
         check_places((program, board, recipe, parameters, parts), {"a report": data})
-        given = (litres, flux_mg, drag_out_ml)
+        given = (litres, _flux_mg(flux, flux_mg), drag_out_ml, begin_pct)
         found, liquid, limit, washed = _follow((program, board, recipe, parts), parameters, given, numbers)
         write_outputs({data: None if data is None else json_bytes(bath_report(found, liquid, limit, washed))})
         console = open_console()
@@ -268,6 +286,32 @@ def bath(
         spent = found.boards_until(limit)
         if spent is not None and spent < numbers[-1]:
             raise typer.Exit(_SPENT)
+
+
+def _flux_mg(words: str, stated_mg: float | None) -> float | None:
+    """Read what flux a board brings: as stated, or the solids of a liquid flux.
+
+    Raises:
+        JobError: the flux is unknown, its volume is no number, or both are given.
+    """
+    from cleaning.parameters.chemistries import fluxes
+    from specs.errors import JobError
+    from specs.yaml.schema import name_nearest
+
+    if not words:
+        return stated_mg
+    name, _, volume = words.partition(":")
+    if stated_mg is not None:
+        raise JobError("give --flux or --flux-mg, not both: each states what a board brings.")
+    if name not in fluxes():
+        raise JobError(f"--flux {words}: unknown flux {name!r}; {name_nearest(name, list(fluxes()))}")
+    try:
+        millilitres = float(volume)
+    except ValueError:
+        millilitres = -1.0
+    if not 0.0 <= millilitres <= _MOST_FLUX_ML:
+        raise JobError(f"--flux {words}: give millilitres from 0 to {_MOST_FLUX_ML:g} after the name, as in {name}:3.")
+    return 1e3 * fluxes()[name].solids_g(millilitres)
 
 
 def _numbers(words: str) -> list[int]:
@@ -287,7 +331,7 @@ def _numbers(words: str) -> list[int]:
 def _follow(
     source: tuple[Path, str | None, str | None, Path | None],
     parameters: str,
-    given: tuple[float, float | None, float | None],
+    given: tuple[float, float | None, float | None, float | None],
     numbers: list[int],
 ) -> "tuple[Bath, str, float, list[BoardInBath]]":
     """Find what a board does to the bath, and analyse those that were named, each in the bath of its moment.
@@ -295,14 +339,15 @@ def _follow(
     Args:
         source: Program, board, recipe and parts table.
         parameters: The parameter set.
-        given: Litres of the bath; flux in mg and drag-out in ml, ``None`` where it is to be found.
+        given: Litres of the bath; flux in mg, drag-out in ml and residue at the beginning in %, ``None`` where it is
+            to be found.
         numbers: Of the boards.
 
     Raises:
         JobError: it cannot be done.
     """
     from cleaning.analyse import analyse_on
-    from cleaning.bath import Bath, BoardInBath, drag_out_ml, flux_g, washing_liquid, with_bath
+    from cleaning.bath import Bath, BoardInBath, drag_out_ml, flux_g, tanks_before, washing_liquid, with_bath
     from cleaning.parameters.load import load_parameters
     from cleaning.prepared_board import prepare
     from commandline.loading import progress_bar, read_program_inputs
@@ -310,7 +355,7 @@ def _follow(
 
     program, board, recipe = read_program_inputs(*source, "bath")
     known = load_parameters(parameters)
-    litres, flux_mg, dragged_ml = given
+    litres, flux_mg, dragged_ml, begin_pct = given
     with progress_bar() as progress:
         prepared = prepare(board, known, subprogress(progress, 0.0, 0.1))
         share = 0.9 / (len(numbers) + 1)
@@ -318,20 +363,21 @@ def _follow(
             prepared, program, recipe, progress=subprogress(progress, 0.1, 0.1 + share), sensitivity=False
         )
         liquid = washing_liquid(first)
-        solution = known.liquids[liquid]
+        known, solution = first.parameters, first.parameters.liquids[liquid]
         bath = Bath(
             volume_l=litres,
             density_kg_m3=solution.density_kg_m3,
             fresh_pct=solution.bath_nvr_pct,
             flux_g=flux_g(first) if flux_mg is None else 1e-3 * flux_mg,
             drag_out_ml=drag_out_ml(first) if dragged_ml is None else dragged_ml,
+            begin_pct=begin_pct,
         )
         washed: list[BoardInBath] = []
         for at, number in enumerate(numbers, start=1):
             residue = bath.residue_pct(number - 1)
-            later = replace(prepared, parameters=with_bath(known, liquid, residue))
+            tanks = () if first.rinse_water is None else tanks_before(bath, first.rinse_water.cascade, number)
+            later = replace(prepared, parameters=with_bath(known, liquid, residue), tanks_g_m3=tanks)
             part = subprogress(progress, 0.1 + at * share, 0.1 + (at + 1) * share)
-            washed.append(
-                BoardInBath(number, residue, analyse_on(later, program, recipe, progress=part, sensitivity=False))
-            )
+            report = analyse_on(later, program, recipe, progress=part, sensitivity=False)
+            washed.append(BoardInBath(number, residue, report))
     return bath, liquid, known.limits.bath_nvr_pct, washed

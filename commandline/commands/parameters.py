@@ -10,27 +10,43 @@ app = typer.Typer(help="Look at parameter sets of the cleaning model, check one,
 
 @app.command("list")
 def list_parameters() -> None:
-    """List the parameter sets that come with Washboard."""
+    """List the parameter sets that come with Washboard, the solutions that recipes may name, and fluxes."""
     with job_errors():
+        from cleaning.parameters.chemistries import chemistries, fluxes
         from cleaning.parameters.load import load_parameters, parameter_library
         from commandline.loading import print_library
 
-        print_library({name: load_parameters(name).description for name in parameter_library()})
+        sets = {name: load_parameters(name).description for name in parameter_library()}
+        solutions = {name: each.description for name, each in chemistries().items()}
+        liquid = {name: f"{each.solids_pct:g} % solids. {each.description}" for name, each in fluxes().items()}
+        width = max(map(len, (*sets, *solutions, *liquid)))
+        typer.echo("parameter sets, one for each flux or published coupons (--parameters NAME, or extends: NAME)")
+        print_library(sets, "  ", width)
+        typer.echo("solutions (solution: NAME in a recipe; a set that has the name under liquids has precedence)")
+        print_library(solutions, "  ", width)
+        typer.echo("liquid fluxes (bath --flux NAME:MILLILITRES)")
+        print_library(liquid, "  ", width)
 
 
 @app.command()
 def show(source: ParametersSource = "default") -> None:
-    """Show a set: every value, how it is known and from where, and the file and line it was written on.
+    """Show a set, a solution or a flux: every value, how it is known and from where, and where it was written.
 
     [dim]washboard parameters show water-soluble
+    washboard parameters show amine-alkoxypropanol
     washboard parameters show my-line.yaml[/dim]
     """
     with job_errors():
+        from cleaning.parameters.chemistries import chemistries, fluxes
         from cleaning.parameters.load import read_parameters
         from reports.terminal.console import open_console
-        from reports.terminal.spec_card import print_parameters
+        from reports.terminal.spec_card import print_chemistry, print_parameters
 
-        print_parameters(open_console(), read_parameters(source))
+        library = {**chemistries(), **fluxes()}
+        if source in library:
+            print_chemistry(open_console(), source, library[source])
+        else:
+            print_parameters(open_console(), read_parameters(source))
 
 
 @app.command()

@@ -58,6 +58,7 @@ from reports.tables.measured_tables import (
     rule_checks_table,
     source_words,
 )
+from reports.tables.rinse_tables import rinse_table, rinse_words
 from reports.tables.similar_components import group_alike, unclean
 from reports.tables.table import Table
 from reports.tables.wording import clock
@@ -97,7 +98,8 @@ def cleaning_page(
         section(
             "The process",
             table_html(Table.of(_STAGES, stage_rows(report))),
-            *(f"<p>{escape(text)}</p>" for text in (*renewals(report), *remarks(report))),
+            *(f"<p>{escape(text)}</p>" for text in (*renewals(report), *rinse_words(report), *remarks(report))),
+            table_html(rinse_table(report)),
         ),
         section("The board", legend(), *map(image, draw_verdicts(report))),
         section("Components, the worst first", components_html(report)),

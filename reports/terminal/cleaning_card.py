@@ -23,6 +23,7 @@ from reports.tables.cleaning_tables import (
     wet_words,
 )
 from reports.tables.comparison import Row, comparison_tables
+from reports.tables.rinse_tables import rinse_words
 from reports.tables.similar_components import Description, deciding, describe, group_alike
 from reports.tables.table import Cell, Facts, Table, Text
 from reports.tables.wording import amount, clock, name_some, number_text, shorten
@@ -123,5 +124,6 @@ def _facts(report: CleaningReport) -> Facts:
         *([("wet", f"{wet} {wet_words(wet)}")] if wet else []),
         ("takes", f"{clock(report.duration_s)}, {litres}"),
         ("assumed", f"{len(assumed)} values of {report.parameters.parameters}: {counts}"),
+        *(("rinsed", each) for each in rinse_words(report)),
         *(("noted", shorten(each)) for each in remarks(report)),
     ]

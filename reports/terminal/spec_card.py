@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from rich.console import Console
 
+from cleaning.parameters.chemistries import Chemistry, Flux
 from cleaning.parameters.consistency import value_paths
 from cleaning.parameters.load import LoadedParameters, parameters_sha256
 from recipes.classes import ComponentClass, Range
@@ -180,6 +181,22 @@ def print_parameters(console: Console, loaded: LoadedParameters) -> None:
     print_line(console, ("sha256", "bold"), f"    {parameters_sha256(parameters)[:16]}")
 
 
+def print_chemistry(console: Console, name: str, chemistry: Chemistry | Flux) -> None:
+    """Print a solution or a flux of the library: its values, each with its provenance."""
+    noun, stated = ("solution", chemistry.liquid) if isinstance(chemistry, Chemistry) else ("flux", chemistry)
+    print_source(console, name, chemistry.description, f"a {noun} of the library")
+    values = stated.model_dump(mode="json", exclude_unset=True, exclude={"description", "provenance"})
+    known = [(key, value, chemistry.known(key)) for key, value in values.items()]
+    rows = [(key, _list_text(value), entry.known, entry.source) for key, value, entry in known]
+    columns = (Column(noun, emphasis="strong"), ">", "known", "from")
+    print_table(console, Table.of(columns, rows))
+
+
+def _list_text(value: Any) -> str:
+    words = isinstance(value, list) and all(isinstance(each, str) for each in cast("list[Any]", value))
+    return ", ".join(cast("list[str]", value)) if words else _range_text(value)
+
+
 def _block(name: str, block: dict[str, Any], loaded: LoadedParameters) -> Table:
     here = loaded.root.mark.file
     rows: list[tuple[str, ...]] = []
@@ -193,7 +210,7 @@ def _block(name: str, block: dict[str, Any], loaded: LoadedParameters) -> Table:
         interval = "" if entry.interval is None else f" ({entry.interval[0]:g} to {entry.interval[1]:g})"
         mark = loaded.root.at((name, *path)).mark
         written = f"line {mark.line}" if mark.file == here else f"{Path(mark.file).stem}:{mark.line}"
-        rows.append((spell_path(path), _range_text(value) + interval, entry.known, entry.source, written))
+        rows.append((spell_path(path), _list_text(value) + interval, entry.known, entry.source, written))
     columns = (Column(name, emphasis="strong"), ">", "known", "from", Column("written in", emphasis="quiet"))
     return Table.of(columns, rows)
 

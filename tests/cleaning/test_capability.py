@@ -7,7 +7,7 @@ import pytest
 
 from boards.load import load_board
 from cleaning.analyse import analyse_on
-from cleaning.capability import capability_of, ranges_of
+from cleaning.capability import ValueRange, capability_of, draw_positions, ranges_of
 from cleaning.errors import CleaningError
 from cleaning.parameters.load import load_parameters, read_parameters_text
 from cleaning.parameters.model import Provenance
@@ -65,6 +65,37 @@ def test_a_range_lies_about_its_value_and_an_interval_where_the_fit_has_it():
     assert (k_m.low, k_m.value, k_m.high, k_m.is_interval) == (0.0125, 0.05, 0.2, False)
     assert "soil.front_um" not in found  # none is stated
     assert "liquids.saponifier-15.viscosity_mpa_s" not in {each.path for each in ranges_of(parameters, ["di-water"])}
+
+
+def test_the_factor_of_a_block_is_clipped_where_a_value_ends():
+    """Water that is its own agent is 100 % agent and never 125 %; a share is 1 at most."""
+    water = load_parameters("water-soluble")
+    parameters = with_known(
+        water,
+        liquids=stated(within_factor=1.25),
+        soil=stated(within_factor=3.0),
+        **{"liquids__di-water-wash": stated(within_factor=1.25)},
+    )
+    found = {each.path: each for each in ranges_of(parameters)}
+    agent = found["liquids.di-water-wash.concentration_pct"]
+    assert (agent.low, agent.value, agent.high) == (80.0, 100.0, 100.0)
+    assert found["liquids.di-water-wash.contact_board_deg"].high == 93.75
+    with_factor = with_known(PARAMETERS, soil=stated(within_factor=3.0))
+    bare = {path: each for path, each in with_factor.provenance.items() if not path.startswith("soil.")}
+    share = {each.path: each for each in ranges_of(with_factor.model_copy(update={"provenance": bare}))}
+    assert share["soil.retained"].high == 1.0
+    assert share["soil.paste_factor"].high == 3.0
+
+
+def test_between_unequal_ends_values_are_drawn_evenly_on_a_logarithmic_scale():
+    """A range that ends at its value is not heaped up there."""
+    one_sided = ValueRange("liquids.x.concentration_pct", 80.0, 100.0, 100.0)
+    both = ValueRange("soil.k1_per_s", 0.5, 1.0, 4.0)
+    drawn = draw_positions([one_sided, both], 1000)
+    values = [[each.at(at) for at in drawn[:, column]] for column, each in enumerate((one_sided, both))]
+    for each, found in zip((one_sided, both), values, strict=True):
+        shares = np.log(np.sort(found) / each.low) / np.log(each.high / each.low)
+        np.testing.assert_allclose(shares, (np.arange(1000) + 0.5) / 1000, atol=1e-3)
 
 
 def test_values_are_set_where_their_paths_lead():

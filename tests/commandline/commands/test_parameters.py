@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from command import washboard
 
+from cleaning.parameters.chemistries import chemistries, fluxes
 from cleaning.parameters.load import load_parameters, parameter_library
 from cleaning.parameters.schema import parameters_keys, parameters_schema
 from commandline.arguments import complete_parameters
@@ -13,10 +14,20 @@ from commandline.arguments import complete_parameters
 def test_list_names_each_set_with_what_it_holds_for() -> None:
     result = washboard("parameters", "list")
     assert result.code == 0
-    assert len(result.out.splitlines()) == len(parameter_library())
+    names = [*parameter_library(), *chemistries(), *fluxes()]
+    assert [line.split()[0] for line in result.out.splitlines() if line.startswith("  ")] == names
     for name in parameter_library():
-        assert any(line.split("  ")[0] == name for line in result.out.splitlines())
         assert f"{load_parameters(name).description}\n" in result.out
+    for name, chemistry in chemistries().items():
+        assert any(line.split()[0] == name and line.endswith(chemistry.description) for line in result.out.splitlines())
+
+
+@pytest.mark.parametrize("name", ["amine-alkoxypropanol", "kester-951"])
+def test_a_solution_or_a_flux_is_shown_with_where_its_values_come_from(name: str) -> None:
+    result = washboard("parameters", "show", name)
+    assert (result.code, result.err) == (0, "")
+    known = {**chemistries(), **fluxes()}[name].provenance
+    assert all(entry.source[:40] in " ".join(result.out.split()) for entry in known.values())
 
 
 @pytest.mark.parametrize("name", parameter_library())

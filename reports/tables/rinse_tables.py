@@ -1,0 +1,58 @@
+"""What rinse tanks carry, in words and tables."""
+
+from collections.abc import Sequence
+
+from cleaning.bath import Bath, BoardInBath, rinse_until
+from cleaning.undersides.rinse import ionic_ug_cm2
+from cleaning.verdicts.results import CleaningReport
+from reports.tables.table import Table
+from reports.tables.wording import amount, short_number
+
+_TANKS = ("Rinse tank", ">Litres", ">Salt in its water, g/m³", ">MΩ·cm", ">Exchanged on a board",
+          ">Left by its film, µg/cm²")  # fmt: skip
+
+
+def rinse_words(report: CleaningReport) -> list[str]:
+    """What boards carry from tank to tank, in a sentence; none where there are no tanks."""
+    water = report.rinse_water
+    if water is None:
+        return []
+    cascade = water.cascade
+    feed = "overflows from the last tank to the first" if cascade.counter_current else "enters each tank"
+    tanks = ", ".join(
+        f"{tank.solution} has {short_number(tank.resistivity_mohm_cm)} MΩ·cm ({short_number(tank.content_g_m3)} g/m³)"
+        for tank in water.tanks
+    )
+    return [
+        f"Rinse tanks: {tanks}. Each board carries {short_number(1e6 * cascade.carried_m3)} ml from the bath into the "
+        f"first and on from tank to tank; {short_number(1e3 * cascade.fresh_m3)} l of fresh water for it {feed}."
+    ]
+
+
+def rinse_table(report: CleaningReport) -> Table:
+    """Tanks in the order in which boards pass them; without rows where there are none."""
+    film_um = report.parameters.rinse.final_film_um
+    rows = [
+        (
+            tank.solution,
+            short_number(1e3 * tank.volume_m3),
+            short_number(tank.content_g_m3),
+            short_number(tank.resistivity_mohm_cm),
+            f"{100.0 * (1.0 - tank.kept):.3g} %",
+            short_number(ionic_ug_cm2(tank.on_board_g_m3, film_um)),
+        )
+        for tank in ([] if report.rinse_water is None else report.rinse_water.tanks)
+    ]
+    return Table.of(_TANKS, rows)
+
+
+def rinse_over_boards(bath: Bath, boards: Sequence[BoardInBath]) -> tuple[str, ...]:
+    """When the last tank is no longer clean enough, by which limit; nothing where there are no tanks."""
+    report = boards[0].report
+    if report.rinse_water is None:
+        return ()
+    least, cascade = report.parameters.limits.rinse_warn_mohm, report.rinse_water.cascade
+    last, after = cascade.solutions[-1], rinse_until(bath, cascade, least)
+    if after is None:
+        return (f"{last} never falls below {least:g} MΩ·cm",)
+    return (f"{last} falls below {least:g} MΩ·cm after {amount(after, 'board')}",)
