@@ -229,27 +229,12 @@ def _kept(
     Raises:
         JobError: there is no such state, or it is of something else.
     """
-    from importlib.metadata import version
-
-    from cleaning.parameters.load import parameters_sha256
-    from recipes.load import parse_recipe, recipe_sha256
-    from reports.files.tuning_state import check_output, open_state, state_place
-    from robotcell.cell.load import cell_sha256
-    from rulesengine.tuning.trial.request import request_sha256
-    from specs.json import content_sha256
+    from reports.files.tuning_state import check_output, fingerprints_of, open_state, state_place
 
     if output is None:
         yield None
         return
-    (file, text), (board, parameters, cell) = inputs.recipe, read
-    fingerprints = {
-        "version": version("washboard"),
-        "board": board.sha256,
-        "recipe": content_sha256([recipe_sha256(parse_recipe(text, file=file)), text]),
-        "parameter set": parameters_sha256(parameters),
-        "cell": "" if cell is None else cell_sha256(cell),
-        "choice of options": request_sha256(inputs.request),
-    }
+    fingerprints = fingerprints_of(inputs.recipe, *read, inputs.request)
     with open_state(state_place(output), fingerprints, resume=resume) as state:
         if resume:
             check_output(state, output)

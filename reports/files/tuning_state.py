@@ -4,18 +4,33 @@ The first line is what the tuning depends on, as JSON. Each record after it has 
 written when the process ended nothing is read. The file is locked while a tuning uses it, and removed at its end.
 """
 
+from __future__ import annotations
+
 import fcntl
 import hashlib
 import json
 import os
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
+from importlib.metadata import version
 from pathlib import Path
 from struct import Struct, error
+from typing import TYPE_CHECKING
 
+from cleaning.parameters.load import parameters_sha256
+from recipes.load import parse_recipe, recipe_sha256
 from reports.files.atomic_write import OutputError, output_errors, write_bytes_atomically
+from robotcell.cell.load import cell_sha256
+from rulesengine.tuning.trial.request import request_sha256
 from specs import ending
 from specs.errors import JobError, printable
+from specs.json import content_sha256
+
+if TYPE_CHECKING:
+    from boards.board import Board
+    from cleaning.parameters.model import Parameters
+    from robotcell.cell.load import LoadedCell
+    from rulesengine.tuning.trial.request import TuningRequest
 
 _VERSION = 1
 _NAME = "washboard_tuning_state"
@@ -39,6 +54,25 @@ class StateError(JobError):
 def state_place(output: Path) -> Path:
     """Where the state of a tuning is kept that writes a recipe."""
     return output.with_name(output.name + SUFFIX)
+
+
+def fingerprints_of(
+    recipe: tuple[Path, str], board: Board, parameters: Parameters, cell: LoadedCell | None, request: TuningRequest
+) -> dict[str, str]:
+    """Fingerprints of all that a tuning depends on, by name.
+
+    Raises:
+        RecipeError: the text, which stands in the file or in its place, cannot be used.
+    """
+    file, text = recipe
+    return {
+        "version": version("washboard"),
+        "board": board.sha256,
+        "recipe": content_sha256([recipe_sha256(parse_recipe(text, file=file)), text]),
+        "parameter set": parameters_sha256(parameters),
+        "cell": "" if cell is None else cell_sha256(cell),
+        "choice of options": request_sha256(request),
+    }
 
 
 class TuningState:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from rulesengine.tuning.trial.request import Trial, TuningResult
 
-_HEIGHT_MM, _BOTTOM_MM = 150.0, 24.0
+_WIDTH_MM, _HEIGHT_MM, _BOTTOM_MM = 260.0, 118.0, 24.0
 _MINUTE_S = 60.0
 _FRONT = FUNCTION_COLOURS[0]
 _ROOM = 0.06
@@ -47,7 +47,7 @@ def draw_tuning(tuned: TuningResult, suffix: str, chosen: str = "") -> bytes:
     front = pareto_front(tuned.trials)
     mark = next((each for each in tuned.trials if each.text == (chosen or tuned.last.text)), None)
     total = tuned.last.total
-    with sheet(_HEIGHT_MM) as figure:
+    with sheet(_HEIGHT_MM, _WIDTH_MM) as figure:
         panels = add_panels(figure, 3, 3, bottom_mm=_BOTTOM_MM, spaces=(0.2, 0.2))
         drawn = _Drawn(tuned.trials, {id(each): number for number, each in enumerate(front, 1)}, mark, tuned.trials[0])
         _draw(panels[0], drawn, lambda trial: float(trial.figures.clean_components))
@@ -63,8 +63,8 @@ def draw_tuning(tuned: TuningResult, suffix: str, chosen: str = "") -> bytes:
         write_title(figure, f"{len(tuned.trials)} recipes, {len(front)} on the Pareto front", _subtitle(mark, total))
         write_foot(
             figure,
-            "numbers: Pareto front, no other recipe is as good in time, liquid and cleanliness; red: chosen; ring: the "
-            "recipe as it was; margin: least amount or time over what a clean verdict needs, 0: not met; predictions",
+            "numbers: Pareto front, no other recipe is as good in time, liquid and cleanliness; red: chosen; ring: as it was;"
+            "\nmargin: least amount or time over what a clean verdict needs, 0 where that is not met; predictions",
         )
         return to_bytes(figure, suffix)
 
